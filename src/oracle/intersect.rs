@@ -4,7 +4,7 @@
 //! written out once more in scalar form, operation for operation in the same order.
 
 use glam::Vec3;
-use phalanx_scene::{Bounds, PAD, PrimKind, Scene};
+use phalanx_scene::{Bounds, PAD, PrimKind, Scene, SurfaceHit};
 
 /// A ray: hits count for t > 0 in units of `dir`. It has no end of its own:
 /// [`Oracle::occluded`](crate::Oracle::occluded) takes one.
@@ -41,6 +41,27 @@ pub struct OracleHit {
     pub v: f32,
     /// Primitive, or primitive of an instance: see [`Scene::resolve`].
     pub prim_id: u32,
+}
+
+impl OracleHit {
+    pub(super) fn on_surface(&self) -> SurfaceHit {
+        SurfaceHit {
+            prim_id: self.prim_id,
+            t: self.t,
+            u: self.u,
+            v: self.v,
+        }
+    }
+
+    /// Replaces `best` if this hit comes after `after`, but before `best`.
+    pub(super) fn update_next(&self, after: &SurfaceHit, best: &mut Option<OracleHit>) {
+        let order = |t: f32, prim_id: u32| (t, prim_id);
+        let this = order(self.t, self.prim_id);
+        let before = |best: &OracleHit| this < order(best.t, best.prim_id);
+        if this > order(after.t, after.prim_id) && best.as_ref().is_none_or(before) {
+            *best = Some(*self);
+        }
+    }
 }
 
 /// `minps` and `maxps`: a NaN in the first operand gives the second.

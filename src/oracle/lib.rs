@@ -141,7 +141,7 @@ impl<'a> Oracle<'a> {
     ) -> OracleSample {
         self.integrator.ray_counts.primary += 1;
         let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
-        let hit = self.closest(&ray);
+        let hit = self.integrator.search.closest_there(&ray, None);
         let seed = SampleSeed::of(x, y, sample);
         let light = match self.ao_distance {
             Some(reach) => RadianceParts {
@@ -183,10 +183,8 @@ impl<'a> Oracle<'a> {
         };
         let at = OracleSurface::new(self.scene(), ray, &hit);
         self.integrator.ray_counts.shadow += 1;
-        match self.occluded(&shading::sample_ao_ray(seed, &at), reach) {
-            true => Vec3::ZERO,
-            false => Vec3::ONE,
-        }
+        let ray = shading::sample_ao_ray(seed, &at);
+        self.integrator.search.visibility(&ray, reach)
     }
 
     /// Finds the closest hit with 0 < t, ties going to the smaller prim_id; `None` is a miss. Costs

@@ -10,21 +10,27 @@ pub(super) struct RadianceParts {
     pub(super) direct: Vec3,
     pub(super) reflection: Option<Vec3>,
     pub(super) refraction: Option<Vec3>,
+    /// Light that comes through the hit, where its surface is not.
+    pub(super) passed: Option<Vec3>,
 }
 
 impl RadianceParts {
-    /// (direct + reflection) + refraction, of the parts that exist.
+    /// ((direct + reflection) + refraction) + passed, of the parts that exist.
     pub(super) fn sum(&self) -> Vec3 {
-        let bounced = self.reflection.into_iter().chain(self.refraction);
-        bounced.fold(self.direct, |sum, part| sum + part)
+        let bounced = [self.reflection, self.refraction, self.passed];
+        bounced
+            .into_iter()
+            .flatten()
+            .fold(self.direct, |sum, part| sum + part)
     }
 
-    /// All parts; black for those that do not exist.
+    /// Direct, reflected and refracted light, with that which passed; black for parts that do not
+    /// exist.
     pub(super) fn all(&self) -> [Vec3; 3] {
         [
             self.direct,
             self.reflection.unwrap_or_default(),
-            self.refraction.unwrap_or_default(),
+            self.refraction.unwrap_or_default() + self.passed.unwrap_or_default(),
         ]
     }
 }

@@ -5,7 +5,8 @@
 use super::instance::{instance_boxes, to_object, world_objects};
 use super::intersect::{OracleHit, OracleRay, OracleRaySetup, max, min};
 use super::tree::TwoLevelBvh;
-use phalanx_scene::{Bounds, Scene};
+use glam::Vec3;
+use phalanx_scene::{Bounds, Scene, SurfaceHit};
 use std::borrow::Cow;
 
 /// Search method of the oracle. Both give the same bits.
@@ -23,6 +24,9 @@ pub(super) struct SceneSearch<'a> {
     search: OracleSearch<'a>,
     /// Padded boxes of the instances.
     instance_boxes: Cow<'a, [Bounds]>,
+    /// True if the scene has surfaces that are only partly there, or pass light.
+    pub(super) has_coverage: bool,
+    pub(super) has_clear_shadows: bool,
 }
 
 impl<'a> SceneSearch<'a> {
@@ -35,6 +39,8 @@ impl<'a> SceneSearch<'a> {
             scene,
             search,
             instance_boxes,
+            has_coverage: scene.has_coverage(),
+            has_clear_shadows: scene.has_clear_shadows(),
         }
     }
 
@@ -57,6 +63,138 @@ impl<'a> SceneSearch<'a> {
             }
         }
         best
+    }
+
+    /// The closest hit on a surface that is there, after the hit `passed` by (t, prim_id); from the
+    /// origin on without one. Surfaces of no coverage are passed.
+    pub(super) fn closest_there(
+        &self,
+        ray: &OracleRay,
+        passed: Option<SurfaceHit>,
+    ) -> Option<OracleHit> {
+        let mut hit = match passed {
+            None => self.closest(ray),
+            Some(passed) => self.next(ray, &passed),
+        };
+        while let Some(on) = hit.as_ref().map(OracleHit::on_surface)
+            && self.has_coverage
+            && (passed.is_some_and(|passed| self.scene.is_same_surface(passed, on))
+                || self.scene.coverage(on) == 0.0)
+        {
+            hit = self.next(ray, &on);
+        }
+        hit
+    }
+
+    /// Share of a lamp's light that passes all surfaces before `tmax`: V.
+    pub(super) fn visibility(&self, ray: &OracleRay, tmax: f32) -> Vec3 {
+        if !self.occluded(ray, tmax) {
+            return Vec3::ONE;
+        }
+        if !self.has_clear_shadows {
+            return Vec3::ZERO;
+        }
+        let mut product = Vec3::ONE;
+        let (mut passed, mut counted): (Option<SurfaceHit>, Option<SurfaceHit>) = (None, None);
+        while product != Vec3::ZERO {
+            let hit = match &passed {
+                None => self.closest(ray),
+                Some(passed) => self.next(ray, passed),
+            };
+            let Some(hit) = hit.filter(|hit| hit.t < tmax) else {
+                break;
+            };
+            let on = hit.on_surface();
+            if counted.is_none_or(|counted| !self.scene.is_same_surface(counted, on)) {
+                product *= self.scene.transmittance(on);
+                counted = Some(on);
+            }
+            passed = Some(on);
+        }
+        product
+    }
+
+    /// The first hit after another, by (t, prim_id).
+    fn next(&self, ray: &OracleRay, after: &SurfaceHit) -> Option<OracleHit> {
+        let setup = OracleRaySetup::new(ray);
+        let mut best = None;
+        match self.search {
+            OracleSearch::Tree(bvh) => {
+                let next = |object, best: &mut Option<OracleHit>| {
+                    self.update_next(&setup, object, after, best)
+                };
+                bvh.world().closest(&setup, f32::INFINITY, &mut best, next);
+            }
+            OracleSearch::BruteForce => {
+                for object in world_objects(self.scene) {
+                    self.update_next(&setup, object, after, &mut best);
+                }
+            }
+        }
+        best
+    }
+
+    /// Replaces `best` if the object is hit after `after`, but before `best`.
+    fn update_next(
+        &self,
+        setup: &OracleRaySetup,
+        object: u32,
+        after: &SurfaceHit,
+        best: &mut Option<OracleHit>,
+    ) {
+        match object.checked_sub(self.scene.prim_count() as u32) {
+            None => {
+                if let Some(hit) = setup.hit(self.scene, object) {
+                    hit.update_next(after, best);
+                }
+            }
+            Some(instance) => self.update_next_in(instance as usize, setup, after, best),
+        }
+    }
+
+    fn update_next_in(
+        &self,
+        instance: usize,
+        setup: &OracleRaySetup,
+        after: &SurfaceHit,
+        best: &mut Option<OracleHit>,
+    ) {
+        let interval = setup.intersect_box(&self.instance_boxes[instance]);
+        if !(interval.tnear <= interval.tfar && interval.tfar > 0.0) {
+            return;
+        }
+        let mesh = self.scene.instances.mesh[instance] as usize;
+        let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
+        let first_id = self.scene.instance_first_id(instance);
+        let next = |prim: u32, best: &mut Option<OracleHit>| {
+            let Some(hit) = inner.hit(self.scene, prim) else {
+                return;
+            };
+            let t = min(max(hit.t, interval.tnear), interval.tfar);
+            let prim_id = first_id + (prim - self.scene.meshes.first[mesh]);
+            if t > 0.0 && t < f32::INFINITY {
+                OracleHit { t, prim_id, ..hit }.update_next(after, best);
+            }
+        };
+        match self.search {
+            OracleSearch::Tree(bvh) => {
+                // Hits inside count by their clamped distances: from the end of the interval on,
+                // any may matter.
+                let within = |best: &Option<OracleHit>| best.filter(|b| b.t < interval.tfar);
+                let mut nearest = within(best);
+                let limit = nearest.map_or(f32::INFINITY, |b| b.t);
+                let tree = bvh.mesh(mesh);
+                tree.closest(&inner, limit, &mut nearest, |prim, nearest| {
+                    next(prim, best);
+                    *nearest = within(best);
+                });
+            }
+            OracleSearch::BruteForce => {
+                for prim in self.scene.meshes.prims(mesh) {
+                    next(prim, best);
+                }
+            }
+        }
     }
 
     /// Returns true if anything is hit with 0 < t < `tmax`.

@@ -2,7 +2,7 @@
 
 use super::instance::to_object;
 use super::intersect::{OracleHit, OracleRay, max, max_abs, min};
-use super::texture::texture_color;
+use super::texture::tint;
 use glam::Vec3;
 use phalanx_scene::sampling::{
     BounceKind, Dimension, child_seed, cosine_hemisphere, phong_lobe, points, pow, seeds, to_frame,
@@ -29,7 +29,7 @@ impl OracleMaterial {
     /// The material of a stored primitive at a hit.
     pub(super) fn of(scene: &Scene, prim: u32, hit: &OracleHit) -> OracleMaterial {
         let (m, i) = (&scene.materials, scene.prim_material(prim) as usize);
-        let tint = texture_color(scene, m.texture[i], prim, hit);
+        let tint = tint(scene, m.texture[i], prim, hit);
         OracleMaterial {
             own: m.ka.get(i) * tint + m.ke.get(i),
             kd: m.kd.get(i) * tint,
@@ -88,6 +88,7 @@ impl OracleSurface {
                 to_world(scene, k as usize, inside, ray)
             }
         };
+        let ng = if ng.dot(ns) < 0.0 { -ng } else { ng };
         let away = ray.dir.dot(ng) > 0.0;
         OracleSurface {
             point,
@@ -279,15 +280,34 @@ pub(super) struct OracleLightSample {
     pub(super) radiance: Vec3,
 }
 
+/// The hit that a light falls on, beside its surface: its seed, its material, and its coverage.
+pub(super) struct Lit<'m> {
+    pub(super) seed: SampleSeed,
+    pub(super) material: &'m OracleMaterial,
+    pub(super) coverage: f32,
+}
+
+/// Part of a spot light's light in a direction; explained in `shade`.
+fn spot(scene: &Scene, light: usize, to_light: Vec3) -> f32 {
+    let cos = -to_light.dot(scene.lights.axis.get(light));
+    let cone = scene.lights.cone.get(light);
+    let part = min(max(cos * cone.x + cone.y, 0.0), 1.0);
+    part * part
+}
+
 /// Samples a light; `None` if it contributes nothing or does not face the surface.
 pub(super) fn sample_light(
     scene: &Scene,
     light: usize,
-    seed: SampleSeed,
-    material: &OracleMaterial,
+    lit: &Lit,
     at: &OracleSurface,
 ) -> Option<OracleLightSample> {
     let lights = &scene.lights;
+    let &Lit {
+        seed,
+        material,
+        coverage,
+    } = lit;
     let position = sample_light_position(scene, light, seed);
     let color = lights.color.get(light);
     let (dir, to_light, seen, tmax) = if lights.directional[light] {
@@ -301,8 +321,12 @@ pub(super) fn sample_light(
         if loss.is_nan() || loss <= 0.0 {
             return None;
         }
-        let seen = Vec3::new(color.x / loss, color.y / loss, color.z / loss);
-        (to, to * (1.0 / distance), seen, 1.0)
+        let mut seen = Vec3::new(color.x / loss, color.y / loss, color.z / loss);
+        let to_light = to * (1.0 / distance);
+        if lights.is_spot(light) {
+            seen *= spot(scene, light, to_light);
+        }
+        (to, to_light, seen, 1.0)
     };
     let diffuse = max(to_light.dot(at.ns), 0.0);
     let specular = if material.ks == Vec3::ZERO {
@@ -311,7 +335,7 @@ pub(super) fn sample_light(
         let half = unit(to_light - at.dir);
         pow(max(half.dot(at.ns), 0.0), material.shininess)
     };
-    let radiance = seen * (material.kd * diffuse + material.ks * specular);
+    let radiance = (seen * (material.kd * diffuse + material.ks * specular)) * coverage;
     let facing = to_light.dot(at.ng) > 0.0;
     let adds = !radiance.is_nan() && radiance != Vec3::ZERO;
     (facing && adds).then(|| OracleLightSample {
@@ -367,7 +391,7 @@ pub(super) fn bounces(
     material: &OracleMaterial,
     seed: SampleSeed,
     at: &OracleSurface,
-) -> (Option<OracleBounce>, Option<OracleBounce>) {
+) -> [Option<OracleBounce>; 2] {
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
     let cos = -along;
@@ -399,5 +423,5 @@ pub(super) fn bounces(
         ray: at.offset_origin(unit(d * eta + n * (eta * cos - k.sqrt()))),
         weight: material.kt,
     });
-    (mirror, refracted)
+    [mirror, refracted]
 }

@@ -90,6 +90,7 @@ impl<'s, 'c> ShadowCacheCursor<'s, 'c> {
             hit: match bounce {
                 BounceKind::Mirror => 1,
                 BounceKind::Refracted => 2,
+                BounceKind::Passed => unreachable!("scenes with such rays share nothing"),
             },
             path_id: self.path_id,
             known: (0, 0),

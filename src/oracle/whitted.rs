@@ -8,8 +8,10 @@ use super::search::SceneSearch;
 use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSeed};
 use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
-use phalanx_scene::RayCounts;
 use phalanx_scene::sampling::BounceKind;
+use phalanx_scene::{MAX_PASSES, RayCounts, SurfaceHit};
+use std::array;
+use std::iter::Flatten;
 
 /// Follows camera rays and their bounces.
 pub(super) struct WhittedIntegrator<'a> {
@@ -36,6 +38,10 @@ pub(super) struct PathSegment {
     share: Vec3,
     /// Bounces before this ray.
     depth: u32,
+    /// Partly covered surfaces that the ray has passed since the camera.
+    passed: u32,
+    /// Hit after which the ray goes on, if it does not begin at its origin.
+    after: Option<SurfaceHit>,
 }
 
 impl PathSegment {
@@ -48,12 +54,14 @@ impl PathSegment {
             throughput: Vec3::ONE,
             share: Vec3::ONE,
             depth: 0,
+            passed: 0,
+            after: None,
         }
     }
 }
 
-/// The rays that a hit sends on: a mirror ray and a refracted one.
-type SegmentPair = [Option<PathSegment>; 2];
+/// The rays that a hit sends on, in the order in which their light is added.
+type Segments = Flatten<array::IntoIter<Option<PathSegment>, 3>>;
 
 /// A hit whose bounces are being traced.
 struct PathLevel {
@@ -61,8 +69,8 @@ struct PathLevel {
     parts: RadianceParts,
     /// Kind of the bounce that is being traced, and its weight.
     traced: (BounceKind, Vec3),
-    /// The bounce that is traced after it.
-    pending: Option<PathSegment>,
+    /// The bounces that are traced after it.
+    pending: Segments,
 }
 
 impl RadianceParts {
@@ -71,6 +79,7 @@ impl RadianceParts {
         match way {
             BounceKind::Mirror => self.reflection = part,
             BounceKind::Refracted => self.refraction = part,
+            BounceKind::Passed => self.passed = part,
         }
     }
 }
@@ -94,10 +103,17 @@ impl<'a> WhittedIntegrator<'a> {
         hit: Option<OracleHit>,
         mut cursor: ShadowCacheCursor,
     ) -> RadianceParts {
+        // Light that passes a surface is neither seen nor hidden, as visibility is stored.
+        if self.search.has_clear_shadows {
+            cursor = ShadowCacheCursor::NONE;
+        }
         let (mut parts, ways) = self.shade(camera, hit, &mut cursor);
-        for segment in ways.into_iter().flatten() {
+        for segment in ways {
             let traced = (segment.way, segment.throughput);
-            let cursor = cursor.child(segment.way);
+            let cursor = match self.search.has_clear_shadows {
+                true => ShadowCacheCursor::NONE,
+                false => cursor.child(segment.way),
+            };
             parts.add_weighted(traced, self.follow(segment, cursor));
         }
         parts
@@ -122,22 +138,15 @@ impl<'a> WhittedIntegrator<'a> {
                 continue;
             };
             let hit = self.trace_segment(&segment);
-            let (parts, ways) = self.shade(&segment, hit, &mut cursor);
+            let (parts, pending) = self.shade(&segment, hit, &mut cursor);
             // No visibility is recorded for later hits.
             cursor = ShadowCacheCursor::NONE;
-            let [mirror, refracted] = ways;
             let mut level = PathLevel {
                 parts,
                 traced: (BounceKind::Mirror, Vec3::ZERO),
-                pending: None,
+                pending,
             };
-            (next, level.pending) = match mirror {
-                Some(mirror) => (Some(mirror), refracted),
-                None => (refracted, None),
-            };
-            if let Some(next) = &next {
-                level.traced = (next.way, next.throughput);
-            }
+            next = level.take_pending();
             path.push(level);
         };
         self.path = path;
@@ -148,8 +157,10 @@ impl<'a> WhittedIntegrator<'a> {
         match segment.way {
             BounceKind::Mirror => self.ray_counts.reflection += 1,
             BounceKind::Refracted => self.ray_counts.refraction += 1,
+            // The same ray goes on.
+            BounceKind::Passed => {}
         }
-        self.search.closest(&segment.ray)
+        self.search.closest_there(&segment.ray, segment.after)
     }
 
     /// The light of a hit without its bounces, and the bounces that are worth tracing.
@@ -158,23 +169,40 @@ impl<'a> WhittedIntegrator<'a> {
         segment: &PathSegment,
         hit: Option<OracleHit>,
         cursor: &mut ShadowCacheCursor,
-    ) -> (RadianceParts, SegmentPair) {
+    ) -> (RadianceParts, Segments) {
         let scene = self.search.scene;
         let mut parts = RadianceParts::default();
         let Some(hit) = hit else {
-            parts.direct = scene.background;
-            return (parts, [None, None]);
+            let sky = scene.sky.filter(|_| segment.depth > 0);
+            parts.direct = sky.map_or(scene.background, |sky| sky.radiance(segment.ray.dir));
+            return (parts, [None, None, None].into_iter().flatten());
         };
         let at = OracleSurface::new(scene, &segment.ray, &hit);
         let prim = scene.resolve(hit.prim_id).prim;
+        let coverage = match self.search.has_coverage {
+            true => scene.coverage(hit.on_surface()),
+            false => 1.0,
+        };
         let material = OracleMaterial::of(scene, prim, &hit);
-        parts.direct = material.own;
+        parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
         for light in 0..scene.lights.len() {
-            let sample = shading::sample_light(scene, light, segment.chance, &material, &at);
-            let Some(sample) = sample else {
+            let lit = shading::Lit {
+                seed: segment.chance,
+                material: &material,
+                coverage,
+            };
+            let Some(sample) = shading::sample_light(scene, light, &lit, &at) else {
                 continue;
             };
+            if self.search.has_clear_shadows {
+                self.ray_counts.shadow += 1;
+                let passed = self.search.visibility(&sample.ray, sample.tmax);
+                if passed != Vec3::ZERO {
+                    parts.direct += sample.radiance * passed;
+                }
+                continue;
+            }
             let visible = cursor.is_visible(light, sample.radiance, || {
                 self.ray_counts.shadow += 1;
                 !self.search.occluded(&sample.ray, sample.tmax)
@@ -183,17 +211,63 @@ impl<'a> WhittedIntegrator<'a> {
                 parts.direct += sample.radiance;
             }
         }
-        if segment.depth >= self.max_depth {
-            return (parts, [None, None]);
+        let [mirror, refracted] = self.bounces(segment, &material, coverage, &at);
+        let passed = self.passing_segment(segment, &hit, coverage);
+        (parts, [mirror, refracted, passed].into_iter().flatten())
+    }
+
+    /// The mirror ray and the refracted ray of a hit, where any are allowed and worth tracing.
+    fn bounces(
+        &self,
+        from: &PathSegment,
+        material: &OracleMaterial,
+        coverage: f32,
+        at: &OracleSurface,
+    ) -> [Option<PathSegment>; 2] {
+        if from.depth >= self.max_depth {
+            return [None, None];
         }
-        let (mirror, refracted) = shading::bounces(&material, segment.chance, &at);
+        let [mirror, refracted] = shading::bounces(material, from.chance, at);
         let whole = material.secondary_weight();
-        let mirror = mirror
-            .and_then(|bounce| self.secondary_segment(segment, whole, bounce, BounceKind::Mirror));
-        let refracted = refracted.and_then(|bounce| {
-            self.secondary_segment(segment, whole, bounce, BounceKind::Refracted)
-        });
-        (parts, [mirror, refracted])
+        let segment = |bounce: Option<OracleBounce>, way| {
+            let mut bounce = bounce?;
+            bounce.weight *= coverage;
+            self.secondary_segment(from, whole, bounce, way)
+        };
+        [
+            segment(mirror, BounceKind::Mirror),
+            segment(refracted, BounceKind::Refracted),
+        ]
+    }
+
+    /// The ray as it goes on where the surface that it hit is not; `None` if all of the surface is
+    /// there, or the rest is not worth tracing.
+    fn passing_segment(
+        &self,
+        from: &PathSegment,
+        hit: &OracleHit,
+        coverage: f32,
+    ) -> Option<PathSegment> {
+        let open = 1.0 - coverage;
+        if open <= 0.0 || from.passed >= MAX_PASSES {
+            return None;
+        }
+        let share = from.share * open;
+        self.counts(share).then(|| PathSegment {
+            ray: from.ray,
+            way: BounceKind::Passed,
+            chance: from.chance.child(BounceKind::Passed),
+            throughput: Vec3::splat(open),
+            share,
+            depth: from.depth,
+            passed: from.passed + 1,
+            after: Some(hit.on_surface()),
+        })
+    }
+
+    /// Returns true if a ray of this share is worth tracing.
+    fn counts(&self, share: Vec3) -> bool {
+        self.min_weight == 0.0 || share.abs().cmpge(Vec3::splat(self.min_weight)).any()
     }
 
     /// A bounce of a ray, one of those that share `whole`; `None` if its own share is less than the
@@ -206,14 +280,15 @@ impl<'a> WhittedIntegrator<'a> {
         way: BounceKind,
     ) -> Option<PathSegment> {
         let share = from.share * (bounce.weight / whole);
-        let counts = share.abs().cmpge(Vec3::splat(self.min_weight)).any();
-        (counts || self.min_weight == 0.0).then(|| PathSegment {
+        self.counts(share).then(|| PathSegment {
             ray: bounce.ray,
             way,
             chance: from.chance.child(way),
             throughput: bounce.weight,
             share,
             depth: from.depth + 1,
+            passed: from.passed,
+            after: None,
         })
     }
 }
@@ -221,7 +296,7 @@ impl<'a> WhittedIntegrator<'a> {
 impl PathLevel {
     /// Takes the pending bounce, if there is one, to be traced now.
     fn take_pending(&mut self) -> Option<PathSegment> {
-        let later = self.pending.take()?;
+        let later = self.pending.next()?;
         self.traced = (later.way, later.throughput);
         Some(later)
     }

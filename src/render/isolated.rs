@@ -20,6 +20,7 @@ pub fn group_queue_hits<'arena>(
     let view = QueueSlice {
         queue: rays,
         packets,
+        after: &[],
     };
     group_hits(arena, scene, &view, hits).surfaces
 }

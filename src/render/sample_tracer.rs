@@ -57,6 +57,8 @@ impl<'a> SampleTracer<'a> {
                 stats: RenderStats::default(),
                 sample: 0,
                 min_weight: 0.0,
+                has_coverage: scene.has_coverage(),
+                has_clear_shadows: scene.has_clear_shadows(),
                 columns: levels.columns(),
             },
             seeded: scene.is_stochastic(),
@@ -103,9 +105,14 @@ impl<'a> SampleTracer<'a> {
         capacity: usize,
         sample: u32,
         record_hits: bool,
-        mut shadow_filter: ShadowFilter,
+        shadow_filter: ShadowFilter,
         generate: impl FnOnce(&mut RayQueue),
     ) -> TracedSamples<'_, 'a> {
+        // Light that passes a surface is neither seen nor hidden, as a filter knows it.
+        let mut shadow_filter = match self.context.has_clear_shadows {
+            true => ShadowFilter::NONE,
+            false => shadow_filter,
+        };
         self.tile_arena.reset();
         let arena = &self.tile_arena;
         let mut rays = RayQueue::seeded(arena, capacity, self.seeded);
@@ -126,7 +133,9 @@ impl<'a> SampleTracer<'a> {
                 rays: QueueSlice {
                     queue: &rays,
                     packets: part,
+                    after: &[],
                 },
+                bounced: false,
             };
             let (context, scratch) = (&mut self.context, &mut self.scratch);
             match self.ao_distance {

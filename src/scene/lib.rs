@@ -13,6 +13,7 @@
 mod bounds;
 pub mod camera;
 mod column;
+mod coverage;
 mod encoding;
 pub mod film;
 mod geometries;
@@ -41,6 +42,7 @@ pub use bounds::{
     PLANE_ROUNDING,
 };
 pub use column::Column;
+pub use coverage::{MAX_PASSES, SurfaceHit};
 pub use encoding::{OutputEncoding, Quantize, Transfer};
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;

@@ -1,6 +1,8 @@
-//! Pictures that colour surfaces.
+//! Pictures that colour surfaces, and their colour at a place.
 
 use super::Column;
+use crate::sampling::linear_of_srgb;
+use glam::Vec3;
 
 /// Stands for "no texture" in [`super::Materials::texture`].
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -34,4 +36,78 @@ pub struct Texture {
     /// Share of each texel that is there, in 255ths: as many as there are texels, or none where all
     /// are whole.
     pub alpha: Column<u8>,
+}
+
+impl Texture {
+    /// Colour at a place: bilinear between the centres of texels, decoded from sRGB first. (0, 0) is
+    /// the upper left corner, (1, 1) the lower right one.
+    pub fn color_at(&self, u: f32, v: f32) -> Vec3 {
+        let linear = linear_of_srgb();
+        let texel = |k: usize| Vec3::from_array(self.texels[k].map(|c| linear[usize::from(c)]));
+        self.between(u, v, texel, |a, b, t| a + (b - a) * t)
+    }
+
+    /// Share at a place that is there, 0 to 1: bilinear between the centres of texels.
+    pub fn alpha_at(&self, u: f32, v: f32) -> f32 {
+        if self.alpha.is_empty() {
+            return 1.0;
+        }
+        let texel = |k: usize| f32::from(self.alpha[k]) / 255.0;
+        self.between(u, v, texel, |a, b, t| a + (b - a) * t)
+    }
+
+    /// Interpolates between the four texels around a place: along the rows, then between them.
+    fn between<T>(
+        &self,
+        u: f32,
+        v: f32,
+        texel: impl Fn(usize) -> T,
+        mix: impl Fn(T, T, f32) -> T,
+    ) -> T {
+        let (left, right, tx) = texel_pair(u, self.wrap[0], self.width);
+        let (above, below, ty) = texel_pair(v, self.wrap[1], self.height);
+        let at =
+            |column: u32, row: u32| texel(row as usize * self.width as usize + column as usize);
+        let along = |row: u32| mix(at(left, row), at(right, row), tx);
+        mix(along(above), along(below), ty)
+    }
+}
+
+/// `minps` and `maxps`: a NaN in the first operand gives the second.
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The two texels around a position, and the fraction of the way from the first to the second.
+fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
+    let folded = match wrap {
+        Wrap::Repeat => fraction(place),
+        Wrap::Clamp => min(max(place, 0.0), 1.0),
+        Wrap::Mirror => {
+            let there = fraction(place * 0.5) * 2.0;
+            if there > 1.0 { 2.0 - there } else { there }
+        }
+    };
+    let x = folded * size as f32 + 0.5;
+    let k = x.floor() as u32;
+    let (before, after) = match wrap {
+        Wrap::Repeat => (size - 1, 0),
+        Wrap::Clamp | Wrap::Mirror => (0, size - 1),
+    };
+    let lower = if k == 0 { before } else { k.min(size) - 1 };
+    let upper = if k >= size { after } else { k };
+    (lower, upper, x - x.floor())
+}
+
+/// The fractional part. Numbers from 2²² on count as whole, and so does a NaN.
+fn fraction(x: f32) -> f32 {
+    if x.abs() < 4_194_304.0 {
+        x - x.floor()
+    } else {
+        0.0
+    }
 }

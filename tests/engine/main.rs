@@ -6,6 +6,7 @@ mod common;
 
 mod beams;
 mod bit_identity;
+mod coverage;
 mod distance;
 mod distributed;
 mod front_door;

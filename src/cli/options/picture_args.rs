@@ -104,7 +104,7 @@ impl PictureArgs {
             height,
             region: self.region.as_deref().and_then(window_of),
             max_depth: self.max_depth.unwrap_or(scene.max_depth),
-            min_weight: self.min_weight,
+            min_weight: self.min_weight.or(Settings::of(scene).min_weight),
             sampling: Sampling {
                 spp: self.spp.unwrap_or(if adaptive { ADAPTIVE_SPP } else { 1 }),
                 filter: self.filter,

@@ -96,14 +96,16 @@ pub const FULL_DEPTH: u32 = 10;
 
 impl Settings {
     /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the
-    /// packet engine.
+    /// packet engine. Where rays pass surfaces that are only partly there, the least weight of
+    /// bounces is 2⁻¹² at any depth.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
             height: scene.height,
             region: None,
             max_depth: scene.max_depth,
-            min_weight: None,
+            // Rays that pass surfaces are not bounded by the depth.
+            min_weight: scene.has_coverage().then_some(MIN_WEIGHT),
             sampling: Sampling::CENTER,
             lens: None,
             integrator: Integrator::default(),

@@ -26,6 +26,14 @@ pub struct LightSample {
     pub dir: Vec3x8,
 }
 
+impl LightSample {
+    /// Weighs the light by the coverage of the surfaces that it falls on.
+    pub fn weigh(&mut self, share: F32x8) {
+        self.radiance = self.radiance.scale(share);
+        self.needed = self.needed & is_nonzero(self.radiance);
+    }
+}
+
 /// Position of a light, for points reached by rays of these seeds. All points get the same
 /// position, except on an area light.
 pub fn sample_light_position(
@@ -50,8 +58,8 @@ pub fn sample_light_position(
     }
 }
 
-/// Evaluates light `light` at position `position` for a batch. `tint` is the colour of the
-/// material's texture, if there is one.
+/// Evaluates light `light` at position `position` for a batch. `tint` is the colour that the
+/// material's is multiplied with, if there is one.
 pub fn sample_light(
     scene: &Scene,
     light: usize,
@@ -70,10 +78,14 @@ pub fn sample_light(
         let distance = squared.sqrt();
         let a = wide(lights.attenuation.get(light));
         let loss = (a.x + a.y * distance) + a.z * squared;
-        let seen = Vec3x8::new(color.x / loss, color.y / loss, color.z / loss);
+        let mut seen = Vec3x8::new(color.x / loss, color.y / loss, color.z / loss);
+        let to_light = to.scale(F32x8::ONE / distance);
+        if lights.is_spot(light) {
+            seen = seen.scale(spot(scene, light, to_light));
+        }
         // The light adds nothing if the denominator is zero (d = 0, no constant term).
         let lit = at.active & loss.gt(F32x8::ZERO);
-        (to, to.scale(F32x8::ONE / distance), seen, lit)
+        (to, to_light, seen, lit)
     };
     let diffuse = positive(to_light.dot(at.ns));
     let specular = if material.ks == Vec3::ZERO {
@@ -93,6 +105,17 @@ pub fn sample_light(
         org: at.point + at.ng.scale(at.offset),
         dir,
     }
+}
+
+/// Part of a spot light's light at points from which it is seen along unit vectors `to_light`:
+/// [`Lights::add_spot`](phalanx_scene::Lights::add_spot).
+fn spot(scene: &Scene, light: usize, to_light: Vec3x8) -> F32x8 {
+    let axis = wide(scene.lights.axis.get(light));
+    let cone = scene.lights.cone.get(light);
+    let cos = -to_light.dot(axis);
+    let part = cos * F32x8::splat(cone.x) + F32x8::splat(cone.y);
+    let part = positive(part).min(F32x8::ONE);
+    part * part
 }
 
 /// Lanes that have a component other than zero, and no NaN component.

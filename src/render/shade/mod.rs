@@ -10,7 +10,7 @@
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
-//! | `texture` | the texture colours that Ka and Kd are multiplied with |
+//! | `texture` | the colours of textures and vertices that Ka and Kd are multiplied with |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 
@@ -28,7 +28,7 @@ pub use light::{LightSample, sample_light, sample_light_position};
 pub use material::ShadeMaterial;
 pub use pow::pow;
 pub use surface::{ShadeGroup, Surface, surface};
-pub use texture::{WHITE, texture_color};
+pub use texture::{WHITE, tint};
 
 use glam::Vec3;
 use phalanx_trace::simd::Vec3x8;

@@ -61,7 +61,7 @@ pub fn surface(
     active: Mask8,
     ray: [u32; LANES],
 ) -> Surface {
-    let place = if batch.instanced {
+    let mut place = if batch.instanced {
         let placed = hits.prim_id.to_array().map(|id| scene.resolve(id));
         let rows = placed.map(|p| scene.prims[p.prim as usize].index());
         let instances = placed.map(|p| p.instance.unwrap_or_default() as usize);
@@ -75,6 +75,11 @@ pub fn surface(
         let rows = rows.map(|id| scene.prims[id as usize].index());
         surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits)
     };
+    if batch.kind == PrimKind::Triangle && !scene.triangles.normals.is_empty() {
+        // The normals of the file say which side is the outside, whatever the winding.
+        let inward = place.ng.dot(place.ns).lt(F32x8::ZERO);
+        place.ng = Vec3x8::select(inward, -place.ng, place.ng);
+    }
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
     Surface {
         active,

@@ -1,10 +1,11 @@
-//! Texture colours that Ka and Kd are multiplied with, at eight hits: bilinear between texel
-//! centres, decoded from sRGB first.
+//! Colours that Ka and Kd are multiplied with, at eight hits: of a texture, bilinear between texel
+//! centres, decoded from sRGB first; and of the vertices, by the barycentric weights.
 //!
 //! Texel positions follow from any finite texture coordinates, however large. Coordinates beyond
 //! ±[`WHOLE`] count as whole numbers, as single precision has almost no fractions there. So do
 //! values that overflow on the way.
 
+use glam::Vec3;
 use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb};
 use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
 use phalanx_trace::packet::HitPacket;
@@ -16,9 +17,48 @@ pub const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
 /// 2²²: from here on a number counts as whole. Below it adding [`ROUND_MAGIC`] rounds.
 const WHOLE: f32 = 4_194_304.0;
 
-/// The colour of a material's texture at eight hits on triangles; 1 where the material has no
-/// texture or the triangle has no texture coordinates.
-pub fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
+/// The colour that a material's is multiplied with at eight hits on triangles: that of its texture
+/// times that of the vertices.
+pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
+    let texture = texture_color(scene, material, hits);
+    match scene.triangles.colors.is_empty() {
+        true => texture,
+        false => texture.mul_elementwise(vertex_color(scene, hits)),
+    }
+}
+
+/// The interpolated colours of the vertices; 1 where a triangle has none.
+fn vertex_color(scene: &Scene, hits: &HitPacket) -> Vec3x8 {
+    let corners = hits.prim_id.to_array().map(|id| {
+        let prim = scene.resolve(id).prim;
+        scene
+            .triangles
+            .corner_colors(scene.prims[prim as usize].index())
+    });
+    let given = corners.iter().enumerate();
+    let given = given.fold(0, |bits, (k, colors)| {
+        bits | u32::from(colors.is_some()) << k
+    });
+    if given == 0 {
+        return WHITE;
+    }
+    let corners = corners.map(|colors| colors.unwrap_or([Vec3::ONE; 3]));
+    let column = |k: usize| {
+        Vec3x8::new(
+            F32x8::new(corners.map(|colors| colors[k].x)),
+            F32x8::new(corners.map(|colors| colors[k].y)),
+            F32x8::new(corners.map(|colors| colors[k].z)),
+        )
+    };
+    let (beta, gamma) = (hits.u, hits.v);
+    let alpha = (F32x8::ONE - beta) - gamma;
+    let color = (column(0).scale(alpha) + column(1).scale(beta)) + column(2).scale(gamma);
+    Vec3x8::select(Mask8::from_bits(given), color, WHITE)
+}
+
+/// The colour of a material's texture; 1 where the material has no texture or the triangle has no
+/// texture coordinates.
+fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let texture = scene.materials.texture[material as usize];
     if texture == NO_TEXTURE {
         return WHITE;

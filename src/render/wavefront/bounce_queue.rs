@@ -1,7 +1,7 @@
 //! Bounces that wait to be traced, and their accumulation into the wave that sent them.
 
 use super::ray_batch::RadianceX8;
-use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
+use phalanx_trace::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue};
 use phalanx_trace::simd::{LANES, LaneMask};
 use std::ops::Range;
 
@@ -10,13 +10,46 @@ use std::ops::Range;
 pub(super) struct BounceLevel {
     /// Radiance of the wave's rays. The radiance of camera rays is stored elsewhere.
     pub(super) radiance: Vec<RadianceX8>,
+    /// Mirror and refracted rays of the wave.
     pub(super) bounces: BounceQueue,
+    /// Its rays that go on through surfaces that are partly there. They are traced last.
+    pub(super) passes: BounceQueue,
+    /// True if the slice that is being traced is one of `passes`.
+    pub(super) passing: bool,
+    /// Bounces and passes between the camera and the wave.
+    pub(super) depth: u32,
+    pub(super) passed: u32,
+}
+
+impl BounceLevel {
+    /// Moves on to the next slice, of up to `most` packets. Returns false if there is none.
+    pub(super) fn advance(&mut self, most: usize) -> bool {
+        self.passing = !self.bounces.advance(most);
+        !self.passing || self.passes.advance(most)
+    }
+
+    /// The slice that is being traced.
+    pub(super) fn slice(&mut self) -> BounceSlice<'_> {
+        match self.passing {
+            true => self.passes.slice(),
+            false => self.bounces.slice(),
+        }
+    }
+}
+
+/// The queues that a wave fills: of bounces where any are allowed, and of passes likewise.
+pub(super) struct SecondaryQueues<'q> {
+    pub(super) bounces: Option<&'q mut BounceQueue>,
+    pub(super) passes: Option<&'q mut BounceQueue>,
 }
 
 /// The bounces of a wave, mirror rays first.
 #[derive(Default)]
 pub(super) struct BounceQueue {
     storage: QueueStorage,
+    /// Hits after which the rays of passes go on, a row for each packet; empty for bounces, which
+    /// begin at their origins.
+    after: Vec<HitPacket>,
     /// Number of mirror rays.
     mirrored: usize,
     /// Packets of the wave that sent the bounces.
@@ -46,6 +79,21 @@ impl BounceQueue {
         self.slice = 0..0;
     }
 
+    /// Fills the queue with rays of a wave of `wave` packets that go on after hits. `push` queues
+    /// them, and sets the hits, a row for each packet of the queue.
+    pub(super) fn fill_after(
+        &mut self,
+        wave: usize,
+        columns: QueueColumns,
+        push: impl FnOnce(&mut RayQueue, &mut [HitPacket]),
+    ) {
+        self.after.resize(wave, HitPacket::miss());
+        let after = &mut self.after;
+        self.storage.fill(wave, columns, |queue| push(queue, after));
+        self.wave_packets = wave;
+        self.slice = 0..0;
+    }
+
     /// Moves on to the next slice of the queue, of up to `most` packets. Returns false if there is
     /// none.
     pub(super) fn advance(&mut self, most: usize) -> bool {
@@ -59,6 +107,7 @@ impl BounceQueue {
     pub(super) fn slice(&mut self) -> BounceSlice<'_> {
         BounceSlice {
             queue: self.storage.queue(),
+            after: &self.after,
             packets: self.slice.clone(),
             mirrored: self.mirrored,
         }
@@ -68,6 +117,8 @@ impl BounceQueue {
 /// Some packets of the bounces of a wave. The parents of its rays are the wave's rays.
 pub(super) struct BounceSlice<'q> {
     pub(super) queue: RayQueue<'q>,
+    /// Hits after which the rays go on; empty for bounces.
+    pub(super) after: &'q [HitPacket],
     pub(super) packets: Range<usize>,
     /// Number of mirror rays in the queue; they come first.
     pub(super) mirrored: usize,

@@ -3,32 +3,51 @@
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::wavefront_context::WavefrontContext;
 use bumpalo::Bump;
+use glam::Vec3;
 use phalanx_scene::Scene;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{LANES, LaneMask, LaneU32, U32x8};
 
-/// Finds the closest hit of every ray.
+/// Finds the closest hit of every ray, or the next after the one where it begins.
 pub(super) fn intersect_closest<'arena>(
     context: &mut WavefrontContext,
     arena: &'arena Bump,
     rays: &QueueSlice,
-) -> &'arena [HitPacket] {
+) -> &'arena mut [HitPacket] {
     let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
     let packets = rays.packets.clone();
-    context.traversal.closest(rays.queue, packets, hits);
+    if rays.after.is_empty() {
+        context.traversal.closest(rays.queue, packets, hits);
+        return hits;
+    }
+    for (packet, hit) in hits.iter_mut().enumerate() {
+        let (ray, active) = rays.packet(packet);
+        let after = &rays.after[rays.packets.start + packet];
+        *hit = context.traversal.next(&ray, active, after);
+    }
     hits
 }
 
-/// Gives rays that hit nothing the background.
+/// Gives rays that hit nothing the background, or the sky if they have been `bounced` and there is
+/// one.
 pub(super) fn handle_escaped_rays(
     scene: &Scene,
     rays: &QueueSlice,
+    bounced: bool,
     hits: &[HitPacket],
     radiance: &mut [RadianceX8],
 ) {
     let background = scene.background.to_array();
     for (packet, (hit, radiance)) in hits.iter().zip(radiance).enumerate() {
         let escaped = rays.active(packet) & hit.prim_id.eq(U32x8::splat(NO_PRIM));
+        if let (true, Some(sky)) = (bounced, scene.sky) {
+            let dir = rays.packet(packet).0.dir;
+            for lane in escaped.lanes() {
+                let dir = Vec3::new(dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane));
+                radiance.set(lane, sky.radiance(dir).to_array());
+            }
+            continue;
+        }
         if escaped.bits() == 0xff {
             *radiance = RadianceX8(background.map(|c| [c; LANES]));
             continue;

@@ -1,21 +1,25 @@
 //! Light that a hit has without any lamp: ambient light and its own emission.
 
+use super::coverage::Coverage;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
 use crate::shade::ShadeMaterial;
 use phalanx_scene::Scene;
 use phalanx_trace::simd::{LANES, LaneMask};
 
-/// Starts every hit's sum with Ka + Ke, or with Ka times the texture's colour + Ke.
+/// Starts every hit's sum with Ka + Ke, or with Ka times the surface's colour + Ke, weighed by its
+/// coverage.
 pub(super) fn add_ambient_and_emission(
     scene: &Scene,
     groups: &HitGroups,
+    coverage: Coverage,
     radiance: &mut [RadianceX8],
 ) {
     for (k, at) in groups.surfaces.iter().enumerate() {
         let ShadeMaterial { ka, ke, .. } = ShadeMaterial::of(scene, at.material);
         let own = (ka + ke).to_array();
-        if let (None, Some(packet)) = (groups.tints.get(k), at.whole_packet()) {
+        let share = coverage.of(at);
+        if let (None, None, Some(packet)) = (groups.tints.get(k), share, at.whole_packet()) {
             radiance[packet] = RadianceX8(own.map(|c| [c; LANES]));
             continue;
         }
@@ -27,6 +31,7 @@ pub(super) fn add_ambient_and_emission(
                 }
                 None => own,
             };
+            let own = share.map_or(own, |share| own.map(|c| c * share.lane(lane)));
             let ray = at.ray[lane] as usize;
             radiance[ray / LANES].set(ray % LANES, own);
         }

@@ -1,7 +1,7 @@
 //! Hits grouped by kind and material: eight surfaces of one kind and material are shaded together.
 
 use super::ray_batch::QueueSlice;
-use crate::shade::{ShadeGroup, Surface, WHITE, surface, texture_color};
+use crate::shade::{ShadeGroup, Surface, WHITE, surface, tint};
 use bumpalo::Bump;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, packets_for};
@@ -11,8 +11,8 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, 
 #[derive(Clone, Copy)]
 pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
-    /// The texture colour of each surface; empty where the scene has no textures, so that such a
-    /// scene pays nothing for them.
+    /// The colour that each surface's is multiplied with; empty where the scene has neither textures
+    /// nor vertex colours, so that such a scene pays nothing for them.
     pub(super) tints: &'arena [Vec3x8],
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn group_hits<'arena>(
         Some(&(packet, key)) => full_surface(scene, rays, hits, packet as usize, key),
         None => partial_surface(scene, rays, hits, next.next().unwrap_or_default()),
     });
-    if scene.textures.is_empty() {
+    if scene.textures.is_empty() && scene.triangles.colors.is_empty() {
         return HitGroups {
             surfaces,
             tints: &[],
@@ -79,7 +79,7 @@ pub(crate) fn group_hits<'arena>(
     }
     let mut next = batches();
     let tints = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
-        Some(&(packet, key)) => texture_color_of(scene, key, &hits[packet as usize]),
+        Some(&(packet, key)) => tint_of(scene, key, &hits[packet as usize]),
         None => partial_tint(scene, rays, hits, next.next().unwrap_or_default()),
     });
     HitGroups { surfaces, tints }
@@ -124,17 +124,17 @@ fn sort_hits<'arena>(
     (&full[..fulls], partial)
 }
 
-fn texture_color_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> Vec3x8 {
+fn tint_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> Vec3x8 {
     let group = unpack_key(key);
     match group.kind {
-        PrimKind::Triangle => texture_color(scene, group.material, hits),
+        PrimKind::Triangle => tint(scene, group.material, hits),
         PrimKind::Sphere | PrimKind::Ellipsoid | PrimKind::Cone => WHITE,
     }
 }
 
 fn partial_tint(scene: &Scene, rays: &QueueSlice, hits: &[HitPacket], batch: &[HitKey]) -> Vec3x8 {
     let (_, hits) = gather(rays, hits, &rays_of(batch));
-    texture_color_of(scene, shade_key_of(batch[0]), &hits)
+    tint_of(scene, shade_key_of(batch[0]), &hits)
 }
 
 fn full_surface(

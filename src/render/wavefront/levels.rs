@@ -2,24 +2,25 @@
 //!
 //! The bounces of a wave wait in the queue of its level. They are traced slice by slice as waves of
 //! the next level. Each slice is accumulated into the wave before the next is traced, mirror rays
-//! before refracted ones. That gives the sum the order of the recursion: (local + Ks I_R) + Kt I_T.
+//! before refracted ones, and after them those that go on through surfaces that are partly there.
+//! That gives the sum the order of the recursion: ((α·local + α·Ks I_R) + α·Kt I_T) + (1 − α) I_P.
 //! The levels are a stack of their own, so that no depth overflows the thread's.
 
 use super::aov_buffer::AovBuffer;
-use super::bounce_queue::{BounceLevel, accumulate};
+use super::bounce_queue::{BounceLevel, SecondaryQueues, accumulate};
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::shadow_filter::ShadowFilter;
 use super::trace_wavefront;
 use super::wave_sizes::WaveSizes;
 use super::wavefront_context::{Wave, WavefrontContext};
 use bumpalo::Bump;
-use phalanx_scene::Scene;
+use phalanx_scene::{MAX_PASSES, Scene};
 use phalanx_trace::packet::QueueColumns;
 
 /// The levels of a renderer, each with the bounces of one wave.
 pub(crate) struct Levels {
     sizes: WaveSizes,
-    max_depth: usize,
+    max_depth: u32,
     levels: Vec<BounceLevel>,
 }
 
@@ -27,14 +28,14 @@ impl Levels {
     pub(crate) fn new(scene: &Scene, max_depth: u32, min_weight: f32) -> Levels {
         Levels {
             sizes: WaveSizes::of(scene, max_depth, min_weight),
-            max_depth: max_depth as usize,
+            max_depth,
             levels: Vec::new(),
         }
     }
 
     /// Bounces after the primary ray.
     pub(crate) fn max_depth(&self) -> u32 {
-        self.max_depth as u32
+        self.max_depth
     }
 
     /// The columns of the queues of bounces.
@@ -47,19 +48,31 @@ impl Levels {
         self.sizes.camera
     }
 
-    /// The level of a wave of the given depth.
-    fn level(&mut self, depth: usize) -> &mut BounceLevel {
-        if self.levels.len() <= depth {
-            self.levels.resize_with(depth + 1, BounceLevel::default);
+    /// A level of the stack; camera rays are level 0.
+    fn level(&mut self, index: usize) -> &mut BounceLevel {
+        if self.levels.len() <= index {
+            self.levels.resize_with(index + 1, BounceLevel::default);
         }
-        &mut self.levels[depth]
+        &mut self.levels[index]
     }
 
-    /// The level of a wave of bounces, after the bounces of the wave above it.
-    fn with_parent(&mut self, depth: usize) -> (&mut BounceLevel, &mut BounceLevel) {
-        self.level(depth);
-        let (above, from) = self.levels.split_at_mut(depth);
-        (&mut above[depth - 1], &mut from[0])
+    /// The level of a wave that another sent, after the level of that.
+    fn with_parent(&mut self, index: usize) -> (&mut BounceLevel, &mut BounceLevel) {
+        self.level(index);
+        let (above, from) = self.levels.split_at_mut(index);
+        (&mut above[index - 1], &mut from[0])
+    }
+}
+
+impl BounceLevel {
+    /// The queues that the wave of this level may fill; others are emptied.
+    fn queues(&mut self, max_depth: u32) -> SecondaryQueues<'_> {
+        self.bounces.clear();
+        self.passes.clear();
+        SecondaryQueues {
+            bounces: (self.depth < max_depth).then_some(&mut self.bounces),
+            passes: (self.passed < MAX_PASSES).then_some(&mut self.passes),
+        }
     }
 }
 
@@ -71,62 +84,69 @@ pub(crate) fn trace_waves(
     mut camera: Wave,
 ) {
     scratch.reset();
-    let bounces = (levels.max_depth > 0).then_some(&mut levels.level(0).bounces);
-    trace_wavefront(context, scratch, &mut camera, bounces);
-    let mut depth = 0;
+    let max_depth = levels.max_depth;
+    let queues = levels.level(0).queues(max_depth);
+    trace_wavefront(context, scratch, &mut camera, queues);
+    let mut top = 0;
     loop {
         let most = levels.sizes.bounced;
-        if levels.level(depth).bounces.advance(most) {
-            depth += 1;
+        if levels.level(top).advance(most) {
+            top += 1;
             scratch.reset();
-            trace_bounces(context, scratch, levels, depth, &mut camera.shadow_filter);
-        } else if depth > 0 {
-            accumulate_bounces(levels, depth, &mut camera);
-            depth -= 1;
+            trace_slice(context, scratch, levels, top, &mut camera.shadow_filter);
+        } else if top > 0 {
+            accumulate_slice(levels, top, &mut camera);
+            top -= 1;
         } else {
             return;
         }
     }
 }
 
-/// Traces the current slice of the bounces of the wave above as a wave of the given depth.
-fn trace_bounces(
+/// Traces the current slice of the wave above as a wave of its own.
+fn trace_slice(
     context: &mut WavefrontContext,
     arena: &Bump,
     levels: &mut Levels,
-    depth: usize,
+    top: usize,
     shadow_filter: &mut ShadowFilter,
 ) {
     let max_depth = levels.max_depth;
-    let (above, level) = levels.with_parent(depth);
-    let slice = above.bounces.slice();
-    level.radiance.clear();
-    level
-        .radiance
-        .resize(slice.packets.len(), RadianceX8::BLACK);
+    let (above, level) = levels.with_parent(top);
+    level.depth = above.depth + u32::from(!above.passing);
+    level.passed = above.passed + u32::from(above.passing);
+    let slice = above.slice();
+    let mut radiance = std::mem::take(&mut level.radiance);
+    radiance.clear();
+    radiance.resize(slice.packets.len(), RadianceX8::BLACK);
     let mut wave = Wave {
-        shadow_filter: match depth {
+        shadow_filter: match top {
             1 => shadow_filter.for_bounces(arena, &slice),
             _ => ShadowFilter::NONE,
         },
         rays: QueueSlice {
             queue: &slice.queue,
             packets: slice.packets,
+            after: slice.after,
         },
-        radiance: &mut level.radiance,
+        bounced: level.depth > 0,
+        radiance: &mut radiance,
         aovs: AovBuffer::default(),
     };
-    let bounces = (depth < max_depth).then_some(&mut level.bounces);
-    trace_wavefront(context, arena, &mut wave, bounces);
+    trace_wavefront(context, arena, &mut wave, level.queues(max_depth));
+    level.radiance = radiance;
 }
 
-/// Adds the results of a wave of the given depth to the wave above.
-fn accumulate_bounces(levels: &mut Levels, depth: usize, camera: &mut Wave) {
-    let (above, level) = levels.with_parent(depth);
-    let slice = above.bounces.slice();
-    if depth > 1 {
-        return accumulate(&slice, &level.radiance, &mut above.radiance);
+/// Adds the results of a level's wave to the wave above.
+fn accumulate_slice(levels: &mut Levels, top: usize, camera: &mut Wave) {
+    let (above, level) = levels.with_parent(top);
+    if top > 1 {
+        let mut radiance = std::mem::take(&mut above.radiance);
+        accumulate(&above.slice(), &level.radiance, &mut radiance);
+        above.radiance = radiance;
+        return;
     }
+    let slice = above.slice();
     camera.aovs.accumulate(&slice, &level.radiance);
     accumulate(&slice, &level.radiance, camera.radiance);
 }

@@ -4,7 +4,8 @@
 //! | file | stage |
 //! |---|---|
 //! | `camera_rays` | a tile's camera rays, eight a packet |
-//! | `closest_hits` | closest hits; the background for rays that escape |
+//! | `closest_hits` | closest hits; the background or the sky for rays that escape |
+//! | `coverage` | surfaces that are partly there: rays and light that pass them |
 //! | `hit_grouping` | hits grouped by kind and material, eight surfaces at a time |
 //! | `emission` | ambient light and emission |
 //! | `shadow_rays` | lights, and the shadow rays that test them |
@@ -21,6 +22,7 @@ mod aov_buffer;
 mod bounce_queue;
 mod camera_rays;
 mod closest_hits;
+mod coverage;
 mod emission;
 mod hit_grouping;
 mod levels;
@@ -43,35 +45,41 @@ pub(super) use wave_sizes::CAMERA_RAYS;
 pub use wave_sizes::WaveSizes;
 pub(super) use wavefront_context::{Wave, WavefrontContext};
 
-use bounce_queue::BounceQueue;
+use bounce_queue::SecondaryQueues;
 use bumpalo::Bump;
 use closest_hits::{handle_escaped_rays, intersect_closest};
+use coverage::{pass_absent_surfaces, queue_passes};
 use emission::add_ambient_and_emission;
 use secondary_rays::spawn_secondary_rays;
 use shadow_rays::trace_shadow_rays;
 
-/// Traces a wave, writes the radiance of its rays without bounces, and queues their bounces, where
-/// any are allowed.
+/// Traces a wave, writes the radiance of its rays without bounces, and queues their bounces and
+/// those rays that go on through a surface, where any are allowed.
 fn trace_wavefront(
     context: &mut WavefrontContext,
     arena: &Bump,
     wave: &mut Wave,
-    bounces: Option<&mut BounceQueue>,
+    queues: SecondaryQueues,
 ) {
     let Wave {
         rays,
+        bounced,
         radiance,
         aovs,
         shadow_filter,
     } = wave;
     let hits = intersect_closest(context, arena, rays);
-    handle_escaped_rays(context.scene, rays, hits, radiance);
+    let coverage = pass_absent_surfaces(context, arena, rays, hits);
+    handle_escaped_rays(context.scene, rays, *bounced, hits, radiance);
     let groups = group_hits(arena, context.scene, rays, hits);
-    add_ambient_and_emission(context.scene, &groups, radiance);
+    add_ambient_and_emission(context.scene, &groups, coverage, radiance);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);
-    trace_shadow_rays(context, arena, rays, &groups, known, radiance);
+    trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
     aovs.record(context.scene, hits, &groups, radiance);
-    if let Some(bounces) = bounces {
-        spawn_secondary_rays(context, arena, rays, groups.surfaces, bounces);
+    if let Some(bounces) = queues.bounces {
+        spawn_secondary_rays(context, arena, rays, groups.surfaces, coverage, bounces);
+    }
+    if let Some(passes) = queues.passes {
+        queue_passes(context, rays, hits, coverage, passes);
     }
 }

@@ -1,7 +1,6 @@
 //! Rays of a wave as its stages take them: slices of a queue, and the radiance of eight rays.
 
-use crate::shade::Surface;
-use phalanx_trace::packet::{RayPacket, RayQueue};
+use phalanx_trace::packet::{HitPacket, RayPacket, RayQueue};
 use phalanx_trace::simd::{F32x8, LANES, Mask8, Vec3x8};
 use std::ops::Range;
 
@@ -42,6 +41,9 @@ impl RadianceX8 {
 pub(crate) struct QueueSlice<'q, 'arena> {
     pub(crate) queue: &'q RayQueue<'arena>,
     pub(crate) packets: Range<usize>,
+    /// Hits after which the rays begin, a row for each packet of the queue; empty for rays that
+    /// begin at their origins.
+    pub(crate) after: &'q [HitPacket],
 }
 
 impl QueueSlice<'_, '_> {
@@ -61,10 +63,10 @@ impl QueueSlice<'_, '_> {
         })
     }
 
-    /// Shares of the rays that hit eight points.
-    pub(super) fn shares(&self, at: &Surface) -> Vec3x8 {
+    /// Shares of some rays of the wave.
+    pub(super) fn shares(&self, rays: &[u32; LANES]) -> Vec3x8 {
         let mut rgb = [[0.0; LANES]; 3];
-        for (lane, &ray) in at.ray.iter().enumerate() {
+        for (lane, &ray) in rays.iter().enumerate() {
             let (packet, at) = (ray as usize / LANES, ray as usize % LANES);
             let one = self.queue.share(self.packets.start + packet, at);
             for (column, value) in rgb.iter_mut().zip(one) {

@@ -1,6 +1,7 @@
 //! Secondary rays of hits: selects the bounces that are worth tracing, and queues them.
 
 use super::bounce_queue::BounceQueue;
+use super::coverage::Coverage;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::WavefrontContext;
 use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
@@ -16,6 +17,7 @@ pub(super) fn spawn_secondary_rays(
     arena: &Bump,
     rays: &QueueSlice,
     groups: &[Surface],
+    coverage: Coverage,
     bounces: &mut BounceQueue,
 ) {
     let ways = groups.iter().map(|at| {
@@ -26,13 +28,20 @@ pub(super) fn spawn_secondary_rays(
     if ways == 0 {
         return bounces.clear();
     }
-    let outgoing =
-        arena.alloc_slice_fill_with(groups.len(), |k| sample_bounces(context, rays, &groups[k]));
+    let outgoing = arena.alloc_slice_fill_with(groups.len(), |k| {
+        let mut out = sample_bounces(context, rays, &groups[k]);
+        if let Some(share) = coverage.of(&groups[k]) {
+            for out in [&mut out.mirror, &mut out.refracted] {
+                out.weight = out.weight.scale(share);
+            }
+        }
+        out
+    });
     let shares: &[[Vec3x8; 2]] = if context.columns.shares {
         let outgoing = groups.iter().zip(&mut *outgoing);
         arena.alloc_slice_fill_iter(outgoing.map(|(at, out)| {
             let whole = ShadeMaterial::of(context.scene, at.material).secondary_weight();
-            drop_below_min_weight(context.min_weight, rays.shares(at), whole, out)
+            drop_below_min_weight(context.min_weight, rays.shares(&at.ray), whole, out)
         }))
     } else {
         &[]
@@ -61,6 +70,8 @@ fn push_bounces(
         let (out, way) = match kind {
             BounceKind::Mirror => (&out.mirror, 0),
             BounceKind::Refracted => (&out.refracted, 1),
+            // Queued by `coverage`.
+            BounceKind::Passed => return,
         };
         if queue.has_seeds() {
             queue.push_seeds(out.active, &child_seed(rays.seeds(&at.ray), kind));

@@ -1,11 +1,13 @@
 //! Lights, and the shadow rays that test them.
 
+use super::coverage::{Coverage, visibility};
 use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::shadow_filter::KnownLights;
 use super::wavefront_context::WavefrontContext;
 use crate::shade::{ShadeMaterial, sample_light, sample_light_position};
 use bumpalo::Bump;
+use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{LANES, LaneMask, Mask8};
 
@@ -15,6 +17,7 @@ pub(super) fn trace_shadow_rays(
     arena: &Bump,
     rays: &QueueSlice,
     groups: &HitGroups,
+    coverage: Coverage,
     mut known: KnownLights,
     radiance: &mut [RadianceX8],
 ) {
@@ -32,7 +35,11 @@ pub(super) fn trace_shadow_rays(
             } else {
                 one
             };
-            let sample = sample_light(scene, light, position, &material, groups.tints.get(k), at);
+            let mut sample =
+                sample_light(scene, light, position, &material, groups.tints.get(k), at);
+            if let Some(share) = coverage.of(at) {
+                sample.weigh(share);
+            }
             let asked = known.unknown(light, (k, at), &sample, radiance);
             queue.push(asked, sample.org, sample.dir, sample.radiance, &at.ray);
         }
@@ -48,8 +55,9 @@ pub(super) fn trace_shadow_rays(
 }
 
 /// Traces shadow rays, adds the radiance that they carry to the hits that sent them, where nothing
-/// blocks the ray before `tmax`, and passes those hits to `record`. `blocked` has room for a byte
-/// per packet: lanes as bits.
+/// blocks the ray before `tmax`, and passes those hits to `record`. Where all that blocks it lets
+/// light through, that part of the radiance is added. `blocked` has room for a byte per packet:
+/// lanes as bits.
 pub(super) fn add_unoccluded(
     context: &mut WavefrontContext,
     queue: &RayQueue,
@@ -64,11 +72,20 @@ pub(super) fn add_unoccluded(
     context.traversal.occluded(queue, all, tmax, blocked);
     for (packet, &blocked) in blocked.iter().enumerate() {
         let (carried, hit) = queue.payload(packet);
-        let open = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
+        let blocked = queue.active(packet) & Mask8::from_bits(u32::from(blocked));
+        let open = queue.active(packet) & !blocked;
         for lane in open.lanes() {
             let ray = hit[lane] as usize;
             radiance[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| carried[c][lane]));
             record(hit[lane]);
+        }
+        if context.has_clear_shadows && blocked.any() {
+            let passed = visibility(context, queue, packet, tmax, blocked);
+            for lane in blocked.lanes().filter(|&lane| passed[lane] != Vec3::ZERO) {
+                let (ray, passed) = (hit[lane] as usize, passed[lane]);
+                let rgb = [0, 1, 2].map(|c| carried[c][lane] * passed[c]);
+                radiance[ray / LANES].add(ray % LANES, rgb);
+            }
         }
     }
 }

@@ -13,8 +13,8 @@
 use super::bounce_queue::BounceLevel;
 use super::ray_batch::RadianceX8;
 use crate::shade::ShadeMaterial;
-use phalanx_scene::Scene;
-use phalanx_trace::packet::{QueueColumns, QueueStorage};
+use phalanx_scene::{MAX_PASSES, Scene};
+use phalanx_trace::packet::{HitPacket, QueueColumns, QueueStorage};
 use phalanx_trace::simd::LANES;
 
 /// Bytes of all levels but the first, unless one packet a level needs more. They are enough to
@@ -34,7 +34,8 @@ pub struct WaveSizes {
     pub(super) camera: usize,
     /// Most packets of a wave of bounces.
     pub(super) bounced: usize,
-    /// Bounces that a ray may take, as limited by the settings and by its weight.
+    /// Bounces that a ray may take, as limited by the settings and by its weight, and surfaces that
+    /// it may pass.
     depth: usize,
     /// Bounces that a hit may send.
     ways: usize,
@@ -111,8 +112,12 @@ impl WaveSizes {
     /// Sizes for renders of a scene with these settings.
     pub fn of(scene: &Scene, max_depth: u32, min_weight: f32) -> WaveSizes {
         let weights = BounceWeights::of(scene);
-        let depth = weights.reach(min_weight, max_depth) as usize;
-        let ways = weights.ways;
+        let bounces = weights.reach(min_weight, max_depth);
+        let covered = scene.has_coverage();
+        // Rays that go on through a surface wait as bounces do.
+        let (passes, passing) = if covered { (MAX_PASSES, 1) } else { (0, 0) };
+        let depth = (bounces + passes) as usize;
+        let ways = weights.ways + passing;
         let fit = BOUNCE_BYTES / (depth.max(1) * level_bytes(ways));
         let bounced = fit.clamp(1, WAVE_RAYS / LANES);
         WaveSizes {
@@ -122,7 +127,8 @@ impl WaveSizes {
             ways,
             columns: QueueColumns {
                 seeds: scene.is_stochastic(),
-                shares: weights.may_fall_below(min_weight, max_depth),
+                shares: weights.may_fall_below(min_weight, max_depth)
+                    || (covered && min_weight > 0.0),
             },
         }
     }
@@ -143,7 +149,7 @@ impl WaveSizes {
 
 /// Bytes that a packet of a wave takes in its level, for bounces and for radiance.
 fn level_bytes(ways: usize) -> usize {
-    ways * QueueStorage::PACKET_BYTES + size_of::<RadianceX8>()
+    ways * (QueueStorage::PACKET_BYTES + size_of::<HitPacket>()) + size_of::<RadianceX8>()
 }
 
 #[cfg(test)]

@@ -18,6 +18,10 @@ pub(crate) struct WavefrontContext<'a> {
     /// Least share of a ray: rays whose share of their camera ray is less than this in every
     /// component are not traced.
     pub(crate) min_weight: f32,
+    /// True if the scene has surfaces that are only partly there.
+    pub(crate) has_coverage: bool,
+    /// True if light may pass some surface: see [`Scene::has_clear_shadows`].
+    pub(crate) has_clear_shadows: bool,
     /// The columns of the queues of bounces.
     pub(crate) columns: QueueColumns,
 }
@@ -25,6 +29,8 @@ pub(crate) struct WavefrontContext<'a> {
 /// One wave: its rays, and the outputs that it fills.
 pub(crate) struct Wave<'w, 'arena> {
     pub(crate) rays: QueueSlice<'w, 'arena>,
+    /// True if the rays have been mirrored or refracted, so that they see the sky.
+    pub(crate) bounced: bool,
     /// Radiance of the rays, packet by packet.
     pub(crate) radiance: &'w mut [RadianceX8],
     /// The rays' other outputs.

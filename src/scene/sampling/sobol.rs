@@ -48,6 +48,8 @@ pub enum BounceKind {
     Mirror = 0xb529_7a4d,
     /// A refracted ray.
     Refracted = 0x68e3_1da4,
+    /// A ray that goes on through a surface that is partly there.
+    Passed = 0x1b56_c4e9,
 }
 
 /// The seeds of the camera rays of some pixels, in columns `x` and rows `y`.

@@ -27,6 +27,7 @@ pub(crate) struct RaySlabs<L> {
 }
 
 /// Distances at which the rays enter and leave a box.
+#[derive(Clone, Copy)]
 pub(crate) struct TInterval<L> {
     pub(crate) tnear: L,
     pub(crate) tfar: L,

@@ -5,7 +5,7 @@ mod queue;
 
 pub use queue::{QueueColumns, QueueStorage, RayQueue};
 
-use crate::simd::{F32x8, LANES, LaneU32, Lanes, U32x8, Vec3Lanes};
+use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3Lanes};
 
 pub use phalanx_scene::NO_PRIM;
 
@@ -41,6 +41,17 @@ impl HitPacket {
         self.u.set_lane(lane, u);
         self.v.set_lane(lane, v);
         self.prim_id.set_lane(lane, prim_id);
+    }
+
+    /// The lanes of `yes` where `mask` is set, and those of `no` elsewhere.
+    #[inline]
+    pub fn select(mask: Mask8, yes: &HitPacket, no: &HitPacket) -> HitPacket {
+        HitPacket {
+            t: mask.select(yes.t, no.t),
+            u: mask.select(yes.u, no.u),
+            v: mask.select(yes.v, no.v),
+            prim_id: mask.select_u32(yes.prim_id, no.prim_id),
+        }
     }
 
     /// A packet of misses.

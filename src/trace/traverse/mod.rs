@@ -3,6 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `query` | the closest hit or any: the work in a leaf for either |
+//! | `next_hit` | the next hit after another, for rays that go on through a surface |
 //! | `queue_kernel` | the interface of kernels: queues in, hits or occlusion out, counters |
 //! | `packet`, `packet_pairs` | packets of rays, together through the binary tree |
 //! | `beam` | rays that share a point, together through the wide tree |
@@ -29,6 +30,7 @@ mod kernel;
 mod kernel_tuner;
 #[allow(unsafe_code, reason = "no bounds checks; the block says why it may")]
 mod leaf_slots;
+mod next_hit;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"

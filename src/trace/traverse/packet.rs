@@ -15,6 +15,7 @@ use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::slab_conservative::ConservativeSlabs;
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LANES, LaneMask, Lanes};
+use crate::traverse::next_hit::NextHit;
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use std::ops::Range;
 
@@ -72,6 +73,21 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         let mut query = AnyHit::new(active.select(rays.tmax, inactive_t()), active);
         self.run(rays, active, &mut query);
         query.occluded()
+    }
+
+    /// The closest hit of each active lane that comes after `after`, by (t, prim_id), and below
+    /// `tmax`; other lanes are returned as a miss.
+    #[inline(never)]
+    pub(super) fn next(
+        &mut self,
+        rays: &RayPacket<L>,
+        active: L::Mask,
+        after: &HitPacket<L>,
+    ) -> HitPacket<L> {
+        let limit = active.select(rays.tmax, inactive_t());
+        let mut query = NextHit::new(limit, after.t, after.prim_id);
+        self.run(rays, active, &mut query);
+        query.hits(rays.tmax, active)
     }
 
     /// The hits of [`PacketKernel::closest`], by a call.
@@ -230,7 +246,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     ) -> bool {
         for slot in slots_of(self.bvh.instances(), slots) {
             let interval = rays.slabs.intersect_box(&slot.prim_aabb);
-            let Some(mut inner) = query.enter_instance(&interval) else {
+            let Some(mut inner) = query.enter_instance(&interval, slot.id_offset) else {
                 continue;
             };
             let active = inner.limit().gt(inactive_t());

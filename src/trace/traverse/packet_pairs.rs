@@ -63,6 +63,11 @@ impl<'a, T: Counters> PacketPairs<'a, T> {
         }
     }
 
+    /// The hits of eight rays that come after others: see [`PacketKernel::next`].
+    pub(super) fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
+        self.eight.next(rays, active, after)
+    }
+
     fn closest_of(
         &mut self,
         rays: &RayQueue,

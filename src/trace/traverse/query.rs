@@ -21,9 +21,9 @@ pub(super) trait Query<L: Lanes>: Copy {
     const FRONT_TO_BACK: bool;
     /// Limit of each ray's search.
     fn limit(&self) -> L;
-    /// The query within an instance, whose box the rays cross in `interval`; none if nothing inside
-    /// can matter.
-    fn enter_instance(&self, interval: &TInterval<L>) -> Option<Self>
+    /// The query within an instance, whose box the rays cross in `interval`, and whose primitives
+    /// have numbers that are larger by `id_offset`; none if nothing inside can matter.
+    fn enter_instance(&self, interval: &TInterval<L>, id_offset: u32) -> Option<Self>
     where
         Self: Sized;
     /// Accepts a hit in the lanes where it counts; returns true if there is any.
@@ -138,7 +138,7 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
     }
 
     #[inline(always)]
-    fn enter_instance(&self, interval: &TInterval<L>) -> Option<ClosestHit<L>> {
+    fn enter_instance(&self, interval: &TInterval<L>, _: u32) -> Option<ClosestHit<L>> {
         let limit = instance::closest_limit(self.best.t, interval);
         limit.gt(inactive_t()).any().then(|| ClosestHit {
             best: HitRecord {
@@ -199,7 +199,7 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
     }
 
     #[inline(always)]
-    fn enter_instance(&self, interval: &TInterval<L>) -> Option<AnyHit<L>> {
+    fn enter_instance(&self, interval: &TInterval<L>, _: u32) -> Option<AnyHit<L>> {
         let limit = instance::any_hit_limit(self.limit, interval);
         let live = limit.gt(inactive_t()).bits();
         (live != 0).then(|| AnyHit {

@@ -10,8 +10,8 @@ use super::packet_pairs::{LimitedRays, PacketPairs};
 use super::queue_kernel::QueueKernel;
 use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
-use crate::packet::{HitPacket, RayQueue};
-use crate::simd::{F32x8, F32x16};
+use crate::packet::{HitPacket, RayPacket, RayQueue};
+use crate::simd::{F32x8, F32x16, Mask8};
 use std::ops::Range;
 
 /// Least packets of shadow rays for a beam. If mirrors or silhouettes leave a few rays that start
@@ -46,6 +46,7 @@ pub struct Traversal<'a>(Box<dyn QueueTracer + Send + 'a>);
 trait QueueTracer {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]);
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]);
+    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket;
     fn packets(&mut self) -> &mut dyn LimitedRays;
     fn stats(&self) -> TraversalStats;
 }
@@ -82,6 +83,12 @@ impl<'a> Traversal<'a> {
         blocked: &mut [u8],
     ) {
         self.0.occluded(rays, packets, tmax, blocked);
+    }
+
+    /// The next hits of eight rays after `after`, by (t, prim_id), before their `tmax`. Lanes that
+    /// are not active are returned as a miss.
+    pub fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
+        self.0.next(rays, active, after)
     }
 
     /// The packet kernel, which alone takes a limit for each ray.
@@ -268,6 +275,10 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
                 self.occluded_by_beam(true, rays, batch, tmax, blocked);
             }
         }
+    }
+
+    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
+        self.packets.next(rays, active, after)
     }
 
     fn packets(&mut self) -> &mut dyn LimitedRays {

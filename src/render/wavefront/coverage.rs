@@ -1,0 +1,169 @@
+//! Surfaces that are only partly there: rays that miss them go on, and so does light.
+//!
+//! Rays go on by [`Traversal::next`](phalanx_trace::Traversal::next), from hit to hit. A surface
+//! that is not there at all is passed at once. Where a part of it is there, its light is weighed by
+//! that part, and the ray goes on as one of a wave of its own ([`queue_passes`]). Scenes without
+//! such surfaces pay one branch a wave for it.
+
+use super::bounce_queue::BounceQueue;
+use super::ray_batch::QueueSlice;
+use super::wavefront_context::WavefrontContext;
+use crate::shade::Surface;
+use bumpalo::Bump;
+use glam::Vec3;
+use phalanx_scene::SurfaceHit;
+use phalanx_scene::sampling::{BounceKind, child_seed};
+use phalanx_trace::packet::{HitPacket, NO_PRIM, RayQueue};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
+
+/// Coverage of the hits of a wave, one row a packet; empty where every surface is whole.
+#[derive(Clone, Copy)]
+pub(super) struct Coverage<'arena>(&'arena [[f32; LANES]]);
+
+impl Coverage<'_> {
+    /// Coverage of eight surfaces; `None` where all of a scene's surfaces are whole.
+    #[inline]
+    pub(super) fn of(self, at: &Surface) -> Option<F32x8> {
+        if self.0.is_empty() {
+            return None;
+        }
+        let share = |ray: u32| self.0[ray as usize / LANES][ray as usize % LANES];
+        Some(F32x8::new(at.ray.map(share)))
+    }
+}
+
+fn surface_hit(hits: &HitPacket, lane: usize) -> SurfaceHit {
+    SurfaceHit {
+        prim_id: hits.prim_id.lane(lane),
+        t: hits.t.lane(lane),
+        u: hits.u.lane(lane),
+        v: hits.v.lane(lane),
+    }
+}
+
+/// Replaces hits on surfaces that are not there by what the rays meet behind them, and returns the
+/// coverage of the hits that are left.
+pub(super) fn pass_absent_surfaces<'arena>(
+    context: &mut WavefrontContext,
+    arena: &'arena Bump,
+    rays: &QueueSlice,
+    hits: &mut [HitPacket],
+) -> Coverage<'arena> {
+    if !context.has_coverage {
+        return Coverage(&[]);
+    }
+    let shares = arena.alloc_slice_fill_copy(hits.len(), [1.0; LANES]);
+    for (packet, (hits, shares)) in hits.iter_mut().zip(&mut *shares).enumerate() {
+        let (ray, active) = rays.packet(packet);
+        let after = rays.after.get(rays.packets.start + packet);
+        let mut unknown = active;
+        loop {
+            unknown = unknown & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
+            let mut absent = 0;
+            for lane in unknown.lanes() {
+                let on = surface_hit(hits, lane);
+                shares[lane] = match after.map(|after| surface_hit(after, lane)) {
+                    Some(passed) if context.scene.is_same_surface(passed, on) => 0.0,
+                    _ => context.scene.coverage(on),
+                };
+                absent |= u32::from(shares[lane] == 0.0) << lane;
+            }
+            if absent == 0 {
+                break;
+            }
+            unknown = Mask8::from_bits(absent);
+            let next = context.traversal.next(&ray, unknown, hits);
+            *hits = HitPacket::select(unknown, &next, hits);
+        }
+    }
+    Coverage(shares)
+}
+
+/// Queues the rays that go on through partly covered surfaces, except those that are not worth
+/// tracing. Their weight is what is not covered, and their search begins after the hit.
+pub(super) fn queue_passes(
+    context: &WavefrontContext,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+    coverage: Coverage,
+    passes: &mut BounceQueue,
+) {
+    if coverage.0.is_empty() {
+        return passes.clear();
+    }
+    let columns = context.columns;
+    passes.fill_after(hits.len(), columns, |queue, after| {
+        for (packet, (hit, shares)) in hits.iter().zip(coverage.0).enumerate() {
+            let (ray, active) = rays.packet(packet);
+            let open = F32x8::ONE - F32x8::new(*shares);
+            let index = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
+            let mut goes_on =
+                active & !hit.prim_id.eq(U32x8::splat(NO_PRIM)) & open.gt(F32x8::ZERO);
+            if columns.shares {
+                let share = rays.shares(&index).scale(open);
+                goes_on = goes_on & counts(context.min_weight, share);
+                queue.push_shares(goes_on, &share);
+            }
+            if columns.seeds {
+                let seeds = child_seed(rays.seeds(&index), BounceKind::Passed);
+                queue.push_seeds(goes_on, &seeds);
+            }
+            push_after(after, queue, goes_on, hit);
+            let weight = Vec3x8::new(open, open, open);
+            queue.push(goes_on, ray.org, ray.dir, weight, &index);
+        }
+    });
+}
+
+/// Lanes with a component of at least `least`.
+fn counts(least: f32, share: Vec3x8) -> Mask8 {
+    let least = F32x8::splat(least);
+    share.x.abs().ge(least) | share.y.abs().ge(least) | share.z.abs().ge(least)
+}
+
+/// Sets the hits after which the rays go on that the next push of the same `mask` appends.
+fn push_after(after: &mut [HitPacket], queue: &RayQueue, mask: Mask8, hits: &HitPacket) {
+    for (at, lane) in (queue.len()..).zip(mask.lanes()) {
+        let [t, u, v] = [hits.t.lane(lane), hits.u.lane(lane), hits.v.lane(lane)];
+        after[at / LANES].set(at % LANES, [t, u, v], hits.prim_id.lane(lane));
+    }
+}
+
+/// Share of a lamp's light that passes all surfaces before `tmax`, for the `blocked` lanes of a
+/// packet of shadow rays: V, the product over the hits in order of (t, prim_id). Zero ends it.
+pub(super) fn visibility(
+    context: &mut WavefrontContext,
+    queue: &RayQueue,
+    packet: usize,
+    tmax: f32,
+    blocked: Mask8,
+) -> [Vec3; LANES] {
+    let (rays, _) = queue.packet(packet, tmax);
+    let mut product = [Vec3::ONE; LANES];
+    let mut open = blocked;
+    // No hit is at a distance of zero.
+    let mut passed = HitPacket {
+        t: F32x8::ZERO,
+        ..HitPacket::miss()
+    };
+    // The last hits that count.
+    let mut counted: [Option<SurfaceHit>; LANES] = [None; LANES];
+    loop {
+        let hits = context.traversal.next(&rays, open, &passed);
+        open = open & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
+        for lane in open.lanes() {
+            let on = surface_hit(&hits, lane);
+            if counted[lane].is_none_or(|counted| !context.scene.is_same_surface(counted, on)) {
+                product[lane] *= context.scene.transmittance(on);
+                counted[lane] = Some(on);
+            }
+            if product[lane] == Vec3::ZERO {
+                open = open & !Mask8::from_bits(1 << lane);
+            }
+        }
+        if !open.any() {
+            return product;
+        }
+        passed = hits;
+    }
+}

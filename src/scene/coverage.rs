@@ -1,0 +1,246 @@
+//! Surfaces that are only partly there, and light that passes them. Both tracers use these
+//! functions, one hit at a time.
+//!
+//! The coverage α of a hit is its material's opacity, times the alpha of a texture, times the
+//! opacity of the vertices; with a cutoff it is 1 from there on, and else 0 (glTF 2.0, 3.9.4). What
+//! is seen along a ray is α times the light of the surface, and (1 − α) times that of what the ray
+//! meets next. The light of a lamp is weighed by V, the product of what passes the surfaces before
+//! it: 1 − α each, and with thin sheets (1 − α) + α·Kt. The design document's V is this product
+//! where every surface is whole.
+//!
+//! Hits are ordered by (t, prim_id), and a primitive counts once for each ray. So does a surface of
+//! several triangles where a ray meets it on the edge between them ([`Scene::is_same_surface`]):
+//! else a half covered window would have a seam along its diagonal.
+
+use crate::{NO_TEXTURE, PrimKind, Scene};
+use glam::{Vec2, Vec3};
+
+/// Most partly covered surfaces that a ray passes before its light counts as lost. A surface that
+/// is not there at all does not count.
+pub const MAX_PASSES: u32 = 64;
+
+/// A surface that a ray meets, as the functions here take it.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// Primitive, or primitive of an instance: see [`Scene::resolve`].
+    pub prim_id: u32,
+    /// Distance along the ray.
+    pub t: f32,
+    /// Barycentric weight of a triangle's second vertex.
+    pub u: f32,
+    /// Barycentric weight of a triangle's third vertex.
+    pub v: f32,
+}
+
+/// Largest difference of the distances at which a ray meets two triangles on the edge between
+/// them, relative to the distance: four times the error of one distance
+/// (`perf/notes/distances.md`).
+const EDGE_DISTANCE: f32 = 1.0 / 65_536.0;
+
+impl Scene {
+    /// Returns true if rays may pass through some surface because it is not, or only partly, there.
+    pub fn has_coverage(&self) -> bool {
+        let m = &self.materials;
+        m.opacity.iter().any(|&opacity| opacity < 1.0)
+            || m.opacity_texture
+                .iter()
+                .any(|&texture| texture != NO_TEXTURE)
+            || self
+                .triangles
+                .vertex_opacity
+                .iter()
+                .any(|&opacity| opacity < 1.0)
+    }
+
+    /// Returns true if light may pass some surface on its way from a lamp, so that V is not only 0
+    /// or 1.
+    pub fn has_clear_shadows(&self) -> bool {
+        self.materials.thin.iter().any(|&thin| thin != 0) || self.has_coverage()
+    }
+
+    /// Coverage at a hit, 0 to 1: the share of the surface that is there.
+    pub fn coverage(&self, hit: SurfaceHit) -> f32 {
+        let stored = self.resolve(hit.prim_id).prim;
+        let material = self.prim_material(stored) as usize;
+        let prim = self.prims[stored as usize];
+        let mut share = self.materials.opacity[material];
+        if prim.kind() == PrimKind::Triangle {
+            let weights = [(1.0 - hit.u) - hit.v, hit.u, hit.v];
+            share *= self.vertex_coverage(prim.index(), weights);
+            let texture = self.materials.opacity_texture[material];
+            if texture != NO_TEXTURE
+                && let Some([a, b, c]) = self.triangles.corner_uvs(prim.index())
+            {
+                let [wa, wb, wc] = weights;
+                let Vec2 { x, y } = (a * wa + b * wb) + c * wc;
+                share *= self.textures[texture as usize].alpha_at(x, y);
+            }
+        }
+        match self.materials.alpha_cutoff[material] {
+            0.0 => share,
+            cutoff if share >= cutoff => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Opacity of a triangle's vertices at these barycentric weights; 1 without any.
+    fn vertex_coverage(&self, triangle: usize, [wa, wb, wc]: [f32; 3]) -> f32 {
+        let Some(rows) = self.triangles.color_rows(triangle) else {
+            return 1.0;
+        };
+        let [a, b, c] = rows.map(|row| self.triangles.vertex_opacity[row as usize]);
+        // The weights' sum is rounded: a triangle that is whole stays so.
+        match a == b && b == c {
+            true => a,
+            false => ((a * wa + b * wb) + c * wc).clamp(0.0, 1.0),
+        }
+    }
+
+    /// Returns true if a ray's next hit is only the other side of an edge, or of a vertex, on which
+    /// the hit before it lies: both are on triangles that share a vertex, and as far away.
+    pub fn is_same_surface(&self, before: SurfaceHit, next: SurfaceHit) -> bool {
+        if next.t - before.t > EDGE_DISTANCE * next.t {
+            return false;
+        }
+        let [before, next] = [before, next].map(|hit| self.resolve(hit.prim_id));
+        let corners = |stored: u32| {
+            let prim = self.prims[stored as usize];
+            (prim.kind() == PrimKind::Triangle).then(|| self.triangles.corners(prim.index()))
+        };
+        match (corners(before.prim), corners(next.prim)) {
+            (Some(before_corners), Some(corners)) if before.instance == next.instance => {
+                let shared = before_corners.iter().filter(|&c| corners.contains(c));
+                // Triangles in one place are surfaces of their own.
+                (1..3).contains(&shared.count())
+            }
+            _ => false,
+        }
+    }
+
+    /// Share of a lamp's light that passes the surface at a hit: its factor in V.
+    pub fn transmittance(&self, hit: SurfaceHit) -> Vec3 {
+        let coverage = self.coverage(hit);
+        let material = self.prim_material(self.resolve(hit.prim_id).prim) as usize;
+        let open = Vec3::splat(1.0 - coverage);
+        match self.materials.thin[material] {
+            0 => open,
+            _ => open + self.materials.kt.get(material) * coverage,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Material, Mesh, MeshMaterial, Texture, Wrap};
+
+    /// A triangle whose vertices have these opacities, and one texture of two columns of alpha.
+    fn scene(material: Material, vertex_opacity: Option<[f32; 3]>) -> Scene {
+        let mut scene = Scene::default();
+        scene.textures.push(Texture {
+            width: 2,
+            height: 1,
+            wrap: [Wrap::Clamp; 2],
+            texels: vec![[0; 3]; 2].into(),
+            alpha: vec![0, 255].into(),
+        });
+        scene.materials.push(&material);
+        let mut mesh = Mesh {
+            corners: vec![[0, 1, 2]].into(),
+            uvs: vec![[0, 1, 2]].into(),
+            material: MeshMaterial::One(0),
+            ..Mesh::default()
+        };
+        for [x, y] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] {
+            mesh.vertices.push(Vec3::new(x, y, 0.0));
+            mesh.vertex_uvs.push(Vec2::new(x, y));
+        }
+        if let Some(opacity) = vertex_opacity {
+            mesh.colors = vec![[0, 1, 2]].into();
+            (0..3).for_each(|_| mesh.vertex_colors.push(Vec3::ONE));
+            mesh.vertex_opacity = opacity.to_vec().into();
+        }
+        scene.append_mesh(mesh);
+        scene.validate().expect("a scene");
+        scene
+    }
+
+    fn at(u: f32, v: f32) -> SurfaceHit {
+        SurfaceHit {
+            prim_id: 0,
+            t: 1.0,
+            u,
+            v,
+        }
+    }
+
+    #[test]
+    fn opacity_texture_and_vertices_are_multiplied() {
+        let half = Material {
+            opacity: 0.5,
+            opacity_texture: 0,
+            ..Material::DEFAULT
+        };
+        let textured = scene(half, None);
+        assert!(textured.has_coverage() && textured.has_clear_shadows());
+        assert_eq!(textured.coverage(at(0.0, 0.5)), 0.0);
+        assert_eq!(textured.coverage(at(1.0, 0.0)), 0.5);
+        assert_eq!(textured.coverage(at(0.5, 0.25)), 0.25);
+        let all = scene(half, Some([0.0, 0.5, 1.0]));
+        assert_eq!(all.coverage(at(1.0, 0.0)), 0.25);
+        assert_eq!(all.transmittance(at(1.0, 0.0)), Vec3::splat(0.75));
+    }
+
+    #[test]
+    fn a_cutoff_leaves_all_or_nothing() {
+        let mask = Material {
+            opacity_texture: 0,
+            alpha_cutoff: 0.5,
+            ..Material::DEFAULT
+        };
+        let scene = scene(mask, None);
+        for (u, want) in [(0.3, 0.0), (0.5, 1.0), (0.9, 1.0)] {
+            assert_eq!(scene.coverage(at(u, 0.0)), want, "{u}");
+        }
+    }
+
+    #[test]
+    fn whole_vertices_stay_whole_whatever_the_weights() {
+        let scene = scene(Material::DEFAULT, Some([1.0; 3]));
+        assert!(!scene.has_coverage());
+        for k in 0..1000 {
+            let (u, v) = (k as f32 / 3001.0, k as f32 / 1999.0);
+            assert_eq!(scene.coverage(at(u, v)), 1.0);
+        }
+    }
+
+    #[test]
+    fn thin_sheets_pass_light_in_their_colour() {
+        let sheet = Material {
+            kt: Vec3::new(0.5, 1.0, 0.0),
+            thin: true,
+            ..Material::DEFAULT
+        };
+        let whole = scene(sheet, None);
+        assert!(!whole.has_coverage() && whole.has_clear_shadows());
+        assert_eq!(whole.transmittance(at(0.2, 0.2)), sheet.kt);
+        let half = scene(
+            Material {
+                opacity: 0.5,
+                ..sheet
+            },
+            None,
+        );
+        assert_eq!(half.transmittance(at(0.2, 0.2)), Vec3::new(0.75, 1.0, 0.5));
+        // Glass that bends light keeps its shadow.
+        let glass = scene(
+            Material {
+                thin: false,
+                ..sheet
+            },
+            None,
+        );
+        assert_eq!(glass.transmittance(at(0.2, 0.2)), Vec3::ZERO);
+        assert!(!glass.has_clear_shadows());
+    }
+}

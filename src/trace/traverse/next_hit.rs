@@ -1,0 +1,126 @@
+//! The query for the next hit of a ray after another: how rays go on through surfaces that are only
+//! partly there.
+//!
+//! Hits have an order, that of (t, prim_id), where the distance of a hit on an instance is the one
+//! in the world (see [`instance`](crate::intersect::instance)). So the hits of a ray are met one
+//! after another, each primitive once, whatever the tree: also those that share a distance.
+
+use super::query::Query;
+use crate::intersect::aabb::TInterval;
+use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
+use crate::intersect::instance;
+use crate::intersect::leaf_prim::LeafPrim;
+use crate::intersect::ray_setup::RaySetup;
+use crate::packet::{HitPacket, NO_PRIM};
+use crate::simd::{LaneMask, LaneU32, Lanes};
+
+/// The closest hit after `after`, by (t, prim_id). Distances and numbers are those in the world,
+/// within an instance, too.
+#[derive(Clone, Copy)]
+pub(super) struct NextHit<L: Lanes> {
+    best: HitRecord<L>,
+    after_t: L,
+    after_id: L::U32,
+    /// Interval in the box of the instance whose mesh is searched; all distances in the world.
+    interval: TInterval<L>,
+    /// Offset of the numbers of the instance's primitives.
+    id_offset: u32,
+}
+
+impl<L: Lanes> NextHit<L> {
+    /// A query for hits before `limit`, in lanes that are not inactive.
+    #[inline(always)]
+    pub(super) fn new(limit: L, after_t: L, after_id: L::U32) -> NextHit<L> {
+        NextHit {
+            best: HitRecord {
+                t: limit,
+                v: L::ZERO,
+                w: L::ZERO,
+                det: L::ONE,
+                // No number is smaller, so a hit at the limit itself does not win the tie.
+                prim_id: L::U32::splat(0),
+            },
+            after_t,
+            after_id,
+            interval: TInterval {
+                tnear: L::splat(f32::NEG_INFINITY),
+                tfar: L::splat(f32::INFINITY),
+            },
+            id_offset: 0,
+        }
+    }
+
+    /// The hits below `tmax`.
+    #[inline(always)]
+    pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
+        let best = &self.best;
+        let found = active & best.t.lt(tmax);
+        HitPacket {
+            t: found.select(best.t, tmax),
+            u: best.v / best.det,
+            v: best.w / best.det,
+            prim_id: found.select_u32(best.prim_id, L::U32::splat(NO_PRIM)),
+        }
+    }
+}
+
+impl<L: Lanes> Query<L> for NextHit<L> {
+    const FRONT_TO_BACK: bool = true;
+
+    /// Distances inside are not clamped yet, so that up to the end of the interval any may count.
+    #[inline(always)]
+    fn limit(&self) -> L {
+        let best = self.best.t;
+        let open = best.lt(self.interval.tfar);
+        let live = best.gt(inactive_t());
+        live.select(open.select(best, L::splat(f32::MAX)), inactive_t())
+    }
+
+    #[inline(always)]
+    fn enter_instance(&self, interval: &TInterval<L>, id_offset: u32) -> Option<NextHit<L>> {
+        let reached = instance::closest_limit(self.best.t, interval).gt(inactive_t());
+        reached.any().then(|| NextHit {
+            best: HitRecord {
+                t: reached.select(self.best.t, inactive_t()),
+                ..self.best
+            },
+            interval: *interval,
+            id_offset,
+            ..*self
+        })
+    }
+
+    #[inline(always)]
+    fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool {
+        let t = hit.t.max(self.interval.tnear).min(self.interval.tfar);
+        let id = L::U32::splat(id.wrapping_add(self.id_offset));
+        let later = t.gt(self.after_t) | (t.eq(self.after_t) & self.after_id.lt(id));
+        let valid = hit.valid & t.gt(L::ZERO) & later;
+        self.best.update(&HitCandidate { valid, t, ..*hit }, id);
+        false
+    }
+
+    #[inline(always)]
+    fn exit_instance(&mut self, inner: NextHit<L>, _: &TInterval<L>, _: u32) -> bool {
+        let entered = inner.best.t.gt(inactive_t());
+        let (outer, inner) = (self.best, inner.best);
+        self.best = HitRecord {
+            t: entered.select(inner.t, outer.t),
+            v: entered.select(inner.v, outer.v),
+            w: entered.select(inner.w, outer.w),
+            det: entered.select(inner.det, outer.det),
+            prim_id: entered.select_u32(inner.prim_id, outer.prim_id),
+        };
+        false
+    }
+
+    #[inline(always)]
+    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
+        for prim in prims {
+            if let Some(hit) = prim.intersect(rays, self.limit()) {
+                self.update(&hit, prim.prim_id());
+            }
+        }
+        false
+    }
+}
