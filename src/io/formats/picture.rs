@@ -53,33 +53,75 @@ impl<'a> EncodedImage<'a> {
         u64::from(self.width) * u64::from(self.height)
     }
 
+    /// Bytes that alpha takes, unless all pixels turn out to be whole.
+    pub(super) fn alpha_bytes(&self) -> u64 {
+        match &self.decoder {
+            Decoder::Png(reader) if PixelLayout::of(reader).has_alpha() => self.pixels(),
+            Decoder::Png(_) | Decoder::Jpeg(_) => 0,
+        }
+    }
+
     /// All pixels, the uppermost row first. Grey becomes equal components, 16 bits become the
-    /// nearest 8, and alpha and colour profiles are ignored.
-    pub(super) fn decode(self) -> Result<Vec<[u8; 3]>, String> {
+    /// nearest 8, and colour profiles are ignored.
+    pub(super) fn decode(self) -> Result<DecodedImage, String> {
         let (width, height) = (self.width as usize, self.height as usize);
-        let mut pixels = Vec::new();
-        let room = pixels.try_reserve_exact(width * height);
-        room.map_err(|_| "there is no memory for it")?;
+        let mut image = DecodedImage::with_room_for(width * height)?;
         match self.decoder {
             Decoder::Png(reader) if reader.info().interlaced => {
-                pixels.resize(width * height, [0; 3]);
-                decode_interlaced(*reader, width, height, &mut pixels)?;
+                decode_interlaced(*reader, width, height, &mut image)?;
             }
             Decoder::Png(mut reader) => {
                 let layout = PixelLayout::of(&reader);
                 while let Some(row) = reader.next_row().map_err(|e| e.to_string())? {
-                    layout.each(row.data(), |pixel| pixels.push(pixel));
+                    layout.each(row.data(), |color, alpha| image.push(color, alpha));
                 }
             }
             Decoder::Jpeg(mut decoder) => {
-                pixels.resize(width * height, [0; 3]);
-                let decoded = decoder.decode_into(pixels.as_flattened_mut());
+                image.colors.resize(width * height, [0; 3]);
+                let decoded = decoder.decode_into(image.colors.as_flattened_mut());
                 decoded.map_err(|e| e.to_string())?;
             }
         }
-        match pixels.len() == width * height {
-            true => Ok(pixels),
+        match image.colors.len() == width * height {
+            true => Ok(image),
             false => Err("it decodes to another size than it claims".into()),
+        }
+    }
+}
+
+/// The pixels of a picture.
+pub(super) struct DecodedImage {
+    /// sRGB bytes.
+    pub(super) colors: Vec<[u8; 3]>,
+    /// Share of each pixel that is there, in 255ths; empty if all are whole.
+    pub(super) alpha: Vec<u8>,
+}
+
+impl DecodedImage {
+    fn with_room_for(pixels: usize) -> Result<DecodedImage, String> {
+        let mut colors = Vec::new();
+        let room = colors.try_reserve_exact(pixels);
+        room.map_err(|_| "there is no memory for it")?;
+        Ok(DecodedImage {
+            colors,
+            alpha: Vec::new(),
+        })
+    }
+
+    #[inline]
+    fn push(&mut self, color: [u8; 3], alpha: u8) {
+        self.colors.push(color);
+        self.set_alpha(self.colors.len() - 1, alpha);
+    }
+
+    /// Alpha takes memory from the first pixel on that is not whole.
+    #[inline]
+    fn set_alpha(&mut self, pixel: usize, alpha: u8) {
+        if alpha != 255 && self.alpha.is_empty() {
+            self.alpha = vec![255; self.colors.capacity()];
+        }
+        if let Some(there) = self.alpha.get_mut(pixel) {
+            *there = alpha;
         }
     }
 }
@@ -131,7 +173,7 @@ fn decode_interlaced(
     mut reader: png::Reader<Cursor<&[u8]>>,
     width: usize,
     height: usize,
-    pixels: &mut [[u8; 3]],
+    image: &mut DecodedImage,
 ) -> Result<(), String> {
     let layout = PixelLayout::of(&reader);
     for [left, across, top, down] in ADAM7_PASSES {
@@ -141,16 +183,20 @@ fn decode_interlaced(
         for y in (top..height).step_by(down) {
             let row = reader.next_interlaced_row().map_err(|e| e.to_string())?;
             let row = row.ok_or("it has too few rows")?;
-            let mut targets = pixels[y * width..(y + 1) * width][left..]
-                .iter_mut()
-                .step_by(across);
-            layout.each(row.data(), |pixel| {
+            // Memory is touched as far as rows have come.
+            if image.colors.len() < (y + 1) * width {
+                image.colors.resize((y + 1) * width, [0; 3]);
+            }
+            let mut targets = (y * width + left..(y + 1) * width).step_by(across);
+            layout.each(row.data(), |color, alpha| {
                 if let Some(target) = targets.next() {
-                    *target = pixel;
+                    image.colors[target] = color;
+                    image.set_alpha(target, alpha);
                 }
             });
         }
     }
+    image.colors.resize(width * height, [0; 3]);
     Ok(())
 }
 
@@ -170,24 +216,35 @@ impl PixelLayout {
         }
     }
 
-    fn each(self, row: &[u8], mut then: impl FnMut([u8; 3])) {
-        let narrow = |p: &[u8], k: usize| p[k];
-        // The nearest 8-bit value: 65535 is 255 · 257.
-        let rounded = |p: &[u8], k: usize| {
-            let sample = u32::from(u16::from_be_bytes([p[2 * k], p[2 * k + 1]]));
-            ((sample + 128) / 257) as u8
-        };
-        let grey = self.samples < 3;
-        match (grey, self.wide) {
-            (true, false) => (row.chunks_exact(self.samples)).for_each(|p| then([p[0]; 3])),
-            (false, false) => {
-                (row.chunks_exact(self.samples)).for_each(|p| then([0, 1, 2].map(|k| narrow(p, k))))
+    fn has_alpha(self) -> bool {
+        self.samples == 2 || self.samples == 4
+    }
+
+    /// Calls a function with the colour and alpha of each pixel of a row.
+    fn each(self, row: &[u8], then: impl FnMut([u8; 3], u8)) {
+        match self.wide {
+            false => self.each_with::<1>(row, |[byte]| byte, then),
+            // The nearest 8-bit value: 65535 is 255 · 257.
+            true => {
+                let nearest = |bytes| ((u32::from(u16::from_be_bytes(bytes)) + 128) / 257) as u8;
+                self.each_with::<2>(row, nearest, then);
             }
-            (true, true) => {
-                (row.chunks_exact(2 * self.samples)).for_each(|p| then([rounded(p, 0); 3]))
-            }
-            (false, true) => (row.chunks_exact(2 * self.samples))
-                .for_each(|p| then([0, 1, 2].map(|k| rounded(p, k)))),
+        }
+    }
+
+    fn each_with<const BYTES: usize>(
+        self,
+        row: &[u8],
+        byte: impl Fn([u8; BYTES]) -> u8,
+        mut then: impl FnMut([u8; 3], u8),
+    ) {
+        let (samples, _) = row.as_chunks::<BYTES>();
+        let pixels = samples.chunks_exact(self.samples);
+        match self.samples {
+            1 => pixels.for_each(|p| then([byte(p[0]); 3], 255)),
+            2 => pixels.for_each(|p| then([byte(p[0]); 3], byte(p[1]))),
+            3 => pixels.for_each(|p| then([0, 1, 2].map(|k| byte(p[k])), 255)),
+            _ => pixels.for_each(|p| then([0, 1, 2].map(|k| byte(p[k])), byte(p[3]))),
         }
     }
 }

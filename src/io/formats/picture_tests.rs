@@ -8,7 +8,11 @@ const GREY: &[u8] = include_bytes!("../../../tests/pictures/grey.jpg");
 const INTERLACED: &[u8] = include_bytes!("../../../tests/pictures/interlaced.png");
 
 fn pixels(bytes: &[u8]) -> Result<Vec<[u8; 3]>, String> {
-    EncodedImage::open(bytes)?.decode()
+    Ok(EncodedImage::open(bytes)?.decode()?.colors)
+}
+
+fn alpha(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    Ok(EncodedImage::open(bytes)?.decode()?.alpha)
 }
 
 /// A PNG of these samples.
@@ -48,7 +52,7 @@ fn a_jpeg_decodes_to_the_same_bytes_on_every_build() {
     ] {
         let picture = EncodedImage::open(bytes).expect("a picture");
         assert_eq!((picture.width, picture.height), (21, 13));
-        let hash = hash(&picture.decode().expect("a picture"));
+        let hash = hash(&picture.decode().expect("a picture").colors);
         assert_eq!(hash, expected, "{hash:#x}");
     }
     // A ramp to the right, a ramp downward, and a chequer, as they were painted.
@@ -78,6 +82,53 @@ fn every_png_becomes_srgb_bytes() {
     assert_eq!(color, [[1, 2, 3], [4, 5, 6]]);
     let indexed = two(ColorType::Indexed, One, &[0x40]);
     assert_eq!(indexed, [[1, 2, 3], [4, 5, 6]]);
+}
+
+#[test]
+fn alpha_is_kept_where_a_pixel_is_not_whole() {
+    use BitDepth::{Eight, Sixteen};
+    use ColorType::{GrayscaleAlpha, Rgb, Rgba};
+    const NONE: [u8; 0] = [];
+    let of = |color, depth, samples: &[u8]| {
+        alpha(&encoded([2, 1], color, depth, samples)).expect("a picture")
+    };
+    assert_eq!(of(Rgba, Eight, &[1, 2, 3, 255, 4, 5, 6, 7]), [255, 7]);
+    assert_eq!(of(Rgba, Eight, &[1, 2, 3, 7, 4, 5, 6, 255]), [7, 255]);
+    assert_eq!(of(Rgba, Eight, &[1, 2, 3, 255, 4, 5, 6, 255]), NONE);
+    assert_eq!(of(Rgb, Eight, &[1, 2, 3, 4, 5, 6]), NONE);
+    assert_eq!(of(GrayscaleAlpha, Eight, &[0, 9, 200, 0]), [9, 0]);
+    let samples = [0u16, 9 * 257 + 128, 7, 65_534].map(u16::to_be_bytes);
+    let wide = of(GrayscaleAlpha, Sixteen, samples.as_flattened());
+    assert_eq!(wide, [9, 255]);
+}
+
+/// Checks the alpha of palettes, which may have fewer entries of it than colours, and of a colour
+/// that stands for clear pixels.
+#[test]
+fn alpha_of_palettes_and_of_a_clear_colour_is_kept() {
+    let of = |color, depth, clear: &'static [u8], samples: &[u8]| {
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, 4, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        if color == ColorType::Indexed {
+            encoder.set_palette(&[1, 2, 3, 4, 5, 6, 7, 8, 9][..]);
+        }
+        encoder.set_trns(clear);
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(samples).expect("a picture");
+        writer.finish().expect("a picture");
+        alpha(&out).expect("a picture")
+    };
+    use BitDepth::{Eight, Four, Two};
+    let indexed = of(ColorType::Indexed, Two, &[9, 0], &[0b0001_1000]);
+    assert_eq!(indexed, [9, 0, 255, 9]);
+    let grey = of(ColorType::Grayscale, Four, &[0, 5], &[0x05, 0x55]);
+    assert_eq!(grey, [255, 0, 0, 0]);
+    let key = [0, 1, 0, 2, 0, 3];
+    let key: &'static [u8] = Box::leak(key.into());
+    let colors = [1, 2, 3, 1, 2, 4, 1, 2, 3, 0, 0, 0];
+    assert_eq!(of(ColorType::Rgb, Eight, key, &colors), [0, 255, 0, 255]);
 }
 
 #[test]

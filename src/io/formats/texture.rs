@@ -18,6 +18,10 @@ pub(super) struct TextureLibrary<'a> {
     wrapped: HashMap<(u32, [Wrap; 2]), u32>,
     /// Textures whose wrapping has been set.
     worn: HashSet<u32>,
+    /// Textures whose alpha is read; that of others is dropped in the end.
+    read_for_alpha: HashSet<u32>,
+    /// Row of each texture as a mask.
+    masks: HashMap<u32, u32>,
     texels_left: u64,
 }
 
@@ -61,6 +65,8 @@ impl<'a> TextureLibrary<'a> {
             pictures: HashMap::new(),
             wrapped: HashMap::new(),
             worn: HashSet::new(),
+            read_for_alpha: HashSet::new(),
+            masks: HashMap::new(),
             texels_left: MAX_TEXELS,
         }
     }
@@ -99,8 +105,51 @@ impl<'a> TextureLibrary<'a> {
         self.picture(origin, &picture.name(), bytes, wrap, span, report)
     }
 
+    /// The same texture for its alpha: an index for [`phalanx_scene::Material::opacity_texture`].
+    /// It is [`NO_TEXTURE`] for a missing texture and for one of which all texels are whole.
+    pub(super) fn alpha_of(&mut self, texture: u32) -> u32 {
+        let known = self.textures.get(texture as usize);
+        if known.is_none_or(|texture| texture.alpha.is_empty()) {
+            return NO_TEXTURE;
+        }
+        self.read_for_alpha.insert(texture);
+        texture
+    }
+
+    /// The same texture as a mask: a picture without alpha has its luminance as alpha, of the bytes
+    /// as they are stored. Otherwise as [`TextureLibrary::alpha_of`], with an error at `span` if
+    /// there is no memory for it.
+    pub(super) fn mask_of(
+        &mut self,
+        texture: u32,
+        span: impl FnOnce() -> Span,
+        report: &mut DiagnosticSink,
+    ) -> u32 {
+        if let Some(&row) = self.masks.get(&texture) {
+            return row;
+        }
+        if let Some(known) = self.textures.get_mut(texture as usize)
+            && known.alpha.is_empty()
+        {
+            let budget = self.asset_dir.allowance();
+            let what = || String::from("for the texture of an opacity");
+            match budget.take(known.texels.len() as u64, what) {
+                Ok(()) => known.alpha = luminance(&known.texels).into(),
+                Err(reason) => report.error(span(), reason),
+            }
+        }
+        let row = self.alpha_of(texture);
+        self.masks.insert(texture, row);
+        row
+    }
+
     /// All textures, for [`phalanx_scene::Scene::textures`].
-    pub(super) fn into_textures(self) -> Vec<Texture> {
+    pub(super) fn into_textures(mut self) -> Vec<Texture> {
+        for (row, texture) in self.textures.iter_mut().enumerate() {
+            if !self.read_for_alpha.contains(&(row as u32)) {
+                texture.alpha = Default::default();
+            }
+        }
         self.textures
     }
 
@@ -157,16 +206,18 @@ impl<'a> TextureLibrary<'a> {
         let (width, height) = (picture.width, picture.height);
         checked_budget(width, height, self.texels_left)?;
         let what = || format!("to decode the texture {name} of {width}×{height} texels");
-        let texels = picture.pixels() * 3;
+        let (texels, alpha) = (picture.pixels() * 3, picture.alpha_bytes());
         let budget = self.asset_dir.allowance();
-        budget.lend(texels + picture.scratch + bytes.len() as u64, what)?;
+        budget.lend(texels + alpha + picture.scratch + bytes.len() as u64, what)?;
         budget.take(texels, what)?;
+        let decoded = picture.decode()?;
+        budget.take(decoded.alpha.len() as u64, what)?;
         Ok(Texture {
             width,
             height,
             wrap: [Wrap::Repeat; 2],
-            texels: picture.decode()?.into(),
-            alpha: Default::default(),
+            texels: decoded.colors.into(),
+            alpha: decoded.alpha.into(),
         })
     }
 
@@ -179,7 +230,8 @@ impl<'a> TextureLibrary<'a> {
                 let texture = &self.textures[first as usize];
                 let (width, height) = (texture.width, texture.height);
                 let texels = checked_budget(width, height, self.texels_left)?;
-                self.asset_dir.allowance().take(texels * 3, || {
+                let alpha = texture.alpha.len() as u64;
+                self.asset_dir.allowance().take(texels * 3 + alpha, || {
                     format!("for the texture {name} with another wrapping")
                 })?;
                 let copy = texture.clone();
@@ -196,6 +248,17 @@ impl<'a> TextureLibrary<'a> {
         self.textures.push(texture);
         self.textures.len() as u32 - 1
     }
+}
+
+/// Luminance of the bytes as they are stored (Rec. 709), none if all are white. Grey keeps its
+/// value.
+fn luminance(texels: &[[u8; 3]]) -> Vec<u8> {
+    if texels.iter().all(|&texel| texel == [255; 3]) {
+        return Vec::new();
+    }
+    let weigh = |&[r, g, b]: &[u8; 3]| 54 * u32::from(r) + 183 * u32::from(g) + 19 * u32::from(b);
+    let luminances = texels.iter().map(|texel| ((weigh(texel) + 128) >> 8) as u8);
+    luminances.collect()
 }
 
 fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
@@ -280,6 +343,77 @@ mod tests {
         assert!(refused.what.contains("`b.png`"), "{refused:?}");
         assert!(!read && refused.needed >= 2 * EACH && refused.allowed == EACH + ROOM);
         assert!(named(EACH, &["a.png"]).0.is_some());
+    }
+
+    #[test]
+    fn alpha_is_kept_for_those_who_read_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, color, samples: &[u8]| {
+            let bytes = encoded([2, 1], color, Eight, samples);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        };
+        file("leaf.png", ColorType::Rgba, &[255, 0, 0, 9, 1, 1, 1, 255]);
+        file(
+            "whole.png",
+            ColorType::Rgba,
+            &[1, 2, 3, 255, 90, 90, 90, 255],
+        );
+        file("white.png", ColorType::Grayscale, &[255, 255]);
+        let asset_dir = Folder::of(&folder.path().join("scene"));
+        let mut report = DiagnosticSink::binary();
+        let span = || Span::START;
+        let mut library = TextureLibrary::new(&asset_dir);
+        let [repeat, clamp] = [Wrap::Repeat, Wrap::Clamp].map(|w| [w; 2]);
+        let mut named = |name, wrap| library.named(name, wrap, span, &mut report);
+        let leaves = [named("leaf.png", repeat), named("leaf.png", clamp)];
+        let wholes = [named("whole.png", repeat), named("whole.png", clamp)];
+        let white = named("white.png", clamp);
+        assert_eq!(library.alpha_of(leaves[1]), leaves[1]);
+        for none in [wholes[0], white, NO_TEXTURE] {
+            assert_eq!(library.alpha_of(none), NO_TEXTURE);
+        }
+        for _ in 0..2 {
+            let mut mask = |row| library.mask_of(row, span, &mut report);
+            assert_eq!(mask(leaves[1]), leaves[1]);
+            assert_eq!(mask(wholes[1]), wholes[1]);
+            assert_eq!(mask(white), NO_TEXTURE);
+            assert_eq!(mask(NO_TEXTURE), NO_TEXTURE);
+        }
+        let textures = library.into_textures();
+        let alpha = textures.iter().map(|t| &t.alpha[..]);
+        // Grey 90 keeps its value, and (1, 2, 3) is as bright as 2.
+        let expected: [&[u8]; 5] = [&[], &[9, 255], &[], &[2, 90], &[]];
+        assert!(alpha.eq(expected), "{textures:?}");
+    }
+
+    #[test]
+    fn alpha_counts_before_it_is_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, color, sample: &[u8]| {
+            let bytes = encoded([1024, 1024], color, Eight, &sample.repeat(1 << 20));
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        };
+        file("half.png", ColorType::GrayscaleAlpha, &[7, 128]);
+        file("grey.png", ColorType::Grayscale, &[7]);
+        let refused = |most: u64, name: &str| {
+            let asset_dir = Folder::of(&folder.path().join("scene")).within(Some(most));
+            let mut report = DiagnosticSink::binary();
+            let mut library = TextureLibrary::new(&asset_dir);
+            let row = library.named(name, [Wrap::Repeat; 2], || Span::START, &mut report);
+            library.mask_of(row, || Span::START, &mut report);
+            assert_eq!(
+                report.finish().is_err(),
+                asset_dir.allowance().refusal().is_some()
+            );
+            asset_dir.allowance().refusal().map(|refusal| refusal.what)
+        };
+        const MEGABYTE: u64 = 1 << 20;
+        let what = refused(4 * MEGABYTE, "half.png").expect("no room for its alpha and tables");
+        assert!(what.contains("to decode"), "{what}");
+        assert_eq!(refused(6 * MEGABYTE, "half.png"), None);
+        assert_eq!(refused(5 * MEGABYTE, "grey.png"), None);
+        // Tables and the file are lent only, so that a mask fits where they were.
+        assert_eq!(refused(4 * MEGABYTE + 8192, "grey.png"), None);
     }
 
     #[test]
