@@ -8,6 +8,7 @@ use super::loaded::Loaded;
 use super::mesh_defaults::{BARE, GREY, empty_scene};
 use super::options::Options;
 use super::origin::{self, ReadStop};
+use super::vertex_colors::MeshColors;
 use super::workers;
 use phalanx_scene::{
     Column, Material, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s,
@@ -173,6 +174,7 @@ pub(super) struct MergedMesh {
     pub(super) vertex_normals: Vec3s,
     pub(super) vertex_uvs: Vec2s,
     pub(super) faces: [Vec<[u32; 3]>; 3],
+    pub(super) colors: MeshColors,
     pub(super) material: MeshMaterial,
     /// Axes of `vertices` that are single-precision numbers in the file and have not been changed.
     pub(super) single: [bool; 3],
@@ -237,6 +239,7 @@ pub(super) fn finish(
         if corners.is_empty() {
             report.warning(end, "the file has no faces: the picture will be empty");
         }
+        let colors = joined.colors.rows(&corners);
         scene.append_mesh(Mesh {
             vertices: joined.vertices,
             corners: corners.into(),
@@ -244,9 +247,9 @@ pub(super) fn finish(
             vertex_normals: joined.vertex_normals,
             uvs: uvs.into(),
             vertex_uvs: joined.vertex_uvs,
-            colors: Default::default(),
-            vertex_colors: Default::default(),
-            vertex_opacity: Default::default(),
+            colors: colors.into(),
+            vertex_colors: joined.colors.rgb,
+            vertex_opacity: joined.colors.opacity,
             material: joined.material,
         });
     }

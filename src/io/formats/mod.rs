@@ -30,6 +30,7 @@ mod table;
 mod test_scene;
 mod text;
 mod texture;
+mod vertex_colors;
 mod workers;
 
 pub use defaults::override_scene;

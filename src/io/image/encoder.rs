@@ -7,6 +7,7 @@
 //! are the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
 
 use phalanx_scene::film::Film;
+use phalanx_scene::sampling::srgb_to_linear;
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
 use std::cell::LazyCell;
 
@@ -220,16 +221,7 @@ fn threshold(sample: f64, most: f64, quantize: Quantize) -> f64 {
     };
     // 1.0 is the largest clamped value: a threshold an ulp above it would make the last sample
     // unreachable.
-    srgb_inverse((sample - back) / most).min(1.0)
-}
-
-/// IEC 61966-2-1, from the encoded to the linear value.
-fn srgb_inverse(encoded: f64) -> f64 {
-    if encoded <= 0.04045 {
-        encoded / 12.92
-    } else {
-        libm::pow((encoded + 0.055) / 1.055, 2.4)
-    }
+    srgb_to_linear((sample - back) / most).min(1.0)
 }
 
 #[cfg(test)]

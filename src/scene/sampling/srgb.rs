@@ -4,16 +4,17 @@ use std::sync::LazyLock;
 
 /// Decoding table of IEC 61966-2-1: computed once in f64 through `libm`, so that every build holds
 /// the same bits.
-static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|byte| {
-        let c = byte as f64 / 255.0;
-        let linear = match c <= 0.04045 {
-            true => c / 12.92,
-            false => libm::pow((c + 0.055) / 1.055, 2.4),
-        };
-        linear as f32
-    })
-});
+static LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| srgb_to_linear(byte as f64 / 255.0) as f32));
+
+/// The linear value of a number on the sRGB curve. Numbers above 1 follow the same curve.
+#[inline]
+pub fn srgb_to_linear(encoded: f64) -> f64 {
+    match encoded <= 0.04045 {
+        true => encoded / 12.92,
+        false => libm::pow((encoded + 0.055) / 1.055, 2.4),
+    }
+}
 
 /// The linear value, 0 to 1, of each sRGB byte.
 #[inline]
