@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 use phalanx::formats::{AddedLight, Options, Origin};
 use phalanx::image::ImageFormat;
 use phalanx::scene::{FileView, Material};
+use std::path::PathBuf;
 
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, Args)]
@@ -34,6 +35,11 @@ pub struct SceneArgs {
     /// in the file's coordinates whatever this is
     #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
     pub origin: Origin,
+    /// A folder, beside the scene's own, in which material files, textures and buffers that the scene
+    /// names may lie, as in --allow-path ../textures. May be given several times; nothing else
+    /// outside the scene's folder is read
+    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    pub allow_path: Vec<PathBuf>,
     /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or
     /// 2GiB (powers of 1024): an estimate from the sizes of the named file and those it refers to,
     /// the scene and the picture, no limit
@@ -79,6 +85,7 @@ impl SceneArgs {
             origin: self.origin,
             threads,
             max_memory: None,
+            allow_paths: self.allow_path.clone(),
         })
     }
 }
@@ -215,6 +222,15 @@ fn numbers(text: &str) -> Result<Vec<f32>, String> {
 fn number(text: &str) -> Result<f32, String> {
     let number = text.trim().parse().ok().filter(|n: &f32| n.is_finite());
     number.ok_or_else(|| format!("`{text}` is not a number"))
+}
+
+fn parse_folder(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match std::fs::metadata(&path) {
+        Ok(folder) if folder.is_dir() => Ok(path),
+        Ok(_) => Err("it is not a folder".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 fn parse_memory(text: &str) -> Result<u64, String> {

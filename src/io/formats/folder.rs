@@ -1,14 +1,60 @@
-//! The folder of a scene file: files that a scene names are read from here only.
+//! The folder of a scene file: files that a scene names are read from here, and from folders that
+//! the user has opened.
+//!
+//! Names come from other machines, so a name stands for the first of these that is there:
+//!
+//! 1. the name, relative to the file that has it, then to the scene file, then to each opened
+//!    folder; an absolute name as it is;
+//! 2. its last component in the same folders: exporters write their own paths;
+//! 3. the same with letters in the other case, if exactly one file has that name.
+//!
+//! None of them is looked at outside the scene file's folder and the opened ones. `..` is resolved
+//! in the name before it is checked, and links are followed before the file's folder is checked once
+//! more, so neither leads out.
 
 use super::diagnostics::quoted;
 use super::memory_budget::MemoryBudget;
-use std::path::{Component, Path, PathBuf};
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
 
 /// The folder in which a scene file's other files are looked for.
 pub(super) struct Folder {
     /// `None` for a scene without a file.
     path: Option<PathBuf>,
+    /// Further folders that the user has opened.
+    opened: Vec<PathBuf>,
     allowance: MemoryBudget,
+    /// Names that may still be searched for beyond their own path.
+    searches_left: Cell<u32>,
+    /// Entries of folders that may still be compared with names.
+    entries_left: Cell<u32>,
+}
+
+/// Most names of a scene that are searched for under other names, and most entries of folders that
+/// are compared with them. Files have a few, hostile ones have millions.
+const MAX_SEARCHES: u32 = 1000;
+const MAX_ENTRIES: u32 = 100_000;
+
+const OUTSIDE: &str = "it is not in the scene file's folder (--allow-path opens a further folder)";
+const LINKED: &str =
+    "it leads out of the scene file's folder (--allow-path opens a further folder)";
+
+/// A file of the folder. Two are equal if they are the same file, even if found by different names.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Found(PathBuf);
+
+/// A file that was found, perhaps by another name than the scene's.
+#[derive(Clone, Debug)]
+pub(super) struct NamedFile {
+    pub(super) file: Found,
+    /// The name that it was found by, if that is more than an exporter's path cut off.
+    pub(super) instead: Option<String>,
+}
+
+/// Folders that files may lie in, resolved, and further spellings of the same.
+struct Roots {
+    resolved: Vec<PathBuf>,
+    spelled: Vec<PathBuf>,
 }
 
 impl Folder {
@@ -17,7 +63,7 @@ impl Folder {
         let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
             path: Some(parent.unwrap_or(Path::new(".")).to_path_buf()),
-            allowance: MemoryBudget::of(None),
+            ..Folder::none()
         }
     }
 
@@ -25,7 +71,10 @@ impl Folder {
     pub(super) fn none() -> Folder {
         Folder {
             path: None,
+            opened: Vec::new(),
             allowance: MemoryBudget::of(None),
+            searches_left: Cell::new(MAX_SEARCHES),
+            entries_left: Cell::new(MAX_ENTRIES),
         }
     }
 
@@ -33,6 +82,14 @@ impl Folder {
     pub(super) fn within(self, most: Option<u64>) -> Folder {
         Folder {
             allowance: MemoryBudget::of(most),
+            ..self
+        }
+    }
+
+    /// The same folder, and further ones in which files may lie.
+    pub(super) fn and(self, opened: &[PathBuf]) -> Folder {
+        Folder {
+            opened: opened.to_vec(),
             ..self
         }
     }
@@ -54,21 +111,155 @@ impl Folder {
 
     /// Finds the file of a name in the scene file, with `/` or `\` between folders. The error says
     /// why there is none, for a message that names the file already.
-    ///
-    /// Links are followed before the file's folder is checked, so none leads out of the folder.
     pub(super) fn find(&self, name: &str) -> Result<Found, String> {
+        self.find_for(None, name).map(|named| named.file)
+    }
+
+    /// Finds the file of a name in `file`, or in the scene file if that is `None`. Otherwise as
+    /// [`Folder::find`].
+    pub(super) fn find_for(&self, file: Option<&Found>, name: &str) -> Result<NamedFile, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };
-        let name = PathBuf::from(name.replace('\\', "/"));
-        let inside = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
-        if name.as_os_str().is_empty() || !name.components().all(inside) {
-            return Err("it is not in the scene file's folder".into());
+        let name = without_quotes(name).replace('\\', "/");
+        let Some(last) = last_component(&name) else {
+            return Err(OUTSIDE.into());
+        };
+        let root = folder.canonicalize().map_err(|e| e.to_string())?;
+        let mut bases: Vec<&Path> = file.and_then(|file| file.0.parent()).into_iter().collect();
+        bases.push(&root);
+        let roots = Roots::of(&root, &self.opened);
+        bases.extend(roots.resolved[1..].iter().map(PathBuf::as_path));
+        bases.dedup();
+
+        let absolute = is_absolute(&name);
+        let own: Vec<PathBuf> = match absolute {
+            true => vec![joined(Path::new("/"), &name)],
+            false => bases.iter().map(|base| joined(base, &name)).collect(),
+        };
+        let mut reason = None;
+        for path in own {
+            match roots.open(&path) {
+                Ok(file) => {
+                    return Ok(NamedFile {
+                        file,
+                        instead: None,
+                    });
+                }
+                Err(told) => _ = reason.get_or_insert(told),
+            }
         }
-        let resolved = |path: &Path| path.canonicalize().map_err(|e| e.to_string());
-        let (root, file) = (resolved(folder)?, resolved(&folder.join(&name))?);
-        if !file.starts_with(&root) {
-            return Err("it leads out of the scene file's folder".into());
+        let found = self.search(&roots, &bases, (&name, last, absolute));
+        found.ok_or_else(|| reason.unwrap_or_default())
+    }
+
+    /// Finds a file by the last component of its name, or in the other case.
+    fn search(
+        &self,
+        roots: &Roots,
+        bases: &[&Path],
+        (name, last, absolute): (&str, &str, bool),
+    ) -> Option<NamedFile> {
+        self.searches_left
+            .set(self.searches_left.get().checked_sub(1)?);
+        let told = |instead: &str| (!absolute).then(|| instead.to_owned());
+        for base in bases {
+            if let Ok(file) = roots.open(&base.join(last)) {
+                return Some(NamedFile {
+                    file,
+                    instead: told(last),
+                });
+            }
+        }
+        let names = [(!absolute).then_some(name), Some(last)];
+        for (base, name) in names
+            .into_iter()
+            .flatten()
+            .flat_map(|n| bases.iter().map(move |b| (b, n)))
+        {
+            let found = self.find_any_case(roots, base, name);
+            if let Some(file) = found.and_then(|path| roots.open(&path).ok()) {
+                let instead = file
+                    .0
+                    .file_name()
+                    .map(|name| name.to_string_lossy().into_owned());
+                return Some(NamedFile { file, instead });
+            }
+        }
+        None
+    }
+
+    /// The only path that differs from this one in the case of its letters. Nothing is listed
+    /// outside the folders of `roots`.
+    fn find_any_case(&self, roots: &Roots, base: &Path, name: &str) -> Option<PathBuf> {
+        let mut path = base.to_path_buf();
+        for component in name.split('/').filter(|part| !matches!(*part, "" | ".")) {
+            let next = joined(&path, component);
+            if !roots.may_hold(&next) {
+                return None;
+            }
+            path = match next.symlink_metadata() {
+                Ok(_) => next,
+                Err(_) => path.join(self.only_entry(roots, &path, component)?),
+            };
+        }
+        Some(path)
+    }
+
+    /// The name of the only entry of a folder that differs from `name` in the case of its letters.
+    fn only_entry(&self, roots: &Roots, folder: &Path, name: &str) -> Option<PathBuf> {
+        let folder = folder.canonicalize().ok()?;
+        if !roots.holds(&folder) {
+            return None;
+        }
+        let mut only = None;
+        for entry in std::fs::read_dir(folder).ok()? {
+            self.entries_left
+                .set(self.entries_left.get().checked_sub(1)?);
+            let entry = entry.ok()?.file_name();
+            let alike = entry
+                .to_str()
+                .is_some_and(|e| e.to_lowercase() == name.to_lowercase());
+            if alike && only.replace(PathBuf::from(entry)).is_some() {
+                return None;
+            }
+        }
+        only
+    }
+}
+
+impl Roots {
+    fn of(root: &Path, opened: &[PathBuf]) -> Roots {
+        let mut roots = Roots {
+            resolved: vec![root.to_path_buf()],
+            spelled: Vec::new(),
+        };
+        for folder in opened {
+            roots.resolved.extend(folder.canonicalize());
+            roots.spelled.extend(std::path::absolute(folder));
+        }
+        roots
+    }
+
+    /// Returns true for a resolved path in one of the folders.
+    fn holds(&self, resolved: &Path) -> bool {
+        self.resolved.iter().any(|root| resolved.starts_with(root))
+    }
+
+    /// Returns true for a path without `..` that is in one of the folders unless a link leads out.
+    fn may_hold(&self, path: &Path) -> bool {
+        self.holds(path) || self.spelled.iter().any(|root| path.starts_with(root))
+    }
+
+    /// The file of an absolute path without `..`, if it lies in one of the folders.
+    fn open(&self, path: &Path) -> Result<Found, String> {
+        // A path outside is not even looked at, so that messages do not say what is there.
+        if !self.may_hold(path) {
+            return Err(OUTSIDE.into());
+        }
+        let file = path.canonicalize().map_err(|e| e.to_string())?;
+        if !self.holds(&file) {
+            return Err(LINKED.into());
         }
         if !file.is_file() {
             return Err("it is not a regular file".into());
@@ -77,40 +268,47 @@ impl Folder {
     }
 }
 
-/// A file of the folder. Two are equal if they are the same file, even if found by different names.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Found(PathBuf);
+/// A name without the quotes and blanks around it.
+fn without_quotes(name: &str) -> &str {
+    let name = name.trim();
+    let inner = |quote: char| name.strip_prefix(quote)?.strip_suffix(quote);
+    inner('"').or_else(|| inner('\'')).unwrap_or(name).trim()
+}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The last component of a name, if it names a file.
+fn last_component(name: &str) -> Option<&str> {
+    let last = name.rsplit('/').next()?;
+    let last = without_drive(last).unwrap_or(last);
+    (!matches!(last, "" | "." | "..")).then_some(last)
+}
 
-    #[test]
-    fn only_files_of_the_folder_are_read() {
-        let outer = tempfile::tempdir().unwrap();
-        let folder = outer.path().join("scene");
-        std::fs::create_dir_all(folder.join("maps")).unwrap();
-        std::fs::write(outer.path().join("secret"), "no").unwrap();
-        std::fs::write(folder.join("maps/wood.png"), "yes").unwrap();
-        let asset_dir = Folder::of(&folder.join("a.obj"));
-        let wood = asset_dir.find("maps/wood.png").unwrap();
-        assert_eq!(asset_dir.read(&wood).unwrap(), b"yes");
-        assert_eq!(asset_dir.find(".\\maps\\wood.png").unwrap(), wood);
-        let absolute = outer.path().join("secret");
-        for outside in [
-            "../secret",
-            "maps/../../secret",
-            "",
-            "maps",
-            "absent",
-            absolute.to_str().unwrap(),
-        ] {
-            assert!(asset_dir.find(outside).is_err(), "{outside}");
-        }
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(&absolute, folder.join("link")).unwrap();
-            assert!(asset_dir.find("link").unwrap_err().contains("leads out"));
+/// The rest of a name behind the letter of a drive.
+fn without_drive(name: &str) -> Option<&str> {
+    let rest = name.strip_prefix(|c: char| c.is_ascii_alphabetic())?;
+    rest.strip_prefix(':')
+}
+
+/// Returns true for a path from the root of a file system, of whatever system.
+fn is_absolute(name: &str) -> bool {
+    let scheme = name
+        .get(..5)
+        .is_some_and(|s| s.eq_ignore_ascii_case("file:"));
+    name.starts_with('/') || without_drive(name).is_some() || scheme
+}
+
+/// A folder and a name relative to it, in which `.` and `..` are resolved.
+fn joined(base: &Path, name: &str) -> PathBuf {
+    let mut path = base.to_path_buf();
+    for component in name.split('/') {
+        match component {
+            "" | "." => {}
+            ".." => _ = path.pop(),
+            _ => path.push(component),
         }
     }
+    path
 }
+
+#[cfg(test)]
+#[path = "folder_tests.rs"]
+mod tests;

@@ -81,7 +81,9 @@ fn load_read(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Loaded, LoadError> {
-    let asset_dir = Folder::of(path).within(options.max_memory);
+    let asset_dir = Folder::of(path)
+        .and(&options.allow_paths)
+        .within(options.max_memory);
     read(format.read, bytes, &asset_dir, options).map_err(|diagnostics| {
         let path = path.to_path_buf();
         match asset_dir.allowance().refusal() {

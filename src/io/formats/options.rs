@@ -3,6 +3,7 @@
 use super::origin::Origin;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{FileView, Material};
+use std::path::PathBuf;
 
 /// The user's options beside the file: defaults for parts that a mesh lacks, and overrides of parts
 /// that a file has.
@@ -24,6 +25,8 @@ pub struct Options {
     /// decoded pictures, copied meshes, and polygons of few bytes a triangle. They are counted
     /// before they are used. `None` sets no limit.
     pub max_memory: Option<u64>,
+    /// Folders beside the scene file's own in which files that it names may lie.
+    pub allow_paths: Vec<PathBuf>,
 }
 
 /// A light of [`Options`].
