@@ -92,6 +92,46 @@ fn uncommon(text: &[u8], at: usize, start: usize, negative: bool) -> (f32, usize
     }
 }
 
+/// A number that is not finite, as the C libraries of several systems print it, and the position
+/// where it ends: `nan`, `-nan(ind)`, `1.#QNAN0`, `-1.#IND`, `1.#INF00`, `infinity`.
+#[cold]
+pub(super) fn not_finite(text: &[u8], at: usize) -> Option<(f32, usize)> {
+    let sign = text.get(at).filter(|sign| matches!(sign, b'+' | b'-'));
+    let start = at + usize::from(sign.is_some());
+    let rest = text.get(start..)?;
+    let word = |from: &[u8]| {
+        from.iter()
+            .take_while(|b| b.is_ascii_alphanumeric())
+            .count()
+    };
+    let begins = |name: &[u8]| {
+        let head = rest.get(..name.len());
+        head.is_some_and(|head| head.eq_ignore_ascii_case(name))
+    };
+    let (value, length) = match rest {
+        // The sort of NaN is one letter where the number was printed with few digits.
+        [b'1', b'.', b'#', kind @ ..] => {
+            let infinite = kind
+                .get(..3)
+                .is_some_and(|k| k.eq_ignore_ascii_case(b"inf"));
+            let value = if infinite { f32::INFINITY } else { f32::NAN };
+            (value, 3 + word(kind))
+        }
+        _ if begins(b"nan") => {
+            let length = word(rest);
+            let note = rest[length..].strip_prefix(b"(");
+            let note = note
+                .map(word)
+                .filter(|n| rest.get(length + 1 + n) == Some(&b')'));
+            (f32::NAN, length + note.map_or(0, |n| n + 2))
+        }
+        _ if begins(b"inf") => (f32::INFINITY, word(rest)),
+        _ => return None,
+    };
+    let negative = sign == Some(&b'-');
+    Some((if negative { -value } else { value }, start + length))
+}
+
 /// The whole number at `at`, and the position where it ends: `at` itself if there is none. Numbers
 /// beyond ±10¹⁸ are clamped to it.
 #[inline]
@@ -231,6 +271,48 @@ mod tests {
             assert_eq!((double as f32).to_bits(), single.to_bits(), "{text}");
         }
         assert_eq!(double(b"v 500000.31", 2), (500_000.31, 11));
+    }
+
+    #[test]
+    fn every_spelling_of_what_is_not_finite_is_read_to_its_end() {
+        for text in [
+            "nan",
+            "NaN",
+            "-nan",
+            "+NAN",
+            "nan(ind)",
+            "-nan(ind)",
+            "nan(snan)",
+            "nan(0x7fffff)",
+            "NaNQ",
+            "1.#QNAN",
+            "-1.#QNAN0",
+            "1.#SNAN",
+            "-1.#IND",
+            "-1.#IND00",
+            "1.#J",
+            "1.#R",
+        ] {
+            let (value, end) = not_finite(text.as_bytes(), 0).unwrap();
+            assert!(
+                value.is_nan() && end == text.len(),
+                "{text}: {value}, {end}"
+            );
+        }
+        for text in ["inf", "+Inf", "INFINITY", "1.#INF", "1.#INF00", "1.#inf"] {
+            let found = not_finite(format!("v {text} 2").as_bytes(), 2);
+            assert_eq!(found, Some((f32::INFINITY, 2 + text.len())), "{text}");
+            let negative = not_finite(format!("-{}", text.trim_start_matches('+')).as_bytes(), 0);
+            assert_eq!(negative.map(|n| n.0), Some(f32::NEG_INFINITY));
+        }
+        for text in ["1.5", "1.", "", "-", "x", "na", "in", "1.Q"] {
+            assert_eq!(not_finite(text.as_bytes(), 0), None, "{text}");
+        }
+        assert_eq!(
+            not_finite(b"nan(ind x", 0).map(|n| n.1),
+            Some(3),
+            "an open parenthesis is no part"
+        );
     }
 
     #[test]
