@@ -150,6 +150,16 @@ impl<'a> DiagnosticSink<'a> {
         Ok(self.warnings)
     }
 
+    /// Reports the errors, or else the warnings, as those of another file, which is named at `span`.
+    pub(super) fn emit_for_file(self, name: &str, span: Span, report: &mut DiagnosticSink) {
+        let name = without_control(name);
+        let told = |d: &Diagnostic| format!("{name}:{}:{}: {}", d.line, d.column, d.message);
+        match self.finish() {
+            Ok(warnings) => warnings.iter().for_each(|w| report.warning(span, told(w))),
+            Err(errors) => errors.iter().for_each(|e| report.error(span, told(e))),
+        }
+    }
+
     /// The end of the last line that is not blank: the span of an error about something missing.
     pub(super) fn end_of_content(&self) -> Span {
         let text = self.text.unwrap_or_default();
@@ -188,6 +198,12 @@ impl<'a> DiagnosticSink<'a> {
         let characters = before.iter().filter(|&b| b & 0xc0 != 0x80).count();
         (line, characters + 1)
     }
+}
+
+/// A file's name for the beginning of a message, without characters that a terminal would obey.
+fn without_control(name: &str) -> String {
+    let shown = |c: char| if c.is_control() { '?' } else { c };
+    name.chars().map(shown).collect()
 }
 
 /// Text of the file in a form that a message may repeat: short, and without control characters for

@@ -5,7 +5,7 @@ use super::defaults::finish_scene;
 use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
 use super::faces::{Faces, NORMAL, UV, VERTEX};
 use super::loaded::Loaded;
-use super::mesh_defaults::{BARE, GREY, empty_scene};
+use super::mesh_defaults::{BARE, GREY, WHITE, empty_scene};
 use super::options::Options;
 use super::origin::{self, ReadStop};
 use super::vertex_colors::MeshColors;
@@ -81,12 +81,7 @@ impl ParseErrors {
     ) {
         let mut other = DiagnosticSink::new(text);
         self.emit(&mut other);
-        for d in other.finish().err().unwrap_or_default() {
-            report.error(
-                span,
-                format!("{name}:{}:{}: {}", d.line, d.column, d.message),
-            );
-        }
+        other.emit_for_file(name, span, report);
     }
 }
 
@@ -214,8 +209,25 @@ pub(super) fn default_material(options: &Options) -> Material {
 
 /// A scene of the mesh alone, with its default material as row 0.
 pub(super) fn bare_scene(options: &Options, table: &mut MaterialTable) -> Scene {
+    scene_with(&default_material(options), table)
+}
+
+/// The same for a mesh of these colours. They are the surface's own, so a default material beneath
+/// them is white.
+pub(super) fn scene_for(
+    colors: &MeshColors,
+    options: &Options,
+    table: &mut MaterialTable,
+) -> Scene {
+    match colors.rgb.is_empty() {
+        true => bare_scene(options, table),
+        false => scene_with(&options.material.unwrap_or(WHITE), table),
+    }
+}
+
+fn scene_with(material: &Material, table: &mut MaterialTable) -> Scene {
     let mut scene = empty_scene();
-    table.intern(&default_material(options), &mut scene.materials);
+    table.intern(material, &mut scene.materials);
     scene
 }
 

@@ -17,6 +17,13 @@ pub(super) const GREY: Material = Material {
     ..Material::DEFAULT
 };
 
+/// The material beneath colours of vertices or faces, if the mesh names none: white, matt.
+pub(super) const WHITE: Material = Material {
+    ka: Vec3::splat(0.1),
+    kd: Vec3::ONE,
+    ..GREY
+};
+
 /// Parts that formats of nothing but triangles do not give.
 pub(super) const BARE: MissingParts = MissingParts {
     view: true,

@@ -82,6 +82,18 @@ impl<'a> TextureLibrary<'a> {
         report: &mut DiagnosticSink,
     ) -> u32 {
         let found = self.asset_dir.find(name);
+        self.found(name, found, wrap, span, report)
+    }
+
+    /// The texture in a file that was looked for already. Otherwise as [`TextureLibrary::named`].
+    pub(super) fn found(
+        &mut self,
+        name: &str,
+        found: Result<Found, String>,
+        wrap: [Wrap; 2],
+        span: impl FnOnce() -> Span,
+        report: &mut DiagnosticSink,
+    ) -> u32 {
         let origin = match &found {
             Ok(file) => ImageKey::File(file.clone()),
             Err(_) => ImageKey::Missing(name.to_owned()),

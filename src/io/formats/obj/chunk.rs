@@ -1,11 +1,10 @@
 //! One chunk of an OBJ file, read independently of the others.
 
+use super::colors::ChunkColors;
 use super::cursor::Cursor;
 use crate::formats::decimal;
 use crate::formats::diagnostics::Span;
-use crate::formats::faces::{
-    FaceCorner, Faces, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, UV, VERTEX, extra_bytes,
-};
+use crate::formats::faces::{FaceCorner, Faces};
 use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors};
 use glam::DVec3;
@@ -45,6 +44,16 @@ pub(super) struct ObjChunk {
     pub(super) bad_normals: Vec<NotFinite>,
     /// UVs that are not finite; their rows are zero.
     pub(super) bad_uvs: Occurrences,
+    /// Numbers of UVs and normals that the file does not have.
+    pub(super) bad_references: [Occurrences; 3],
+    /// Faces with a UV or a normal at some corners only.
+    pub(super) unlike: Occurrences,
+    /// Operands that statements do not have.
+    pub(super) surplus: Occurrences,
+    pub(super) colors: ChunkColors,
+    /// Changes of the smoothing group by `s`: the first triangle with the new one, and its number,
+    /// 0 for none.
+    pub(super) smoothing: Vec<(usize, u32)>,
     pub(super) skipped: Skipped,
     pub(super) errors: ParseErrors,
     /// Largest absolute number of each attribute, counted from 1.
@@ -100,6 +109,7 @@ pub(super) fn read<'a>(
         share,
         chunk: ObjChunk::default(),
         corners: Vec::new(),
+        out_of_range: [false; 3],
     };
     loop {
         reader.cursor.skip_to_statement();
@@ -114,16 +124,21 @@ pub(super) fn read<'a>(
     }
 }
 
-struct ObjReader<'a> {
-    cursor: Cursor<'a>,
-    limits: IndexLimits,
+pub(super) struct ObjReader<'a> {
+    pub(super) cursor: Cursor<'a>,
+    pub(super) limits: IndexLimits,
     /// The origin that is subtracted from vertices, if the scene is moved.
     origin: Option<DVec3>,
-    share: BudgetShare<'a>,
-    chunk: ObjChunk,
+    pub(super) share: BudgetShare<'a>,
+    pub(super) chunk: ObjChunk,
     /// Corners of the current face.
-    corners: Vec<FaceCorner>,
+    pub(super) corners: Vec<FaceCorner>,
+    /// Attributes of which the current face has a number out of range.
+    pub(super) out_of_range: [bool; 3],
 }
+
+/// Longest keyword that is compared; longer ones have other beginnings.
+const KEYWORD_BYTES: usize = 12;
 
 impl ObjReader<'_> {
     #[inline]
@@ -146,7 +161,12 @@ impl ObjReader<'_> {
                 self.cursor.at += 2;
                 self.texture_uv()
             }
-            [b'#', ..] => Ok(()),
+            [b'#', rest @ ..] => {
+                if rest.starts_with(b"MRGB") {
+                    self.painted_colors();
+                }
+                Ok(())
+            }
             _ => self.rare_statement(),
         }
     }
@@ -164,7 +184,12 @@ impl ObjReader<'_> {
             };
         }
         let name = self.cursor.word();
-        match self.cursor.bytes(name) {
+        let mut lower = [0; KEYWORD_BYTES];
+        let text = self.cursor.bytes(name);
+        let keyword = &mut lower[..text.len().min(KEYWORD_BYTES)];
+        keyword.copy_from_slice(&text[..keyword.len()]);
+        keyword.make_ascii_lowercase();
+        match &*keyword {
             b"v" => return self.vertex(),
             b"vn" => return self.normal(),
             b"vt" => return self.texture_uv(),
@@ -177,10 +202,11 @@ impl ObjReader<'_> {
                 let files = self.cursor.rest_of_line();
                 self.chunk.libraries.push(files);
             }
+            b"s" => self.smoothing_group(),
             b"l" | b"p" => self.chunk.skipped.lines.add(name),
-            b"g" | b"o" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp"
-            | b"maplib" | b"usemap" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech"
-            | b"call" | b"csh" => {}
+            b"g" | b"o" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" | b"maplib"
+            | b"usemap" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {
+            }
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf"
             | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" => {
                 self.chunk.skipped.free_forms.add(name)
@@ -190,7 +216,22 @@ impl ObjReader<'_> {
         Ok(())
     }
 
-    /// Reads x, y and z; a weight and colours may follow, and are ignored.
+    /// Reads the number of a smoothing group, or `off`.
+    fn smoothing_group(&mut self) {
+        let word = self.cursor.word();
+        let group = match self.cursor.bytes(word) {
+            b"on" => 1,
+            text => decimal::integer(text, 0).0.clamp(0, i64::from(u32::MAX)) as u32,
+        };
+        let first = self.chunk.faces.len();
+        match self.chunk.smoothing.last_mut() {
+            Some(last) if last.0 == first => last.1 = group,
+            Some(last) if last.1 == group => {}
+            _ => self.chunk.smoothing.push((first, group)),
+        }
+    }
+
+    /// Reads x, y and z; a weight or a colour may follow.
     #[inline]
     fn vertex(&mut self) -> Result<(), ParseError> {
         self.cursor.skip_blanks();
@@ -214,26 +255,7 @@ impl ObjReader<'_> {
         if self.cursor.at_statement_end() {
             return Ok(());
         }
-        self.weight_and_colors()
-    }
-
-    /// Passes the numbers after a vertex: one, or three and more.
-    fn weight_and_colors(&mut self) -> Result<(), ParseError> {
-        let mut count = 0;
-        let mut second = None;
-        while !self.cursor.at_statement_end() {
-            let start = self.cursor.at;
-            self.cursor.float()?;
-            count += 1;
-            if count == 2 {
-                second = Some(Span::between(start, self.cursor.at));
-            }
-        }
-        match second {
-            Some(span) if count == 2 => Err(ParseError::new(span, "five numbers make no vertex")
-                .with_help("three, four with a weight, or six and more with a colour")),
-            _ => Ok(()),
-        }
+        self.weight_or_color()
     }
 
     #[inline]
@@ -314,147 +336,17 @@ impl ObjReader<'_> {
         if self.cursor.at_statement_end() {
             return Ok(());
         }
-        let span = self.cursor.word();
-        let message = format!("{} is one operand too many", self.cursor.quoted(span));
-        Err(ParseError::new(span, message))
-    }
-
-    #[inline]
-    fn face(&mut self) -> Result<(), ParseError> {
-        self.corners.clear();
-        self.cursor.skip_blanks();
         let start = self.cursor.at;
-        // Corners beyond the limit are counted for the message.
-        let mut count = 0;
-        while !self.cursor.at_statement_end() {
-            let corner = self.corner()?;
-            count += 1;
-            if count <= MAX_CORNERS {
-                self.corners.push(corner);
-            }
-        }
-        let first = self.corners.first().map_or([0; 3], |c| c.numbers);
-        let alike = |k: usize| {
-            self.corners
-                .iter()
-                .all(|c| (c.numbers[k] == NONE) == (first[k] == NONE))
-        };
-        let span = Span::between(start, self.cursor.at);
-        match count {
-            0 => Err(self.cursor.missing("a corner")),
-            _ if !alike(UV) || !alike(NORMAL) => Err(ParseError::new(
-                span,
-                "some corners of this face have a texture place or a normal, others have none",
-            )),
-            1 | 2 => {
-                self.chunk.skipped.lines.add(span);
-                Ok(())
-            }
-            count if count > MAX_CORNERS => Err(ParseError::new(
-                span,
-                format!("a face of {count} corners: at most {MAX_CORNERS}"),
-            )),
-            _ => {
-                // A file counts three times, once of them for itself: see `--max-memory`.
-                let attributes = first[1..].iter().filter(|&&number| number != NONE).count();
-                let paid = 2 * span.length as u64;
-                let bytes = extra_bytes(count, attributes as u64, paid);
-                if self.share.take(bytes) {
-                    self.chunk.faces.add(&self.corners);
-                }
-                Ok(())
-            }
-        }
-    }
-
-    /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    #[inline]
-    fn corner(&mut self) -> Result<FaceCorner, ParseError> {
-        let start = self.cursor.at;
-        let mut corner = FaceCorner {
-            numbers: [NONE; 3],
-            relative: 0,
-        };
-        self.number(VERTEX, &mut corner, start)?;
-        for attribute in [UV, NORMAL] {
-            if self.cursor.peek() != Some(b'/') {
-                break;
-            }
-            self.cursor.at += 1;
-            if self.cursor.peek().is_some_and(|b| b != b'/' && b > b' ') {
-                self.number(attribute, &mut corner, start)?;
-            }
-        }
-        match self.cursor.peek() {
-            Some(byte) if byte > b' ' && byte != b'#' && byte != b'\\' => {
-                Err(self.no_corner(start))
-            }
-            _ => Ok(corner),
-        }
-    }
-
-    #[cold]
-    fn no_corner(&mut self, start: usize) -> ParseError {
-        self.cursor.at = start;
-        let word = self.cursor.word();
-        let message = format!("{} is not a corner", self.cursor.quoted(word));
-        ParseError::new(word, message)
-            .with_help("write `v`, `v/vt`, `v//vn` or `v/vt/vn` with whole numbers")
-    }
-
-    /// Reads a number from 1 on, or one that counts back from the last row so far, which is -1.
-    #[inline]
-    fn number(
-        &mut self,
-        attribute: usize,
-        corner: &mut FaceCorner,
-        start: usize,
-    ) -> Result<(), ParseError> {
-        let (number, end) = decimal::integer(self.cursor.text, self.cursor.at);
-        if end == self.cursor.at {
-            return Err(self.no_corner(start));
-        }
-        if number > 0 && number <= self.limits.total[attribute] {
-            let row = (number - 1) as u32;
-            self.chunk.highest[attribute] = self.chunk.highest[attribute].max(row + 1);
-            corner.numbers[attribute] = row;
-        } else {
-            let row = self.chunk.counts()[attribute] as i64 + number;
-            if number >= 0 || row < -self.limits.before[attribute] {
-                return Err(self.out_of_range(attribute, number, end));
-            }
-            self.chunk.lowest[attribute] = self.chunk.lowest[attribute].min(row);
-            corner.numbers[attribute] = (row as u32).wrapping_add(RELATIVE_ZERO);
-            corner.relative |= 1 << attribute;
-        }
-        self.cursor.at = end;
+        self.cursor.float()?;
+        self.note_surplus(start);
         Ok(())
     }
 
+    /// Notes an operand that the statement does not have, and passes the rest.
     #[cold]
-    fn out_of_range(&self, attribute: usize, number: i64, end: usize) -> ParseError {
-        let span = Span::between(self.cursor.at, end);
-        if number == 0 {
-            return ParseError::new(
-                span,
-                "0 is no row: they are numbered from 1, or from -1 backward",
-            );
-        }
-        let what = ["vertices", "texture places", "normals"][attribute];
-        let (have, scope) = match number < 0 {
-            true => (
-                self.limits.before[attribute] + self.chunk.counts()[attribute] as i64,
-                " so far",
-            ),
-            false => (self.limits.total[attribute], ""),
-        };
-        ParseError::new(
-            span,
-            format!(
-                "{} is out of range: there are {have} {what}{scope}",
-                self.cursor.quoted(span)
-            ),
-        )
+    pub(super) fn note_surplus(&mut self, start: usize) {
+        let span = Span::between(start, self.cursor.at);
+        self.chunk.surplus.add(span);
     }
 }
 

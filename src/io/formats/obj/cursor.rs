@@ -112,14 +112,26 @@ impl<'a> Cursor<'a> {
         span
     }
 
-    /// The rest of the line without the blanks around it. It is a name, which may hold blanks.
+    /// The rest of the statement without the blanks around it, with the lines that continue it. It
+    /// is a name, which may hold blanks and `#`: see [`super::name::spellings`].
     pub(super) fn rest_of_line(&mut self) -> Span {
         self.skip_blanks();
-        let rest = self.text.get(self.at..).unwrap_or_default();
-        let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-        let span = Span::new(self.at, rest[..length].trim_ascii_end().len());
-        self.at += length;
-        span
+        let start = self.at;
+        loop {
+            let rest = self.text.get(self.at..).unwrap_or_default();
+            self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+            let line = &self.text[start..self.at];
+            let (b"\n" | b"\r", true) = (
+                self.text.get(self.at..=self.at).unwrap_or_default(),
+                line.ends_with(b"\\"),
+            ) else {
+                return Span::new(start, line.trim_ascii_end().len());
+            };
+            self.at += match self.text[self.at..].starts_with(b"\r\n") {
+                true => 2,
+                false => 1,
+            };
+        }
     }
 
     /// The next operand as a number, which need not be finite.
@@ -135,14 +147,25 @@ impl<'a> Cursor<'a> {
     }
 
     #[inline(always)]
-    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, ParseError> {
+    fn number<T: From<f32>>(
+        &mut self,
+        parse: impl Fn(&[u8], usize) -> (T, usize),
+    ) -> Result<T, ParseError> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
-        let delimited = self
-            .text
-            .get(end)
-            .is_none_or(|&byte| ends_word(byte) || byte == b'#' || byte == b'\\');
-        if end > self.at && delimited {
+        let next = self.text.get(end);
+        if end > self.at && next.is_none_or(|&byte| ends_word(byte) || byte == b'\\') {
+            self.at = end;
+            return Ok(value);
+        }
+        // A `#` may begin a comment, or stand in `1.#QNAN`.
+        if let Some((special, end)) = decimal::not_finite(self.text, self.at)
+            && self.text.get(end).is_none_or(|&byte| ends_word(byte))
+        {
+            self.at = end;
+            return Ok(special.into());
+        }
+        if end > self.at && next == Some(&b'#') {
             self.at = end;
             return Ok(value);
         }

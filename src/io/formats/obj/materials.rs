@@ -1,33 +1,51 @@
 //! The materials that an OBJ file names, from its material files.
 
 use super::cursor::Cursor;
-use super::mtl::{self, MtlMaterial, name_of};
+use super::material_rows::MaterialReader;
+use super::mtl::{self, MtlMaterial};
+use super::name::{spellings, text_of, without_comment};
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
-use crate::formats::folder::{Folder, Found};
+use crate::formats::folder::{Folder, Found, NamedFile};
 use crate::formats::texture::TextureLibrary;
-use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
+use phalanx_scene::{MaterialTable, Scene};
 use std::collections::{HashMap, HashSet};
+
+pub(super) use super::material_rows::MeshMaterials;
 
 /// Most names of material files of one scene.
 const MAX_LIBRARIES: usize = 1000;
 
-/// Memory for a material, its name, its row and the tables that refer to it.
-const MATERIAL_BYTES: u64 = 1024;
+/// Memory for a material, its name, what it leaves out, its row and the tables that refer to it.
+const MATERIAL_BYTES: u64 = 2048;
 
-/// All materials of the files that a scene names, and its textures so far.
+/// All materials of the files that a scene names.
 pub(super) struct MaterialLibrary<'a> {
     text: Cursor<'a>,
-    materials: HashMap<Vec<u8>, KnownMaterial>,
-    textures: TextureLibrary<'a>,
+    asset_dir: &'a Folder,
+    files: Vec<MtlSource>,
+    materials: Vec<KnownMaterial>,
+    /// The first material of each name, and of each name without a comment.
+    by_name: HashMap<Vec<u8>, usize>,
+    by_short_name: HashMap<Vec<u8>, usize>,
     /// Material files that have been read, and the number of further names that may be looked up.
     read: HashSet<Found>,
     names_left: usize,
 }
 
-/// A material, and the `mtllib` that it comes from.
-struct KnownMaterial {
-    material: MtlMaterial,
-    library: Span,
+/// A material file.
+pub(super) struct MtlSource {
+    pub(super) file: Found,
+    /// Its name in the scene file.
+    pub(super) name: String,
+    pub(super) bytes: Vec<u8>,
+    /// The `mtllib` that names it.
+    pub(super) library: Span,
+}
+
+/// A material, and its file's number.
+pub(super) struct KnownMaterial {
+    pub(super) material: MtlMaterial,
+    pub(super) source: usize,
 }
 
 impl<'a> MaterialLibrary<'a> {
@@ -40,8 +58,11 @@ impl<'a> MaterialLibrary<'a> {
     ) -> MaterialLibrary<'a> {
         let mut library = MaterialLibrary {
             text: Cursor { text, at: 0 },
-            materials: HashMap::new(),
-            textures: TextureLibrary::new(asset_dir),
+            asset_dir,
+            files: Vec::new(),
+            materials: Vec::new(),
+            by_name: HashMap::new(),
+            by_short_name: HashMap::new(),
             read: HashSet::new(),
             names_left: MAX_LIBRARIES,
         };
@@ -49,57 +70,75 @@ impl<'a> MaterialLibrary<'a> {
         for &span in libraries {
             // Exporters repeat the statement before every group.
             if operands.insert(library.text.bytes(span)) {
-                let operands = name_of(&library.text, span);
-                library.add(asset_dir, &operands, span, report);
+                library.add(span, report);
             }
         }
         library
     }
 
     /// Adds one file whose name may hold blanks, or several between blanks.
-    fn add(&mut self, asset_dir: &Folder, operands: &str, span: Span, report: &mut DiagnosticSink) {
+    fn add(&mut self, span: Span, report: &mut DiagnosticSink) {
+        let text = self.text.bytes(span);
+        let short = text_of(without_comment(text));
         if self.names_left == 0 {
             return;
         }
         self.names_left -= 1;
-        let whole = asset_dir.find(operands);
-        let mut names = operands.split_ascii_whitespace();
-        if operands.is_empty() {
+        if short.is_empty() {
             return report.warning(span, "a file name is missing");
         }
-        if whole.is_ok() || names.clone().nth(1).is_none() {
-            return self.add_file(asset_dir, operands, whole, span, report);
+        let mut words = short.split_ascii_whitespace();
+        let one = words.clone().nth(1).is_none();
+        let whole = spellings(text).find_map(|name| {
+            let name = text_of(name);
+            let found = self.asset_dir.find_for(None, &name).ok()?;
+            Some((name, found))
+        });
+        match whole {
+            Some((name, found)) => self.add_file(&name, Ok(found), span, report),
+            None if one => self.add_named(&short, span, report),
+            None => {
+                for name in words.by_ref().take(self.names_left) {
+                    self.names_left -= 1;
+                    self.add_named(name, span, report);
+                }
+            }
         }
-        for name in names.by_ref().take(self.names_left) {
-            self.names_left -= 1;
-            self.add_file(asset_dir, name, asset_dir.find(name), span, report);
-        }
+    }
+
+    fn add_named(&mut self, name: &str, span: Span, report: &mut DiagnosticSink) {
+        let found = self.asset_dir.find_for(None, name);
+        self.add_file(name, found, span, report);
     }
 
     fn add_file(
         &mut self,
-        asset_dir: &Folder,
         name: &str,
-        file: Result<Found, String>,
+        found: Result<NamedFile, String>,
         span: Span,
         report: &mut DiagnosticSink,
     ) {
+        let file = found.map(|found| {
+            if let Some(instead) = &found.instead {
+                warn_renamed(name, instead, span, report);
+            }
+            found.file
+        });
         if let Ok(file) = &file
             && !self.read.insert(file.clone())
         {
             return;
         }
-        let budget = asset_dir.allowance();
-        let read = file
-            .and_then(|file| asset_dir.read(&file))
-            .and_then(|bytes| {
-                let materials = memchr::memmem::find_iter(&bytes, b"newmtl").count() as u64;
-                let what = || format!("for the materials of {}", quoted(name));
-                budget.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
-                Ok(bytes)
-            });
-        let bytes = match read {
-            Ok(bytes) => bytes,
+        let budget = self.asset_dir.allowance();
+        let read = file.and_then(|file| {
+            let bytes = self.asset_dir.read(&file)?;
+            let what = || format!("for the materials of {}", quoted(name));
+            let materials = mtl::most_materials(&bytes);
+            budget.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
+            Ok((file, bytes))
+        });
+        let (file, bytes) = match read {
+            Ok(read) => read,
             Err(reason) => {
                 let message = format!("the material file {} is left out: {reason}", quoted(name));
                 return match budget.refusal() {
@@ -112,26 +151,45 @@ impl<'a> MaterialLibrary<'a> {
         library.errors.emit_for_file(name, &bytes, span, report);
         for material in library.materials {
             // If two have one name the first counts, because a file is searched from its beginning.
-            let known = KnownMaterial {
+            let (known, name) = (self.materials.len(), &bytes[material.name.range()]);
+            let short = without_comment(name);
+            self.by_name.entry(name.to_vec()).or_insert(known);
+            self.by_short_name.entry(short.to_vec()).or_insert(known);
+            self.materials.push(KnownMaterial {
                 material,
-                library: span,
-            };
-            self.materials
-                .entry(known.material.name.clone())
-                .or_insert(known);
+                source: self.files.len(),
+            });
         }
+        self.files.push(MtlSource {
+            file,
+            name: name.to_owned(),
+            bytes,
+            library: span,
+        });
     }
 
-    /// Material rows for `triangles` triangles whose materials change at `runs`. Triangles before
-    /// the first change, and those of an unknown name, have row 0.
-    pub(super) fn material_rows(
-        &mut self,
+    /// The material that a `usemtl` names.
+    fn find(&self, name: &[u8]) -> Option<&KnownMaterial> {
+        let known = |name: &[u8]| {
+            self.by_name
+                .get(name)
+                .or_else(|| self.by_short_name.get(name))
+        };
+        spellings(name)
+            .find_map(known)
+            .map(|&known| &self.materials[known])
+    }
+
+    /// Materials of `triangles` triangles whose materials change at `runs`. Triangles before the
+    /// first change, and those of an unknown name, have row 0. Textures become the scene's.
+    pub(super) fn resolve(
+        &self,
         mut runs: Vec<(usize, Span)>,
         triangles: usize,
         scene: &mut Scene,
         table: &mut MaterialTable,
         report: &mut DiagnosticSink,
-    ) -> MeshMaterial {
+    ) -> MeshMaterials {
         // If several changes fall on one triangle, only the last has an effect.
         runs.dedup_by(|later, earlier| {
             let same = later.0 == earlier.0;
@@ -141,66 +199,33 @@ impl<'a> MaterialLibrary<'a> {
             same
         });
         runs.retain(|run| run.0 < triangles);
+        let textures = TextureLibrary::new(self.asset_dir);
+        let mut reader = MaterialReader::new(self.asset_dir, &self.files, textures);
         let mut known = HashMap::new();
-        let text = self.text;
-        let named: Vec<(usize, u32)> = runs
-            .into_iter()
-            .map(|(first, span)| {
-                let name = text.bytes(span);
-                let row = known.entry(name);
-                let row = row.or_insert_with(|| self.material_row(span, scene, table, report));
-                (first, *row)
-            })
-            .collect();
-        expand_runs(&named, triangles)
-    }
-
-    /// The row of the material whose name has this span.
-    fn material_row(
-        &mut self,
-        span: Span,
-        scene: &mut Scene,
-        table: &mut MaterialTable,
-        report: &mut DiagnosticSink,
-    ) -> u32 {
-        let Some(KnownMaterial { material, library }) = self.materials.get(self.text.bytes(span))
-        else {
-            let name = name_of(&self.text, span);
-            let message = format!(
-                "there is no material {}: the default one is used",
-                quoted(&name)
-            );
-            report.warning(span, message);
-            return 0;
-        };
-        let texture = match &material.map {
-            Some(map) => self
-                .textures
-                .named(&map.file, map.wrap, || *library, report),
-            None => NO_TEXTURE,
-        };
-        table.intern(&material.to_material(texture), &mut scene.materials)
-    }
-
-    /// The textures that the materials in use name.
-    pub(super) fn into_textures(self) -> Vec<Texture> {
-        self.textures.into_textures()
+        let mut named = Vec::with_capacity(runs.len());
+        for (first, span) in runs {
+            let name = self.text.bytes(span);
+            let look = *known.entry(name).or_insert_with(|| match self.find(name) {
+                Some(material) => reader.look(material, scene, table),
+                None => {
+                    let name = quoted(&text_of(without_comment(name)));
+                    let message = format!("there is no material {name}: the default one is used");
+                    report.warning(span, message);
+                    Default::default()
+                }
+            });
+            named.push((first, look));
+        }
+        scene.textures = reader.finish(report);
+        MeshMaterials::new(&named, triangles)
     }
 }
 
-/// One row for all triangles, or one for each.
-fn expand_runs(runs: &[(usize, u32)], triangles: usize) -> MeshMaterial {
-    match runs {
-        [] => return MeshMaterial::One(0),
-        [(0, row), rest @ ..] if rest.iter().all(|(_, other)| other == row) => {
-            return MeshMaterial::One(*row);
-        }
-        _ => {}
-    }
-    let mut rows = vec![0; triangles];
-    let ends = runs.iter().skip(1).map(|run| run.0).chain([triangles]);
-    for (&(first, row), end) in runs.iter().zip(ends) {
-        rows[first..end].fill(row);
-    }
-    MeshMaterial::Each(rows.into())
+/// Warns that a file was found under another name than the scene's.
+pub(super) fn warn_renamed(name: &str, instead: &str, span: Span, report: &mut DiagnosticSink) {
+    let (name, instead) = (quoted(name), quoted(instead));
+    report.warning(
+        span,
+        format!("there is no file {name}: {instead} is read instead"),
+    );
 }

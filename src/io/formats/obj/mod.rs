@@ -4,11 +4,35 @@
 //! backward, and material names that carry over from the chunk before, are resolved when all chunks
 //! have been read. Errors are found in a second reading, which knows the number of rows of each
 //! attribute. Most files are correct, so the first reading does without that knowledge.
+//!
+//! Statements beyond the plain ones:
+//!
+//! | statement | meaning |
+//! |---|---|
+//! | `v x y z r g b` | a vertex with a colour (1), which belongs to it wherever it is used |
+//! | `v x y z r g b a` | the same; the opacity is not used |
+//! | `v x y z w` | the weight is not used |
+//! | `#MRGB MMRRGGBB…` | ZBrush: colours of vertices in their order, if no vertex has one itself |
+//! | `s 1`, `s off` | smoothing groups: faces of a group without normals get common ones (2) |
+//! | `vt`, `vn` out of range or 0 | the face has no UVs or normals, with a warning |
+//!
+//! 1. Colours are sRGB from 0 to 1, as Blender, three.js and MeshLab write and read them. If any of
+//!    the file is above 1, all are from 0 to 255. Vertices without a colour are white.
+//! 2. Weighted by the angles of the corners. Files without `s` are flat.
 
 mod chunk;
+mod colors;
+mod conversion;
 mod cursor;
+mod faces;
+mod material_rows;
 mod materials;
 mod mtl;
+mod name;
 mod reader;
+mod remarks;
+mod smoothing;
+mod texture_map;
+mod uv_baking;
 
 pub(super) use reader::read;

@@ -1,15 +1,16 @@
 //! The reader: chunks of the text, joined into a mesh.
 
-use super::chunk::{IndexLimits, ObjChunk, Skipped};
-use super::{chunk, materials};
+use super::chunk::{IndexLimits, ObjChunk};
+use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{self, Faces, NORMAL, VERTEX};
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
 use crate::formats::memory_budget::{MemoryBudget, SharedBudget};
-use crate::formats::mesh::{self, MergedMesh, NotFinite, Occurrences};
+use crate::formats::mesh::{self, MergedMesh, NotFinite};
 use crate::formats::options::Options;
 use crate::formats::origin::{self, Origin, ReadStop};
+use crate::formats::vertex_colors::COLOR_ROW_BYTES;
 use crate::formats::workers;
 use glam::DVec3;
 use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
@@ -49,30 +50,52 @@ fn read_in_chunks(
         report.error(Span::START, message);
     }
     let mut table = MaterialTable::default();
-    let mut scene = mesh::bare_scene(options, &mut table);
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    warn_skipped(&chunks, &mut report);
-    let (mut joined, runs, libraries) = merge(chunks, threads, &mut report);
+    remarks::warn(bytes, &chunks, &mut report);
+    let (mut joined, changes) = merge(chunks, threads, &mut report);
+    let mut scene = mesh::scene_for(&joined.colors, options, &mut table);
     // Checked before materials and textures are read, which would be for nothing.
     if options.origin == Origin::Auto
         && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])
     {
         return Err(ReadStop::Far(far));
     }
-    if let Err(message) = asset_dir.allowance().take(made.used(), faces::purpose) {
+    if let Err(message) = take_memory(&joined, made.used(), asset_dir) {
         report.error(Span::START, message);
     }
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
-        let mut library =
-            materials::MaterialLibrary::new(bytes, asset_dir, &libraries, &mut report);
-        joined.material =
-            library.material_rows(runs, triangles, &mut scene, &mut table, &mut report);
-        scene.textures = library.into_textures();
+        let library =
+            materials::MaterialLibrary::new(bytes, asset_dir, &changes.libraries, &mut report);
+        let materials = library.resolve(
+            changes.materials,
+            triangles,
+            &mut scene,
+            &mut table,
+            &mut report,
+        );
+        joined.material = materials.rows;
+        let budget = asset_dir.allowance();
+        let baked = uv_baking::bake(&mut joined, &materials.transformed, budget)
+            .and_then(|()| smoothing::smooth(&mut joined, &changes.smoothing, budget));
+        if let Err(message) = baked {
+            report.error(Span::START, message);
+        }
     }
     mesh::finish(scene, joined, options, report)
+}
+
+/// Takes the memory of triangles and colours.
+fn take_memory(joined: &MergedMesh, made: u64, asset_dir: &Folder) -> Result<(), String> {
+    let budget = asset_dir.allowance();
+    budget.take(made, faces::purpose)?;
+    if joined.colors.rgb.is_empty() {
+        return Ok(());
+    }
+    let rows = joined.faces[VERTEX].len() as u64 * COLOR_ROW_BYTES;
+    budget.take(rows, || "for the colours of the file's vertices".into())
 }
 
 /// Reads all chunks and reports their errors. Faces for which there is no memory are left out.
@@ -130,7 +153,7 @@ fn line_start(bytes: &[u8], at: usize) -> usize {
 }
 
 /// Limits of the numbers to which each chunk may refer.
-fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
+pub(super) fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
     let mut total = [0; 3];
     let before = chunks.iter().map(|chunk| {
         let before = total;
@@ -146,51 +169,23 @@ fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
         .collect()
 }
 
-fn warn_skipped(chunks: &[ObjChunk], report: &mut DiagnosticSink) {
-    let mut skipped = Skipped::default();
-    let mut bad_uvs = Occurrences::default();
-    for chunk in chunks {
-        skipped.merge(chunk.skipped);
-        bad_uvs.merge(chunk.bad_uvs);
-    }
-    let nothing = chunks
-        .iter()
-        .all(|chunk| chunk.counts() == [0; 3] && chunk.faces.len() == 0);
-    if let (true, Some(span)) = (nothing, skipped.unknown.first) {
-        report.error(
-            span,
-            "this is not an OBJ file: it has no vertices, and this is none of its statements",
-        );
-    }
-    skipped.lines.warn(report, |count| match count {
-        1 => "this face of two corners, line or point is skipped".into(),
-        _ => format!("{count} faces of two corners, lines or points are skipped, this one first"),
-    });
-    skipped.free_forms.warn(report, |count| {
-        format!("curves and surfaces are skipped: {count} statements, this one first")
-    });
-    skipped.unknown.warn(report, |count| match count {
-        1 => "this statement is unknown, and skipped".into(),
-        _ => format!("{count} statements are unknown, this one first, and skipped"),
-    });
-    bad_uvs.warn(report, |count| match count {
-        1 => "this texture place is not finite: (0, 0) is used instead".into(),
-        _ => {
-            format!("{count} texture places are not finite, this one first: (0, 0) is used instead")
-        }
-    });
+/// Statements that hold for the triangles after them, by the triangle that they begin at.
+#[derive(Default)]
+struct StateChanges {
+    /// Spans of the materials' names.
+    materials: Vec<(usize, Span)>,
+    /// Numbers of smoothing groups, 0 for none.
+    smoothing: Vec<(usize, u32)>,
+    /// The operands of each `mtllib`.
+    libraries: Vec<Span>,
 }
 
-/// A run of triangles of one material: its first triangle, and the span of the material's name. It
-/// ends where the next run begins.
-type MaterialRun = (usize, Span);
-
-/// Joins the chunks: the columns, the changes of the material, and the operands of each `mtllib`.
+/// Joins the chunks: the columns, and the changes of state.
 fn merge(
     mut chunks: Vec<ObjChunk>,
     threads: usize,
     report: &mut DiagnosticSink,
-) -> (MergedMesh, Vec<MaterialRun>, Vec<Span>) {
+) -> (MergedMesh, StateChanges) {
     let limits = limits_of(&chunks);
     let mut not_finite = Vec::new();
     let mut bad_normals = Vec::new();
@@ -203,6 +198,7 @@ fn merge(
     let corners = chunks.iter().map(|p| &p.faces.columns[VERTEX][..]);
     mesh::report_not_finite(&not_finite, corners, report);
 
+    let colors = colors::merge(&mut chunks, threads);
     let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
     mesh::warn_bad_normals(&bad_normals, report);
     let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
@@ -214,17 +210,14 @@ fn merge(
         chunk
     };
     let chunks = workers::map(threads, chunks, cut);
-    let mut runs = Vec::new();
-    let mut libraries = Vec::new();
+    let mut changes = StateChanges::default();
     let mut triangles = 0;
     let faces = chunks.into_iter().map(|chunk| {
-        runs.extend(
-            chunk
-                .switches
-                .iter()
-                .map(|&(first, name)| (triangles + first, name)),
-        );
-        libraries.extend(chunk.libraries);
+        let switches = chunk.switches.iter();
+        (changes.materials).extend(switches.map(|&(first, name)| (triangles + first, name)));
+        let groups = chunk.smoothing.iter();
+        (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
+        changes.libraries.extend(chunk.libraries);
         triangles += chunk.faces.len();
         chunk.faces
     });
@@ -234,9 +227,10 @@ fn merge(
         vertex_normals,
         vertex_uvs,
         faces: mesh::merge_faces(threads, faces),
+        colors,
         ..MergedMesh::default()
     };
-    (joined, runs, libraries)
+    (joined, changes)
 }
 
 fn shifted(rows: &[NotFinite], before: i64) -> impl Iterator<Item = NotFinite> {

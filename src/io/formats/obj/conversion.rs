@@ -1,0 +1,159 @@
+//! Conversion of MTL's materials.
+//!
+//! The renderer's material is the document's: Ka is added as it is, Ks weighs both the highlight
+//! and the mirror ray, and Kt the refracted ray. MTL has an ambient light of its own, highlights
+//! without mirrors, and opacity. So they are converted:
+//!
+//! | material | from |
+//! |---|---|
+//! | Ka | 0.1 × `Ka` (1); 0.1 × `Kd` where `Ka` is missing or black |
+//! | Ke | `Ke`; 0 with a `map_Ke` (5) |
+//! | Kd | `Kd`, 0.8 if missing |
+//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), or with a `map_Ks` (5) |
+//! | opacity | `d`, or 1 − `Tr` where there is no `d` (3) |
+//! | its texture | `map_d`: the picture's alpha, or its luminance where it has none (4) |
+//! | Kt | (1 − `d`) × `Tf` for glass and coloured sheets (3), else 0 |
+//! | shininess | `Ns` |
+//! | index of refraction | `Ni` for glass (3), else 1 |
+//! | texture | `map_Kd`, or `map_Ka` where there is none; Ka and Kd are multiplied with it |
+//!
+//! 1. The rest of the room is a tenth as bright as a lamp.
+//! 2. `illum` 3 and more ask for mirrors. 2 and none ask for a highlight, which gets a faint sheen.
+//! 3. `illum` 4 and more with an `Ni` other than 1 is glass, which refracts light, and casts a full
+//!    shadow. Everything else with a `d` below 1 is a surface that is there in part, or, if its `Tf`
+//!    is a colour, a sheet that lets light of that colour through unbent. Ka and Kd of glass and
+//!    sheets are multiplied with `d`; coverage weighs the whole surface.
+//! 4. The alpha of `map_Kd` counts if `map_d` names the same file.
+//! 5. Without its texture, the whole surface would glow or mirror evenly.
+
+use super::mtl::MtlMaterial;
+use glam::Vec3;
+use phalanx_scene::Material;
+
+/// Brightness of the room relative to its lamps.
+const AMBIENT: f32 = 0.1;
+/// Share of a mere highlight that is a mirror.
+const SHEEN: f32 = 0.15;
+/// The diffuse colour of a material without `Kd`.
+const PLAIN: Vec3 = Vec3::splat(0.8);
+
+impl MtlMaterial {
+    /// The scene's material with these textures of colour and opacity, by the table above.
+    pub(super) fn to_material(&self, texture: u32, opacity_texture: u32) -> Material {
+        let illum = self.illum.unwrap_or(2.0);
+        let mirror = match illum {
+            _ if self.has_map_ks => 0.0,
+            i if i >= 3.0 => 1.0,
+            i if i >= 2.0 => SHEEN,
+            _ => 0.0,
+        };
+        let d = self.d.or(self.tr.map(|tr| 1.0 - tr));
+        let d = d.unwrap_or(1.0).clamp(0.0, 1.0);
+        let refracts = illum >= 4.0 && self.ni > 0.0 && self.ni != 1.0;
+        let colored = self.tf.x != self.tf.y || self.tf.x != self.tf.z;
+        let transmits = refracts || colored && d < 1.0;
+        let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
+        let kd = self.kd.unwrap_or(PLAIN);
+        let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
+        Material {
+            ka: ka * AMBIENT * there,
+            ke: if self.has_map_ke { Vec3::ZERO } else { self.ke },
+            kd: kd * there,
+            ks: self.ks * mirror,
+            kt: if transmits {
+                self.tf * (1.0 - d)
+            } else {
+                Vec3::ZERO
+            },
+            shininess: self.ns.max(0.0),
+            ior: if refracts { self.ni } else { 1.0 },
+            texture,
+            opacity,
+            opacity_texture,
+            thin: transmits && !refracts,
+            ..Material::DEFAULT
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mtl;
+    use super::*;
+    use phalanx_scene::NO_TEXTURE;
+
+    fn surface(body: &str) -> Material {
+        let mut library = mtl::read(format!("newmtl a\n{body}").as_bytes());
+        assert!(library.errors.is_empty(), "{body}: {:?}", library.errors);
+        let material = library.materials.pop().expect("a material");
+        material.to_material(NO_TEXTURE, NO_TEXTURE)
+    }
+
+    #[test]
+    fn the_illumination_model_decides_about_mirrors() {
+        let ks = |illum: &str| surface(&format!("Ks 1 .5 0\n{illum}\n")).ks;
+        let whole = Vec3::new(1.0, 0.5, 0.0);
+        assert_eq!(ks(""), whole * SHEEN);
+        assert_eq!(ks("illum 2"), whole * SHEEN);
+        assert_eq!(ks("illum 1"), Vec3::ZERO);
+        assert_eq!(ks("illum 0"), Vec3::ZERO);
+        assert_eq!(ks("illum 3"), whole);
+        assert_eq!(ks("illum 5"), whole);
+        assert_eq!(ks("illum 5\nmap_Ks a.png"), Vec3::ZERO);
+    }
+
+    #[test]
+    fn opacity_of_glass_is_transmission() {
+        let glass = surface("Kd 1 1 1\nd .25\nTr 0\nTf 1 .5 0\nNi 1.5\nillum 7");
+        assert_eq!(glass.kt, Vec3::new(0.75, 0.375, 0.0));
+        assert_eq!((glass.kd, glass.ior), (Vec3::splat(0.25), 1.5));
+        assert_eq!((glass.opacity, glass.thin), (1.0, false));
+    }
+
+    #[test]
+    fn opacity_of_anything_else_is_coverage() {
+        for text in [
+            "d .25",
+            "d -halo .25",
+            "Tr .75",
+            "Tr .75\nNi 1.5",
+            "d .25\nTr 1\nillum 4\nNi 1",
+            "d .25\nTf .5 .5 .5",
+        ] {
+            let leaf = surface(&format!("Ka 1 1 1\nKd 1 1 1\nKs 1 1 1\nillum 2\n{text}"));
+            assert_eq!(
+                (leaf.opacity, leaf.kt, leaf.ior),
+                (0.25, Vec3::ZERO, 1.0),
+                "{text}"
+            );
+            assert_eq!((leaf.ka, leaf.kd), (Vec3::splat(0.1), Vec3::ONE));
+            assert!(!leaf.thin && leaf.ks != Vec3::ZERO);
+        }
+        for (text, opacity) in [("", 1.0), ("d 0", 0.0), ("d -1", 0.0), ("d 7", 1.0)] {
+            assert_eq!(surface(text).opacity, opacity);
+        }
+    }
+
+    #[test]
+    fn a_coloured_filter_is_a_sheet() {
+        let sheet = surface("Kd 1 1 1\nd .25\nTf 1 .5 0\nNi 1.5");
+        assert_eq!(sheet.kt, Vec3::new(0.75, 0.375, 0.0));
+        assert_eq!((sheet.kd, sheet.ior), (Vec3::splat(0.25), 1.0));
+        assert_eq!((sheet.opacity, sheet.thin), (1.0, true));
+        let whole = surface("Tf 1 .5 0");
+        assert_eq!(
+            (whole.kt, whole.opacity, whole.thin),
+            (Vec3::ZERO, 1.0, false)
+        );
+    }
+
+    #[test]
+    fn ambient_light_is_a_tenth_of_a_lamp() {
+        assert_eq!(surface("Kd 1 .5 0").ka, Vec3::new(0.1, 0.05, 0.0));
+        assert_eq!(surface("Ka 0 0 0\nKd 1 .5 0").ka, Vec3::new(0.1, 0.05, 0.0));
+        assert_eq!(surface("Ka 1\nKd 1 .5 0").ka, Vec3::splat(0.1));
+        let lamp = surface("Ke 2 3 4\nNs 80");
+        assert_eq!((lamp.ke, lamp.shininess), (Vec3::new(2.0, 3.0, 4.0), 80.0));
+        assert_eq!(surface("Ke 2 3 4\nmap_Ke a.png").ke, Vec3::ZERO);
+    }
+}

@@ -1,0 +1,211 @@
+//! Materials of triangles: rows of the scene, with the textures that they name.
+
+use super::materials::{KnownMaterial, MtlSource, warn_renamed};
+use super::mtl::LeftOut;
+use super::name::{spellings, text_of, without_comment};
+use super::texture_map::{TextureMap, UvTransform};
+use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
+use crate::formats::folder::{Folder, NamedFile};
+use crate::formats::texture::TextureLibrary;
+use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// A material as triangles have it: its row, and the transform of its UVs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct MaterialLook {
+    pub(super) row: u32,
+    pub(super) transform: Option<UvTransform>,
+}
+
+/// The materials of a mesh.
+pub(super) struct MeshMaterials {
+    pub(super) rows: MeshMaterial,
+    /// Runs of triangles whose UVs are transformed.
+    pub(super) transformed: Vec<(Range<usize>, UvTransform)>,
+}
+
+impl MeshMaterials {
+    /// Materials of `triangles` triangles that change at `runs`.
+    pub(super) fn new(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterials {
+        let ends = runs.iter().skip(1).map(|run| run.0).chain([triangles]);
+        let transformed = runs.iter().zip(ends).filter_map(|((first, look), end)| {
+            let transform = look.transform?;
+            Some((*first..end, transform))
+        });
+        MeshMaterials {
+            transformed: transformed.collect(),
+            rows: expand_runs(runs, triangles),
+        }
+    }
+}
+
+/// One row for all triangles, or one for each.
+fn expand_runs(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterial {
+    match runs {
+        [] => return MeshMaterial::One(0),
+        [(0, look), rest @ ..] if rest.iter().all(|(_, other)| other.row == look.row) => {
+            return MeshMaterial::One(look.row);
+        }
+        _ => {}
+    }
+    let mut rows = vec![0; triangles];
+    let ends = runs.iter().skip(1).map(|run| run.0).chain([triangles]);
+    for (&(first, look), end) in runs.iter().zip(ends) {
+        rows[first..end].fill(look.row);
+    }
+    MeshMaterial::Each(rows.into())
+}
+
+/// Makes rows of the materials that are used, and collects remarks about their files.
+pub(super) struct MaterialReader<'a> {
+    asset_dir: &'a Folder,
+    files: &'a [MtlSource],
+    textures: TextureLibrary<'a>,
+    /// Remarks about each file.
+    reports: Vec<DiagnosticSink<'a>>,
+    /// Keywords that each file's remarks have named, in lower case.
+    named: Vec<HashSet<Vec<u8>>>,
+}
+
+impl<'a> MaterialReader<'a> {
+    pub(super) fn new(
+        asset_dir: &'a Folder,
+        files: &'a [MtlSource],
+        textures: TextureLibrary<'a>,
+    ) -> MaterialReader<'a> {
+        let reports = files.iter().map(|file| DiagnosticSink::new(&file.bytes));
+        MaterialReader {
+            asset_dir,
+            files,
+            textures,
+            reports: reports.collect(),
+            named: vec![HashSet::new(); files.len()],
+        }
+    }
+
+    /// The row of a material, and what is done with UVs for it.
+    pub(super) fn look(
+        &mut self,
+        known: &KnownMaterial,
+        scene: &mut Scene,
+        table: &mut MaterialTable,
+    ) -> MaterialLook {
+        let KnownMaterial { material, source } = known;
+        for left_out in &material.left_out {
+            self.warn_left_out(*source, left_out);
+        }
+        let color = material.map_kd.or(material.map_ka);
+        let texture = color.map_or(NO_TEXTURE, |map| self.texture(*source, &map));
+        let mask = material
+            .map_d
+            .map(|map| self.mask(*source, &map, color, texture));
+        if let (Some(kd), Some(ka)) = (&material.map_kd, &material.map_ka)
+            && !self.same_file(*source, kd, ka)
+        {
+            let reason = "its picture is not shown: that of map_Kd colours the ambient light";
+            self.warn_once(*source, b"map_ka", ka, reason);
+        }
+        let maps = [color, material.map_d];
+        let mut transforms = maps.into_iter().flatten().map(|map| map.transform);
+        let transform = transforms.next().unwrap_or(UvTransform::IDENTITY);
+        if let (Some(map_d), true) = (&material.map_d, transforms.any(|other| other != transform)) {
+            let reason = "its -s and -o are not used: those of the colour's texture are";
+            self.warn_once(*source, b"map_d", map_d, reason);
+        }
+        let converted = material.to_material(texture, mask.unwrap_or(NO_TEXTURE));
+        let textured = converted.texture != NO_TEXTURE || converted.opacity_texture != NO_TEXTURE;
+        let moved = textured && transform != UvTransform::IDENTITY;
+        MaterialLook {
+            row: table.intern(&converted, &mut scene.materials),
+            transform: moved.then_some(transform),
+        }
+    }
+
+    /// The textures of all rows; remarks about the files go to the scene file's report.
+    pub(super) fn finish(self, report: &mut DiagnosticSink) -> Vec<Texture> {
+        for (file, about) in self.files.iter().zip(self.reports) {
+            about.emit_for_file(&file.name, file.library, report);
+        }
+        self.textures.into_textures()
+    }
+
+    fn texture(&mut self, source: usize, map: &TextureMap) -> u32 {
+        let (name, found) = self.find(source, map);
+        let report = &mut self.reports[source];
+        let found = found.map(|found| {
+            if let Some(instead) = &found.instead {
+                warn_renamed(&name, instead, map.name, report);
+            }
+            found.file
+        });
+        self.textures
+            .found(&name, found, map.wrap, || map.name, report)
+    }
+
+    /// The texture of opacity: that of the colour's file is its alpha alone, so that a picture without
+    /// alpha is whole.
+    fn mask(
+        &mut self,
+        source: usize,
+        map: &TextureMap,
+        color: Option<TextureMap>,
+        texture: u32,
+    ) -> u32 {
+        let same = color.is_some_and(|color| self.same_file(source, &color, map));
+        let matte = map.matte || same;
+        let row = match color {
+            Some(color) if same && color.wrap == map.wrap => texture,
+            _ => self.texture(source, map),
+        };
+        match matte {
+            true => self.textures.alpha_of(row),
+            false => self
+                .textures
+                .mask_of(row, || map.name, &mut self.reports[source]),
+        }
+    }
+
+    fn same_file(&self, source: usize, a: &TextureMap, b: &TextureMap) -> bool {
+        let bytes = &self.files[source].bytes;
+        if bytes[a.name.range()] == bytes[b.name.range()] {
+            return true;
+        }
+        let [a, b] = [a, b].map(|map| self.find(source, map).1.ok().map(|found| found.file));
+        a.is_some() && a == b
+    }
+
+    /// The file that a material file names, and its name without a comment unless that is part of
+    /// it.
+    fn find(&self, source: usize, map: &TextureMap) -> (String, Result<NamedFile, String>) {
+        let file = &self.files[source];
+        let text = &file.bytes[map.name.range()];
+        let found = |name: &[u8]| {
+            let name = text_of(name);
+            let found = self.asset_dir.find_for(Some(&file.file), &name);
+            found.is_ok().then_some((name, found))
+        };
+        spellings(text).find_map(found).unwrap_or_else(|| {
+            let name = text_of(without_comment(text));
+            let found = self.asset_dir.find_for(Some(&file.file), &name);
+            (name, found)
+        })
+    }
+
+    fn warn_left_out(&mut self, source: usize, left_out: &LeftOut) {
+        let keyword = &self.files[source].bytes[left_out.keyword.range()];
+        if self.named[source].insert(keyword.to_ascii_lowercase()) {
+            let message = format!("{} is left out: {}", quoted_bytes(keyword), left_out.reason);
+            self.reports[source].warning(left_out.keyword, message);
+        }
+    }
+
+    /// Warns of a texture, the first time of its kind.
+    fn warn_once(&mut self, source: usize, kind: &[u8], map: &TextureMap, reason: &str) {
+        if self.named[source].insert(kind.to_vec()) {
+            let name = text_of(without_comment(&self.files[source].bytes[map.name.range()]));
+            let message = format!("{}: {reason}", quoted_bytes(name.as_bytes()));
+            self.reports[source].warning(map.name, message);
+        }
+    }
+}

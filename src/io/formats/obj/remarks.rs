@@ -1,0 +1,89 @@
+//! Warnings about an OBJ file: each kind once, at its first occurrence.
+
+use super::chunk::{ObjChunk, Skipped};
+use super::reader::limits_of;
+use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
+use crate::formats::faces::{NORMAL, UV};
+use crate::formats::mesh::Occurrences;
+
+/// Adds the warnings about all chunks, and an error if the file is none of OBJ.
+pub(super) fn warn(text: &[u8], chunks: &[ObjChunk], report: &mut DiagnosticSink) {
+    let mut skipped = Skipped::default();
+    chunks.iter().for_each(|chunk| skipped.merge(chunk.skipped));
+    let nothing = chunks
+        .iter()
+        .all(|chunk| chunk.counts() == [0; 3] && chunk.faces.len() == 0);
+    if let (true, Some(span)) = (nothing, skipped.unknown.first) {
+        report.error(
+            span,
+            "this is not an OBJ file: it has no vertices, and this is none of its statements",
+        );
+    }
+    skipped.lines.warn(report, |count| match count {
+        1 => "this face of two corners, line or point is skipped".into(),
+        _ => format!("{count} faces of two corners, lines or points are skipped, this one first"),
+    });
+    skipped.free_forms.warn(report, |count| {
+        format!("curves and surfaces are skipped: {count} statements, this one first")
+    });
+    skipped.unknown.warn(report, |count| match count {
+        1 => "this statement is unknown, and skipped".into(),
+        _ => format!("{count} statements are unknown, this one first, and skipped"),
+    });
+    warn_numbers(chunks, report);
+    warn_faces(text, chunks, report);
+}
+
+/// Occurrences in all chunks.
+fn all(chunks: &[ObjChunk], of: impl Fn(&ObjChunk) -> Occurrences) -> Occurrences {
+    let mut all = Occurrences::default();
+    chunks.iter().for_each(|chunk| all.merge(of(chunk)));
+    all
+}
+
+/// Warns of numbers that are not used.
+fn warn_numbers(chunks: &[ObjChunk], report: &mut DiagnosticSink) {
+    all(chunks, |chunk| chunk.bad_uvs).warn(report, |count| match count {
+        1 => "this texture place is not finite: (0, 0) is used instead".into(),
+        _ => {
+            format!("{count} texture places are not finite, this one first: (0, 0) is used instead")
+        }
+    });
+    all(chunks, |chunk| chunk.colors.bad).warn(report, |count| match count {
+        1 => "this colour is not finite: white is used instead".into(),
+        _ => format!("{count} colours are not finite, this one first: white is used instead"),
+    });
+    all(chunks, |chunk| chunk.surplus).warn(report, |count| match count {
+        1 => "this is one operand too many: it is not used".into(),
+        _ => {
+            format!("{count} statements have operands too many, this one first: they are not used")
+        }
+    });
+}
+
+/// Warns of faces that are drawn without something.
+fn warn_faces(text: &[u8], chunks: &[ObjChunk], report: &mut DiagnosticSink) {
+    let total = limits_of(chunks)
+        .first()
+        .map_or([0; 3], |limits| limits.total);
+    for (attribute, one, several) in [
+        (UV, "texture place", "texture places"),
+        (NORMAL, "normal", "normals"),
+    ] {
+        let bad = all(chunks, |chunk| chunk.bad_references[attribute]);
+        let number = bad
+            .first
+            .map_or_else(String::new, |span| quoted_bytes(&text[span.range()]));
+        let there = format!("{number} is no {one}: the file has {}", total[attribute]);
+        bad.warn(report, |count| match count {
+            1 => format!("{there}; this face is drawn without {several}"),
+            _ => format!("{there}; faces are drawn without {several} for {count} such numbers"),
+        });
+    }
+    let unlike = all(chunks, |chunk| chunk.unlike);
+    let what = "a texture place or a normal at some corners only, and is drawn without";
+    unlike.warn(report, |count| match count {
+        1 => format!("this face has {what}"),
+        _ => format!("this face has {what}; so are {count} faces"),
+    });
+}
