@@ -115,22 +115,13 @@ fn amended(
     mapped_bytes: u64,
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    formats::override_scene(&mut scene, options)?;
-    let mut notes = Vec::new();
+    let mut notes = formats::override_scene(&mut scene, options)?;
     notes.extend(formats::origin_note(&scene));
     if options.origin != Origin::Auto {
         notes.push("the scene has its origin: --origin changes nothing".to_owned());
     }
     if options.material.is_some() {
         notes.push("the scene has all its materials: --material changes nothing".to_owned());
-    }
-    let lights = scene.lights.len();
-    if bvh.is_some() && options.view.is_some() && options.lights.is_empty() && lights == 1 {
-        notes.push(
-            "--camera leaves the light of a scene cache alone: one that was made up for a mesh stays beside the old \
-             camera (see --light)"
-                .to_owned(),
-        );
     }
     Ok(Opened {
         scene,

@@ -6,6 +6,7 @@ use crate::encoding::OutputEncoding;
 use crate::geometries::{GeomId, Geometries, Geometry};
 use crate::instances::{Instances, Meshes, NotInvertible};
 use crate::lights::Lights;
+use crate::made_up::MadeUpParts;
 use crate::materials::Materials;
 use crate::prim::{Prim, PrimKind};
 use crate::shapes::{Cone, Cones, Ellipsoids, Spheres};
@@ -49,6 +50,8 @@ pub struct Scene {
     pub encoding: OutputEncoding,
     /// Camera.
     pub view: View,
+    /// Parts that the reader made up.
+    pub made_up: MadeUpParts,
     /// Kind and column index of each stored primitive, in file order.
     pub prims: Column<Prim>,
     /// Spheres under a similarity transform.
@@ -97,6 +100,7 @@ impl Default for Scene {
                 fovy: 45.0,
                 ortho: None,
             },
+            made_up: MadeUpParts::default(),
             prims: Column::new(),
             spheres: Spheres::default(),
             ellipsoids: Ellipsoids::default(),

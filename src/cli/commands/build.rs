@@ -1,6 +1,6 @@
 //! `phalanx build`.
 
-use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, parse_thread_count};
+use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, WantedPicture, parse_thread_count};
 use crate::cli::output::{
     self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, bytes, interrupt, lines,
 };
@@ -65,7 +65,8 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     let threads = args.threads.unwrap_or(0);
     let start = Instant::now();
-    let mut scene_input = SceneInput::load(&args.scene, &args.beside, threads)?;
+    let mut scene_input =
+        SceneInput::load(&args.scene, &args.beside, WantedPicture::default(), threads)?;
     let load = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let bvh = scene_input.tree(&args.tree, threads)?;

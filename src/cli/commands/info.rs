@@ -1,6 +1,6 @@
 //! `phalanx info`.
 
-use crate::cli::options::{SceneArgs, SceneInput, TreeArgs};
+use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, WantedPicture};
 use crate::cli::output::{
     self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped, interrupt, lines,
     origin_row, to_file_coordinates,
@@ -101,7 +101,7 @@ struct FileBounds {
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     args.beside.no_picture()?;
     interrupt::listen()?;
-    let mut scene_input = SceneInput::load(&args.scene, &args.beside, 0)?;
+    let mut scene_input = SceneInput::load(&args.scene, &args.beside, WantedPicture::default(), 0)?;
     let tree = scene_input
         .prepare(Engine::Simd, &args.tree, 0)?
         .tree_stats();

@@ -82,7 +82,7 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     ])?;
     interrupt::listen()?;
     refuse_special(&args.scene)?;
-    let scene_input = SceneInput::load(&args.scene, &args.beside, 0)?;
+    let scene_input = SceneInput::load(&args.scene, &args.beside, args.picture.wanted(), 0)?;
     let scene = &scene_input.scene;
     let settings = args.picture.settings(scene);
     args.picture.check_region(&settings)?;
@@ -199,7 +199,7 @@ pub fn reopen(
     })?;
     let scene = PathBuf::from(&plan.scene);
     refuse_special(&scene)?;
-    let scene_input = SceneInput::load(&scene, &asked.beside, threads)?;
+    let scene_input = SceneInput::load(&scene, &asked.beside, asked.picture.wanted(), threads)?;
     let settings = asked.picture.settings(&scene_input.scene);
     let now = RenderKey::of(&scene_input.scene, &settings);
     if plan.picture == now {

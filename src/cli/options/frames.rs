@@ -1,5 +1,7 @@
 //! Sequences: their frames, the camera's path, and the names of the files.
 
+use super::picture_args::PictureArgs;
+use super::scene_args::WantedPicture;
 use crate::cli::output::{CliError, bytes};
 use clap::{Args, value_parser};
 use glam::DVec3;
@@ -46,6 +48,14 @@ pub struct Sequence {
 }
 
 impl FrameArgs {
+    /// The pictures that the scene is opened for.
+    pub fn wanted(&self, picture: &PictureArgs) -> WantedPicture {
+        WantedPicture {
+            turntable: self.turntable.is_some(),
+            ..picture.wanted()
+        }
+    }
+
     /// The requested sequence, if there is one. Positions of key frames are in the file's
     /// coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {

@@ -19,6 +19,6 @@ pub use frames::{FrameArgs, Sequence};
 pub use grade_args::GradeArgs;
 pub use parsers::{name_parser, parse_number};
 pub use picture_args::{PictureArgs, parse_size};
-pub use scene_args::SceneArgs;
+pub use scene_args::{SceneArgs, WantedPicture};
 pub use scene_input::{SceneInput, stem};
 pub use work_args::{KernelSet, TreeArgs, WorkArgs, kernels_parser, parse_thread_count};

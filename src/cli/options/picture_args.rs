@@ -2,6 +2,7 @@
 //! verified.
 
 use super::parsers::{described_name_parser, name_parser, parse_number};
+use super::scene_args::WantedPicture;
 use crate::cli::output::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
@@ -128,6 +129,14 @@ impl PictureArgs {
                 .iter()
                 .fold(Aovs::default(), |set, asked| set.and(*asked)),
             ..Settings::of(scene)
+        }
+    }
+
+    /// The picture that the scene is opened for.
+    pub fn wanted(&self) -> WantedPicture {
+        WantedPicture {
+            size: self.size,
+            turntable: false,
         }
     }
 

@@ -2,10 +2,11 @@
 //! file has.
 
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
+use super::parsers::name_parser;
 use crate::cli::output::CliError;
 use clap::Args;
 use glam::{DVec3, Vec3};
-use phalanx::formats::{AddedLight, Options, Origin};
+use phalanx::formats::{AddedLight, Options, Origin, UpAxis};
 use phalanx::image::ImageFormat;
 use phalanx::scene::{FileView, Material};
 use std::path::PathBuf;
@@ -17,6 +18,10 @@ pub struct SceneArgs {
     /// vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
     #[arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], allow_hyphen_values = true)]
     pub camera: Option<Vec<String>>,
+    /// Axis that points up where the file has no camera, and one that frames everything is used
+    /// [default: y; z for STL]
+    #[arg(long, value_name = "AXIS", value_parser = name_parser(&UpAxis::ALL), allow_hyphen_values = true)]
+    pub up: Option<UpAxis>,
     /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with
     /// `dir:` one from that direction. May be given several times, as in --light 4,4,4 --light
     /// dir:-1,1,0,.2,.2,.3
@@ -52,6 +57,15 @@ pub struct SceneArgs {
     pub format: Vec<FormatName>,
 }
 
+/// The picture that a scene is opened for, as far as a made-up camera depends on it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WantedPicture {
+    /// Its size; `None` for the scene's.
+    pub size: Option<(u32, u32)>,
+    /// True if the camera goes around the scene.
+    pub turntable: bool,
+}
+
 impl SceneArgs {
     /// The requested format of the scene.
     pub fn scene_format(&self) -> Result<Option<&'static str>, CliError> {
@@ -74,11 +88,14 @@ impl SceneArgs {
         }
     }
 
-    /// Options for the readers.
-    pub fn options(&self, threads: usize) -> Result<Options, CliError> {
+    /// Options for the readers of a scene for this picture.
+    pub fn options(&self, wanted: WantedPicture, threads: usize) -> Result<Options, CliError> {
         let view = self.camera.as_deref().map(view).transpose();
         Ok(Options {
             view: view.map_err(|reason| CliError::Usage(format!("--camera: {reason}")))?,
+            size: wanted.size,
+            up: self.up,
+            turntable: wanted.turntable,
             lights: self.light.clone(),
             background: self.background,
             material: self.material,

@@ -1,7 +1,7 @@
 //! The scene argument of a command: opened and built within the memory that may be used.
 
 use super::budget::Budget;
-use super::scene_args::SceneArgs;
+use super::scene_args::{SceneArgs, WantedPicture};
 use super::work_args::TreeArgs;
 use super::{bus_error, heap};
 use crate::cli::output::{self, CliError, is_dash};
@@ -29,10 +29,15 @@ pub struct SceneInput {
 }
 
 impl SceneInput {
-    /// Opens the scene of this name on `threads` threads (0: all). Its reader's warnings and notes
-    /// go to stderr.
-    pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<SceneInput, CliError> {
-        let mut options = args.options(threads)?;
+    /// Opens the scene of this name for a picture, on `threads` threads (0: all). Its reader's
+    /// warnings and notes go to stderr.
+    pub fn load(
+        name: &Path,
+        args: &SceneArgs,
+        wanted: WantedPicture,
+        threads: usize,
+    ) -> Result<SceneInput, CliError> {
+        let mut options = args.options(wanted, threads)?;
         let budget = Budget(args.max_memory);
         if budget.0.is_some() {
             heap::give_back();

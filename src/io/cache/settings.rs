@@ -3,7 +3,8 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    MAX_TEXTURE_SIDE, OutputEncoding, Quantize, Scene, Sky, Texture, Transfer, View, Wrap,
+    MAX_TEXTURE_SIDE, MadeUpParts, OutputEncoding, Quantize, Scene, Sky, Texture, Transfer, View,
+    Wrap,
 };
 
 /// Values that the settings hold beside the scene's own.
@@ -52,6 +53,9 @@ pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
     if let Some(height) = view.ortho {
         out.float(height);
     }
+    let MadeUpParts { view, light } = scene.made_up;
+    out.word(u32::from(view));
+    out.word(u32::from(light));
     out.text(scene.output.as_deref());
     out.word(scene.lights.len() as u32);
     for &directional in scene.lights.directional.iter() {
@@ -102,6 +106,10 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
                 true => Some(input.float()?),
                 false => None,
             },
+        },
+        made_up: MadeUpParts {
+            view: input.one_of([false, true])?,
+            light: input.one_of([false, true])?,
         },
         output: input.text()?,
         ..Scene::default()
@@ -240,6 +248,7 @@ mod tests {
             alpha: Default::default(),
         });
         scene.view.ortho = Some(7.0);
+        scene.made_up.light = true;
         scene.sky = Some(Sky {
             up: Vec3::Y,
             nadir: Vec3::ZERO,
@@ -249,6 +258,7 @@ mod tests {
         let (back, extra) = read(&bytes).expect("settings");
         assert_eq!(write(&back, &extra), bytes);
         assert_eq!((back.view, back.sky), (scene.view, scene.sky));
+        assert_eq!(back.made_up, scene.made_up);
         assert_eq!((back.width, back.output), (7, scene.output));
         assert_eq!(back.textures, scene.textures);
         assert_eq!(back.origin, scene.origin);

@@ -2,12 +2,14 @@
 //! checks that the scene can be traced.
 
 use super::diagnostics::{DiagnosticSink, Span};
+use super::framing::{PictureShape, framing, middle_and_half};
 use super::loaded::Loaded;
 use super::options::{AddedLight, Options};
 use super::origin::{self, Origin, ReadStop};
+use super::up_axis::UpAxis;
 use super::workers;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, Scene, SceneError, View};
+use phalanx_scene::{Bounds, MadeUpParts, Scene, SceneError, View};
 
 /// Parts of a scene that a file does not give, so that defaults are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,6 +20,8 @@ pub(super) struct MissingParts {
     pub(super) lights: bool,
     /// True if the file has no background. The default is a quiet one.
     pub(super) background: bool,
+    /// The axis that points up where nobody says so.
+    pub(super) up: UpAxis,
 }
 
 impl MissingParts {
@@ -26,6 +30,7 @@ impl MissingParts {
         view: false,
         lights: false,
         background: false,
+        up: UpAxis::Y,
     };
 }
 
@@ -33,13 +38,6 @@ impl MissingParts {
 /// its shadow.
 const BACKGROUND: Vec3 = Vec3::new(0.095, 0.11, 0.135);
 
-/// Field of view of the framing camera: a short telephoto, so that near parts are not blown up.
-const FRAMING_FOVY: f32 = 32.0;
-/// Direction from the middle toward the framing camera: a little from the right, a little from
-/// above.
-const THREE_QUARTER: DVec3 = DVec3::new(0.45, 0.32, 1.0);
-/// Room around the framed box.
-const MARGIN: f64 = 1.06;
 /// Colour of the key light.
 const KEY_LIGHT_COLOR: Vec3 = Vec3::new(1.0, 0.97, 0.92);
 
@@ -94,52 +92,118 @@ fn add_defaults(
     options: &Options,
     notes: &mut Vec<String>,
 ) {
-    let bounds = match (missing.view && options.view.is_none()) || missing.lights {
-        true => bounds_of(scene, options),
-        false => Bounds::EMPTY,
+    scene.made_up = MadeUpParts {
+        view: missing.view,
+        light: missing.lights,
     };
-    if missing.view && options.view.is_none() {
-        scene.view = framing(bounds, scene.width as f64 / scene.height as f64);
-        notes.push(
-            "the file has no camera: one that frames everything is used (see --camera)".into(),
-        );
-    }
     if missing.background {
         scene.background = BACKGROUND;
     }
     apply_overrides(scene, options);
-    if options.lights.is_empty() && missing.lights {
-        let position = key_light(&scene.view, bounds);
-        scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
-        notes.push(
-            "the file has no light: a point light over the camera's shoulder is used (see --light)"
-                .into(),
-        );
+    let MadeUpParts { view, light } = scene.made_up;
+    if view || light {
+        let bounds = bounds_of(scene, options);
+        if view {
+            make_up_view(scene, bounds, options.up.unwrap_or(missing.up), options);
+            notes.push(
+                "the file has no camera: one that frames everything is used (see --camera)".into(),
+            );
+        }
+        if light {
+            make_up_light(scene, bounds);
+            notes.push(
+                "the file has no light: a point light over the camera's shoulder is used (see --light)"
+                    .into(),
+            );
+        }
+    }
+    notes.extend(note_on_up(scene, options));
+    if view && options.up.is_none() && missing.up != UpAxis::Y {
+        notes.push("the model is taken as Z-up, as is the custom in its format (see --up)".into());
     }
 }
 
-/// Replaces parts of a finished scene by those that the user gives. Positions are in the file's
-/// units.
+fn make_up_view(scene: &mut Scene, bounds: Bounds, up: UpAxis, options: &Options) {
+    let shape = PictureShape {
+        aspect: aspect(options.size.unwrap_or((scene.width, scene.height))),
+        up,
+        turntable: options.turntable,
+    };
+    scene.view = framing(scene, bounds, shape, options.threads);
+}
+
+fn make_up_light(scene: &mut Scene, bounds: Bounds) {
+    let position = key_light(&scene.view, bounds);
+    scene.lights = Default::default();
+    scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
+}
+
+fn aspect((width, height): (u32, u32)) -> f64 {
+    f64::from(width) / f64::from(height)
+}
+
+/// A note where the axis that points up was given and does nothing.
+fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
+    if options.up.is_none() || scene.made_up.view {
+        return None;
+    }
+    let reason = match options.view.is_some() {
+        true => "--camera says what is up",
+        false => "the scene has its camera",
+    };
+    Some(format!("{reason}: --up changes nothing"))
+}
+
+/// Replaces parts of a finished scene by those that the user gives, and makes those that were made
+/// up once more, if they depend on them. Positions are in the file's units. Returns notes on
+/// options that mean nothing here.
 ///
 /// # Errors
 /// [`SceneError`] if the result cannot be traced; the scene must not be used then.
-pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
+pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String>, SceneError> {
     apply_overrides(scene, options);
+    let MadeUpParts { view, light } = scene.made_up;
+    let up = UpAxis::of(&scene.view);
+    let size = (scene.width, scene.height);
+    let stored = aspect(size) == aspect(options.size.unwrap_or(size))
+        && options.up.is_none_or(|asked| up == Some(asked))
+        && !options.turntable;
+    let (view, light) = (
+        view && !stored,
+        light && (options.view.is_some() || !stored),
+    );
+    if view || light {
+        let bounds = bounds_of(scene, options);
+        if view {
+            make_up_view(
+                scene,
+                bounds,
+                options.up.or(up).unwrap_or_default(),
+                options,
+            );
+        }
+        if light {
+            make_up_light(scene, bounds);
+        }
+    }
     // The scene was rescaled into the comfortable range when it was made. Parts given now cannot
     // change its scale any more.
-    let given = options.view.is_some() || !options.lights.is_empty();
+    let given = options.view.is_some() || !options.lights.is_empty() || view;
     if given && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
     }
-    scene.validate_settings()
+    scene.validate_settings()?;
+    Ok(note_on_up(scene, options).into_iter().collect())
 }
 
 fn apply_overrides(scene: &mut Scene, options: &Options) {
     if let Some(view) = &options.view {
         scene.view = scene.view_of(view);
+        scene.made_up.view = false;
     }
     if !options.lights.is_empty() {
         scene.lights = Default::default();
+        scene.made_up.light = false;
         for light in &options.lights {
             add_light(scene, light);
         }
@@ -191,58 +255,17 @@ fn add_light(scene: &mut Scene, light: &AddedLight) {
     }
 }
 
-/// A camera in front of a box, a little to the right and above, at the smallest distance from which
-/// all eight corners are in view.
-fn framing(bounds: Bounds, aspect: f64) -> View {
-    let (lo, hi) = corners_or_unit(bounds);
-    let center = (lo + hi) / 2.0;
-    let back = THREE_QUARTER.normalize();
-    let right = DVec3::Y.cross(back).normalize();
-    let up = back.cross(right);
-    let tangent = libm::tan(f64::from(FRAMING_FOVY).to_radians() / 2.0) / MARGIN;
-    let half = (hi - lo) / 2.0;
-    let mut distance = half.length() * 1e-3;
-    for k in 0..8 {
-        let sign = |bit: u32| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
-        let corner = half * DVec3::new(sign(0), sign(1), sign(2));
-        let wide = (corner.dot(right).abs() / aspect).max(corner.dot(up).abs());
-        distance = distance.max(corner.dot(back) + wide / tangent);
-    }
-    View {
-        eye: (center + back * distance).as_vec3(),
-        center: center.as_vec3(),
-        up: Vec3::Y,
-        fovy: FRAMING_FOVY,
-        ortho: None,
-    }
-}
-
 /// A light above and to the left of the camera, as far from the middle as the camera, so that the
 /// shadow side shows the shape.
 fn key_light(view: &View, bounds: Bounds) -> Vec3 {
-    let (lo, hi) = corners_or_unit(bounds);
-    let center = (lo + hi) / 2.0;
+    let (center, half) = middle_and_half(bounds);
     let from = view.eye.as_dvec3() - center;
-    let reach = from.length().max((hi - lo).length());
+    let reach = from.length().max(2.0 * half.length());
     let back = from.normalize_or(DVec3::Z);
     let up = view.up.as_dvec3().normalize_or(DVec3::Y);
     let right = up.cross(back).normalize_or(DVec3::X);
     let position = center + (back * 0.75 - right * 0.7 + up * 0.85).normalize() * reach * 1.5;
     position.as_vec3()
-}
-
-/// The corners of the box, or of a unit box where there is none or it is a point.
-fn corners_or_unit(bounds: Bounds) -> (DVec3, DVec3) {
-    let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
-    if bounds.is_empty() {
-        return (DVec3::splat(-1.0), DVec3::ONE);
-    }
-    // Rounding to f32 must leave a distance between the camera and what it looks at.
-    let least = lo.abs().max(hi.abs()).max_element().max(1e-30) * 1e-5;
-    match (hi - lo).max_element() < least {
-        true => (lo - least, hi + least),
-        false => (lo, hi),
-    }
 }
 
 #[cfg(test)]
@@ -264,39 +287,5 @@ mod tests {
         };
         let (bounds, expected) = (bounds_of(&scene, &options), scene.bounds());
         assert_eq!((bounds.lo, bounds.hi), (expected.lo, expected.hi));
-    }
-
-    #[test]
-    fn every_corner_of_the_box_is_in_the_frame() {
-        for (lo, hi, aspect) in [
-            (Vec3::splat(-1.0), Vec3::ONE, 4.0 / 3.0),
-            (Vec3::new(5.0, 0.0, -9.0), Vec3::new(900.0, 0.1, -8.0), 1.0),
-            (Vec3::splat(1e7), Vec3::splat(1e7 + 8.0), 0.5),
-            (Vec3::splat(3e-12), Vec3::splat(4e-12), 2.0),
-            (Vec3::ONE, Vec3::ONE, 1.0),
-        ] {
-            let view = framing(Bounds::new(lo, hi), aspect);
-            let basis = view.basis().expect("a camera");
-            let tangent = libm::tan(f64::from(view.fovy).to_radians() / 2.0);
-            for k in 0..8 {
-                let pick = |axis: usize| {
-                    if k >> axis & 1 == 0 {
-                        lo[axis]
-                    } else {
-                        hi[axis]
-                    }
-                };
-                let corner = Vec3::new(pick(0), pick(1), pick(2));
-                let to = corner.as_dvec3() - view.eye.as_dvec3();
-                let depth = -to.dot(basis.w.as_dvec3());
-                assert!(depth > 0.0, "{corner} behind {view:?}");
-                let across = to.dot(basis.u.as_dvec3()).abs() / aspect;
-                let along = to.dot(basis.v.as_dvec3()).abs();
-                assert!(
-                    across.max(along) <= depth * tangent,
-                    "{corner} outside {view:?}"
-                );
-            }
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! Shared parts of the mesh readers: errors found chunk by chunk, vertices that are not finite, and
 //! the final step.
 
-use super::defaults::finish_scene;
+use super::defaults::{MissingParts, finish_scene};
 use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
 use super::faces::{Faces, NORMAL, UV, VERTEX};
 use super::loaded::Loaded;
@@ -231,10 +231,22 @@ fn scene_with(material: &Material, table: &mut MaterialTable) -> Scene {
     scene
 }
 
-/// Puts a mesh into its scene, adds what is missing, and checks the whole scene.
+/// Puts a mesh into its scene, adds what is missing in a file of nothing but triangles, and checks
+/// the whole scene.
 pub(super) fn finish(
+    scene: Scene,
+    joined: MergedMesh,
+    options: &Options,
+    report: DiagnosticSink,
+) -> Result<Loaded, ReadStop> {
+    finish_with(scene, joined, &BARE, options, report)
+}
+
+/// Puts a mesh into its scene, adds what is missing, and checks the whole scene.
+pub(super) fn finish_with(
     mut scene: Scene,
     mut joined: MergedMesh,
+    missing: &MissingParts,
     options: &Options,
     mut report: DiagnosticSink,
 ) -> Result<Loaded, ReadStop> {
@@ -265,5 +277,5 @@ pub(super) fn finish(
             material: joined.material,
         });
     }
-    finish_scene(scene, &BARE, options, report)
+    finish_scene(scene, missing, options, report)
 }

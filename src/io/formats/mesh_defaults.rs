@@ -1,6 +1,7 @@
 //! Defaults for the picture of a bare mesh.
 
 use super::defaults::MissingParts;
+use super::up_axis::UpAxis;
 use glam::Vec3;
 use phalanx_scene::{Material, OutputEncoding, Scene};
 
@@ -29,6 +30,7 @@ pub(super) const BARE: MissingParts = MissingParts {
     view: true,
     lights: true,
     background: true,
+    up: UpAxis::Y,
 };
 
 /// A scene for a mesh: its picture's size and tone, and nothing in it yet.

@@ -4,7 +4,7 @@
 //! that reader on the bytes of a file, and once more if the geometry lies far away. Readers share
 //! the other files: `text`, `number` and `decimal` for operands, `mesh` and `faces` for triangles,
 //! `texture` and `picture` for images, `folder` and `memory_budget` for what a file may name and
-//! take, and `defaults` for the last step.
+//! take, and `defaults` for the last step, with `framing` for its camera.
 
 mod bytes;
 mod decimal;
@@ -12,6 +12,7 @@ mod defaults;
 mod diagnostics;
 mod faces;
 mod folder;
+mod framing;
 mod gltf;
 mod load;
 mod loaded;
@@ -30,6 +31,7 @@ mod table;
 mod test_scene;
 mod text;
 mod texture;
+mod up_axis;
 mod vertex_colors;
 mod workers;
 
@@ -40,3 +42,4 @@ pub use loaded::{LoadError, Loaded};
 pub use options::{AddedLight, Options};
 pub use origin::Origin;
 pub(crate) use origin::note as origin_note;
+pub use up_axis::UpAxis;

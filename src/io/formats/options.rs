@@ -1,6 +1,7 @@
 //! The user's options for reading a scene file.
 
 use super::origin::Origin;
+use super::up_axis::UpAxis;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{FileView, Material};
 use std::path::PathBuf;
@@ -11,6 +12,14 @@ use std::path::PathBuf;
 pub struct Options {
     /// Replaces the file's camera.
     pub view: Option<FileView>,
+    /// Size of the picture, in pixels, that a camera is made up for where the file has none; `None`
+    /// for the size that the scene has.
+    pub size: Option<(u32, u32)>,
+    /// The axis that points up for a camera that is made up; `None` for the format's.
+    pub up: Option<UpAxis>,
+    /// True if a camera that is made up will go around the scene, all of which it is to show from
+    /// everywhere.
+    pub turntable: bool,
     /// Replaces the file's lights, unless empty.
     pub lights: Vec<AddedLight>,
     /// Replaces the file's background.

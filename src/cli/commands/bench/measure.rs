@@ -4,7 +4,7 @@ use super::args::RunArgs;
 use super::bar::BenchProgressBar;
 use super::program::this_program;
 use super::table;
-use crate::cli::options::SceneInput;
+use crate::cli::options::{SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
 use phalanx::report::{BenchRecord, Machine, RunInfo, SCHEMA_VERSION};
@@ -26,7 +26,7 @@ pub fn measure_scene(
 ) -> Result<(Measured, SceneInput), CliError> {
     bar.scene(&scene.info.name);
     let start = Instant::now();
-    let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
+    let scene_input = SceneInput::load(&scene.path, &args.beside, wanted(plan), 0)?;
     let info = SceneInfo {
         load_seconds: start.elapsed().as_secs_f64(),
         ..scene.info.clone()
@@ -39,6 +39,14 @@ pub fn measure_scene(
         output::print(&table::scene(&measured))
     })?;
     Ok((measured, scene_input))
+}
+
+/// The picture that a plan's rays are of.
+pub fn wanted(plan: &BenchPlan) -> WantedPicture {
+    WantedPicture {
+        size: Some(plan.size.into()),
+        turntable: false,
+    }
 }
 
 /// The record of a run.

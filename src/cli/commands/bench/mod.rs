@@ -128,7 +128,7 @@ fn dump_rays(
             "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
         ));
     };
-    let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
+    let scene_input = SceneInput::load(&scene.path, &args.beside, measure::wanted(plan), 0)?;
     let mut counts = Vec::new();
     interrupt::write_file(path, |file| {
         let dumped = dump(&scene_input.scene, &scene.info, plan, file);

@@ -38,7 +38,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     interrupt::listen()?;
     output::advise();
     let start = Instant::now();
-    let mut scene_input = SceneInput::load(name, &args.beside, args.work.threads.unwrap_or(0))?;
+    let (wanted, threads) = (args.frames.wanted(&args.picture), args.work.threads);
+    let mut scene_input = SceneInput::load(name, &args.beside, wanted, threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
     let (path, format) = output_path(args, name, &scene_input.scene)?;
     check_output(args, &path)?;

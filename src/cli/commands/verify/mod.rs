@@ -118,10 +118,11 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     }
     interrupt::listen()?;
     output::advise();
+    let wanted = args.frames.wanted(&args.picture);
     let mut kept = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let mut scene_input = SceneInput::load(path, &args.beside, 0)?;
+        let mut scene_input = SceneInput::load(path, &args.beside, wanted, 0)?;
         let start = scene_input.scene.view;
         let sequence = args.frames.sequence(&scene_input.scene)?;
         let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());

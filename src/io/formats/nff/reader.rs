@@ -98,6 +98,7 @@ impl NffReader<'_> {
             view: !self.seen.view,
             lights: self.lights.is_empty(),
             background: false,
+            ..MissingParts::NOTHING
         };
         finish_scene(self.scene, &missing, options, self.report)
     }

@@ -3,14 +3,17 @@
 use super::ascii::mark_length;
 use super::binary::{FACET, HEADER};
 use super::{ascii, binary, weld};
+use crate::formats::defaults::MissingParts;
 use crate::formats::diagnostics::DiagnosticSink;
 use crate::formats::faces::VERTEX;
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
 use crate::formats::mesh::{self, MergedMesh, NotFinite};
+use crate::formats::mesh_defaults::BARE;
 use crate::formats::options::Options;
 use crate::formats::origin::ReadStop;
 use crate::formats::text;
+use crate::formats::up_axis::UpAxis;
 use crate::formats::workers;
 use phalanx_scene::MaterialTable;
 
@@ -93,7 +96,11 @@ fn finish(
     };
     joined.faces[VERTEX] = welded.corners;
     let scene = mesh::bare_scene(options, &mut MaterialTable::default());
-    mesh::finish(scene, joined, options, report)
+    let missing = MissingParts {
+        up: UpAxis::Z,
+        ..BARE
+    };
+    mesh::finish_with(scene, joined, &missing, options, report)
 }
 
 #[cfg(test)]

@@ -1,0 +1,293 @@
+//! The made-up camera: one that shows everything, as large as the picture's shape permits.
+//!
+//! The direction is given, so a picture is bounded by four planes through the eye. With the axes
+//! right, top and back of the view, and the slopes t of its sides, their normals are n = ±right +
+//! t·back and ±top + t·back. A point p lies within a side if n · p ≤ n · eye. So all that matters of
+//! a scene is max n · p for each of four normals, whatever the number of its points:
+//!
+//! ```text
+//! eye = x right + y top + z back      x = (m₀ − m₁)/2, y = (m₂ − m₃)/2
+//!                                     z = max((m₀ + m₁)/2t₀, (m₂ + m₃)/2t₂)
+//! ```
+//!
+//! A turntable sees each point on a circle about the axis through the middle of the scene. The
+//! greatest n · p on it takes the place of that of the point.
+
+use super::up_axis::UpAxis;
+use super::workers;
+use glam::{DVec3, Vec3};
+use phalanx_scene::{Bounds, PrimKind, Scene, View};
+use std::ops::Range;
+
+/// The picture that a camera is made up for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PictureShape {
+    /// Width over height.
+    pub(super) aspect: f64,
+    pub(super) up: UpAxis,
+    /// True if the camera will go around the scene.
+    pub(super) turntable: bool,
+}
+
+/// Vertical field of view in degrees: a short telephoto, so that near parts are not blown up.
+const FRAMING_FOVY: f32 = 32.0;
+/// Direction from the middle toward the camera, as seen from the front: a little from the right, a
+/// little from above.
+const THREE_QUARTER: DVec3 = DVec3::new(0.45, 0.32, 1.0);
+/// Room around the scene.
+const MARGIN: f64 = 1.06;
+/// Room around the scene as a share of its diagonal, so that a scene of no width keeps the camera at
+/// a distance.
+const LEAST_ROOM: f64 = 1e-3;
+
+/// The middle of the scene, and half of its size: at least as much as single precision can tell
+/// apart there. A scene of nothing is a box of two units.
+pub(super) fn middle_and_half(bounds: Bounds) -> (DVec3, DVec3) {
+    if bounds.is_empty() {
+        return (DVec3::ZERO, DVec3::ONE);
+    }
+    let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
+    // Four units in the last place.
+    let units = 4.0 * f64::from(f32::EPSILON);
+    let least = (lo.abs().max(hi.abs()).max_element() * units).max(1e-30);
+    let half = (hi - lo) / 2.0;
+    match half.max_element() < least {
+        true => ((lo + hi) / 2.0, half.max(DVec3::splat(least))),
+        false => ((lo + hi) / 2.0, half),
+    }
+}
+
+/// A camera in front of the scene, a little to the right and above, from which all of it is in the
+/// picture. `bounds` are those of the scene.
+pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, threads: usize) -> View {
+    let (middle, half) = middle_and_half(bounds);
+    let [right, up, front] = shape.up.frame();
+    let back = right * THREE_QUARTER.x + up * THREE_QUARTER.y + front * THREE_QUARTER.z;
+    let back = back.normalize();
+    let right = up.cross(back).normalize();
+    let sides = FrameSides {
+        axes: [right, back.cross(right), back],
+        slopes: slopes(shape.aspect).map(|slope| slope / MARGIN),
+        axis: shape.turntable.then_some(up),
+    };
+    let room = half.length() * LEAST_ROOM;
+    let reach = reach(scene, middle, &sides, threads);
+    let mut eye = sides.eye(reach, room);
+    let placed = |eye: DVec3| {
+        let center = sides.center(eye);
+        View {
+            eye: (middle + eye).as_vec3(),
+            center: (middle + center).as_vec3(),
+            up: up.as_vec3(),
+            fovy: FRAMING_FOVY,
+            ortho: None,
+        }
+    };
+    // Rounding moves the eye and turns the view by next to nothing, unless the scene is small
+    // beside its coordinates.
+    let mut view = placed(eye);
+    let rounded = f64::from(f32::EPSILON) * (view.eye.abs().max_element() as f64);
+    let frame = sides.slopes[0].min(sides.slopes[1]) * eye.dot(back);
+    if rounded > 1e-2 * (1.0 - 1.0 / MARGIN) * frame {
+        for _ in 0..MAX_STEPS_BACK {
+            if fits(scene, &view, middle, shape, threads) {
+                break;
+            }
+            eye += back * eye.dot(back) / 4.0;
+            view = placed(eye);
+        }
+    }
+    view
+}
+
+/// Most times that the camera steps back by a quarter of its distance: 64-fold in all, beyond the
+/// sixteen units that a scene of one unit in the last place needs.
+const MAX_STEPS_BACK: usize = 19;
+
+/// Slopes of the sides of the picture to the right and at the top.
+fn slopes(aspect: f64) -> [f64; 2] {
+    let slope = libm::tan(f64::from(FRAMING_FOVY).to_radians() / 2.0);
+    [slope * aspect, slope]
+}
+
+/// Returns true if a view shows all of the scene as it is rounded.
+fn fits(scene: &Scene, view: &View, middle: DVec3, shape: PictureShape, threads: usize) -> bool {
+    let Ok(basis) = view.basis() else {
+        return false;
+    };
+    let sides = FrameSides {
+        axes: [basis.u, basis.v, basis.w].map(|axis| axis.as_dvec3()),
+        slopes: slopes(shape.aspect),
+        axis: shape.turntable.then_some(view.up.as_dvec3()),
+    };
+    let reach = reach(scene, middle, &sides, threads);
+    let eye = view.eye.as_dvec3() - middle;
+    let normals = sides.normals();
+    (0..4).all(|side| reach[side] <= eye.dot(normals[side]))
+}
+
+/// The planes that bound a picture, but for the place of the eye.
+struct FrameSides {
+    /// Axes of the view: right, top, back.
+    axes: [DVec3; 3],
+    /// Slopes of the sides to the right and at the top.
+    slopes: [f64; 2],
+    /// Axis through the middle that the camera will turn around.
+    axis: Option<DVec3>,
+}
+
+impl FrameSides {
+    fn normals(&self) -> [DVec3; 4] {
+        let [right, top, back] = self.axes;
+        let [wide, high] = self.slopes.map(|slope| back * slope);
+        [wide + right, wide - right, high + top, high - top]
+    }
+
+    /// The eye, from the middle, for a scene that reaches as far as this along each normal, with
+    /// room around it.
+    fn eye(&self, reach: [f64; 4], room: f64) -> DVec3 {
+        let normals = self.normals();
+        let [r, l, t, b] = std::array::from_fn(|k| reach[k] + room * normals[k].length());
+        let [wide, high] = self.slopes;
+        let depth = ((r + l) / (2.0 * wide)).max((t + b) / (2.0 * high));
+        let [right, top, back] = self.axes;
+        right * ((r - l) / 2.0) + top * ((t - b) / 2.0) + back * depth.max(room)
+    }
+
+    /// The point that an eye looks at: on the axis, or as far away as the middle.
+    fn center(&self, eye: DVec3) -> DVec3 {
+        let [_, _, back] = self.axes;
+        let distance = match self.axis {
+            Some(axis) => {
+                let outward = back - axis * axis.dot(back);
+                eye.dot(outward) / back.dot(outward)
+            }
+            None => eye.dot(back),
+        };
+        eye - back * distance
+    }
+}
+
+/// Primitives that a thread looks at, at a time.
+const BLOCK: u32 = 1 << 15;
+
+/// The greatest n · (p − middle) of all visible points, for the normal n of each side.
+fn reach(scene: &Scene, middle: DVec3, sides: &FrameSides, threads: usize) -> [f64; 4] {
+    let blocks = |run: Range<u32>| {
+        let firsts = run.clone().step_by(BLOCK as usize);
+        firsts.map(move |first| first..run.end.min(first + BLOCK))
+    };
+    let blocks = scene.world_runs().into_iter().flat_map(blocks).collect();
+    let threads = workers::thread_count(threads);
+    let of_block = |block: Range<u32>| {
+        let mut frame = FrameReach::new(middle, sides);
+        block.for_each(|prim| frame.add_prim(scene, prim));
+        frame
+    };
+    let mut all = FrameReach::new(middle, sides);
+    for block in workers::map(threads, blocks, of_block) {
+        all.merge(&block);
+    }
+    all.add_instances(scene);
+    match all.reach[0].is_finite() {
+        true => all.reach,
+        false => [0.0; 4],
+    }
+}
+
+/// How far what has been looked at reaches toward each side.
+struct FrameReach {
+    middle: DVec3,
+    normals: [DVec3; 4],
+    lengths: [f64; 4],
+    axis: Option<DVec3>,
+    reach: [f64; 4],
+}
+
+impl FrameReach {
+    fn new(middle: DVec3, sides: &FrameSides) -> FrameReach {
+        let normals = sides.normals();
+        FrameReach {
+            middle,
+            normals,
+            lengths: normals.map(DVec3::length),
+            axis: sides.axis,
+            reach: [f64::NEG_INFINITY; 4],
+        }
+    }
+
+    fn merge(&mut self, other: &FrameReach) {
+        self.reach = std::array::from_fn(|k| self.reach[k].max(other.reach[k]));
+    }
+
+    /// Adds a ball; a point is one without radius.
+    #[inline]
+    fn add(&mut self, center: DVec3, radius: f64) {
+        let p = center - self.middle;
+        let along = self.axis.map(|axis| {
+            let height = axis.dot(p);
+            (axis, height, (p - axis * height).length())
+        });
+        for (k, normal) in self.normals.into_iter().enumerate() {
+            let far = match along {
+                None => normal.dot(p),
+                Some((axis, height, circle)) => {
+                    let up = axis.dot(normal);
+                    height * up + circle * (normal - axis * up).length()
+                }
+            };
+            self.reach[k] = self.reach[k].max(far + radius * self.lengths[k]);
+        }
+    }
+
+    fn add_prim(&mut self, scene: &Scene, prim: u32) {
+        let prim_ref = scene.prims[prim as usize];
+        let i = prim_ref.index();
+        match prim_ref.kind() {
+            PrimKind::Triangle => {
+                let corners = scene.triangles.corners(i);
+                corners
+                    .into_iter()
+                    .for_each(|p| self.add(p.as_dvec3(), 0.0));
+            }
+            PrimKind::Sphere => {
+                let radius = f64::from(scene.spheres.radius[i]);
+                self.add(scene.spheres.center.get(i).as_dvec3(), radius);
+            }
+            PrimKind::Cone => {
+                let cone = scene.cones.get(i);
+                self.add(cone.base.as_dvec3(), cone.base_radius.into());
+                self.add(cone.apex.as_dvec3(), cone.apex_radius.into());
+            }
+            PrimKind::Ellipsoid => {
+                let bounds = scene.prim_bounds(prim);
+                corners(bounds).for_each(|p| self.add(p, 0.0));
+            }
+        }
+    }
+
+    /// Adds the boxes of instances, as they lie in the world.
+    fn add_instances(&mut self, scene: &Scene) {
+        let meshes: Vec<Bounds> = (0..scene.meshes.len())
+            .map(|mesh| scene.mesh_bounds(mesh))
+            .collect();
+        for k in 0..scene.instances.len() {
+            let columns = scene.instances.world_columns(k).map(|c| c.as_dvec3());
+            let [x, y, z, position] = columns;
+            for p in corners(meshes[scene.instances.mesh[k] as usize]) {
+                self.add(x * p.x + y * p.y + z * p.z + position, 0.0);
+            }
+        }
+    }
+}
+
+/// The corners of a box that is not empty.
+fn corners(bounds: Bounds) -> impl Iterator<Item = DVec3> {
+    let ends = [bounds.lo, bounds.hi];
+    let corner = move |k: usize| Vec3::new(ends[k & 1].x, ends[k >> 1 & 1].y, ends[k >> 2].z);
+    (0..8).map(move |k| corner(k).as_dvec3())
+}
+
+#[cfg(test)]
+#[path = "framing_tests.rs"]
+mod tests;

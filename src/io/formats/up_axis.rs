@@ -1,0 +1,71 @@
+//! The axis that points up in a file that does not say so.
+
+use glam::DVec3;
+use phalanx_scene::View;
+
+/// The axis that points up. Formats without a camera leave it to their users.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpAxis {
+    /// The first axis.
+    X,
+    /// The second axis, as in most models that are made to be shown.
+    #[default]
+    Y,
+    /// The third axis, as in most models that are made to be printed, and in maps.
+    Z,
+    /// Against the first axis.
+    NegX,
+    /// Against the second axis.
+    NegY,
+    /// Against the third axis.
+    NegZ,
+}
+
+impl UpAxis {
+    /// All of them with their names.
+    pub const ALL: [(&str, UpAxis); 6] = [
+        ("x", UpAxis::X),
+        ("y", UpAxis::Y),
+        ("z", UpAxis::Z),
+        ("-x", UpAxis::NegX),
+        ("-y", UpAxis::NegY),
+        ("-z", UpAxis::NegZ),
+    ];
+
+    /// The axes to the right, up, and toward the viewer of a model seen from the front. Each is
+    /// the frame of [`UpAxis::Y`] turned by quarters of a circle.
+    pub(super) fn frame(self) -> [DVec3; 3] {
+        use DVec3 as V;
+        match self {
+            UpAxis::X => [V::NEG_Y, V::X, V::Z],
+            UpAxis::Y => [V::X, V::Y, V::Z],
+            UpAxis::Z => [V::X, V::Z, V::NEG_Y],
+            UpAxis::NegX => [V::Y, V::NEG_X, V::Z],
+            UpAxis::NegY => [V::NEG_X, V::NEG_Y, V::Z],
+            UpAxis::NegZ => [V::X, V::NEG_Z, V::Y],
+        }
+    }
+
+    /// The axis that points up in a view, if that is one.
+    pub(super) fn of(view: &View) -> Option<UpAxis> {
+        let up = view.up.as_dvec3();
+        let mut all = UpAxis::ALL.into_iter().map(|(_, axis)| axis);
+        all.find(|axis| axis.frame()[1] == up)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_right_handed() {
+        for (name, axis) in UpAxis::ALL {
+            let [right, up, back] = axis.frame();
+            assert_eq!(right.cross(up), back, "{name}");
+            assert_eq!(name.starts_with('-'), up.min_element() < 0.0, "{name}");
+            let letter = ["x", "y", "z"][up.abs().max_position()];
+            assert!(name.ends_with(letter), "{name}");
+        }
+    }
+}
