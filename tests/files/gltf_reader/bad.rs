@@ -50,10 +50,6 @@ fn every_bad_reference_and_size_gets_its_message() {
             "there is no accessors[5]",
         ),
         (
-            primitive(|p| p["attributes"] = json!({})),
-            "it has no POSITION",
-        ),
-        (
             primitive(|p| p["attributes"]["POSITION"] = json!(1)),
             "its type should be VEC3",
         ),
@@ -78,10 +74,6 @@ fn every_bad_reference_and_size_gets_its_message() {
         (
             accessor(|a| a["bufferView"] = json!(9)),
             "there is no bufferViews[9]",
-        ),
-        (
-            accessor(|a| _ = a.as_object_mut().unwrap().remove("bufferView")),
-            "no buffer view",
         ),
         (
             accessor(|a| a["count"] = json!(2)),
@@ -110,10 +102,6 @@ fn every_bad_reference_and_size_gets_its_message() {
         (
             changed(|j| j["extensionsRequired"] = json!(["KHR_draco_mesh_compression"])),
             "`KHR_draco_mesh_compression`",
-        ),
-        (
-            changed(|j| j["bufferViews"][0]["extensions"] = json!({"EXT_meshopt_compression": {}})),
-            "compressed by meshopt",
         ),
         (
             changed(|j| j["asset"]["version"] = json!("1.0")),
@@ -247,11 +235,10 @@ fn glb_chunks() {
     };
     assert!(with(4, &[1]).contains("GLB version 1"));
     assert!(with(8, &[0, 0, 0, 0]).contains("no `JSON` chunk"));
-    assert!(with(8, &[0xff; 4]).contains("cut off"));
     assert!(with(12, &[0xff; 4]).contains("bytes are left"));
     assert!(with(16, b"NOSJ").contains("the first chunk is `NOSJ`"));
-    // A buffer that is shorter than the document says.
+    // A view that reaches beyond a buffer which is shorter than the document says.
     let mut file = File::triangle();
     file.buffer.truncate(20);
-    assert!(file.refused()[0].contains("bytes"));
+    assert!(file.refused()[0].contains("beyond the 20 bytes"));
 }

@@ -2,6 +2,7 @@
 
 use super::{File, base64, glb, read};
 use crate::mutated_text::check_answer;
+use phalanx::formats::Loaded;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::json;
@@ -53,6 +54,41 @@ fn everything() -> File {
     file
 }
 
+/// A file of poses, copies and colours.
+fn posed() -> File {
+    let mut file = File::triangle();
+    let moved = file.floats(3, &[1., 0., 0., 1., 0., 0., 1., 0., 0.]);
+    let numbers = file.accessor(&[0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0], 5121, 4, 3);
+    let weights = file.floats(4, &[0.5, 0.5, 0., 0., 1., 0., 0., 0., 1., 0., 0., 0.]);
+    let colors = file.accessor(&[255, 0, 0, 128, 0, 255, 0, 255, 0, 0, 255, 0], 5121, 4, 3);
+    let bound = file.floats(4, &[1.; 32]);
+    file.json["accessors"][bound]["type"] = json!("MAT4");
+    file.json["accessors"][bound]["count"] = json!(2);
+    let zeros = file.add(
+        "accessors",
+        json!({"componentType": 5126, "type": "VEC3", "count": 3}),
+    );
+    file.json["meshes"] = json!([{"weights": [0.5, 0.25], "primitives": [{
+        "attributes": {"POSITION": 0, "COLOR_0": colors, "JOINTS_0": numbers, "WEIGHTS_0": weights},
+        "targets": [{"POSITION": moved, "NORMAL": zeros}, {"COLOR_0": colors}], "material": 0
+    }, {"attributes": {}}]}]);
+    file.json["materials"] = json!([{"alphaMode": "MASK", "alphaCutoff": 0.5}]);
+    file.json["skins"] = json!([{"joints": [1, 2], "inverseBindMatrices": bound}]);
+    file.json["cameras"] = json!([{"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 1, "znear": 0, "zfar": 9}}]);
+    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+        {"type": "spot", "intensity": 90, "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}
+    ]}});
+    file.json["nodes"] = json!([
+        {"mesh": 0, "skin": 0, "weights": [1, 1]},
+        {"translation": [1, 0, 0], "children": [2]},
+        {"scale": [2, 2, 2]},
+        {"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": moved, "_ID": 0}}}},
+        {"mesh": 0, "weights": [0, 1], "extensions": {"KHR_node_visibility": {"visible": true}}},
+        {"camera": 0, "translation": [0, 0, 4], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+    ]);
+    file
+}
+
 fn check(bytes: &[u8]) {
     check_answer(read("gltf", bytes), |d| {
         assert!(d.offset + d.length <= bytes.len().max(d.length), "{d:?}");
@@ -82,9 +118,11 @@ fn the_fuzz_targets_seeds_are_these_files() {
     for (name, bytes) in [
         ("gltf/everything.gltf", everything().text().into_bytes()),
         ("gltf/plain.gltf", File::triangle().text().into_bytes()),
+        ("gltf/posed.gltf", posed().text().into_bytes()),
         ("glb/everything.glb", everything().glb()),
         ("glb/picture.glb", picture.glb()),
         ("glb/plain.glb", File::triangle().glb()),
+        ("glb/posed.glb", posed().glb()),
     ] {
         let path = folder.join(name);
         if std::env::var_os("PHALANX_BLESS").is_some() {
@@ -103,10 +141,12 @@ fn the_unchanged_file_is_valid() {
     let loaded = everything().loaded();
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);
-    assert_eq!(
-        (loaded.scene.prim_count(), loaded.scene.visible_count()),
-        (5, 9)
-    );
+    let counts = |loaded: &Loaded| (loaded.scene.prim_count(), loaded.scene.visible_count());
+    assert_eq!(counts(&loaded), (5, 9));
+    let posed = posed().loaded();
+    assert!(posed.notes.is_empty(), "{:?}", posed.notes);
+    assert_eq!(counts(&posed), (3, 5), "{:?}", posed.warnings);
+    assert_eq!(posed.warnings.len(), 1, "a primitive without positions");
 }
 
 /// Replacements for numbers, names and brackets of the document.
@@ -146,8 +186,9 @@ proptest! {
     fn changed_documents_never_panic(
         changes in prop::collection::vec((any::<usize>(), prop::sample::select(&SPICE[..])), 1..5),
         binary in any::<bool>(),
+        still in any::<bool>(),
     ) {
-        let file = everything();
+        let file = if still { everything() } else { posed() };
         let mut json = file.json.clone();
         json["buffers"] = json!([{"byteLength": file.buffer.len()}]);
         let mut text = if binary { json.to_string() } else { file.text() };
@@ -162,8 +203,9 @@ proptest! {
         changes in prop::collection::vec((any::<Index>(), any::<u8>()), 0..8),
         cut in prop::option::weighted(0.2, any::<Index>()),
         binary in any::<bool>(),
+        still in any::<bool>(),
     ) {
-        let file = everything();
+        let file = if still { everything() } else { posed() };
         let mut bytes = if binary { file.glb() } else { file.text().into_bytes() };
         mutate(&mut bytes, changes, cut);
         check(&bytes);

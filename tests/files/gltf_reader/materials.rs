@@ -90,13 +90,43 @@ fn extensions_of_materials() {
         }}}),
     );
     assert_eq!((old.kd, old.ks), (COLOR, Vec3::new(0.25, 0.5, 0.125)));
-    let mut pane = pbr(0.0, 1.0);
-    pane["alphaMode"] = json!("BLEND");
-    pane["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(0.25);
-    let pane = surface(pane);
-    near(pane.kt, Vec3::splat(0.75));
-    near(pane.kd, COLOR * 0.25);
-    assert_eq!(pane.ior, 1.0);
+}
+
+#[test]
+fn transmission_without_a_volume_is_a_thin_sheet() {
+    let sheet = |change: fn(&mut Value)| {
+        let mut material = pbr(0.0, 0.0);
+        material["extensions"] = json!({
+            "KHR_materials_transmission": {"transmissionFactor": 0.75},
+            "KHR_materials_ior": {"ior": 2.0},
+        });
+        change(&mut material);
+        with_material(material).loaded()
+    };
+    let thin = sheet(|_| ()).scene.materials.get(0);
+    assert!(thin.thin && thin.ior == 1.0, "{thin:?}");
+    near(thin.kt, COLOR * 0.75);
+    let glass = sheet(|material| {
+        material["extensions"]["KHR_materials_volume"] = json!({"thicknessFactor": 0.1});
+    });
+    let glass = glass.scene.materials.get(0);
+    assert!(!glass.thin && glass.ior == 2.0, "{glass:?}");
+    let metal = sheet(|material| material["pbrMetallicRoughness"]["metallicFactor"] = json!(1));
+    assert!(
+        !metal.scene.materials.get(0).thin,
+        "metals transmit nothing"
+    );
+    // A texture that is not read may say anything.
+    let unread = sheet(|material| {
+        let transmission = &mut material["extensions"]["KHR_materials_transmission"];
+        transmission["transmissionTexture"] = json!({"index": 0});
+    });
+    let opaque = unread.scene.materials.get(0);
+    assert!(!opaque.thin && opaque.kt == Vec3::ZERO, "{opaque:?}");
+    near(opaque.kd, COLOR);
+    let said = messages(&unread.warnings);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].contains("transmission textures"), "{said:?}");
 }
 
 #[test]
@@ -110,6 +140,7 @@ fn what_is_not_shown_is_told_once() {
     let said = messages(&loaded.warnings);
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains("emissive textures") && said[0].contains("normal textures"));
+    assert!(said[0].contains("`KHR_materials_clearcoat`"), "{said:?}");
 }
 
 #[test]
@@ -191,7 +222,7 @@ fn pictures_in_buffers_text_and_files() {
         ("absent.png", ""),
         ("data:image/png;base64,AAAA", "neither a PNG nor a JPEG"),
         ("data:image/png;base64,A?AA", "base64 text is broken"),
-        ("data:,x", "not base64"),
+        ("data:,x", "neither a PNG nor a JPEG"),
         ("../a.png", "folder"),
     ] {
         file.json["images"] = json!([{"uri": uri}]);
@@ -259,72 +290,4 @@ fn defaults_of_a_bare_mesh() {
     );
     assert_eq!(scene.lights.len(), 1);
     assert!(scene.background.min_element() > 0.0);
-}
-
-#[test]
-fn the_first_perspective_camera_is_the_view() {
-    let mut file = File::triangle();
-    file.json["cameras"] = json!([
-        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 2, "znear": 1}},
-        {"type": "perspective", "perspective": {"yfov": std::f64::consts::FRAC_PI_2, "znear": 1, "aspectRatio": 2.0}},
-    ]);
-    file.node(json!({"camera": 0}));
-    // Turned about y by 90 degrees: looks along −x.
-    let turn = 0.5f64.sqrt();
-    file.node(json!({"camera": 1, "translation": [7, 0, 0], "rotation": [0, turn, 0, turn]}));
-    let loaded = file.loaded();
-    let view = loaded.scene.view;
-    assert_eq!((view.eye, view.fovy), (Vec3::new(7., 0., 0.), 90.0));
-    near((view.center - view.eye).normalize(), Vec3::NEG_X);
-    near(view.up, Vec3::Y);
-    assert_eq!((loaded.scene.width, loaded.scene.height), (1920, 960));
-    assert!(messages(&loaded.warnings)[0].contains("orthographic"));
-}
-
-fn lit(lights: Value) -> (File, Loaded) {
-    let mut file = File::triangle();
-    let count = lights.as_array().unwrap().len();
-    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": lights}});
-    for k in 0..count {
-        file.node(json!({"translation": [0.5, 0.5, 2], "extensions": {"KHR_lights_punctual": {"light": k}}}));
-    }
-    let loaded = file.loaded();
-    (file, loaded)
-}
-
-#[test]
-fn lights() {
-    let (_, loaded) = lit(json!([
-        {"type": "directional", "intensity": 2, "color": [1, 0.5, 0]},
-        {"type": "point", "intensity": 4},
-    ]));
-    let lights = &loaded.scene.lights;
-    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    assert_eq!(*lights.directional, [true, false]);
-    assert_eq!(
-        (lights.position.get(0), lights.position.get(1)),
-        (Vec3::Z, Vec3::new(0.5, 0.5, 2.0))
-    );
-    let pi = std::f32::consts::PI;
-    near(lights.color.get(0), Vec3::new(2.0, 1.0, 0.0) / pi);
-    near(lights.color.get(1), Vec3::splat(4.0) / pi);
-    assert_eq!(lights.attenuation.get(1), Vec3::Z);
-}
-
-#[test]
-fn lights_of_another_exposure_are_scaled_alike() {
-    let (_, loaded) = lit(json!([
-        {"type": "directional", "intensity": 30_000},
-        {"type": "directional", "intensity": 10_000},
-    ]));
-    near(loaded.scene.lights.color.get(0), Vec3::splat(0.75));
-    near(loaded.scene.lights.color.get(1), Vec3::splat(0.25));
-    assert!(messages(&loaded.warnings)[0].contains("scaled"));
-}
-
-#[test]
-fn spot_lights_shine_to_all_sides() {
-    let (_, loaded) = lit(json!([{"type": "spot", "intensity": 12, "spot": {}}]));
-    assert_eq!(*loaded.scene.lights.directional, [false]);
-    assert!(messages(&loaded.warnings)[0].contains("spot"));
 }

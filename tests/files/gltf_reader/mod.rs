@@ -1,12 +1,19 @@
 //! The glTF reader: what it makes of files written here by hand, what it says about bad ones, and
 //! the real ones beside the project.
 
+mod alpha;
 mod bad;
+mod colors;
+mod containers;
+mod copies;
+mod corners;
 mod files;
 mod geometry;
 mod mangled;
 mod materials;
 mod origin;
+mod pose;
+mod surroundings;
 
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};
 use serde_json::{Value, json};

@@ -9,6 +9,8 @@ use super::source::GltfSource;
 pub(super) struct Accessor<'a> {
     /// Number of rows.
     pub(super) count: usize,
+    /// Number of components of a row.
+    pub(super) width: usize,
     rows: Option<StridedRows<'a>>,
     kind: Component,
     normalized: bool,
@@ -103,9 +105,25 @@ fn width_of(kind: &str) -> Option<usize> {
         "VEC2" => 2,
         "VEC3" => 3,
         "VEC4" => 4,
+        "MAT4" => 16,
         _ => return None,
     })
 }
+
+/// Name of a type of this number of components.
+fn type_of(width: usize) -> &'static str {
+    match width {
+        1 => "SCALAR",
+        2 => "VEC2",
+        3 => "VEC3",
+        4 => "VEC4",
+        _ => "MAT4",
+    }
+}
+
+/// Number of rows that an accessor without a buffer view may have beyond the bytes of all buffers.
+/// They are zeros, and cost nothing.
+const FREE_ROWS: u64 = 1 << 16;
 
 impl<'a> Accessor<'a> {
     /// Opens an accessor of `width` components a row.
@@ -114,21 +132,51 @@ impl<'a> Accessor<'a> {
         row: usize,
         width: usize,
     ) -> Result<Accessor<'a>, String> {
+        Accessor::open_any(source, row, &[width])
+    }
+
+    /// Opens an accessor of colours, which may have an alpha. Integers are shares of 1 even where
+    /// the file forgets to say it.
+    pub(super) fn open_colors(source: &'a GltfSource, row: usize) -> Result<Accessor<'a>, String> {
+        let opened = Accessor::open_any(source, row, &[3, 4])?;
+        Ok(Accessor {
+            normalized: true,
+            ..opened
+        })
+    }
+
+    /// Opens an accessor of whole numbers, which are not shares of 1 even where the file says it.
+    pub(super) fn open_joints(source: &'a GltfSource, row: usize) -> Result<Accessor<'a>, String> {
+        let opened = Accessor::open(source, row, 4)?;
+        Ok(Accessor {
+            normalized: false,
+            ..opened
+        })
+    }
+
+    fn open_any(
+        source: &'a GltfSource,
+        row: usize,
+        widths: &[usize],
+    ) -> Result<Accessor<'a>, String> {
         let accessor = source.document.accessors.get(row);
         let accessor = accessor.ok_or_else(|| format!("there is no accessors[{row}]"))?;
-        let opened = Accessor::checked(source, accessor, width);
+        let opened = match width_of(&accessor.kind).filter(|width| widths.contains(width)) {
+            Some(width) => Accessor::checked(source, row, accessor, width),
+            None => {
+                let types: Vec<&str> = widths.iter().map(|&width| type_of(width)).collect();
+                Err(format!("its type should be {}", types.join(" or ")))
+            }
+        };
         opened.map_err(|reason| format!("accessors[{row}]: {reason}"))
     }
 
     fn checked(
         source: &'a GltfSource,
+        number: usize,
         row: &GltfAccessor,
         width: usize,
     ) -> Result<Accessor<'a>, String> {
-        if width_of(&row.kind) != Some(width) {
-            let want = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
-            return Err(format!("its type should be {want}"));
-        }
         let kind = Component::of(row.component_type)?;
         let count = usize::try_from(row.count).map_err(|_| "its count is out of range")?;
         let size = kind.size() * width;
@@ -140,24 +188,25 @@ impl<'a> Accessor<'a> {
                 size,
                 count,
             )?),
-            // Zeros without a buffer behind them: a count of up to the file's size in bytes is
-            // enough for any use.
-            None if row.sparse.is_some() && row.count <= source.buffer_bytes() => None,
-            None if row.sparse.is_some() => {
+            // Zeros without a buffer behind them: more rows than the file has bytes are of no use.
+            None if row.count <= FREE_ROWS.saturating_add(source.buffer_bytes()) => None,
+            None => {
                 return Err(format!(
                     "its {count} rows are too many for a file of this size"
                 ));
             }
-            None => return Err("it has no buffer view, so no data".into()),
         };
         let replaced = row.sparse.as_ref();
-        let replaced = replaced.map(|sparse| SparseOverride::checked(source, sparse, size, count));
+        let replaced = replaced
+            .map(|sparse| SparseOverride::checked(source, number, sparse, size, count))
+            .transpose()?;
         Ok(Accessor {
             count,
+            width,
             rows,
             kind,
             normalized: row.normalized,
-            replaced: replaced.transpose()?,
+            replaced,
         })
     }
 
@@ -184,6 +233,17 @@ impl<'a> Accessor<'a> {
         }
     }
 
+    /// A row below `count` as a colour and its alpha, which is `alpha` if it has none.
+    pub(super) fn color(&self, row: usize, alpha: f32) -> [f32; 4] {
+        match self.width {
+            4 => self.get(row),
+            _ => {
+                let [r, g, b] = self.get(row);
+                [r, g, b, alpha]
+            }
+        }
+    }
+
     /// A row below `count` as an index.
     #[inline]
     pub(super) fn index(&self, row: usize) -> u32 {
@@ -202,8 +262,10 @@ impl<'a> StridedRows<'a> {
         count: usize,
     ) -> Result<StridedRows<'a>, String> {
         let bytes = source.view(view)?;
+        // A stride of 0 is that of the first version: rows without gaps.
         let stride = source.document.buffer_views[view].byte_stride;
-        let stride = usize::try_from(stride.unwrap_or(size as u64)).unwrap_or(usize::MAX);
+        let stride = stride.filter(|&stride| stride > 0).unwrap_or(size as u64);
+        let stride = usize::try_from(stride).unwrap_or(usize::MAX);
         if stride < size {
             return Err(format!(
                 "its rows of {size} bytes overlap in bufferViews[{view}]"
@@ -231,6 +293,7 @@ impl<'a> StridedRows<'a> {
 impl<'a> SparseOverride<'a> {
     fn checked(
         source: &'a GltfSource,
+        accessor: usize,
         sparse: &Sparse,
         size: usize,
         rows: usize,
@@ -258,6 +321,10 @@ impl<'a> SparseOverride<'a> {
                 count,
             )?,
         };
+        // Any number of primitives and morph targets may share an accessor, so it is checked once.
+        if !source.is_first_check(accessor) {
+            return Ok(replaced);
+        }
         let mut before = None;
         for k in 0..count {
             let index = replaced

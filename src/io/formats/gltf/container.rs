@@ -18,6 +18,9 @@ pub(super) struct Container {
 /// A fault: its span and a message.
 pub(super) type ContainerFault = (Span, String);
 
+/// Kind of the chunk with the buffer.
+const BINARY: &[u8] = b"BIN\0";
+
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
@@ -36,34 +39,42 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
         let message = format!("GLB version {version} is not read here, only version 2");
         return Err(fault(4, message));
     }
-    if length > bytes.len() {
-        let have = bytes.len();
-        let message = format!("the file is cut off: it has {have} of the {length} bytes it says");
-        return Err(fault(8, message));
+    // The length says where chunks begin, and theirs where they end: some writers count padding that
+    // they do not write, or forget to count what they add.
+    let (kind, json) = match length > HEADER {
+        true => chunk(bytes, HEADER)?,
+        false => return Err(fault(HEADER, "the file has no `JSON` chunk".into())),
+    };
+    if &kind != b"JSON" {
+        let kind = quoted_bytes(&kind);
+        let message = format!("the first chunk is {kind}, not `JSON`");
+        return Err(fault(HEADER + 4, message));
     }
-    let mut chunks = Vec::new();
-    let mut at = HEADER;
-    while at < length && chunks.len() < 2 {
-        let (kind, body) = chunk(&bytes[..length], at)?;
-        at = body.end;
-        chunks.push((kind, body));
-    }
-    let mut chunks = chunks.into_iter();
-    match chunks.next() {
-        Some((kind, json)) if &kind == b"JSON" => Ok(Container {
-            json,
-            binary: chunks
-                .next()
-                .filter(|(kind, _)| kind == b"BIN\0")
-                .map(|(_, body)| body),
-        }),
-        Some((kind, _)) => {
-            let kind = quoted_bytes(&kind);
-            let message = format!("the first chunk is {kind}, not `JSON`");
-            Err(fault(HEADER + 4, message))
+    let binary = binary_chunk(bytes, json.end, length)?;
+    Ok(Container { json, binary })
+}
+
+/// Finds the first chunk of binary data that begins from `at` on and before `end`; others are of
+/// extensions, or padding.
+fn binary_chunk(
+    bytes: &[u8],
+    mut at: usize,
+    end: usize,
+) -> Result<Option<Range<usize>>, ContainerFault> {
+    let is_binary = |at: usize| bytes.get(at + 4..at + CHUNK_HEADER) == Some(BINARY);
+    while at < end {
+        // A length that does not count its padding.
+        if !is_binary(at) && is_binary(at.next_multiple_of(4)) {
+            at = at.next_multiple_of(4);
         }
-        None => Err(fault(HEADER, "the file has no `JSON` chunk".into())),
+        match chunk(bytes, at) {
+            Ok((kind, body)) if kind == BINARY => return Ok(Some(body)),
+            Ok((_, body)) => at = body.end,
+            Err(cut_off) if is_binary(at) => return Err(cut_off),
+            Err(_) => break,
+        }
     }
+    Ok(None)
 }
 
 fn chunk(bytes: &[u8], at: usize) -> Result<([u8; 4], Range<usize>), ContainerFault> {
@@ -75,8 +86,9 @@ fn chunk(bytes: &[u8], at: usize) -> Result<([u8; 4], Range<usize>), ContainerFa
         Some(end) if end <= bytes.len() => Ok((kind, start..end)),
         _ => {
             let rest = bytes.len() - start;
-            let message =
-                format!("a chunk of {length} bytes begins here, but {rest} bytes are left");
+            let message = format!(
+                "the file is cut off: a chunk of {length} bytes begins here, but {rest} bytes are left"
+            );
             Err(fault(at, message))
         }
     }

@@ -21,7 +21,9 @@ pub(super) struct GltfDocument {
     pub(super) images: Vec<GltfImage>,
     pub(super) samplers: Vec<Sampler>,
     pub(super) cameras: Vec<GltfCamera>,
+    pub(super) skins: Vec<GltfSkin>,
     pub(super) animations: Vec<IgnoredAny>,
+    pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
     pub(super) extensions: Extensions,
 }
@@ -61,6 +63,25 @@ pub(super) struct GltfLight {
     pub(super) intensity: f64,
     #[serde(rename = "type")]
     pub(super) kind: String,
+    #[serde(default)]
+    pub(super) spot: SpotAngles,
+}
+
+/// Angles from the axis of a spot light, in radians.
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct SpotAngles {
+    pub(super) inner_cone_angle: f64,
+    pub(super) outer_cone_angle: f64,
+}
+
+impl Default for SpotAngles {
+    fn default() -> Self {
+        SpotAngles {
+            inner_cone_angle: 0.0,
+            outer_cone_angle: std::f64::consts::FRAC_PI_4,
+        }
+    }
 }
 
 fn one<T: From<u8>>() -> T {
@@ -84,6 +105,7 @@ pub(super) struct GltfNode {
     pub(super) mesh: Option<usize>,
     pub(super) camera: Option<usize>,
     pub(super) skin: Option<usize>,
+    pub(super) weights: Option<Vec<f64>>,
     pub(super) matrix: Option<[f64; 16]>,
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,
@@ -97,7 +119,25 @@ pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub(super) light: Option<LightIndex>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instancing: Option<IgnoredAny>,
+    pub(super) instancing: Option<GpuInstancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(super) visibility: Option<Visibility>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct GpuInstancing {
+    pub(super) attributes: BTreeMap<String, usize>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Visibility {
+    #[serde(default = "shown")]
+    pub(super) visible: bool,
+}
+
+fn shown() -> bool {
+    true
 }
 
 #[derive(Deserialize)]
@@ -105,20 +145,30 @@ pub(super) struct LightIndex {
     pub(super) light: usize,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(default)]
 pub(super) struct GltfMesh {
     pub(super) primitives: Vec<Primitive>,
+    pub(super) weights: Vec<f64>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct GltfSkin {
+    pub(super) joints: Vec<usize>,
+    pub(super) inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Deserialize)]
 pub(super) struct Primitive {
+    #[serde(default)]
     pub(super) attributes: BTreeMap<String, usize>,
     pub(super) indices: Option<usize>,
     pub(super) material: Option<usize>,
     #[serde(default = "triangles")]
     pub(super) mode: u32,
     #[serde(default)]
-    pub(super) targets: Option<IgnoredAny>,
+    pub(super) targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     pub(super) extensions: PrimitiveExtensions,
 }
@@ -206,6 +256,20 @@ pub(super) struct Buffer {
 pub(super) struct GltfTexture {
     pub(super) sampler: Option<usize>,
     pub(super) source: Option<usize>,
+    pub(super) extensions: TextureExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub(super) webp: Option<OtherPicture>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct OtherPicture {
+    pub(super) source: Option<usize>,
 }
 
 #[derive(Deserialize, Default)]
@@ -231,6 +295,7 @@ pub(super) struct GltfMaterial {
     pub(super) emissive_texture: Option<IgnoredAny>,
     pub(super) emissive_factor: [f64; 3],
     pub(super) alpha_mode: Option<String>,
+    pub(super) alpha_cutoff: Option<f64>,
     pub(super) extensions: MaterialExtensions,
 }
 
@@ -316,6 +381,7 @@ pub(super) struct Transmission {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Volume {
     pub(super) thickness_factor: f64,
+    pub(super) attenuation_distance: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -369,6 +435,7 @@ impl Default for SpecularGlossiness {
 #[derive(Deserialize)]
 pub(super) struct GltfCamera {
     pub(super) perspective: Option<Perspective>,
+    pub(super) orthographic: Option<Orthographic>,
 }
 
 #[derive(Deserialize)]
@@ -376,4 +443,11 @@ pub(super) struct GltfCamera {
 pub(super) struct Perspective {
     pub(super) yfov: f64,
     pub(super) aspect_ratio: Option<f64>,
+}
+
+/// Half the width and half the height of what is visible.
+#[derive(Deserialize)]
+pub(super) struct Orthographic {
+    pub(super) xmag: f64,
+    pub(super) ymag: f64,
 }

@@ -1,75 +1,12 @@
-//! Cameras and KHR_lights_punctual.
+//! Lights: KHR_lights_punctual.
 
+use super::document::SpotAngles;
 use super::nodes::PlacedNode;
 use super::source::GltfSource;
 use crate::formats::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, Scene, View};
-
-/// Takes the camera of the first node with a perspective one: the scene's view, and the width of
-/// its picture. Returns true if there is one.
-pub(super) fn add_camera(
-    source: &GltfSource,
-    nodes: &[PlacedNode],
-    bounds: Bounds,
-    scene: &mut Scene,
-    report: &mut DiagnosticSink,
-) -> bool {
-    for placed in nodes {
-        let Some(row) = source.document.nodes[placed.node].camera else {
-            continue;
-        };
-        let Some(camera) = source.document.cameras.get(row) else {
-            let message = format!("there is no cameras[{row}]");
-            source.error(report, "nodes", placed.node, &message);
-            continue;
-        };
-        let Some(perspective) = &camera.perspective else {
-            let message = "an orthographic camera is left out: only those in perspective are used";
-            report.warning(source.span_of("cameras", row), message);
-            continue;
-        };
-        let Some(view) = view(placed, perspective.yfov, bounds) else {
-            let message = "the camera is left out: it has no direction or no field of view";
-            report.warning(source.span_of("cameras", row), message);
-            continue;
-        };
-        scene.view = view;
-        if let Some(aspect) = perspective
-            .aspect_ratio
-            .filter(|a| (0.1..=10.0).contains(a))
-        {
-            scene.width = libm::round(f64::from(scene.height) * aspect) as u32;
-        }
-        return true;
-    }
-    false
-}
-
-/// A camera looks along its own −z; its own y points up.
-fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
-    let eye = placed.to_world.translation;
-    let m = placed.to_world.matrix3;
-    let (back, up) = (m.z_axis.try_normalize()?, m.y_axis.try_normalize()?);
-    // The target is as far away as the geometry, so that neither rounding nor the point itself
-    // changes the scene's scale.
-    let middle = match bounds.is_empty() {
-        true => eye - back,
-        false => (bounds.lo.as_dvec3() + bounds.hi.as_dvec3()) / 2.0,
-    };
-    let distance = match (middle - eye).length() {
-        far if far > 0.0 => far,
-        _ => 1.0,
-    };
-    let view = View {
-        eye: eye.as_vec3(),
-        center: (eye - back * distance).as_vec3(),
-        up: up.as_vec3(),
-        fovy: yfov.to_degrees() as f32,
-        ortho: None,
-    };
-    view.basis().ok().map(|_| view)
-}
+use phalanx_scene::{Bounds, Scene};
+use std::f64::consts::FRAC_PI_2;
 
 /// Range of irradiance in which lights are left as they are. Beyond it, all lights are scaled so
 /// that the scene's middle gets 1.
@@ -78,8 +15,33 @@ const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 /// A light in the world. `strength` is colour times intensity over π, the radiance of a white
 /// surface that faces it at distance 1 (or anywhere, for a directional one).
 enum ConvertedLight {
-    Point { position: DVec3, strength: DVec3 },
-    Directional { toward: DVec3, strength: DVec3 },
+    Point {
+        position: DVec3,
+        strength: DVec3,
+    },
+    Spot {
+        position: DVec3,
+        strength: DVec3,
+        axis: DVec3,
+        angles: [f32; 2],
+    },
+    Directional {
+        toward: DVec3,
+        strength: DVec3,
+    },
+}
+
+/// Least angle of a spot light's cone. Narrower ones would light nothing.
+const MIN_CONE_ANGLE: f64 = 1e-3;
+
+/// The inner and the outer angle of a spot light, within what the format allows.
+fn cone(spot: &SpotAngles) -> [f32; 2] {
+    let outer = spot.outer_cone_angle.clamp(MIN_CONE_ANGLE, FRAC_PI_2);
+    // The inner angle must be less than the outer one.
+    let inner = spot
+        .inner_cone_angle
+        .clamp(0.0, outer - MIN_CONE_ANGLE / 2.0);
+    [inner as f32, outer as f32]
 }
 
 /// Adds the file's lights. Returns true if there are any.
@@ -91,8 +53,7 @@ pub(super) fn add_lights(
     report: &mut DiagnosticSink,
 ) -> bool {
     let mut lamps = Vec::new();
-    let mut spots = 0;
-    for placed in nodes {
+    for placed in nodes.iter().filter(|placed| placed.visible) {
         let Some(index) = &source.document.nodes[placed.node].extensions.light else {
             continue;
         };
@@ -104,21 +65,24 @@ pub(super) fn add_lights(
         let intensity = light.intensity.max(0.0) / std::f64::consts::PI;
         let strength = DVec3::from_array(light.color).max(DVec3::ZERO) * intensity;
         let position = placed.to_world.translation;
-        match light.kind.as_str() {
-            "directional" => match placed.to_world.matrix3.z_axis.try_normalize() {
-                Some(toward) => lamps.push(ConvertedLight::Directional { toward, strength }),
-                None => source.error(report, "nodes", placed.node, "a light without direction"),
-            },
-            "point" | "spot" => {
-                spots += usize::from(light.kind == "spot");
-                lamps.push(ConvertedLight::Point { position, strength });
+        // Light is sent along the node's own −z.
+        let axis = placed.to_world.matrix3.z_axis.try_normalize();
+        match (light.kind.as_str(), axis) {
+            ("directional", Some(toward)) => {
+                lamps.push(ConvertedLight::Directional { toward, strength });
+            }
+            ("spot", Some(back)) => lamps.push(ConvertedLight::Spot {
+                position,
+                strength,
+                axis: -back,
+                angles: cone(&light.spot),
+            }),
+            ("point", _) => lamps.push(ConvertedLight::Point { position, strength }),
+            ("directional" | "spot", None) => {
+                source.error(report, "nodes", placed.node, "a light without direction");
             }
             _ => source.error(report, "nodes", placed.node, "a light of an unknown type"),
         }
-    }
-    if spots > 0 {
-        let message = format!("{spots} spot lights shine to all sides, as point lights do");
-        report.warning(source.span_of("nodes", 0), message);
     }
     let scale = exposure(&lamps, bounds);
     if scale != 1.0 {
@@ -131,6 +95,18 @@ pub(super) fn add_lights(
             ConvertedLight::Point { position, strength } => {
                 let color = bounded(strength * scale);
                 scene.lights.add_point(position.as_vec3(), color, Vec3::Z);
+            }
+            ConvertedLight::Spot {
+                position,
+                strength,
+                axis,
+                angles,
+            } => {
+                let color = bounded(strength * scale);
+                let (position, axis) = (position.as_vec3(), axis.as_vec3());
+                scene
+                    .lights
+                    .add_spot(position, color, Vec3::Z, axis, angles);
             }
             ConvertedLight::Directional { toward, strength } => {
                 let color = bounded(strength * scale);
@@ -159,7 +135,10 @@ fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
     let light = lamps.iter().map(|lamp| match lamp {
         ConvertedLight::Directional { strength, .. } => strength.max_element(),
         // A light inside the scene counts as if it stood at its edge.
-        ConvertedLight::Point { position, strength } => {
+        ConvertedLight::Point { position, strength }
+        | ConvertedLight::Spot {
+            position, strength, ..
+        } => {
             let squared = (*position - middle).length_squared().max(reach * reach);
             strength.max_element() / squared
         }

@@ -1,18 +1,19 @@
 //! Converts metallic-roughness materials to the document's Ka, Kd, Ks, Kt and shininess. The table
 //! is in the parent module.
 
-use super::document::{
-    GltfDocument, GltfMaterial, MetallicRoughness, SpecularGlossiness, TextureInfo,
-};
+use super::coverage::{AlphaMode, Alphas, Cover, mode_of};
+use super::document::{GltfDocument, GltfMaterial, Primitive, SpecularGlossiness, TextureInfo};
 use super::source::{GltfSource, file_name, parse_data_uri};
+use super::unshown::Unshown;
 use crate::formats::diagnostics::DiagnosticSink;
+use crate::formats::folder::Folder;
 use crate::formats::mesh_defaults::GREY;
 use crate::formats::options::Options;
 use crate::formats::texture::{Embedded, TextureLibrary};
 use glam::{Vec2, Vec3};
 use phalanx_scene::{Material, MaterialTable, Materials, NO_TEXTURE, Wrap};
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 /// The result of a primitive's material.
 #[derive(Clone)]
@@ -21,6 +22,28 @@ pub(super) struct PrimitiveMaterial {
     pub(super) material: u32,
     /// The attribute with its UVs, and the map applied to them.
     pub(super) uvs: Option<(String, UvMap)>,
+    /// True if the alpha of vertex colours counts.
+    pub(super) vertex_opacity: bool,
+}
+
+/// Colours of the vertices of a primitive. They multiply the base colour.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum VertexPaint {
+    Absent,
+    Opaque,
+    WithAlpha,
+}
+
+impl VertexPaint {
+    /// Finds out by the accessors whether a primitive has colours.
+    pub(super) fn of(primitive: &Primitive, document: &GltfDocument) -> VertexPaint {
+        let row = primitive.attributes.get("COLOR_0");
+        match row.map(|&row| document.accessors.get(row)) {
+            None => VertexPaint::Absent,
+            Some(Some(colors)) if colors.kind == "VEC4" => VertexPaint::WithAlpha,
+            Some(_) => VertexPaint::Opaque,
+        }
+    }
 }
 
 /// KHR_texture_transform: u' = x · (u, v, 1), v' = y · (u, v, 1).
@@ -57,11 +80,12 @@ impl UvMap {
 /// The scene's materials while it is read.
 pub(super) struct GltfMaterials<'a> {
     source: &'a GltfSource<'a>,
+    asset_dir: &'a Folder,
     library: TextureLibrary<'a>,
     table: MaterialTable,
-    cache: HashMap<Option<usize>, PrimitiveMaterial>,
+    cache: HashMap<(Option<usize>, VertexPaint), PrimitiveMaterial>,
     /// Features that the file has and the picture does not show.
-    pub(super) unused: BTreeSet<&'static str>,
+    pub(super) unused: Unshown,
 }
 
 /// Ambient share of the diffuse colour, as of every mesh.
@@ -72,15 +96,22 @@ const DIELECTRIC: f32 = 0.04;
 const MATT: f32 = 0.5;
 /// Largest Blinn exponent.
 const SHARPEST: f32 = 10_000.0;
+/// Material of vertices that bring their colours along.
+const WHITE: Material = Material {
+    ka: Vec3::splat(AMBIENT),
+    kd: Vec3::ONE,
+    ..GREY
+};
 
 impl<'a> GltfMaterials<'a> {
-    pub(super) fn new(source: &'a GltfSource<'a>, library: TextureLibrary<'a>) -> Self {
+    pub(super) fn new(source: &'a GltfSource<'a>, asset_dir: &'a Folder) -> Self {
         GltfMaterials {
             source,
-            library,
+            asset_dir,
+            library: TextureLibrary::new(asset_dir),
             table: MaterialTable::default(),
             cache: HashMap::new(),
-            unused: BTreeSet::new(),
+            unused: Unshown::default(),
         }
     }
 
@@ -89,45 +120,77 @@ impl<'a> GltfMaterials<'a> {
         self.library.into_textures()
     }
 
-    /// The material of a row. Without a row it is the one of the options, or a matt grey.
+    /// The material of a row for a primitive of such vertices. Without a row it is the one of the
+    /// options, or a matt grey; vertices with colours are white without them.
     pub(super) fn of(
         &mut self,
         row: Option<usize>,
+        vertices: VertexPaint,
         options: &Options,
         materials: &mut Materials,
         report: &mut DiagnosticSink,
     ) -> Result<PrimitiveMaterial, String> {
-        if let Some(found) = self.cache.get(&row) {
+        if let Some(found) = self.cache.get(&(row, vertices)) {
             return Ok(found.clone());
         }
-        let document: &'a GltfDocument = &self.source.document;
         let found = match row {
-            None => PrimitiveMaterial {
-                material: self
-                    .table
-                    .intern(&options.material.unwrap_or(GREY), materials),
-                uvs: None,
-            },
-            Some(row) => {
-                let material = document.materials.get(row);
-                let material = material.ok_or_else(|| format!("there is no materials[{row}]"))?;
-                self.note_unused(material);
-                let paint = PbrMaterial::of(material);
-                let texture = match paint.texture {
-                    Some(info) => self.texture(info, row, report)?,
-                    None => NO_TEXTURE,
+            None => {
+                let bare = match vertices {
+                    VertexPaint::Absent => GREY,
+                    _ => WHITE,
                 };
-                let mut converted = material_from(material, &paint);
-                converted.texture = texture;
-                let uvs = paint.texture.filter(|_| texture != NO_TEXTURE);
                 PrimitiveMaterial {
-                    material: self.table.intern(&converted, materials),
-                    uvs: uvs.map(|info| (set_of(info), UvMap::of(info))),
+                    material: self
+                        .table
+                        .intern(&options.material.unwrap_or(bare), materials),
+                    uvs: None,
+                    vertex_opacity: false,
                 }
             }
+            Some(row) => self.converted(row, vertices, materials, report)?,
         };
-        self.cache.insert(row, found.clone());
+        self.cache.insert((row, vertices), found.clone());
         Ok(found)
+    }
+
+    fn converted(
+        &mut self,
+        row: usize,
+        vertices: VertexPaint,
+        materials: &mut Materials,
+        report: &mut DiagnosticSink,
+    ) -> Result<PrimitiveMaterial, String> {
+        let document: &'a GltfDocument = &self.source.document;
+        let material = document.materials.get(row);
+        let material = material.ok_or_else(|| format!("there is no materials[{row}]"))?;
+        self.unused.add_material(material);
+        let paint = PbrMaterial::of(material, vertices != VertexPaint::Absent);
+        let texture = match paint.texture {
+            Some(info) => self.texture(info, row, report)?,
+            None => NO_TEXTURE,
+        };
+        let mut alphas = Alphas {
+            factor: paint.alpha,
+            texture: NO_TEXTURE,
+            in_vertices: vertices == VertexPaint::WithAlpha,
+        };
+        if mode_of(material) != AlphaMode::Opaque {
+            alphas.texture = self.library.alpha_of(texture);
+        }
+        let cover = Cover::of(material, alphas);
+        let converted = Material {
+            texture,
+            opacity: cover.opacity,
+            opacity_texture: cover.texture,
+            alpha_cutoff: cover.cutoff,
+            ..material_from(material, &paint)
+        };
+        let uvs = paint.texture.filter(|_| texture != NO_TEXTURE);
+        Ok(PrimitiveMaterial {
+            material: self.table.intern(&converted, materials),
+            uvs: uvs.map(|info| (set_of(info), UvMap::of(info))),
+            vertex_opacity: cover.vertices,
+        })
     }
 
     fn texture(
@@ -146,7 +209,8 @@ impl<'a> GltfMaterials<'a> {
         ];
         let source = self.source;
         let span = || source.span_of("materials", material);
-        let Some(row) = texture.source else {
+        let other = texture.extensions.webp.as_ref();
+        let Some(row) = texture.source.or(other.and_then(|webp| webp.source)) else {
             let message = format!("textures[{}] has no PNG or JPEG picture", info.index);
             report.warning(span(), message);
             return Ok(NO_TEXTURE);
@@ -155,7 +219,10 @@ impl<'a> GltfMaterials<'a> {
         let image = image.ok_or_else(|| format!("there is no images[{row}]"))?;
         if let Some(uri) = &image.uri {
             return Ok(match parse_data_uri(uri) {
-                None => self.library.named(&file_name(uri), wrap, span, report),
+                None => {
+                    let name = file_name(uri, self.asset_dir);
+                    self.library.named(&name, wrap, span, report)
+                }
                 Some(data) => {
                     let bytes = || Ok(Cow::Owned(data.bytes()?));
                     let picture = Embedded::Text(row);
@@ -163,50 +230,14 @@ impl<'a> GltfMaterials<'a> {
                 }
             });
         }
-        let view = image.buffer_view;
-        let view = view.ok_or_else(|| format!("images[{row}] has neither uri nor bufferView"))?;
-        let bytes = Cow::Borrowed(source.view(view)?);
+        let Some(view) = image.buffer_view else {
+            let message = format!("images[{row}] has neither uri nor bufferView");
+            report.warning(span(), message);
+            return Ok(NO_TEXTURE);
+        };
+        let bytes = || source.view(view).map(Cow::Borrowed);
         let picture = Embedded::View(view);
-        let texture = self
-            .library
-            .embedded(picture, || Ok(bytes), wrap, span, report);
-        Ok(texture)
-    }
-
-    fn note_unused(&mut self, material: &GltfMaterial) {
-        let metallic = &material.pbr_metallic_roughness;
-        let extensions = &material.extensions;
-        let transmission = extensions.transmission.as_ref();
-        let glossiness = extensions.specular_glossiness.as_ref();
-        for (name, there) in [
-            ("normal textures", material.normal_texture.is_some()),
-            ("occlusion textures", material.occlusion_texture.is_some()),
-            ("emissive textures", material.emissive_texture.is_some()),
-            (
-                "metallic-roughness textures",
-                metallic.metallic_roughness_texture.is_some(),
-            ),
-            (
-                "transmission textures",
-                transmission.is_some_and(|t| t.transmission_texture.is_some()),
-            ),
-            (
-                "specular-glossiness textures",
-                glossiness.is_some_and(|g| g.specular_glossiness_texture.is_some()),
-            ),
-            (
-                "alpha masks",
-                material.alpha_mode.as_deref() == Some("MASK"),
-            ),
-            (
-                "material extensions beyond those in the documentation",
-                !extensions.others.is_empty(),
-            ),
-        ] {
-            if there {
-                self.unused.insert(name);
-            }
-        }
+        Ok(self.library.embedded(picture, bytes, wrap, span, report))
     }
 }
 
@@ -239,22 +270,25 @@ struct PbrMaterial<'a> {
 }
 
 impl PbrMaterial<'_> {
-    fn of(material: &GltfMaterial) -> PbrMaterial<'_> {
+    /// The material of a primitive whose vertices have colours or not.
+    fn of(material: &GltfMaterial, colored: bool) -> PbrMaterial<'_> {
         match &material.extensions.specular_glossiness {
             Some(glossiness) => PbrMaterial::of_glossiness(glossiness),
-            None => PbrMaterial::of_metallic(material, &material.pbr_metallic_roughness),
+            None => PbrMaterial::of_metallic(material, colored),
         }
     }
 
-    fn of_metallic<'a>(material: &GltfMaterial, pbr: &'a MetallicRoughness) -> PbrMaterial<'a> {
+    fn of_metallic(material: &GltfMaterial, colored: bool) -> PbrMaterial<'_> {
+        let pbr = &material.pbr_metallic_roughness;
         let [r, g, b, alpha] = pbr.base_color_factor.map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
         // One number cannot stand for a texture of roughness, and one colour cannot stand for a
-        // mirror that a texture colours. Both are shown as matt paint.
+        // mirror that a texture or vertices colour. Both are shown as matt paint.
         let varied = pbr.metallic_roughness_texture.is_some();
         let metallic = share(pbr.metallic_factor);
-        let plain = !varied && (pbr.base_color_texture.is_none() || metallic == 0.0);
+        let even = pbr.base_color_texture.is_none() && !colored;
+        let plain = !varied && (even || metallic == 0.0);
         PbrMaterial {
             color: Vec3::new(r, g, b),
             alpha,
@@ -307,33 +341,26 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
     }
     let mirror = gloss(paint.roughness);
     let transmission = extensions.transmission.as_ref();
+    // A texture that is not read may say anything, so nothing is transmitted.
+    let transmission = transmission.filter(|t| t.transmission_texture.is_none());
     let transmission = transmission.map_or(0.0, |t| share(t.transmission_factor));
-    let blended = material.alpha_mode.as_deref() == Some("BLEND");
-    // The share that is not present (1 − alpha) lets all light through. The share that is present
-    // and not metal may transmit light in its colour.
-    let present = if blended { paint.alpha } else { 1.0 };
+    let volume = extensions.volume.as_ref();
+    let solid = volume.is_some_and(|v| v.thickness_factor > 0.0);
+    // The share that is not metal may transmit light in its colour.
     let through = transmission * (1.0 - paint.metallic);
     let metal = paint.metallic * mirror;
-    let kd = paint.color * ((1.0 - metal) * (1.0 - through) * present);
-    let reflected = paint.specular * ((1.0 - paint.metallic) * mirror) + paint.color * metal;
+    let kd = paint.color * ((1.0 - metal) * (1.0 - through));
     Material {
         ka: kd * AMBIENT,
         ke: emitted,
         kd,
-        ks: reflected * present,
-        kt: paint.color * (through * present) + Vec3::splat(1.0 - present),
+        ks: paint.specular * ((1.0 - paint.metallic) * mirror) + paint.color * metal,
+        kt: paint.color * through,
         shininess: exponent(paint.roughness),
         // A thin sheet does not bend the light it transmits. All materials but those with a volume
         // are thin.
-        ior: match extensions
-            .volume
-            .as_ref()
-            .is_some_and(|v| v.thickness_factor > 0.0)
-        {
-            true => ior(material),
-            false => 1.0,
-        },
-        texture: NO_TEXTURE,
+        ior: if solid { ior(material) } else { 1.0 },
+        thin: !solid && through > 0.0,
         ..Material::DEFAULT
     }
 }

@@ -3,6 +3,7 @@
 //! mesh of several nodes.
 
 use super::document::{GltfAccessor, GltfDocument, GltfMesh, Primitive, Sparse};
+use super::placements::PlacedMesh;
 use std::collections::HashMap;
 use std::hash::Hash;
 
@@ -58,28 +59,33 @@ impl<'a> MeshInstances<'a> {
     }
 
     /// Merges the placements of meshes of the same primitives, if more triangles than
-    /// [`MAX_COPIED_TRIANGLES`] would be copied otherwise.
-    pub(super) fn joined<P>(&self, shown: Vec<(usize, Vec<P>)>) -> Vec<(usize, Vec<P>)> {
+    /// [`MAX_COPIED_TRIANGLES`] would be copied otherwise. Poses are left as they are.
+    pub(super) fn joined<'b>(&self, shown: Vec<PlacedMesh<'b>>) -> Vec<PlacedMesh<'b>> {
         let mut first: HashMap<&[usize], usize> = HashMap::new();
         let mut copied = 0u64;
-        for (mesh, placements) in &shown {
-            if *first.entry(&self.meshes[*mesh]).or_insert(*mesh) != *mesh {
-                let times = placements.len() as u64;
-                copied = copied.saturating_add(self.triangles(*mesh).saturating_mul(times));
+        for placed in shown.iter().filter(|placed| placed.pose.is_rest()) {
+            let mesh = placed.mesh;
+            if *first.entry(&self.meshes[mesh]).or_insert(mesh) != mesh {
+                let times = placed.maps.len() as u64;
+                copied = copied.saturating_add(self.triangles(mesh).saturating_mul(times));
             }
         }
         if copied <= MAX_COPIED_TRIANGLES {
             return shown;
         }
-        let mut joined: Vec<(usize, Vec<P>)> = Vec::new();
+        let mut joined: Vec<PlacedMesh> = Vec::new();
         let mut rows = HashMap::new();
-        for (mesh, placements) in shown {
-            let row = *rows
-                .entry(first[&self.meshes[mesh][..]])
-                .or_insert(joined.len());
+        for placed in shown {
+            let next = joined.len();
+            let row = match placed.pose.is_rest() {
+                true => *rows
+                    .entry(first[&self.meshes[placed.mesh][..]])
+                    .or_insert(next),
+                false => next,
+            };
             match joined.get_mut(row) {
-                Some((_, all)) => all.extend(placements),
-                None => joined.push((mesh, placements)),
+                Some(all) => all.maps.extend(placed.maps),
+                None => joined.push(placed),
             }
         }
         joined
@@ -88,8 +94,9 @@ impl<'a> MeshInstances<'a> {
     /// Splits the primitives of a mesh that is shown `placements` times. They stay together unless
     /// the mesh would copy more than [`MAX_COPIED_TRIANGLES`] triangles; then there is a part for
     /// each number of repetitions. Copies in a mesh that is shown often are stored all the same: as
-    /// instances their number would be the product.
-    pub(super) fn parts(&self, mesh: usize, placements: usize) -> Vec<MeshPart> {
+    /// instances their number would be the product. A mesh in a pose is not split.
+    pub(super) fn parts(&self, placed: &PlacedMesh) -> Vec<MeshPart> {
+        let (mesh, placements) = (placed.mesh, placed.maps.len());
         let numbers = &self.meshes[mesh];
         let whole = || {
             vec![MeshPart {
@@ -105,6 +112,7 @@ impl<'a> MeshInstances<'a> {
             .values()
             .map(|&(first, _)| self.triangles_of(mesh, first));
         let copied = self.triangles(mesh).saturating_sub(distinct.sum());
+        let copied = if placed.pose.is_rest() { copied } else { 0 };
         let instances = (numbers.len() - times.len()).saturating_mul(placements) as u64;
         if copied <= MAX_COPIED_TRIANGLES || instances > MAX_COPIED_TRIANGLES {
             return whole();
@@ -120,7 +128,7 @@ impl<'a> MeshInstances<'a> {
 
     /// Number of triangles of a mesh, by its accessors.
     pub(super) fn triangles(&self, mesh: usize) -> u64 {
-        let GltfMesh { primitives } = &self.document.meshes[mesh];
+        let GltfMesh { primitives, .. } = &self.document.meshes[mesh];
         let each = (0..primitives.len()).map(|k| self.triangles_of(mesh, k));
         each.fold(0, u64::saturating_add)
     }

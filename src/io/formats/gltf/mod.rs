@@ -4,23 +4,36 @@
 //! |---|---|
 //! | `container` | the chunks of a GLB |
 //! | `document` | the JSON's structure |
+//! | `extensions` | extensions that are read |
 //! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
 //! | `nodes` | the hierarchy, flattened |
-//! | `geometry` | primitives: triangles, strips and fans |
+//! | `placements` | meshes that nodes show: where, how often, in which pose |
+//! | `morph`, `skins` | poses: morph targets and joints |
+//! | `vertices` | attributes of a primitive's vertices, morphed |
+//! | `triangle_indices` | triangles, strips and fans |
+//! | `geometry`, `placing` | primitives, and their columns under a map |
 //! | `mesh_instances` | equal meshes and primitives |
-//! | `materials` | materials |
-//! | `lights` | cameras and lights |
+//! | `materials`, `coverage` | materials, and the share of them that is there |
+//! | `cameras`, `lights` | the view and what lights it |
+//! | `left_out`, `unshown` | what the picture lacks, for warnings |
 //! | `reader` | meshes of nodes, baked or instanced |
 //!
 //! # Scene
 //! The default scene is shown; if there is none, the first one; without any scene, all root nodes.
-//! A mesh that one node shows is baked into the world. A mesh that several nodes show is stored
-//! once and instanced (it is baked if single precision could not go there and back). Copies of more
-//! than 262,144 triangles are stored once and instanced, too: copies of meshes that have the same
-//! accessors and materials, of such primitives of one mesh, and of meshes too large or small to be
-//! instanced as they are. Skins and morph targets stay in their rest pose, points and lines are
-//! left out, and animations are not played.
+//! KHR_node_visibility hides meshes and lights of a node and of those below it. A mesh that one
+//! node shows is baked into the world. A mesh that several nodes show, or one with
+//! EXT_mesh_gpu_instancing, is stored once and instanced (it is baked if single precision could not
+//! go there and back). Copies of more than 262,144 triangles are stored once and instanced, too:
+//! copies of meshes that have the same accessors and materials, of such primitives of one mesh, and
+//! of meshes too large or small to be instanced as they are. Points, lines and primitives without
+//! positions are left out.
+//!
+//! # Pose
+//! The file's pose at rest, since animations are not played: morph targets by the weights of the
+//! node, or else of the mesh, and skins by the nodes of their joints. The node of a mesh with a
+//! skin does not move it. Up to eight sets of four joints move a vertex; their weights are divided
+//! by their sum.
 //!
 //! # Materials
 //! With base colour c, metallic m, roughness r and gloss g = max(0, 1 − 2r)² (Ks weighs the mirror
@@ -32,33 +45,46 @@
 //! | Ka | Kd / 10 |
 //! | Ks | (1 − m)·g·F0 + m·g·c, F0 = 4 %, or that of KHR_materials_ior |
 //! | shininess | 2/r⁴ − 2, at most 10000 |
-//! | Kt | c · t, t = transmission · (1 − m) |
+//! | Kt | c · t, t = transmission · (1 − m); t is 0 with a texture of transmission |
 //! | ior | 1, as of a thin sheet; that of KHR_materials_ior if there is a volume |
+//! | thin | true if t > 0 and there is no volume |
 //! | Ke | emissive factor · strength; 0 if it has a texture, which would have to say where |
+//! | opacity | alpha of `MASK` and `BLEND`, by factor, texture and vertices; else 1 |
 //!
-//! The base colour texture multiplies Ka and Kd. A metal with a texture, and every material with a
-//! metallic-roughness texture, is shown as matt paint of its colour: one number cannot stand for a
-//! picture. `BLEND` with an alpha below 1 lets 1 − alpha through, unbent; masks are ignored.
-//! KHR_materials_unlit becomes Ka = c alone. KHR_materials_pbrSpecularGlossiness: Kd is its diffuse
-//! colour, F0 its specular colour, r = 1 − glossiness. A primitive without a material gets the
-//! user's, or the grey of all meshes.
+//! The base colour texture and the vertices' COLOR_0 multiply Ka and Kd. A metal with either, and
+//! every material with a metallic-roughness texture, is shown as matt paint of its colour: one
+//! number cannot stand for a picture. KHR_materials_unlit becomes Ka = c alone.
+//! KHR_materials_pbrSpecularGlossiness: Kd is its diffuse colour, F0 its specular colour, r = 1 −
+//! glossiness. A primitive without a material gets the user's, or the grey of all meshes; white, if
+//! its vertices have colours.
 //!
 //! # Lights and cameras
 //! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance
-//! 1/π. Point lights fade with the square of the distance. If the middle of the scene then gets
-//! less than 0.25 or more than 4, all lights are scaled alike to give it 1, with a warning. Spot
-//! lights shine to all sides, with a warning. The first perspective camera is the view, and its
-//! aspect ratio is that of the picture. Orthographic ones are left out, with a warning.
+//! 1/π. Point and spot lights fade with the square of the distance. If the middle of the scene then
+//! gets less than 0.25 or more than 4, all lights are scaled alike to give it 1, with a warning.
+//! The first camera is the view, and its aspect ratio is that of the picture. The scale of its node
+//! is ignored. An orthographic camera shows all of its width and height, and nothing behind it.
 
 mod accessor;
+mod cameras;
 mod container;
+mod coverage;
 mod document;
+mod extensions;
 mod geometry;
+mod left_out;
 mod lights;
 mod materials;
 mod mesh_instances;
+mod morph;
 mod nodes;
+mod placements;
+mod placing;
 mod reader;
+mod skins;
 mod source;
+mod triangle_indices;
+mod unshown;
+mod vertices;
 
 pub(super) use reader::{read, text};

@@ -1,13 +1,19 @@
 //! The reader: meshes that the nodes show, baked or instanced, and what surrounds them.
 
-use super::geometry::{BadAttributes, CORNERS_BYTES, PrimitiveGeometry, is_surface};
-use super::materials::GltfMaterials;
+use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
+use super::left_out::LeftOut;
+use super::materials::{GltfMaterials, VertexPaint};
 use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
 use super::nodes::PlacedNode;
+use super::placements::{PlacedMesh, Placements, Pose};
+use super::placing::BadAttributes;
+use super::skins::{JointMaps, Skins};
 use super::source::GltfSource;
-use super::{container, lights, nodes};
+use super::triangle_indices::is_surface;
+use super::vertices::PrimitiveVertices;
+use super::{cameras, container, extensions, lights, nodes};
 use crate::formats::defaults::{MissingParts, finish_scene};
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
 use crate::formats::memory_budget::MemoryBudget;
@@ -15,29 +21,9 @@ use crate::formats::mesh_defaults::{BARE, empty_scene};
 use crate::formats::options::Options;
 use crate::formats::origin::{self, Origin, ReadStop};
 use crate::formats::text;
-use crate::formats::texture::TextureLibrary;
 use glam::{DAffine3, DVec3};
 use phalanx_scene::{Bounds, Scene};
-
-/// Extensions that a file may require; the others are refused by name.
-const SUPPORTED_EXTENSIONS: [&str; 16] = [
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_dispersion",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_variants",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+use std::collections::HashSet;
 
 /// The text of a file; a GLB has none that can be shown.
 pub(crate) fn text(bytes: &[u8]) -> String {
@@ -68,11 +54,12 @@ pub(crate) fn read(
     let mut missing = BARE;
     let opened = container::open(bytes);
     let parsed = opened.and_then(|parts| {
-        let rows = memchr::memchr_iter(b'{', &bytes[parts.json.clone()]).count() as u64;
+        let count = |byte: u8| memchr::memchr_iter(byte, &bytes[parts.json.clone()]).count() as u64;
         let what = || "for the rows of the document".to_owned();
-        // Names and data in the text stay in memory.
+        // Names and data in the text stay in memory, and so do the numbers of lists.
+        let rows = count(b'{') * ROW_BYTES + count(b',') * NUMBER_BYTES;
         let text = parts.json.len() as u64;
-        let allowed = asset_dir.allowance().take(rows * ROW_BYTES + text, what);
+        let allowed = asset_dir.allowance().take(rows + text, what);
         allowed.map_err(|message| (Span::START, message))?;
         Ok((GltfSource::parse(bytes, &parts)?, parts))
     });
@@ -81,7 +68,7 @@ pub(crate) fn read(
         Ok((mut source, parts)) => {
             let binary = parts.binary.map(|range| &bytes[range]);
             source.load_buffers(binary, asset_dir, &mut report);
-            if extensions_are_known(&source, &mut report) && report.is_clean() {
+            if extensions::are_known(&source, &mut report) && report.is_clean() {
                 let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
                 reader.run(&mut missing)?;
                 (scene, report) = (reader.scene, reader.report);
@@ -93,24 +80,8 @@ pub(crate) fn read(
 
 /// Memory for an object of the document, such as a node, and for its results.
 const ROW_BYTES: u64 = 1024;
-
-fn extensions_are_known(source: &GltfSource, report: &mut DiagnosticSink) -> bool {
-    let required = &source.document.extensions_required;
-    let unknown = required
-        .iter()
-        .filter(|n| !SUPPORTED_EXTENSIONS.contains(&n.as_str()));
-    let before = report.is_clean();
-    for name in unknown {
-        let name = quoted(name);
-        let message = format!("the file requires the extension {name}, which is not read here");
-        report.error_with_help(
-            Span::START,
-            message,
-            "export it again without compression or that extension",
-        );
-    }
-    before && report.is_clean()
-}
+/// Memory for a number of a list, such as a node's children.
+const NUMBER_BYTES: u64 = 8;
 
 struct GltfReader<'a, 't> {
     source: &'a GltfSource<'a>,
@@ -123,12 +94,21 @@ struct GltfReader<'a, 't> {
     /// Number of triangles that may still be made: as many as the file has bytes, and a few
     /// million. Accessors may be shared any number of times, and nothing else bounds that.
     triangles_left: u64,
+    /// Number of displacements of vertices that morph targets may still make, likewise.
+    displacements_left: u64,
+    skins: Skins<'a>,
+    left_out: LeftOut,
+    /// Meshes about whose vertices there is a warning.
+    warned: HashSet<usize>,
     /// True if the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
 }
 
 /// Number of triangles that a file of any size may have.
 const FREE_TRIANGLES: u64 = 1 << 24;
+/// Number of displacements that a file of any size may have, and more of them for each byte.
+const FREE_DISPLACEMENTS: u64 = 1 << 26;
+const DISPLACEMENTS_PER_BYTE: u64 = 8;
 /// Extents of meshes that are instanced as they are. Beyond this range the stored mesh could not be
 /// intersected in single precision.
 const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
@@ -157,27 +137,31 @@ impl<'a, 't> GltfReader<'a, 't> {
             options,
             scene,
             report,
-            materials: Some(GltfMaterials::new(source, TextureLibrary::new(asset_dir))),
+            materials: Some(GltfMaterials::new(source, asset_dir)),
             allowance: asset_dir.allowance(),
             instances: MeshInstances::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
+            displacements_left: FREE_DISPLACEMENTS + DISPLACEMENTS_PER_BYTE * source.buffer_bytes(),
+            skins: Skins::new(source, options.origin),
+            left_out: LeftOut::default(),
+            warned: HashSet::new(),
             inexact: false,
         }
     }
 
     fn run(&mut self, missing: &mut MissingParts) -> Result<(), ReadStop> {
         let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
-        let placements = self.placements(&nodes);
-        for (mesh, maps) in self.instances.joined(placements) {
-            for part in self.instances.parts(mesh, maps.len()) {
+        let (source, report) = (self.source, &mut self.report);
+        let placements = Placements::of(source, self.allowance, &nodes, report);
+        for placed in self.instances.joined(placements) {
+            for part in self.instances.parts(&placed) {
                 if self.report.is_full() {
                     return Ok(());
                 }
                 let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
-                let maps: Vec<DAffine3> = maps.iter().copied().flat_map(times).collect();
-                if let Err(message) = self.mesh(mesh, &part, &maps) {
-                    self.source
-                        .error(&mut self.report, "meshes", mesh, &message);
+                let maps: Vec<DAffine3> = placed.maps.iter().copied().flat_map(times).collect();
+                if let Err(message) = self.mesh(&placed, &part, &maps) {
+                    source.error(&mut self.report, "meshes", placed.mesh, &message);
                 }
             }
         }
@@ -206,54 +190,27 @@ impl<'a, 't> GltfReader<'a, 't> {
 
     fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
-        missing.view = !lights::add_camera(source, nodes, bounds, scene, report);
+        missing.view = !cameras::add_camera(source, nodes, bounds, scene, report);
         missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 
-    /// Every mesh that is shown, in the order of its first node, with the maps of its placements.
-    fn placements(&mut self, nodes: &[PlacedNode]) -> Vec<(usize, Vec<DAffine3>)> {
-        let document = &self.source.document;
-        let mut order = Vec::new();
-        let mut maps_of: Vec<Vec<DAffine3>> = Vec::new();
-        maps_of.resize_with(document.meshes.len(), Vec::new);
-        for placed in nodes {
-            let Some(mesh) = document.nodes[placed.node].mesh else {
-                continue;
-            };
-            let Some(maps) = maps_of.get_mut(mesh) else {
-                let message = format!("there is no meshes[{mesh}]");
-                self.source
-                    .error(&mut self.report, "nodes", placed.node, &message);
-                continue;
-            };
-            if maps.is_empty() {
-                order.push(mesh);
-            }
-            maps.push(placed.to_world);
-        }
-        let taken = order.into_iter();
-        taken
-            .map(|mesh| (mesh, std::mem::take(&mut maps_of[mesh])))
-            .collect()
-    }
-
-    fn mesh(&mut self, mesh: usize, part: &MeshPart, maps: &[DAffine3]) -> Result<(), String> {
-        let shapes = self.shapes(mesh, part)?;
-        let bounds = shapes.iter().map(PrimitiveGeometry::bounds);
-        let bounds = bounds.fold(Bounds::EMPTY, Bounds::union);
-        let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
-        let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
-        let copied = triangles.saturating_mul(maps.len() as u64 - 1);
-        let size = match SAFE_EXTENTS.contains(&extent) {
-            true => Some(1.0),
-            false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
-            false => None,
-        };
-        let (true, Some(size)) = (maps.len() > 1, size) else {
+    fn mesh(
+        &mut self,
+        placed: &PlacedMesh,
+        part: &MeshPart,
+        maps: &[DAffine3],
+    ) -> Result<(), String> {
+        let mesh = placed.mesh;
+        let shapes = self.shapes(mesh, part, &placed.pose)?;
+        let joints = placed.pose.skin.map(|skin| self.skins.joints(skin));
+        let joints = joints.transpose()?;
+        let bounds = (maps.len() > 1).then(|| bounds(&shapes));
+        let size = bounds.and_then(|bounds| stored_size(&shapes, bounds, maps.len()));
+        let (Some(bounds), Some(size)) = (bounds, size) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
             for map in maps {
-                bad = self.bake(&shapes, map)?;
+                bad = self.bake(&shapes, map, joints.as_ref())?;
             }
             self.warn_bad_attributes(mesh, bad);
             return Ok(());
@@ -263,7 +220,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         // have accessors in the coordinates of a map, and nodes that move them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
-        let bad = self.bake(&shapes, &taken)?;
+        let bad = self.bake(&shapes, &taken, None)?;
         self.scene.end_mesh(stored);
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
@@ -273,7 +230,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             let to_world = if undone { *map } else { *map * back };
             if self.scene.add_instance(stored, to_world).is_err() {
                 baked += 1;
-                self.bake(&shapes, map)?;
+                self.bake(&shapes, map, None)?;
             }
         }
         if baked > 0 {
@@ -293,6 +250,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         &mut self,
         shapes: &[PrimitiveGeometry],
         map: &DAffine3,
+        joints: Option<&JointMaps>,
     ) -> Result<BadAttributes, String> {
         let mut all = BadAttributes::default();
         let open: usize = shapes.iter().map(PrimitiveGeometry::len).sum();
@@ -304,32 +262,25 @@ impl<'a, 't> GltfReader<'a, 't> {
             let bytes = shape.mesh_bytes();
             self.allowance.lend(open.saturating_add(bytes), what)?;
             self.allowance.take(bytes, what)?;
-            let (mesh, bad) = shape.mesh(map, self.options.origin)?;
+            let left = self.displacements_left.checked_sub(shape.displacements());
+            self.displacements_left =
+                left.ok_or("its morph targets are too many for a file of this size")?;
+            let joints = joints.map(|joints| &joints[..]);
+            let (mesh, bad) = shape.mesh(map, joints, self.options.origin)?;
             self.scene.append_mesh(mesh);
-            all.normals += bad.normals;
-            all.uvs += bad.uvs;
-            self.inexact |= bad.inexact;
+            all.add(bad);
         }
+        self.inexact |= all.inexact;
         Ok(all)
     }
 
     fn warn_bad_attributes(&mut self, mesh: usize, bad: BadAttributes) {
-        let normals = match bad.normals {
-            0 => None,
-            1 => Some("one normal is zero or not finite: faces that use it are shaded flat".into()),
-            count => Some(format!(
-                "{count} normals are zero or not finite: faces that use them are shaded flat"
-            )),
-        };
-        let uvs = match bad.uvs {
-            0 => None,
-            1 => Some("one texture place is not finite: faces that use it have no texture".into()),
-            count => Some(format!(
-                "{count} texture places are not finite: faces that use them have no texture"
-            )),
-        };
-        for message in [normals, uvs].into_iter().flatten() {
-            let span = self.source.span_of("meshes", mesh);
+        // A mesh may be in several poses.
+        if bad.messages().is_empty() || !self.warned.insert(mesh) {
+            return;
+        }
+        let span = self.source.span_of("meshes", mesh);
+        for message in bad.messages() {
             self.report
                 .warning(span, format!("meshes[{mesh}]: {message}"));
         }
@@ -339,10 +290,10 @@ impl<'a, 't> GltfReader<'a, 't> {
         &mut self,
         mesh: usize,
         part: &MeshPart,
+        pose: &Pose,
     ) -> Result<Vec<PrimitiveGeometry<'a>>, String> {
         let source = self.source;
         let mut shapes = Vec::new();
-        let mut skipped = 0;
         // All primitives of a mesh are open at once, so their sum is checked.
         let mut left = self.triangles_left;
         let mut open = 0;
@@ -355,36 +306,38 @@ impl<'a, 't> GltfReader<'a, 't> {
                 ));
             }
             if !is_surface(primitive.mode) {
-                skipped += 1;
+                self.left_out.lines.insert((mesh, k));
+                continue;
+            }
+            if !primitive.attributes.contains_key("POSITION") {
+                self.left_out.without_positions.insert((mesh, k));
                 continue;
             }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
             let Some(converter) = &mut self.materials else {
                 continue;
             };
-            if primitive.targets.is_some() {
-                converter.unused.insert("morph targets");
-            }
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
-            let material = converter.of(primitive.material, self.options, materials, report);
+            let paint = VertexPaint::of(primitive, &source.document);
+            let (row, options) = (primitive.material, self.options);
+            let material = converter.of(row, paint, options, materials, report);
             let material = material.map_err(named)?;
+            let skinned = pose.skin.is_some();
+            let vertices =
+                PrimitiveVertices::open(source, primitive, &material, pose.weights, skinned)
+                    .map_err(named)?;
             let budget = self.allowance;
             let room = |triangles: u64, columns: u64| {
                 let what = || format!("for {triangles} more triangles");
                 open += triangles * CORNERS_BYTES;
                 budget.lend(open.saturating_add(columns), what)
             };
-            let shape =
-                PrimitiveGeometry::open(source, primitive, &material, left, room).map_err(named)?;
+            let shape = PrimitiveGeometry::open(source, primitive, &material, vertices, left, room)
+                .map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);
             }
-        }
-        if skipped > 0 {
-            let message =
-                format!("meshes[{mesh}]: {skipped} primitives of points or lines are left out");
-            self.report.warning(source.span_of("meshes", mesh), message);
         }
         Ok(shapes)
     }
@@ -398,20 +351,36 @@ impl<'a, 't> GltfReader<'a, 't> {
         let document = &self.source.document;
         let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
         if !document.animations.is_empty() {
-            materials.unused.insert("animations");
+            materials.unused.add("animations");
         }
-        if shown().any(|node| node.skin.is_some()) {
-            materials.unused.insert("skins");
+        if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
+            materials.unused.add("copies of meshes with skins");
         }
-        if shown().any(|node| node.extensions.instancing.is_some()) {
-            materials.unused.insert("EXT_mesh_gpu_instancing");
-        }
-        if !materials.unused.is_empty() {
-            let names: Vec<&str> = materials.unused.iter().copied().collect();
-            let message = format!("not shown: {}", names.join(", "));
+        self.left_out.warn(self.source, &mut self.report);
+        extensions::add_unknown(self.source, &mut materials.unused);
+        if let Some(message) = materials.unused.message() {
             self.report.warning(Span::START, message);
         }
         self.scene.textures = materials.into_textures();
+    }
+}
+
+/// Bounds of shapes in their mesh's own space.
+fn bounds(shapes: &[PrimitiveGeometry]) -> Bounds {
+    let bounds = shapes.iter().map(PrimitiveGeometry::bounds);
+    bounds.fold(Bounds::EMPTY, Bounds::union)
+}
+
+/// Factor of shapes that are stored once for several placements; `None` if they have to be baked
+/// into each of them.
+fn stored_size(shapes: &[PrimitiveGeometry], bounds: Bounds, placements: usize) -> Option<f64> {
+    let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
+    let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
+    let copied = triangles.saturating_mul(placements as u64 - 1);
+    match SAFE_EXTENTS.contains(&extent) {
+        true => Some(1.0),
+        false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
+        false => None,
     }
 }
 

@@ -10,8 +10,8 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::value::RawValue;
 use std::borrow::Cow;
-use std::cell::OnceCell;
-use std::collections::{BTreeMap, HashMap};
+use std::cell::{OnceCell, RefCell};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
 
 /// The file.
@@ -22,6 +22,8 @@ pub(super) struct GltfSource<'a> {
     buffers: Vec<Option<BufferBytes<'a>>>,
     /// Offsets of the rows of each list in `json`, found when a message first needs one.
     rows: OnceCell<BTreeMap<String, Vec<usize>>>,
+    /// Accessors whose sparse indices have been checked.
+    checked: RefCell<HashSet<usize>>,
 }
 
 /// Bytes of a buffer: in the file itself, or of another one.
@@ -56,7 +58,11 @@ impl<'a> GltfSource<'a> {
         parts: &Container,
     ) -> Result<GltfSource<'a>, ContainerFault> {
         let mut json_offset = parts.json.start;
-        let mut json = bytes[parts.json.clone()].trim_ascii_end();
+        // Chunks are filled up with blanks, by some writers with zeros.
+        let padding = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
+        let json = &bytes[parts.json.clone()];
+        let end = json.iter().rposition(|byte| !padding(byte));
+        let mut json = &json[..end.map_or(0, |last| last + 1)];
         if let Some(rest) = json.strip_prefix("\u{feff}".as_bytes()) {
             (json, json_offset) = (rest, json_offset + 3);
         }
@@ -98,7 +104,13 @@ impl<'a> GltfSource<'a> {
             document,
             buffers: Vec::new(),
             rows: OnceCell::new(),
+            checked: RefCell::default(),
         })
+    }
+
+    /// Returns true at the first call for an accessor.
+    pub(super) fn is_first_check(&self, accessor: usize) -> bool {
+        self.checked.borrow_mut().insert(accessor)
     }
 
     /// Span of a row of one of the document's lists. The first call parses the text once more, so
@@ -138,16 +150,19 @@ impl<'a> GltfSource<'a> {
                     continue;
                 }
             };
-            let bytes = bytes.and_then(|bytes| match buffer.byte_length <= bytes.len() as u64 {
-                true => Ok(bytes),
-                false => Err(format!(
-                    "it should have {} bytes, but has {}",
-                    buffer.byte_length,
-                    bytes.len()
-                )),
-            });
-            if let Err(message) = &bytes {
-                self.error(report, "buffers", row, message);
+            match &bytes {
+                // No error yet: views that reach beyond what there is are errors, and others are
+                // read as they should be.
+                Ok(bytes) if (bytes.len() as u64) < buffer.byte_length => {
+                    let message = format!(
+                        "buffers[{row}]: it should have {} bytes, but has {}",
+                        buffer.byte_length,
+                        bytes.len()
+                    );
+                    report.warning(self.span_of("buffers", row), message);
+                }
+                Ok(_) => {}
+                Err(message) => self.error(report, "buffers", row, message),
             }
             buffers.push(bytes.ok());
         }
@@ -164,16 +179,14 @@ impl<'a> GltfSource<'a> {
     pub(super) fn view(&self, row: usize) -> Result<&[u8], String> {
         let view = self.document.buffer_views.get(row);
         let view = view.ok_or_else(|| format!("there is no bufferViews[{row}]"))?;
-        if view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some() {
-            return Err(format!(
-                "bufferViews[{row}] is compressed by meshopt, which is not read here"
-            ));
-        }
         let buffer = self.buffers.get(view.buffer);
         let buffer = buffer.ok_or_else(|| format!("there is no buffers[{}]", view.buffer))?;
-        let buffer = buffer
-            .as_deref()
-            .ok_or_else(|| format!("buffers[{}] has no bytes", view.buffer))?;
+        // A buffer of compressed data may have the same data beside it, not compressed.
+        let compressed = view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some();
+        let buffer = buffer.as_deref().ok_or_else(|| match compressed {
+            true => format!("bufferViews[{row}] is compressed by meshopt, which is not read here"),
+            false => format!("buffers[{}] has no bytes", view.buffer),
+        })?;
         let start = usize::try_from(view.byte_offset).ok();
         let length = usize::try_from(view.byte_length).ok();
         let range = start.and_then(|start| Some(start..start.checked_add(length?)?));
@@ -212,7 +225,7 @@ fn fetch(
         budget.take(data.most_bytes(), what)?;
         return data.bytes().map(Rc::new);
     }
-    let name = file_name(uri);
+    let name = file_name(uri, asset_dir);
     let unread = |reason: String| format!("cannot read {}: {reason}", quoted(&name));
     let file = asset_dir.find(&name).map_err(unread)?;
     if let Some(bytes) = files.get(&file) {
@@ -229,52 +242,82 @@ fn fetch(
 
 /// The data of a `data:` URI.
 pub(super) struct DataUri<'a> {
-    /// `None` if it is not base64.
-    text: Option<&'a str>,
+    text: &'a str,
+    is_base64: bool,
 }
 
-/// The data that a URI holds itself; `None` if it names something else.
+/// The data that a URI holds itself, of whatever media type; `None` if it names something else.
 pub(super) fn parse_data_uri(uri: &str) -> Option<DataUri<'_>> {
-    let rest = uri.strip_prefix("data:")?;
-    let parts = rest.split_once(',');
-    let text = parts.filter(|(kind, _)| kind.ends_with(";base64"));
+    const SCHEME: &str = "data:";
+    let scheme = uri.get(..SCHEME.len())?;
+    if !scheme.eq_ignore_ascii_case(SCHEME) {
+        return None;
+    }
+    let (kind, text) = uri[SCHEME.len()..].split_once(',').unwrap_or_default();
+    let last = kind.rsplit(';').next().unwrap_or_default();
     Some(DataUri {
-        text: text.map(|(_, data)| data),
+        text,
+        is_base64: last.trim().eq_ignore_ascii_case("base64"),
     })
 }
 
 impl DataUri<'_> {
     /// Upper bound on the bytes that it decodes to.
     pub(super) fn most_bytes(&self) -> u64 {
-        self.text.map_or(0, |text| text.len() as u64)
+        self.text.len() as u64
     }
 
     /// Its bytes, or the reason why there are none.
     pub(super) fn bytes(&self) -> Result<Vec<u8>, String> {
-        let text = self.text.ok_or("a data URI that is not base64")?;
-        let decoded = BASE64.decode(text);
-        decoded.map_err(|error| format!("its base64 text is broken: {error}"))
+        if !self.is_base64 {
+            return Ok(percent_decoded(self.text));
+        }
+        BASE64.decode(self.text).or_else(|error| {
+            // As it stands in other URIs: escaped, broken into lines, or with the two letters that
+            // need no escape.
+            let mut text = percent_decoded(self.text);
+            text.retain(|byte| !byte.is_ascii_whitespace());
+            for byte in &mut text {
+                *byte = match *byte {
+                    b'-' => b'+',
+                    b'_' => b'/',
+                    other => other,
+                };
+            }
+            let decoded = BASE64.decode(&text);
+            decoded.map_err(|_| format!("its base64 text is broken: {error}"))
+        })
     }
 }
 
-/// A relative URI as a file name: %20 stands for a blank.
-pub(super) fn file_name(uri: &str) -> String {
-    let (mut bytes, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
+/// A relative URI as a file name: %20 stands for a blank, unless the file's own name has it.
+pub(super) fn file_name(uri: &str, asset_dir: &Folder) -> String {
+    let name = String::from_utf8_lossy(&percent_decoded(uri)).into_owned();
+    match name != uri && asset_dir.find(&name).is_err() && asset_dir.find(uri).is_ok() {
+        true => uri.to_owned(),
+        false => name,
+    }
+}
+
+/// Bytes of a text in which `%` begins a byte in hexadecimal.
+fn percent_decoded(text: &str) -> Vec<u8> {
+    let (mut bytes, mut rest) = (Vec::with_capacity(text.len()), text.as_bytes());
+    let digit = |byte: u8| char::from(byte).to_digit(16);
     while let [first, after @ ..] = rest {
-        let escaped = (*first == b'%').then(|| after.get(..2)).flatten();
-        let escaped = escaped.and_then(|hex| std::str::from_utf8(hex).ok());
-        match escaped.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
-            Some(byte) => {
-                bytes.push(byte);
+        rest = after;
+        let pair = match (first, after) {
+            (b'%', [high, low, ..]) => digit(*high).zip(digit(*low)),
+            _ => None,
+        };
+        match pair {
+            Some((high, low)) => {
+                bytes.push((16 * high + low) as u8);
                 rest = &after[2..];
             }
-            None => {
-                bytes.push(*first);
-                rest = after;
-            }
+            None => bytes.push(*first),
         }
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    bytes
 }
 
 /// Offset of a line and column (from 1, in bytes).

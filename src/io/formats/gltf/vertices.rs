@@ -1,0 +1,149 @@
+//! Vertices of a primitive as its accessors have them, moved by its morph targets.
+
+use super::accessor::Accessor;
+use super::document::Primitive;
+use super::materials::{PrimitiveMaterial, UvMap};
+use super::morph::{self, MorphTarget};
+use super::skins::Influences;
+use super::source::GltfSource;
+use glam::{DVec3, Vec2};
+
+/// Attributes of the vertices of a primitive.
+pub(super) struct PrimitiveVertices<'a> {
+    /// Number of vertices.
+    pub(super) count: usize,
+    positions: Accessor<'a>,
+    normals: Option<Accessor<'a>>,
+    uvs: Option<(Accessor<'a>, UvMap)>,
+    colors: Option<Accessor<'a>>,
+    /// True if the alpha of colours counts.
+    has_opacity: bool,
+    targets: Vec<MorphTarget<'a>>,
+    influences: Option<Influences<'a>>,
+}
+
+/// Attributes that a vertex may have beside its position.
+#[derive(Clone, Copy)]
+pub(super) struct Attributes {
+    pub(super) normals: bool,
+    pub(super) uvs: bool,
+    pub(super) colors: bool,
+    pub(super) opacity: bool,
+}
+
+impl<'a> PrimitiveVertices<'a> {
+    /// Opens the accessors of a primitive that has positions, in a pose of these weights.
+    pub(super) fn open(
+        source: &'a GltfSource,
+        primitive: &Primitive,
+        material: &PrimitiveMaterial,
+        weights: &[f64],
+        skinned: bool,
+    ) -> Result<PrimitiveVertices<'a>, String> {
+        if is_only_compressed(source, primitive) {
+            return Err("compressed by Draco (KHR_draco_mesh_compression), not read here".into());
+        }
+        let row = |name: &str| primitive.attributes.get(name).copied();
+        let vectors = |name: &str, width: usize| {
+            row(name)
+                .map(|row| Accessor::open(source, row, width))
+                .transpose()
+        };
+        let positions = vectors("POSITION", 3)?.ok_or("it has no POSITION")?;
+        let uv = material.uvs.as_ref();
+        let uvs = match uv {
+            Some((name, map)) => vectors(name, 2)?.map(|uvs| (uvs, *map)),
+            None => None,
+        };
+        let colors = row("COLOR_0").map(|row| Accessor::open_colors(source, row));
+        let opened = PrimitiveVertices {
+            count: positions.count,
+            positions,
+            normals: vectors("NORMAL", 3)?,
+            uvs,
+            colors: colors.transpose()?,
+            has_opacity: material.vertex_opacity,
+            targets: MorphTarget::all(source, primitive, weights, uv.map(|(name, _)| &name[..]))?,
+            influences: match skinned {
+                true => Influences::open(source, primitive)?,
+                false => None,
+            },
+        };
+        match opened.rows() < opened.count {
+            true => Err("an attribute has fewer rows than POSITION".into()),
+            false => Ok(opened),
+        }
+    }
+
+    /// Number of rows that all attributes have.
+    fn rows(&self) -> usize {
+        let uvs = self.uvs.as_ref().map(|(uvs, _)| *uvs);
+        let attributes = [self.normals, uvs, self.colors].into_iter().flatten();
+        let attributes = attributes.map(|accessor| accessor.count);
+        let targets = self.targets.iter().map(MorphTarget::rows);
+        let influences = self.influences.iter().map(Influences::rows);
+        let all = attributes.chain(targets).chain(influences);
+        all.min().unwrap_or(self.count)
+    }
+
+    pub(super) fn attributes(&self) -> Attributes {
+        Attributes {
+            normals: self.normals.is_some(),
+            uvs: self.uvs.is_some(),
+            colors: self.colors.is_some(),
+            opacity: self.colors.is_some() && self.has_opacity,
+        }
+    }
+
+    /// Number of morph targets that move each vertex.
+    pub(super) fn target_count(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Returns true if positions are those of the accessor itself.
+    pub(super) fn is_unmoved(&self) -> bool {
+        self.targets.is_empty() && self.influences.is_none()
+    }
+
+    /// The joints that move each vertex, if the pose has a skin and the primitive is made for one.
+    pub(super) fn influences(&self) -> Option<&Influences<'a>> {
+        self.influences.as_ref()
+    }
+
+    /// A position in the accessor itself.
+    pub(super) fn stored_position(&self, row: usize) -> [f32; 3] {
+        self.positions.get(row)
+    }
+
+    pub(super) fn position(&self, row: usize) -> DVec3 {
+        let own = DVec3::from_array(self.stored_position(row).map(f64::from));
+        morph::position(&self.targets, row, own)
+    }
+
+    /// A normal of any length, if there are any.
+    pub(super) fn normal(&self, row: usize) -> Option<DVec3> {
+        let own = DVec3::from_array(self.normals?.get(row).map(f64::from));
+        Some(morph::normal(&self.targets, row, own))
+    }
+
+    pub(super) fn uv(&self, row: usize) -> Option<Vec2> {
+        let (uvs, map) = self.uvs.as_ref()?;
+        Some(map.apply(morph::uv(&self.targets, row, uvs.get(row))))
+    }
+
+    /// A colour and its opacity, all within 0 to 1, or NaN.
+    pub(super) fn color(&self, row: usize) -> Option<[f32; 4]> {
+        let own = self.colors?.color(row, 1.0);
+        let color = morph::color(&self.targets, row, own);
+        Some(color.map(|share| share.clamp(0.0, 1.0)))
+    }
+}
+
+/// Returns true if a primitive has no other data than compressed ones: its accessors are empty.
+fn is_only_compressed(source: &GltfSource, primitive: &Primitive) -> bool {
+    let positions = primitive.attributes.get("POSITION").copied();
+    let rows = [positions, primitive.indices].into_iter().flatten();
+    let mut accessors = rows.filter_map(|row| source.document.accessors.get(row));
+    primitive.extensions.draco.is_some()
+        && accessors.any(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+}
