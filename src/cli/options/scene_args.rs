@@ -6,7 +6,7 @@ use super::parsers::name_parser;
 use crate::cli::output::CliError;
 use clap::Args;
 use glam::{DVec3, Vec3};
-use phalanx::formats::{AddedLight, Options, Origin, UpAxis};
+use phalanx::formats::{AddedLight, Options, Origin, OrthoHeight, UpAxis};
 use phalanx::image::ImageFormat;
 use phalanx::scene::{FileView, Material};
 use std::path::PathBuf;
@@ -22,6 +22,11 @@ pub struct SceneArgs {
     /// [default: y; z for STL]
     #[arg(long, value_name = "AXIS", value_parser = name_parser(&UpAxis::ALL), allow_hyphen_values = true)]
     pub up: Option<UpAxis>,
+    /// Parallel rays instead of a perspective: the visible height in the file's units, as in
+    /// --ortho=3.5. Without a height a camera that was made up shows everything, and with another
+    /// what it looks at keeps its size
+    #[arg(long, value_name = "HEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = parse_ortho)]
+    pub ortho: Option<OrthoHeight>,
     /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with
     /// `dir:` one from that direction. May be given several times, as in --light 4,4,4 --light
     /// dir:-1,1,0,.2,.2,.3
@@ -95,6 +100,7 @@ impl SceneArgs {
             view: view.map_err(|reason| CliError::Usage(format!("--camera: {reason}")))?,
             size: wanted.size,
             up: self.up,
+            ortho: self.ortho,
             turntable: wanted.turntable,
             lights: self.light.clone(),
             background: self.background,
@@ -128,6 +134,16 @@ fn view(parts: &[String]) -> Result<FileView, String> {
     };
     view.check().map_err(|error| error.to_string())?;
     Ok(view)
+}
+
+fn parse_ortho(text: &str) -> Result<OrthoHeight, String> {
+    match text {
+        "fit" => Ok(OrthoHeight::Fitting),
+        _ => match doubles(text)?[..] {
+            [height] if height > 0.0 => Ok(OrthoHeight::Given(height)),
+            _ => Err("expected a height above 0, as in --ortho=3.5".into()),
+        },
+    }
 }
 
 fn parse_light(text: &str) -> Result<AddedLight, String> {

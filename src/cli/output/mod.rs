@@ -2,6 +2,7 @@
 
 mod destination;
 mod diagnose;
+mod empty_picture;
 mod error;
 mod file_coordinates;
 pub mod interrupt;
@@ -21,6 +22,7 @@ pub use destination::{
     is_dash, is_replaced,
 };
 pub use diagnose::{print_notes, print_warnings};
+pub use empty_picture::EvenColor;
 pub use error::CliError;
 pub use file_coordinates::{origin_row, to_file_coordinates};
 pub use live_preview::LivePreview;

@@ -2,14 +2,14 @@
 //! checks that the scene can be traced.
 
 use super::diagnostics::{DiagnosticSink, Span};
-use super::framing::{PictureShape, framing, middle_and_half};
+use super::framing::{PictureShape, framing, middle_and_half, parallel_height};
 use super::loaded::Loaded;
-use super::options::{AddedLight, Options};
+use super::options::{AddedLight, Options, OrthoHeight};
 use super::origin::{self, Origin, ReadStop};
 use super::up_axis::UpAxis;
 use super::workers;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, MadeUpParts, Scene, SceneError, View};
+use phalanx_scene::{Bounds, MadeUpParts, Scene, SceneError, Sky, View};
 
 /// Parts of a scene that a file does not give, so that defaults are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -117,10 +117,66 @@ fn add_defaults(
             );
         }
     }
+    apply_projection(scene, options);
+    if missing.background && options.background.is_none() {
+        notes.extend(make_up_sky(scene, options.up.unwrap_or(missing.up)));
+    }
     notes.extend(note_on_up(scene, options));
     if view && options.up.is_none() && missing.up != UpAxis::Y {
         notes.push("the model is taken as Z-up, as is the custom in its format (see --up)".into());
     }
+}
+
+/// Radiance that mirrors see above a mesh without surroundings: that of a bright room.
+const ZENITH: Vec3 = Vec3::new(0.62, 0.68, 0.76);
+/// Radiance that they see below.
+const NADIR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
+
+/// Gives mirrors something to see before an even background. Returns a note if there are any.
+fn make_up_sky(scene: &mut Scene, up: UpAxis) -> Option<String> {
+    let m = &scene.materials;
+    let bounces = |k: usize| m.ks.get(k) != Vec3::ZERO || m.kt.get(k) != Vec3::ZERO;
+    if !(0..m.len()).any(bounces) {
+        return None;
+    }
+    let [_, up, _] = up.frame();
+    scene.sky = Some(Sky {
+        up: up.as_vec3(),
+        nadir: NADIR,
+        zenith: ZENITH,
+    });
+    let note = "the file has no surroundings: mirrors see a sky, dark below and bright above (see --background)";
+    Some(note.into())
+}
+
+/// Makes the camera's rays parallel, if the user wants that. A made-up camera still shows
+/// everything; with another, what it looks at keeps its size.
+fn apply_projection(scene: &mut Scene, options: &Options) {
+    let Some(height) = options.ortho else {
+        return;
+    };
+    let height = match height {
+        OrthoHeight::Given(height) => height * f64::from(scene.scale),
+        OrthoHeight::Fitting if scene.made_up.view => {
+            let shape = PictureShape {
+                aspect: aspect(options.size.unwrap_or((scene.width, scene.height))),
+                up: UpAxis::of(&scene.view).unwrap_or_default(),
+                turntable: options.turntable,
+            };
+            let bounds = bounds_of(scene, options);
+            parallel_height(scene, &scene.view, bounds, shape, options.threads)
+        }
+        OrthoHeight::Fitting => {
+            let distance = scene
+                .view
+                .eye
+                .as_dvec3()
+                .distance(scene.view.center.as_dvec3());
+            let half_angle = f64::from(scene.view.fovy).to_radians() / 2.0;
+            2.0 * distance * libm::tan(half_angle)
+        }
+    };
+    scene.view.ortho = Some(height as f32);
 }
 
 fn make_up_view(scene: &mut Scene, bounds: Bounds, up: UpAxis, options: &Options) {
@@ -186,6 +242,7 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
             make_up_light(scene, bounds);
         }
     }
+    apply_projection(scene, options);
     // The scene was rescaled into the comfortable range when it was made. Parts given now cannot
     // change its scale any more.
     let given = options.view.is_some() || !options.lights.is_empty() || view;
@@ -210,6 +267,7 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     }
     if let Some(color) = options.background {
         scene.background = color;
+        scene.sky = None;
     }
 }
 

@@ -100,6 +100,34 @@ pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, thread
     view
 }
 
+/// Visible height of an orthographic camera in place of one that [`framing`] made up, so that all of
+/// the scene is in the picture.
+pub(super) fn parallel_height(
+    scene: &Scene,
+    view: &View,
+    bounds: Bounds,
+    shape: PictureShape,
+    threads: usize,
+) -> f64 {
+    let (middle, half) = middle_and_half(bounds);
+    let Ok(basis) = view.basis() else {
+        return half.length();
+    };
+    // Sides of no slope: how far the scene reaches to the right, left, top and bottom.
+    let sides = FrameSides {
+        axes: [basis.u, basis.v, basis.w].map(|axis| axis.as_dvec3()),
+        slopes: [0.0; 2],
+        axis: shape.turntable.then_some(view.up.as_dvec3()),
+    };
+    let reach = reach(scene, middle, &sides, threads);
+    let eye = view.eye.as_dvec3() - middle;
+    let normals = sides.normals();
+    let [right, left, top, bottom] = std::array::from_fn(|k| reach[k] - eye.dot(normals[k]));
+    let wide = right.max(left) / shape.aspect;
+    let room = half.length() * LEAST_ROOM;
+    2.0 * MARGIN * wide.max(top.max(bottom)).max(room)
+}
+
 /// Most times that the camera steps back by a quarter of its distance: 64-fold in all, beyond the
 /// sixteen units that a scene of one unit in the last place needs.
 const MAX_STEPS_BACK: usize = 19;

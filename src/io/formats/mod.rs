@@ -39,7 +39,7 @@ pub use defaults::override_scene;
 pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
 pub use load::{endings, load, load_as, load_bytes, read_bytes, read_nff, read_test};
 pub use loaded::{LoadError, Loaded};
-pub use options::{AddedLight, Options};
+pub use options::{AddedLight, Options, OrthoHeight};
 pub use origin::Origin;
 pub(crate) use origin::note as origin_note;
 pub use up_axis::UpAxis;

@@ -17,6 +17,8 @@ pub struct Options {
     pub size: Option<(u32, u32)>,
     /// The axis that points up for a camera that is made up; `None` for the format's.
     pub up: Option<UpAxis>,
+    /// Makes the camera's rays parallel.
+    pub ortho: Option<OrthoHeight>,
     /// True if a camera that is made up will go around the scene, all of which it is to show from
     /// everywhere.
     pub turntable: bool,
@@ -36,6 +38,15 @@ pub struct Options {
     pub max_memory: Option<u64>,
     /// Folders beside the scene file's own in which files that it names may lie.
     pub allow_paths: Vec<PathBuf>,
+}
+
+/// Visible height of a camera of parallel rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OrthoHeight {
+    /// A made-up camera shows everything; with another, what it looks at keeps its size.
+    Fitting,
+    /// A height, in units of the file.
+    Given(f64),
 }
 
 /// A light of [`Options`].

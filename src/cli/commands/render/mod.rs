@@ -10,8 +10,8 @@ pub use args::RenderArgs;
 
 use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
 use crate::cli::output::{
-    self, CliError, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of, interrupt,
-    mrays_per_s, progress,
+    self, CliError, EvenColor, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of,
+    interrupt, mrays_per_s, progress,
 };
 use phalanx::frame::{Accel, Aov, Engine, Settings};
 use phalanx::image::ImageFormat;
@@ -214,16 +214,24 @@ impl Job<'_> {
             live_preview: preview.as_ref(),
         };
         let start = Instant::now();
+        let mut color = EvenColor::default();
         let written = progress::with_progress(Some(&output.path), options, |control| {
             let tree = prepared.accel();
             output.write_while(control, |take| {
-                render_bands(scene, tree, settings, control, beside, take)
+                render_bands(scene, tree, settings, control, beside, |band| {
+                    color.add(&band);
+                    take(band)
+                })
             })
         });
         let BandStats { stats, seconds } = match &tiles {
             Some(tiles) => shard::keep_tiles(tiles, written)?,
             None => written?,
         };
+        let aspect = settings.width as f32 / settings.height as f32;
+        if let Some(reason) = color.explain(scene, aspect) {
+            output::note(&format!("warning: {reason}"));
+        }
         let seconds = RenderSeconds {
             render: seconds,
             write: start.elapsed().as_secs_f64() - seconds,

@@ -25,7 +25,7 @@ const fn command(
 }
 
 /// All commands. The first are those that large files consist of.
-static COMMANDS: [SceneCommand; 29] = [
+static COMMANDS: [SceneCommand; 30] = [
     command("tri", "a b c", |r, s| r.tri(s)),
     command("vertex", "x y z", |r, s| r.vertex(s)),
     command("trinormal", "a b c", |r, s| r.trinormal(s)),
@@ -61,6 +61,7 @@ static COMMANDS: [SceneCommand; 29] = [
         "fromx fromy fromz atx aty atz upx upy upz fovy",
         |r, s| r.camera(s),
     ),
+    command("ortho", "height", |r, s| r.ortho(s)),
     command("maxdepth", "bounces", |r, s| r.maxdepth(s)),
     command("output", "file", |r, s| r.output(s)),
     command("maxverts", "count", |r, s| r.maxverts(s)),

@@ -46,10 +46,25 @@ impl TestReader<'_> {
             center: (DVec3::new(cx, cy, cz) - self.origin).as_vec3(),
             up: DVec3::new(ux, uy, uz).as_vec3(),
             fovy: fovy as f32,
-            ortho: None,
+            // `ortho` may stand before the camera.
+            ortho: self.scene.view.ortho,
         };
         if let Err(error) = self.scene.view.basis() {
             self.report.error(statement.span(), error.to_string());
+        }
+    }
+
+    /// Makes the camera's rays parallel; the operand is the visible height.
+    pub(super) fn ortho(&mut self, statement: &Statement<'_>) {
+        let Some([height]) = self.numbers(statement) else {
+            return;
+        };
+        match height > 0.0 {
+            true => self.scene.view.ortho = Some(height),
+            false => self.report.error(
+                statement.operand_place(0),
+                "the visible height of parallel rays must be positive",
+            ),
         }
     }
 

@@ -1,0 +1,110 @@
+//! A picture of something that shows nothing: found while its bands are written, and explained.
+
+use glam::Vec3;
+use phalanx::render::Film;
+use phalanx::scene::{Bounds, Scene};
+
+/// Fewest pixels of a picture that may be called empty: a detail may well be of one colour.
+const MIN_PIXELS: usize = 64;
+
+/// The colour of all pixels so far, while they are of one.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum EvenColor {
+    /// No pixel yet.
+    #[default]
+    Nothing,
+    /// One colour, and the number of pixels.
+    All([f32; 3], usize),
+    /// Several colours.
+    Several,
+}
+
+impl EvenColor {
+    /// Adds the pixels of a band.
+    pub fn add(&mut self, band: &Film) {
+        let pixels = band.planes[0].len();
+        if pixels == 0 || matches!(self, EvenColor::Several) {
+            return;
+        }
+        let (color, before) = match *self {
+            EvenColor::All(color, before) => (color, before),
+            _ => (band.pixel(0, 0), 0),
+        };
+        let mut planes = band.planes.iter().zip(color);
+        *self = match planes.all(|(plane, c)| plane.iter().all(|&p| p == c)) {
+            true => EvenColor::All(color, before + pixels),
+            false => EvenColor::Several,
+        };
+    }
+
+    /// The reason why a picture of a scene, of this ratio of width to height, is empty: nothing but background, or black. `None` if it
+    /// is not, or if the scene is.
+    pub fn explain(self, scene: &Scene, aspect: f32) -> Option<String> {
+        let EvenColor::All(color, pixels) = self else {
+            return None;
+        };
+        let background = color == scene.background.to_array();
+        if pixels < MIN_PIXELS || scene.prim_count() == 0 || !(background || color == [0.0; 3]) {
+            return None;
+        }
+        let reason = reason(scene, background, aspect);
+        Some(format!(
+            "the picture is empty, all of it has one colour: {reason}"
+        ))
+    }
+}
+
+fn reason(scene: &Scene, background: bool, aspect: f32) -> String {
+    let m = &scene.materials;
+    let bounds = scene.bounds();
+    if !m.is_empty() && m.opacity.iter().all(|&opacity| opacity == 0.0) {
+        return "every surface is clear, its opacity is 0".into();
+    }
+    if let Some(place) = outside(scene, bounds, aspect) {
+        return format!("all of the scene lies {place} (see --camera)");
+    }
+    let eye = scene.view.eye;
+    let inside = eye.cmpge(bounds.lo).all() && eye.cmple(bounds.hi).all();
+    if background {
+        return match inside {
+            true => "the camera stands within the scene and looks past all of it (see --camera)".into(),
+            false => "nothing of the scene is seen, or it is as dark or bright as the background (see --camera, --background)".into(),
+        };
+    }
+    if scene.lights.is_empty() {
+        return "there is no light, and nothing shines by itself (see --light)".into();
+    }
+    match inside {
+        true => "the camera stands within the scene, where no light comes (see --camera, --light)"
+            .into(),
+        false => "no light reaches what is seen (see --light)".into(),
+    }
+}
+
+/// Where the scene lies, if its box is wholly outside a picture of this aspect.
+fn outside(scene: &Scene, bounds: Bounds, aspect: f32) -> Option<&'static str> {
+    let view = &scene.view;
+    let basis = view.basis().ok()?;
+    let slope = (view.fovy.to_radians() / 2.0).tan();
+    // Right, up and ahead of the eye, and half of the picture's height there.
+    let corners = (0..8).map(|k: usize| {
+        let pick = |axis: usize| [bounds.lo, bounds.hi][k >> axis & 1][axis];
+        let to = Vec3::new(pick(0), pick(1), pick(2)) - view.eye;
+        let ahead = -to.dot(basis.w);
+        let half = view.ortho.map_or(ahead * slope, |height| height / 2.0);
+        [to.dot(basis.u), to.dot(basis.v), ahead, half]
+    });
+    let all = |beyond: &dyn Fn([f32; 4]) -> bool| corners.clone().all(beyond);
+    if all(&|[_, _, ahead, _]| ahead <= 0.0) {
+        return Some("behind the camera");
+    }
+    for sign in [1.0, -1.0] {
+        if all(&|[right, _, _, half]| sign * right > half * aspect) {
+            return Some("beside the picture");
+        }
+        if all(&|[_, up, _, half]| sign * up > half) {
+            return Some("above or below the picture");
+        }
+    }
+    None
+}
