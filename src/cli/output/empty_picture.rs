@@ -57,7 +57,8 @@ impl EvenColor {
 fn reason(scene: &Scene, background: bool, aspect: f32) -> String {
     let m = &scene.materials;
     let bounds = scene.bounds();
-    if !m.is_empty() && m.opacity.iter().all(|&opacity| opacity == 0.0) {
+    let clear = |prim: u32| m.opacity[scene.prim_material(prim) as usize] == 0.0;
+    if (0..scene.prim_count() as u32).all(clear) {
         return "every surface is clear, its opacity is 0".into();
     }
     if let Some(place) = outside(scene, bounds, aspect) {

@@ -6,6 +6,7 @@ mod caches;
 mod formats;
 mod guide;
 mod jobs;
+mod made_up;
 mod memory;
 mod origin;
 mod pictures;

@@ -1,0 +1,154 @@
+//! Parts of a picture that a file does not give: parallel cameras, the sky that mirrors see, and a
+//! word on pictures that show nothing.
+
+use super::TestFolder;
+
+/// A square of side 2 in the plane z = 0, and a smaller one behind it to its right.
+const SQUARES: &str = "\
+mtllib m.mtl
+v -1 -1 0
+v 1 -1 0
+v 1 1 0
+v -1 1 0
+v 2 -1 -4
+v 3 -1 -4
+v 3 0 -4
+usemtl m
+f 1 2 3 4
+f 5 6 7
+";
+
+fn room(material: &str) -> TestFolder {
+    let room = TestFolder::new();
+    room.write("s.obj", SQUARES);
+    room.write("m.mtl", &format!("newmtl m\n{material}\n"));
+    room
+}
+
+fn picture(room: &TestFolder, line: &str) -> phalanx::image::Raster {
+    room.ok(&format!(
+        "render s.obj -o out.png --size 40x40 --threads 1 {line}"
+    ));
+    phalanx::image::load(&room.path().join("out.png")).unwrap()
+}
+
+/// Columns and rows between the first and the last pixel that is not like the corner.
+fn extent(picture: &phalanx::image::Raster) -> [usize; 4] {
+    let width = picture.width as usize;
+    let shown = |k: &usize| picture.pixels[*k] != picture.pixels[0];
+    let seen: Vec<usize> = (0..picture.pixels.len()).filter(shown).collect();
+    let columns = || seen.iter().map(|k| k % width);
+    [
+        columns().min().unwrap(),
+        columns().max().unwrap(),
+        seen[0] / width,
+        seen[seen.len() - 1] / width,
+    ]
+}
+
+#[test]
+fn a_parallel_camera_shows_its_height_whatever_the_distance() {
+    let room = room("Kd 1 1 1");
+    for eye in ["0,0,2", "0,0,90"] {
+        let camera = format!("--camera {eye} 0,0,0 0,1,0 40 --light dir:0,0,1");
+        let seen = extent(&picture(&room, &format!("{camera} --ortho=8")));
+        // Eight units are forty pixels: from −1 to 3, and from −1 to 1.
+        assert_eq!(seen, [15, 34, 15, 24], "{eye}");
+    }
+    // What is looked at keeps its size: at a distance of 2, 90° show 4 units.
+    let near = "--camera 0,0,2 0,0,0 0,1,0 90 --light dir:0,0,1 --ortho";
+    assert_eq!(extent(&picture(&room, near)), [10, 29, 10, 29]);
+    // A camera that is made up shows everything.
+    let [left, right, top, bottom] = extent(&picture(&room, "--ortho"));
+    assert!(left > 0 && right < 39 && top > 0 && bottom < 39);
+    assert!(right - left > 30 || bottom - top > 30);
+    room.refused("render s.obj --ortho=-1", 2, &["--ortho", "above 0"]);
+    room.refused(
+        "render s.obj --ortho=3 --aperture .1 --focus 2",
+        1,
+        &["parallel rays has no lens"],
+    );
+}
+
+#[test]
+fn the_test_format_has_parallel_cameras() {
+    let room = TestFolder::new();
+    let scene = |lines: &str| {
+        format!("size 20 20\n{lines}\nambient 1 1 1\nsphere 0 0 0 1\nsphere 3 0 -50 1\n")
+    };
+    let (camera, ortho) = ("camera 0 0 9 0 0 0 0 1 0 40", "ortho 8");
+    room.write("a.test", &scene(&format!("{camera}\n{ortho}")));
+    room.write("b.test", &scene(&format!("{ortho}\n{camera}")));
+    for name in ["a", "b"] {
+        room.ok(&format!("render {name}.test -o {name}.png --threads 1"));
+    }
+    let read = |name: &str| phalanx::image::load(&room.path().join(name)).unwrap();
+    let (a, b) = (read("a.png"), read("b.png"));
+    assert_eq!(a.pixels, b.pixels);
+    // Both spheres are as large.
+    let lit = |from: usize| {
+        let row = &a.pixels[10 * 20..11 * 20];
+        row[from..from + 6].iter().filter(|p| p[0] > 0).count()
+    };
+    assert_eq!((lit(7), lit(14)), (5, 5));
+    room.write("c.test", &scene("ortho 0"));
+    room.refused("render c.test", 1, &["c.test:2:7", "must be positive"]);
+}
+
+#[test]
+fn mirrors_see_a_sky_where_the_file_has_no_surroundings() {
+    let mirror = room("Kd 0 0 0\nKs 1 1 1\nillum 3");
+    let ran = mirror.run("render s.obj -o out.png --size 40x40 --threads 1");
+    assert!(ran.stderr.contains("mirrors see a sky"), "{}", ran.stderr);
+    let seen = phalanx::image::load(&mirror.path().join("out.png")).unwrap();
+    extent(&seen);
+    // The user's own background is all there is to see.
+    let ran = mirror.run("render s.obj -o out.png --size 40x40 --threads 1 --background .5");
+    assert!(!ran.stderr.contains("sky"), "{}", ran.stderr);
+    // Nothing of it without mirrors.
+    let matt = room("Kd 1 1 1");
+    let ran = matt.run("render s.obj -o out.png --size 40x40 --threads 1");
+    assert!(!ran.stderr.contains("sky"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_picture_that_shows_nothing_says_why() {
+    let said = |material: &str, line: &str| {
+        let room = room(material);
+        let ran = room.run(&format!("render s.obj -o out.png --size 40x40 {line}"));
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        ran.stderr
+    };
+    let seen = "--camera 0,0,5 0,0,0 0,1,0 40";
+    for (material, line, reason) in [
+        (
+            "Kd 1 1 1",
+            "--camera 0,0,5 0,0,9 0,1,0 40",
+            "behind the camera",
+        ),
+        (
+            "Kd 1 1 1",
+            "--camera 9,0,5 9,0,0 0,1,0 40",
+            "beside the picture",
+        ),
+        (
+            "Kd 1 1 1",
+            "--camera 0,9,5 0,9,0 0,1,0 40",
+            "above or below",
+        ),
+        ("Kd 1 1 1\nd 0", seen, "every surface is clear"),
+        (
+            "Kd 1 1 1\nKa 0 0 0",
+            "--camera 0,0,-2 0,0,-1 0,1,0 1 --background 0 --light 0,0,-9",
+            "camera",
+        ),
+    ] {
+        let stderr = said(material, line);
+        let warned = stderr.contains("warning: the picture is empty");
+        assert!(warned && stderr.contains(reason), "{line}: {stderr}");
+    }
+    assert!(!said("Kd 1 1 1", seen).contains("empty"));
+    // A detail may well be of one colour.
+    let detail = format!("{seen} --region 0,0,4,4");
+    assert!(!said("Kd 1 1 1\nd 0", &detail).contains("empty"));
+}
