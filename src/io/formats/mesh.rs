@@ -31,6 +31,14 @@ impl ParseError {
         }
     }
 
+    pub(super) fn span(&self) -> Span {
+        self.span
+    }
+
+    pub(super) fn message(&self) -> &str {
+        &self.message
+    }
+
     pub(super) fn with_help(self, help: &'static str) -> ParseError {
         ParseError {
             help: Some(help),

@@ -1,6 +1,7 @@
 //! The readers of meshes from outside: what files mean, what is said about bad ones, and that
 //! others read the same.
 
+mod framing;
 mod obj;
 mod origin;
 mod ply;

@@ -1,6 +1,7 @@
 //! Semantics of STL files.
 
 use super::{FLAT, errors, messages, read, triangles};
+use phalanx::formats::{Options, UpAxis, read_bytes};
 
 /// A binary file of facets with these corners.
 fn binary(header: &[u8], facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
@@ -52,8 +53,10 @@ fn corners_are_shared() {
 #[test]
 fn bad_files_are_refused() {
     let mut short = binary(b"", &[FLAT[0]; 3]);
-    short.truncate(200);
-    assert!(messages(&errors("stl", &short))[0].contains("ends after 2 of 3 facets"));
+    short.truncate(120);
+    assert!(messages(&errors("stl", &short))[0].contains("within a facet, after 0 of 3 facets"));
+    // Something else than a mesh.
+    assert!(messages(&errors("stl", &[0xff; 999]))[0].contains("within a facet"));
     let mut nan = FLAT;
     nan[0][2][1] = f32::NAN;
     let said = errors("stl", &binary(b"", &nan));
@@ -84,4 +87,178 @@ fn what_follows_the_last_facet_and_files_without_any_are_warnings() {
         "{:?}",
         loaded.warnings
     );
+}
+
+/// A picture's worth of text: facets in this form.
+const SQUARE: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n\
+                      facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+
+#[test]
+fn text_is_read_as_it_is_written_out_there() {
+    let square = triangles(&read("stl", SQUARE.as_bytes()).scene);
+    assert_eq!(square.len(), 2);
+    let commented = SQUARE.replace('\n', " # a comment, endfacet\n  // another\n ; a third\n");
+    for text in [
+        SQUARE
+            .replace("endloop", "end loop")
+            .replace("endsolid", "end solid"),
+        SQUARE.replace("endfacet", "END\tFACET"),
+        SQUARE.replace("facet normal 0 0 1", "facet"),
+        SQUARE.replace("normal 0 0 1", "normal"),
+        SQUARE.replace("0 0 1\nouter", "-nan(ind) 1.#QNAN -1.#IND\nouter"),
+        SQUARE.replace("0 0 1\nouter", "nan(snan) +Inf 1e999\nouter"),
+        SQUARE.replace('\n', " "),
+        SQUARE.replace('\n', " ").to_uppercase(),
+        SQUARE.replace('\n', "\r"),
+        SQUARE.replace("solid a", "solid"),
+        SQUARE.replace("solid a", "solid a facet of # glass"),
+        SQUARE.replace(" a\n", " Bad N\u{e4}me endfacet (1)\n"),
+        format!("\u{feff}\n\n  {SQUARE}\0\0\x1a"),
+        format!("# from somewhere\n\n{commented}"),
+    ] {
+        for ending in ["", "\n\n\t "] {
+            let loaded = read("stl", format!("{text}{ending}").as_bytes());
+            assert_eq!(triangles(&loaded.scene), square, "{text:?}");
+            assert!(
+                loaded.warnings.is_empty(),
+                "{text:?}: {:?}",
+                loaded.warnings
+            );
+        }
+    }
+    let twice = format!("{SQUARE}{SQUARE}");
+    for text in [&twice, &twice.replace('\n', " ")] {
+        assert_eq!(read("stl", text.as_bytes()).scene.triangles.len(), 4);
+    }
+}
+
+#[test]
+fn text_that_is_no_facet_is_ignored_with_a_warning() {
+    for (text, part, line) in [
+        (
+            format!("{SQUARE}That was all.\n"),
+            "up to the next facet",
+            17,
+        ),
+        (
+            SQUARE.replace("facet normal", "color 1 0 0\nfacet normal"),
+            "2 places, here first",
+            2,
+        ),
+        (SQUARE.replace("solid a\n", ""), "lacks its first line", 1),
+        (
+            format!("{SQUARE}facet normal 0 0 1\nouter loop\nvertex 1 2"),
+            "within this facet",
+            19,
+        ),
+    ] {
+        let loaded = read("stl", text.as_bytes());
+        assert_eq!(loaded.scene.triangles.len(), 2, "{text:?}");
+        let said = &loaded.warnings[0];
+        assert!(said.message.contains(part), "{said:?}");
+        assert_eq!((loaded.warnings.len(), said.line), (1, line), "{said:?}");
+    }
+    // The words of a facet whose beginning is lost.
+    let lost = SQUARE.replacen("facet normal", "facte normal", 1);
+    let said = errors("stl", lost.as_bytes());
+    assert_eq!((said.len(), said[0].line), (1, 2), "{said:?}");
+}
+
+/// A binary file with this count, of two facets with data after each.
+fn counted(count: u32, data: &[&[u8]]) -> Vec<u8> {
+    let mut file = vec![b' '; 80];
+    file.extend(count.to_le_bytes());
+    let facet = &binary(b"", &FLAT)[84..132];
+    for payload in data {
+        file.extend(facet);
+        file.extend((payload.len() as u16).to_le_bytes());
+        file.extend(*payload);
+    }
+    file
+}
+
+#[test]
+fn the_length_decides_how_many_facets_there_are() {
+    let whole = [FLAT[0]; 2];
+    for (file, part) in [
+        (counted(2, &[b"", b""]), ""),
+        (
+            counted(0, &[b"", b""]),
+            "2 facets by its length, and announces 0",
+        ),
+        (counted(1, &[b"", b""]), "announces 1"),
+        (counted(u32::MAX, &[b"", b""]), "announces 4294967295"),
+        // Data after facets, as many bytes as their words say.
+        (counted(2, &[b"ABCD", b"ABCD"]), ""),
+        (counted(2, &[b"", b"123456789"]), ""),
+        (counted(2, &[&[7; 25], &[7; 25]]), ""),
+        (
+            counted(7, &[b"ABC", b"ABCD"]),
+            "2 facets by its length, and announces 7",
+        ),
+        (
+            [counted(2, &[b"", b""]), vec![9; 60]].concat(),
+            "60 bytes behind",
+        ),
+        (
+            [counted(3, &[b"", b""]), vec![0; 20]].concat(),
+            "after 2 of 3 facets",
+        ),
+        (
+            [counted(0, &[b"", b""]), vec![0; 20]].concat(),
+            "after 2 of 0 facets",
+        ),
+    ] {
+        let loaded = read("stl", &file);
+        assert_eq!(triangles(&loaded.scene), whole, "{part}");
+        let said = messages(&loaded.warnings);
+        match part {
+            "" => assert!(said.is_empty(), "{said:?}"),
+            _ => assert!(said.len() == 1 && said[0].contains(part), "{said:?}"),
+        }
+        assert_eq!(loaded.scene.triangles.colors.len(), 0);
+    }
+    let mut bad = counted(2, &[b"ABCD", b"ABCD"]);
+    bad[84 + 54 + 36..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert_eq!(errors("stl", &bad)[0].offset, 84 + 54 + 36);
+}
+
+#[test]
+fn facets_have_the_colours_of_both_dialects() {
+    let mut file = binary(b"", &[FLAT[0]; 3]);
+    let words = |file: &mut Vec<u8>, words: [u16; 3]| {
+        for (k, word) in words.into_iter().enumerate() {
+            file[84 + 50 * k + 48..][..2].copy_from_slice(&word.to_le_bytes());
+        }
+    };
+    let colors = |file: &[u8]| {
+        let triangles = read("stl", file).scene.triangles;
+        [0, 1, 2].map(|k| triangles.corner_colors(k).map(|c| c[2].to_array()))
+    };
+    assert_eq!(colors(&file), [None; 3]);
+    let (red, blue) = (Some([1.0, 0.0, 0.0]), Some([0.0, 0.0, 1.0]));
+    words(&mut file, [0xfc00, 0x801f, 0]);
+    assert_eq!(colors(&file), [red, blue, None]);
+    words(&mut file, [0xfc00, 0x001f, 0]);
+    assert_eq!(colors(&file), [None; 3]);
+    file[..10].copy_from_slice(b"COLOR=\xff\0\0\xff");
+    words(&mut file, [0x8000, 0x7c00, 0x001f]);
+    assert_eq!(colors(&file), [red, blue, red]);
+}
+
+#[test]
+fn the_third_axis_points_up_unless_the_user_says_otherwise() {
+    let of = |up| {
+        let options = Options {
+            up,
+            ..Options::default()
+        };
+        let loaded = read_bytes("stl", SQUARE.as_bytes(), &options)
+            .unwrap()
+            .unwrap();
+        let told = loaded.notes.iter().any(|note| note.contains("Z-up"));
+        (loaded.scene.view.up.to_array(), told)
+    };
+    assert_eq!(of(None), ([0.0, 0.0, 1.0], true));
+    assert_eq!(of(Some(UpAxis::Y)), ([0.0, 1.0, 0.0], false));
 }

@@ -1,23 +1,19 @@
 //! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
+//!
+//! Words may be in any case, and those that begin with `end` may be two. The normal is not used, so
+//! it may be missing, or be no number. Text between facets that has none of the words of a facet is
+//! ignored.
 
+use super::words::{StlWords, is_in_remark, mark_length};
 use crate::formats::decimal;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
-use crate::formats::mesh::{ParseError, ParseErrors};
+use crate::formats::mesh::{Occurrences, ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Corners as in the file, three for each facet.
 pub(super) type Soup = Vec<[[f32; 3]; 3]>;
-
-/// The length of the byte order mark that some editors put before text.
-pub(super) fn mark_length(bytes: &[u8]) -> usize {
-    let mark = "\u{feff}".as_bytes();
-    if bytes.starts_with(mark) {
-        mark.len()
-    } else {
-        0
-    }
-}
 
 /// Word that ends a facet; chunks of the text end behind it.
 const END: &[u8] = b"endfacet";
@@ -36,101 +32,194 @@ pub(super) fn read(
     let start = mark_length(bytes);
     let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
     let ranges = workers::cut(start..bytes.len(), chunk_bytes, |at| {
-        // Names may hold the letters, but not as a separate word.
+        // Names and comments may hold the word.
         let mut ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
-        let end = ends.find(|&i| i > 0 && blank(i - 1) && blank(i + END.len()));
+        let is_end = |&i: &usize| i > 0 && blank(i - 1) && blank(i + END.len());
+        let end = ends.find(|i| is_end(i) && !is_in_remark(bytes, *i));
         end.map_or(bytes.len(), |i| i + END.len())
     });
-    let read = |range: std::ops::Range<usize>| {
+    let read = |range: Range<usize>| {
         let mut reader = StlAsciiReader::new(&bytes[..range.end], range.start, origin);
         reader.read();
-        (reader.soup, reader.errors)
+        reader.chunk
     };
-    let first = bytes[start..].trim_ascii_start().get(..5);
-    if first.is_none_or(|word| !word.eq_ignore_ascii_case(b"solid")) {
-        let message = "this is not an STL file: text must begin with `solid`";
-        report.error(Span::START, message);
+    if !begins_well(bytes, start, report) {
         return Soup::new();
     }
     let mut soups = Vec::new();
-    for (soup, errors) in workers::map(threads, ranges, read) {
-        errors.emit(report);
-        soups.push(soup);
+    let (mut ignored, mut cut_off) = (Occurrences::default(), None);
+    for chunk in workers::map(threads, ranges, read) {
+        chunk.errors.emit(report);
+        ignored.merge(chunk.ignored);
+        cut_off = cut_off.or(chunk.cut_off);
+        soups.push(chunk.soup);
     }
-    workers::joined(soups)
+    ignored.warn(report, |count| match count {
+        1 => "this word and what follows it up to the next facet is no facet: it is ignored".into(),
+        _ => format!("text between facets is ignored at {count} places, here first"),
+    });
+    let soup = workers::joined(soups);
+    if let Some(error) = cut_off {
+        match soup.is_empty() {
+            true => report.error(error.span(), error.message()),
+            false => {
+                let message = "the file ends within this facet, which is left out";
+                report.warning(error.span(), format!("{message}: {}", error.message()));
+            }
+        }
+    }
+    soup
+}
+
+/// Checks the first word.
+fn begins_well(bytes: &[u8], start: usize, report: &mut DiagnosticSink) -> bool {
+    let mut words = StlWords::new(bytes, start);
+    if words.take(b"solid").is_some() {
+        return true;
+    }
+    let message = "text must begin with `solid`";
+    match words.take(b"facet") {
+        Some(word) => {
+            report.warning(
+                word,
+                format!("this STL file lacks its first line: {message}"),
+            );
+            true
+        }
+        None => {
+            report.error(Span::START, format!("this is not an STL file: {message}"));
+            false
+        }
+    }
 }
 
 /// Span of a corner, found by counting; for a message.
 pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
-    let mut reader = StlAsciiReader::new(bytes, mark_length(bytes), DVec3::ZERO);
+    let mut words = StlWords::new(bytes, mark_length(bytes));
     let mut count = 0;
-    while let Some(word) = reader.word() {
-        let keyword = reader.lower(word);
-        if keyword == b"solid" || keyword == b"endsolid" {
-            reader.skip_line();
-        } else if keyword == b"vertex" {
-            if count == corner {
-                return word;
+    loop {
+        if words.take(b"solid").is_some() || words.take_end(b"solid").is_some() {
+            words.skip_name();
+        }
+        match words.word() {
+            None => return Span::START,
+            Some(word) if words.is(word, b"vertex") => {
+                if count == corner {
+                    return word;
+                }
+                count += 1;
             }
-            count += 1;
+            Some(_) => {}
         }
     }
-    Span::START
+}
+
+/// Contents of a chunk of the text.
+#[derive(Default)]
+struct StlChunk {
+    soup: Soup,
+    errors: ParseErrors,
+    /// Text between facets.
+    ignored: Occurrences,
+    /// The error of a facet that the end of the text cuts off.
+    cut_off: Option<ParseError>,
+}
+
+/// The reason why a facet is not complete.
+enum FacetFault {
+    Wrong(ParseError),
+    /// The text ends.
+    CutOff(ParseError),
 }
 
 struct StlAsciiReader<'a> {
     /// The file up to the end of the chunk.
-    text: &'a [u8],
-    at: usize,
+    words: StlWords<'a>,
     origin: DVec3,
-    soup: Soup,
-    errors: ParseErrors,
+    chunk: StlChunk,
 }
 
 impl<'a> StlAsciiReader<'a> {
     fn new(text: &'a [u8], at: usize, origin: DVec3) -> StlAsciiReader<'a> {
         StlAsciiReader {
-            text,
-            at,
+            words: StlWords::new(text, at),
             origin,
-            soup: Soup::new(),
-            errors: ParseErrors::default(),
+            chunk: StlChunk::default(),
         }
     }
 
     fn read(&mut self) {
-        while let Some(word) = self.word() {
-            let read = match &self.lower(word)[..] {
-                b"facet" => self.facet(),
-                b"solid" | b"endsolid" => {
-                    self.skip_line();
-                    Ok(())
-                }
-                _ => Err(self.unexpected(word, "`facet` or `endsolid`")),
+        loop {
+            let read = if self.words.take(b"facet").is_some() {
+                self.facet()
+            } else if self.take_solid() {
+                self.words.skip_name();
+                Ok(())
+            } else {
+                let before = self.words;
+                let Some(word) = self.words.word() else {
+                    return;
+                };
+                self.words = before;
+                self.between_facets(word)
             };
-            if let Err(error) = read {
-                self.errors.push(error);
-                self.resume();
+            match read {
+                Ok(()) => {}
+                Err(FacetFault::Wrong(error)) => {
+                    self.chunk.errors.push(error);
+                    self.resume();
+                }
+                Err(FacetFault::CutOff(error)) => self.chunk.cut_off = Some(error),
             }
-            if self.errors.is_full() {
+            if self.chunk.errors.is_full() {
                 return;
             }
         }
+    }
+
+    fn take_solid(&mut self) -> bool {
+        self.words.take(b"solid").is_some() || self.words.take_end(b"solid").is_some()
+    }
+
+    /// Passes text up to the next facet or solid. It is an error if there is a word of a facet in
+    /// it, because its beginning is lost then.
+    fn between_facets(&mut self, first: Span) -> Result<(), FacetFault> {
+        loop {
+            let before = self.words;
+            if self.take_part() {
+                self.words = before;
+                let expected = "`facet` or `endsolid`";
+                return Err(FacetFault::Wrong(self.unexpected(first, expected)));
+            }
+            let begins = self.words.take(b"facet").is_some() || self.take_solid();
+            self.words = before;
+            if begins || self.words.word().is_none() {
+                self.chunk.ignored.add(first);
+                return Ok(());
+            }
+        }
+    }
+
+    /// Takes a word that only facets have.
+    fn take_part(&mut self) -> bool {
+        let words = &mut self.words;
+        words.take(b"outer").is_some()
+            || words.take(b"vertex").is_some()
+            || words.take_end(b"loop").is_some()
+            || words.take_end(b"facet").is_some()
     }
 
     /// Moves behind the facet that has the fault.
     fn resume(&mut self) {
-        while let Some(word) = self.word() {
-            if self.lower(word) == END {
+        while self.words.take_end(b"facet").is_none() {
+            if self.words.word().is_none() {
                 return;
             }
         }
     }
 
-    fn facet(&mut self) -> Result<(), ParseError> {
-        self.keyword(b"normal")?;
-        // Any number is accepted: it is not used, and real files have NaN here.
-        (0..3).try_for_each(|_| self.number(decimal::float).map(|_| ()))?;
+    fn facet(&mut self) -> Result<(), FacetFault> {
+        self.skip_normal();
         self.keyword(b"outer")?;
         self.keyword(b"loop")?;
         let mut corners = [[0.0; 3]; 3];
@@ -143,73 +232,73 @@ impl<'a> StlAsciiReader<'a> {
                 };
             }
         }
-        self.keyword(b"endloop")?;
-        self.keyword(END)?;
-        self.soup.push(corners);
+        self.end(b"loop")?;
+        self.end(b"facet")?;
+        self.chunk.soup.push(corners);
         Ok(())
     }
 
-    fn keyword(&mut self, expected: &[u8]) -> Result<(), ParseError> {
-        let name = || format!("`{}`", String::from_utf8_lossy(expected));
-        match self.word() {
-            Some(word) if self.text[word.range()].eq_ignore_ascii_case(expected) => Ok(()),
-            Some(word) => {
-                // The word may be the one that ends the facet.
-                self.at = word.offset;
-                Err(self.unexpected(word, &name()))
+    /// Passes the normal, if there is one. It is not used, and real files have anything here:
+    /// `nan`, `-nan(ind)`, `-1.#IND`.
+    fn skip_normal(&mut self) {
+        if self.words.take(b"normal").is_none() {
+            return;
+        }
+        for _ in 0..3 {
+            let before = self.words;
+            let ends = self.take_part();
+            self.words = before;
+            if ends {
+                return;
             }
-            None => Err(self.missing(&name())),
+            self.words.word();
+        }
+    }
+
+    fn keyword(&mut self, expected: &[u8]) -> Result<(), FacetFault> {
+        match self.words.take(expected) {
+            Some(_) => Ok(()),
+            None => Err(self.fault(&format!("`{}`", String::from_utf8_lossy(expected)))),
+        }
+    }
+
+    fn end(&mut self, part: &[u8]) -> Result<(), FacetFault> {
+        match self.words.take_end(part) {
+            Some(_) => Ok(()),
+            None => Err(self.fault(&format!("`end{}`", String::from_utf8_lossy(part)))),
+        }
+    }
+
+    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, FacetFault> {
+        self.words.skip_blanks();
+        let StlWords { text, at } = self.words;
+        let (value, end) = parse(text, at);
+        if end > at && text.get(end).is_none_or(|&byte| byte <= b' ') {
+            self.words.at = end;
+            return Ok(value);
+        }
+        Err(self.fault("a number"))
+    }
+
+    /// The fault of a word that is not the expected one. The word stays: it may be the one that ends
+    /// the facet.
+    #[cold]
+    fn fault(&mut self, expected: &str) -> FacetFault {
+        let before = self.words;
+        let word = self.words.word();
+        self.words = before;
+        match word {
+            Some(word) => FacetFault::Wrong(self.unexpected(word, expected)),
+            None => {
+                let end = Span::at(self.words.text.trim_ascii_end().len());
+                FacetFault::CutOff(ParseError::new(end, format!("{expected} is missing")))
+            }
         }
     }
 
     #[cold]
     fn unexpected(&self, word: Span, expected: &str) -> ParseError {
-        let found = quoted_bytes(&self.text[word.range()]);
+        let found = quoted_bytes(&self.words.text[word.range()]);
         ParseError::new(word, format!("{found} stands where {expected} is expected"))
-    }
-
-    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, ParseError> {
-        self.skip_blanks();
-        let (value, end) = parse(self.text, self.at);
-        if end > self.at && self.text.get(end).is_none_or(|&byte| byte <= b' ') {
-            self.at = end;
-            return Ok(value);
-        }
-        match self.word() {
-            Some(word) => Err(self.unexpected(word, "a number")),
-            None => Err(self.missing("a number")),
-        }
-    }
-
-    #[cold]
-    fn missing(&self, what: &str) -> ParseError {
-        let end = Span::at(self.text.trim_ascii_end().len());
-        ParseError::new(end, format!("{what} is missing"))
-    }
-
-    fn skip_blanks(&mut self) {
-        while self.text.get(self.at).is_some_and(|&byte| byte <= b' ') {
-            self.at += 1;
-        }
-    }
-
-    fn skip_line(&mut self) {
-        let rest = &self.text[self.at..];
-        self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-    }
-
-    fn word(&mut self) -> Option<Span> {
-        self.skip_blanks();
-        let rest = &self.text[self.at..];
-        let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span::new(self.at, length.unwrap_or(rest.len()));
-        self.at += span.length;
-        (span.length > 0).then_some(span)
-    }
-
-    /// A word in lower case, cut to the length of a keyword.
-    fn lower(&self, word: Span) -> Vec<u8> {
-        let length = word.length.min(16);
-        self.text[word.offset..word.offset + length].to_ascii_lowercase()
     }
 }

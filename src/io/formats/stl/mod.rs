@@ -6,7 +6,9 @@
 
 mod ascii;
 mod binary;
+mod colors;
 mod reader;
 mod weld;
+mod words;
 
 pub(super) use reader::{read, text};

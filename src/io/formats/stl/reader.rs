@@ -1,19 +1,19 @@
 //! The reader: corners of either encoding, welded into a mesh.
 
-use super::ascii::mark_length;
-use super::binary::{FACET, HEADER};
-use super::{ascii, binary, weld};
+use super::{ascii, binary, colors, weld};
 use crate::formats::defaults::MissingParts;
-use crate::formats::diagnostics::DiagnosticSink;
+use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::VERTEX;
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
+use crate::formats::memory_budget::MemoryBudget;
 use crate::formats::mesh::{self, MergedMesh, NotFinite};
 use crate::formats::mesh_defaults::BARE;
 use crate::formats::options::Options;
 use crate::formats::origin::ReadStop;
 use crate::formats::text;
 use crate::formats::up_axis::UpAxis;
+use crate::formats::vertex_colors::MeshColors;
 use crate::formats::workers;
 use phalanx_scene::MaterialTable;
 
@@ -25,60 +25,88 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     }
 }
 
+/// Bytes at the beginning of a file that tell text from a binary file.
+const HEAD: usize = 4096;
+
 /// Returns true if a file is binary. Its length decides, since many binary files begin with `solid`
 /// like text. If the length does not fit, bytes decide that no text has.
 fn is_binary(bytes: &[u8]) -> bool {
-    let promised = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk);
-    let exact = promised.is_some_and(|&count| {
-        let facets = u64::from(u32::from_le_bytes(count));
-        bytes.len() as u64 == HEADER as u64 + facets * FACET as u64
-    });
-    let text = bytes[mark_length(bytes)..].trim_ascii_start();
-    let solid = text
-        .get(..5)
-        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let head = &bytes[..bytes.len().min(4096)];
-    exact || !solid && bytes.len() >= HEADER || memchr::memchr(0, head).is_some()
+    if binary::is_exact(bytes) {
+        return true;
+    }
+    // Text may be followed by zeros, or by the end of a text file of old systems.
+    let filler = |&b: &u8| b == 0 || b == 0x1a || b.is_ascii_whitespace();
+    let end = bytes.iter().rposition(|b| !filler(b));
+    let head = &bytes[..end.map_or(0, |last| last + 1).min(HEAD)];
+    let is_text = |&b: &u8| b >= b' ' || b.is_ascii_whitespace() || b == 0x0b;
+    bytes.len() >= binary::HEADER && !head.iter().all(is_text)
 }
 
 /// Reads an STL file.
-pub(crate) fn read(bytes: &[u8], _: &Folder, options: &Options) -> Result<Loaded, ReadStop> {
-    read_in_chunks(bytes, options, CHUNK_BYTES)
+pub(crate) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    read_in_chunks(bytes, asset_dir.allowance(), options, CHUNK_BYTES)
 }
 
 /// Bytes that a thread takes at a time.
 const CHUNK_BYTES: usize = 1 << 20;
 
-fn read_in_chunks(bytes: &[u8], options: &Options, chunk_bytes: usize) -> Result<Loaded, ReadStop> {
+fn read_in_chunks(
+    bytes: &[u8],
+    budget: &MemoryBudget,
+    options: &Options,
+    chunk_bytes: usize,
+) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
-    let binary = is_binary(bytes);
-    let (welded, not_finite, report) = if binary {
-        let mut report = DiagnosticSink::binary();
-        let facets = binary::facets(bytes, &mut report);
-        let welded = weld::weld(facets.len() / FACET, threads, |k| binary::corner(facets, k));
-        let not_finite = welded.not_finite(binary::corner_span);
-        (welded, not_finite, report)
-    } else {
-        let mut report = DiagnosticSink::new(bytes);
-        let soup = ascii::read(
-            bytes,
-            threads,
-            chunk_bytes,
-            options.origin.position(),
-            &mut report,
-        );
-        let facets = soup.len();
-        let welded = weld::weld(facets, threads, |k| soup[k / 3][k % 3].map(f32::to_bits));
-        let not_finite = welded.not_finite(|corner| ascii::corner_span(bytes, corner));
-        (welded, not_finite, report)
+    match is_binary(bytes) {
+        true => read_binary(bytes, budget, options, threads),
+        false => {
+            let mut report = DiagnosticSink::new(bytes);
+            let origin = options.origin.position();
+            let soup = ascii::read(bytes, threads, chunk_bytes, origin, &mut report);
+            let corner = |k: usize| soup[k / 3][k % 3].map(f32::to_bits);
+            let welded = weld::weld(soup.len(), threads, corner);
+            let not_finite = welded.not_finite(|corner| ascii::corner_span(bytes, corner));
+            let joined = MergedMesh::default();
+            finish(welded, not_finite, joined, options, report)
+        }
+    }
+}
+
+fn read_binary(
+    bytes: &[u8],
+    budget: &MemoryBudget,
+    options: &Options,
+    threads: usize,
+) -> Result<Loaded, ReadStop> {
+    let mut report = DiagnosticSink::binary();
+    let facets = binary::facets(bytes, budget, &mut report);
+    let words = facets.words();
+    let header = &bytes[..bytes.len().min(binary::HEADER - 4)];
+    let colors = words.map_or(Ok(MeshColors::default()), |words| {
+        colors::read(header, words, budget)
+    });
+    let colors = colors.unwrap_or_else(|message| {
+        report.error(Span::START, message);
+        MeshColors::default()
+    });
+    let welded = weld::weld(facets.len(), threads, |k| binary::corner(&facets.bytes, k));
+    let not_finite = welded.not_finite(|corner| facets.corner_span(corner));
+    let joined = MergedMesh {
+        single: [true; 3],
+        colors,
+        ..MergedMesh::default()
     };
-    finish(welded, not_finite, binary, options, report)
+    finish(welded, not_finite, joined, options, report)
 }
 
 fn finish(
     mut welded: weld::Welded,
     not_finite: Vec<NotFinite>,
-    binary: bool,
+    mut joined: MergedMesh,
     options: &Options,
     mut report: DiagnosticSink,
 ) -> Result<Loaded, ReadStop> {
@@ -89,11 +117,7 @@ fn finish(
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    let mut joined = MergedMesh {
-        vertices: std::mem::take(&mut welded.vertices),
-        single: [binary; 3],
-        ..MergedMesh::default()
-    };
+    joined.vertices = std::mem::take(&mut welded.vertices);
     joined.faces[VERTEX] = welded.corners;
     let scene = mesh::bare_scene(options, &mut MaterialTable::default());
     let missing = MissingParts {

@@ -1,3 +1,4 @@
+use super::binary::{FACET, HEADER};
 use super::*;
 use std::fmt::Write;
 
@@ -25,7 +26,13 @@ fn neither_threads_nor_chunks_change_the_scene() {
             threads,
             ..Options::default()
         };
-        let loaded = read_in_chunks(text.as_bytes(), &options, chunk_bytes).unwrap();
+        let loaded = read_in_chunks(
+            text.as_bytes(),
+            &MemoryBudget::of(None),
+            &options,
+            chunk_bytes,
+        )
+        .unwrap();
         format!("{:?}", loaded.scene.triangles)
     };
     let whole = read(1, CHUNK_BYTES);
@@ -59,7 +66,9 @@ fn a_binary_file_is_known_by_its_length() {
     file.resize(HEADER + FACET, b'1');
     assert!(is_binary(&file));
     assert!(!is_binary(b"solid x\nendsolid x\n"));
-    assert!(is_binary(&[b'x'; 200]), "no text begins so");
+    assert!(!is_binary(&[b'x'; 200]), "another kind of text");
+    assert!(is_binary(&[1; 200]));
+    assert!(!is_binary(&[b"solid x", &[0; 200][..]].concat()));
 }
 
 #[test]
@@ -71,8 +80,14 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
             [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, f32::NAN]],
         );
     }
-    let read =
-        |text: &str, chunk_bytes| read_in_chunks(text.as_bytes(), &Options::default(), chunk_bytes);
+    let read = |text: &str, chunk_bytes| {
+        read_in_chunks(
+            text.as_bytes(),
+            &MemoryBudget::of(None),
+            &Options::default(),
+            chunk_bytes,
+        )
+    };
     assert!(!is_binary(text.as_bytes()));
     let good = text.replace("NaN", "0");
     let loaded = read(&good, 1).unwrap();
