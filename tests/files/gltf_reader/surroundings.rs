@@ -2,7 +2,7 @@
 
 use super::{File, messages};
 use glam::Vec3;
-use phalanx::formats::Loaded;
+use phalanx::formats::{Loaded, Options, read_bytes};
 use phalanx::scene::View;
 use serde_json::{Value, json};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -80,6 +80,30 @@ fn an_orthographic_camera_shows_its_width_and_height() {
     let none = seen(orthographic(1.0, 0.0), json!({}));
     assert_eq!(none.scene.view.ortho, None, "the camera that is made up");
     assert!(messages(&none.warnings)[0].contains("left out"));
+}
+
+#[test]
+fn pictures_of_other_shapes_show_all_of_a_parallel_view() {
+    let mut file = File::triangle();
+    file.json["cameras"] = json!([orthographic(3.0, 1.5)]);
+    file.node(json!({"camera": 0}));
+    let visible = |size: (u32, u32)| {
+        let options = Options {
+            size: Some(size),
+            ..Options::default()
+        };
+        let loaded = read_bytes("gltf", file.text().as_bytes(), &options);
+        loaded
+            .expect("an ending")
+            .expect("a scene")
+            .scene
+            .view
+            .ortho
+    };
+    assert_eq!(visible((200, 100)), Some(3.0));
+    assert_eq!(visible((400, 100)), Some(3.0), "wider");
+    assert_eq!(visible((100, 100)), Some(6.0), "narrower");
+    assert_eq!(visible((100, 200)), Some(12.0));
 }
 
 /// The format: the scale of a camera's node is ignored.

@@ -22,11 +22,13 @@ const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 const UNUSED_FOVY: f32 = 45.0;
 
 /// Takes the camera of the first node with a usable one: the scene's view, and the width of its
-/// picture. Returns true if there is one.
+/// picture. Parallel rays are spread for a picture of `size`, if that is not the file's own. Returns
+/// true if there is one.
 pub(super) fn add_camera(
     source: &GltfSource,
     nodes: &[PlacedNode],
     bounds: Bounds,
+    size: Option<(u32, u32)>,
     scene: &mut Scene,
     report: &mut DiagnosticSink,
 ) -> bool {
@@ -39,7 +41,7 @@ pub(super) fn add_camera(
             source.error(report, "nodes", placed.node, &message);
             continue;
         };
-        let projection = projection(camera);
+        let projection = projection(camera, size);
         let view = projection
             .as_ref()
             .and_then(|projection| view(placed, projection, bounds));
@@ -57,33 +59,34 @@ pub(super) fn add_camera(
     false
 }
 
-fn projection(camera: &GltfCamera) -> Option<Projection> {
+fn projection(camera: &GltfCamera, size: Option<(u32, u32)>) -> Option<Projection> {
     match (&camera.perspective, &camera.orthographic) {
         (Some(perspective), _) => Some(Projection {
             fovy: perspective.yfov.to_degrees() as f32,
             ortho: None,
             aspect: perspective.aspect_ratio,
         }),
-        (None, Some(orthographic)) => parallel(orthographic),
+        (None, Some(orthographic)) => parallel(orthographic, size),
         (None, None) => None,
     }
 }
 
-/// A lens of parallel rays. The file's picture has the shape of what is to be seen, so that nothing
-/// is cut off.
-fn parallel(orthographic: &Orthographic) -> Option<Projection> {
+/// A lens of parallel rays. The file's picture has the shape of what is to be seen; one of another
+/// shape shows all of that, and more.
+fn parallel(orthographic: &Orthographic, size: Option<(u32, u32)>) -> Option<Projection> {
     // Negative ones turn the picture over, which the format discourages.
     let (width, height) = (orthographic.xmag.abs(), orthographic.ymag.abs());
     let aspect = width / height;
     if !(aspect > 0.0 && aspect.is_finite()) {
         return None;
     }
-    // A picture that may not be as narrow or wide still shows all of it.
-    let visible = height.max(width / ASPECTS.end());
+    let own = aspect.clamp(*ASPECTS.start(), *ASPECTS.end());
+    let shape = size.map_or(own, |(width, height)| f64::from(width) / f64::from(height));
+    let visible = height.max(width / shape);
     Some(Projection {
         fovy: UNUSED_FOVY,
         ortho: Some((2.0 * visible) as f32),
-        aspect: Some(aspect.clamp(*ASPECTS.start(), *ASPECTS.end())),
+        aspect: Some(own),
     })
 }
 

@@ -190,7 +190,8 @@ impl<'a, 't> GltfReader<'a, 't> {
 
     fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
-        missing.view = !cameras::add_camera(source, nodes, bounds, scene, report);
+        let size = self.options.size;
+        missing.view = !cameras::add_camera(source, nodes, bounds, size, scene, report);
         missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 
