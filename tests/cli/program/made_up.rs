@@ -65,7 +65,7 @@ fn a_parallel_camera_shows_its_height_whatever_the_distance() {
     room.refused("render s.obj --ortho=-1", 2, &["--ortho", "above 0"]);
     room.refused(
         "render s.obj --ortho=3 --aperture .1 --focus 2",
-        1,
+        2,
         &["parallel rays has no lens"],
     );
 }
@@ -74,7 +74,7 @@ fn a_parallel_camera_shows_its_height_whatever_the_distance() {
 fn the_test_format_has_parallel_cameras() {
     let room = TestFolder::new();
     let scene = |lines: &str| {
-        format!("size 20 20\n{lines}\nambient 1 1 1\nsphere 0 0 0 1\nsphere 3 0 -50 1\n")
+        format!("size 20 20\n{lines}\nambient 1 1 1\nsphere 0 0 0 1\nsphere 2.8 0 -50 1\n")
     };
     let (camera, ortho) = ("camera 0 0 9 0 0 0 0 1 0 40", "ortho 8");
     room.write("a.test", &scene(&format!("{camera}\n{ortho}")));
@@ -90,9 +90,9 @@ fn the_test_format_has_parallel_cameras() {
         let row = &a.pixels[10 * 20..11 * 20];
         row[from..from + 6].iter().filter(|p| p[0] > 0).count()
     };
-    assert_eq!((lit(7), lit(14)), (5, 5));
+    assert_eq!((lit(7), lit(14)), (4, 4));
     room.write("c.test", &scene("ortho 0"));
-    room.refused("render c.test", 1, &["c.test:2:7", "must be positive"]);
+    room.refused("render c.test", 3, &["c.test:2:7", "must be positive"]);
 }
 
 #[test]
@@ -137,11 +137,6 @@ fn a_picture_that_shows_nothing_says_why() {
             "above or below",
         ),
         ("Kd 1 1 1\nd 0", seen, "every surface is clear"),
-        (
-            "Kd 1 1 1\nKa 0 0 0",
-            "--camera 0,0,-2 0,0,-1 0,1,0 1 --background 0 --light 0,0,-9",
-            "camera",
-        ),
     ] {
         let stderr = said(material, line);
         let warned = stderr.contains("warning: the picture is empty");
@@ -149,6 +144,6 @@ fn a_picture_that_shows_nothing_says_why() {
     }
     assert!(!said("Kd 1 1 1", seen).contains("empty"));
     // A detail may well be of one colour.
-    let detail = format!("{seen} --region 0,0,4,4");
+    let detail = format!("{seen} --region 0 0 4 4");
     assert!(!said("Kd 1 1 1\nd 0", &detail).contains("empty"));
 }
