@@ -8,7 +8,8 @@
 //!
 //! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
 //! Hits count where 0 < t < `tmax`; ties go to the smaller `prim_id`. All four give the same bits
-//! as the scalar oracle, ray by ray.
+//! as the scalar oracle, ray by ray. They meet every surface, whatever its material's opacity:
+//! coverage is a matter of pictures (`phalanx_scene::Scene::coverage` gives that of a hit).
 
 mod batch;
 mod columns;
