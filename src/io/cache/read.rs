@@ -236,7 +236,7 @@ fn blocks<'a>(
     first_array: usize,
 ) -> Vec<VerifyTask<'a>> {
     let mut checks = vec![Check::Any; first_array];
-    for (check, rows) in checks[2..].iter_mut().zip(columns(scene)) {
+    for (check, rows) in checks[3..].iter_mut().zip(columns(scene)) {
         *check = rows.check;
     }
     let mut all = Vec::new();
