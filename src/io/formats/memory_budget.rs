@@ -93,6 +93,11 @@ impl SharedBudget {
         self.used() > self.max
     }
 
+    /// Forgets what was taken beyond this many bytes, because it has been dropped.
+    pub(super) fn reset(&self, used: u64) {
+        self.used.store(used, Ordering::Relaxed);
+    }
+
     /// Bytes that all threads have taken, or would have taken.
     pub(super) fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)

@@ -7,6 +7,16 @@ pub(super) fn utf8(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
     std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
 }
 
+/// The length of the byte order mark that some editors put before text.
+pub(super) fn mark_length(bytes: &[u8]) -> usize {
+    let mark = "\u{feff}".as_bytes();
+    if bytes.starts_with(mark) {
+        mark.len()
+    } else {
+        0
+    }
+}
+
 /// Text for messages about a file that should be UTF-8.
 pub(super) fn lossy(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

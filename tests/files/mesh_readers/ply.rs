@@ -285,3 +285,215 @@ fn headers_of_any_length_are_answered_soon() {
     let said = errors("ply", &ascii(&long, BODY));
     assert!(said[0].message.contains("one operand too many"), "{said:?}");
 }
+
+const COLORED: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                       property TYPE red\nproperty TYPE green\nproperty TYPE blue\n\
+                       element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+/// The colours of the first triangle's corners.
+fn colors(scene: &phalanx::scene::Scene) -> [[f32; 3]; 3] {
+    let colors = scene.triangles.corner_colors(0).expect("colours");
+    colors.map(|color| color.to_array())
+}
+
+const RED_GREEN_GREY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.502_886_5; 3]];
+
+fn assert_near(found: [[f32; 3]; 3], expected: [[f32; 3]; 3]) {
+    for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+        assert!((found - expected).abs() < 2e-6, "{found} is not {expected}");
+    }
+}
+
+#[test]
+fn colours_of_vertices_are_made_linear() {
+    let body = |full: &str, grey: &str| {
+        format!("0 0 0 {full} 0 0\n1 0 0 0 {full} 0\n0 1 0 {grey} {grey} {grey}\n3 0 1 2\n")
+    };
+    for (kind, full, grey) in [
+        ("uchar", "255", "188"),
+        ("uint8", "255", "188"),
+        ("char", "255", "188"),
+        ("ushort", "255", "188"),
+        ("ushort", "65535", "48316"),
+        ("int", "255", "188"),
+        ("uint", "4294967295", "3166485692"),
+        ("float", "1", "0.7372549"),
+        ("double", "1.0", "0.73725490196"),
+        ("double", "255.0", "188.0"),
+        // Announced as bytes, and written as shares.
+        ("uchar", "1.0", "0.7372549"),
+    ] {
+        let header = COLORED.replace("TYPE", kind);
+        let loaded = read("ply", &ascii(&header, &body(full, grey)));
+        assert_near(colors(&loaded.scene), RED_GREEN_GREY);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert!(loaded.notes.iter().all(|note| !note.contains("colour")));
+    }
+    for names in [
+        ["diffuse_red", "diffuse_green", "diffuse_blue"],
+        ["r", "g", "b"],
+    ] {
+        let mut header = COLORED.replace("TYPE", "uchar");
+        for (name, other) in ["red", "green", "blue"].into_iter().zip(names) {
+            header = header.replace(&format!(" {name}\n"), &format!(" {other}\n"));
+        }
+        assert_near(
+            colors(&read("ply", &ascii(&header, &body("255", "188"))).scene),
+            RED_GREEN_GREY,
+        );
+    }
+    // Not all three, or in lists.
+    for (from, to) in [
+        ("property TYPE blue", "property TYPE other"),
+        ("TYPE blue", "list uchar TYPE blue"),
+    ] {
+        let header = COLORED.replace(from, to).replace("TYPE", "uchar");
+        let body = body("255", "1").replace("188\n", "1 188\n");
+        let scene = read("ply", &ascii(&header, &body)).scene;
+        assert!(scene.triangles.colors.is_empty());
+    }
+}
+
+#[test]
+fn binary_colours_are_those_of_text() {
+    let three = [[255u8, 0, 0], [0, 255, 0], [188; 3]];
+    let shares = three.map(|row| row.map(|c| f64::from(c) / 255.0));
+    let position = |k: usize| &POSITIONS[3 * k..3 * k + 3];
+    for big in [false, true] {
+        let mut bytes = BinaryNumbers::new(big, &COLORED.replace("TYPE", "uchar"));
+        let mut doubles = BinaryNumbers::new(big, &COLORED.replace("TYPE", "double"));
+        // A list before the colour takes the slow way.
+        let listed = COLORED.replace(
+            "property TYPE red",
+            "property list uchar uchar x\nproperty TYPE red",
+        );
+        let mut lists = BinaryNumbers::new(big, &listed.replace("TYPE", "uchar"));
+        for k in 0..3 {
+            bytes = bytes.floats(position(k)).put(three[k]);
+            doubles = doubles.floats(position(k));
+            doubles = shares[k]
+                .into_iter()
+                .fold(doubles, |b, c| b.put(c.to_le_bytes()));
+            lists = lists.floats(position(k)).put([2]).put([7]).put([8]);
+            lists = three[k].into_iter().fold(lists, |b, c| b.put([c]));
+        }
+        if big {
+            // `put` reverses what it is given at once.
+            let header = COLORED.replace("TYPE", "uchar");
+            bytes = BinaryNumbers::new(big, &header);
+            for k in 0..3 {
+                bytes = bytes.floats(position(k));
+                bytes = three[k].into_iter().fold(bytes, |b, c| b.put([c]));
+            }
+        }
+        for file in [bytes, doubles, lists] {
+            let file = file.put([3]).ints(&[0, 1, 2]);
+            assert_near(colors(&read("ply", &file.all).scene), RED_GREEN_GREY);
+        }
+    }
+}
+
+#[test]
+fn faces_have_colours_where_vertices_have_none() {
+    let header = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face COUNT\nproperty uchar red\nproperty list uchar int vertex_indices\n\
+                  property uchar green\nproperty uchar blue\n\
+                  element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+    let vertices = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    let strip = "4 0 1 3 2\n";
+    let of = |bytes: &[u8]| {
+        let triangles = read("ply", bytes).scene.triangles;
+        let color = |k: usize| triangles.corner_colors(k).map(|c| c[1].to_array());
+        (0..triangles.len()).map(color).collect::<Vec<_>>()
+    };
+    let (red, blue) = (Some([1.0, 0.0, 0.0]), Some([0.0, 0.0, 1.0]));
+    // A polygon, a face of two corners, and a triangle.
+    let faces = "255 4 0 1 2 3 0 0\n7 2 0 1 7 7\n0 3 0 1 2 0 255\n";
+    let text = ascii(
+        &header.replace("COUNT", "3"),
+        &format!("{vertices}{faces}{strip}"),
+    );
+    assert_eq!(of(&text), [red, red, blue, None, None]);
+    let square = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    for big in [false, true] {
+        for polygons in [false, true] {
+            let header = header.replace("COUNT", if polygons { "3" } else { "2" });
+            let mut file = BinaryNumbers::new(big, &header).floats(&square);
+            if polygons {
+                file = file.put([7]).put([2]).ints(&[0, 1]).put([7]).put([7]);
+            }
+            file = file.put([255]).put([3]).ints(&[0, 1, 2]).put([0]).put([0]);
+            file = file.put([0]).put([3]).ints(&[0, 2, 3]).put([0]).put([255]);
+            file = file.ints(&[4, 0, 1, 3, 2]);
+            assert_eq!(of(&file.all), [red, blue, None, None]);
+        }
+    }
+    // Vertices with colours have the last word.
+    let both = header.replace("COUNT", "3").replace(
+        "property float z\n",
+        "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n",
+    );
+    let vertices = vertices.replace(" 0\n", " 0 0 255 0\n");
+    let text = ascii(&both, &format!("{vertices}{faces}{strip}"));
+    assert_eq!(of(&text), [Some([0.0, 1.0, 0.0]); 5]);
+}
+
+#[test]
+fn rows_may_be_broken_and_joined_and_lines_may_be_comments() {
+    let plain = read("ply", &ascii(HEADER, BODY)).scene;
+    for (body, warns) in [
+        (
+            "0 0 0\ncomment made by hand\n\n1 0 0\nobj_info x\n0 1 0\n# 3 0 1 2\n3 0 1 2\ncomment end\n",
+            false,
+        ),
+        ("0 0\n0\n1\n0 0\n0 1 0\n3\n0 1 2\n", true),
+        ("0 0\ncomment 7 7 7\n0\n1 0 0\n0 1 0\n3 0 1\n2\n\n", true),
+        ("0 0 0 1 0 0\n0 1 0\n3 0 1 2", true),
+        ("0 0 0 1 0 0 0 1 0 3 0 1 2", true),
+    ] {
+        for end in ["\n", "\r", "\r\n"] {
+            let text = ascii(HEADER, body);
+            let text = String::from_utf8(text).unwrap().replace('\n', end);
+            let loaded = read("ply", text.as_bytes());
+            assert_eq!(triangles(&loaded.scene), triangles(&plain), "{body:?}");
+            let said = messages(&loaded.warnings);
+            assert_eq!(said.len(), usize::from(warns), "{said:?}");
+            assert!(
+                said.iter()
+                    .all(|m| m.contains("rows and lines do not agree"))
+            );
+        }
+    }
+    // A word too few here and one too many there, or too few or too many in the end.
+    for body in [
+        "0 0\n0 1 0 0\n0 1 0\n3 0 1 2\n",
+        "0 0 0\n1 0\n0 1 0 0\n3 0 1 2\n",
+        "0 0\n0 1 0 0\n0 1 0\n3 0 1\n",
+        "0 0 0 1 0 0\n0 1 0\n3 0 1 2 5\n",
+    ] {
+        assert!(!errors("ply", &ascii(HEADER, body)).is_empty(), "{body:?}");
+    }
+}
+
+#[test]
+fn a_file_may_begin_with_a_mark_or_blank_lines_and_end_with_anything() {
+    let text = String::from_utf8(ascii(HEADER, BODY)).unwrap();
+    for before in ["\u{feff}", "\n \n", "\u{feff}\n"] {
+        let loaded = read("ply", format!("{before}{text}").as_bytes());
+        assert_eq!(triangles(&loaded.scene), FLAT, "{before:?}");
+    }
+    let mut file = BinaryNumbers::new(false, HEADER).floats(&POSITIONS);
+    file = file.put([3]).ints(&[0, 1, 2]).put(*b"more");
+    for bytes in [&format!("{text}more\nand more").into_bytes(), &file.all] {
+        let loaded = read("ply", bytes);
+        assert_eq!(triangles(&loaded.scene), FLAT);
+        assert_eq!(loaded.warnings.len(), 1);
+    }
+    // Numbers that are not used may be none.
+    let header = HEADER.replace("float z\n", "float z\nproperty float quality\n");
+    let body = BODY
+        .replacen("0\n", "0 -nan(ind)\n", 1)
+        .replacen("1 0 0\n", "1 0 0 1.#QNAN\n", 1);
+    let body = body.replacen("0 1 0\n", "0 1 0 n/a\n", 1);
+    assert_eq!(triangles(&read("ply", &ascii(&header, &body)).scene), FLAT);
+}

@@ -1,13 +1,14 @@
-//! Rows of an ascii file: one on each line that is not blank.
+//! Rows of an ascii file: one on each line that is neither blank nor a comment.
 //!
 //! Lines are counted first, so that the rows of each chunk of the text are known. Then several
-//! threads read the chunks.
+//! threads read the chunks. If rows and lines do not agree, the words of the file are read once more
+//! without regard to lines: some programs break rows, and others write several on a line.
 
-use super::header::{Element, Property, PropertyKind};
+use super::header::Element;
 use super::plan::{ElementUse, ReadPlan};
 use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
-use crate::formats::decimal;
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
+use super::words::{NO_ROW_END, PlyWords, count_rows};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors, merge_floats};
 use crate::formats::workers;
@@ -43,8 +44,21 @@ pub(super) fn read(
         reader.read(range.start, first);
         reader.chunk
     });
+    let missing = missing_rows(elements, rows, bytes);
+    if missing.is_some() || chunks.iter().any(|chunk| !chunk.errors.is_empty()) {
+        let counted = plan.made.used();
+        plan.made.reset(0);
+        if let Some((chunk, span)) = PlyAsciiReader::new(bytes, plan).read_words() {
+            report.warning(
+                span,
+                "rows and lines do not agree from here on: rows are read by their words",
+            );
+            return merge(vec![chunk], plan, threads, report);
+        }
+        plan.made.reset(counted);
+    }
     let body = merge(chunks, plan, threads, report);
-    if let Some(error) = missing_rows(elements, rows, bytes) {
+    if let Some(error) = missing {
         let mut errors = ParseErrors::default();
         errors.push(error);
         errors.emit(report);
@@ -64,24 +78,12 @@ fn missing_rows(elements: &[Element], rows: u64, bytes: &[u8]) -> Option<ParseEr
     None
 }
 
-/// Number of lines that are not blank.
-fn count_rows(text: &[u8], eol: u8) -> u64 {
-    let mut count = 0;
-    let mut start = 0;
-    for end in memchr::memchr_iter(eol, text).chain([text.len()]) {
-        // The first byte decides in most cases.
-        let filled = text[start..end].iter().any(|&byte| byte > b' ');
-        count += u64::from(filled);
-        start = end + 1;
-    }
-    count
-}
-
 /// Contents of a chunk of the text.
 #[derive(Default)]
 struct PlyChunk {
     vertices: [Vec<f32>; 3],
     normals: [Vec<f32>; 3],
+    colors: [Vec<f32>; 3],
     sink: FaceSink,
     not_finite: Vec<NotFinite>,
     bad_normals: Vec<NotFinite>,
@@ -99,9 +101,10 @@ fn merge(
     report: &mut DiagnosticSink,
 ) -> Body {
     let mut body = Body::default();
-    let mut columns: [Vec<Vec<f32>>; 6] = Default::default();
+    let mut columns: [Vec<Vec<f32>>; 9] = Default::default();
     for chunk in &mut chunks {
         let parts = chunk.vertices.iter_mut().chain(&mut chunk.normals);
+        let parts = parts.chain(&mut chunk.colors);
         for (column, part) in columns.iter_mut().zip(parts) {
             column.push(std::mem::take(part));
         }
@@ -114,6 +117,7 @@ fn merge(
         body.bad_normals.extend(chunk.bad_normals);
         body.skipped.merge(chunk.sink.skipped);
         body.faces.push(chunk.sink.faces);
+        body.face_colors.push(chunk.sink.colors);
         surplus = surplus.or(chunk.surplus);
         surplus_operands.merge(chunk.surplus_operands);
     }
@@ -123,13 +127,11 @@ fn merge(
     if let Some(span) = surplus {
         report.warning(span, "this line and what follows the last row is ignored");
     }
-    let [x, y, z, nx, ny, nz] = merge_floats(threads, columns);
-    body.vertices = Vec3s { x, y, z };
-    body.normals = plan.vertices.normal.map(|_| Vec3s {
-        x: nx,
-        y: ny,
-        z: nz,
-    });
+    let [x, y, z, nx, ny, nz, r, g, b] = merge_floats(threads, columns);
+    let vectors = |x, y, z| Vec3s { x, y, z };
+    body.vertices = vectors(x, y, z);
+    body.normals = plan.vertices.normal.map(|_| vectors(nx, ny, nz));
+    body.colors = plan.vertices.color.map(|_| vectors(r, g, b));
     body
 }
 
@@ -138,18 +140,25 @@ fn merge(
 enum VertexSlot {
     Position(usize),
     Normal(usize),
+    Color(usize),
     Unused,
 }
 
+/// Numbers of a vertex that are used.
+struct VertexNumbers {
+    position: [f32; 3],
+    normal: [f32; 3],
+    color: [f32; 3],
+}
+
 struct PlyAsciiReader<'a> {
-    /// The file up to the end of the chunk.
-    text: &'a [u8],
-    at: usize,
+    words: PlyWords<'a>,
     plan: &'a ReadPlan,
-    eol: u8,
     /// The destination of each property of a vertex.
     slots: Vec<VertexSlot>,
     corners: Vec<i64>,
+    /// The colour of the face with these corners.
+    color: [f32; 3],
     share: BudgetShare<'a>,
     chunk: PlyChunk,
 }
@@ -163,19 +172,26 @@ impl<'a> PlyAsciiReader<'a> {
                 .vertices
                 .normal
                 .and_then(|n| n.iter().position(|&p| p == index));
-            match (position, normal) {
-                (Some(axis), _) => VertexSlot::Position(axis),
-                (_, Some(axis)) => VertexSlot::Normal(axis),
+            let color = plan.vertices.color;
+            let color = color.and_then(|c| c.numbers.iter().position(|&p| p == index));
+            match (position, normal, color) {
+                (Some(axis), ..) => VertexSlot::Position(axis),
+                (_, Some(axis), _) => VertexSlot::Normal(axis),
+                (.., Some(channel)) => VertexSlot::Color(channel),
                 _ => VertexSlot::Unused,
             }
         };
         PlyAsciiReader {
-            text,
-            at: 0,
+            words: PlyWords {
+                text,
+                at: 0,
+                eol: plan.header.line_end,
+                line_end: plan.header.line_end,
+            },
             plan,
-            eol: plan.header.line_end,
             slots: (0..count).map(slot).collect(),
             corners: Vec::new(),
+            color: [0.0; 3],
             share: plan.made.share(),
             chunk: PlyChunk::default(),
         }
@@ -183,7 +199,7 @@ impl<'a> PlyAsciiReader<'a> {
 
     /// Reads the rows from `start` on. The first of them has number `first` in the whole body.
     fn read(&mut self, start: usize, mut first: u64) {
-        self.at = start;
+        self.words.at = start;
         let plan = self.plan;
         for (index, element) in plan.header.elements.iter().enumerate() {
             if element.properties.is_empty() {
@@ -195,53 +211,85 @@ impl<'a> PlyAsciiReader<'a> {
             }
             let purpose = plan.purpose(index);
             for row in first..element.count {
-                if !self.find_row() {
+                if !self.words.find_row() {
                     return;
                 }
                 if let Err(error) = self.row(purpose, element, row) {
                     self.chunk.errors.push(error);
-                    self.skip_line();
+                    self.words.skip_line();
                 }
             }
             first = 0;
         }
-        if self.find_row() {
-            let offset = self.at;
-            self.skip_line();
-            let length = self.text[offset..self.at].trim_ascii_end().len();
+        if self.words.find_row() {
+            let offset = self.words.at;
+            self.words.skip_line();
+            let length = self.words.text[offset..self.words.at]
+                .trim_ascii_end()
+                .len();
             self.chunk.surplus = Some(Span::new(offset, length));
         }
     }
 
-    /// Moves to the next line that is not blank.
-    fn find_row(&mut self) -> bool {
-        while self.text.get(self.at).is_some_and(|&byte| byte <= b' ') {
-            self.at += 1;
+    /// Reads all rows word by word. `None` if they do not end with the file, if one of them is
+    /// faulty, or if lines end within some rows while others begin within a line: then there is a
+    /// word too many or too few. Else also the span of the first row that is no line.
+    fn read_words(mut self) -> Option<(PlyChunk, Span)> {
+        self.words.at = self.plan.header.body;
+        self.words.eol = NO_ROW_END;
+        let plan = self.plan;
+        let (mut broken, mut joined) = (None, None);
+        for (index, element) in plan.header.elements.iter().enumerate() {
+            let purpose = plan.purpose(index);
+            let rows = match element.properties.is_empty() {
+                true => 0,
+                false => element.count,
+            };
+            for row in 0..rows {
+                let before = self.words.at;
+                if !self.words.find_row() {
+                    return None;
+                }
+                let start = self.words.at;
+                self.row(purpose, element, row).ok()?;
+                let ends_line = |from: usize, to: usize| {
+                    memchr::memchr(plan.header.line_end, &self.words.text[from..to]).is_some()
+                };
+                if ends_line(start, self.words.at) {
+                    broken.get_or_insert(self.words.since(start));
+                }
+                if start > plan.header.body
+                    && before > plan.header.body
+                    && !ends_line(before, start)
+                {
+                    joined.get_or_insert(self.words.since(start));
+                }
+                if broken.is_some() && joined.is_some() {
+                    return None;
+                }
+            }
         }
-        self.at < self.text.len()
-    }
-
-    fn skip_line(&mut self) {
-        let rest = &self.text[self.at..];
-        self.at += memchr::memchr(self.eol, rest).unwrap_or(rest.len());
+        let span = broken.or(joined)?;
+        (!self.words.find_row()).then_some((self.chunk, span))
     }
 
     #[inline]
     fn row(&mut self, purpose: ElementUse, element: &Element, row: u64) -> Result<(), ParseError> {
-        let start = self.at;
+        let start = self.words.at;
         match purpose {
             ElementUse::Vertices => self.vertex(element, row as u32)?,
             ElementUse::Faces(list) => {
                 self.row_with_list(element, list, true)?;
-                let span = self.since(start);
+                let span = self.words.since(start);
                 if self.has_room(span) {
                     let vertices = self.plan.vertices.count;
-                    self.chunk.sink.add(&self.corners, vertices, span)?;
+                    let color = self.plan.face_color.map(|_| self.color);
+                    self.chunk.sink.add(&self.corners, color, vertices, span)?;
                 }
             }
             ElementUse::Strips(list) => {
                 self.row_with_list(element, list, false)?;
-                let span = self.since(start);
+                let span = self.words.since(start);
                 if self.has_room(span) {
                     let vertices = self.plan.vertices.count;
                     self.chunk.sink.add_strips(&self.corners, vertices, span)?;
@@ -249,17 +297,19 @@ impl<'a> PlyAsciiReader<'a> {
             }
             ElementUse::Nothing => {
                 for property in &element.properties {
-                    self.pass(property)?;
+                    self.words.pass(property)?;
                 }
             }
         }
-        if self.at_line_end() {
+        if self.words.eol == NO_ROW_END || self.words.at_line_end() {
             return Ok(());
         }
         // Real files have them: MeshLab announces four numbers of a colour and writes ten.
-        let offset = self.at;
-        self.skip_line();
-        let length = self.text[offset..self.at].trim_ascii_end().len();
+        let offset = self.words.at;
+        self.words.skip_line();
+        let length = self.words.text[offset..self.words.at]
+            .trim_ascii_end()
+            .len();
         self.chunk.surplus_operands.add(Span::new(offset, length));
         Ok(())
     }
@@ -271,22 +321,30 @@ impl<'a> PlyAsciiReader<'a> {
         self.share.take(bytes)
     }
 
-    fn since(&self, start: usize) -> Span {
-        Span::between(start, self.at)
-    }
-
     #[inline]
     fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
-        let start = self.at;
-        let (mut position, mut normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
-        let read = self.vertex_numbers(element, &mut position, &mut normal);
+        let start = self.words.at;
+        let mut numbers = VertexNumbers {
+            position: [0.0; 3],
+            normal: [0.0, 0.0, 1.0],
+            color: [0.0; 3],
+        };
+        let read = self.vertex_numbers(element, &mut numbers);
+        let VertexNumbers {
+            position,
+            normal,
+            color,
+        } = numbers;
         // A faulty vertex is stored, too, so that later ones keep their numbers.
-        let span = self.since(start);
+        let span = self.words.since(start);
         let position = checked_position(position, number, span, &mut self.chunk.not_finite);
         push(&mut self.chunk.vertices, position);
         if self.plan.vertices.normal.is_some() {
             let normal = checked_normal(normal, number, span, &mut self.chunk.bad_normals);
             push(&mut self.chunk.normals, normal);
+        }
+        if self.plan.vertices.color.is_some() {
+            push(&mut self.chunk.colors, color);
         }
         read
     }
@@ -295,14 +353,17 @@ impl<'a> PlyAsciiReader<'a> {
     fn vertex_numbers(
         &mut self,
         element: &Element,
-        position: &mut [f32; 3],
-        normal: &mut [f32; 3],
+        numbers: &mut VertexNumbers,
     ) -> Result<(), ParseError> {
+        let origin = self.plan.vertices.origin;
         for (index, property) in element.properties.iter().enumerate() {
             match self.slots[index] {
-                VertexSlot::Position(axis) => position[axis] = self.coordinate(axis)?,
-                VertexSlot::Normal(axis) => normal[axis] = self.float()?,
-                VertexSlot::Unused => self.pass(property)?,
+                VertexSlot::Position(axis) => {
+                    numbers.position[axis] = self.words.coordinate(origin[axis])?
+                }
+                VertexSlot::Normal(axis) => numbers.normal[axis] = self.words.float()?,
+                VertexSlot::Color(channel) => numbers.color[channel] = self.words.float()?,
+                VertexSlot::Unused => self.words.pass(property)?,
             }
         }
         Ok(())
@@ -317,132 +378,27 @@ impl<'a> PlyAsciiReader<'a> {
         face: bool,
     ) -> Result<(), ParseError> {
         self.corners.clear();
+        let color = self.plan.face_color;
+        let channel = |index| color.and_then(|c| c.numbers.iter().position(|&p| p == index));
         for (index, property) in element.properties.iter().enumerate() {
             if index != list {
-                self.pass(property)?;
+                match channel(index).filter(|_| face) {
+                    Some(channel) => self.color[channel] = self.words.float()?,
+                    None => self.words.pass(property)?,
+                }
                 continue;
             }
-            let start = self.at;
-            let count = self.list_count()?;
+            let start = self.words.at;
+            let count = self.words.list_count()?;
             if face {
-                check_corners(count as usize, self.since(start))?;
+                check_corners(count as usize, self.words.since(start))?;
             }
             for _ in 0..count {
-                let corner = self.integer()?;
+                let corner = self.words.integer()?;
                 self.corners.push(corner);
             }
         }
         Ok(())
-    }
-
-    /// Passes a property that is not used.
-    fn pass(&mut self, property: &Property) -> Result<(), ParseError> {
-        let count = match property.kind {
-            PropertyKind::One(_) => 1,
-            PropertyKind::List { .. } => self.list_count()?,
-        };
-        for _ in 0..count {
-            if self.at_line_end() {
-                return Err(self.missing());
-            }
-            self.word();
-        }
-        Ok(())
-    }
-
-    fn list_count(&mut self) -> Result<i64, ParseError> {
-        self.skip_blanks();
-        let start = self.at;
-        let count = self.integer()?;
-        match count {
-            0.. => Ok(count),
-            _ => Err(ParseError::new(
-                self.since(start),
-                "a list cannot have a negative count",
-            )),
-        }
-    }
-
-    #[inline]
-    fn skip_blanks(&mut self) {
-        while self
-            .text
-            .get(self.at)
-            .is_some_and(|&byte| byte <= b' ' && byte != self.eol)
-        {
-            self.at += 1;
-        }
-    }
-
-    #[inline]
-    fn at_line_end(&mut self) -> bool {
-        self.skip_blanks();
-        self.text.get(self.at).is_none_or(|&byte| byte == self.eol)
-    }
-
-    /// The next word of the line; empty at its end.
-    fn word(&mut self) -> Span {
-        self.skip_blanks();
-        let rest = &self.text[self.at..];
-        let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span::new(self.at, length.unwrap_or(rest.len()));
-        self.at += span.length;
-        span
-    }
-
-    #[inline]
-    fn float(&mut self) -> Result<f32, ParseError> {
-        self.skip_blanks();
-        let (value, end) = decimal::float(self.text, self.at);
-        self.ended(value, end, "a number")
-    }
-
-    /// A coordinate of a vertex, from which the origin is subtracted.
-    #[inline]
-    fn coordinate(&mut self, axis: usize) -> Result<f32, ParseError> {
-        let origin = self.plan.vertices.origin[axis];
-        if origin == 0.0 {
-            return self.float();
-        }
-        self.skip_blanks();
-        let (value, end) = decimal::double(self.text, self.at);
-        self.ended((value - origin) as f32, end, "a number")
-    }
-
-    #[inline]
-    fn integer(&mut self) -> Result<i64, ParseError> {
-        self.skip_blanks();
-        let (value, end) = decimal::integer(self.text, self.at);
-        self.ended(value, end, "a whole number")
-    }
-
-    /// Moves behind a number that ends here, if it is one.
-    #[inline]
-    fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
-        let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
-        if end > self.at && delimited {
-            self.at = end;
-            return Ok(value);
-        }
-        Err(self.no_number(what))
-    }
-
-    #[cold]
-    fn no_number(&mut self, what: &str) -> ParseError {
-        if self.at_line_end() {
-            return self.missing();
-        }
-        let word = self.word();
-        ParseError::new(word, format!("{} is not {what}", self.quoted(word)))
-    }
-
-    #[cold]
-    fn missing(&self) -> ParseError {
-        ParseError::new(self.since(self.at), "the row ends too early")
-    }
-
-    fn quoted(&self, span: Span) -> String {
-        quoted_bytes(&self.text[span.range()])
     }
 }
 

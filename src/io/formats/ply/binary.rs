@@ -3,7 +3,8 @@
 //! Rows without lists, and faces that are all triangles, have a fixed length. Several threads
 //! extract their numbers at once. Rows that are less regular, or faulty, are walked one by one.
 
-use super::columns::{TriangleRowLayout, fill};
+use super::colors::FaceColors;
+use super::columns::{TriangleRowLayout, fill, three_columns};
 use super::header::{Element, Encoding, PropertyKind, Type};
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
@@ -127,6 +128,20 @@ impl<'a> PlyBinaryReader<'a> {
             self.body.normals = Some(columns);
             self.body.bad_normals = bad;
         }
+        if let Some(color) = self.plan.vertices.color {
+            let stride = element.least_bytes();
+            let rows = &self.bytes[self.at..self.at + count * stride];
+            let sources = color.numbers.map(|index| source(element, index, 0));
+            let blocks = self.blocks(stride);
+            let columns = three_columns(rows, stride, sources, self.big_endian, blocks);
+            let [x, y, z] = columns.map(Into::into);
+            self.body.colors = Some(Vec3s { x, y, z });
+        }
+    }
+
+    /// The number of threads, and of rows of this length that one takes at a time.
+    fn blocks(&self, stride: usize) -> (usize, usize) {
+        (self.threads, (self.chunk_bytes / stride).max(1))
     }
 
     /// Three properties of each row, less an origin, replaced by `check` if they are unusable.
@@ -139,11 +154,7 @@ impl<'a> PlyBinaryReader<'a> {
     ) -> (Vec3s, Vec<NotFinite>) {
         let stride = element.least_bytes();
         let rows = &self.bytes[self.at..self.at + count * stride];
-        let sources = properties.map(|index| {
-            let before = &element.properties[..index];
-            let offset = before.iter().map(|p| size_of_number(p.kind)).sum::<usize>();
-            (offset, type_of_number(element.properties[index].kind))
-        });
+        let sources = properties.map(|index| source(element, index, 0));
         let mut columns = [(); 3].map(|()| vec![0.0f32; count]);
         let size = (self.chunk_bytes / stride).max(1);
         let [x, y, z] = &mut columns;
@@ -200,6 +211,15 @@ impl<'a> PlyBinaryReader<'a> {
             item,
             big_endian: self.big_endian,
         };
+        let bytes = self.plan.bytes_beyond(3, stride);
+        if !self
+            .plan
+            .made
+            .share()
+            .take(bytes.saturating_mul(count as u64))
+        {
+            return Some(length);
+        }
         let mut faces = Faces::default();
         // Zeroed pages of the system, which are first touched when they are written to.
         faces.columns[VERTEX] = vec![[0; 3]; count];
@@ -221,6 +241,13 @@ impl<'a> PlyBinaryReader<'a> {
             return None;
         }
         self.body.faces.push(faces);
+        let mut colors = FaceColors::default();
+        if let Some(color) = self.plan.face_color {
+            let sources = color.numbers.map(|index| source(element, index, 3));
+            colors.rgb = three_columns(rows, stride, sources, self.big_endian, self.blocks(stride));
+            colors.numbers = (0..count as u32).collect();
+        }
+        self.body.face_colors.push(colors);
         Some(length)
     }
 
@@ -281,6 +308,22 @@ impl<'a> PlyBinaryReader<'a> {
         })
     }
 
+    /// The number of this type at a position within the file, less an origin.
+    fn number(&self, at: usize, kind: PropertyKind, origin: f64) -> f32 {
+        let kind = type_of_number(kind);
+        let mut value = [0.0];
+        let row = &self.bytes[at..];
+        fill(
+            &mut value,
+            row,
+            kind.size(),
+            0,
+            (kind, origin),
+            self.big_endian,
+        );
+        value[0]
+    }
+
     fn walk_faces(
         &mut self,
         element: &Element,
@@ -294,13 +337,24 @@ impl<'a> PlyBinaryReader<'a> {
         let mut sink = FaceSink::default();
         let mut share = self.plan.made.share();
         let mut corners = Vec::new();
+        let last = element.properties.len() - 1;
+        let colored = self.plan.face_color.filter(|_| !strips);
+        let (mut face, mut color) = (None, [0.0; 3]);
         self.walk(element, |reader, _, index, field| {
-            let Field::List(first, count) = field else {
+            match field {
+                Field::List(first, count) if index == list => face = Some((first, count)),
+                Field::List(..) => {}
+                Field::One(at) => {
+                    let channel = colored.and_then(|c| c.numbers.iter().position(|&k| k == index));
+                    if let Some(channel) = channel {
+                        color[channel] = reader.number(at, element.properties[index].kind, 0.0);
+                    }
+                }
+            }
+            // The colour may stand on either side of the corners.
+            let Some((first, count)) = face.take_if(|_| index == last) else {
                 return;
             };
-            if index != list {
-                return;
-            }
             let span = Span::new(first, count * item.size());
             // Strips may be long; their corners are held as numbers of eight bytes for a while.
             let (checked, held) = match strips {
@@ -318,13 +372,14 @@ impl<'a> PlyBinaryReader<'a> {
             corners.extend((0..count).map_while(at));
             let added = match strips {
                 true => sink.add_strips(&corners, vertices, span),
-                false => sink.add(&corners, vertices, span),
+                false => sink.add(&corners, colored.map(|_| color), vertices, span),
             };
             if let Err(error) = added {
                 reader.errors.push(error);
             }
         })?;
         self.body.faces.push(sink.faces);
+        self.body.face_colors.push(sink.colors);
         self.body.skipped.merge(sink.skipped);
         Ok(())
     }
@@ -335,9 +390,11 @@ impl<'a> PlyBinaryReader<'a> {
             position,
             origin,
             normal,
+            color,
             ..
         } = self.plan.vertices;
         let wanted = position.into_iter().chain(normal.into_iter().flatten());
+        let wanted = wanted.chain(color.into_iter().flat_map(|color| color.numbers));
         let wanted: Vec<usize> = wanted.collect();
         let mut columns = vec![Vec::new(); wanted.len()];
         let mut starts = Vec::new();
@@ -352,17 +409,9 @@ impl<'a> PlyBinaryReader<'a> {
                 .filter(|(_, (_, w))| **w == index)
             {
                 if let Field::One(at) = field {
-                    let kind = type_of_number(element.properties[index].kind);
-                    let mut value = [0.0];
-                    fill(
-                        &mut value,
-                        &reader.bytes[at..],
-                        kind.size(),
-                        0,
-                        (kind, origin.to_array().get(k).copied().unwrap_or(0.0)),
-                        reader.big_endian,
-                    );
-                    column.push(value[0]);
+                    let origin = origin.to_array().get(k).copied().unwrap_or(0.0);
+                    let kind = element.properties[index].kind;
+                    column.push(reader.number(at, kind, origin));
                 }
             }
         })?;
@@ -374,6 +423,10 @@ impl<'a> PlyBinaryReader<'a> {
         if normal.is_some() {
             let (normals, bad) = checked_columns(three(), at, &checked_normal);
             (self.body.normals, self.body.bad_normals) = (Some(normals), bad);
+        }
+        if color.is_some() {
+            let [x, y, z] = three().map(Into::into);
+            self.body.colors = Some(Vec3s { x, y, z });
         }
         Ok(())
     }
@@ -410,13 +463,20 @@ fn checked(
     bad
 }
 
+/// Offset and type of a number in rows whose lists have `items` items each.
+fn source(element: &Element, index: usize, items: usize) -> (usize, Type) {
+    let size = |kind| match kind {
+        PropertyKind::One(kind) => kind.size(),
+        PropertyKind::List { count, item } => count.size() + items * item.size(),
+    };
+    let before = &element.properties[..index];
+    let offset = before.iter().map(|p| size(p.kind)).sum::<usize>();
+    (offset, type_of_number(element.properties[index].kind))
+}
+
 fn type_of_number(kind: PropertyKind) -> Type {
     match kind {
         PropertyKind::One(kind) => kind,
         PropertyKind::List { item, .. } => item,
     }
-}
-
-fn size_of_number(kind: PropertyKind) -> usize {
-    type_of_number(kind).size()
 }

@@ -1,6 +1,7 @@
 //! Columns out of binary rows of a fixed length.
 
 use super::header::Type;
+use crate::formats::workers;
 
 /// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single
 /// precision holds.
@@ -34,6 +35,29 @@ pub(super) fn fill(
         (Type::U32, false) => of.take(out, |b| less(u32::from_le_bytes(b).into())),
         (Type::U32, true) => of.take(out, |b| less(u32::from_be_bytes(b).into())),
     }
+}
+
+/// Three numbers out of each row, given by their offsets and types, on several threads.
+pub(super) fn three_columns(
+    rows: &[u8],
+    stride: usize,
+    sources: [(usize, Type); 3],
+    big: bool,
+    (threads, rows_per_block): (usize, usize),
+) -> [Vec<f32>; 3] {
+    let mut columns = [(); 3].map(|()| vec![0.0f32; rows.len() / stride]);
+    let jobs = columns
+        .iter_mut()
+        .zip(sources)
+        .flat_map(|(column, source)| {
+            let blocks = rows.chunks(rows_per_block * stride);
+            let outs = column.chunks_mut(rows_per_block);
+            outs.zip(blocks).map(move |(out, rows)| (out, rows, source))
+        });
+    workers::map(threads, jobs.collect(), |(out, rows, (offset, kind))| {
+        fill(out, rows, stride, offset, (kind, 0.0), big);
+    });
+    columns
 }
 
 struct PropertyColumn<'a> {

@@ -2,6 +2,7 @@
 
 use crate::formats::diagnostics::{Span, quoted_bytes};
 use crate::formats::mesh::{ParseError, ParseErrors};
+use crate::formats::text::mark_length;
 
 /// Encoding of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,7 +158,7 @@ impl<'a> HeaderLines<'a> {
         };
         HeaderLines {
             bytes,
-            at: 0,
+            at: mark_length(bytes),
             line_end,
         }
     }
@@ -204,11 +205,12 @@ fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
 pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
     let mut lines = HeaderLines::new(bytes);
     let mut reader = PlyHeaderReader::default();
-    let first = lines.next();
+    let first = lines.find(|line| !bytes[line.range()].trim_ascii().is_empty());
     let magic = first.map_or(Vec::new(), |line| words(bytes, line));
     if magic.first().is_none_or(|(_, word)| *word != b"ply") {
-        let length = first.map_or(0, |line| line.length.min(3));
-        let span = Span::new(0, length);
+        let span = first.map_or(Span::START, |line| {
+            Span::new(line.offset, line.length.min(3))
+        });
         let message = "this is not a PLY file: it does not begin with `ply`";
         reader.errors.push(ParseError::new(span, message));
         return Err(reader.errors);

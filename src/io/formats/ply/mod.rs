@@ -7,10 +7,12 @@
 
 mod ascii;
 mod binary;
+mod colors;
 mod columns;
 mod header;
 mod plan;
 mod reader;
 mod rows;
+mod words;
 
 pub(super) use reader::{read, text};

@@ -1,5 +1,6 @@
 //! The elements and properties of a header that are read.
 
+use super::colors::ColorProperties;
 use super::header::{Encoding, Header};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{self, NONE};
@@ -10,8 +11,8 @@ use glam::DVec3;
 pub(super) struct ReadPlan {
     pub(super) header: Header,
     pub(super) vertices: VertexPlan,
-    /// True if vertices have colours.
-    pub(super) colors: bool,
+    /// Colours of the element `face`, unless vertices have them.
+    pub(super) face_color: Option<ColorProperties>,
     /// Memory for faces that take more than their rows account for.
     pub(super) made: SharedBudget,
 }
@@ -28,6 +29,7 @@ pub(super) struct VertexPlan {
     /// True for each component of `position` that is single precision, or less.
     pub(super) single: [bool; 3],
     pub(super) normal: Option<[usize; 3]>,
+    pub(super) color: Option<ColorProperties>,
 }
 
 /// Use of an element.
@@ -78,6 +80,7 @@ impl ReadPlan {
             origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
             single,
             normal: three([b"nx", b"ny", b"nz"]),
+            color: ColorProperties::of(vertex),
         };
         for faces in header.elements.iter().filter(|e| e.name == b"face") {
             if faces.count > 0 && faces.corners().is_none() {
@@ -86,8 +89,12 @@ impl ReadPlan {
                 return None;
             }
         }
+        let faces = header.elements.iter().find(|e| e.name == b"face");
         Some(ReadPlan {
-            colors: vertex.number(b"red").is_some(),
+            face_color: match vertices.color {
+                Some(_) => None,
+                None => faces.and_then(ColorProperties::of),
+            },
             vertices,
             header,
             made,
@@ -97,7 +104,13 @@ impl ReadPlan {
     /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes
     /// accounts for. A file counts six times, once of them for itself (see `--max-memory`).
     pub(super) fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
-        let attributes = u64::from(self.vertices.normal.is_some());
+        // Numbers of a triangle's normals or colours; the colour itself, twice while it is joined.
+        let of_vertices = [
+            self.vertices.normal.is_some(),
+            self.vertices.color.is_some(),
+        ];
+        let of_face = 3 * u64::from(self.face_color.is_some());
+        let attributes = of_vertices.map(u64::from).iter().sum::<u64>() + of_face;
         faces::extra_bytes(corners, attributes, 5 * length as u64)
     }
 

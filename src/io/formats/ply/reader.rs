@@ -3,7 +3,7 @@
 use super::header::Encoding;
 use super::plan::ReadPlan;
 use super::rows::Body;
-use super::{ascii, binary, header};
+use super::{ascii, binary, colors, header};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{self, Faces, NONE, NORMAL, VERTEX};
 use crate::formats::folder::Folder;
@@ -13,6 +13,7 @@ use crate::formats::mesh::{self, MergedMesh, NotFinite};
 use crate::formats::options::Options;
 use crate::formats::origin::ReadStop;
 use crate::formats::text;
+use crate::formats::vertex_colors::MeshColors;
 use crate::formats::workers;
 
 use phalanx_scene::MaterialTable;
@@ -83,17 +84,12 @@ fn read_in_chunks(
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    let mut loaded = finish(body, plan.vertices.single, threads, options, report)?;
-    if plan.colors {
-        let note = "the file's colours are not used (see --material)";
-        loaded.notes.push(note.into());
-    }
-    Ok(loaded)
+    finish(body, &plan, threads, options, report)
 }
 
 fn finish(
     body: Body,
-    single: [bool; 3],
+    plan: &ReadPlan,
     threads: usize,
     options: &Options,
     mut report: DiagnosticSink,
@@ -109,13 +105,21 @@ fn finish(
         faces
     };
     let chunks = workers::map(threads, body.faces, cut);
+    let colors = match (body.colors, &plan.vertices.color, &plan.face_color) {
+        (Some(rgb), Some(properties), _) => colors::of_vertices(rgb, properties, threads),
+        (_, _, Some(properties)) => {
+            colors::of_faces(body.face_colors, &chunks, properties, threads)
+        }
+        _ => MeshColors::default(),
+    };
     let mut faces = mesh::merge_faces(threads, chunks);
     if body.normals.is_some() {
         faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
     }
     let joined = MergedMesh {
         vertices,
-        single,
+        single: plan.vertices.single,
+        colors,
         vertex_normals: body.normals.unwrap_or_default(),
         faces,
         ..MergedMesh::default()

@@ -1,5 +1,6 @@
 //! Rows of either encoding: their result, their errors, and the conversion of faces.
 
+use super::colors::FaceColors;
 use super::header::Element;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{Faces, MAX_CORNERS};
@@ -11,8 +12,12 @@ use phalanx_scene::Vec3s;
 pub(super) struct Body {
     pub(super) vertices: Vec3s,
     pub(super) normals: Option<Vec3s>,
+    /// Colours of vertices, as in the file.
+    pub(super) colors: Option<Vec3s>,
     /// Faces, in chunks.
     pub(super) faces: Vec<Faces>,
+    /// Colours of the faces, in the same chunks.
+    pub(super) face_colors: Vec<FaceColors>,
     /// Vertices that are not finite, ascending; their rows are zero.
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are zero or not finite, ascending.
@@ -25,17 +30,19 @@ pub(super) struct Body {
 #[derive(Debug, Default)]
 pub(super) struct FaceSink {
     pub(super) faces: Faces,
+    pub(super) colors: FaceColors,
     /// Faces of fewer than three corners.
     pub(super) skipped: Occurrences,
     scratch: Vec<u32>,
 }
 
 impl FaceSink {
-    /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners. It is
+    /// Adds a face over `vertices` vertices, with its colour if faces have one, which has no more than [`MAX_CORNERS`] corners. It is
     /// an error if a corner is not one of the vertices.
     pub(super) fn add(
         &mut self,
         corners: &[i64],
+        color: Option<[f32; 3]>,
         vertices: u64,
         span: Span,
     ) -> Result<(), ParseError> {
@@ -48,6 +55,9 @@ impl FaceSink {
                 self.scratch.extend(corners.iter().map(|&c| c as u32));
                 self.faces.add_plain_polygon(&self.scratch);
             }
+        }
+        if let Some(rgb) = color.filter(|_| corners.len() > 2) {
+            self.colors.add(rgb, self.faces.len());
         }
         Ok(())
     }

@@ -4,10 +4,11 @@
 //! it may be missing, or be no number. Text between facets that has none of the words of a facet is
 //! ignored.
 
-use super::words::{StlWords, is_in_remark, mark_length};
+use super::words::{StlWords, is_in_remark};
 use crate::formats::decimal;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
 use crate::formats::mesh::{Occurrences, ParseError, ParseErrors};
+use crate::formats::text::mark_length;
 use crate::formats::workers;
 use glam::DVec3;
 use std::ops::Range;

@@ -2,16 +2,6 @@
 
 use crate::formats::diagnostics::Span;
 
-/// The length of the byte order mark that some editors put before text.
-pub(super) fn mark_length(bytes: &[u8]) -> usize {
-    let mark = "\u{feff}".as_bytes();
-    if bytes.starts_with(mark) {
-        mark.len()
-    } else {
-        0
-    }
-}
-
 /// Returns true if a word that begins like this begins a comment, which ends with its line.
 #[inline]
 fn is_comment(rest: &[u8]) -> bool {
