@@ -16,7 +16,7 @@
 //! | `mesh_instances` | equal meshes and primitives |
 //! | `materials`, `coverage` | materials, and the share of them that is there |
 //! | `cameras`, `lights` | the view and what lights it |
-//! | `left_out`, `unshown` | what the picture lacks, for warnings |
+//! | `undrawn`, `unshown` | what the picture lacks, for warnings |
 //! | `reader` | meshes of nodes, baked or instanced |
 //!
 //! # Scene
@@ -72,7 +72,6 @@ mod coverage;
 mod document;
 mod extensions;
 mod geometry;
-mod left_out;
 mod lights;
 mod materials;
 mod mesh_instances;
@@ -84,6 +83,7 @@ mod reader;
 mod skins;
 mod source;
 mod triangle_indices;
+mod undrawn;
 mod unshown;
 mod vertices;
 

@@ -1,7 +1,6 @@
 //! The reader: meshes that the nodes show, baked or instanced, and what surrounds them.
 
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
-use super::left_out::LeftOut;
 use super::materials::{GltfMaterials, VertexPaint};
 use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
 use super::nodes::PlacedNode;
@@ -10,6 +9,7 @@ use super::placing::BadAttributes;
 use super::skins::{JointMaps, Skins};
 use super::source::GltfSource;
 use super::triangle_indices::is_surface;
+use super::undrawn::UndrawnPrimitives;
 use super::vertices::PrimitiveVertices;
 use super::{cameras, container, extensions, lights, nodes};
 use crate::formats::defaults::{MissingParts, finish_scene};
@@ -97,7 +97,7 @@ struct GltfReader<'a, 't> {
     /// Number of displacements of vertices that morph targets may still make, likewise.
     displacements_left: u64,
     skins: Skins<'a>,
-    left_out: LeftOut,
+    undrawn: UndrawnPrimitives,
     /// Meshes about whose vertices there is a warning.
     warned: HashSet<usize>,
     /// True if the scene's origin rounds coordinates that are single precision in the file.
@@ -143,7 +143,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
             displacements_left: FREE_DISPLACEMENTS + DISPLACEMENTS_PER_BYTE * source.buffer_bytes(),
             skins: Skins::new(source, options.origin),
-            left_out: LeftOut::default(),
+            undrawn: UndrawnPrimitives::default(),
             warned: HashSet::new(),
             inexact: false,
         }
@@ -307,11 +307,11 @@ impl<'a, 't> GltfReader<'a, 't> {
                 ));
             }
             if !is_surface(primitive.mode) {
-                self.left_out.lines.insert((mesh, k));
+                self.undrawn.lines.insert((mesh, k));
                 continue;
             }
             if !primitive.attributes.contains_key("POSITION") {
-                self.left_out.without_positions.insert((mesh, k));
+                self.undrawn.without_positions.insert((mesh, k));
                 continue;
             }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
@@ -357,7 +357,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
             materials.unused.add("copies of meshes with skins");
         }
-        self.left_out.warn(self.source, &mut self.report);
+        self.undrawn.warn(self.source, &mut self.report);
         extensions::add_unknown(self.source, &mut materials.unused);
         if let Some(message) = materials.unused.message() {
             self.report.warning(Span::START, message);

@@ -6,13 +6,13 @@ use std::collections::BTreeSet;
 
 /// Primitives by mesh and index in it, each once, however often a mesh is shown.
 #[derive(Default)]
-pub(super) struct LeftOut {
+pub(super) struct UndrawnPrimitives {
     /// Primitives of points or lines.
     pub(super) lines: BTreeSet<(usize, usize)>,
     pub(super) without_positions: BTreeSet<(usize, usize)>,
 }
 
-impl LeftOut {
+impl UndrawnPrimitives {
     /// Warns of them, at the first mesh that has one.
     pub(super) fn warn(&self, source: &GltfSource, report: &mut DiagnosticSink) {
         for (primitives, kind) in [
