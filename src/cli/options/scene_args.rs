@@ -45,9 +45,9 @@ pub struct SceneArgs {
     /// in the file's coordinates whatever this is
     #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
     pub origin: Origin,
-    /// A folder, beside the scene's own, in which material files, textures and buffers that the scene
-    /// names may lie, as in --allow-path ../textures. May be given several times; nothing else
-    /// outside the scene's folder is read
+    /// A folder beside the scene's own in which material files, textures and buffers that the
+    /// scene names may lie, as in --allow-path ../textures. May be given several times; nothing
+    /// else outside the scene's folder is read
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]
     pub allow_path: Vec<PathBuf>,
     /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or

@@ -109,13 +109,9 @@ pub(super) fn not_finite(text: &[u8], at: usize) -> Option<(f32, usize)> {
         head.is_some_and(|head| head.eq_ignore_ascii_case(name))
     };
     let (value, length) = match rest {
-        // The sort of NaN is one letter where the number was printed with few digits.
         [b'1', b'.', b'#', kind @ ..] => {
-            let infinite = kind
-                .get(..3)
-                .is_some_and(|k| k.eq_ignore_ascii_case(b"inf"));
-            let value = if infinite { f32::INFINITY } else { f32::NAN };
-            (value, 3 + word(kind))
+            let length = word(kind);
+            (special_value(&kind[..length])?, 3 + length)
         }
         _ if begins(b"nan") => {
             let length = word(rest);
@@ -130,6 +126,18 @@ pub(super) fn not_finite(text: &[u8], at: usize) -> Option<(f32, usize)> {
     };
     let negative = sign == Some(&b'-');
     Some((if negative { -value } else { value }, start + length))
+}
+
+/// The number that the C library of Visual C++ prints as `1.#` and this word, perhaps with zeros.
+fn special_value(word: &[u8]) -> Option<f32> {
+    let zeros = word.iter().rev().take_while(|&&byte| byte == b'0').count();
+    let kind = word[..word.len() - zeros].to_ascii_lowercase();
+    match &kind[..] {
+        b"inf" => Some(f32::INFINITY),
+        // With few digits, one letter is left of the kind.
+        b"qnan" | b"snan" | b"ind" | b"j" | b"r" => Some(f32::NAN),
+        _ => None,
+    }
 }
 
 /// The whole number at `at`, and the position where it ends: `at` itself if there is none. Numbers
@@ -305,7 +313,19 @@ mod tests {
             let negative = not_finite(format!("-{}", text.trim_start_matches('+')).as_bytes(), 0);
             assert_eq!(negative.map(|n| n.0), Some(f32::NEG_INFINITY));
         }
-        for text in ["1.5", "1.", "", "-", "x", "na", "in", "1.Q"] {
+        for text in [
+            "1.5",
+            "1.",
+            "",
+            "-",
+            "x",
+            "na",
+            "in",
+            "1.Q",
+            "1.#c",
+            "1.#",
+            "1.#Infinite",
+        ] {
             assert_eq!(not_finite(text.as_bytes(), 0), None, "{text}");
         }
         assert_eq!(

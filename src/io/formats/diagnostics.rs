@@ -150,7 +150,8 @@ impl<'a> DiagnosticSink<'a> {
         Ok(self.warnings)
     }
 
-    /// Reports the errors, or else the warnings, as those of another file, which is named at `span`.
+    /// Reports the errors, or else the warnings, as those of another file, which is named at
+    /// `span`.
     pub(super) fn emit_for_file(self, name: &str, span: Span, report: &mut DiagnosticSink) {
         let name = without_control(name);
         let told = |d: &Diagnostic| format!("{name}:{}:{}: {}", d.line, d.column, d.message);

@@ -9,8 +9,8 @@
 //! 3. the same with letters in the other case, if exactly one file has that name.
 //!
 //! None of them is looked at outside the scene file's folder and the opened ones. `..` is resolved
-//! in the name before it is checked, and links are followed before the file's folder is checked once
-//! more, so neither leads out.
+//! in the name before it is checked, and links are followed before the file's folder is checked
+//! once more, so neither leads out.
 
 use super::diagnostics::quoted;
 use super::memory_budget::MemoryBudget;

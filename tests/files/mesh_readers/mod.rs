@@ -3,6 +3,7 @@
 
 mod framing;
 mod obj;
+mod obj_others;
 mod origin;
 mod ply;
 mod real;

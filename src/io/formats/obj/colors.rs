@@ -1,9 +1,7 @@
-//! Colours of vertices: three numbers behind the position, or ZBrush's comments.
+//! Colours of vertices, from all chunks.
 
-use super::chunk::{ObjChunk, ObjReader};
-use crate::formats::diagnostics::Span;
-use crate::formats::mesh::{self, Occurrences, ParseError};
-use crate::formats::vertex_colors::{COLOR_BYTES, MeshColors, linear_of_byte, linear_of_share};
+use crate::formats::mesh::{self, Occurrences};
+use crate::formats::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
 use crate::formats::workers;
 use phalanx_scene::Vec3s;
 
@@ -15,7 +13,7 @@ pub(super) struct ChunkColors {
     /// Largest finite channel.
     largest: f32,
     /// Colours of ZBrush's comments, for the vertices of the file in their order.
-    painted: Vec<[u8; 3]>,
+    pub(super) painted: Vec<[u8; 3]>,
     /// Colours that are not finite: white is used instead.
     pub(super) bad: Occurrences,
 }
@@ -23,78 +21,30 @@ pub(super) struct ChunkColors {
 /// Largest channel of a colour from 0 to 1; rounding may take one a little above 1.
 const MAX_SHARE: f32 = 1.5;
 
-impl ObjReader<'_> {
-    /// Reads the numbers after a position: a weight, or a colour and perhaps its opacity.
-    pub(super) fn weight_or_color(&mut self) -> Result<(), ParseError> {
-        let start = self.cursor.at;
-        let mut numbers = [0.0; 3];
-        let mut count = 0;
-        while !self.cursor.at_statement_end() {
-            let number = self.cursor.float()?;
-            if let Some(slot) = numbers.get_mut(count) {
-                *slot = number;
-            }
-            count += 1;
-        }
-        match count {
-            1 => {}
-            2 => self.note_surplus(start),
-            _ => self.add_color(numbers, start),
-        }
-        Ok(())
-    }
-
-    fn add_color(&mut self, rgb: [f32; 3], start: usize) {
-        if !self.share.take(COLOR_BYTES) {
-            return;
-        }
-        let vertex = self.chunk.counts()[0] - 1;
-        let colors = &mut self.chunk.colors;
+impl ChunkColors {
+    /// Adds the colour of the vertex of this number. One that is not finite is missing.
+    pub(super) fn add(&mut self, vertex: usize, rgb: [f32; 3]) {
         let finite = rgb.iter().all(|channel| channel.is_finite());
-        if !finite {
-            colors.bad.add(Span::between(start, self.cursor.at));
-        }
-        for (column, channel) in colors.rgb.iter_mut().zip(rgb) {
+        for (column, channel) in self.rgb.iter_mut().zip(rgb) {
             column.resize(vertex, f32::NAN);
             column.push(if finite { channel } else { f32::NAN });
-            colors.largest = colors.largest.max(if finite { channel } else { 0.0 });
-        }
-    }
-
-    /// Reads ZBrush's `#MRGB` and the colours after it, each of which is a mask, red, green and blue
-    /// in hexadecimal digits.
-    #[cold]
-    pub(super) fn painted_colors(&mut self) {
-        let rest = &self.cursor.text[self.cursor.at + b"#MRGB".len()..];
-        let digits = rest.trim_ascii_start();
-        let digit = |at: usize| {
-            let digit = digits.get(at).map(|&digit| char::from(digit));
-            digit.and_then(|digit| digit.to_digit(16))
-        };
-        let byte = |at: usize| Some((digit(at)? << 4 | digit(at + 1)?) as u8);
-        let color = |at: usize| Some([byte(at + 2)?, byte(at + 4)?, byte(at + 6)?]);
-        let colors = (0..).step_by(8).map_while(color);
-        for color in colors {
-            if self.share.take(COLOR_BYTES) {
-                self.chunk.colors.painted.push(color);
-            }
+            self.largest = self.largest.max(if finite { channel } else { 0.0 });
         }
     }
 }
 
-/// The colours of all vertices; none if no vertex has one.
-pub(super) fn merge(chunks: &mut [ObjChunk], threads: usize) -> MeshColors {
-    let colors = |chunk: &ObjChunk| !chunk.colors.rgb[0].is_empty();
-    if !chunks.iter().any(colors) {
+/// The colours of all vertices; none if no vertex has one. Chunks are their numbers of vertices and
+/// their colours.
+pub(super) fn merge(chunks: Vec<(usize, ChunkColors)>, threads: usize) -> MeshColors {
+    if chunks.iter().all(|(_, colors)| colors.rgb[0].is_empty()) {
         return painted(chunks);
     }
-    let largest = chunks.iter().map(|chunk| chunk.colors.largest);
+    let largest = chunks.iter().map(|(_, colors)| colors.largest);
     let bytes = largest.fold(0.0, f32::max) > MAX_SHARE;
     let scale = if bytes { 255.0 } else { 1.0 };
-    let parts = chunks.iter_mut().map(|chunk| {
-        let rgb = std::mem::take(&mut chunk.colors.rgb);
-        (chunk.counts()[0], rgb)
-    });
+    let parts = chunks
+        .into_iter()
+        .map(|(vertices, colors)| (vertices, colors.rgb));
     let decoded = workers::map(threads, parts.collect(), |(vertices, rgb)| {
         rgb.map(|mut column: Vec<f32>| {
             column.resize(vertices, f32::NAN);
@@ -122,11 +72,9 @@ fn decode(channel: f32, scale: f32) -> f32 {
 }
 
 /// Colours of ZBrush's comments. Vertices beyond the last colour are white.
-fn painted(chunks: &mut [ObjChunk]) -> MeshColors {
-    let vertices: usize = chunks.iter().map(|chunk| chunk.counts()[0]).sum();
-    let painted = chunks
-        .iter_mut()
-        .map(|chunk| std::mem::take(&mut chunk.colors.painted));
+fn painted(chunks: Vec<(usize, ChunkColors)>) -> MeshColors {
+    let vertices = chunks.iter().map(|(vertices, _)| vertices).sum();
+    let painted = chunks.into_iter().map(|(_, colors)| colors.painted);
     let painted = workers::joined(painted.collect());
     if painted.is_empty() {
         return MeshColors::default();

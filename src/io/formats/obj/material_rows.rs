@@ -1,7 +1,7 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
-use super::materials::{KnownMaterial, MtlSource, warn_renamed};
 use super::mtl::LeftOut;
+use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
 use super::name::{spellings, text_of, without_comment};
 use super::texture_map::{TextureMap, UvTransform};
 use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
@@ -143,8 +143,8 @@ impl<'a> MaterialReader<'a> {
             .found(&name, found, map.wrap, || map.name, report)
     }
 
-    /// The texture of opacity: that of the colour's file is its alpha alone, so that a picture without
-    /// alpha is whole.
+    /// The texture of opacity: that of the colour's file is its alpha alone, so that a picture
+    /// without alpha is whole.
     fn mask(
         &mut self,
         source: usize,

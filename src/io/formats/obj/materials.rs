@@ -1,16 +1,15 @@
 //! The materials that an OBJ file names, from its material files.
 
 use super::cursor::Cursor;
-use super::material_rows::MaterialReader;
-use super::mtl::{self, MtlMaterial};
+use super::material_rows::{MaterialReader, MeshMaterials};
+use super::mtl;
+use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
 use super::name::{spellings, text_of, without_comment};
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::formats::folder::{Folder, Found, NamedFile};
 use crate::formats::texture::TextureLibrary;
 use phalanx_scene::{MaterialTable, Scene};
 use std::collections::{HashMap, HashSet};
-
-pub(super) use super::material_rows::MeshMaterials;
 
 /// Most names of material files of one scene.
 const MAX_LIBRARIES: usize = 1000;
@@ -30,22 +29,6 @@ pub(super) struct MaterialLibrary<'a> {
     /// Material files that have been read, and the number of further names that may be looked up.
     read: HashSet<Found>,
     names_left: usize,
-}
-
-/// A material file.
-pub(super) struct MtlSource {
-    pub(super) file: Found,
-    /// Its name in the scene file.
-    pub(super) name: String,
-    pub(super) bytes: Vec<u8>,
-    /// The `mtllib` that names it.
-    pub(super) library: Span,
-}
-
-/// A material, and its file's number.
-pub(super) struct KnownMaterial {
-    pub(super) material: MtlMaterial,
-    pub(super) source: usize,
 }
 
 impl<'a> MaterialLibrary<'a> {
@@ -219,13 +202,4 @@ impl<'a> MaterialLibrary<'a> {
         scene.textures = reader.finish(report);
         MeshMaterials::new(&named, triangles)
     }
-}
-
-/// Warns that a file was found under another name than the scene's.
-pub(super) fn warn_renamed(name: &str, instead: &str, span: Span, report: &mut DiagnosticSink) {
-    let (name, instead) = (quoted(name), quoted(instead));
-    report.warning(
-        span,
-        format!("there is no file {name}: {instead} is read instead"),
-    );
 }

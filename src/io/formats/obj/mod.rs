@@ -21,6 +21,7 @@
 //! 2. Weighted by the angles of the corners. Files without `s` are flat.
 
 mod chunk;
+mod color_operands;
 mod colors;
 mod conversion;
 mod cursor;
@@ -28,6 +29,7 @@ mod faces;
 mod material_rows;
 mod materials;
 mod mtl;
+mod mtl_source;
 mod name;
 mod reader;
 mod remarks;

@@ -53,7 +53,10 @@ fn read_in_chunks(
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    remarks::warn(bytes, &chunks, &mut report);
+    let total = limits_of(&chunks)
+        .first()
+        .map_or([0; 3], |limits| limits.total);
+    remarks::warn(bytes, &chunks, total, &mut report);
     let (mut joined, changes) = merge(chunks, threads, &mut report);
     let mut scene = mesh::scene_for(&joined.colors, options, &mut table);
     // Checked before materials and textures are read, which would be for nothing.
@@ -153,7 +156,7 @@ fn line_start(bytes: &[u8], at: usize) -> usize {
 }
 
 /// Limits of the numbers to which each chunk may refer.
-pub(super) fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
+fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
     let mut total = [0; 3];
     let before = chunks.iter().map(|chunk| {
         let before = total;
@@ -198,7 +201,11 @@ fn merge(
     let corners = chunks.iter().map(|p| &p.faces.columns[VERTEX][..]);
     mesh::report_not_finite(&not_finite, corners, report);
 
-    let colors = colors::merge(&mut chunks, threads);
+    let colors = chunks.iter_mut().map(|chunk| {
+        let vertices = chunk.counts()[VERTEX];
+        (vertices, std::mem::take(&mut chunk.colors))
+    });
+    let colors = colors::merge(colors.collect(), threads);
     let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
     mesh::warn_bad_normals(&bad_normals, report);
     let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();

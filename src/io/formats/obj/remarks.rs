@@ -1,13 +1,13 @@
 //! Warnings about an OBJ file: each kind once, at its first occurrence.
 
 use super::chunk::{ObjChunk, Skipped};
-use super::reader::limits_of;
 use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
 use crate::formats::faces::{NORMAL, UV};
 use crate::formats::mesh::Occurrences;
 
-/// Adds the warnings about all chunks, and an error if the file is none of OBJ.
-pub(super) fn warn(text: &[u8], chunks: &[ObjChunk], report: &mut DiagnosticSink) {
+/// Adds the warnings about all chunks, which have `total` rows of each attribute, and an error if
+/// the file is none of OBJ.
+pub(super) fn warn(text: &[u8], chunks: &[ObjChunk], total: [i64; 3], report: &mut DiagnosticSink) {
     let mut skipped = Skipped::default();
     chunks.iter().for_each(|chunk| skipped.merge(chunk.skipped));
     let nothing = chunks
@@ -31,7 +31,7 @@ pub(super) fn warn(text: &[u8], chunks: &[ObjChunk], report: &mut DiagnosticSink
         _ => format!("{count} statements are unknown, this one first, and skipped"),
     });
     warn_numbers(chunks, report);
-    warn_faces(text, chunks, report);
+    warn_faces(text, chunks, total, report);
 }
 
 /// Occurrences in all chunks.
@@ -62,10 +62,7 @@ fn warn_numbers(chunks: &[ObjChunk], report: &mut DiagnosticSink) {
 }
 
 /// Warns of faces that are drawn without something.
-fn warn_faces(text: &[u8], chunks: &[ObjChunk], report: &mut DiagnosticSink) {
-    let total = limits_of(chunks)
-        .first()
-        .map_or([0; 3], |limits| limits.total);
+fn warn_faces(text: &[u8], chunks: &[ObjChunk], total: [i64; 3], report: &mut DiagnosticSink) {
     for (attribute, one, several) in [
         (UV, "texture place", "texture places"),
         (NORMAL, "normal", "normals"),
@@ -76,14 +73,16 @@ fn warn_faces(text: &[u8], chunks: &[ObjChunk], report: &mut DiagnosticSink) {
             .map_or_else(String::new, |span| quoted_bytes(&text[span.range()]));
         let there = format!("{number} is no {one}: the file has {}", total[attribute]);
         bad.warn(report, |count| match count {
-            1 => format!("{there}; this face is drawn without {several}"),
-            _ => format!("{there}; faces are drawn without {several} for {count} such numbers"),
+            1 => format!("{there}; the face is drawn without {several}"),
+            _ => format!(
+                "{there}; {count} corners, this one first, name none, and their faces are drawn without {several}"
+            ),
         });
     }
     let unlike = all(chunks, |chunk| chunk.unlike);
-    let what = "a texture place or a normal at some corners only, and is drawn without";
+    let what = "a texture place or a normal at some corners only";
     unlike.warn(report, |count| match count {
-        1 => format!("this face has {what}"),
-        _ => format!("this face has {what}; so are {count} faces"),
+        1 => format!("this face has {what}, and is drawn without it"),
+        _ => format!("{count} faces, this one first, have {what}, and are drawn without it"),
     });
 }

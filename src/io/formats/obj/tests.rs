@@ -29,7 +29,11 @@ fn everything() -> String {
     let mut text = String::from("# all\nmtllib a.mtl\r\nmtllib none.mtl\n");
     for k in 0..60 {
         let (x, y) = (k % 10, k / 10);
-        text += &format!("v {x} {y} 0.{k}\nvt 0.{k} .5\nvn 0 {} 1\n", k % 2);
+        let color = if k % 5 == 4 { " .2 .4 1" } else { "" };
+        text += &format!("v {x} {y} 0.{k}{color}\nvt 0.{k} .5\nvn 0 {} 1\n", k % 2);
+        if k % 9 == 5 {
+            text += &format!("s {}\nvt 1.#QNAN\n", k % 4);
+        }
         if k % 7 == 3 {
             text += &format!("usemtl m{}\n", k % 3);
         }
@@ -37,6 +41,7 @@ fn everything() -> String {
             text += "f -1 -2 -15\n";
             text += &format!("f 1/1/1 2/2/2 \\\n {k}/3/4\n");
             text += "f -1/-1 -11/-2 -12/-3 -2/-4\r\n";
+            text += "f 1/0/900 2/1/1 3/2/2\n";
             text += &format!("f 1//1 3//2 {k}//2 21//3 11//4\nl 1 2\n");
         }
     }

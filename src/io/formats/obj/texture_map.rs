@@ -104,8 +104,8 @@ pub(super) fn read(
     (!super::name::without_comment(cursor.bytes(map.name)).is_empty()).then_some(map)
 }
 
-/// Up to three finite numbers, of which two are used. The last word of a statement is its file name,
-/// even if it is a number.
+/// Up to three finite numbers, of which two are used. The last word of a statement is its file
+/// name, even if it is a number.
 fn vector(cursor: &mut Cursor, default: Vec2) -> Vec2 {
     let mut out = default.extend(0.0);
     for k in 0..3 {
