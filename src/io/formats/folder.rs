@@ -14,7 +14,7 @@
 
 use super::diagnostics::quoted;
 use super::memory_budget::MemoryBudget;
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::path::{Path, PathBuf};
 
 /// The folder in which a scene file's other files are looked for.
@@ -23,6 +23,8 @@ pub(super) struct Folder {
     path: Option<PathBuf>,
     /// Further folders that the user has opened.
     opened: Vec<PathBuf>,
+    /// Both, resolved when the first file is looked for.
+    roots: OnceCell<Result<Roots, String>>,
     allowance: MemoryBudget,
     /// Names that may still be searched for beyond their own path.
     searches_left: Cell<u32>,
@@ -72,6 +74,7 @@ impl Folder {
         Folder {
             path: None,
             opened: Vec::new(),
+            roots: OnceCell::new(),
             allowance: MemoryBudget::of(None),
             searches_left: Cell::new(MAX_SEARCHES),
             entries_left: Cell::new(MAX_ENTRIES),
@@ -90,6 +93,7 @@ impl Folder {
     pub(super) fn and(self, opened: &[PathBuf]) -> Folder {
         Folder {
             opened: opened.to_vec(),
+            roots: OnceCell::new(),
             ..self
         }
     }
@@ -125,11 +129,10 @@ impl Folder {
         let Some(last) = last_component(&name) else {
             return Err(OUTSIDE.into());
         };
-        let root = folder.canonicalize().map_err(|e| e.to_string())?;
+        let roots = self.roots.get_or_init(|| Roots::of(folder, &self.opened));
+        let roots = roots.as_ref().map_err(String::clone)?;
         let mut bases: Vec<&Path> = file.and_then(|file| file.0.parent()).into_iter().collect();
-        bases.push(&root);
-        let roots = Roots::of(&root, &self.opened);
-        bases.extend(roots.resolved[1..].iter().map(PathBuf::as_path));
+        bases.extend(roots.resolved.iter().map(PathBuf::as_path));
         bases.dedup();
 
         let absolute = is_absolute(&name);
@@ -149,7 +152,7 @@ impl Folder {
                 Err(told) => _ = reason.get_or_insert(told),
             }
         }
-        let found = self.search(&roots, &bases, (&name, last, absolute));
+        let found = self.search(roots, &bases, (&name, last, absolute));
         found.ok_or_else(|| reason.unwrap_or_default())
     }
 
@@ -229,16 +232,17 @@ impl Folder {
 }
 
 impl Roots {
-    fn of(root: &Path, opened: &[PathBuf]) -> Roots {
+    fn of(folder: &Path, opened: &[PathBuf]) -> Result<Roots, String> {
+        let root = folder.canonicalize().map_err(|e| e.to_string())?;
         let mut roots = Roots {
-            resolved: vec![root.to_path_buf()],
+            resolved: vec![root],
             spelled: Vec::new(),
         };
         for folder in opened {
             roots.resolved.extend(folder.canonicalize());
             roots.spelled.extend(std::path::absolute(folder));
         }
-        roots
+        Ok(roots)
     }
 
     /// Returns true for a resolved path in one of the folders.
@@ -257,6 +261,9 @@ impl Roots {
         if !self.may_hold(path) {
             return Err(OUTSIDE.into());
         }
+        // One question, where resolving asks for every folder on the way: most names that are tried
+        // are not there.
+        path.metadata().map_err(|e| e.to_string())?;
         let file = path.canonicalize().map_err(|e| e.to_string())?;
         if !self.holds(&file) {
             return Err(LINKED.into());

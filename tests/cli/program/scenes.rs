@@ -117,10 +117,39 @@ fn nonsense_beside_a_scene_is_2() {
             ("--material kd", "KEY=VALUE"),
             ("--material glow=1", "no material has `glow`"),
             ("--max-memory lots", "500M"),
+            ("--allow-path none", "--allow-path"),
+            ("--allow-path a.test", "it is not a folder"),
             ("--quality good", "medium"),
         ] {
             room.refused(&format!("{command} a.test {beside}"), 2, &["error: ", part]);
         }
+    }
+}
+
+#[test]
+fn a_further_folder_is_opened_for_every_command() {
+    let room = TestFolder::new();
+    fs::create_dir_all(room.path().join("scene")).unwrap();
+    fs::create_dir_all(room.path().join("textures")).unwrap();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n";
+    room.write(
+        "scene/a.obj",
+        &format!("mtllib ../textures/a.mtl\n{triangle}"),
+    );
+    room.write("textures/a.mtl", "newmtl m\nmap_Kd a.png\n");
+    fs::write(room.path().join("textures/a.png"), white_png(2)).unwrap();
+    for command in [
+        "render -o a.png --size 8x8",
+        "verify --size 8x8",
+        "info",
+        "build -o a.phx",
+    ] {
+        let closed = room.run(&format!("{command} scene/a.obj"));
+        let reason = "not in the scene file's folder (--allow-path";
+        assert!(closed.stderr.contains(reason), "{}", closed.stderr);
+        let opened = room.run(&format!("{command} scene/a.obj --allow-path textures"));
+        assert_eq!(opened.code, Some(0), "{}", opened.stderr);
+        assert!(!opened.stderr.contains("left out"), "{}", opened.stderr);
     }
 }
 

@@ -175,21 +175,21 @@ impl<'a> MaterialReader<'a> {
         a.is_some() && a == b
     }
 
-    /// The file that a material file names, and its name without a comment unless that is part of
+    /// The file that a material file names, and its name: without comments unless they are part of
     /// it.
     fn find(&self, source: usize, map: &TextureMap) -> (String, Result<NamedFile, String>) {
         let file = &self.files[source];
         let text = &file.bytes[map.name.range()];
-        let found = |name: &[u8]| {
+        let mut last = (String::new(), Err(String::new()));
+        for name in spellings(text) {
             let name = text_of(name);
             let found = self.asset_dir.find_for(Some(&file.file), &name);
-            found.is_ok().then_some((name, found))
-        };
-        spellings(text).find_map(found).unwrap_or_else(|| {
-            let name = text_of(without_comment(text));
-            let found = self.asset_dir.find_for(Some(&file.file), &name);
-            (name, found)
-        })
+            last = (name, found);
+            if last.1.is_ok() {
+                break;
+            }
+        }
+        last
     }
 
     fn warn_left_out(&mut self, source: usize, left_out: &LeftOut) {

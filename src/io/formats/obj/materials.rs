@@ -185,11 +185,13 @@ impl<'a> MaterialLibrary<'a> {
         let textures = TextureLibrary::new(self.asset_dir);
         let mut reader = MaterialReader::new(self.asset_dir, &self.files, textures);
         let mut known = HashMap::new();
+        let mut missing = HashSet::new();
         let mut named = Vec::with_capacity(runs.len());
         for (first, span) in runs {
             let name = self.text.bytes(span);
             let look = *known.entry(name).or_insert_with(|| match self.find(name) {
                 Some(material) => reader.look(material, scene, table),
+                None if !missing.insert(without_comment(name)) => Default::default(),
                 None => {
                     let name = quoted(&text_of(without_comment(name)));
                     let message = format!("there is no material {name}: the default one is used");
