@@ -1,6 +1,6 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
-use super::mtl::LeftOut;
+use super::mtl::MtlOmission;
 use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
 use super::name::{spellings, text_of, without_comment};
 use super::texture_map::{TextureMap, UvTransform};
@@ -192,7 +192,7 @@ impl<'a> MaterialReader<'a> {
         last
     }
 
-    fn warn_left_out(&mut self, source: usize, left_out: &LeftOut) {
+    fn warn_left_out(&mut self, source: usize, left_out: &MtlOmission) {
         let keyword = &self.files[source].bytes[left_out.keyword.range()];
         if self.named[source].insert(keyword.to_ascii_lowercase()) {
             let message = format!("{} is left out: {}", quoted_bytes(keyword), left_out.reason);

@@ -27,13 +27,13 @@ pub(super) struct MtlMaterial {
     pub(super) has_map_ks: bool,
     pub(super) has_map_ke: bool,
     /// Statements and options that are left out, each kind once, and at most [`MAX_DIAGNOSTICS`].
-    pub(super) left_out: Vec<LeftOut>,
+    pub(super) left_out: Vec<MtlOmission>,
 }
 
 /// Something that is left out: the span of its keyword, and the reason if there is a particular
 /// one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LeftOut {
+pub(super) struct MtlOmission {
     pub(super) keyword: Span,
     pub(super) reason: &'static str,
 }
@@ -74,11 +74,11 @@ impl MtlMaterial {
     /// Notes something that is left out, unless its kind is known to be.
     fn leave_out(&mut self, cursor: &Cursor, keyword: Span, reason: &'static str) {
         let text = cursor.bytes(keyword);
-        let same = |known: &LeftOut| {
+        let same = |known: &MtlOmission| {
             known.reason == reason && cursor.bytes(known.keyword).eq_ignore_ascii_case(text)
         };
         if self.left_out.len() < MAX_DIAGNOSTICS && !self.left_out.iter().any(same) {
-            self.left_out.push(LeftOut { keyword, reason });
+            self.left_out.push(MtlOmission { keyword, reason });
         }
     }
 }
@@ -231,7 +231,7 @@ mod tests {
         let library = read(text.as_bytes());
         assert!(library.errors.is_empty(), "{text}: {:?}", library.errors);
         let all = library.materials.iter().flat_map(|m| &m.left_out);
-        let told = |l: &LeftOut| (text[l.keyword.range()].to_owned(), l.reason);
+        let told = |l: &MtlOmission| (text[l.keyword.range()].to_owned(), l.reason);
         all.map(told).collect()
     }
 
