@@ -54,7 +54,7 @@ impl<'a> SceneSearch<'a> {
                     self.update_closest(&setup, object, best)
                 };
                 bvh.world()
-                    .closest(&setup, f32::INFINITY, &mut best, closer);
+                    .closest(&setup, 0.0..f32::INFINITY, &mut best, closer);
             }
             OracleSearch::BruteForce => {
                 for object in world_objects(self.scene) {
@@ -106,7 +106,7 @@ impl<'a> SceneSearch<'a> {
             };
             let on = hit.on_surface();
             if counted.is_none_or(|counted| !self.scene.is_same_surface(counted, on)) {
-                product *= self.scene.transmittance(on);
+                product = self.scene.pass_light(product, on);
                 counted = Some(on);
             }
             passed = Some(on);
@@ -123,7 +123,8 @@ impl<'a> SceneSearch<'a> {
                 let next = |object, best: &mut Option<OracleHit>| {
                     self.update_next(&setup, object, after, best)
                 };
-                bvh.world().closest(&setup, f32::INFINITY, &mut best, next);
+                let from = after.t..f32::INFINITY;
+                bvh.world().closest(&setup, from, &mut best, next);
             }
             OracleSearch::BruteForce => {
                 for object in world_objects(self.scene) {
@@ -183,8 +184,13 @@ impl<'a> SceneSearch<'a> {
                 let within = |best: &Option<OracleHit>| best.filter(|b| b.t < interval.tfar);
                 let mut nearest = within(best);
                 let limit = nearest.map_or(f32::INFINITY, |b| b.t);
+                // A hit before the instance's box counts as one where the ray enters it.
+                let near = match interval.tnear < after.t {
+                    true => after.t,
+                    false => f32::NEG_INFINITY,
+                };
                 let tree = bvh.mesh(mesh);
-                tree.closest(&inner, limit, &mut nearest, |prim, nearest| {
+                tree.closest(&inner, near..limit, &mut nearest, |prim, nearest| {
                     next(prim, best);
                     *nearest = within(best);
                 });
@@ -240,7 +246,8 @@ impl<'a> SceneSearch<'a> {
                 } else {
                     f32::INFINITY
                 };
-                bvh.mesh(mesh).closest(&inner, limit, &mut found, closer);
+                bvh.mesh(mesh)
+                    .closest(&inner, 0.0..limit, &mut found, closer);
             }
             OracleSearch::BruteForce => {
                 for prim in self.scene.meshes.prims(mesh) {

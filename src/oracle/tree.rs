@@ -3,9 +3,10 @@
 //! It differs from the packet engine's tree on purpose. That is part of the proof: no picture may
 //! depend on the tree.
 
-use super::intersect::{OracleHit, OracleRaySetup, min};
+use super::intersect::{OracleHit, OracleInterval, OracleRaySetup, min};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
+use std::ops::Range;
 
 /// Buckets per axis of the builder.
 const BINS: usize = 16;
@@ -174,15 +175,16 @@ impl OracleTree {
         self.add(right, depth + 1);
     }
 
-    /// Passes `closer` the objects that may lie before `best`, and not beyond `limit`.
+    /// Passes `closer` the objects that may lie before `best` and within `reach`: hits before its
+    /// start or beyond its end do not matter.
     pub(super) fn closest(
         &self,
         setup: &OracleRaySetup,
-        limit: f32,
+        reach: Range<f32>,
         best: &mut Option<OracleHit>,
         mut closer: impl FnMut(u32, &mut Option<OracleHit>),
     ) {
-        self.walk(setup, limit, |objects, limit| {
+        self.walk(setup, reach, |objects, limit| {
             for &object in objects {
                 closer(object, best);
             }
@@ -200,25 +202,31 @@ impl OracleTree {
         blocks: impl Fn(u32) -> bool,
     ) -> bool {
         let mut found = false;
-        self.walk(setup, tmax, |objects, _| {
+        self.walk(setup, 0.0..tmax, |objects, _| {
             found = objects.iter().any(|&object| blocks(object));
             found
         });
         found
     }
 
-    /// Visits the leaves that a ray may meet before `limit`, nearer ones first, until `leaf`
-    /// returns true.
+    /// Visits the leaves that a ray may meet within `reach`, nearer ones first, until `leaf` returns
+    /// true. It may lower the end. A box that the ray has left before the start holds nothing: each
+    /// box is left no earlier than the hits in it are met.
     fn walk(
         &self,
         setup: &OracleRaySetup,
-        mut limit: f32,
+        reach: Range<f32>,
         mut leaf: impl FnMut(&[u32], &mut f32) -> bool,
     ) {
+        let mut limit = reach.end;
+        let crosses = |interval: OracleInterval, limit: f32| {
+            let left = interval.tfar < reach.start;
+            interval.overlaps(limit) && !left
+        };
         let Some(root) = self.nodes.first() else {
             return;
         };
-        if !setup.intersect_box(&root.bounds).overlaps(limit) {
+        if !crosses(setup.intersect_box(&root.bounds), limit) {
             return;
         }
         let mut stack = [(0u32, 0.0f32); MAX_DEPTH];
@@ -238,7 +246,7 @@ impl OracleTree {
             } else {
                 let (a, b) = (index + 1, node.first as usize);
                 let stays = [a, b].map(|k| setup.intersect_box(&self.nodes[k].bounds));
-                next = match stays.map(|s| s.overlaps(limit)) {
+                next = match stays.map(|s| crosses(s, limit)) {
                     [true, true] => {
                         let a_first = stays[0].tnear <= stays[1].tnear;
                         let (near, far) = if a_first { (a, b) } else { (b, a) };

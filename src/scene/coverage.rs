@@ -32,6 +32,10 @@ pub struct SurfaceHit {
     pub v: f32,
 }
 
+/// Least part of a lamp's light that counts, 2⁻²⁰: a product V that is less in every component is
+/// zero, so that dense foliage ends it soon.
+const MIN_VISIBILITY: f32 = 1.0 / 1_048_576.0;
+
 /// Largest difference of the distances at which a ray meets two triangles on the edge between
 /// them, relative to the distance: four times the error of one distance
 /// (`perf/notes/distances.md`).
@@ -114,6 +118,16 @@ impl Scene {
                 (1..3).contains(&shared.count())
             }
             _ => false,
+        }
+    }
+
+    /// V after one more surface: `passed`, the share of a lamp's light that has passed the surfaces
+    /// before, times that which passes this one. Zero if that is next to nothing.
+    pub fn pass_light(&self, passed: Vec3, hit: SurfaceHit) -> Vec3 {
+        let passed = passed * self.transmittance(hit);
+        match passed.cmplt(Vec3::splat(MIN_VISIBILITY)).all() {
+            true => Vec3::ZERO,
+            false => passed,
         }
     }
 

@@ -154,7 +154,7 @@ pub(super) fn visibility(
         for lane in open.lanes() {
             let on = surface_hit(&hits, lane);
             if counted[lane].is_none_or(|counted| !context.scene.is_same_surface(counted, on)) {
-                product[lane] *= context.scene.transmittance(on);
+                product[lane] = context.scene.pass_light(product[lane], on);
                 counted[lane] = Some(on);
             }
             if product[lane] == Vec3::ZERO {

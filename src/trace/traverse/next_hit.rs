@@ -4,6 +4,9 @@
 //! Hits have an order, that of (t, prim_id), where the distance of a hit on an instance is the one
 //! in the world (see [`instance`](crate::intersect::instance)). So the hits of a ray are met one
 //! after another, each primitive once, whatever the tree: also those that share a distance.
+//!
+//! Boxes that a ray has left before the hit `after` are not entered: each box is left no earlier
+//! than the hits in it are met ([`slab_conservative`](crate::intersect::slab_conservative)).
 
 use super::query::Query;
 use crate::intersect::aabb::TInterval;
@@ -21,6 +24,8 @@ pub(super) struct NextHit<L: Lanes> {
     best: HitRecord<L>,
     after_t: L,
     after_id: L::U32,
+    /// Distance before which a ray has left the boxes that hold nothing any more.
+    near: L,
     /// Interval in the box of the instance whose mesh is searched; all distances in the world.
     interval: TInterval<L>,
     /// Offset of the numbers of the instance's primitives.
@@ -42,6 +47,7 @@ impl<L: Lanes> NextHit<L> {
             },
             after_t,
             after_id,
+            near: after_t,
             interval: TInterval {
                 tnear: L::splat(f32::NEG_INFINITY),
                 tfar: L::splat(f32::INFINITY),
@@ -77,13 +83,24 @@ impl<L: Lanes> Query<L> for NextHit<L> {
     }
 
     #[inline(always)]
+    fn overlaps(&self, interval: &TInterval<L>) -> L::Mask {
+        interval.overlaps(self.limit()) & !interval.tfar.lt(self.near)
+    }
+
+    #[inline(always)]
     fn enter_instance(&self, interval: &TInterval<L>, id_offset: u32) -> Option<NextHit<L>> {
-        let reached = instance::closest_limit(self.best.t, interval).gt(inactive_t());
+        let reached = instance::closest_limit(self.best.t, interval).gt(inactive_t())
+            & !interval.tfar.lt(self.after_t);
         reached.any().then(|| NextHit {
             best: HitRecord {
                 t: reached.select(self.best.t, inactive_t()),
                 ..self.best
             },
+            // A hit before the instance's box counts as one where the ray enters it.
+            near: interval
+                .tnear
+                .lt(self.after_t)
+                .select(self.after_t, L::splat(f32::NEG_INFINITY)),
             interval: *interval,
             id_offset,
             ..*self

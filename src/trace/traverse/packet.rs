@@ -160,7 +160,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 // every child node has an index below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
                 let intervals = [interval(&node.boxes[0]), interval(&node.boxes[1])];
-                let met = intervals.each_ref().map(|s| s.overlaps(query.limit()));
+                let met = intervals.each_ref().map(|s| query.overlaps(s));
                 match (met[0].any(), met[1].any()) {
                     (false, false) => current = Child::EMPTY,
                     (true, false) => current = node.child(0),

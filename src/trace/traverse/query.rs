@@ -21,6 +21,11 @@ pub(super) trait Query<L: Lanes>: Copy {
     const FRONT_TO_BACK: bool;
     /// Limit of each ray's search.
     fn limit(&self) -> L;
+    /// Lanes whose ray may find something in a box that it crosses in `interval`.
+    #[inline(always)]
+    fn overlaps(&self, interval: &TInterval<L>) -> L::Mask {
+        interval.overlaps(self.limit())
+    }
     /// The query within an instance, whose box the rays cross in `interval`, and whose primitives
     /// have numbers that are larger by `id_offset`; none if nothing inside can matter.
     fn enter_instance(&self, interval: &TInterval<L>, id_offset: u32) -> Option<Self>
