@@ -401,3 +401,29 @@ fn displacements_are_bounded_by_the_file() {
         "{refused:?}"
     );
 }
+
+/// Meshes of nothing, in the pose of each of many nodes, would take time as the square of the file.
+#[test]
+fn poses_are_bounded_by_the_file() {
+    for posed in [
+        json!({"mesh": 0, "skin": 0}),
+        json!({"mesh": 0, "weights": [1, 1]}),
+    ] {
+        let mut file = File::triangle();
+        file.json["skins"] = json!([{"joints": [0]}]);
+        file.json["meshes"][0]["primitives"] = json!(vec![json!({}); 30_000]);
+        let nodes = (0..30_000).map(|k| {
+            let mut node = posed.clone();
+            if node["weights"].is_array() {
+                node["weights"][0] = json!(k + 1);
+            }
+            node
+        });
+        file.json["nodes"] = nodes.collect();
+        let refused = file.refused();
+        assert!(
+            refused[0].contains("poses are too many for a file of this size"),
+            "{refused:?}"
+        );
+    }
+}

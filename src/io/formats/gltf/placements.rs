@@ -46,6 +46,8 @@ enum PlacementKey {
 /// Number of copies that EXT_mesh_gpu_instancing may make in a file of any size; beyond it there
 /// are no more than the file has bytes.
 const FREE_COPIES: u64 = 1 << 20;
+/// Number of openings that poses may make in a file of any size, and more of them for its text.
+const FREE_OPENINGS: u64 = 1 << 22;
 /// Bytes of a copy while a file is read, and in the scene.
 const COPY_BYTES: u64 = 512;
 
@@ -54,6 +56,11 @@ pub(super) struct Placements<'a> {
     source: &'a GltfSource<'a>,
     allowance: &'a MemoryBudget,
     copies_left: u64,
+    /// Number of primitives, each times its morph targets, that poses may still open. Any number of
+    /// nodes may show a mesh in poses of their own.
+    openings_left: u64,
+    /// True for meshes whose own weights are all zero.
+    at_rest: HashMap<usize, bool>,
     rows: HashMap<PlacementKey, usize>,
     placed: Vec<PlacedMesh<'a>>,
 }
@@ -70,6 +77,8 @@ impl<'a> Placements<'a> {
             source,
             allowance,
             copies_left: FREE_COPIES + source.buffer_bytes(),
+            openings_left: FREE_OPENINGS + source.document_bytes(),
+            at_rest: HashMap::new(),
             rows: HashMap::new(),
             placed: Vec::new(),
         };
@@ -90,7 +99,13 @@ impl<'a> Placements<'a> {
         let mesh = document.meshes.get(row);
         let mesh = mesh.ok_or_else(|| format!("there is no meshes[{row}]"))?;
         let weights = node.weights.as_deref();
-        let at_rest = morph::is_rest(weights.unwrap_or(&mesh.weights));
+        let at_rest = match weights {
+            Some(own) => morph::is_rest(own),
+            None => *self
+                .at_rest
+                .entry(row)
+                .or_insert_with(|| morph::is_rest(&mesh.weights)),
+        };
         let key = match (node.skin, weights) {
             (Some(_), _) => PlacementKey::Skinned(placed.node),
             (None, _) if at_rest => PlacementKey::Rest(row),
@@ -109,15 +124,22 @@ impl<'a> Placements<'a> {
         let next = self.placed.len();
         let at = *self.rows.entry(key).or_insert(next);
         if at == next {
+            let pose = Pose {
+                weights: match at_rest {
+                    true => &[],
+                    false => weights.unwrap_or(&mesh.weights),
+                },
+                skin: node.skin,
+            };
+            if !pose.is_rest() {
+                let targets = 1 + pose.weights.len() as u64;
+                let openings = targets.saturating_mul(mesh.primitives.len() as u64);
+                let left = self.openings_left.checked_sub(openings);
+                self.openings_left = left.ok_or("poses are too many for a file of this size")?;
+            }
             self.placed.push(PlacedMesh {
                 mesh: row,
-                pose: Pose {
-                    weights: match at_rest {
-                        true => &[],
-                        false => weights.unwrap_or(&mesh.weights),
-                    },
-                    skin: node.skin,
-                },
+                pose,
                 maps: Vec::new(),
             });
         }

@@ -175,6 +175,11 @@ impl<'a> GltfSource<'a> {
         sizes.sum()
     }
 
+    /// Bytes of the document.
+    pub(super) fn document_bytes(&self) -> u64 {
+        self.json.len() as u64
+    }
+
     /// The bytes of a buffer view.
     pub(super) fn view(&self, row: usize) -> Result<&[u8], String> {
         let view = self.document.buffer_views.get(row);
