@@ -352,7 +352,7 @@ fn a_skin_and_morph_targets_at_once() {
     );
 }
 
-/// The format wants joints in every primitive of such a mesh. Without them the node is all there is.
+/// The format wants joints in every primitive of such a mesh. Without them there is its node.
 #[test]
 fn a_primitive_without_joints_stays_with_its_node() {
     let mut file = skinned(&three(), None);

@@ -22,8 +22,8 @@ const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 const UNUSED_FOVY: f32 = 45.0;
 
 /// Takes the camera of the first node with a usable one: the scene's view, and the width of its
-/// picture. Parallel rays are spread for a picture of `size`, if that is not the file's own. Returns
-/// true if there is one.
+/// picture. Parallel rays are spread for a picture of `size`, if that is not the file's own.
+/// Returns true if there is one.
 pub(super) fn add_camera(
     source: &GltfSource,
     nodes: &[PlacedNode],

@@ -39,8 +39,8 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
         let message = format!("GLB version {version} is not read here, only version 2");
         return Err(fault(4, message));
     }
-    // The length says where chunks begin, and theirs where they end: some writers count padding that
-    // they do not write, or forget to count what they add.
+    // The length says where chunks begin, and theirs where they end: some writers count padding
+    // that they do not write, or forget to count what they add.
     let (kind, json) = match length > HEADER {
         true => chunk(bytes, HEADER)?,
         false => return Err(fault(HEADER, "the file has no `JSON` chunk".into())),
