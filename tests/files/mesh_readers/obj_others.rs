@@ -461,7 +461,7 @@ fn operands_too_many_are_not_used() {
     assert_eq!(triangles(&loaded.scene), FLAT);
     let said = messages(&loaded.warnings);
     assert!(
-        said.len() == 1 && said[0].starts_with("3 statements"),
+        said.len() == 1 && said[0].starts_with("3 statements have operands too many"),
         "{said:?}"
     );
 }

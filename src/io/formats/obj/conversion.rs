@@ -21,8 +21,8 @@
 //! 2. `illum` 3 and more ask for mirrors. 2 and none ask for a highlight, which gets a faint sheen.
 //! 3. `illum` 4 and more with an `Ni` other than 1 is glass, which refracts light and casts a full
 //!    shadow. Everything else with a `d` below 1 is a surface that is there in part, or a sheet
-//!    that lets coloured light through unbent if its `Tf` is a colour. Ka and Kd of glass and sheets
-//!    are multiplied with `d`; coverage weighs the whole surface.
+//!    that lets coloured light through unbent if its `Tf` is a colour. Ka and Kd of glass and
+//!    sheets are multiplied with `d`; coverage weighs the whole surface.
 //! 4. The alpha of `map_Kd` counts if `map_d` names the same file.
 //! 5. Without its texture, the whole surface would glow or mirror evenly.
 
