@@ -117,7 +117,7 @@ fn add_defaults(
             );
         }
     }
-    apply_projection(scene, options);
+    apply_projection(scene, options.ortho, options);
     if missing.background && options.background.is_none() {
         notes.extend(make_up_sky(scene, options.up.unwrap_or(missing.up)));
     }
@@ -151,8 +151,8 @@ fn make_up_sky(scene: &mut Scene, up: UpAxis) -> Option<String> {
 
 /// Makes the camera's rays parallel, if the user wants that. A made-up camera still shows
 /// everything; with another, what it looks at keeps its size.
-fn apply_projection(scene: &mut Scene, options: &Options) {
-    let Some(height) = options.ortho else {
+fn apply_projection(scene: &mut Scene, ortho: Option<OrthoHeight>, options: &Options) {
+    let Some(height) = ortho else {
         return;
     };
     let height = match height {
@@ -188,6 +188,14 @@ fn make_up_view(scene: &mut Scene, bounds: Bounds, up: UpAxis, options: &Options
     scene.view = framing(scene, bounds, shape, options.threads);
 }
 
+/// Turns a sky that was made with this axis up to the axis of the view that was made up since.
+fn turn_sky(scene: &mut Scene, from: Option<UpAxis>) {
+    let from = from.map(|axis| axis.frame()[1].as_vec3());
+    if let Some(sky) = scene.sky.as_mut().filter(|sky| Some(sky.up) == from) {
+        sky.up = scene.view.up;
+    }
+}
+
 fn make_up_light(scene: &mut Scene, bounds: Bounds) {
     let position = key_light(&scene.view, bounds);
     scene.lights = Default::default();
@@ -200,7 +208,8 @@ fn aspect((width, height): (u32, u32)) -> f64 {
 
 /// A note where the axis that points up was given and does nothing.
 fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
-    if options.up.is_none() || scene.made_up.view {
+    // A sky has an axis of its own.
+    if options.up.is_none() || scene.made_up.view || scene.sky.is_some() {
         return None;
     }
     let reason = match options.view.is_some() {
@@ -217,6 +226,7 @@ fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
 /// # Errors
 /// [`SceneError`] if the result cannot be traced; the scene must not be used then.
 pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String>, SceneError> {
+    let parallel = scene.view.ortho.is_some();
     apply_overrides(scene, options);
     let MadeUpParts { view, light } = scene.made_up;
     let up = UpAxis::of(&scene.view);
@@ -228,6 +238,7 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
         view && !stored,
         light && (options.view.is_some() || !stored),
     );
+    let mut ortho = options.ortho;
     if view || light {
         let bounds = bounds_of(scene, options);
         if view {
@@ -237,12 +248,14 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
                 options.up.or(up).unwrap_or_default(),
                 options,
             );
+            turn_sky(scene, up);
+            ortho = ortho.or(parallel.then_some(OrthoHeight::Fitting));
         }
         if light {
             make_up_light(scene, bounds);
         }
     }
-    apply_projection(scene, options);
+    apply_projection(scene, ortho, options);
     // The scene was rescaled into the comfortable range when it was made. Parts given now cannot
     // change its scale any more.
     let given = options.view.is_some() || !options.lights.is_empty() || view;

@@ -3,7 +3,7 @@
 use super::read;
 use phalanx::bvh::Bvh;
 use phalanx::cache;
-use phalanx::formats::{Options, UpAxis, read_bytes};
+use phalanx::formats::{Options, OrthoHeight, UpAxis, read_bytes};
 use phalanx::open::{Opened, open};
 use phalanx::scene::Scene;
 use std::path::PathBuf;
@@ -94,6 +94,11 @@ fn a_cache_frames_as_its_file_does() {
             ..plain.clone()
         },
         Options {
+            ortho: Some(OrthoHeight::Fitting),
+            size: Some((300, 200)),
+            ..plain.clone()
+        },
+        Options {
             view: Some(view),
             ..plain.clone()
         },
@@ -112,6 +117,7 @@ fn a_cache_frames_as_its_file_does() {
                 || second.up.is_none() && first.up.is_some()
                 || first.size.is_some() && j != k
                 || first.turntable && !second.turntable
+                || first.ortho.is_some() && second.ortho.is_none()
             {
                 continue;
             }
