@@ -209,9 +209,9 @@ impl OracleTree {
         found
     }
 
-    /// Visits the leaves that a ray may meet within `reach`, nearer ones first, until `leaf` returns
-    /// true. It may lower the end. A box that the ray has left before the start holds nothing: each
-    /// box is left no earlier than the hits in it are met.
+    /// Visits the leaves that a ray may meet within `reach`, nearer ones first, until `leaf`
+    /// returns true. It may lower the end. A box that the ray has left before the start holds
+    /// nothing: each box is left no earlier than the hits in it are met.
     fn walk(
         &self,
         setup: &OracleRaySetup,

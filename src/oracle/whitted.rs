@@ -61,7 +61,7 @@ impl PathSegment {
 }
 
 /// The rays that a hit sends on, in the order in which their light is added.
-type Segments = Flatten<array::IntoIter<Option<PathSegment>, 3>>;
+type SegmentQueue = Flatten<array::IntoIter<Option<PathSegment>, 3>>;
 
 /// A hit whose bounces are being traced.
 struct PathLevel {
@@ -70,7 +70,7 @@ struct PathLevel {
     /// Kind of the bounce that is being traced, and its weight.
     traced: (BounceKind, Vec3),
     /// The bounces that are traced after it.
-    pending: Segments,
+    pending: SegmentQueue,
 }
 
 impl RadianceParts {
@@ -169,7 +169,7 @@ impl<'a> WhittedIntegrator<'a> {
         segment: &PathSegment,
         hit: Option<OracleHit>,
         cursor: &mut ShadowCacheCursor,
-    ) -> (RadianceParts, Segments) {
+    ) -> (RadianceParts, SegmentQueue) {
         let scene = self.search.scene;
         let mut parts = RadianceParts::default();
         let Some(hit) = hit else {

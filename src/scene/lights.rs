@@ -100,9 +100,9 @@ impl Lights {
         self.add(false, position, color, attenuation);
     }
 
-    /// Adds a spot light: a point light of which only a cone about the unit direction `axis` is lit.
-    /// `inner` and `outer` are the angles from the axis, in radians, at which the light begins to
-    /// fade and is gone: 0 ≤ inner < outer ≤ π/2.
+    /// Adds a spot light: a point light of which only a cone about the unit direction `axis` is
+    /// lit. `inner` and `outer` are the angles from the axis, in radians, at which the light begins
+    /// to fade and is gone: 0 ≤ inner < outer ≤ π/2.
     ///
     /// At an angle θ it is as bright as a point light times s², where s = cos θ · slope + intercept
     /// is clamped to \[0, 1\], is 1 at the inner angle and 0 at the outer one (glTF,

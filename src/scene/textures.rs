@@ -39,8 +39,8 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Colour at a place: bilinear between the centres of texels, decoded from sRGB first. (0, 0) is
-    /// the upper left corner, (1, 1) the lower right one.
+    /// Colour at a place: bilinear between the centres of texels, decoded from sRGB first. (0, 0)
+    /// is the upper left corner, (1, 1) the lower right one.
     pub fn color_at(&self, u: f32, v: f32) -> Vec3 {
         let linear = linear_of_srgb();
         let texel = |k: usize| Vec3::from_array(self.texels[k].map(|c| linear[usize::from(c)]));

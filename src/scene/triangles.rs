@@ -35,8 +35,8 @@ pub struct Triangles {
     pub colors: Column<[u32; 3]>,
     /// Vertex colours, linear, at least 0: Ka and Kd are multiplied with them.
     pub vertex_colors: Vec3s,
-    /// Opacity of the vertices, 0 to 1, one for each colour: that of the material is multiplied with
-    /// it.
+    /// Opacity of the vertices, 0 to 1, one for each colour: that of the material is multiplied
+    /// with it.
     pub vertex_opacity: Column<f32>,
     /// Indices of the materials.
     pub material: Column<u32>,

@@ -1,6 +1,7 @@
 //! A picture of something that shows nothing: found while its bands are written, and explained.
 
 use glam::Vec3;
+use phalanx::camera::Camera;
 use phalanx::render::Film;
 use phalanx::scene::{Bounds, Scene};
 
@@ -37,9 +38,9 @@ impl EvenColor {
         };
     }
 
-    /// The reason why a picture of a scene, of this ratio of width to height, is empty: nothing but background, or black. `None` if it
-    /// is not, or if the scene is.
-    pub fn explain(self, scene: &Scene, aspect: f32) -> Option<String> {
+    /// The reason why a picture of a scene, of this size, is empty: nothing but background, or
+    /// black. `None` if it is not, or if the scene is.
+    pub fn explain(self, scene: &Scene, size: (u32, u32)) -> Option<String> {
         let EvenColor::All(color, pixels) = self else {
             return None;
         };
@@ -47,21 +48,21 @@ impl EvenColor {
         if pixels < MIN_PIXELS || scene.prim_count() == 0 || !(background || color == [0.0; 3]) {
             return None;
         }
-        let reason = reason(scene, background, aspect);
+        let reason = reason(scene, background, size);
         Some(format!(
             "the picture is empty, all of it has one colour: {reason}"
         ))
     }
 }
 
-fn reason(scene: &Scene, background: bool, aspect: f32) -> String {
+fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
     let m = &scene.materials;
     let bounds = scene.bounds();
     let clear = |prim: u32| m.opacity[scene.prim_material(prim) as usize] == 0.0;
     if (0..scene.prim_count() as u32).all(clear) {
         return "every surface is clear, its opacity is 0".into();
     }
-    if let Some(place) = outside(scene, bounds, aspect) {
+    if let Some(place) = outside(scene, bounds, size) {
         return format!("all of the scene lies {place} (see --camera)");
     }
     let eye = scene.view.eye;
@@ -82,28 +83,26 @@ fn reason(scene: &Scene, background: bool, aspect: f32) -> String {
     }
 }
 
-/// Where the scene lies, if its box is wholly outside a picture of this aspect.
-fn outside(scene: &Scene, bounds: Bounds, aspect: f32) -> Option<&'static str> {
-    let view = &scene.view;
-    let basis = view.basis().ok()?;
-    let slope = (view.fovy.to_radians() / 2.0).tan();
-    // Right, up and ahead of the eye, and half of the picture's height there.
+/// Where the scene lies, if its box is wholly outside a picture of this size.
+fn outside(scene: &Scene, bounds: Bounds, (width, height): (u32, u32)) -> Option<&'static str> {
+    let camera = Camera::new(&scene.view, width, height).ok()?;
+    // Right, up and ahead of the eye, and the distance of pixels there.
     let corners = (0..8).map(|k: usize| {
         let pick = |axis: usize| [bounds.lo, bounds.hi][k >> axis & 1][axis];
-        let to = Vec3::new(pick(0), pick(1), pick(2)) - view.eye;
-        let ahead = -to.dot(basis.w);
-        let half = view.ortho.map_or(ahead * slope, |height| height / 2.0);
-        [to.dot(basis.u), to.dot(basis.v), ahead, half]
+        let to = Vec3::new(pick(0), pick(1), pick(2)) - camera.eye;
+        let ahead = -to.dot(camera.back);
+        let pixel = camera.slope * if camera.parallel { 1.0 } else { ahead };
+        [to.dot(camera.right), to.dot(camera.up), ahead, pixel]
     });
     let all = |beyond: &dyn Fn([f32; 4]) -> bool| corners.clone().all(beyond);
     if all(&|[_, _, ahead, _]| ahead <= 0.0) {
         return Some("behind the camera");
     }
     for sign in [1.0, -1.0] {
-        if all(&|[right, _, _, half]| sign * right > half * aspect) {
+        if all(&|[right, _, _, pixel]| sign * right > camera.half_width * pixel) {
             return Some("beside the picture");
         }
-        if all(&|[_, up, _, half]| sign * up > half) {
+        if all(&|[_, up, _, pixel]| sign * up > camera.half_height * pixel) {
             return Some("above or below the picture");
         }
     }

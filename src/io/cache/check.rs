@@ -17,7 +17,7 @@ pub(super) enum Check {
     /// A finite f32 of at least zero.
     Color,
     /// An f32 from 0 to 1.
-    Share,
+    UnitInterval,
     /// A finite f32 above zero.
     Positive,
     /// A u32 below this.
@@ -43,7 +43,7 @@ impl Check {
             Check::Any => true,
             Check::Finite => every(bytes, |c: &f32| c.is_finite()),
             Check::Color => every(bytes, |c: &f32| c.is_finite() & (*c >= 0.0)),
-            Check::Share => every(bytes, |c: &f32| (*c >= 0.0) & (*c <= 1.0)),
+            Check::UnitInterval => every(bytes, |c: &f32| (*c >= 0.0) & (*c <= 1.0)),
             Check::Positive => every(bytes, |c: &f32| c.is_finite() & (*c > 0.0)),
             Check::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
             Check::Corners { count, none: None } => Check::Below(count).holds(bytes),

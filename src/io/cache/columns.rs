@@ -59,7 +59,7 @@ impl<T: Pod> MapColumn for Column<T> {
 /// These conditions are those that [`Scene::validate`] checks for every row, so that only
 /// [`Scene::validate_settings`] is left to call.
 pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
-    use Check::{Any, Below, Color, Corners, Finite, Positive, Prims, Share};
+    use Check::{Any, Below, Color, Corners, Finite, Positive, Prims, UnitInterval};
     let (s, e, t, c) = (
         &scene.spheres,
         &scene.ellipsoids,
@@ -87,7 +87,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     for part in t.vertex_colors.parts() {
         all.add("vertex colours", part, Color);
     }
-    all.add("vertex opacity", &t.vertex_opacity, Share);
+    all.add("vertex opacity", &t.vertex_opacity, UnitInterval);
     all.add("triangle materials", &t.material, material);
     all.add_vectors("sphere centres", [&s.center]);
     all.add("sphere radii", &s.radius, Positive);

@@ -2,8 +2,8 @@
 //!
 //! The direction is given, so a picture is bounded by four planes through the eye. With the axes
 //! right, top and back of the view, and the slopes t of its sides, their normals are n = ±right +
-//! t·back and ±top + t·back. A point p lies within a side if n · p ≤ n · eye. So all that matters of
-//! a scene is max n · p for each of four normals, whatever the number of its points:
+//! t·back and ±top + t·back. A point p lies within a side if n · p ≤ n · eye. So all that matters
+//! of a scene is max n · p for each of four normals, whatever the number of its points:
 //!
 //! ```text
 //! eye = x right + y top + z back      x = (m₀ − m₁)/2, y = (m₂ − m₃)/2
@@ -36,8 +36,8 @@ const FRAMING_FOVY: f32 = 32.0;
 const THREE_QUARTER: DVec3 = DVec3::new(0.45, 0.32, 1.0);
 /// Room around the scene.
 const MARGIN: f64 = 1.06;
-/// Room around the scene as a share of its diagonal, so that a scene of no width keeps the camera at
-/// a distance.
+/// Room around the scene as a share of its diagonal, so that a scene of no width keeps the camera
+/// at a distance.
 const LEAST_ROOM: f64 = 1e-3;
 
 /// The middle of the scene, and half of its size: at least as much as single precision can tell
@@ -100,8 +100,8 @@ pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, thread
     view
 }
 
-/// Visible height of an orthographic camera in place of one that [`framing`] made up, so that all of
-/// the scene is in the picture.
+/// Visible height of an orthographic camera in place of one that [`framing`] made up, so that all
+/// of the scene is in the picture.
 pub(super) fn parallel_height(
     scene: &Scene,
     view: &View,

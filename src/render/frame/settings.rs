@@ -25,7 +25,8 @@ pub enum Integrator {
     Whitted,
     /// Ambient occlusion: the share of the sky that is open above a hit, weighted by the cosine.
     /// One ray is sent per camera ray, so that only the mean over many lies between black and
-    /// white. A surface that is partly there counts as there. Colours, lights and bounces are left out; rays that hit nothing have the background.
+    /// white. A surface that is partly there counts as there. Colours, lights and bounces are left
+    /// out; rays that hit nothing have the background.
     Occlusion {
         /// Distance beyond which a hit stops no ray, in units of the scene's file; it may be
         /// infinite.

@@ -18,9 +18,9 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, 
 
 /// Coverage of the hits of a wave, one row a packet; empty where every surface is whole.
 #[derive(Clone, Copy)]
-pub(super) struct Coverage<'arena>(&'arena [[f32; LANES]]);
+pub(super) struct WaveCoverage<'arena>(&'arena [[f32; LANES]]);
 
-impl Coverage<'_> {
+impl WaveCoverage<'_> {
     /// Coverage of eight surfaces; `None` where all of a scene's surfaces are whole.
     #[inline]
     pub(super) fn of(self, at: &Surface) -> Option<F32x8> {
@@ -48,9 +48,9 @@ pub(super) fn pass_absent_surfaces<'arena>(
     arena: &'arena Bump,
     rays: &QueueSlice,
     hits: &mut [HitPacket],
-) -> Coverage<'arena> {
+) -> WaveCoverage<'arena> {
     if !context.has_coverage {
-        return Coverage(&[]);
+        return WaveCoverage(&[]);
     }
     let shares = arena.alloc_slice_fill_copy(hits.len(), [1.0; LANES]);
     for (packet, (hits, shares)) in hits.iter_mut().zip(&mut *shares).enumerate() {
@@ -76,7 +76,7 @@ pub(super) fn pass_absent_surfaces<'arena>(
             *hits = HitPacket::select(unknown, &next, hits);
         }
     }
-    Coverage(shares)
+    WaveCoverage(shares)
 }
 
 /// Queues the rays that go on through partly covered surfaces, except those that are not worth
@@ -85,7 +85,7 @@ pub(super) fn queue_passes(
     context: &WavefrontContext,
     rays: &QueueSlice,
     hits: &[HitPacket],
-    coverage: Coverage,
+    coverage: WaveCoverage,
     passes: &mut BounceQueue,
 ) {
     if coverage.0.is_empty() {

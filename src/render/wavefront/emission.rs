@@ -1,6 +1,6 @@
 //! Light that a hit has without any lamp: ambient light and its own emission.
 
-use super::coverage::Coverage;
+use super::coverage::WaveCoverage;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
 use crate::shade::ShadeMaterial;
@@ -12,7 +12,7 @@ use phalanx_trace::simd::{LANES, LaneMask};
 pub(super) fn add_ambient_and_emission(
     scene: &Scene,
     groups: &HitGroups,
-    coverage: Coverage,
+    coverage: WaveCoverage,
     radiance: &mut [RadianceX8],
 ) {
     for (k, at) in groups.surfaces.iter().enumerate() {

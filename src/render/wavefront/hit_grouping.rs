@@ -11,8 +11,8 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, 
 #[derive(Clone, Copy)]
 pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
-    /// The colour that each surface's is multiplied with; empty where the scene has neither textures
-    /// nor vertex colours, so that such a scene pays nothing for them.
+    /// The colour that each surface's is multiplied with; empty where the scene has neither
+    /// textures nor vertex colours, so that such a scene pays nothing for them.
     pub(super) tints: &'arena [Vec3x8],
 }
 

@@ -1,7 +1,7 @@
 //! Secondary rays of hits: selects the bounces that are worth tracing, and queues them.
 
 use super::bounce_queue::BounceQueue;
-use super::coverage::Coverage;
+use super::coverage::WaveCoverage;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::WavefrontContext;
 use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
@@ -17,7 +17,7 @@ pub(super) fn spawn_secondary_rays(
     arena: &Bump,
     rays: &QueueSlice,
     groups: &[Surface],
-    coverage: Coverage,
+    coverage: WaveCoverage,
     bounces: &mut BounceQueue,
 ) {
     let ways = groups.iter().map(|at| {

@@ -1,6 +1,6 @@
 //! Lights, and the shadow rays that test them.
 
-use super::coverage::{Coverage, visibility};
+use super::coverage::{WaveCoverage, visibility};
 use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::shadow_filter::KnownLights;
@@ -17,7 +17,7 @@ pub(super) fn trace_shadow_rays(
     arena: &Bump,
     rays: &QueueSlice,
     groups: &HitGroups,
-    coverage: Coverage,
+    coverage: WaveCoverage,
     mut known: KnownLights,
     radiance: &mut [RadianceX8],
 ) {

@@ -228,8 +228,7 @@ impl Job<'_> {
             Some(tiles) => shard::keep_tiles(tiles, written)?,
             None => written?,
         };
-        let aspect = settings.width as f32 / settings.height as f32;
-        if let Some(reason) = color.explain(scene, aspect) {
+        if let Some(reason) = color.explain(scene, (settings.width, settings.height)) {
             output::note(&format!("warning: {reason}"));
         }
         let seconds = RenderSeconds {
