@@ -26,7 +26,7 @@ pub enum Aov {
     Direct,
     /// Light that arrives along mirror rays.
     Reflection,
-    /// Light that arrives along refracted rays.
+    /// Light that arrives along refracted rays, or through surfaces that are only partly there.
     Refraction,
     /// Number of the pixel's camera rays, a whole number.
     Samples,
