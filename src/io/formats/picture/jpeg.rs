@@ -1,7 +1,7 @@
 //! JPEG, decoded at once. The decoder's SIMD is not built: its plain integer code gives the same
 //! bytes everywhere.
 
-use super::{DecodedImage, Decoder, EncodedImage, TABLES, checked_sides, too_short};
+use super::pixels::{DecodedImage, ImageHeader, TABLES, checked_sides, too_short};
 use jpeg_decoder::{CodingProcess, Error, PixelFormat};
 use std::io::ErrorKind;
 
@@ -18,7 +18,7 @@ const MAX_PIXELS_PER_BYTE: u64 = 8 * 64;
 const MAX_SCANS: usize = 256;
 
 /// Reads the header of a JPEG.
-pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
+pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<JpegDecoder<'_>>, String> {
     let mut decoder = jpeg_decoder::Decoder::new(bytes);
     decoder.read_info().map_err(plain)?;
     let info = decoder.info().ok_or("it has no size")?;
@@ -40,11 +40,11 @@ pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
         CodingProcess::DctProgressive => 3,
         CodingProcess::DctSequential | CodingProcess::Lossless => 1,
     };
-    Ok(EncodedImage {
+    Ok(ImageHeader {
         width,
         height,
         scratch: TABLES + blocks * components * kept + pixels * components,
-        decoder: Decoder::Jpeg(Box::new(decoder)),
+        decoder,
     })
 }
 
@@ -82,10 +82,12 @@ const UNREAD: &str = "it is a JPEG of a kind that is not read (lossless, arithme
 /// The crate's message in plain words.
 fn plain(error: Error) -> String {
     match error {
-        Error::Format(reason) => format!("it is broken: {reason}"),
         Error::Unsupported(_) => UNREAD.into(),
         Error::Io(e) if e.kind() == ErrorKind::UnexpectedEof => "it ends too early".into(),
-        Error::Io(e) => e.to_string(),
-        Error::Internal(e) => e.to_string(),
+        other => {
+            let reason = other.to_string();
+            let reason = reason.trim_start_matches("invalid JPEG format: ");
+            format!("it is broken: {reason}")
+        }
     }
 }

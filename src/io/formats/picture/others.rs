@@ -1,6 +1,6 @@
 //! TGA, BMP and WebP, decoded at once by the crate `image`.
 
-use super::{DecodedImage, Decoder, EncodedImage, PixelLayout, TABLES, checked_sides, too_short};
+use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides, too_short};
 use image::codecs::{bmp::BmpDecoder, tga::TgaDecoder, webp::WebPDecoder};
 use image::{ImageDecoder, ImageError};
 use std::error::Error;
@@ -18,20 +18,20 @@ const WEBP: &str = "WebP";
 const MAX_RUN: u64 = 128;
 
 /// Reads the header of a BMP.
-pub(super) fn open_bmp(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
+pub(super) fn open_bmp(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
     let decoder = BmpDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, "BMP"))?;
     opened(Box::new(decoder), "BMP", Some(bytes.len()), 4)
 }
 
 /// Reads the header of a TGA.
-pub(super) fn open_tga(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
+pub(super) fn open_tga(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
     let decoder = TgaDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, "TGA"))?;
     opened(Box::new(decoder), "TGA", Some(bytes.len()), 4)
 }
 
 /// Reads the header of a WebP. Its decoder keeps a frame of four bytes a pixel, and tables of a
 /// sixteenth of a frame each.
-pub(super) fn open_webp(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
+pub(super) fn open_webp(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
     let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, WEBP))?;
     if decoder.has_animation() {
         return Err("it is an animated WebP picture, which is not read: convert it to PNG".into());
@@ -46,18 +46,18 @@ fn opened<'a>(
     format: &'static str,
     length: Option<usize>,
     bytes_per_pixel: u64,
-) -> Result<EncodedImage<'a>, String> {
+) -> Result<ImageHeader<WholeImageDecoder<'a>>, String> {
     let (width, height) = decoder.dimensions();
     let (width, height) = checked_sides(width.into(), height.into())?;
     let pixels = u64::from(width) * u64::from(height);
     if length.is_some_and(|length| pixels > length as u64 * MAX_RUN) {
         return Err(too_short(width, height));
     }
-    Ok(EncodedImage {
+    Ok(ImageHeader {
         width,
         height,
         scratch: TABLES + decoder.total_bytes() + pixels * bytes_per_pixel,
-        decoder: Decoder::WholeImage(WholeImageDecoder { decoder, format }),
+        decoder: WholeImageDecoder { decoder, format },
     })
 }
 

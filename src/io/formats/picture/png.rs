@@ -1,8 +1,6 @@
 //! PNG, row by row: memory is touched as far as rows have come.
 
-use super::{
-    BROKEN_PALETTE, DecodedImage, Decoder, EncodedImage, PixelLayout, TABLES, checked_sides,
-};
+use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides};
 use ::png::{BitDepth, ColorType, DecodingError, Transformations};
 use std::io::Cursor;
 
@@ -12,7 +10,7 @@ pub(super) type PngReader<'a> = ::png::Reader<Cursor<&'a [u8]>>;
 /// Reads the header of a PNG. Neither a fault of what surrounds the rows nor the length of the file
 /// is an objection: a picture of one colour takes a thousandth of the bytes of its rows, and a row
 /// an eighth of those of its pixels.
-pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
+pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<PngReader<'_>>, String> {
     let mut decoder = ::png::Decoder::new(Cursor::new(bytes));
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
@@ -24,13 +22,13 @@ pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let info = reader.info();
     let palette = info.palette.as_deref().unwrap_or_default();
     if info.color_type == ColorType::Indexed && !is_palette(palette) {
-        return Err(BROKEN_PALETTE.into());
+        return Err("its palette (PLTE) does not hold whole colours, 1 to 256".into());
     }
-    Ok(EncodedImage {
+    Ok(ImageHeader {
         width,
         height,
         scratch: TABLES,
-        decoder: Decoder::Png(Box::new(reader)),
+        decoder: reader,
     })
 }
 
@@ -157,7 +155,8 @@ mod tests {
         let sum = data + 4 + usize::from(bytes[data - 1]);
         broken[sum] ^= 1;
         let reason = |bytes: &[u8]| {
-            let decoded = super::super::EncodedImage::open(bytes).and_then(EncodedImage::decode);
+            let decoded = open(bytes)
+                .and_then(|header| decode(header.decoder, [1, 1], &mut DecodedImage::default()));
             decoded.map(|_| ()).expect_err("broken")
         };
         let told = reason(&broken);

@@ -1,3 +1,4 @@
+use super::pixels::TABLES;
 use super::*;
 use ::png::{BitDepth, ColorType};
 
