@@ -147,3 +147,40 @@ fn a_picture_that_shows_nothing_says_why() {
     let detail = format!("{seen} --region 0 0 4 4");
     assert!(!said("Kd 1 1 1\nd 0", &detail).contains("empty"));
 }
+
+#[test]
+fn a_made_up_camera_frames_the_picture_that_is_asked_for() {
+    let room = TestFolder::new();
+    room.write("w.obj", "v -5 0 0\nv 5 0 0\nv 5 1 0\nv -5 1 0\nf 1 2 3 4\n");
+    room.ok("build w.obj -o w.phx");
+    let seen = |line: &str, [width, height]: [usize; 2]| {
+        let size = format!("--size {width}x{height} --threads 1");
+        room.ok(&format!("render {line} -o out.png {size}"));
+        let picture = phalanx::image::load(&room.path().join("out.png")).unwrap();
+        let [left, right, top, bottom] = extent(&picture);
+        let whole = left > 0 && right < width - 1 && top > 0 && bottom < height - 1;
+        assert!(whole, "{line} {size}: {left} {right} {top} {bottom}");
+        assert!(right - left > width * 3 / 4 || bottom - top > height * 3 / 4);
+        picture.pixels
+    };
+    for size in [[60, 60], [40, 90], [90, 40]] {
+        let direct = seen("w.obj", size);
+        assert_eq!(seen("w.phx", size), direct);
+        assert_eq!(seen("w.phx --up y", size), direct);
+        assert_eq!(seen("w.phx --up z", size), seen("w.obj --up z", size));
+        assert_ne!(seen("w.obj --up=-x", size), direct);
+    }
+    room.ok("render w.obj -o t#.png --size 40x90 --frames 0..3 --turntable 4 --threads 1");
+    for frame in 0..4 {
+        let picture = phalanx::image::load(&room.path().join(format!("t{frame}.png"))).unwrap();
+        let [left, right, ..] = extent(&picture);
+        assert!(left > 0 && right < 39, "{frame}: {left} {right}");
+    }
+    let ran = room.run("render w.obj -o out.png --camera 0,0,9 0,0,0 0,1,0 40 --up z");
+    assert!(
+        ran.stderr.contains("--up changes nothing"),
+        "{}",
+        ran.stderr
+    );
+    room.refused("render w.obj --up w", 2, &["--up", "-x"]);
+}

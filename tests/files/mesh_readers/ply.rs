@@ -275,7 +275,10 @@ fn headers_of_any_length_are_answered_soon() {
     assert!(said[0].message.contains("more than 1000 elements"));
     let said = errors(
         "ply",
-        &ascii(&format!("{}\n{HEADER}", "x ".repeat(1000)), BODY),
+        &ascii(
+            &format!("element a 0\n{}\n{HEADER}", "x ".repeat(1000)),
+            BODY,
+        ),
     );
     assert!(
         said[0].message.contains("unknown header line `x`"),
@@ -428,6 +431,10 @@ fn faces_have_colours_where_vertices_have_none() {
             assert_eq!(of(&file.all), [red, blue, None, None]);
         }
     }
+    // More numbers than announced are not the colours that were.
+    let more = format!("{vertices}{}{strip}", faces.replace('\n', " 5 6\n"));
+    let text = ascii(&header.replace("COUNT", "3"), &more);
+    assert_eq!(of(&text), [None; 5]);
     // Vertices with colours have the last word.
     let both = header.replace("COUNT", "3").replace(
         "property float z\n",
@@ -489,6 +496,11 @@ fn a_file_may_begin_with_a_mark_or_blank_lines_and_end_with_anything() {
         assert_eq!(triangles(&loaded.scene), FLAT);
         assert_eq!(loaded.warnings.len(), 1);
     }
+    // Blender 2.47 wrote its name without the word for a comment.
+    let named = text.replace("element vertex", "Created by somebody\nelement vertex");
+    let loaded = read("ply", named.as_bytes());
+    assert_eq!(triangles(&loaded.scene), FLAT);
+    assert_eq!((loaded.warnings.len(), loaded.warnings[0].line), (1, 3));
     // Numbers that are not used may be none.
     let header = HEADER.replace("float z\n", "float z\nproperty float quality\n");
     let body = BODY

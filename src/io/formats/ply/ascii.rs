@@ -124,6 +124,10 @@ fn merge(
     surplus_operands.warn(report, |count| {
         format!("{count} rows have more operands than the header announces, this one first: they are ignored")
     });
+    if surplus_operands.count > 0 {
+        // MeshLab writes colours of corners where it announces those of faces.
+        body.face_colors.clear();
+    }
     if let Some(span) = surplus {
         report.warning(span, "this line and what follows the last row is ignored");
     }

@@ -1,7 +1,7 @@
 //! The header of a PLY file: the elements that follow, their counts, and their properties.
 
 use crate::formats::diagnostics::{Span, quoted_bytes};
-use crate::formats::mesh::{ParseError, ParseErrors};
+use crate::formats::mesh::{Occurrences, ParseError, ParseErrors};
 use crate::formats::text::mark_length;
 
 /// Encoding of the rows.
@@ -126,6 +126,8 @@ pub(super) struct Header {
     pub(super) elements: Vec<Element>,
     /// Offset of the first row.
     pub(super) body: usize,
+    /// Unknown lines before the first element, which may be comments without their word.
+    pub(super) ignored: Occurrences,
     /// The character that ends a line; `\r` before a `\n` is a blank.
     pub(super) line_end: u8,
 }
@@ -231,6 +233,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
             encoding,
             elements: reader.elements,
             body: lines.at,
+            ignored: reader.ignored,
             line_end: lines.line_end,
         }),
         _ => Err(reader.errors),
@@ -241,6 +244,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
 struct PlyHeaderReader {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
+    ignored: Occurrences,
     errors: ParseErrors,
 }
 
@@ -271,6 +275,11 @@ impl PlyHeaderReader {
             b"format" => self.format(operands(words)?),
             b"element" => self.element(operands(words)?),
             b"property" => self.property(words),
+            // After an element, it may be a property of a row.
+            _ if self.elements.is_empty() => {
+                self.ignored.add(span);
+                Ok(())
+            }
             _ => {
                 let keyword = quoted_bytes(keyword);
                 Err(ParseError::new(

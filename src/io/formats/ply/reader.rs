@@ -72,6 +72,10 @@ fn read_in_chunks(
             (body, report)
         }
     };
+    plan.header.ignored.warn(&mut report, |count| match count {
+        1 => "this is no line of a header: it is ignored".into(),
+        _ => format!("{count} lines, this one first, are none of a header: they are ignored"),
+    });
     let cutting = faces::cutting_bytes(body.faces.iter(), threads);
     let needed = plan.made.used().saturating_add(cutting);
     if let Err(message) = budget.lend(needed, faces::purpose) {
