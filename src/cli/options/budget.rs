@@ -15,9 +15,9 @@
 //!    these factors allow.
 //! 2. Other files, materials, and textures as they are decoded; with glTF also the document, the
 //!    triangles of a mesh, and its columns.
-//! 3. 20 bytes a triangle, and 12 each for UVs and normals, less the bytes that the size of the
-//!    face in the file accounts for. While the largest polygon is cut, 300 bytes for each of its
-//!    corners on each thread.
+//! 3. 20 bytes a triangle, and 12 each for UVs, normals and colours of vertices, 36 for colours of
+//!    faces, less the bytes that the size of the face in the file accounts for. While the largest
+//!    polygon is cut, 300 bytes for each of its corners on each thread.
 //! 4. [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and
 //!    cone.
 //! 5. [`TRIANGLE_BYTES`] for each triangle, [`OTHER_BYTES`] for anything else; for the oracle's

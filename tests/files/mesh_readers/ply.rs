@@ -372,22 +372,15 @@ fn binary_colours_are_those_of_text() {
         );
         let mut lists = BinaryNumbers::new(big, &listed.replace("TYPE", "uchar"));
         for k in 0..3 {
-            bytes = bytes.floats(position(k)).put(three[k]);
+            bytes = three[k]
+                .into_iter()
+                .fold(bytes.floats(position(k)), |b, c| b.put([c]));
             doubles = doubles.floats(position(k));
             doubles = shares[k]
                 .into_iter()
                 .fold(doubles, |b, c| b.put(c.to_le_bytes()));
             lists = lists.floats(position(k)).put([2]).put([7]).put([8]);
             lists = three[k].into_iter().fold(lists, |b, c| b.put([c]));
-        }
-        if big {
-            // `put` reverses what it is given at once.
-            let header = COLORED.replace("TYPE", "uchar");
-            bytes = BinaryNumbers::new(big, &header);
-            for k in 0..3 {
-                bytes = bytes.floats(position(k));
-                bytes = three[k].into_iter().fold(bytes, |b, c| b.put([c]));
-            }
         }
         for file in [bytes, doubles, lists] {
             let file = file.put([3]).ints(&[0, 1, 2]);

@@ -1,13 +1,13 @@
 //! Rows of an ascii file: one on each line that is neither blank nor a comment.
 //!
 //! Lines are counted first, so that the rows of each chunk of the text are known. Then several
-//! threads read the chunks. If rows and lines do not agree, the words of the file are read once more
-//! without regard to lines: some programs break rows, and others write several on a line.
+//! threads read the chunks. If rows and lines do not agree, the words of the file are read once
+//! more without regard to lines: some programs break rows, and others write several on a line.
 
 use super::header::Element;
+use super::lexer::{NO_ROW_END, PlyLexer, count_rows};
 use super::plan::{ElementUse, ReadPlan};
 use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
-use super::words::{NO_ROW_END, PlyWords, count_rows};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors, merge_floats};
@@ -156,7 +156,7 @@ struct VertexNumbers {
 }
 
 struct PlyAsciiReader<'a> {
-    words: PlyWords<'a>,
+    words: PlyLexer<'a>,
     plan: &'a ReadPlan,
     /// The destination of each property of a vertex.
     slots: Vec<VertexSlot>,
@@ -186,7 +186,7 @@ impl<'a> PlyAsciiReader<'a> {
             }
         };
         PlyAsciiReader {
-            words: PlyWords {
+            words: PlyLexer {
                 text,
                 at: 0,
                 eol: plan.header.line_end,

@@ -10,9 +10,9 @@ mod binary;
 mod colors;
 mod columns;
 mod header;
+mod lexer;
 mod plan;
 mod reader;
 mod rows;
-mod words;
 
 pub(super) use reader::{read, text};

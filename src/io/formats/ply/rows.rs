@@ -37,8 +37,8 @@ pub(super) struct FaceSink {
 }
 
 impl FaceSink {
-    /// Adds a face over `vertices` vertices, with its colour if faces have one, which has no more than [`MAX_CORNERS`] corners. It is
-    /// an error if a corner is not one of the vertices.
+    /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners, with
+    /// its colour if faces have one. It is an error if a corner is not one of the vertices.
     pub(super) fn add(
         &mut self,
         corners: &[i64],

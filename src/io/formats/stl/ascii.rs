@@ -4,7 +4,7 @@
 //! it may be missing, or be no number. Text between facets that has none of the words of a facet is
 //! ignored.
 
-use super::words::{StlWords, is_in_remark};
+use super::lexer::{StlLexer, is_in_remark};
 use crate::formats::decimal;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
 use crate::formats::mesh::{Occurrences, ParseError, ParseErrors};
@@ -74,7 +74,7 @@ pub(super) fn read(
 
 /// Checks the first word.
 fn begins_well(bytes: &[u8], start: usize, report: &mut DiagnosticSink) -> bool {
-    let mut words = StlWords::new(bytes, start);
+    let mut words = StlLexer::new(bytes, start);
     if words.take(b"solid").is_some() {
         return true;
     }
@@ -96,7 +96,7 @@ fn begins_well(bytes: &[u8], start: usize, report: &mut DiagnosticSink) -> bool 
 
 /// Span of a corner, found by counting; for a message.
 pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
-    let mut words = StlWords::new(bytes, mark_length(bytes));
+    let mut words = StlLexer::new(bytes, mark_length(bytes));
     let mut count = 0;
     loop {
         if words.take(b"solid").is_some() || words.take_end(b"solid").is_some() {
@@ -135,7 +135,7 @@ enum FacetFault {
 
 struct StlAsciiReader<'a> {
     /// The file up to the end of the chunk.
-    words: StlWords<'a>,
+    words: StlLexer<'a>,
     origin: DVec3,
     chunk: StlChunk,
 }
@@ -143,7 +143,7 @@ struct StlAsciiReader<'a> {
 impl<'a> StlAsciiReader<'a> {
     fn new(text: &'a [u8], at: usize, origin: DVec3) -> StlAsciiReader<'a> {
         StlAsciiReader {
-            words: StlWords::new(text, at),
+            words: StlLexer::new(text, at),
             origin,
             chunk: StlChunk::default(),
         }
@@ -272,7 +272,7 @@ impl<'a> StlAsciiReader<'a> {
 
     fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, FacetFault> {
         self.words.skip_blanks();
-        let StlWords { text, at } = self.words;
+        let StlLexer { text, at } = self.words;
         let (value, end) = parse(text, at);
         if end > at && text.get(end).is_none_or(|&byte| byte <= b' ') {
             self.words.at = end;
@@ -281,8 +281,8 @@ impl<'a> StlAsciiReader<'a> {
         Err(self.fault("a number"))
     }
 
-    /// The fault of a word that is not the expected one. The word stays: it may be the one that ends
-    /// the facet.
+    /// The fault of a word that is not the expected one. The word stays: it may be the one that
+    /// ends the facet.
     #[cold]
     fn fault(&mut self, expected: &str) -> FacetFault {
         let before = self.words;

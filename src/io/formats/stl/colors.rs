@@ -1,4 +1,5 @@
-//! Colours of binary STL: fifteen bits in the word at the end of each facet, in one of two dialects.
+//! Colours of binary STL: fifteen bits in the word at the end of each facet, in one of two
+//! dialects.
 //!
 //! | dialect | known by | bit 15 | bits 0 to 4, 5 to 9, 10 to 14 |
 //! |---|---|---|---|

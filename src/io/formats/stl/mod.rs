@@ -7,8 +7,8 @@
 mod ascii;
 mod binary;
 mod colors;
+mod lexer;
 mod reader;
 mod weld;
-mod words;
 
 pub(super) use reader::{read, text};

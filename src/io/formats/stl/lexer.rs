@@ -10,14 +10,14 @@ fn is_comment(rest: &[u8]) -> bool {
 
 /// A position in the text, between words.
 #[derive(Clone, Copy)]
-pub(super) struct StlWords<'a> {
+pub(super) struct StlLexer<'a> {
     pub(super) text: &'a [u8],
     pub(super) at: usize,
 }
 
-impl<'a> StlWords<'a> {
-    pub(super) fn new(text: &'a [u8], at: usize) -> StlWords<'a> {
-        StlWords { text, at }
+impl<'a> StlLexer<'a> {
+    pub(super) fn new(text: &'a [u8], at: usize) -> StlLexer<'a> {
+        StlLexer { text, at }
     }
 
     /// Moves to the next word, or to the end of the text.
@@ -86,7 +86,7 @@ impl<'a> StlWords<'a> {
     /// Moves behind the name of a solid, which may hold blanks. It ends with its line, with a
     /// comment, or before a facet: some files are one line.
     pub(super) fn skip_name(&mut self) {
-        let mut line = StlWords::new(&self.text[..self.line_end()], self.at);
+        let mut line = StlLexer::new(&self.text[..self.line_end()], self.at);
         while let Some(word) = line.word() {
             let mut next = line;
             let begins = next.take(b"normal").or_else(|| next.take(b"outer"));
@@ -112,7 +112,7 @@ pub(super) fn is_in_remark(bytes: &[u8], at: usize) -> bool {
     let from = at.saturating_sub(MAX_LINE);
     let end = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]);
     // The line up to the first letter of the word.
-    let mut words = StlWords::new(&bytes[..=at], end.map_or(from, |end| from + end + 1));
+    let mut words = StlLexer::new(&bytes[..=at], end.map_or(from, |end| from + end + 1));
     if words.take(b"solid").is_some() || words.take_end(b"solid").is_some() {
         words.skip_name();
     }
@@ -140,7 +140,7 @@ mod tests {
             (" #1 // ; facet outer", ""),
             ("", ""),
         ] {
-            let mut words = StlWords::new(text.as_bytes(), 0);
+            let mut words = StlLexer::new(text.as_bytes(), 0);
             words.skip_name();
             assert_eq!(&text[words.at..], rest, "{text:?}");
         }
@@ -157,7 +157,7 @@ mod tests {
             ("\u{e9}\u{e9} x", false),
             ("", false),
         ] {
-            let mut words = StlWords::new(text.as_bytes(), 0);
+            let mut words = StlLexer::new(text.as_bytes(), 0);
             assert_eq!(words.take_end(b"loop").is_some(), found, "{text:?}");
             let at = words.at;
             assert_eq!(text[at..].trim_start(), if found { "x" } else { text });

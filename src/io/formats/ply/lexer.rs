@@ -39,7 +39,7 @@ fn is_remark(text: &[u8]) -> bool {
 pub(super) const NO_ROW_END: u8 = 0xff;
 
 /// A position in the text, between words.
-pub(super) struct PlyWords<'a> {
+pub(super) struct PlyLexer<'a> {
     /// The file up to the end of the chunk.
     pub(super) text: &'a [u8],
     pub(super) at: usize,
@@ -49,7 +49,7 @@ pub(super) struct PlyWords<'a> {
     pub(super) line_end: u8,
 }
 
-impl PlyWords<'_> {
+impl PlyLexer<'_> {
     /// Moves to the next line that is neither blank nor a comment.
     pub(super) fn find_row(&mut self) -> bool {
         loop {
