@@ -19,6 +19,9 @@ pub(super) type Soup = Vec<[[f32; 3]; 3]>;
 /// Word that ends a facet; chunks of the text end behind it.
 const END: &[u8] = b"endfacet";
 
+/// Most names and comments with that word that are passed in search of the end of a chunk.
+const MAX_REMARKS: usize = 1000;
+
 /// The corners of all facets; errors are added to the report.
 ///
 /// `origin` is subtracted from corners before they are rounded.
@@ -34,9 +37,10 @@ pub(super) fn read(
     let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
     let ranges = workers::cut(start..bytes.len(), chunk_bytes, |at| {
         // Names and comments may hold the word.
-        let mut ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
+        let ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
         let is_end = |&i: &usize| i > 0 && blank(i - 1) && blank(i + END.len());
-        let end = ends.find(|i| is_end(i) && !is_in_remark(bytes, *i));
+        let mut ends = ends.filter(is_end).take(MAX_REMARKS);
+        let end = ends.find(|i| !is_in_remark(bytes, *i));
         end.map_or(bytes.len(), |i| i + END.len())
     });
     let read = |range: Range<usize>| {

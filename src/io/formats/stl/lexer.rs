@@ -86,21 +86,25 @@ impl<'a> StlLexer<'a> {
     /// Moves behind the name of a solid, which may hold blanks. It ends with its line, with a
     /// comment, or before a facet: some files are one line.
     pub(super) fn skip_name(&mut self) {
-        let mut line = StlLexer::new(&self.text[..self.line_end()], self.at);
-        while let Some(word) = line.word() {
-            let mut next = line;
-            let begins = next.take(b"normal").or_else(|| next.take(b"outer"));
-            if line.is(word, b"facet") && begins.is_some() {
-                self.at = word.offset;
+        loop {
+            let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+            let blank = |byte: &&u8| **byte <= b' ' && !is_end(byte);
+            self.at += self.text[self.at..].iter().take_while(blank).count();
+            let rest = &self.text[self.at..];
+            if rest.first().is_none_or(is_end) {
                 return;
             }
+            if is_comment(rest) {
+                return self.skip_line();
+            }
+            let mut next = *self;
+            if next.take(b"facet").is_some()
+                && (next.take(b"normal").is_some() || next.take(b"outer").is_some())
+            {
+                return;
+            }
+            self.word();
         }
-        self.at = line.text.len();
-    }
-
-    fn line_end(&self) -> usize {
-        let rest = &self.text[self.at..];
-        self.at + memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())
     }
 }
 
