@@ -125,7 +125,8 @@ impl Folder {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };
-        let name = without_quotes(name).replace('\\', "/");
+        // Some programs mark a blank that is part of a name.
+        let name = without_quotes(name).replace("\\ ", " ").replace('\\', "/");
         let Some(last) = last_component(&name) else {
             return Err(OUTSIDE.into());
         };

@@ -274,8 +274,9 @@ fn what_a_material_leaves_out_is_named_once_where_it_stands() {
 fn comments_stand_behind_names() {
     let mtl = "newmtl red\t# e\nKd 1 0 0 # red\nmap_Kd my tex.png # of mine\nnewmtl red #2\nKd 0 1 0\n\
                newmtl # lone\nKd 0 0 1\n";
-    let files: [(&str, &[u8]); 3] = [
+    let files: [(&str, &[u8]); 4] = [
         ("my #1.mtl", mtl.as_bytes()),
+        ("the lib.mtl", mtl.as_bytes()),
         ("my tex.png", &rgb()),
         ("b.mtl", b""),
     ];
@@ -285,6 +286,8 @@ fn comments_stand_behind_names() {
         ("\"my #1.mtl\"", "red # the first", Vec3::X),
         ("my #1.mtl", "red # e", Vec3::X),
         ("b.mtl b.mtl # two\nmtllib my #1.mtl", "red #2", Vec3::Y),
+        ("b.mtl none.mtl the lib.mtl # c", "red #2", Vec3::Y),
+        ("b.mtl the\\ lib.mtl", "red", Vec3::X),
         (
             "b.mtl \\\nb.mtl\nMtlLib my #1.mtl\r",
             "red #2 # the second\r",
@@ -293,11 +296,11 @@ fn comments_stand_behind_names() {
     ] {
         let obj = format!("mtllib {library}\n{CORNERS}{PLACES}usemtl {name}\nf 1/1 2/2 3/3 # f\n");
         let loaded = beside(&obj, &files);
-        assert!(
-            loaded.warnings.is_empty(),
-            "{library}: {:?}",
-            loaded.warnings
-        );
+        let said = messages(&loaded.warnings);
+        let missing = said
+            .iter()
+            .all(|said| said.contains("`none.mtl` is left out"));
+        assert!(missing, "{library}: {said:?}");
         let material = first_material(&loaded.scene);
         assert_eq!(material.kd, kd, "{name}");
         assert_eq!(material.texture != NO_TEXTURE, kd == Vec3::X);
@@ -446,6 +449,13 @@ fn what_is_not_finite_matters_where_it_is_used() {
         assert_eq!(loaded.warnings.len(), 3, "{bad}: {:?}", loaded.warnings);
         let used = format!("{text}f 1 2 4\n");
         assert_eq!(super::errors("obj", used.as_bytes())[0].line, 4, "{bad}");
+    }
+    for utf16 in [&b"\xff\xfev\0 \0"[..], b"\xfe\xff\0v\0 "] {
+        let said = super::errors("obj", utf16);
+        assert!(
+            said.len() == 1 && said[0].message.contains("UTF-16"),
+            "{said:?}"
+        );
     }
     // A comment may stand at a number.
     assert_eq!(

@@ -31,6 +31,22 @@ pub(super) struct MaterialLibrary<'a> {
     names_left: usize,
 }
 
+/// Names of several files between blanks, which end where a word ends in `.mtl`.
+fn several(names: &str) -> impl Iterator<Item = &str> {
+    let ends = names.match_indices(char::is_whitespace).map(|(at, _)| at);
+    let ends = ends.chain([names.len()]).filter(|&end| {
+        let ending = end.checked_sub(4).and_then(|start| names.get(start..end));
+        end == names.len() || ending.is_some_and(|ending| ending.eq_ignore_ascii_case(".mtl"))
+    });
+    let mut start = 0;
+    let parts = ends.map(move |end| {
+        let part = names[start..end].trim();
+        start = end;
+        part
+    });
+    parts.filter(|part| !part.is_empty())
+}
+
 impl<'a> MaterialLibrary<'a> {
     /// Reads the files that `libraries`, operands of `mtllib`, name.
     pub(super) fn new(
@@ -70,8 +86,6 @@ impl<'a> MaterialLibrary<'a> {
         if short.is_empty() {
             return report.warning(span, "a file name is missing");
         }
-        let mut words = short.split_ascii_whitespace();
-        let one = words.clone().nth(1).is_none();
         let whole = spellings(text).find_map(|name| {
             let name = text_of(name);
             let found = self.asset_dir.find_for(None, &name).ok()?;
@@ -79,13 +93,28 @@ impl<'a> MaterialLibrary<'a> {
         });
         match whole {
             Some((name, found)) => self.add_file(&name, Ok(found), span, report),
-            None if one => self.add_named(&short, span, report),
             None => {
-                for name in words.by_ref().take(self.names_left) {
-                    self.names_left -= 1;
-                    self.add_named(name, span, report);
+                for name in several(&short) {
+                    self.names_left = self.names_left.saturating_sub(1);
+                    if self.names_left > 0 {
+                        self.add_parts(name, span, report);
+                    }
                 }
             }
+        }
+    }
+
+    /// Adds a file whose name may hold blanks, or one for each word if there is no such file.
+    fn add_parts(&mut self, name: &str, span: Span, report: &mut DiagnosticSink) {
+        let escaped = name.contains("\\ ");
+        let one = escaped || self.asset_dir.find_for(None, name).is_ok();
+        let words = name.split_ascii_whitespace();
+        match one || words.clone().nth(1).is_none() {
+            true => self.add_named(name, span, report),
+            false => words.take(self.names_left).for_each(|word| {
+                self.names_left -= 1;
+                self.add_named(word, span, report);
+            }),
         }
     }
 

@@ -41,6 +41,11 @@ fn read_in_chunks(
         report.error(Span::START, "the file is empty");
         return Err(ReadStop::of(report));
     }
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        let help = "save the file as UTF-8 (or plain ASCII) text";
+        report.error_with_help(Span::START, "this is text in UTF-16", help);
+        return Err(ReadStop::of(report));
+    }
     let moved = options.origin.offset();
     let made = asset_dir.allowance().shared();
     let chunks = read_chunks(bytes, threads, (chunk_bytes, moved), &made, &mut report);
