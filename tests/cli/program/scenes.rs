@@ -137,7 +137,7 @@ fn a_further_folder_is_opened_for_every_command() {
         &format!("mtllib ../textures/a.mtl\n{triangle}"),
     );
     room.write("textures/a.mtl", "newmtl m\nmap_Kd a.png\n");
-    fs::write(room.path().join("textures/a.png"), white_png(2)).unwrap();
+    fs::write(room.path().join("textures/a.png"), white_png(8)).unwrap();
     for command in [
         "render -o a.png --size 8x8",
         "verify --size 8x8",
