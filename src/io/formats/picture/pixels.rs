@@ -2,7 +2,7 @@
 
 use phalanx_scene::MAX_TEXTURE_SIDE;
 
-/// What the header of a picture says, and its decoder.
+/// The header of a picture, and the decoder that has read it.
 pub(super) struct ImageHeader<D> {
     /// Pixels in a row, 1 to [`MAX_TEXTURE_SIDE`].
     pub(super) width: u32,
