@@ -9,8 +9,8 @@ use phalanx_scene::sampling::{
     uniform_sphere as sphere_point,
 };
 use phalanx_scene::{
-    DOUBLE_ROUNDING, LightShape, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE,
-    PAD, PLANE_ROUNDING, PrimKind, Scene,
+    DOUBLE_ROUNDING, INWARD, LightShape, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE,
+    OFFSET_PER_EDGE, PAD, PLANE_ROUNDING, PrimKind, Scene,
 };
 
 /// One row of the material columns.
@@ -80,7 +80,7 @@ impl OracleSurface {
     /// The surface at a ray's hit in a validated scene.
     pub fn new(scene: &Scene, ray: &OracleRay, hit: &OracleHit) -> OracleSurface {
         let placed = scene.resolve(hit.prim_id);
-        let (point, ng, ns, offset) = match placed.instance {
+        let (point, ng, ns, outward, offset) = match placed.instance {
             None => surface_point(scene, placed.prim, ray, -ray.dir, hit),
             Some(k) => {
                 let inner = to_object(scene, k as usize, ray);
@@ -88,7 +88,7 @@ impl OracleSurface {
                 to_world(scene, k as usize, inside, ray)
             }
         };
-        let ng = if ng.dot(ns) < 0.0 { -ng } else { ng };
+        let ng = if ng.dot(outward) < INWARD { -ng } else { ng };
         let away = ray.dir.dot(ng) > 0.0;
         OracleSurface {
             point,
@@ -111,8 +111,8 @@ impl OracleSurface {
     }
 }
 
-/// Point, geometric normal, shading normal and offset of a hit.
-type OraclePoint = (Vec3, Vec3, Vec3, f32);
+/// Point, geometric normal, shading normal, mean of the vertex normals, and offset of a hit.
+type OraclePoint = (Vec3, Vec3, Vec3, Vec3, f32);
 
 /// The surface point in the space where the primitive is stored; `back` is the unit vector against
 /// the ray there.
@@ -135,7 +135,7 @@ fn surface_point(
 
 /// The world point of a surface point in the space of an instance's mesh.
 fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay) -> OraclePoint {
-    let (position, ng, ns, offset) = inside;
+    let (position, ng, ns, outward, offset) = inside;
     let [wx, wy, wz, wshift] = scene.instances.world_columns(instance);
     let [mx, my, mz, shift] = scene.instances.object_columns(instance);
     let point = ((wx * position.x + wy * position.y) + wz * position.z) + wshift;
@@ -143,11 +143,11 @@ fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay
     let gradient = back(ng);
     let length = gradient.dot(gradient).sqrt();
     let ng = unit_or(gradient, -ray.dir);
-    let ns = unit_or(back(ns), ng);
+    let (ns, outward) = (unit_or(back(ns), ng), unit_or(back(outward), ng));
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
     let reach = (max_abs(terms) * PAD + offset) / length;
-    (point, ng, ns, reach + max_abs(point) * PAD)
+    (point, ng, ns, outward, reach + max_abs(point) * PAD)
 }
 
 fn triangle(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, hit: &OracleHit) -> OraclePoint {
@@ -170,16 +170,19 @@ fn triangle(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, hit: &OracleHi
     let unit = (normal * (1.0 / length)).as_vec3();
     let ng = if length > 0.0 { unit } else { back };
     let alpha = (1.0 - hit.u) - hit.v;
-    let ns = match scene.triangles.corner_normals(i) {
-        Some([na, nb, nc]) => unit_or((na * alpha + nb * hit.u) + nc * hit.v, ng),
-        None => ng,
+    let (ns, outward) = match scene.triangles.corner_normals(i) {
+        Some([na, nb, nc]) => (
+            unit_or((na * alpha + nb * hit.u) + nc * hit.v, ng),
+            unit_or((na + nb) + nc, ng),
+        ),
+        None => (ng, ng),
     };
     let (edges, way) = (edges as f32, way as f32);
     let rounding = ng.abs().dot(point.abs()) * PLANE_ROUNDING + edges * DOUBLE_ROUNDING;
     let [least, most] = OFFSET_PER_EDGE.map(|share| edges * share);
     let beyond = min(max(max_abs(point) * OFFSET_PER_COORDINATE, least), most);
     let offset = max(rounding, min(beyond, way * MAX_OFFSET_PER_DISTANCE));
-    (point, ng, ns, offset)
+    (point, ng, ns, outward, offset)
 }
 
 fn sphere(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
@@ -187,7 +190,7 @@ fn sphere(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> Oracl
     let n = unit_or((ray.org - center) + ray.dir * t, back);
     let point = center + n * radius;
     let offset = radius * PAD + n.abs().dot(point.abs()) * PLANE_ROUNDING;
-    (point, n, n, offset)
+    (point, n, n, n, offset)
 }
 
 fn ellipsoid(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
@@ -204,7 +207,7 @@ fn ellipsoid(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> Or
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
     let inside = (max_abs(terms) + 1.0) / length;
-    (point, ng, ng, (inside + max_abs(point)) * PAD)
+    (point, ng, ng, ng, (inside + max_abs(point)) * PAD)
 }
 
 fn cone(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
@@ -227,7 +230,7 @@ fn cone(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OracleP
     };
     let size = max_abs(c.apex - c.base) + max(radius, c.apex_radius);
     let offset = size * PAD + ng.abs().dot(point.abs()) * PLANE_ROUNDING;
-    (point, ng, ng, offset)
+    (point, ng, ng, ng, offset)
 }
 
 /// Seed of the random choices at a hit: the ray's seed and its pixel's sample number.

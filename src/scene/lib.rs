@@ -59,7 +59,7 @@ pub use scene::{ResolvedPrim, Scene};
 pub use shapes::{Cone, ConeFrame, ConeProfile, Cones, Ellipsoids, Spheres};
 pub use sky::Sky;
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
-pub use triangles::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS, Triangles};
+pub use triangles::{INWARD, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS, Triangles};
 pub use validate::{MAX_DEPTH_LIMIT, MAX_SIDE, SceneError, check_image_size};
 pub use vectors::{Vec2s, Vec3s};
 pub use view::{Basis, View, ViewError};

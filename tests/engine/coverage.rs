@@ -275,6 +275,30 @@ fn normals_of_the_file_say_which_side_is_lit() {
     }
 }
 
+/// Normals that lie in the plane of their triangles say nothing about its sides.
+#[test]
+fn normals_in_the_plane_leave_no_speckles() {
+    let mut scene = empty();
+    (scene.width, scene.height) = (40, 40);
+    scene.view.eye = Vec3::new(-2.0, 1.0, 3.0);
+    let row = scene.materials.push(&white(1.0));
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [0.3, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.1 * x));
+    let along = (corners[1] - corners[0]).normalize();
+    scene.add_triangle(corners, Some([along; 3]), row);
+    scene
+        .lights
+        .add_directional(Vec3::new(0.9, 0.3, 0.5).normalize(), Vec3::ONE);
+    assert_same_everywhere(&scene, "in the plane");
+    let prepared = Accel::build(&scene, Engine::Simd);
+    let film = frame_of(&scene, &prepared, Settings::of(&scene)).film;
+    let pixels = || (0..40).flat_map(|y| (0..40).map(move |x| (x, y)));
+    let seen = pixels().map(|(x, y)| Vec3::from(film.pixel(x, y)));
+    let seen: Vec<Vec3> = seen.filter(|&c| c != scene.background).collect();
+    assert!(seen.len() > 100, "a picture of something");
+    let alike = |c: &Vec3| (*c - seen[0]).abs().max_element() < 1e-5;
+    assert!(seen.iter().all(alike), "one colour");
+}
+
 fn random_texture(rng: &mut Rng) -> Texture {
     let (width, height) = (1 + rng.below(5) as u32, 1 + rng.below(5) as u32);
     let texels = (0..width * height).map(|_| [0; 3].map(|_| rng.bits() as u8));

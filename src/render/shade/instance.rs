@@ -42,6 +42,7 @@ impl InstanceTransforms {
         let length = gradient.dot(gradient).sqrt();
         let ng = unit_or(gradient, -rays.dir);
         let ns = unit_or(back(inside.ns), ng);
+        let outward = unit_or(back(inside.outward), ng);
         let p = point.abs();
         let terms =
             ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
@@ -50,6 +51,7 @@ impl InstanceTransforms {
             point,
             ng,
             ns,
+            outward,
             offset: reach + point.max_abs() * F32x8::splat(PAD),
         }
     }

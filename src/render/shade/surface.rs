@@ -2,7 +2,7 @@
 
 use super::instance::InstanceTransforms;
 use super::surface_point::surface_point;
-use phalanx_scene::{PrimKind, Scene};
+use phalanx_scene::{INWARD, PrimKind, Scene};
 use phalanx_trace::packet::{HitPacket, RayPacket};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
@@ -76,8 +76,8 @@ pub fn surface(
         surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits)
     };
     if batch.kind == PrimKind::Triangle && !scene.triangles.normals.is_empty() {
-        // The normals of the file say which side is the outside, whatever the winding.
-        let inward = place.ng.dot(place.ns).lt(F32x8::ZERO);
+        // The normals of the file say which side of a triangle is the outside, whatever the winding.
+        let inward = place.ng.dot(place.outward).lt(F32x8::splat(INWARD));
         place.ng = Vec3x8::select(inward, -place.ng, place.ng);
     }
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);

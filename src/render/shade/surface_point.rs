@@ -14,6 +14,9 @@ pub(super) struct SurfacePoint {
     pub(super) point: Vec3x8,
     pub(super) ng: Vec3x8,
     pub(super) ns: Vec3x8,
+    /// Mean of a triangle's vertex normals, of unit length: its side is the outside. `ng` where
+    /// there are none.
+    pub(super) outward: Vec3x8,
     pub(super) offset: F32x8,
 }
 
@@ -65,12 +68,12 @@ fn triangle(
     let feet = TriangleHitPoints::of([corner(0), corner(1), corner(2)], rays, hits);
     let point = feet.point;
     let ng = Vec3x8::select(feet.solid, feet.normal, back);
-    let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
+    let [ns, outward] = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
         true => {
             let alpha = (F32x8::ONE - hits.u) - hits.v;
-            shading_normal(scene, rows, [alpha, hits.u, hits.v], ng)
+            shading_normals(scene, rows, [alpha, hits.u, hits.v], ng)
         }
-        false => ng,
+        false => [ng, ng],
     };
     let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING)
         + feet.edges * F32x8::splat(DOUBLE_ROUNDING);
@@ -82,6 +85,7 @@ fn triangle(
         point,
         ng,
         ns,
+        outward,
         offset,
     }
 }
@@ -153,8 +157,13 @@ const MAX_LENGTH_PER_DISTANCE: f64 = 64.0;
 /// the ray lies in the plane.
 const MAX_DISTANCE_ERROR: f64 = 1.0 / 4096.0;
 
-/// Interpolated vertex normals; lanes of triangles without them keep `ng`.
-fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng: Vec3x8) -> Vec3x8 {
+/// Interpolated vertex normals, and their means; lanes of triangles without them keep `ng`.
+fn shading_normals(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    weights: [F32x8; 3],
+    ng: Vec3x8,
+) -> [Vec3x8; 2] {
     let t = &scene.triangles;
     let corners = rows.map(|i| t.corner_normals(i).unwrap_or([Vec3::ZERO; 3]));
     let column = |k: usize| {
@@ -165,8 +174,9 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
         )
     };
     let [alpha, beta, gamma] = weights;
-    let sum = (column(0).scale(alpha) + column(1).scale(beta)) + column(2).scale(gamma);
-    unit_or(sum, ng)
+    let [a, b, c] = [column(0), column(1), column(2)];
+    let here = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
+    [unit_or(here, ng), unit_or((a + b) + c, ng)]
 }
 
 /// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
@@ -189,6 +199,7 @@ fn sphere(
         point,
         ng: n,
         ns: n,
+        outward: n,
         offset: radius * F32x8::splat(PAD)
             + n.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING),
     }
@@ -223,6 +234,7 @@ fn ellipsoid(
         point,
         ng,
         ns: ng,
+        outward: ng,
         offset,
     }
 }
@@ -273,6 +285,7 @@ fn cone(
         point,
         ng,
         ns: ng,
+        outward: ng,
         offset: size * F32x8::splat(PAD) + rounding,
     }
 }
