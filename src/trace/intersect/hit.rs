@@ -1,5 +1,6 @@
 //! Hits: candidates of a test, and the record of the closest.
 
+use crate::packet::{HitPacket, NO_PRIM};
 use crate::simd::{LaneMask, LaneU32, Lanes};
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
@@ -39,6 +40,31 @@ impl<L: Lanes> HitCandidate<L> {
 }
 
 impl<L: Lanes> HitRecord<L> {
+    /// A record that only hits closer than `limit` replace.
+    #[inline(always)]
+    pub(crate) fn before(limit: L) -> HitRecord<L> {
+        HitRecord {
+            t: limit,
+            v: L::ZERO,
+            w: L::ZERO,
+            det: L::ONE,
+            // No number is smaller, so a hit at the limit itself does not win the tie.
+            prim_id: L::U32::splat(0),
+        }
+    }
+
+    /// The hits below `tmax`.
+    #[inline(always)]
+    pub(crate) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
+        let found = active & self.t.lt(tmax);
+        HitPacket {
+            t: found.select(self.t, tmax),
+            u: self.v / self.det,
+            v: self.w / self.det,
+            prim_id: found.select_u32(self.prim_id, L::U32::splat(NO_PRIM)),
+        }
+    }
+
     /// Replaces the record by a hit that is closer, or as close with a smaller number.
     #[inline(always)]
     pub(crate) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {

@@ -14,7 +14,7 @@ use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::intersect::instance;
 use crate::intersect::leaf_prim::LeafPrim;
 use crate::intersect::ray_setup::RaySetup;
-use crate::packet::{HitPacket, NO_PRIM};
+use crate::packet::HitPacket;
 use crate::simd::{LaneMask, LaneU32, Lanes};
 
 /// The closest hit after `after`, by (t, prim_id). Distances and numbers are those in the world,
@@ -37,14 +37,7 @@ impl<L: Lanes> NextHit<L> {
     #[inline(always)]
     pub(super) fn new(limit: L, after_t: L, after_id: L::U32) -> NextHit<L> {
         NextHit {
-            best: HitRecord {
-                t: limit,
-                v: L::ZERO,
-                w: L::ZERO,
-                det: L::ONE,
-                // No number is smaller, so a hit at the limit itself does not win the tie.
-                prim_id: L::U32::splat(0),
-            },
+            best: HitRecord::before(limit),
             after_t,
             after_id,
             near: after_t,
@@ -59,14 +52,7 @@ impl<L: Lanes> NextHit<L> {
     /// The hits below `tmax`.
     #[inline(always)]
     pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
-        let best = &self.best;
-        let found = active & best.t.lt(tmax);
-        HitPacket {
-            t: found.select(best.t, tmax),
-            u: best.v / best.det,
-            v: best.w / best.det,
-            prim_id: found.select_u32(best.prim_id, L::U32::splat(NO_PRIM)),
-        }
+        self.best.hits(tmax, active)
     }
 }
 

@@ -103,14 +103,7 @@ impl<L: Lanes> ClosestHit<L> {
     #[inline(always)]
     pub(super) fn new(limit: L) -> ClosestHit<L> {
         ClosestHit {
-            best: HitRecord {
-                t: limit,
-                v: L::ZERO,
-                w: L::ZERO,
-                det: L::ONE,
-                // No number is smaller, so a hit at the limit itself does not win the tie.
-                prim_id: L::U32::splat(0),
-            },
+            best: HitRecord::before(limit),
         }
     }
 
@@ -124,14 +117,7 @@ impl<L: Lanes> ClosestHit<L> {
     /// The hits below `tmax`.
     #[inline(always)]
     pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
-        let best = &self.best;
-        let found = active & best.t.lt(tmax);
-        HitPacket {
-            t: found.select(best.t, tmax),
-            u: best.v / best.det,
-            v: best.w / best.det,
-            prim_id: found.select_u32(best.prim_id, L::U32::splat(NO_PRIM)),
-        }
+        self.best.hits(tmax, active)
     }
 }
 
