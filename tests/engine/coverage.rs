@@ -11,6 +11,7 @@ use phalanx::scene::{
     Material, Mesh, MeshMaterial, NO_COLORS, NO_TEXTURE, NO_UVS, Scene, Sky, Texture, View, Wrap,
 };
 use phalanx::trace::Kernel;
+use std::time::{Duration, Instant};
 
 /// A picture of 3 × 3 pixels of walls, seen along −z from (0, 0, 4).
 fn empty() -> Scene {
@@ -407,7 +408,18 @@ fn random_scene(seed: u64) -> Scene {
 
 #[test]
 fn both_engines_and_all_kernels_agree_on_surfaces_that_are_partly_there() {
-    for seed in 0..24 {
+    // As long as `random_scenes` hunts, and from the same seed on.
+    let variable = |name: &str| std::env::var(name).ok()?.parse::<u64>().ok();
+    let end = variable("PHALANX_HUNT_SECONDS").map(Duration::from_secs);
+    let (first, start) = (variable("PHALANX_HUNT_SEED").unwrap_or(0), Instant::now());
+    let goes_on = |seed: &u64| match end {
+        Some(end) => start.elapsed() < end,
+        None => *seed < first + 24,
+    };
+    let mut scenes = 0;
+    for seed in (first..).take_while(goes_on) {
         assert_same_everywhere(&random_scene(seed), &format!("seed {seed}"));
+        scenes += 1;
     }
+    println!("{scenes} scenes from seed {first} on");
 }
