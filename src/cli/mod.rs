@@ -41,8 +41,8 @@ static VERSION: LazyLock<String> =
     arg_required_else_help = true,
     max_term_width = 100,
     after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower,\n\
-                  6 shards missing, 130 and 143 interrupted.\n\n\
-                  Example: phalanx render scenes/first.test -o first.png"
+                  6 shards missing, 129, 130 and 143 interrupted.\n\n\
+                  Example, which makes balls.png of a scene that needs no file:\n  phalanx render standard:balls"
 )]
 pub struct Arguments {
     #[command(subcommand)]

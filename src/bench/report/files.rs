@@ -1,6 +1,7 @@
 //! Conversion of records to text and back.
 
 use super::{BenchRecord, RateRow, SCHEMA_VERSION};
+use phalanx_scene::shown_path;
 use serde_json::Value;
 use std::fs;
 use std::io;
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown_path(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -28,7 +29,7 @@ pub enum RecordError {
     /// The file is a record of another version, or JSON of another kind.
     #[error(
         "{}: {}, and this program reads version {SCHEMA_VERSION}",
-        path.display(),
+        shown_path(path),
         version.map_or("no benchmark record (no schema_version)".to_owned(), |v| format!("a record of version {v}"))
     )]
     Version {
@@ -53,7 +54,7 @@ pub enum RecordError {
 
 /// File, line and column, counted from 1.
 fn position(path: &Path, error: &serde_json::Error) -> String {
-    format!("{}:{}:{}", path.display(), error.line(), error.column())
+    format!("{}:{}:{}", shown_path(path), error.line(), error.column())
 }
 
 /// The mistake without its position, which serde_json ends a message with.

@@ -8,6 +8,7 @@ use clap::Args;
 use phalanx::cache::{self, CacheWriteError};
 use phalanx::frame::TreeStats;
 use phalanx::open::is_cache;
+use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::io;
 use std::path::PathBuf;
@@ -56,7 +57,7 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
     if !is_cache(path) {
         return Err(CliError::Usage(format!(
             "--output {}: the name of a scene cache must end in .{}",
-            path.display(),
+            shown_path(path),
             cache::ENDING
         )));
     }

@@ -4,6 +4,7 @@ use crate::cli::output::{self, CliError, Output, bytes, grouped, interrupt, line
 use clap::{Args, value_parser};
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
+use phalanx::scene::shown_path;
 use phalanx::standard::{self, DroppedFeatures, FileFormat, PREFIX, SceneWriteError, Spec};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -46,7 +47,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
         CliError::Usage(format!(
             "--output {}: standard scenes are written as NFF, PLY or the course's format, so the name must end in .nff, \
              .ply or .test",
-            args.output.display()
+            shown_path(&args.output)
         ))
     })?;
     output::check_place(&args.output)?;
@@ -60,7 +61,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
         false => write(args, spec, format, &Control::default())?,
     };
     for loss in &losses {
-        output::note(&format!("note: {}: {loss}", args.output.display()));
+        output::note(&format!("note: {}: {loss}", shown_path(&args.output)));
     }
     let document = GenerateDocument {
         scene: spec.scene.name,
@@ -139,7 +140,7 @@ fn write(
 
 /// The reason why the format cannot hold the scene, with advice.
 fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
-    let failure = CliError::Usage(format!("{}: {error}", path.display()));
+    let failure = CliError::Usage(format!("{}: {error}", shown_path(path)));
     match error {
         SceneWriteError::CannotHold { .. } => failure.with_hint("give --tessellate 8, for example"),
         _ => failure,

@@ -5,6 +5,7 @@ use crate::cli::output::{self, CliError, interrupt};
 use clap::Args;
 use clap_complete::Shell;
 use clap_mangen::Man;
+use phalanx::scene::shown_path;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -46,7 +47,7 @@ pub fn man(args: &ManArgs, program: &clap::Command) -> Result<(), CliError> {
         write(folder, &command.clone().name(leaked(name)))?;
         written += 1;
     }
-    output::print(&format!("{written} pages in {}\n", folder.display()))
+    output::print(&format!("{written} pages in {}\n", shown_path(folder)))
 }
 
 /// A name with the lifetime that clap requires; it is leaked. There are a dozen of them.

@@ -9,6 +9,7 @@ use clap::Args;
 use phalanx::frame::Tile;
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{BandsError, RenderPlan, TileFile, TileFileError, merge_bands};
+use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -75,7 +76,7 @@ impl Output for MergeDocument<'_> {
             "{}x{}, from {} shards",
             self.width, self.height, self.shards
         );
-        let path = self.path.display().to_string();
+        let path = shown_path(&self.path);
         lines(&[("picture", size), ("written", path)])
     }
 }
@@ -128,10 +129,10 @@ fn whole(
     let file = match TileFile::read(&name, &plan.picture) {
         Ok(file) => file,
         Err(TileFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
-            return Ok(Err(format!("there is no {}", name.display())));
+            return Ok(Err(format!("there is no {}", shown_path(name))));
         }
         Err(TileFileError::Other { .. }) => {
-            return Ok(Err(format!("{} holds no tiles", name.display())));
+            return Ok(Err(format!("{} holds no tiles", shown_path(name))));
         }
         Err(error) => return Err(BandsError::from(error).into()),
     };
@@ -160,7 +161,7 @@ fn describe_missing(path: &Path, plan: &RenderPlan, missing: &[IncompleteShard])
     let numbers: Vec<u32> = missing.iter().map(|m| m.shard).collect();
     text.push_str(&format!(
         "\n  help: render them, with phalanx render --plan {} --shard I, or as tasks of an array: --array={}",
-        path.display(),
+        shown_path(path),
         ranges(&numbers)
     ));
     text

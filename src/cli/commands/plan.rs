@@ -9,6 +9,7 @@ use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat};
 use phalanx::jobs::{KeyDifference, MAX_SHARDS, RenderKey, RenderPlan, TileEncoding, kept_output};
 use phalanx::open::standard_name;
+use phalanx::scene::shown_path;
 use phalanx::scene::{OutputEncoding, Quantize, Transfer};
 use serde::Serialize;
 use std::io;
@@ -117,7 +118,7 @@ fn refuse_special(scene: &Path) -> Result<(), CliError> {
     match std::fs::metadata(scene) {
         Ok(found) if file && !found.is_file() && !found.is_dir() => Err(CliError::Usage(format!(
             "{} is no regular file: every shard has to read the scene again",
-            scene.display()
+            shown_path(scene)
         ))),
         _ => Ok(()),
     }
@@ -125,9 +126,9 @@ fn refuse_special(scene: &Path) -> Result<(), CliError> {
 
 fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
     let array = format!("0-{}", plan.shards - 1);
-    let mut merge = format!("phalanx merge {}", args.plan.display());
+    let mut merge = format!("phalanx merge {}", shown_path(&args.plan));
     if plan.picture_path(&args.plan).is_err() {
-        let picture = args.output.display();
+        let picture = shown_path(&args.output);
         output::note(&format!(
             "note: {picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
         ));
@@ -147,7 +148,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
 
 impl Output for PlanDocument<'_> {
     fn table(&self) -> String {
-        let path = self.plan.display();
+        let path = shown_path(&self.plan);
         let render = format!(
             "phalanx render --plan {path} --shard I, I from {}",
             self.array
@@ -179,7 +180,7 @@ fn text(path: &Path) -> Result<String, CliError> {
     text.ok_or_else(|| {
         CliError::Usage(format!(
             "a plan is a text, and this name is none: {}",
-            path.display()
+            shown_path(path)
         ))
     })
 }
@@ -194,7 +195,7 @@ pub fn reopen(
     let asked = PlanArgs::of_words(&plan.arguments).ok_or_else(|| {
         CliError::Runtime(format!(
             "{}: its arguments are not those of phalanx plan",
-            path.display()
+            shown_path(path)
         ))
     })?;
     let scene = PathBuf::from(&plan.scene);
@@ -209,7 +210,7 @@ pub fn reopen(
     let differences: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
     Err(CliError::Usage(format!(
         "{}: the plan is of another picture: {}; make the plan again",
-        path.display(),
+        shown_path(path),
         differences.join(", ")
     )))
 }

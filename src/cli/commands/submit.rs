@@ -18,6 +18,7 @@ use super::merge;
 use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
 use clap::{Args, Subcommand, value_parser};
 use phalanx::jobs::RenderPlan;
+use phalanx::scene::{quoted_text, shown_path};
 use serde::Serialize;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -117,7 +118,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     let merge_job = sbatch(&merge_call).map_err(|error| match &array_job {
         Some(job) => error.with_hint(&format!(
             "the array is submitted, as job {job}: when it is done, phalanx merge {}",
-            path.display()
+            shown_path(path)
         )),
         None => error,
     })?;
@@ -141,7 +142,7 @@ impl Output for SubmitDocument<'_> {
             (Some(array), Some(job)) => format!("job {job}, {missing} of {of} shards: {array}"),
             _ => format!("all {of} are rendered"),
         };
-        let merge = format!("job {}, into {}", self.merge_job, self.into.display());
+        let merge = format!("job {}, into {}", self.merge_job, shown_path(&self.into));
         lines(&[
             ("shards", shards),
             ("merge", merge),
@@ -176,7 +177,8 @@ fn text(word: &Path) -> Result<String, CliError> {
     match word.to_str() {
         Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
         _ => Err(CliError::Usage(format!(
-            "{word:?} cannot stand in a script: it has control characters, or is no text; rename it"
+            "{} cannot stand in a script: it has control characters, or is no text; rename it",
+            quoted_text(&word.to_string_lossy())
         ))),
     }
 }

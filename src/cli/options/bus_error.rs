@@ -17,6 +17,7 @@ pub fn watch(_: &std::path::Path) {}
 #[cfg(target_os = "linux")]
 mod linux {
     use crate::cli::output::printable;
+    use phalanx::scene::shown_path;
     use std::ffi::c_int;
     use std::mem::MaybeUninit;
     use std::path::Path;
@@ -40,7 +41,7 @@ mod linux {
     pub fn watch(path: &Path) {
         static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-        let name = printable(&path.display().to_string()).into_owned();
+        let name = printable(&shown_path(path)).into_owned();
         if names.contains(&name) {
             return;
         }

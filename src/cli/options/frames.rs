@@ -5,6 +5,7 @@ use super::scene_args::WantedPicture;
 use crate::cli::output::{CliError, bytes};
 use clap::{Args, value_parser};
 use glam::DVec3;
+use phalanx::scene::shown_path;
 use phalanx::scene::{CameraKey, CameraPath, FileView, Scene, View};
 use std::ffi::OsString;
 use std::fs::File;
@@ -110,7 +111,7 @@ impl Sequence {
 const MAX_KEYS: u64 = 16 << 20;
 
 fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
-    let name = path.display();
+    let name = shown_path(path);
     let mut text = String::new();
     let file = File::open(path);
     let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));

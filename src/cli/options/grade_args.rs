@@ -7,6 +7,7 @@ use clap::Args;
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat, MAX_EXPOSURE};
 use phalanx::scene::Scene;
+use phalanx::scene::shown_path;
 use std::path::PathBuf;
 
 /// How samples for a screen are made of radiance.
@@ -44,7 +45,7 @@ impl GradeArgs {
         scene: &Scene,
         settings: &Settings,
     ) -> Result<OutputFile, CliError> {
-        let name = path.display();
+        let name = shown_path(&path);
         let asked = [
             ("--exposure", self.exposure.is_some()),
             ("--transfer", picture.transfer.is_some()),

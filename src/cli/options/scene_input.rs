@@ -10,6 +10,7 @@ use phalanx::formats::endings;
 use phalanx::frame::{Accel, Engine, Settings};
 use phalanx::open::{OpenError, is_cache, open, open_as, open_bytes, standard_name};
 use phalanx::scene::Scene;
+use phalanx::scene::shown_path;
 use phalanx::standard;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -157,7 +158,7 @@ fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
         false => {
             let file = File::open(name);
             let read = file.and_then(|file| file.take(most).read_to_end(&mut bytes));
-            (read, name.display().to_string())
+            (read, shown_path(name))
         }
     };
     read.map_err(|e| CliError::cannot_read(named, e))?;

@@ -1,6 +1,7 @@
 //! The options that say how a scene's tree is built, and who traces it.
 
 use super::parsers::{described_name_parser, name_parser, parse_number};
+use crate::cli::output;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
@@ -59,6 +60,11 @@ impl WorkArgs {
         // Number of CPUs of the process's affinity mask, not of the machine.
         let available = std::thread::available_parallelism().map_or(1, |n| n.get());
         let threads = self.threads.unwrap_or(available);
+        if threads > available {
+            output::note(&format!(
+                "note: --threads {threads} is more than this process may use CPUs, {available}: they take turns"
+            ));
+        }
         // With fewer workers than cores, several runs side by side would all be pinned to the first
         // cores.
         let pin = match self.pin {

@@ -3,6 +3,7 @@
 use super::error::CliError;
 use super::stdout::reserve_stdout;
 use phalanx::image::{Destination, check_writable};
+use phalanx::scene::shown_path;
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     }
     Err(CliError::Usage(format!(
         "{origin} {}: pictures are written as PNG, so the name must end in .png",
-        path.display()
+        shown_path(path)
     )))
 }
 
@@ -60,7 +61,7 @@ pub fn check_picture_place(path: &Path) -> Result<(), CliError> {
         false => Ok(()),
         true => Err(CliError::Usage(format!(
             "{}: a picture means nothing to a terminal: name a file, or send it on with > or |",
-            path.display()
+            shown_path(path)
         ))),
     }
 }
@@ -79,7 +80,7 @@ pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), CliError> 
         if let Some((first, _)) = seen.iter().find(|(_, other)| *other == place) {
             return Err(CliError::Usage(format!(
                 "{first} and {origin} are the same file, {}: name another one",
-                path.display()
+                shown_path(path)
             )));
         }
         seen.push((origin, place));

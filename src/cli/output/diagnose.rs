@@ -9,6 +9,7 @@ use miette::{
     MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
 };
 use phalanx::formats::{Diagnostic, LoadError, endings};
+use phalanx::scene::shown_path;
 use std::fmt;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -51,7 +52,7 @@ pub fn print_notes(notes: &[String]) {
 
 /// The line of a diagnostic. In a binary file its position is a byte offset.
 fn headline(path: &Path, d: &Diagnostic) -> String {
-    let (path, message) = (path.display(), &d.message);
+    let (path, message) = (shown_path(path), &d.message);
     match d.line {
         0 => format!("{path}: byte {}: {message}", d.offset),
         line => format!("{path}:{line}:{}: {message}", d.column),
@@ -126,7 +127,7 @@ impl SourceLine {
             at + 1
         });
         (last - first <= LONGEST_LINE).then(|| SourceLine {
-            name: printable(&path.display().to_string()),
+            name: printable(&shown_path(path)),
             line: printable(&text[first..last]),
             offset: first,
             at: (d.line.saturating_sub(1), d.column.saturating_sub(1)),

@@ -7,6 +7,7 @@ use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
 use phalanx::jobs::{BandsError, PlanError, TileFileError};
 use phalanx::open::OpenError;
+use phalanx::scene::shown_path;
 use phalanx::standard::StandardError;
 use std::fmt::Display;
 use std::io::ErrorKind;
@@ -51,9 +52,9 @@ pub enum CliError {
     Slower,
     /// Shards of a plan are missing. Exit code 6.
     Missing(String),
-    /// SIGINT or SIGTERM. Exit code 130 or 143.
+    /// SIGHUP, SIGINT or SIGTERM. Exit code 129, 130 or 143.
     Interrupted,
-    /// SIGINT or SIGTERM, but finished work has been kept. The text says where, and how much.
+    /// SIGHUP, SIGINT or SIGTERM, but finished work has been kept. The text says where, and how much.
     Resumable(String),
 }
 
@@ -65,12 +66,12 @@ impl CliError {
 
     /// A file that cannot be written.
     pub fn cannot_write(path: &Path, why: impl Display) -> CliError {
-        CliError::Runtime(format!("cannot write {}: {why}", path.display()))
+        CliError::Runtime(format!("cannot write {}: {why}", shown_path(path)))
     }
 
     /// A path of which the system does not tell where it is.
     pub fn not_located(path: &Path, why: impl Display) -> CliError {
-        CliError::Runtime(format!("cannot tell where {} is: {why}", path.display()))
+        CliError::Runtime(format!("cannot tell where {} is: {why}", shown_path(path)))
     }
 
     /// Exit code of the process.
@@ -131,7 +132,7 @@ impl CliError {
 fn report_cache(error: &CacheError) {
     note(&format!("error: {error}"));
     if let CacheError::Refused { path, .. } = error {
-        let path = path.display();
+        let path = shown_path(path);
         note(&format!(
             "  help: build it again from its scene: phalanx build SCENE -o {path}"
         ));

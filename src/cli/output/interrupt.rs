@@ -1,11 +1,12 @@
-//! SIGINT and SIGTERM.
+//! SIGINT, SIGTERM and SIGHUP.
 //!
 //! During a render, a signal requests a stop, so that workers finish in order. A second signal ends
 //! the process at once, and so does one while nothing stoppable runs (a scene is loading, a tree is
 //! being built). While a file is being written no signal ends the process, because an exit there
 //! would leave a temporary file behind: the signal waits, or requests the writing to stop. (Output
-//! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for
-//! SIGTERM, as shells and schedulers count them.
+//! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for
+//! SIGTERM and 129 for SIGHUP, as shells and schedulers count them. A SIGHUP that `nohup` has
+//! switched off stays so.
 
 use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};
@@ -28,17 +29,32 @@ const STOP_WRITING: u8 = 4;
 static ANSWER: AtomicU8 = AtomicU8::new(EXIT_AT_ONCE);
 static RUNNING: Mutex<Option<Arc<Control>>> = Mutex::new(None);
 
-/// Takes over SIGINT and SIGTERM.
+/// Takes over the signals that ask a process to end.
 pub fn listen() -> Result<(), CliError> {
     watch_signals().map_err(|e| CliError::Runtime(format!("cannot listen for signals: {e}")))
 }
 
 #[cfg(unix)]
 fn watch_signals() -> std::io::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let mut heard = vec![SIGINT, SIGTERM];
+    if ignores(SIGHUP) == Some(false) {
+        heard.push(SIGHUP);
+    }
+    let mut signals = signal_hook::iterator::Signals::new(heard)?;
     let watch = move || signals.forever().for_each(|number| on_signal(number as u8));
     std::thread::Builder::new().spawn(watch).map(drop)
+}
+
+/// Returns true if a signal was ignored when the process began; `None` where that cannot be told.
+#[cfg(unix)]
+fn ignores(signal: i32) -> Option<bool> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let mask = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))?;
+    let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+    Some(mask >> (signal - 1) & 1 == 1)
 }
 
 #[cfg(not(unix))]

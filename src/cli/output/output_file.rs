@@ -7,6 +7,7 @@ use phalanx::frame::{Aovs, Control, Tile};
 use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, save_bands, write_bands};
 use phalanx::jobs::BandsError;
 use phalanx::render::Film;
+use phalanx::scene::shown_path;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -30,7 +31,7 @@ pub fn format_of(
         let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
         CliError::Usage(format!(
             "{origin} {}: the name must end in one of {}, which says what is written, or --format must",
-            path.display(),
+            shown_path(path),
             endings.join(", ")
         ))
     })
@@ -57,7 +58,7 @@ impl OutputFile {
         if !aovs.is_empty() && format != ImageFormat::Exr {
             return Err(CliError::Usage(format!(
                 "--aov is for OpenEXR, and {} is none: name it .exr",
-                path.display()
+                shown_path(path)
             )));
         }
         let Tile { width, height, .. } = window;
@@ -65,7 +66,7 @@ impl OutputFile {
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
                 "{}: the sides of a JPEG are {JPEG_SIDE} pixels at most, not {longest}: write a PNG",
-                path.display()
+                shown_path(path)
             )));
         }
         let file = PictureFile {

@@ -1,5 +1,7 @@
 //! Text of tables: labelled rows, and numbers in them.
 
+use phalanx::scene::shown_text;
+
 /// Labelled rows, the labels in a column of their own.
 pub fn lines(rows: &[(&str, String)]) -> String {
     let width = rows
@@ -8,7 +10,7 @@ pub fn lines(rows: &[(&str, String)]) -> String {
         .max()
         .unwrap_or(0)
         .max(12);
-    let row = |(label, value): &(&str, String)| format!("{label:<width$} {value}\n");
+    let row = |(label, value): &(&str, String)| format!("{label:<width$} {}\n", shown_text(value));
     rows.iter().map(row).collect()
 }
 

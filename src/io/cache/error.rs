@@ -2,6 +2,7 @@
 
 use super::file_type::VERSION;
 use phalanx_scene::SceneError;
+use phalanx_scene::shown_path;
 use phalanx_trace::bvh::BvhError;
 use std::io;
 use std::path::PathBuf;
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum CacheError {
     /// The file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown_path(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -18,7 +19,7 @@ pub enum CacheError {
         source: io::Error,
     },
     /// The file is not a cache that this program can use.
-    #[error("{}: {fault}", path.display())]
+    #[error("{}: {fault}", shown_path(path))]
     Refused {
         /// The file.
         path: PathBuf,

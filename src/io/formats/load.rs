@@ -8,6 +8,7 @@ use super::options::Options;
 use super::origin::{self, Origin, ReadStop};
 use super::table::{FORMATS, SceneFormat, SceneReader, find};
 use super::{nff, test_scene};
+use phalanx_scene::Scene;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io;
@@ -125,6 +126,7 @@ fn read(
                     None => {
                         notes.extend(origin::note(&loaded.scene));
                         notes.append(&mut loaded.notes);
+                        notes.extend(note_on_material(&loaded.scene, &options));
                         return Ok(Loaded { notes, ..loaded });
                     }
                 }
@@ -141,6 +143,20 @@ fn read(
             }
         }
     }
+}
+
+/// Says that the requested material is nobody's, where every triangle has one from the file.
+fn note_on_material(scene: &Scene, options: &Options) -> Option<String> {
+    let asked = options.material?;
+    let rows = 0..scene.materials.len();
+    let is_asked: Vec<bool> = rows.map(|row| scene.materials.get(row) == asked).collect();
+    let used = |row: &u32| is_asked.get(*row as usize) == Some(&true);
+    let is_used = scene.triangles.material.iter().any(used)
+        || scene.spheres.material.iter().any(used)
+        || scene.ellipsoids.material.iter().any(used)
+        || scene.cones.material.iter().any(used);
+    let note = "everything has a material of the file: --material changes nothing";
+    (!is_used).then(|| note.to_owned())
 }
 
 /// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a

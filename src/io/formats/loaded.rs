@@ -2,6 +2,7 @@
 
 use super::diagnostics::Diagnostic;
 use phalanx_scene::Scene;
+use phalanx_scene::shown_path;
 use std::path::PathBuf;
 
 /// A scene and the remarks of its reader.
@@ -19,7 +20,7 @@ pub struct Loaded {
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown_path(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -27,7 +28,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// The file is not a scene.
-    #[error("{}: {}", path.display(), summary(diagnostics))]
+    #[error("{}: {}", shown_path(path), summary(diagnostics))]
     Scene {
         /// The file.
         path: PathBuf,
@@ -40,7 +41,10 @@ pub enum LoadError {
     },
     /// Files that the scene names, or data that it makes, would take more than
     /// [`Options::max_memory`](super::Options::max_memory).
-    #[error("{}: about {needed} bytes would be needed {what}, and {allowed} are allowed", path.display())]
+    #[error(
+        "{}: about {needed} bytes would be needed {what}, and {allowed} are allowed",
+        shown_path(path)
+    )]
     Memory {
         /// The file.
         path: PathBuf,
@@ -52,7 +56,7 @@ pub enum LoadError {
         allowed: u64,
     },
     /// The file's ending names no format that is read here.
-    #[error("{}: not a scene format that is read here", path.display())]
+    #[error("{}: not a scene format that is read here", shown_path(path))]
     UnknownFormat {
         /// The file.
         path: PathBuf,

@@ -3,6 +3,7 @@
 
 use super::descriptor;
 use super::folder::folder_of;
+use phalanx_scene::shown_path;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -117,7 +118,7 @@ impl Destination {
 fn file_at(path: &Path) -> io::Result<Destination> {
     let folder = folder_of(path);
     let none = || {
-        let folder = folder.display();
+        let folder = shown_path(folder);
         io::Error::new(
             io::ErrorKind::NotFound,
             format!("there is no folder {folder}"),

@@ -3,10 +3,11 @@
 
 use super::destination::Destination;
 use super::folder::folder_of;
-use std::fs::{self, File, Permissions};
+use super::temporary;
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::Path;
-use tempfile::{Builder, NamedTempFile};
+use tempfile::NamedTempFile;
 
 /// A writer for formats that seek back to fill in values that were not known before.
 pub(super) trait WriteSeek: Write + Seek {}
@@ -17,8 +18,8 @@ impl<T: Write + Seek> WriteSeek for T {}
 /// now (see [`Destination`]).
 ///
 /// A regular file, or none yet: written as a temporary file in the same folder, which is synced,
-/// renamed over it, and has its permissions. If `path` is a link, its target is replaced and the
-/// link stays. Pipes, devices and open files of this process (`/dev/stdout`) are written into as
+/// renamed over it, and has its permissions, and its owner where the system allows it. A file that
+/// may not be written is refused. If `path` is a link, its target is replaced and the link stays. Pipes, devices and open files of this process (`/dev/stdout`) are written into as
 /// the bytes come, and are never renamed over.
 ///
 /// # Errors
@@ -61,15 +62,18 @@ pub(super) fn in_memory(
 }
 
 /// Returns the destination that [`replace_file`] would find there, and refuses one that it could
-/// not write. To be called before hours of work, not after. Nothing is opened, waited for, or left
-/// behind.
+/// not write. To be called before hours of work, not after. Nothing is waited for or left behind;
+/// what killed runs have left there is removed.
 ///
 /// # Errors
 /// The system's reason why it cannot be written.
 pub fn check_writable(path: &Path) -> io::Result<Destination> {
     let destination = Destination::of(path)?;
     match &destination {
-        Destination::File(path) => temporary_beside(path)?.close()?,
+        Destination::File(path) => {
+            temporary::remove_leftovers(path);
+            temporary_beside(path)?.close()?;
+        }
         Destination::Stream(_) | Destination::Open(_) => destination.check_stream()?,
     }
     Ok(destination)
@@ -96,30 +100,36 @@ fn write_through<W: Write>(
 }
 
 fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = Builder::new();
-    builder.prefix(".phalanx-").suffix(".part");
-    // If others may not read the file, they may not read its bytes while they are written either.
-    let there = fs::metadata(path).ok().map(|there| there.permissions());
-    if let Some(permissions) = there.clone().or_else(ordinary_permissions) {
-        builder.permissions(permissions);
+    let there = fs::metadata(path).ok();
+    if there.is_some() {
+        // Its folder would let it be replaced, but who made it read-only did not mean that.
+        OpenOptions::new().write(true).open(path)?;
     }
-    let temporary = builder.tempfile_in(folder_of(path))?;
-    if let Some(permissions) = there {
-        // The permissions of a new file are reduced by the umask.
-        keep_permissions(temporary.as_file(), permissions)?;
+    // If others may not read the file, they may not read its bytes while they are written either.
+    let permissions = there.as_ref().map(|there| there.permissions());
+    let temporary = temporary::create(path, permissions.or_else(ordinary_permissions))?;
+    if let Some(there) = there {
+        keep_ownership(temporary.as_file(), &there)?;
     }
     Ok(temporary)
 }
 
+/// Gives a new file the owner, the group and the permissions of another one. Only the system's
+/// administrator may give files away, and permissions of a new file are reduced by the umask.
 #[cfg(unix)]
-fn keep_permissions(file: &File, permissions: Permissions) -> io::Result<()> {
-    file.set_permissions(permissions)
+fn keep_ownership(file: &File, there: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    if fchown(file, Some(there.uid()), Some(there.gid())).is_err() {
+        let _ = fchown(file, None, Some(there.gid()));
+    }
+    // After the owner, whose change takes permissions away.
+    file.set_permissions(there.permissions())
 }
 
 /// Keeps nothing: the only permission there is read-only, and a read-only file could not be
 /// renamed.
 #[cfg(not(unix))]
-fn keep_permissions(_: &File, _: Permissions) -> io::Result<()> {
+fn keep_ownership(_: &File, _: &fs::Metadata) -> io::Result<()> {
     Ok(())
 }
 
@@ -212,5 +222,42 @@ mod tests {
         assert_eq!(fs::read(at("target")).unwrap(), b"new");
         let mode = |name| fs::metadata(at(name)).unwrap().permissions().mode();
         assert_eq!(mode("target"), mode("ordinary"));
+        for bits in [0o600, 0o640, 0o666, 0o755] {
+            fs::set_permissions(at("target"), fs::Permissions::from_mode(bits)).unwrap();
+            replace_file(&at("link"), |w| w.write_all(b"newer")).unwrap();
+            assert_eq!(mode("target") & 0o7777, bits);
+        }
+    }
+
+    /// Checks what only an administrator can: that a file stays that of its owner.
+    #[cfg(unix)]
+    #[test]
+    fn owners_are_kept() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        if chown(&path, Some(12_345), Some(54_321)).is_err() {
+            return;
+        }
+        replace_file(&path, |w| w.write_all(b"new")).unwrap();
+        let there = fs::metadata(&path).unwrap();
+        assert_eq!((there.uid(), there.gid()), (12_345, 54_321));
+    }
+
+    /// Checks what an administrator is not refused.
+    #[cfg(unix)]
+    #[test]
+    fn read_only_files_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+        let allowed = OpenOptions::new().write(true).open(&path).is_ok();
+        assert_eq!(check_writable(&path).is_ok(), allowed);
+        let replaced = replace_file(&path, |w| w.write_all(b"new"));
+        assert_eq!(replaced.is_ok(), allowed);
+        assert_eq!(names(folder.path()), ["a.png"]);
     }
 }

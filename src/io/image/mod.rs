@@ -24,6 +24,7 @@ mod format;
 mod hdr_pfm;
 mod jpeg;
 mod png;
+mod temporary;
 #[cfg(test)]
 mod test_film;
 

@@ -4,6 +4,7 @@ use super::encoder::Picture;
 use super::file::replace_file;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use ::png::{BitDepth, ColorType, DeflateCompression, EncodingError, Filter};
+use phalanx_scene::shown_path;
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The file could not be written; a regular file that was there is still there.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}", shown_path(path))]
     Write {
         /// The file.
         path: PathBuf,
@@ -20,7 +21,7 @@ pub enum PictureError {
         source: io::Error,
     },
     /// The file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown_path(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -28,7 +29,7 @@ pub enum PictureError {
         source: io::Error,
     },
     /// The file is no PNG, or a broken one, or one too large.
-    #[error("{}: not a PNG picture that can be read: {reason}", path.display())]
+    #[error("{}: not a PNG picture that can be read: {reason}", shown_path(path))]
     Decode {
         /// The file.
         path: PathBuf,

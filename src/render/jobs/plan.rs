@@ -6,6 +6,7 @@ use super::render_key::{FieldError, RenderKey};
 use crate::frame::{Aovs, Tile};
 use phalanx_io::image::MAX_EXPOSURE;
 use phalanx_scene::film::tiles;
+use phalanx_scene::{quoted_text, shown_path};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
@@ -70,7 +71,7 @@ pub struct TileEncoding {
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// The file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown_path(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -78,7 +79,7 @@ pub enum PlanError {
         source: std::io::Error,
     },
     /// The file is no plan.
-    #[error("{}: not a plan: {reason}", path.display())]
+    #[error("{}: not a plan: {reason}", shown_path(path))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -88,7 +89,7 @@ pub enum PlanError {
     /// A program with another layout made the file.
     #[error(
         "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}",
-        path.display()
+        shown_path(path)
     )]
     Version {
         /// The file.
@@ -97,7 +98,7 @@ pub enum PlanError {
         found: u64,
     },
     /// A field holds a value that it may not have.
-    #[error("{}: {error}", path.display())]
+    #[error("{}: {error}", shown_path(path))]
     Field {
         /// The file.
         path: PathBuf,
@@ -105,7 +106,11 @@ pub enum PlanError {
         error: FieldError,
     },
     /// The picture would go where a plan may not send it.
-    #[error("{}: the plan's picture {} {reason}", path.display(), output.display())]
+    #[error(
+        "{}: the plan's picture {} {reason}",
+        shown_path(path),
+        shown_path(output)
+    )]
     Output {
         /// The file.
         path: PathBuf,
@@ -208,7 +213,7 @@ impl RenderPlan {
         {
             // Plans are quoted in scripts and messages.
             if text.contains(char::is_control) || text.is_empty() && field != "arguments" {
-                let value = format!("{text:?}");
+                let value = quoted_text(text);
                 return wrong(field, value, "a text without control characters");
             }
         }

@@ -4,7 +4,7 @@
 use super::picture_settings::PictureSettings;
 use crate::frame::{Aov, Aovs, Settings, Tile};
 use phalanx_io::cache::fingerprint;
-use phalanx_scene::{MAX_SIDE, Scene, check_image_size};
+use phalanx_scene::{MAX_SIDE, Scene, check_image_size, quoted_text};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -102,12 +102,12 @@ impl RenderKey {
         };
         let number = |c: char| c.is_ascii_alphanumeric() || ".-+".contains(c);
         if self.version.is_empty() || self.version.len() > 64 || !self.version.chars().all(number) {
-            let value = format!("{:?}", self.version);
+            let value = quoted_text(&self.version);
             return Err(wrong("picture.version", value, "the number of a version"));
         }
         let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
         if self.scene.len() != 16 || !self.scene.chars().all(digit) {
-            let value = format!("{:?}", self.scene);
+            let value = quoted_text(&self.scene);
             return Err(wrong("picture.scene", value, "16 hexadecimal digits"));
         }
         for (field, side) in [
@@ -126,13 +126,14 @@ impl RenderKey {
                 "column, row, width and height of a part of {}x{} pixels",
                 self.width, self.height
             );
-            let value = format!("{:?}", self.region);
+            let [x, y, columns, rows] = self.region;
+            let value = format!("{x} {y} {columns} {rows}");
             return Err(wrong("picture.region", value, &inside));
         }
         let named = Aov::ALL.iter().map(|(name, _)| *name);
         let known = named.filter(|name| self.layers.iter().any(|layer| layer == name));
         if known.ne(self.layers.iter().map(String::as_str)) {
-            let value = format!("{:?}", self.layers);
+            let value = quoted_text(&self.layers.join(","));
             return Err(wrong(
                 "picture.layers",
                 value,

@@ -14,6 +14,7 @@ use super::tile_record::{self, HEADER_BYTES, MAX_SIDE, RecordHeader};
 use crate::frame::Tile;
 use phalanx_io::image::Destination;
 use phalanx_scene::film::{Film, TileBuffer};
+use phalanx_scene::shown_path;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 #[derive(Debug, thiserror::Error)]
 pub enum TileFileError {
     /// The file could not be read or written.
-    #[error("cannot use {}: {source}", path.display())]
+    #[error("cannot use {}: {source}", shown_path(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -36,13 +37,13 @@ pub enum TileFileError {
         source: io::Error,
     },
     /// Another process writes to it.
-    #[error("{}: another render is using it", path.display())]
+    #[error("{}: another render is using it", shown_path(path))]
     InUse {
         /// The file.
         path: PathBuf,
     },
     /// The file is of another kind.
-    #[error("{}: not a file of finished tiles", path.display())]
+    #[error("{}: not a file of finished tiles", shown_path(path))]
     Other {
         /// The file.
         path: PathBuf,
@@ -50,7 +51,7 @@ pub enum TileFileError {
     /// A program with another layout made the file.
     #[error(
         "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT_VERSION}",
-        path.display()
+        shown_path(path)
     )]
     Layout {
         /// The file.
@@ -59,7 +60,11 @@ pub enum TileFileError {
         found: u32,
     },
     /// The file holds tiles of another picture.
-    #[error("{}: holds tiles of another picture: {}", path.display(), list_differences(differences))]
+    #[error(
+        "{}: holds tiles of another picture: {}",
+        shown_path(path),
+        list_differences(differences)
+    )]
     Different {
         /// The file.
         path: PathBuf,

@@ -18,6 +18,7 @@ mod scenes;
 mod signals;
 mod standard;
 mod streams;
+mod words;
 
 use serde_json::Value;
 use std::fs;

@@ -1,8 +1,9 @@
 //! The README's sessions: every line that one shows is a line that the program prints.
 
-use super::TestFolder;
+use super::{TestFolder, ran};
 use std::os::unix::fs::symlink;
 use std::path::Path;
+use std::process::Command;
 
 /// Added where pictures are verified: the lines name no size, and `.ci/run` verifies whole ones.
 const SMALL: &str = " --size 64x36";
@@ -38,4 +39,35 @@ fn sessions_print_what_they_show() {
         }
     }
     assert!(shown > 10, "{shown} lines");
+}
+
+/// Checks that no output stands where the test above does not look, and that the program knows the
+/// options of every other command that is shown.
+#[test]
+fn commands_are_known_and_outputs_are_sessions() {
+    let readme = include_str!("../../../README.md");
+    let binary = Path::new(env!("CARGO_BIN_EXE_phalanx"));
+    let folder = binary.parent().expect("a folder").display();
+    let path = std::env::var("PATH").unwrap_or_default();
+    let (mut fence, mut commands) = (None, 0);
+    for line in readme.lines() {
+        if let Some(language) = line.strip_prefix("```") {
+            fence = match fence {
+                Some(_) => None,
+                None => Some(language),
+            };
+            let known = ["", "console", "rust", "sh", "text"].contains(&language);
+            assert!(known && fence != Some(""), "a fence of {language:?}");
+        }
+        let program = line.strip_prefix("cargo run --release -- ");
+        let program = program.or(line.strip_prefix("phalanx "));
+        if let Some(arguments) = program.filter(|_| fence == Some("sh")) {
+            let mut shell = Command::new("sh");
+            shell.args(["-c", &format!("phalanx {arguments} --help")]);
+            let known = ran(shell.env("PATH", format!("{folder}:{path}")));
+            assert_eq!(known.code, Some(0), "{line}: {}", known.stderr);
+            commands += 1;
+        }
+    }
+    assert!(commands > 5, "{commands} commands");
 }

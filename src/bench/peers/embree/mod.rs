@@ -35,6 +35,7 @@ use crate::peers::engine::{NamedEngines, RaySetRef, Unsupported};
 use api::{Api, Device};
 use engines::{EmbreeEngine, RayLayout};
 use mxcsr::RestoreMxcsr;
+use phalanx_scene::shown_path;
 use phalanx_scene::{PrimKind, Scene};
 use scene::EmbreeSceneData;
 use std::error::Error;
@@ -53,10 +54,13 @@ pub enum EmbreeError {
     #[error("Embree's library was not found; {HOW_TO_GET}")]
     NotFound,
     /// The given path does not lead to an Embree library.
-    #[error("there is no Embree library at {}; {HOW_TO_GET}", .0.display())]
+    #[error("there is no Embree library at {}; {HOW_TO_GET}", shown_path(.0))]
     NotThere(PathBuf),
     /// The library exists, but does not load, or is another library.
-    #[error("{} cannot be used as Embree: {reason}; {HOW_TO_GET}", path.display())]
+    #[error(
+        "{} cannot be used as Embree: {reason}; {HOW_TO_GET}",
+        shown_path(path)
+    )]
     NotLoaded {
         /// Path or name that was loaded.
         path: PathBuf,
@@ -64,7 +68,7 @@ pub enum EmbreeError {
         reason: String,
     },
     /// The library loads, but does not work on this machine.
-    #[error("Embree ({}) does not start: {fault}", path.display())]
+    #[error("Embree ({}) does not start: {fault}", shown_path(path))]
     NotStarted {
         /// Path or name that was loaded.
         path: PathBuf,
@@ -72,7 +76,10 @@ pub enum EmbreeError {
         fault: EmbreeFault,
     },
     /// The library is of a version with another interface.
-    #[error("Embree {version} ({}) is neither version 3 nor 4; {HOW_TO_GET}", path.display())]
+    #[error(
+        "Embree {version} ({}) is neither version 3 nor 4; {HOW_TO_GET}",
+        shown_path(path)
+    )]
     OtherVersion {
         /// Path or name that was loaded.
         path: PathBuf,

@@ -9,11 +9,19 @@ use crate::report::text::{aligned, counted, percent, rate};
 /// Most rows of a table: those that matter come first.
 const MAX_ROWS: usize = 12;
 
-const GROUP_HEAD: [&str; 6] = [
-    "kernel",
+const BY_RAYS_HEAD: [&str; 6] = [
     "rays",
+    "kernel",
     "threads",
     "scenes",
+    "change",
+    "95 % interval",
+];
+const BY_SCENE_HEAD: [&str; 6] = [
+    "scene",
+    "kernel",
+    "threads",
+    "rows",
     "change",
     "95 % interval",
 ];
@@ -38,16 +46,16 @@ pub fn changes_table(changes: &Changes, threshold: f64) -> String {
         .partition(|g| matches!(g.over, Grouping::Scenes { .. }));
     let mut rows: Vec<&RowChange> = changes.rows.iter().collect();
     rows.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
-    let of_groups = |groups: Vec<&GroupChange>, shown: usize| {
+    let of_groups = |head: [&str; 6], groups: Vec<&GroupChange>, shown: usize| {
         let cells: Vec<_> = groups.into_iter().take(shown).map(group_cells).collect();
-        aligned(&GROUP_HEAD, &cells, 2)
+        aligned(&head, &cells, 2)
     };
     let of_rows: Vec<_> = rows.into_iter().take(MAX_ROWS).map(cells).collect();
     [
         "Change of each kernel by kind of rays, geometric mean over scenes:\n",
-        &of_groups(by_rays, usize::MAX),
+        &of_groups(BY_RAYS_HEAD, by_rays, usize::MAX),
         "The scenes that changed most for the worse, geometric mean over kinds of rays:\n",
-        &of_groups(by_scene, MAX_ROWS),
+        &of_groups(BY_SCENE_HEAD, by_scene, MAX_ROWS),
         "The rows that changed most for the worse:\n",
         &aligned(&ROW_HEAD, &of_rows, 3),
         &summary(changes, threshold),
@@ -65,8 +73,12 @@ fn group_cells(group: &GroupChange) -> Vec<String> {
     cells
 }
 
-/// The regressions, worst first.
-pub fn regressions_table(regressions: &[Regression]) -> String {
+/// The regressions, worst first; a sentence where there are none.
+pub fn regressions_table(regressions: &[Regression], threshold: f64) -> String {
+    if regressions.is_empty() {
+        let percent = share_in_percent(threshold);
+        return format!("Nothing is slower by more than {percent}.\n");
+    }
     let by = |r: &Regression| match r {
         Regression::Group(group) => group.change.by,
         Regression::Row(row) => row.change.by,
@@ -135,6 +147,12 @@ fn change_cells(change: &RateChange, normalised: bool) -> [String; 2] {
     [percent(change.by) + star, interval]
 }
 
+/// A share as it was given: 0.0005 is 0.05 %.
+fn share_in_percent(share: f64) -> String {
+    let percent = format!("{:.6}", 100.0 * share);
+    format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
+}
+
 fn summary(changes: &Changes, threshold: f64) -> String {
     let count =
         |is: &dyn Fn(&RateChange) -> bool| changes.rows.iter().filter(|r| is(&r.change)).count();
@@ -143,7 +161,7 @@ fn summary(changes: &Changes, threshold: f64) -> String {
         counted(changes.rows.len(), "row"),
         count(&|c| c.slower_than(threshold)),
         count(&|c| c.faster_than(threshold)),
-        percent(threshold).trim_start_matches('+'),
+        share_in_percent(threshold),
     );
     if changes
         .rows

@@ -35,7 +35,7 @@ pub struct RunArgs {
         help = "Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin [default: the standard suite]"
     )]
     pub scenes: Vec<PathBuf>,
-    /// A minute: six scenes of the suite
+    /// Two minutes: six scenes of the suite
     #[arg(long)]
     pub quick: bool,
     /// Only scenes of the suite whose name contains this

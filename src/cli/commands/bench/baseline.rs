@@ -65,7 +65,7 @@ impl Baseline {
             again.push(phalanx::report::compare(&self.0, &retake, args.force).map_err(refused)?);
         }
         let regressions = changes.regressions(&again, threshold);
-        output::print(&regressions_table(&regressions))?;
+        output::print(&regressions_table(&regressions, threshold))?;
         match regressions.is_empty() {
             true => Ok(()),
             false => Err(CliError::Slower),

@@ -21,6 +21,7 @@ use phalanx::peers::Peer;
 use phalanx::peers::embree::EmbreeLibrary;
 use phalanx::report::html::{ScenePictures, page};
 use phalanx::report::{BenchRecord, compare_table, to_csv, to_json};
+use phalanx::scene::shown_path;
 use phalanx::trace::Kernel;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
@@ -142,7 +143,7 @@ fn dump_rays(
         .iter()
         .map(|(kind, rays)| format!("{} {kind}", output::grouped(*rays as u64)))
         .collect();
-    output::print(&format!("{}: {}\n", path.display(), counts.join(", ")))
+    output::print(&format!("{}: {}\n", shown_path(path), counts.join(", ")))
 }
 
 fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {

@@ -13,11 +13,12 @@ use crate::cli::output::{
     self, CliError, EvenColor, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of,
     interrupt, mrays_per_s, progress,
 };
-use phalanx::frame::{Accel, Aov, Engine, Settings};
+use phalanx::frame::{Accel, Aov, Engine, Integrator, Settings};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, render_bands};
 use phalanx::render::RenderStats;
 use phalanx::scene::Scene;
+use phalanx::scene::shown_path;
 use report::{RenderDocument, RenderImage, RenderSeconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -52,11 +53,15 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
         ));
     }
     let scene = &scene_input.scene;
+    if matches!(settings.integrator, Integrator::Occlusion { .. }) && !args.beside.light.is_empty()
+    {
+        output::note("note: ambient occlusion needs no lamps: --light changes nothing");
+    }
     let output = (args.grade).output_file(path, format, &args.picture, scene, &settings)?;
     let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
     let sequence = args.frames.sequence(&scene_input.scene)?;
     if let Some(sequence) = &sequence {
-        check_frames(args, sequence, &output.path)?;
+        check_frames(args, sequence, &output.path, scene)?;
     }
     let films = films_in_memory(&settings, &output);
     let start = Instant::now();
@@ -83,7 +88,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     };
     let film = films * film_bytes(&settings);
     let memory = MemoryStats::of(scene, &tree, film, scene_input.mapped_bytes);
-    let image = RenderImage::new(&settings, &output.path, sequence.map(|s| s.frames));
+    let image = RenderImage::new(&settings, &output.path, sequence.as_ref());
     let sizes = (tree, memory);
     let report = RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
     output::print_output(&report, args.json)
@@ -115,22 +120,47 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
 /// Refuses a path that the picture cannot be written to, or that is another result's.
 fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     output::check_picture_place(path)?;
+    check_distinct(args, path, args.keep.checkpoint.as_deref())
+}
+
+/// Refuses two results in one file.
+fn check_distinct(
+    args: &RenderArgs,
+    path: &Path,
+    checkpoint: Option<&Path>,
+) -> Result<(), CliError> {
     let heat = args.heat.as_ref().and_then(|words| words.get(1));
     output::check_distinct(&[
         ("the picture", Some(path)),
-        ("--checkpoint", args.keep.checkpoint.as_deref()),
+        ("--checkpoint", checkpoint),
         ("--heat", heat.map(Path::new)),
         ("--snapshot", args.sight.snapshot.as_deref()),
     ])
 }
 
-/// Refuses names of frames that cannot be written as files, before the first is rendered.
-fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(), CliError> {
+/// Refuses frames without a view, and names of frames that cannot be written as files or are those
+/// of another result, before the first is rendered.
+fn check_frames(
+    args: &RenderArgs,
+    sequence: &Sequence,
+    path: &Path,
+    scene: &Scene,
+) -> Result<(), CliError> {
+    if args.beside.camera.is_some() && args.frames.keyframes.is_some() {
+        output::note(
+            "note: the camera goes through the views of --keyframes: --camera changes nothing",
+        );
+    }
     for frame in sequence.frames.clone() {
-        output::check_kind(&sequence.name(path, frame))?;
-        if let Some(path) = &args.keep.checkpoint {
-            TileFile::check_place(&sequence.name(path, frame))?;
+        sequence.view(frame, &scene.view)?;
+        let path = sequence.name(path, frame);
+        output::check_kind(&path)?;
+        let checkpoint = args.keep.checkpoint.as_deref();
+        let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
+        if let Some(path) = &checkpoint {
+            TileFile::check_place(path)?;
         }
+        check_distinct(args, &path, checkpoint.as_deref())?;
     }
     Ok(())
 }
@@ -174,7 +204,7 @@ impl Job<'_> {
                 output::print(&format!(
                     "frame {frame}: {render:.3} seconds, {:.3} Mrays/s, {}\n",
                     mrays_per_s(work.stats.rays.total(), render),
-                    output.path.display()
+                    shown_path(&output.path)
                 ))?;
             }
             all.stats.add(&work.stats);
@@ -248,7 +278,7 @@ fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Cl
         let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
         output::note(&format!(
             "resuming from {}, {share:.1} % done",
-            path.display()
+            shown_path(path)
         ));
     }
     Ok(file)

@@ -1,5 +1,6 @@
 //! Report of a render, as a table and as a JSON document.
 
+use crate::cli::options::Sequence;
 use crate::cli::output::{
     MemoryStats, Output, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures, grouped,
     lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays,
@@ -9,8 +10,7 @@ use phalanx::isa;
 use phalanx::render::{RayCounts, RenderStats};
 use phalanx::scene::Scene;
 use serde::Serialize;
-use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The document of `render --json`.
 #[derive(Debug, Serialize)]
@@ -46,20 +46,33 @@ pub struct RenderImage {
     window: PictureWindow,
     /// The first and the last frame of a sequence.
     frames: Option<[u32; 2]>,
+    /// The picture's file, or that of the first frame.
     path: String,
+    /// The file of the last frame of several.
+    #[serde(skip)]
+    last: Option<PathBuf>,
 }
 
 impl RenderImage {
     /// The picture of these settings at this path.
-    pub fn new(
-        settings: &Settings,
-        path: &Path,
-        frames: Option<RangeInclusive<u32>>,
-    ) -> RenderImage {
+    pub fn new(settings: &Settings, path: &Path, sequence: Option<&Sequence>) -> RenderImage {
+        let frames = sequence.map(|s| [*s.frames.start(), *s.frames.end()]);
+        let name = |end: usize| Some(sequence?.name(path, frames?[end]));
+        let first = name(0).unwrap_or_else(|| path.to_path_buf());
         RenderImage {
             window: PictureWindow::of(settings),
-            frames: frames.map(|frames| [*frames.start(), *frames.end()]),
-            path: path.to_string_lossy().into_owned(),
+            frames,
+            last: name(1).filter(|last| *last != first),
+            path: first.to_string_lossy().into_owned(),
+        }
+    }
+
+    /// The files as the table names them.
+    fn written(&self) -> String {
+        let first = self.path.clone();
+        match &self.last {
+            None => first,
+            Some(last) => format!("{first} to {}", last.display()),
         }
     }
 }
@@ -153,7 +166,7 @@ impl Output for RenderDocument {
         let occupancy = self.occupancy.map(|lanes| ("occupancy", share(lanes)));
         let mut after: Vec<_> = occupancy.into_iter().collect();
         after.extend(self.memory.rows());
-        after.push(("written", self.image.path.clone()));
+        after.push(("written", self.image.written()));
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
     }
 }

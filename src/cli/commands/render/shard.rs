@@ -7,6 +7,7 @@ use crate::cli::output::{
     self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress,
 };
 use phalanx::jobs::{BandStats, RenderPlan, TileFile, render_to_file};
+use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::path::Path;
 
@@ -78,7 +79,7 @@ impl Output for ShardDocument<'_> {
         let shard = format!("{} of {}: {tiles} tiles{before}", self.shard, self.shards);
         let (rays, speed, seconds) = (grouped(self.rays), self.mrays_per_s, self.seconds);
         let rays = format!("{rays}, {speed:.3} Mrays/s, {seconds:.3} seconds");
-        let path = self.path.display().to_string();
+        let path = shown_path(&self.path);
         lines(&[("shard", shard), ("rays", rays), ("written", path)])
     }
 }
@@ -88,7 +89,7 @@ pub fn warn_damaged(file: &TileFile, name: &Path) {
     if file.damaged() > 0 {
         output::note(&format!(
             "warning: {}: {} tiles are damaged, and are rendered again",
-            name.display(),
+            shown_path(name),
             grouped(file.damaged() as u64)
         ));
     }
@@ -100,7 +101,7 @@ pub fn keep_tiles<T>(file: &TileFile, rendered: Result<T, CliError>) -> Result<T
     rendered.map_err(|error| match error {
         CliError::Interrupted => CliError::Resumable(format!(
             "finished tiles are kept in {}; the same command goes on from there",
-            file.path().display()
+            shown_path(file.path())
         )),
         other => other,
     })

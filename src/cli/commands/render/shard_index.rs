@@ -5,6 +5,7 @@
 
 use super::args::Shard;
 use crate::cli::output::CliError;
+use phalanx::scene::quoted_text;
 
 /// Variables that hold a task's index, from 0, and their schedulers. The first that is set counts:
 /// an array's index is more specific than a rank within one of its tasks.
@@ -37,8 +38,9 @@ pub fn resolve(
         )));
     };
     let number = value.trim().parse().map_err(|_| {
+        let value = quoted_text(&value);
         CliError::Usage(format!(
-            "--shard auto: {name} is {value:?}, which is no index"
+            "--shard auto: {name} is {value}, which is no index"
         ))
     })?;
     Ok((number, Some(name)))

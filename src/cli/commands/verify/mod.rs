@@ -10,13 +10,14 @@ use crate::cli::options::{
     parse_thread_count,
 };
 use crate::cli::output::{
-    self, CliError, PictureWindow, ProgressMode, RenderSummary, interrupt, progress, serialize_rays,
+    self, CliError, PictureWindow, ProgressMode, RenderSummary, interrupt, progress, rays_by_kind,
+    serialize_rays,
 };
 use clap::Args;
 use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
 use phalanx::render::RayCounts;
-use phalanx::scene::Scene;
+use phalanx::scene::{Scene, shown_path};
 use pixel_diff::{FilmDifference, first_difference};
 use pixel_hashes::{PixelHashFile, PixelHashes};
 use serde::Serialize;
@@ -225,8 +226,8 @@ fn hold_against(
         };
         output::print(&format!(
             "{}: against {}: {verdict}\n",
-            path.display(),
-            file.display()
+            shown_path(path),
+            shown_path(file)
         ))?;
     }
     Ok(Against {
@@ -304,17 +305,27 @@ impl KernelRun {
             _ if self.identical => "identical".to_owned(),
             Some(difference) => format!("DIFFERENT, {difference}"),
             None => format!(
-                "DIFFERENT, in rays traced: scalar {:?}, simd {:?}",
-                reference.stats.rays, self.rays
+                "DIFFERENT, in rays traced: {}",
+                differing_counts(&reference.stats.rays, &self.rays)
             ),
         };
         format!(
             "{}: {} thread{plural}, kernel {}: {verdict}\n",
-            path.display(),
+            shown_path(path),
             self.threads,
             self.kernel
         )
     }
+}
+
+/// Kinds of rays of which the engines traced different numbers.
+fn differing_counts(scalar: &RayCounts, simd: &RayCounts) -> String {
+    let pairs = rays_by_kind(scalar).into_iter().zip(rays_by_kind(simd));
+    let different = pairs.filter(|((_, scalar), (_, simd))| scalar != simd);
+    let words: Vec<String> = different
+        .map(|((kind, scalar), (_, simd))| format!("{kind} {scalar} by scalar and {simd} by simd"))
+        .collect();
+    words.join(", ")
 }
 
 #[cfg(test)]

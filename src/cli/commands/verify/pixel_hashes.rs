@@ -8,6 +8,7 @@ use super::pixel_diff::PixelBits;
 use crate::cli::output::{CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::frame::Settings;
 use phalanx::render::Film;
+use phalanx::scene::shown_path;
 use phalanx::scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -62,7 +63,7 @@ impl PixelHashFile {
 
     /// Reads a record.
     pub fn load(path: &Path) -> Result<PixelHashFile, CliError> {
-        let name = path.display();
+        let name = shown_path(path);
         let file = File::open(path).map_err(|e| CliError::cannot_read(&name, e))?;
         // A regular file ends. A device may not, so reading it stops at the first byte that is
         // wrong, or one too many.

@@ -132,7 +132,8 @@ fn plain(error: DecodingError) -> String {
             .find(" }")
             .map_or(message.len(), |end| name + end + 2);
         let chunk = message[name..end].split(',').next().unwrap_or_default();
-        message.replace_range(start..end, &chunk.to_owned());
+        let chunk = chunk.to_owned();
+        message.replace_range(start..end, &chunk);
     }
     format!("it is broken: {message}")
 }
