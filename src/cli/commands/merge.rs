@@ -76,7 +76,7 @@ impl Output for MergeDocument<'_> {
             "{}x{}, from {} shards",
             self.width, self.height, self.shards
         );
-        let path = shown_path(&self.path);
+        let path = shown_path(self.path);
         lines(&[("picture", size), ("written", path)])
     }
 }

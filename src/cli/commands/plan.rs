@@ -148,7 +148,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
 
 impl Output for PlanDocument<'_> {
     fn table(&self) -> String {
-        let path = shown_path(&self.plan);
+        let path = shown_path(self.plan);
         let render = format!(
             "phalanx render --plan {path} --shard I, I from {}",
             self.array

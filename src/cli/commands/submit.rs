@@ -142,7 +142,7 @@ impl Output for SubmitDocument<'_> {
             (Some(array), Some(job)) => format!("job {job}, {missing} of {of} shards: {array}"),
             _ => format!("all {of} are rendered"),
         };
-        let merge = format!("job {}, into {}", self.merge_job, shown_path(&self.into));
+        let merge = format!("job {}, into {}", self.merge_job, shown_path(self.into));
         lines(&[
             ("shards", shards),
             ("merge", merge),

@@ -54,7 +54,7 @@ pub enum CliError {
     Missing(String),
     /// SIGHUP, SIGINT or SIGTERM. Exit code 129, 130 or 143.
     Interrupted,
-    /// SIGHUP, SIGINT or SIGTERM, but finished work has been kept. The text says where, and how much.
+    /// One of these signals, but finished work has been kept. The text says where, and how much.
     Resumable(String),
 }
 

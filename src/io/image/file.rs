@@ -17,10 +17,11 @@ impl<T: Write + Seek> WriteSeek for T {}
 /// Writes the file at `path` through `fill`. The method depends on the kind of file that is there
 /// now (see [`Destination`]).
 ///
-/// A regular file, or none yet: written as a temporary file in the same folder, which is synced,
-/// renamed over it, and has its permissions, and its owner where the system allows it. A file that
-/// may not be written is refused. If `path` is a link, its target is replaced and the link stays. Pipes, devices and open files of this process (`/dev/stdout`) are written into as
-/// the bytes come, and are never renamed over.
+/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
+/// renamed over it. It has the permissions of the file that it replaces, and its owner where the
+/// system allows that; a file that may not be written is refused. If `path` is a link, its target
+/// is replaced and the link stays. Pipes, devices and open files of this process (`/dev/stdout`)
+/// are written into as the bytes come, and are never renamed over.
 ///
 /// # Errors
 /// The first error of any step. Then no temporary file is left, and a regular file that was at

@@ -1,5 +1,4 @@
-//! What the program says of arguments that mean nothing or too much, when it says so, and what it
-//! leaves behind.
+//! Remarks on arguments that mean nothing or too much, when they are made, and what is left behind.
 
 use super::signals::signal;
 use super::{TestFolder, ran};

@@ -79,7 +79,7 @@ impl Output for ShardDocument<'_> {
         let shard = format!("{} of {}: {tiles} tiles{before}", self.shard, self.shards);
         let (rays, speed, seconds) = (grouped(self.rays), self.mrays_per_s, self.seconds);
         let rays = format!("{rays}, {speed:.3} Mrays/s, {seconds:.3} seconds");
-        let path = shown_path(&self.path);
+        let path = shown_path(self.path);
         lines(&[("shard", shard), ("rays", rays), ("written", path)])
     }
 }
