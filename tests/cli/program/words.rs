@@ -10,9 +10,9 @@ use std::process::Stdio;
 fn the_example_of_help_runs_in_any_folder() {
     let room = TestFolder::new();
     let help = room.ok("--help");
-    let examples = help.lines().map(str::trim_start);
-    let example = examples.filter_map(|line| line.strip_prefix("phalanx render "));
-    let example = example.last().expect("an example");
+    let mut lines = help.lines().map(str::trim_start);
+    let example = lines.find_map(|line| line.strip_prefix("phalanx render "));
+    let example = example.expect("an example");
     room.ok(&format!("render {example} --size 32x24"));
     assert_eq!(room.names(), ["balls.png"]);
     room.ok(&format!("render {example} --size 32x24 -o other.png"));
