@@ -7,7 +7,7 @@ use super::loaded::{LoadError, Loaded};
 use super::options::Options;
 use super::origin::{self, Origin, ReadStop};
 use super::table::{FORMATS, SceneFormat, SceneReader, find};
-use super::{nff, test_scene};
+use super::{nff, test_scene, utf16};
 use phalanx_scene::Scene;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -85,7 +85,7 @@ fn load_read(
     let asset_dir = Folder::of(path)
         .and(&options.allow_paths)
         .within(options.max_memory);
-    read(format.read, bytes, &asset_dir, options).map_err(|diagnostics| {
+    let failed = |bytes: &[u8], diagnostics| {
         let path = path.to_path_buf();
         match asset_dir.allowance().refusal() {
             Some(refused) => LoadError::Memory {
@@ -100,7 +100,10 @@ fn load_read(
                 diagnostics,
             },
         }
-    })
+    };
+    let text = utf16::to_utf8(bytes, asset_dir.allowance()).map_err(|why| failed(bytes, why))?;
+    let bytes = text.as_deref().unwrap_or(bytes);
+    read(format.read, bytes, &asset_dir, options).map_err(|why| failed(bytes, why))
 }
 
 /// Reads a file in its own coordinates, and once more if its geometry turns out to be far away: see
@@ -172,6 +175,11 @@ pub fn read_bytes(
 ) -> Option<Result<Loaded, Vec<Diagnostic>>> {
     let format = find(OsStr::new(ending))?;
     let asset_dir = Folder::none().within(options.max_memory);
+    let text = match utf16::to_utf8(bytes, asset_dir.allowance()) {
+        Ok(text) => text,
+        Err(diagnostics) => return Some(Err(diagnostics)),
+    };
+    let bytes = text.as_deref().unwrap_or(bytes);
     Some(read(format.read, bytes, &asset_dir, options))
 }
 

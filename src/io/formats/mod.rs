@@ -1,10 +1,11 @@
 //! Bytes to [`Scene`](phalanx_scene::Scene). All errors in a scene file are found here.
 //!
 //! `table` has a row for each format, which names the reader in the format's folder. `load` runs
-//! that reader on the bytes of a file, and once more if the geometry lies far away. Readers share
-//! the other files: `text`, `number` and `decimal` for operands, `mesh` and `faces` for triangles,
-//! `texture` and `picture` for images, `folder` and `memory_budget` for what a file may name and
-//! take, and `defaults` for the last step, with `framing` for its camera.
+//! that reader on the bytes of a file, and once more if the geometry lies far away; `utf16` makes
+//! text in UTF-16 UTF-8 before. Readers share the other files: `text`, `number` and `decimal` for
+//! operands, `mesh` and `faces` for triangles, `texture` and `picture` for images, `folder` and
+//! `memory_budget` for what a file may name and take, and `defaults` for the last step, with
+//! `framing` for its camera.
 
 mod bytes;
 mod decimal;
@@ -32,6 +33,7 @@ mod test_scene;
 mod text;
 mod texture;
 mod up_axis;
+mod utf16;
 mod vertex_colors;
 mod workers;
 

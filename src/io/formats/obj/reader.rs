@@ -26,7 +26,26 @@ pub(crate) fn read(
     asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, ReadStop> {
-    read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES)
+    let read = read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES);
+    match (read, first_nul(bytes)) {
+        // One error instead of many about lines that are none.
+        (Err(ReadStop::Wrong(_)), Some(nul)) => {
+            let mut report = DiagnosticSink::binary();
+            report.error(Span::at(nul), "this is not text: a Windows object file?");
+            Err(ReadStop::of(report))
+        }
+        (read, _) => read,
+    }
+}
+
+/// Bytes at the beginning of a file in which a NUL shows that it is no text.
+const HEAD_BYTES: usize = 1024;
+
+/// The first NUL at the beginning of a file, if it has more than those that pad it.
+fn first_nul(bytes: &[u8]) -> Option<usize> {
+    let nul = memchr::memchr(0, &bytes[..bytes.len().min(HEAD_BYTES)])?;
+    let padding = bytes[nul..].iter().all(|&byte| byte <= b' ');
+    (!padding).then_some(nul)
 }
 
 fn read_in_chunks(
@@ -39,11 +58,6 @@ fn read_in_chunks(
     let mut report = DiagnosticSink::new(bytes);
     if bytes.trim_ascii().is_empty() {
         report.error(Span::START, "the file is empty");
-        return Err(ReadStop::of(report));
-    }
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        let help = "save the file as UTF-8 (or plain ASCII) text";
-        report.error_with_help(Span::START, "this is text in UTF-16", help);
         return Err(ReadStop::of(report));
     }
     let moved = options.origin.offset();
