@@ -22,6 +22,8 @@ pub(super) struct MissingParts {
     pub(super) background: bool,
     /// The axis that points up where nobody says so.
     pub(super) up: UpAxis,
+    /// True if the format does not say what is up.
+    pub(super) up_unsaid: bool,
 }
 
 impl MissingParts {
@@ -31,6 +33,7 @@ impl MissingParts {
         lights: false,
         background: false,
         up: UpAxis::Y,
+        up_unsaid: false,
     };
 }
 
@@ -105,9 +108,12 @@ fn add_defaults(
         let bounds = bounds_of(scene, options);
         if view {
             make_up_view(scene, bounds, options.up.unwrap_or(missing.up), options);
-            notes.push(
-                "the file has no camera: one that frames everything is used (see --camera)".into(),
-            );
+            let options_of = match missing.up_unsaid && missing.up == UpAxis::Y {
+                true if options.up.is_none() => ", y up (see --camera, --up)",
+                _ => " (see --camera)",
+            };
+            let used = "the file has no camera: one that frames everything is used";
+            notes.push(format!("{used}{options_of}"));
         }
         if light {
             make_up_light(scene, bounds);

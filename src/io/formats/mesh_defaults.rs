@@ -31,6 +31,7 @@ pub(super) const BARE: MissingParts = MissingParts {
     lights: true,
     background: true,
     up: UpAxis::Y,
+    up_unsaid: true,
 };
 
 /// A scene for a mesh: its picture's size and tone, and nothing in it yet.

@@ -51,7 +51,10 @@ pub(crate) fn read(
         false => DiagnosticSink::new(text::utf8(bytes)?.as_bytes()),
     };
     let mut scene = empty_scene();
-    let mut missing = BARE;
+    let mut missing = MissingParts {
+        up_unsaid: false,
+        ..BARE
+    };
     let opened = container::open(bytes);
     let parsed = opened.and_then(|parts| {
         let count = |byte: u8| memchr::memchr_iter(byte, &bytes[parts.json.clone()]).count() as u64;
