@@ -7,6 +7,9 @@ pub const MAX_DIAGNOSTICS: usize = 20;
 /// Characters of the file that a message repeats: a line may be megabytes long.
 const QUOTED_CHARS: usize = 40;
 
+/// Characters of a file's name that a message repeats, more because their ends tell them apart.
+const FILE_NAME_CHARS: usize = 300;
+
 /// A span of the text, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Span {
@@ -210,15 +213,24 @@ fn without_control(name: &str) -> String {
 /// Text of the file in a form that a message may repeat: short, and without control characters for
 /// a terminal.
 pub(super) fn quoted(text: &str) -> String {
+    quoted_up_to(text, QUOTED_CHARS)
+}
+
+/// The name of a file, like [`quoted`] but whole unless it is very long.
+pub(super) fn quoted_file(name: &str) -> String {
+    quoted_up_to(name, FILE_NAME_CHARS)
+}
+
+fn quoted_up_to(text: &str, most: usize) -> String {
     let mut out = String::from("`");
-    for c in text.chars().take(QUOTED_CHARS) {
+    for c in text.chars().take(most) {
         if c.is_control() {
             out.extend(c.escape_default());
         } else {
             out.push(c);
         }
     }
-    if text.chars().nth(QUOTED_CHARS).is_some() {
+    if text.chars().nth(most).is_some() {
         out.push('…');
     }
     out.push('`');
@@ -230,4 +242,19 @@ pub(super) fn quoted_bytes(bytes: &[u8]) -> String {
     // Characters have at most four bytes.
     let shown = &bytes[..bytes.len().min(4 * QUOTED_CHARS + 4)];
     quoted(&String::from_utf8_lossy(shown))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_files_are_whole() {
+        let name = "photogrammetry of the old town hall, seen from the market.jpg";
+        assert_eq!(quoted_file(name), format!("`{name}`"));
+        assert_eq!(quoted(name).chars().count(), QUOTED_CHARS + 3);
+        let long = quoted_file(&"\u{1b}é".repeat(1000));
+        assert!(long.contains("\\u{1b}é") && long.ends_with("…`"));
+        assert!(long.len() < 10 * FILE_NAME_CHARS);
+    }
 }

@@ -12,7 +12,7 @@
 //! in the name before it is checked, and links are followed before the file's folder is checked
 //! once more, so neither leads out.
 
-use super::diagnostics::quoted;
+use super::diagnostics::quoted_file;
 use super::memory_budget::MemoryBudget;
 use std::cell::{Cell, OnceCell};
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ impl Folder {
         let name = || file.0.file_name().unwrap_or_default().display().to_string();
         let size = std::fs::metadata(&file.0).map_or(0, |m| m.len());
         self.allowance
-            .lend(size, || format!("to read {}", quoted(&name())))?;
+            .lend(size, || format!("to read {}", quoted_file(&name())))?;
         std::fs::read(&file.0).map_err(|e| e.to_string())
     }
 
@@ -155,6 +155,14 @@ impl Folder {
         }
         let found = self.search(roots, &bases, (&name, last, absolute));
         found.ok_or_else(|| reason.unwrap_or_default())
+    }
+
+    /// Returns true if the scene file gives the path of a file exactly.
+    pub(super) fn has(&self, name: &str) -> bool {
+        let searches = self.searches_left.replace(0);
+        let found = self.find_for(None, name);
+        self.searches_left.set(searches);
+        found.is_ok()
     }
 
     /// Finds a file by the last component of its name, or in the other case.

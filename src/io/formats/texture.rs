@@ -1,7 +1,7 @@
 //! Pictures that a scene file names or embeds. Each is decoded once, and a missing one is a
 //! warning.
 
-use super::diagnostics::{DiagnosticSink, Span, quoted};
+use super::diagnostics::{DiagnosticSink, Span, quoted_file};
 use super::folder::{Folder, Found};
 use super::picture::EncodedImage;
 use phalanx_scene::{NO_TEXTURE, Texture, Wrap};
@@ -100,7 +100,7 @@ impl<'a> TextureLibrary<'a> {
         };
         let asset_dir = self.asset_dir;
         let bytes = || asset_dir.read(&found?).map(Cow::Owned);
-        self.picture(origin, &quoted(name), bytes, wrap, span, report)
+        self.picture(origin, &quoted_file(name), bytes, wrap, span, report)
     }
 
     /// The texture that is embedded in the scene file, in `bytes`, which are requested once.

@@ -3,6 +3,7 @@
 
 mod framing;
 mod obj;
+mod obj_exporters;
 mod obj_others;
 mod origin;
 mod ply;

@@ -3,7 +3,7 @@
 
 use super::container::{Container, ContainerFault};
 use super::document::{GltfDocument, Versioned};
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::formats::folder::{Folder, Found};
 use base64::Engine;
 use base64::alphabet::STANDARD;
@@ -231,14 +231,14 @@ fn fetch(
         return data.bytes().map(Rc::new);
     }
     let name = file_name(uri, asset_dir);
-    let unread = |reason: String| format!("cannot read {}: {reason}", quoted(&name));
+    let unread = |reason: String| format!("cannot read {}: {reason}", quoted_file(&name));
     let file = asset_dir.find(&name).map_err(unread)?;
     if let Some(bytes) = files.get(&file) {
         return Ok(Rc::clone(bytes));
     }
     let bytes = asset_dir.read(&file).map_err(unread)?;
     let size = bytes.len() as u64;
-    budget.take(size, || format!("to read {}", quoted(&name)))?;
+    budget.take(size, || format!("to read {}", quoted_file(&name)))?;
     // No copy: the vector itself is shared.
     let bytes = Rc::new(bytes);
     files.insert(file, Rc::clone(&bytes));

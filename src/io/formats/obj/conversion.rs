@@ -8,9 +8,9 @@
 //! |---|---|
 //! | Ka | 0.1 × `Ka` (1); 0.1 × `Kd` where `Ka` is missing or black |
 //! | Ke | `Ke`; 0 with a `map_Ke` (5) |
-//! | Kd | `Kd`, 0.8 if missing |
+//! | Kd | `Kd`, 0.8 if missing, 1 if black with a `map_Kd` (6) |
 //! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), or with a `map_Ks` (5) |
-//! | opacity | `d`, or 1 − `Tr` where there is no `d` (3) |
+//! | opacity | `d`, or 1 − `Tr` where there is no `d` (3), 1 where that is 0 (7) |
 //! | its texture | `map_d`: the picture's alpha, or its luminance where it has none (4) |
 //! | Kt | (1 − `d`) × `Tf` for glass and coloured sheets (3), else 0 |
 //! | shininess | `Ns` |
@@ -25,6 +25,9 @@
 //!    sheets are multiplied with `d`; coverage weighs the whole surface.
 //! 4. The alpha of `map_Kd` counts if `map_d` names the same file.
 //! 5. Without its texture, the whole surface would glow or mirror evenly.
+//! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces.
+//! 7. OpenMVS, mvs-texturing and MeshLab write `Tr 1` for opaque surfaces. It stays clear in glass
+//!    and with a coloured `Tf`, which ask for transmission.
 
 use super::mtl::MtlMaterial;
 use glam::Vec3;
@@ -38,6 +41,25 @@ const SHEEN: f32 = 0.15;
 const PLAIN: Vec3 = Vec3::splat(0.8);
 
 impl MtlMaterial {
+    fn refracts(&self) -> bool {
+        self.illum.is_some_and(|illum| illum >= 4.0) && self.ni > 0.0 && self.ni != 1.0
+    }
+
+    fn has_colored_filter(&self) -> bool {
+        self.tf.x != self.tf.y || self.tf.x != self.tf.z
+    }
+
+    /// Returns true for a `Tr 1` that means an opacity: nothing else says that light passes.
+    pub(super) fn tr_is_opacity(&self) -> bool {
+        let clear = self.refracts() || self.has_colored_filter();
+        self.d.is_none() && self.tr == Some(1.0) && !clear
+    }
+
+    /// Returns true for a black `Kd` where the texture is to be shown.
+    pub(super) fn kd_is_placeholder(&self) -> bool {
+        self.kd == Some(Vec3::ZERO) && self.map_kd.is_some()
+    }
+
     /// The scene's material with these textures of colour and opacity, by the table above.
     pub(super) fn to_material(&self, texture: u32, opacity_texture: u32) -> Material {
         let illum = self.illum.unwrap_or(2.0);
@@ -47,13 +69,16 @@ impl MtlMaterial {
             i if i >= 2.0 => SHEEN,
             _ => 0.0,
         };
-        let d = self.d.or(self.tr.map(|tr| 1.0 - tr));
+        let tr = self.tr.filter(|_| !self.tr_is_opacity());
+        let d = self.d.or(tr.map(|tr| 1.0 - tr));
         let d = d.unwrap_or(1.0).clamp(0.0, 1.0);
-        let refracts = illum >= 4.0 && self.ni > 0.0 && self.ni != 1.0;
-        let colored = self.tf.x != self.tf.y || self.tf.x != self.tf.z;
-        let transmits = refracts || colored && d < 1.0;
+        let refracts = self.refracts();
+        let transmits = refracts || self.has_colored_filter() && d < 1.0;
         let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
-        let kd = self.kd.unwrap_or(PLAIN);
+        let kd = match self.kd_is_placeholder() {
+            true => Vec3::ONE,
+            false => self.kd.unwrap_or(PLAIN),
+        };
         let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
         Material {
             ka: ka * AMBIENT * there,
@@ -131,6 +156,38 @@ mod tests {
         }
         for (text, opacity) in [("", 1.0), ("d 0", 0.0), ("d -1", 0.0), ("d 7", 1.0)] {
             assert_eq!(surface(text).opacity, opacity);
+        }
+    }
+
+    #[test]
+    fn tr_1_alone_is_opaque() {
+        for (text, opacity) in [
+            ("Tr 1.000000\nillum 1", 1.0),
+            ("Tr 1\nNi 1.5\nillum 2", 1.0),
+            ("Tr 0.99", 1.0 - 0.99),
+            ("Tr 1\nd 0.5", 0.5),
+            ("Tr 1\nd 0", 0.0),
+            ("Tr 2", 0.0),
+            ("Tr 0", 1.0),
+        ] {
+            let leaf = surface(text);
+            assert_eq!((leaf.opacity, leaf.kt), (opacity, Vec3::ZERO), "{text}");
+        }
+        for clear in ["Tr 1\nNi 1.5\nillum 7", "Tr 1\nTf 1 .5 0"] {
+            assert!(surface(clear).kt.x == 1.0, "{clear}");
+        }
+    }
+
+    #[test]
+    fn black_beneath_a_texture_is_white() {
+        for (text, kd) in [
+            ("Kd 0 0 0\nmap_Kd a.png", Vec3::ONE),
+            ("Kd 0 0 0", Vec3::ZERO),
+            ("Kd 0 .1 0\nmap_Kd a.png", Vec3::Y * 0.1),
+            ("Kd 0\nmap_Ka a.png", Vec3::ZERO),
+        ] {
+            let textured = surface(text);
+            assert_eq!((textured.kd, textured.ka), (kd, kd * AMBIENT), "{text}");
         }
     }
 

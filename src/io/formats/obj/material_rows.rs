@@ -1,10 +1,10 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
-use super::mtl::MtlOmission;
+use super::mtl::{MtlMaterial, MtlOmission};
 use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
 use super::name::{spellings, text_of, without_comment};
 use super::texture_map::{TextureMap, UvTransform};
-use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
+use crate::formats::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, quoted_bytes};
 use crate::formats::folder::{Folder, NamedFile};
 use crate::formats::texture::TextureLibrary;
 use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
@@ -57,6 +57,28 @@ fn expand_runs(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterial
     MeshMaterial::Each(rows.into())
 }
 
+/// Warns once of everything that a file's materials leave out, where the first stands.
+fn warn_left_out(file: &MtlSource, mut left_out: Vec<MtlOmission>, about: &mut DiagnosticSink) {
+    left_out.sort_by_key(|omission| omission.keyword.offset);
+    let Some(first) = left_out.first() else {
+        return;
+    };
+    let mut reasons: Vec<&str> = left_out.iter().map(|omission| omission.reason).collect();
+    let mut known = HashSet::new();
+    reasons.retain(|reason| known.insert(*reason));
+    let groups = reasons.iter().map(|reason| {
+        let same = left_out
+            .iter()
+            .filter(|omission| omission.reason == *reason);
+        let names = same.map(|omission| quoted_bytes(&file.bytes[omission.keyword.range()]));
+        let names: Vec<String> = names.collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} left out ({reason})", names.join(", "))
+    });
+    let groups: Vec<String> = groups.collect();
+    about.warning(first.keyword, groups.join("; "));
+}
+
 /// Makes rows of the materials that are used, and collects remarks about their files.
 pub(super) struct MaterialReader<'a> {
     asset_dir: &'a Folder,
@@ -64,8 +86,10 @@ pub(super) struct MaterialReader<'a> {
     textures: TextureLibrary<'a>,
     /// Remarks about each file.
     reports: Vec<DiagnosticSink<'a>>,
-    /// Keywords that each file's remarks have named, in lower case.
+    /// Keywords and kinds of remarks that each file has had, in lower case.
     named: Vec<HashSet<Vec<u8>>>,
+    /// What each file's materials leave out, each keyword once, and at most [`MAX_DIAGNOSTICS`].
+    left_out: Vec<Vec<MtlOmission>>,
 }
 
 impl<'a> MaterialReader<'a> {
@@ -81,6 +105,7 @@ impl<'a> MaterialReader<'a> {
             textures,
             reports: reports.collect(),
             named: vec![HashSet::new(); files.len()],
+            left_out: vec![Vec::new(); files.len()],
         }
     }
 
@@ -93,8 +118,9 @@ impl<'a> MaterialReader<'a> {
     ) -> MaterialLook {
         let KnownMaterial { material, source } = known;
         for left_out in &material.left_out {
-            self.warn_left_out(*source, left_out);
+            self.leave_out(*source, left_out);
         }
+        self.warn_of_readings(*source, material);
         let color = material.map_kd.or(material.map_ka);
         let texture = color.map_or(NO_TEXTURE, |map| self.texture(*source, &map));
         let mask = material
@@ -124,7 +150,9 @@ impl<'a> MaterialReader<'a> {
 
     /// The textures of all rows; remarks about the files go to the scene file's report.
     pub(super) fn finish(self, report: &mut DiagnosticSink) -> Vec<Texture> {
-        for (file, about) in self.files.iter().zip(self.reports) {
+        let parts = self.files.iter().zip(self.reports).zip(self.left_out);
+        for ((file, mut about), left_out) in parts {
+            warn_left_out(file, left_out, &mut about);
             about.emit_for_file(&file.name, file.library, report);
         }
         self.textures.into_textures()
@@ -192,11 +220,27 @@ impl<'a> MaterialReader<'a> {
         last
     }
 
-    fn warn_left_out(&mut self, source: usize, left_out: &MtlOmission) {
-        let keyword = &self.files[source].bytes[left_out.keyword.range()];
-        if self.named[source].insert(keyword.to_ascii_lowercase()) {
-            let message = format!("{} is left out: {}", quoted_bytes(keyword), left_out.reason);
-            self.reports[source].warning(left_out.keyword, message);
+    fn leave_out(&mut self, source: usize, left_out: &MtlOmission) {
+        let keyword = self.files[source].bytes[left_out.keyword.range()].to_ascii_lowercase();
+        let known = &mut self.left_out[source];
+        if known.len() < MAX_DIAGNOSTICS && self.named[source].insert(keyword) {
+            known.push(*left_out);
+        }
+    }
+
+    /// Warns of statements that are taken otherwise than they are defined, each kind once.
+    fn warn_of_readings(&mut self, source: usize, material: &MtlMaterial) {
+        let named = &mut self.named[source];
+        let report = &mut self.reports[source];
+        if material.tr_is_opacity() && named.insert(b"tr 1".to_vec()) {
+            let message = "`Tr 1` without a `d` is taken as opaque, as the programs mean that write it; \
+                           as a transparency, the surface would be clear (write `d 0` for that)";
+            report.warning(material.tr_keyword, message);
+        }
+        if material.kd_is_placeholder() && named.insert(b"kd 0".to_vec()) {
+            let message = "a black `Kd` with a `map_Kd` is taken as 1, as the programs mean that write it; \
+                           multiplied, the texture would be black";
+            report.warning(material.kd_keyword, message);
         }
     }
 

@@ -2,12 +2,14 @@
 
 use super::cursor::Cursor;
 use super::material_rows::{MaterialReader, MeshMaterials};
-use super::mtl;
 use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
 use super::name::{spellings, text_of, without_comment};
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use super::{file_list, mtl};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::formats::folder::{Folder, Found, NamedFile};
+use crate::formats::memory_budget::MemoryBudget;
 use crate::formats::texture::TextureLibrary;
+use crate::formats::utf16;
 use phalanx_scene::{MaterialTable, Scene};
 use std::collections::{HashMap, HashSet};
 
@@ -29,22 +31,16 @@ pub(super) struct MaterialLibrary<'a> {
     /// Material files that have been read, and the number of further names that may be looked up.
     read: HashSet<Found>,
     names_left: usize,
+    /// True if a file is missing: its materials are no news then.
+    incomplete: bool,
 }
 
-/// Names of several files between blanks, which end where a word ends in `.mtl`.
-fn several(names: &str) -> impl Iterator<Item = &str> {
-    let ends = names.match_indices(char::is_whitespace).map(|(at, _)| at);
-    let ends = ends.chain([names.len()]).filter(|&end| {
-        let ending = end.checked_sub(4).and_then(|start| names.get(start..end));
-        end == names.len() || ending.is_some_and(|ending| ending.eq_ignore_ascii_case(".mtl"))
-    });
-    let mut start = 0;
-    let parts = ends.map(move |end| {
-        let part = names[start..end].trim();
-        start = end;
-        part
-    });
-    parts.filter(|part| !part.is_empty())
+/// A material file's bytes, as UTF-8 if they are text in UTF-16.
+fn as_utf8(bytes: Vec<u8>, budget: &MemoryBudget) -> Result<Vec<u8>, String> {
+    match utf16::to_utf8(&bytes, budget) {
+        Ok(text) => Ok(text.unwrap_or(bytes)),
+        Err(mut faults) => Err(faults.pop().map_or_else(String::new, |fault| fault.message)),
+    }
 }
 
 impl<'a> MaterialLibrary<'a> {
@@ -64,6 +60,7 @@ impl<'a> MaterialLibrary<'a> {
             by_short_name: HashMap::new(),
             read: HashSet::new(),
             names_left: MAX_LIBRARIES,
+            incomplete: false,
         };
         let mut operands = HashSet::new();
         for &span in libraries {
@@ -86,35 +83,37 @@ impl<'a> MaterialLibrary<'a> {
         if short.is_empty() {
             return report.warning(span, "a file name is missing");
         }
-        let whole = spellings(text).find_map(|name| {
-            let name = text_of(name);
-            let found = self.asset_dir.find_for(None, &name).ok()?;
-            Some((name, found))
-        });
-        match whole {
-            Some((name, found)) => self.add_file(&name, Ok(found), span, report),
-            None => {
-                for name in several(&short) {
-                    self.names_left = self.names_left.saturating_sub(1);
-                    if self.names_left > 0 {
-                        self.add_parts(name, span, report);
-                    }
-                }
-            }
+        let exists = |name: &str| self.asset_dir.has(name);
+        let all = || spellings(text).map(text_of);
+        let exact = all().find(|name| exists(name));
+        let parts = match exact {
+            Some(_) => Vec::new(),
+            None => file_list::split(&short, self.names_left, exists),
+        };
+        // A search by the last component would take a list for its last file.
+        let list = parts.len() > 1 || parts.iter().any(|part| exists(part));
+        let mut names = exact.into_iter().chain(all()).filter(|_| !list);
+        let search = |name: String| Some((self.asset_dir.find_for(None, &name).ok()?, name));
+        match names.find_map(search) {
+            Some((found, name)) => self.add_file(&name, Ok(found), span, report),
+            None => parts
+                .iter()
+                .for_each(|part| self.add_parts(part, span, report)),
         }
     }
 
-    /// Adds a file whose name may hold blanks, or one for each word if there is no such file.
+    /// Adds a file whose name may hold blanks, or one for each word if some are files.
     fn add_parts(&mut self, name: &str, span: Span, report: &mut DiagnosticSink) {
-        let escaped = name.contains("\\ ");
-        let one = escaped || self.asset_dir.find_for(None, name).is_ok();
-        let words = name.split_ascii_whitespace();
-        match one || words.clone().nth(1).is_none() {
-            true => self.add_named(name, span, report),
-            false => words.take(self.names_left).for_each(|word| {
-                self.names_left -= 1;
-                self.add_named(word, span, report);
-            }),
+        let found = |name: &str| self.asset_dir.find_for(None, name).is_ok();
+        let words = || name.split_ascii_whitespace().take(self.names_left);
+        let whole = name.contains("\\ ") || found(name) || !words().any(found);
+        let names: Vec<&str> = match whole {
+            true => vec![name],
+            false => words().collect(),
+        };
+        for name in names {
+            self.names_left = self.names_left.saturating_sub(1);
+            self.add_named(name, span, report);
         }
     }
 
@@ -143,8 +142,8 @@ impl<'a> MaterialLibrary<'a> {
         }
         let budget = self.asset_dir.allowance();
         let read = file.and_then(|file| {
-            let bytes = self.asset_dir.read(&file)?;
-            let what = || format!("for the materials of {}", quoted(name));
+            let bytes = as_utf8(self.asset_dir.read(&file)?, budget)?;
+            let what = || format!("for the materials of {}", quoted_file(name));
             let materials = mtl::most_materials(&bytes);
             budget.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
             Ok((file, bytes))
@@ -152,7 +151,9 @@ impl<'a> MaterialLibrary<'a> {
         let (file, bytes) = match read {
             Ok(read) => read,
             Err(reason) => {
-                let message = format!("the material file {} is left out: {reason}", quoted(name));
+                self.incomplete = true;
+                let name = quoted_file(name);
+                let message = format!("the material file {name} is left out: {reason}");
                 return match budget.refusal() {
                     Some(_) => report.error(span, message),
                     None => report.warning(span, message),
@@ -220,7 +221,9 @@ impl<'a> MaterialLibrary<'a> {
             let name = self.text.bytes(span);
             let look = *known.entry(name).or_insert_with(|| match self.find(name) {
                 Some(material) => reader.look(material, scene, table),
-                None if !missing.insert(without_comment(name)) => Default::default(),
+                None if self.incomplete || !missing.insert(without_comment(name)) => {
+                    Default::default()
+                }
                 None => {
                     let name = quoted(&text_of(without_comment(name)));
                     let message = format!("there is no material {name}: the default one is used");

@@ -26,6 +26,7 @@ mod colors;
 mod conversion;
 mod cursor;
 mod faces;
+mod file_list;
 mod material_rows;
 mod materials;
 mod mtl;

@@ -20,6 +20,9 @@ pub(super) struct MtlMaterial {
     pub(super) ni: f32,
     pub(super) d: Option<f32>,
     pub(super) tr: Option<f32>,
+    /// Keywords of the last `Kd` and the last `Tr`.
+    pub(super) kd_keyword: Span,
+    pub(super) tr_keyword: Span,
     pub(super) illum: Option<f32>,
     pub(super) map_kd: Option<TextureMap>,
     pub(super) map_ka: Option<TextureMap>,
@@ -39,13 +42,13 @@ pub(super) struct MtlOmission {
 }
 
 /// The reason for statements that the renderer's materials have nothing for.
-const NOT_SHOWN: &str = "it is not shown";
+const NOT_SHOWN: &str = "not shown";
 const NO_SPECULAR_MAP: &str =
-    "it is not shown, and Ks counts as 0, because the whole surface would mirror evenly";
+    "not shown, and Ks counts as 0, because the whole surface would mirror evenly";
 const NO_EMISSION_MAP: &str =
-    "it is not shown, and Ke counts as 0, because the whole surface would glow evenly";
-const NOT_FINITE: &str = "its number is not finite";
-const NO_NAME: &str = "it names no file";
+    "not shown, and Ke counts as 0, because the whole surface would glow evenly";
+const NOT_FINITE: &str = "a number that is not finite";
+const NO_NAME: &str = "no name of a file";
 const NO_SPECTRUM: &str = "colours are read as red, green and blue only";
 
 impl MtlMaterial {
@@ -61,6 +64,8 @@ impl MtlMaterial {
             ni: 1.0,
             d: None,
             tr: None,
+            kd_keyword: name,
+            tr_keyword: name,
             illum: None,
             map_kd: None,
             map_ka: None,
@@ -155,7 +160,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
             };
             match keyword {
                 b"ka" => material.ka = Some(color),
-                b"kd" => material.kd = Some(color),
+                b"kd" => (material.kd, material.kd_keyword) = (Some(color), name),
                 b"ks" => material.ks = color,
                 b"ke" => material.ke = color,
                 _ => material.tf = color,
@@ -174,7 +179,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
                 b"ns" => material.ns = number,
                 b"ni" => material.ni = number,
                 b"d" => material.d = Some(number),
-                b"tr" => material.tr = Some(number),
+                b"tr" => (material.tr, material.tr_keyword) = (Some(number), name),
                 _ => material.illum = Some(number),
             }
         }

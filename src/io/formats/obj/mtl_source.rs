@@ -1,7 +1,7 @@
 //! Material files that have been read, and their materials.
 
 use super::mtl::MtlMaterial;
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_file};
 use crate::formats::folder::Found;
 
 /// A material file.
@@ -22,7 +22,7 @@ pub(super) struct KnownMaterial {
 
 /// Warns that a file was found under another name than the scene's.
 pub(super) fn warn_renamed(name: &str, instead: &str, span: Span, report: &mut DiagnosticSink) {
-    let (name, instead) = (quoted(name), quoted(instead));
+    let (name, instead) = (quoted_file(name), quoted_file(instead));
     report.warning(
         span,
         format!("there is no file {name}: {instead} is read instead"),
