@@ -88,7 +88,8 @@ pub(super) struct MaterialReader<'a> {
     reports: Vec<DiagnosticSink<'a>>,
     /// Keywords and kinds of remarks that each file has had, in lower case.
     named: Vec<HashSet<Vec<u8>>>,
-    /// What each file's materials leave out, each keyword once, and at most [`MAX_DIAGNOSTICS`].
+    /// Statements that each file's materials leave out, each keyword once, and at most
+    /// [`MAX_DIAGNOSTICS`].
     left_out: Vec<Vec<MtlOmission>>,
 }
 
@@ -233,12 +234,12 @@ impl<'a> MaterialReader<'a> {
         let named = &mut self.named[source];
         let report = &mut self.reports[source];
         if material.tr_is_opacity() && named.insert(b"tr 1".to_vec()) {
-            let message = "`Tr 1` without a `d` is taken as opaque, as the programs mean that write it; \
-                           as a transparency, the surface would be clear (write `d 0` for that)";
+            let message = "`Tr 1` without a `d` is taken as opaque, because exporters write it so; \
+                           as a transparency, it would hide the surface (write `d 0` for that)";
             report.warning(material.tr_keyword, message);
         }
         if material.kd_is_placeholder() && named.insert(b"kd 0".to_vec()) {
-            let message = "a black `Kd` with a `map_Kd` is taken as 1, as the programs mean that write it; \
+            let message = "a black `Kd` with a `map_Kd` is taken as 1, because exporters write it so; \
                            multiplied, the texture would be black";
             report.warning(material.kd_keyword, message);
         }
