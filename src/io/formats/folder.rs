@@ -4,7 +4,7 @@
 //! Names come from other machines, so a name stands for the first of these that is there:
 //!
 //! 1. the name, relative to the file that has it, then to the scene file, then to each opened
-//!    folder; an absolute name as it is;
+//!    folder, and the same without blanks and quotes around it; an absolute name as it is;
 //! 2. its last component in the same folders: exporters write their own paths;
 //! 3. the same with letters in the other case, if exactly one file has that name.
 //!
@@ -38,6 +38,8 @@ const MAX_SEARCHES: u32 = 1000;
 const MAX_ENTRIES: u32 = 100_000;
 
 const OUTSIDE: &str = "it is not in the scene file's folder (--allow-path opens a further folder)";
+const REMOTE: &str =
+    "files are not fetched from the network: save it in the scene file's folder under its name";
 const LINKED: &str =
     "it leads out of the scene file's folder (--allow-path opens a further folder)";
 
@@ -125,6 +127,8 @@ impl Folder {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };
+        // Blanks and quotes around a name may be part of it.
+        let literal = name.replace('\\', "/");
         // Some programs mark a blank that is part of a name.
         let name = without_quotes(name).replace("\\ ", " ").replace('\\', "/");
         let Some(last) = last_component(&name) else {
@@ -137,10 +141,16 @@ impl Folder {
         bases.dedup();
 
         let absolute = is_absolute(&name);
-        let own: Vec<PathBuf> = match absolute {
-            true => vec![joined(Path::new("/"), &name)],
-            false => bases.iter().map(|base| joined(base, &name)).collect(),
+        let paths_of = |name: &str| -> Vec<PathBuf> {
+            match is_absolute(name) {
+                true => vec![joined(Path::new("/"), name)],
+                false => bases.iter().map(|base| joined(base, name)).collect(),
+            }
         };
+        let mut own = paths_of(&name);
+        if literal != name {
+            own.splice(0..0, paths_of(&literal));
+        }
         let mut reason = None;
         for path in own {
             match roots.open(&path) {
@@ -154,7 +164,10 @@ impl Folder {
             }
         }
         let found = self.search(roots, &bases, (&name, last, absolute));
-        found.ok_or_else(|| reason.unwrap_or_default())
+        found.ok_or_else(|| match is_remote(&name) {
+            true => REMOTE.into(),
+            false => reason.unwrap_or_default(),
+        })
     }
 
     /// Returns true if the scene file gives the path of a file exactly.
@@ -310,6 +323,13 @@ fn is_absolute(name: &str) -> bool {
         .get(..5)
         .is_some_and(|s| s.eq_ignore_ascii_case("file:"));
     name.starts_with('/') || without_drive(name).is_some() || scheme
+}
+
+/// Returns true for the address of a file on another machine, such as `https://…`.
+fn is_remote(name: &str) -> bool {
+    let scheme = name.split_once("://").map_or("", |(scheme, _)| scheme);
+    let letters = |c: char| c.is_ascii_alphanumeric() || "+-.:".contains(c);
+    scheme.len() > 1 && scheme.chars().all(letters) && !scheme.eq_ignore_ascii_case("file")
 }
 
 /// A folder and a name relative to it, in which `.` and `..` are resolved.

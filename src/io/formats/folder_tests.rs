@@ -195,3 +195,37 @@ fn searches_end() {
         "not searched for any more"
     );
 }
+
+#[test]
+fn blanks_and_quotes_may_be_part_of_a_name() {
+    let (_outer, scene, folder) = tree();
+    for name in [
+        " beside.png",
+        "two  blanks.png ",
+        "'quoted.png'",
+        " maps/wood.png",
+    ] {
+        create_dir_all(scene.join(name).parent().unwrap()).unwrap();
+        write(scene.join(name), name).unwrap();
+        let found = folder.find(name).unwrap();
+        assert_eq!(text(&folder, &found), name);
+    }
+    // Without such a file they stand around the name.
+    let found = folder.find("  beside.png ").unwrap();
+    assert_eq!(text(&folder, &found), "scene/beside.png");
+    assert!(folder.find(" ../secret").is_err());
+    assert!(folder.find(" /etc/passwd").is_err());
+}
+
+#[test]
+fn addresses_are_not_fetched() {
+    let (_outer, _scene, folder) = tree();
+    for name in ["http://a/b.png", "HTTPS://a/b.png", "s3+x://a/b.png"] {
+        assert_eq!(folder.find(name).unwrap_err(), REMOTE);
+    }
+    for name in ["file:///a/b.png", "C://a/b.png", "a b://c.png", "://c.png"] {
+        assert_ne!(folder.find(name).unwrap_err(), REMOTE, "{name}");
+    }
+    // One that has been saved beside the scene is found.
+    assert!(folder.find("https://example.com/wood/beside.png").is_ok());
+}
