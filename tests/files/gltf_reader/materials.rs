@@ -220,9 +220,12 @@ fn pictures_in_buffers_text_and_files() {
     // Not there, or not a picture: a flat colour, and a warning.
     for (uri, reason) in [
         ("absent.png", ""),
-        ("data:image/png;base64,AAAA", "neither a PNG nor a JPEG"),
+        (
+            "data:image/png;base64,AAAA",
+            "not a picture of a kind that is read",
+        ),
         ("data:image/png;base64,A?AA", "base64 text is broken"),
-        ("data:,x", "neither a PNG nor a JPEG"),
+        ("data:,x", "not a picture of a kind that is read"),
         ("../a.png", "folder"),
     ] {
         file.json["images"] = json!([{"uri": uri}]);

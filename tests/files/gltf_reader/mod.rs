@@ -14,6 +14,7 @@ mod materials;
 mod origin;
 mod pose;
 mod surroundings;
+mod tolerated;
 
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};
 use serde_json::{Value, json};

@@ -1,6 +1,7 @@
 //! GLB: a header of twelve bytes, and chunks. The first chunk is the JSON document, and the second
 //! may be a buffer.
 
+use super::version::FIRST_VERSION;
 use crate::formats::diagnostics::{Span, quoted_bytes};
 use std::ops::Range;
 
@@ -35,6 +36,9 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
     let cut = |offset| fault(offset, "the file ends within its header".into());
     let version = word(bytes, 4).ok_or_else(|| cut(4))?;
     let length = word(bytes, 8).ok_or_else(|| cut(8))? as usize;
+    if version == 1 {
+        return Err(fault(4, FIRST_VERSION.into()));
+    }
     if version != 2 {
         let message = format!("GLB version {version} is not read here, only version 2");
         return Err(fault(4, message));

@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct GltfDocument {
-    pub(super) asset: Asset,
     pub(super) scene: Option<usize>,
     pub(super) scenes: Vec<GltfScene>,
     pub(super) nodes: Vec<GltfNode>,
@@ -26,20 +25,6 @@ pub(super) struct GltfDocument {
     pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
     pub(super) extensions: Extensions,
-}
-
-/// The part of a document that exists in every version.
-#[derive(Deserialize, Default)]
-#[serde(default)]
-pub(super) struct Versioned {
-    pub(super) asset: Asset,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Asset {
-    pub(super) version: Option<String>,
-    pub(super) min_version: Option<String>,
 }
 
 #[derive(Deserialize, Default)]
@@ -61,7 +46,7 @@ pub(super) struct GltfLight {
     pub(super) color: [f64; 3],
     #[serde(default = "one")]
     pub(super) intensity: f64,
-    #[serde(rename = "type")]
+    #[serde(default, rename = "type")]
     pub(super) kind: String,
     #[serde(default)]
     pub(super) spot: SpotAngles,
@@ -142,7 +127,7 @@ fn shown() -> bool {
 
 #[derive(Deserialize)]
 pub(super) struct LightIndex {
-    pub(super) light: usize,
+    pub(super) light: Option<usize>,
 }
 
 #[derive(Deserialize, Default)]
@@ -264,6 +249,12 @@ pub(super) struct GltfTexture {
 pub(super) struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp")]
     pub(super) webp: Option<OtherPicture>,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub(super) basisu: Option<IgnoredAny>,
+    #[serde(rename = "EXT_texture_avif")]
+    pub(super) avif: Option<IgnoredAny>,
+    #[serde(rename = "MSFT_texture_dds")]
+    pub(super) dds: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize, Default)]
@@ -324,7 +315,7 @@ impl Default for MetallicRoughness {
 #[derive(Deserialize, Clone)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct TextureInfo {
-    pub(super) index: usize,
+    pub(super) index: Option<usize>,
     #[serde(default)]
     pub(super) tex_coord: u32,
     #[serde(default)]

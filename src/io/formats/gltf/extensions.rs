@@ -5,8 +5,9 @@ use super::unshown::Unshown;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 
 /// Extensions that a file may require; the others are refused by name.
-const SUPPORTED_EXTENSIONS: [&str; 18] = [
+const SUPPORTED_EXTENSIONS: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -26,21 +27,37 @@ const SUPPORTED_EXTENSIONS: [&str; 18] = [
     "KHR_texture_transform",
 ];
 
+/// Extensions of pictures that are not read. A file without them lacks textures only, of which
+/// there are warnings.
+const UNREAD_PICTURES: [&str; 3] = ["EXT_texture_avif", "KHR_texture_basisu", "MSFT_texture_dds"];
+
+/// Advice for a file that requires an extension.
+fn advice(name: &str) -> &'static str {
+    match name {
+        "KHR_draco_mesh_compression" => {
+            "export it again without Draco compression, or decompress it: \
+             gltf-transform copy IN OUT (Blender's import and export does it, too)"
+        }
+        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "export it again without meshopt compression, or decompress it: \
+             gltfpack -noq -i IN -o OUT"
+        }
+        _ => "export it again without that extension",
+    }
+}
+
 /// Refuses a file that requires extensions which are not read here.
 pub(super) fn are_known(source: &GltfSource, report: &mut DiagnosticSink) -> bool {
     let required = &source.document.extensions_required;
     let unknown = required
         .iter()
-        .filter(|n| !SUPPORTED_EXTENSIONS.contains(&n.as_str()));
+        .filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str()))
+        .filter(|name| !UNREAD_PICTURES.contains(&name.as_str()));
     let before = report.is_clean();
     for name in unknown {
-        let name = quoted(name);
-        let message = format!("the file requires the extension {name}, which is not read here");
-        report.error_with_help(
-            Span::START,
-            message,
-            "export it again without compression or that extension",
-        );
+        let shown = quoted(name);
+        let message = format!("the file requires the extension {shown}, which is not read here");
+        report.error_with_help(Span::START, message, advice(name));
     }
     before && report.is_clean()
 }

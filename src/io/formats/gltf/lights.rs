@@ -3,7 +3,7 @@
 use super::document::SpotAngles;
 use super::nodes::PlacedNode;
 use super::source::GltfSource;
-use crate::formats::diagnostics::DiagnosticSink;
+use crate::formats::diagnostics::{DiagnosticSink, quoted};
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene};
 use std::f64::consts::FRAC_PI_2;
@@ -53,12 +53,14 @@ pub(super) fn add_lights(
     report: &mut DiagnosticSink,
 ) -> bool {
     let mut lamps = Vec::new();
+    let mut unknown = None;
     for placed in nodes.iter().filter(|placed| placed.visible) {
-        let Some(index) = &source.document.nodes[placed.node].extensions.light else {
+        let named = &source.document.nodes[placed.node].extensions.light;
+        let Some(index) = named.as_ref().and_then(|named| named.light) else {
             continue;
         };
-        let Some(light) = source.document.extensions.lights.lights.get(index.light) else {
-            let message = format!("there is no light {}", index.light);
+        let Some(light) = source.document.extensions.lights.lights.get(index) else {
+            let message = format!("there is no light {index}");
             source.error(report, "nodes", placed.node, &message);
             continue;
         };
@@ -81,8 +83,16 @@ pub(super) fn add_lights(
             ("directional" | "spot", None) => {
                 source.error(report, "nodes", placed.node, "a light without direction");
             }
-            _ => source.error(report, "nodes", placed.node, "a light of an unknown type"),
+            (kind, _) => _ = unknown.get_or_insert((placed.node, kind)),
         }
+    }
+    if let Some((node, kind)) = unknown {
+        let kind = match kind {
+            "" => "without a type".to_owned(),
+            kind => format!("of the unknown type {}", quoted(kind)),
+        };
+        let message = format!("nodes[{node}]: a light {kind} is left out");
+        report.warning(source.span_of("nodes", node), message);
     }
     let scale = exposure(&lamps, bounds);
     if scale != 1.0 {

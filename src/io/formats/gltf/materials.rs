@@ -5,7 +5,7 @@ use super::coverage::{AlphaMode, Alphas, Cover, mode_of};
 use super::document::{GltfDocument, GltfMaterial, Primitive, SpecularGlossiness, TextureInfo};
 use super::source::{GltfSource, file_name, parse_data_uri};
 use super::unshown::Unshown;
-use crate::formats::diagnostics::DiagnosticSink;
+use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::folder::Folder;
 use crate::formats::mesh_defaults::GREY;
 use crate::formats::options::Options;
@@ -35,11 +35,17 @@ pub(super) enum VertexPaint {
 }
 
 impl VertexPaint {
-    /// Finds out by the accessors whether a primitive has colours.
+    /// Finds out by the accessors whether a primitive has colours. Those of some of its vertices
+    /// do not count.
     pub(super) fn of(primitive: &Primitive, document: &GltfDocument) -> VertexPaint {
-        let row = primitive.attributes.get("COLOR_0");
-        match row.map(|&row| document.accessors.get(row)) {
+        let accessor = |name: &str| {
+            let row = primitive.attributes.get(name);
+            row.map(|&row| document.accessors.get(row))
+        };
+        let vertices = accessor("POSITION").flatten().map_or(0, |row| row.count);
+        match accessor("COLOR_0") {
             None => VertexPaint::Absent,
+            Some(Some(colors)) if colors.count < vertices => VertexPaint::Absent,
             Some(Some(colors)) if colors.kind == "VEC4" => VertexPaint::WithAlpha,
             Some(_) => VertexPaint::Opaque,
         }
@@ -83,6 +89,8 @@ pub(super) struct GltfMaterials<'a> {
     asset_dir: &'a Folder,
     library: TextureLibrary<'a>,
     table: MaterialTable,
+    /// Extensions without whose pictures textures are left out, as a warning has said.
+    unread: Vec<&'static str>,
     cache: HashMap<(Option<usize>, VertexPaint), PrimitiveMaterial>,
     /// Features that the file has and the picture does not show.
     pub(super) unused: Unshown,
@@ -110,6 +118,7 @@ impl<'a> GltfMaterials<'a> {
             asset_dir,
             library: TextureLibrary::new(asset_dir),
             table: MaterialTable::default(),
+            unread: Vec::new(),
             cache: HashMap::new(),
             unused: Unshown::default(),
         }
@@ -200,8 +209,11 @@ impl<'a> GltfMaterials<'a> {
         report: &mut DiagnosticSink,
     ) -> Result<u32, String> {
         let document: &'a GltfDocument = &self.source.document;
-        let texture = document.textures.get(info.index);
-        let texture = texture.ok_or_else(|| format!("there is no textures[{}]", info.index))?;
+        let Some(index) = info.index else {
+            return Ok(NO_TEXTURE);
+        };
+        let texture = document.textures.get(index);
+        let texture = texture.ok_or_else(|| format!("there is no textures[{index}]"))?;
         let sampler = texture.sampler.and_then(|row| document.samplers.get(row));
         let wrap = [
             wrap_of(sampler.and_then(|s| s.wrap_s)),
@@ -211,8 +223,7 @@ impl<'a> GltfMaterials<'a> {
         let span = || source.span_of("materials", material);
         let other = texture.extensions.webp.as_ref();
         let Some(row) = texture.source.or(other.and_then(|webp| webp.source)) else {
-            let message = format!("textures[{}] has no PNG or JPEG picture", info.index);
-            report.warning(span(), message);
+            self.warn_no_picture(index, span(), report);
             return Ok(NO_TEXTURE);
         };
         let image = document.images.get(row);
@@ -238,6 +249,31 @@ impl<'a> GltfMaterials<'a> {
         let bytes = || source.view(view).map(Cow::Borrowed);
         let picture = Embedded::View(view);
         Ok(self.library.embedded(picture, bytes, wrap, span, report))
+    }
+
+    /// Warns of a texture without a picture of a kind that is read here, once for each kind.
+    fn warn_no_picture(&mut self, index: usize, span: Span, report: &mut DiagnosticSink) {
+        let others = &self.source.document.textures[index].extensions;
+        let kinds = [
+            (others.basisu.is_some(), "KTX2", "KHR_texture_basisu"),
+            (others.avif.is_some(), "AVIF", "EXT_texture_avif"),
+            (others.dds.is_some(), "DDS", "MSFT_texture_dds"),
+        ];
+        let kind = kinds.into_iter().find(|(there, ..)| *there);
+        let (_, kind, extension) = kind.unwrap_or_default();
+        if self.unread.contains(&extension) {
+            return;
+        }
+        self.unread.push(extension);
+        let start = format!("textures[{index}], and others like it, are left out:");
+        let message = match extension {
+            "" => format!("{start} without a picture"),
+            _ => format!(
+                "{start} pictures of the kind {kind} ({extension}) are not read here, PNG, JPEG \
+                 and WebP are"
+            ),
+        };
+        report.warning(span, message);
     }
 }
 
@@ -287,7 +323,11 @@ impl PbrMaterial<'_> {
         // mirror that a texture or vertices colour. Both are shown as matt paint.
         let varied = pbr.metallic_roughness_texture.is_some();
         let metallic = share(pbr.metallic_factor);
-        let even = pbr.base_color_texture.is_none() && !colored;
+        let texture = pbr
+            .base_color_texture
+            .as_ref()
+            .filter(|t| t.index.is_some());
+        let even = texture.is_none() && !colored;
         let plain = !varied && (even || metallic == 0.0);
         PbrMaterial {
             color: Vec3::new(r, g, b),
@@ -302,7 +342,7 @@ impl PbrMaterial<'_> {
                 Some(_) => Vec3::splat(reflectance * reflectance),
                 None => Vec3::splat(DIELECTRIC),
             },
-            texture: pbr.base_color_texture.as_ref(),
+            texture,
         }
     }
 

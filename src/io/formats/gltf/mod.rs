@@ -3,7 +3,9 @@
 //! | file | content |
 //! |---|---|
 //! | `container` | the chunks of a GLB |
+//! | `version` | the version of a document |
 //! | `document` | the JSON's structure |
+//! | `json_value`, `syntax` | what others write for it, and words for what it cannot be |
 //! | `extensions` | extensions that are read |
 //! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
@@ -72,6 +74,7 @@ mod coverage;
 mod document;
 mod extensions;
 mod geometry;
+mod json_value;
 mod lights;
 mod materials;
 mod mesh_instances;
@@ -82,9 +85,11 @@ mod placing;
 mod reader;
 mod skins;
 mod source;
+mod syntax;
 mod triangle_indices;
 mod undrawn;
 mod unshown;
+mod version;
 mod vertices;
 
 pub(super) use reader::{read, text};

@@ -13,7 +13,7 @@ use super::undrawn::UndrawnPrimitives;
 use super::vertices::PrimitiveVertices;
 use super::{cameras, container, extensions, lights, nodes};
 use crate::formats::defaults::{MissingParts, finish_scene};
-use crate::formats::diagnostics::{DiagnosticSink, Span};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
 use crate::formats::memory_budget::MemoryBudget;
@@ -69,6 +69,9 @@ pub(crate) fn read(
     match parsed {
         Err((span, message)) => report.error(span, message),
         Ok((mut source, parts)) => {
+            if let Some((span, message)) = source.minus_one.take() {
+                report.warning(span, message);
+            }
             let binary = parts.binary.map(|range| &bytes[range]);
             source.load_buffers(binary, asset_dir, &mut report);
             if extensions::are_known(&source, &mut report) && report.is_clean() {
@@ -103,6 +106,8 @@ struct GltfReader<'a, 't> {
     undrawn: UndrawnPrimitives,
     /// Meshes about whose vertices there is a warning.
     warned: HashSet<usize>,
+    /// Meshes of which there is a warning about attributes with too few rows.
+    warned_short: HashSet<usize>,
     /// True if the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
 }
@@ -148,6 +153,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             skins: Skins::new(source, options.origin),
             undrawn: UndrawnPrimitives::default(),
             warned: HashSet::new(),
+            warned_short: HashSet::new(),
             inexact: false,
         }
     }
@@ -330,6 +336,16 @@ impl<'a, 't> GltfReader<'a, 't> {
             let vertices =
                 PrimitiveVertices::open(source, primitive, &material, pose.weights, skinned)
                     .map_err(named)?;
+            if let Some(name) = vertices.too_short.first()
+                && self.warned_short.insert(mesh)
+            {
+                let message = format!(
+                    "meshes[{mesh}]: primitives[{k}]: {} is left out: it has fewer rows than POSITION",
+                    quoted(name)
+                );
+                let span = source.span_of("meshes", mesh);
+                self.report.warning(span, message);
+            }
             let budget = self.allowance;
             let room = |triangles: u64, columns: u64| {
                 let what = || format!("for {triangles} more triangles");

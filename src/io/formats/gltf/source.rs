@@ -2,7 +2,8 @@
 //! its rows in the text.
 
 use super::container::{Container, ContainerFault};
-use super::document::{GltfDocument, Versioned};
+use super::document::GltfDocument;
+use super::{json_value, version};
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::formats::folder::{Folder, Found};
 use base64::Engine;
@@ -19,6 +20,8 @@ pub(super) struct GltfSource<'a> {
     json: &'a [u8],
     json_offset: usize,
     pub(super) document: GltfDocument,
+    /// The first index of -1 that stands for none, for a warning.
+    pub(super) minus_one: Option<ContainerFault>,
     buffers: Vec<Option<BufferBytes<'a>>>,
     /// Offsets of the rows of each list in `json`, found when a message first needs one.
     rows: OnceCell<BTreeMap<String, Vec<usize>>>,
@@ -69,39 +72,20 @@ impl<'a> GltfSource<'a> {
         if json.is_empty() {
             return Err((Span::START, "the file is empty".into()));
         }
-        let parsed = serde_json::from_slice::<GltfDocument>(json);
-        let asset = match &parsed {
-            Ok(document) => &document.asset,
-            // A document of another version may differ in everything else, and its version is the
-            // more useful error.
-            Err(_) => {
-                &serde_json::from_slice::<Versioned>(json)
-                    .unwrap_or_default()
-                    .asset
-            }
+        version::check(json).map_err(|message| (Span::START, message))?;
+        let at = |offset: usize| Span::at(json_offset + offset);
+        // What other programs write beyond the rules takes a slower reader.
+        let is_object = json.trim_ascii_start().starts_with(b"{");
+        let (document, minus_one) = match serde_json::from_slice(json) {
+            Ok(document) if is_object => (document, None),
+            _ => json_value::read::<GltfDocument>(json)
+                .map_err(|(offset, message)| (at(offset), message))?,
         };
-        let needed = asset.min_version.as_ref().or(asset.version.as_ref());
-        if let Some(version) = needed.filter(|v| !v.starts_with("2.")) {
-            let version = quoted(version);
-            return Err((
-                Span::START,
-                format!("glTF {version} is not read here, only 2.0"),
-            ));
-        }
-        let document = parsed.map_err(|error| {
-            let offset = json_offset + offset_of(json, error.line(), error.column());
-            (Span::at(offset), plain(&error))
-        })?;
-        if document.asset.version.is_none() {
-            return Err((
-                Span::START,
-                "not a glTF file: it has no `asset.version`".into(),
-            ));
-        }
         Ok(GltfSource {
             json,
             json_offset,
             document,
+            minus_one: minus_one.map(|(offset, message)| (at(offset), message)),
             buffers: Vec::new(),
             rows: OnceCell::new(),
             checked: RefCell::default(),
@@ -323,21 +307,4 @@ fn percent_decoded(text: &str) -> Vec<u8> {
         }
     }
     bytes
-}
-
-/// Offset of a line and column (from 1, in bytes).
-fn offset_of(json: &[u8], line: usize, column: usize) -> usize {
-    let mut breaks = json.iter().enumerate().filter(|&(_, &byte)| byte == b'\n');
-    let start = match line.checked_sub(2) {
-        Some(nth) => breaks.nth(nth).map_or(json.len(), |(at, _)| at + 1),
-        None => 0,
-    };
-    (start + column.saturating_sub(1)).min(json.len())
-}
-
-/// The parser's message without its own line and column.
-fn plain(error: &serde_json::Error) -> String {
-    let message = error.to_string();
-    let end = message.rfind(" at line ").unwrap_or(message.len());
-    message[..end].to_owned()
 }

@@ -70,7 +70,10 @@ impl Unshown {
         for (name, there) in [
             ("normal textures", material.normal_texture.is_some()),
             ("occlusion textures", material.occlusion_texture.is_some()),
-            ("emissive textures", material.emissive_texture.is_some()),
+            (
+                "emissive textures (surfaces with one do not glow)",
+                material.emissive_texture.is_some(),
+            ),
             (
                 "metallic-roughness textures",
                 metallic.metallic_roughness_texture.is_some(),

@@ -20,6 +20,8 @@ pub(super) struct PrimitiveVertices<'a> {
     has_opacity: bool,
     targets: Vec<MorphTarget<'a>>,
     influences: Option<Influences<'a>>,
+    /// Attributes that are left out, since they have fewer rows than POSITION.
+    pub(super) too_short: Vec<String>,
 }
 
 /// Attributes that a vertex may have beside its position.
@@ -50,24 +52,35 @@ impl<'a> PrimitiveVertices<'a> {
                 .transpose()
         };
         let positions = vectors("POSITION", 3)?.ok_or("it has no POSITION")?;
+        let mut too_short = Vec::new();
+        let mut whole = |name: &str, opened: Option<Accessor<'a>>| match opened {
+            Some(accessor) if accessor.count < positions.count => {
+                too_short.push(name.to_owned());
+                None
+            }
+            opened => opened,
+        };
         let uv = material.uvs.as_ref();
         let uvs = match uv {
-            Some((name, map)) => vectors(name, 2)?.map(|uvs| (uvs, *map)),
+            Some((name, map)) => whole(name, vectors(name, 2)?).map(|uvs| (uvs, *map)),
             None => None,
         };
         let colors = row("COLOR_0").map(|row| Accessor::open_colors(source, row));
+        let colors = whole("COLOR_0", colors.transpose()?);
+        let normals = whole("NORMAL", vectors("NORMAL", 3)?);
         let opened = PrimitiveVertices {
             count: positions.count,
             positions,
-            normals: vectors("NORMAL", 3)?,
+            normals,
             uvs,
-            colors: colors.transpose()?,
+            colors,
             has_opacity: material.vertex_opacity,
             targets: MorphTarget::all(source, primitive, weights, uv.map(|(name, _)| &name[..]))?,
             influences: match skinned {
                 true => Influences::open(source, primitive)?,
                 false => None,
             },
+            too_short,
         };
         match opened.rows() < opened.count {
             true => Err("an attribute has fewer rows than POSITION".into()),
@@ -75,15 +88,11 @@ impl<'a> PrimitiveVertices<'a> {
         }
     }
 
-    /// Number of rows that all attributes have.
+    /// Number of rows that all morph targets and joints have.
     fn rows(&self) -> usize {
-        let uvs = self.uvs.as_ref().map(|(uvs, _)| *uvs);
-        let attributes = [self.normals, uvs, self.colors].into_iter().flatten();
-        let attributes = attributes.map(|accessor| accessor.count);
         let targets = self.targets.iter().map(MorphTarget::rows);
         let influences = self.influences.iter().map(Influences::rows);
-        let all = attributes.chain(targets).chain(influences);
-        all.min().unwrap_or(self.count)
+        targets.chain(influences).min().unwrap_or(self.count)
     }
 
     pub(super) fn attributes(&self) -> Attributes {

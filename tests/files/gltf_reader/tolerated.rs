@@ -1,0 +1,370 @@
+//! Files that bend the rules and whose meaning is plain, and words for those that are refused.
+
+use super::{File, messages, read};
+use phalanx::formats::Loaded;
+use serde_json::{Value, json};
+
+/// A triangle whose document another program has written differently.
+fn rewritten(change: impl Fn(&str) -> String) -> Result<Loaded, Vec<String>> {
+    let text = change(&File::triangle().text());
+    let read = read("gltf", text.as_bytes());
+    read.map_err(|errors| errors.into_iter().map(|error| error.message).collect())
+}
+
+fn triangle_with(change: impl FnOnce(&mut Value)) -> File {
+    let mut file = File::triangle();
+    change(&mut file.json);
+    file
+}
+
+fn refusal(text: &str) -> (usize, usize, String) {
+    let error = match read("gltf", text.as_bytes()) {
+        Ok(_) => panic!("read: {text}"),
+        Err(mut errors) => errors.remove(0),
+    };
+    (error.line, error.column, error.message)
+}
+
+#[test]
+fn whole_numbers_may_have_a_fraction_of_zero_or_an_exponent() {
+    for (plain, written) in [
+        ("\"mesh\":0", "\"mesh\":0.0"),
+        ("\"mesh\":0", "\"mesh\":0e3"),
+        ("\"mesh\":0", "\"mesh\":-0.0"),
+        ("\"componentType\":5126", "\"componentType\":5126.0"),
+        ("\"componentType\":5126", "\"componentType\":5.126E+3"),
+        ("\"count\":3", "\"count\":30e-1"),
+        ("\"POSITION\":0", "\"POSITION\":0.00"),
+        ("\"byteLength\":36", "\"byteLength\":36.0"),
+        ("\"version\":\"2.0\"", "\"version\":2.0"),
+    ] {
+        let change = |text: &str| {
+            assert!(text.contains(plain), "{plain} in {text}");
+            text.replace(plain, written)
+        };
+        let loaded = rewritten(change).unwrap_or_else(|errors| panic!("{written}: {errors:?}"));
+        assert_eq!(loaded.scene.triangles.len(), 1, "{written}");
+        assert!(loaded.warnings.is_empty(), "{written}");
+    }
+    // Doubt is an error, and so is a number that the field has no room for.
+    for (written, want) in [
+        (
+            "0.5",
+            "nodes[0].mesh: it should be a whole number from 0 on, not `0.5`",
+        ),
+        (
+            "-2",
+            "nodes[0].mesh: it should be a whole number from 0 on, not `-2`",
+        ),
+        ("1e300", "nodes[0].mesh: the number is too large"),
+        (
+            "\"0\"",
+            "nodes[0].mesh: it should be a whole number, not a text",
+        ),
+    ] {
+        let change = |text: &str| text.replace("\"mesh\":0", &format!("\"mesh\":{written}"));
+        let told = rewritten(change).map(|_| "a scene").expect_err(written);
+        assert_eq!(told, [want]);
+    }
+}
+
+#[test]
+fn null_stands_for_a_member_that_is_not_there() {
+    let mut file = triangle_with(|json| {
+        json["scene"] = json!(null);
+        json["animations"] = json!(null);
+        json["materials"] = json!([{"emissiveFactor": null, "pbrMetallicRoughness":
+            {"metallicFactor": null, "baseColorFactor": [0.5, 0, 0, 1], "roughnessFactor": 1.0}}]);
+        let node = json!({"mesh": 0, "children": null, "matrix": null, "extensions": null,
+            "translation": null, "weights": null});
+        json["nodes"] = json!([node]);
+        json["meshes"][0]["primitives"][0]["mode"] = json!(null);
+        json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        json["accessors"][0]["byteOffset"] = json!(null);
+    });
+    let loaded = file.loaded();
+    assert_eq!(loaded.scene.triangles.len(), 1);
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    // A member that must be there is missed.
+    file.json["accessors"][0]["count"] = json!(null);
+    assert_eq!(file.refused(), ["accessors[0]: it has no `count`"]);
+}
+
+#[test]
+fn an_index_of_minus_one_stands_for_none_and_is_told_once() {
+    let file = triangle_with(|json| {
+        json["scene"] = json!(-1);
+        let light = json!({"KHR_lights_punctual": {"light": -1}});
+        json["nodes"] = json!([{"mesh": 0, "camera": -1, "skin": -1.0, "extensions": light}]);
+        json["materials"] = json!([{"pbrMetallicRoughness": {"baseColorTexture": {"index": -1}}}]);
+        let primitive = &mut json["meshes"][0]["primitives"][0];
+        primitive["indices"] = json!(-1);
+        primitive["material"] = json!(0);
+        primitive["attributes"]["NORMAL"] = json!(-1);
+    });
+    let loaded = file.loaded();
+    assert_eq!(loaded.scene.triangles.len(), 1);
+    let told = messages(&loaded.warnings);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(
+        told[0].ends_with(" is -1, which is read as none"),
+        "{told:?}"
+    );
+    // A list has no places for rows that are not there.
+    let file = triangle_with(|json| json["nodes"][0]["children"] = json!([-1]));
+    let want = "nodes[0].children[0]: it should be a whole number from 0 on, not `-1`";
+    assert_eq!(file.refused(), [want]);
+}
+
+#[test]
+fn what_is_of_the_wrong_kind_is_named_with_what_it_should_be() {
+    let start = "{\"asset\": {\"version\": \"2.0\"},\n ";
+    for (rest, column, want) in [
+        (
+            "\"nodes\": 3}",
+            11,
+            "nodes: it should be a list, not a number",
+        ),
+        (
+            "\"nodes\": [{}], \"scene\": {}}",
+            26,
+            "scene: it should be a whole number, not an object",
+        ),
+        (
+            "\"nodes\": [{\"scale\": [1, 2]}]}",
+            22,
+            "nodes[0].scale: it should be a list of 3 numbers",
+        ),
+        (
+            "\"nodes\": [{\"scale\": [1, 2, 3, 4]}]}",
+            22,
+            "nodes[0].scale: it should be a list of 3 numbers",
+        ),
+        (
+            "\"nodes\": [{\"scale\": [1, 2, \"3\"]}]}",
+            29,
+            "nodes[0].scale[2]: it should be a number, not a text",
+        ),
+        (
+            "\"nodes\": [{\"scale\": [1, 2, 1e999]}]}",
+            29,
+            "nodes[0].scale[2]: the number is too large",
+        ),
+        (
+            "\"nodes\": [7]}",
+            12,
+            "nodes[0]: it should be an object, not a number",
+        ),
+        (
+            "\"images\": [{\"uri\": true}]}",
+            21,
+            "images[0].uri: it should be a text, not true or false",
+        ),
+        (
+            "\"cameras\": [{\"perspective\": {}}]}",
+            30,
+            "cameras[0].perspective: it has no `yfov`",
+        ),
+        (
+            "\"scene\": 0, \"scene\": 0}",
+            0,
+            "the document: it has two members `scene`",
+        ),
+    ] {
+        let (line, found, message) = refusal(&format!("{start}{rest}"));
+        assert_eq!(message, want);
+        if column > 0 {
+            assert_eq!((line, found), (2, column), "{want}");
+        }
+    }
+}
+
+#[test]
+fn broken_json_is_told_in_words_of_json() {
+    let start = "{\"asset\": {\"version\": \"2.0\"},\n ";
+    for (rest, want) in [
+        ("\"nodes\": nul}", "a value should stand here"),
+        ("\"nodes\": [1,]}", "a comma stands before the end"),
+        (
+            "\"nodes\": [1 2]}",
+            "a comma should stand here, or the end of the list",
+        ),
+        ("\"nodes\" [1]}", "a colon should stand here"),
+        ("nodes: [1]}", "a name in double quotes should stand here"),
+        ("\"nodes\": [", "the document ends within a list"),
+        (
+            "\"nodes\": \"\\q\"}",
+            "a text has a backslash before a letter",
+        ),
+        (
+            "\"nodes\": \"a\tb\"}",
+            "a text has a line break, a tab or another control character",
+        ),
+        ("\"nodes\": 01}", "a number is not written as JSON has it"),
+        ("\"nodes\": []} x", "something stands behind the end"),
+    ] {
+        let (line, column, message) = refusal(&format!("{start}{rest}"));
+        assert!(message.starts_with(want), "{message:?} should say {want:?}");
+        assert!(line == 2 && column > 1, "{line}:{column} of {want}");
+    }
+}
+
+#[test]
+fn the_first_version_is_named_before_anything_else() {
+    for text in [
+        r#"{"accessors": {"a": {}}, "asset": {"version": 1}}"#,
+        r#"{"accessors": {"a": {}}, "asset": {"version": "1.0"}}"#,
+        r#"{"accessors": 7, "asset": {"version": "1.0.1"}}"#,
+        r#"{"meshes": {"a": {}}, "asset": {"generator": "x"}}"#,
+        r#"{"nodes": {}, "scene": "defaultScene"}"#,
+    ] {
+        let (_, _, message) = refusal(text);
+        assert!(
+            message.starts_with("this is glTF 1.0, and only 2.0 is read"),
+            "{message}"
+        );
+    }
+    for (text, want) in [
+        (
+            r#"{"asset": {"version": "3.0"}}"#,
+            "glTF `3.0` is not read here, only 2.0",
+        ),
+        (
+            r#"{"asset": {"version": 10}}"#,
+            "glTF `10` is not read here, only 2.0",
+        ),
+        (
+            r#"{"asset": {"version": null}}"#,
+            "not a glTF file: it has no `asset.version`",
+        ),
+        (
+            r#"{"nodes": []}"#,
+            "not a glTF file: it has no `asset.version`",
+        ),
+        ("[]", "the document: it should be an object, not a list"),
+        ("7", "the document: it should be an object, not a number"),
+    ] {
+        assert_eq!(refusal(text).2, want);
+    }
+}
+
+#[test]
+fn lights_of_unknown_types_are_left_out() {
+    let file = triangle_with(|json| {
+        json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+            {"type": "ambient"}, {"type": "point", "intensity": 10}, {"intensity": 1}]}});
+        for light in 0..3 {
+            let node = json!({"extensions": {"KHR_lights_punctual": {"light": light}},
+                "translation": [0, 0, 1]});
+            json["nodes"].as_array_mut().unwrap().push(node);
+        }
+    });
+    let loaded = file.loaded();
+    assert_eq!(loaded.scene.lights.len(), 1);
+    let told = messages(&loaded.warnings);
+    assert_eq!(
+        told,
+        ["nodes[1]: a light of the unknown type `ambient` is left out"]
+    );
+}
+
+#[test]
+fn attributes_with_fewer_rows_than_positions_are_left_out() {
+    for (name, width) in [("COLOR_0", 4), ("NORMAL", 3), ("TEXCOORD_0", 2)] {
+        let mut file = File::triangle();
+        let short = file.floats(width, &vec![0.5; 2 * width]);
+        file.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(short);
+        file.json["materials"] = json!([{"pbrMetallicRoughness":
+            {"baseColorTexture": {"index": 0}}}]);
+        file.json["textures"] = json!([{"source": 0}]);
+        file.json["images"] = json!([{"uri": format!("data:;base64,{WEBP}")}]);
+        file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        let loaded = file.loaded();
+        assert_eq!(loaded.scene.triangles.len(), 1);
+        let want = format!(
+            "meshes[0]: primitives[0]: `{name}` is left out: it has fewer rows than POSITION"
+        );
+        assert!(
+            messages(&loaded.warnings).contains(&want.as_str()),
+            "{:?}",
+            loaded.warnings
+        );
+    }
+}
+
+/// A WebP picture of one texel.
+const WEBP: &str = "UklGRhoAAABXRUJQVlA4TA0AAAAvAAAAEAcQERGIiP4HAA==";
+
+/// A triangle with a texture of these members, in a file that requires an extension.
+fn textured(texture: &Value, required: &str) -> File {
+    let mut file = File::triangle();
+    let uvs = file.floats(2, &[0., 0., 1., 0., 0., 1.]);
+    let primitive = &mut file.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["TEXCOORD_0"] = json!(uvs);
+    primitive["material"] = json!(0);
+    file.json["materials"] = json!([
+        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}]);
+    file.json["textures"] = json!([texture]);
+    file.json["images"] = json!([{"uri": format!("data:;base64,{WEBP}")}]);
+    file.json["extensionsRequired"] = json!([required]);
+    file
+}
+
+#[test]
+fn pictures_of_required_extensions_are_read_or_left_out() {
+    let texture = json!({"extensions": {"EXT_texture_webp": {"source": 0}}});
+    let loaded = textured(&texture, "EXT_texture_webp").loaded();
+    assert_eq!(loaded.scene.textures.len(), 1);
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    for (extension, kind) in [
+        ("KHR_texture_basisu", "KTX2"),
+        ("EXT_texture_avif", "AVIF"),
+        ("MSFT_texture_dds", "DDS"),
+    ] {
+        let texture = json!({"extensions": {extension: {"source": 0}}});
+        let loaded = textured(&texture, extension).loaded();
+        assert_eq!(loaded.scene.textures.len(), 0);
+        let told = messages(&loaded.warnings);
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(
+            told[0].contains(kind) && told[0].contains(extension),
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
+fn compressed_files_are_refused_with_a_way_to_convert_them() {
+    for (extension, want) in [
+        ("KHR_draco_mesh_compression", "gltf-transform copy"),
+        ("EXT_meshopt_compression", "gltfpack"),
+        ("KHR_meshopt_compression", "gltfpack"),
+        ("EXT_other", "without that extension"),
+    ] {
+        let file = triangle_with(|json| json["extensionsRequired"] = json!([extension]));
+        let errors = file.read().map(|_| "a scene").expect_err("refused");
+        let help = errors[0].help.as_deref().unwrap_or_default();
+        assert!(help.contains(want), "{help}");
+    }
+}
+
+#[test]
+fn files_on_other_machines_are_not_fetched() {
+    for uri in [
+        "https://example.com/a.bin",
+        "HTTP://x/a%20b.bin?c=1",
+        "blob:http://x/1",
+    ] {
+        let mut file = File::triangle();
+        file.json["buffers"] = json!([{"byteLength": 36, "uri": uri}]);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.gltf");
+        std::fs::write(&path, file.json.to_string()).unwrap();
+        let refused = phalanx::formats::load(&path, &phalanx::formats::Options::default());
+        let told = refused.map(|_| "a scene").expect_err(uri).to_string();
+        assert!(
+            told.contains("files are not fetched from the network"),
+            "{told}"
+        );
+    }
+}
