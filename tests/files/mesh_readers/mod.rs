@@ -7,6 +7,7 @@ mod obj_exporters;
 mod obj_others;
 mod origin;
 mod ply;
+mod ply_textures;
 mod real;
 mod stl;
 

@@ -4,15 +4,18 @@
 //! threads read the chunks. If rows and lines do not agree, the words of the file are read once
 //! more without regard to lines: some programs break rows, and others write several on a line.
 
-use super::header::Element;
+use super::header::{Element, Property};
 use super::lexer::{NO_ROW_END, PlyLexer, count_rows};
-use super::plan::{ElementUse, ReadPlan};
-use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
+use super::plan::{ElementUse, ReadPlan, VertexPlan};
+use super::rows::{
+    Body, FaceRow, FaceSink, check_corners, checked_normal, checked_position, too_short,
+};
+use super::uvs::MAX_UVS;
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors, merge_floats};
 use crate::formats::workers;
-use phalanx_scene::Vec3s;
+use phalanx_scene::{Vec2s, Vec3s};
 use std::ops::Range;
 
 /// Reads the rows of all elements; errors are added to the report.
@@ -84,6 +87,7 @@ struct PlyChunk {
     vertices: [Vec<f32>; 3],
     normals: [Vec<f32>; 3],
     colors: [Vec<f32>; 3],
+    uvs: [Vec<f32>; 2],
     sink: FaceSink,
     not_finite: Vec<NotFinite>,
     bad_normals: Vec<NotFinite>,
@@ -101,10 +105,10 @@ fn merge(
     report: &mut DiagnosticSink,
 ) -> Body {
     let mut body = Body::default();
-    let mut columns: [Vec<Vec<f32>>; 9] = Default::default();
+    let mut columns: [Vec<Vec<f32>>; 11] = Default::default();
     for chunk in &mut chunks {
         let parts = chunk.vertices.iter_mut().chain(&mut chunk.normals);
-        let parts = parts.chain(&mut chunk.colors);
+        let parts = parts.chain(&mut chunk.colors).chain(&mut chunk.uvs);
         for (column, part) in columns.iter_mut().zip(parts) {
             column.push(std::mem::take(part));
         }
@@ -118,6 +122,7 @@ fn merge(
         body.skipped.merge(chunk.sink.skipped);
         body.faces.push(chunk.sink.faces);
         body.face_colors.push(chunk.sink.colors);
+        body.face_uvs.push(chunk.sink.uvs);
         surplus = surplus.or(chunk.surplus);
         surplus_operands.merge(chunk.surplus_operands);
     }
@@ -131,11 +136,12 @@ fn merge(
     if let Some(span) = surplus {
         report.warning(span, "this line and what follows the last row is ignored");
     }
-    let [x, y, z, nx, ny, nz, r, g, b] = merge_floats(threads, columns);
+    let [x, y, z, nx, ny, nz, r, g, b, u, v] = merge_floats(threads, columns);
     let vectors = |x, y, z| Vec3s { x, y, z };
     body.vertices = vectors(x, y, z);
     body.normals = plan.vertices.normal.map(|_| vectors(nx, ny, nz));
     body.colors = plan.vertices.color.map(|_| vectors(r, g, b));
+    body.uvs = plan.vertices.uv.map(|_| Vec2s { x: u, y: v });
     body
 }
 
@@ -145,6 +151,7 @@ enum VertexSlot {
     Position(usize),
     Normal(usize),
     Color(usize),
+    Uv(usize),
     Unused,
 }
 
@@ -153,6 +160,7 @@ struct VertexNumbers {
     position: [f32; 3],
     normal: [f32; 3],
     color: [f32; 3],
+    uv: [f32; 2],
 }
 
 struct PlyAsciiReader<'a> {
@@ -163,6 +171,10 @@ struct PlyAsciiReader<'a> {
     corners: Vec<i64>,
     /// The colour of the face with these corners.
     color: [f32; 3],
+    /// The texture coordinates of its corners.
+    uvs: Vec<f32>,
+    /// The number of its picture.
+    picture: f32,
     share: BudgetShare<'a>,
     chunk: PlyChunk,
 }
@@ -171,17 +183,22 @@ impl<'a> PlyAsciiReader<'a> {
     fn new(text: &'a [u8], plan: &'a ReadPlan) -> PlyAsciiReader<'a> {
         let count = plan.header.elements[plan.vertices.element].properties.len();
         let slot = |index: usize| {
-            let position = plan.vertices.position.iter().position(|&p| p == index);
-            let normal = plan
-                .vertices
-                .normal
-                .and_then(|n| n.iter().position(|&p| p == index));
-            let color = plan.vertices.color;
-            let color = color.and_then(|c| c.numbers.iter().position(|&p| p == index));
-            match (position, normal, color) {
+            let VertexPlan {
+                position,
+                normal,
+                color,
+                uv,
+                ..
+            } = &plan.vertices;
+            let place = |numbers: &[usize]| numbers.iter().position(|&number| number == index);
+            let normal = normal.as_ref().and_then(|normal| place(normal));
+            let color = color.as_ref().and_then(|color| place(&color.numbers));
+            let uv = uv.as_ref().and_then(|uv| place(uv));
+            match (place(position), normal, color, uv) {
                 (Some(axis), ..) => VertexSlot::Position(axis),
-                (_, Some(axis), _) => VertexSlot::Normal(axis),
-                (.., Some(channel)) => VertexSlot::Color(channel),
+                (_, Some(axis), ..) => VertexSlot::Normal(axis),
+                (.., Some(channel), _) => VertexSlot::Color(channel),
+                (.., Some(axis)) => VertexSlot::Uv(axis),
                 _ => VertexSlot::Unused,
             }
         };
@@ -196,6 +213,8 @@ impl<'a> PlyAsciiReader<'a> {
             slots: (0..count).map(slot).collect(),
             corners: Vec::new(),
             color: [0.0; 3],
+            uvs: Vec::new(),
+            picture: 0.0,
             share: plan.made.share(),
             chunk: PlyChunk::default(),
         }
@@ -287,8 +306,13 @@ impl<'a> PlyAsciiReader<'a> {
                 let span = self.words.since(start);
                 if self.has_room(span) {
                     let vertices = self.plan.vertices.count;
-                    let color = self.plan.face_color.map(|_| self.color);
-                    self.chunk.sink.add(&self.corners, color, vertices, span)?;
+                    let face = FaceRow {
+                        corners: &self.corners,
+                        color: self.plan.face_color.map(|_| self.color),
+                        uvs: self.plan.face_uvs.list.map(|_| &self.uvs[..]),
+                        picture: self.plan.face_uvs.picture.map(|_| self.picture),
+                    };
+                    self.chunk.sink.add(face, vertices, span)?;
                 }
             }
             ElementUse::Strips(list) => {
@@ -332,12 +356,14 @@ impl<'a> PlyAsciiReader<'a> {
             position: [0.0; 3],
             normal: [0.0, 0.0, 1.0],
             color: [0.0; 3],
+            uv: [0.0; 2],
         };
         let read = self.vertex_numbers(element, &mut numbers);
         let VertexNumbers {
             position,
             normal,
             color,
+            uv,
         } = numbers;
         // A faulty vertex is stored, too, so that later ones keep their numbers.
         let span = self.words.since(start);
@@ -349,6 +375,9 @@ impl<'a> PlyAsciiReader<'a> {
         }
         if self.plan.vertices.color.is_some() {
             push(&mut self.chunk.colors, color);
+        }
+        if self.plan.vertices.uv.is_some() {
+            push(&mut self.chunk.uvs, uv);
         }
         read
     }
@@ -367,6 +396,7 @@ impl<'a> PlyAsciiReader<'a> {
                 }
                 VertexSlot::Normal(axis) => numbers.normal[axis] = self.words.float()?,
                 VertexSlot::Color(channel) => numbers.color[channel] = self.words.float()?,
+                VertexSlot::Uv(axis) => numbers.uv[axis] = self.words.float()?,
                 VertexSlot::Unused => self.words.pass(property)?,
             }
         }
@@ -382,13 +412,11 @@ impl<'a> PlyAsciiReader<'a> {
         face: bool,
     ) -> Result<(), ParseError> {
         self.corners.clear();
-        let color = self.plan.face_color;
-        let channel = |index| color.and_then(|c| c.numbers.iter().position(|&p| p == index));
         for (index, property) in element.properties.iter().enumerate() {
             if index != list {
-                match channel(index).filter(|_| face) {
-                    Some(channel) => self.color[channel] = self.words.float()?,
-                    None => self.words.pass(property)?,
+                match face {
+                    true => self.face_property(property, index)?,
+                    false => self.words.pass(property)?,
                 }
                 continue;
             }
@@ -404,10 +432,33 @@ impl<'a> PlyAsciiReader<'a> {
         }
         Ok(())
     }
+
+    /// Reads a property of a face that is not its corners.
+    fn face_property(&mut self, property: &Property, index: usize) -> Result<(), ParseError> {
+        let color = self.plan.face_color;
+        let uvs = self.plan.face_uvs;
+        let channel = color.and_then(|c| c.numbers.iter().position(|&p| p == index));
+        if let Some(channel) = channel {
+            self.color[channel] = self.words.float()?;
+        } else if uvs.list == Some(index) {
+            self.uvs.clear();
+            for _ in 0..self.words.list_count()? {
+                let number = self.words.float()?;
+                if self.uvs.len() < MAX_UVS {
+                    self.uvs.push(number);
+                }
+            }
+        } else if uvs.picture == Some(index) {
+            self.picture = self.words.float()?;
+        } else {
+            self.words.pass(property)?;
+        }
+        Ok(())
+    }
 }
 
 #[inline]
-fn push(columns: &mut [Vec<f32>; 3], row: [f32; 3]) {
+fn push<const N: usize>(columns: &mut [Vec<f32>; N], row: [f32; N]) {
     for (column, number) in columns.iter_mut().zip(row) {
         column.push(number);
     }

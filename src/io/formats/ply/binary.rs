@@ -4,16 +4,21 @@
 //! extract their numbers at once. Rows that are less regular, or faulty, are walked one by one.
 
 use super::colors::FaceColors;
-use super::columns::{TriangleRowLayout, fill, three_columns};
+use super::columns::{
+    RowChunk, TriangleRowLayout, checked, checked_columns, columns, fill, source, type_of_number,
+};
 use super::header::{Element, Encoding, PropertyKind, Type};
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
-use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
+use super::rows::{
+    Body, FaceRow, FaceSink, check_corners, checked_normal, checked_position, too_short,
+};
+use super::uvs::{FaceUvProperties, FaceUvs, MAX_UVS};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{Faces, VERTEX};
 use crate::formats::mesh::{NotFinite, ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
-use phalanx_scene::Vec3s;
+use phalanx_scene::{Column, Vec2s, Vec3s};
 
 /// Reads the rows of all elements; errors are added to the report.
 pub(super) fn read(
@@ -72,13 +77,6 @@ enum Field {
     List(usize, usize),
 }
 
-/// Consecutive rows, and the output for them.
-struct RowChunk<'a, T> {
-    first: usize,
-    out: T,
-    rows: &'a [u8],
-}
-
 impl<'a> PlyBinaryReader<'a> {
     fn element(&mut self, index: usize) -> Result<(), ParseError> {
         let element = &self.plan.header.elements[index];
@@ -129,14 +127,27 @@ impl<'a> PlyBinaryReader<'a> {
             self.body.bad_normals = bad;
         }
         if let Some(color) = self.plan.vertices.color {
-            let stride = element.least_bytes();
-            let rows = &self.bytes[self.at..self.at + count * stride];
-            let sources = color.numbers.map(|index| source(element, index, 0));
-            let blocks = self.blocks(stride);
-            let columns = three_columns(rows, stride, sources, self.big_endian, blocks);
-            let [x, y, z] = columns.map(Into::into);
+            let [x, y, z] = self.numbers(element, count, color.numbers);
             self.body.colors = Some(Vec3s { x, y, z });
         }
+        if let Some(uv) = self.plan.vertices.uv {
+            let [x, y] = self.numbers(element, count, uv);
+            self.body.uvs = Some(Vec2s { x, y });
+        }
+    }
+
+    /// Some properties of each row of a fixed length, as they are.
+    fn numbers<const N: usize>(
+        &self,
+        element: &Element,
+        count: usize,
+        properties: [usize; N],
+    ) -> [Column<f32>; N] {
+        let stride = element.least_bytes();
+        let rows = &self.bytes[self.at..self.at + count * stride];
+        let sources = properties.map(|index| source(element, index, 0));
+        let blocks = self.blocks(stride);
+        columns(rows, stride, sources, self.big_endian, blocks).map(Into::into)
     }
 
     /// The number of threads, and of rows of this length that one takes at a time.
@@ -191,6 +202,9 @@ impl<'a> PlyBinaryReader<'a> {
         else {
             return None;
         };
+        if self.plan.face_uvs.picture.is_some() {
+            return None;
+        }
         let of = |index: usize| match element.properties[index].kind {
             PropertyKind::One(kind) => Some(kind.size()),
             PropertyKind::List { .. } => None,
@@ -244,10 +258,11 @@ impl<'a> PlyBinaryReader<'a> {
         let mut colors = FaceColors::default();
         if let Some(color) = self.plan.face_color {
             let sources = color.numbers.map(|index| source(element, index, 3));
-            colors.rgb = three_columns(rows, stride, sources, self.big_endian, self.blocks(stride));
+            colors.rgb = columns(rows, stride, sources, self.big_endian, self.blocks(stride));
             colors.numbers = (0..count as u32).collect();
         }
         self.body.face_colors.push(colors);
+        self.body.face_uvs.push(FaceUvs::default());
         Some(length)
     }
 
@@ -324,6 +339,14 @@ impl<'a> PlyBinaryReader<'a> {
         value[0]
     }
 
+    /// The coordinates of a face's corners, from a position within the file.
+    fn texture_numbers(&self, first: usize, count: usize, kind: PropertyKind, uvs: &mut Vec<f32>) {
+        let size = type_of_number(kind).size();
+        let number = |k| self.number(first + k * size, kind, 0.0);
+        uvs.clear();
+        uvs.extend((0..count.min(MAX_UVS)).map(number));
+    }
+
     fn walk_faces(
         &mut self,
         element: &Element,
@@ -339,15 +362,30 @@ impl<'a> PlyBinaryReader<'a> {
         let mut corners = Vec::new();
         let last = element.properties.len() - 1;
         let colored = self.plan.face_color.filter(|_| !strips);
+        let FaceUvProperties {
+            list: uv_list,
+            picture: picture_index,
+        } = match strips {
+            true => FaceUvProperties::default(),
+            false => self.plan.face_uvs,
+        };
         let (mut face, mut color) = (None, [0.0; 3]);
+        let (mut uvs, mut picture) = (Vec::new(), 0.0);
         self.walk(element, |reader, _, index, field| {
+            let kind = element.properties[index].kind;
             match field {
                 Field::List(first, count) if index == list => face = Some((first, count)),
+                Field::List(first, count) if uv_list == Some(index) => {
+                    reader.texture_numbers(first, count, kind, &mut uvs);
+                }
                 Field::List(..) => {}
+                Field::One(at) if picture_index == Some(index) => {
+                    picture = reader.number(at, kind, 0.0);
+                }
                 Field::One(at) => {
                     let channel = colored.and_then(|c| c.numbers.iter().position(|&k| k == index));
                     if let Some(channel) = channel {
-                        color[channel] = reader.number(at, element.properties[index].kind, 0.0);
+                        color[channel] = reader.number(at, kind, 0.0);
                     }
                 }
             }
@@ -372,7 +410,15 @@ impl<'a> PlyBinaryReader<'a> {
             corners.extend((0..count).map_while(at));
             let added = match strips {
                 true => sink.add_strips(&corners, vertices, span),
-                false => sink.add(&corners, colored.map(|_| color), vertices, span),
+                false => {
+                    let face = FaceRow {
+                        corners: &corners,
+                        color: colored.map(|_| color),
+                        uvs: uv_list.map(|_| &uvs[..]),
+                        picture: picture_index.map(|_| picture),
+                    };
+                    sink.add(face, vertices, span)
+                }
             };
             if let Err(error) = added {
                 reader.errors.push(error);
@@ -380,6 +426,7 @@ impl<'a> PlyBinaryReader<'a> {
         })?;
         self.body.faces.push(sink.faces);
         self.body.face_colors.push(sink.colors);
+        self.body.face_uvs.push(sink.uvs);
         self.body.skipped.merge(sink.skipped);
         Ok(())
     }
@@ -391,10 +438,12 @@ impl<'a> PlyBinaryReader<'a> {
             origin,
             normal,
             color,
+            uv,
             ..
         } = self.plan.vertices;
         let wanted = position.into_iter().chain(normal.into_iter().flatten());
         let wanted = wanted.chain(color.into_iter().flat_map(|color| color.numbers));
+        let wanted = wanted.chain(uv.into_iter().flatten());
         let wanted: Vec<usize> = wanted.collect();
         let mut columns = vec![Vec::new(); wanted.len()];
         let mut starts = Vec::new();
@@ -428,55 +477,10 @@ impl<'a> PlyBinaryReader<'a> {
             let [x, y, z] = three().map(Into::into);
             self.body.colors = Some(Vec3s { x, y, z });
         }
+        if uv.is_some() {
+            let [x, y, _] = three().map(Into::into);
+            self.body.uvs = Some(Vec2s { x, y });
+        }
         Ok(())
-    }
-}
-
-fn checked_columns(
-    mut columns: [Vec<f32>; 3],
-    span: impl Fn(usize) -> Span,
-    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
-) -> (Vec3s, Vec<NotFinite>) {
-    let [x, y, z] = &mut columns;
-    let mut block = RowChunk {
-        first: 0,
-        out: [&mut x[..], &mut y[..], &mut z[..]],
-        rows: &[],
-    };
-    let bad = checked(&mut block, span, check);
-    let [x, y, z] = columns.map(Into::into);
-    (Vec3s { x, y, z }, bad)
-}
-
-/// Replaces unusable vectors of a block; returns those that were replaced.
-fn checked(
-    block: &mut RowChunk<[&mut [f32]; 3]>,
-    span: impl Fn(usize) -> Span,
-    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
-) -> Vec<NotFinite> {
-    let mut bad = Vec::new();
-    let [x, y, z] = &mut block.out;
-    for (k, ((x, y), z)) in x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).enumerate() {
-        let row = block.first + k;
-        [*x, *y, *z] = check([*x, *y, *z], row as u32, span(row), &mut bad);
-    }
-    bad
-}
-
-/// Offset and type of a number in rows whose lists have `items` items each.
-fn source(element: &Element, index: usize, items: usize) -> (usize, Type) {
-    let size = |kind| match kind {
-        PropertyKind::One(kind) => kind.size(),
-        PropertyKind::List { count, item } => count.size() + items * item.size(),
-    };
-    let before = &element.properties[..index];
-    let offset = before.iter().map(|p| size(p.kind)).sum::<usize>();
-    (offset, type_of_number(element.properties[index].kind))
-}
-
-fn type_of_number(kind: PropertyKind) -> Type {
-    match kind {
-        PropertyKind::One(kind) => kind,
-        PropertyKind::List { item, .. } => item,
     }
 }

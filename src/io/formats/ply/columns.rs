@@ -1,7 +1,10 @@
 //! Columns out of binary rows of a fixed length.
 
-use super::header::Type;
+use super::header::{Element, PropertyKind, Type};
+use crate::formats::diagnostics::Span;
+use crate::formats::mesh::NotFinite;
 use crate::formats::workers;
+use phalanx_scene::Vec3s;
 
 /// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single
 /// precision holds.
@@ -37,15 +40,15 @@ pub(super) fn fill(
     }
 }
 
-/// Three numbers out of each row, given by their offsets and types, on several threads.
-pub(super) fn three_columns(
+/// Numbers out of each row, given by their offsets and types, on several threads.
+pub(super) fn columns<const N: usize>(
     rows: &[u8],
     stride: usize,
-    sources: [(usize, Type); 3],
+    sources: [(usize, Type); N],
     big: bool,
     (threads, rows_per_block): (usize, usize),
-) -> [Vec<f32>; 3] {
-    let mut columns = [(); 3].map(|()| vec![0.0f32; rows.len() / stride]);
+) -> [Vec<f32>; N] {
+    let mut columns = [(); N].map(|()| vec![0.0f32; rows.len() / stride]);
     let jobs = columns
         .iter_mut()
         .zip(sources)
@@ -136,4 +139,60 @@ impl TriangleRowLayout {
         }
         Some(highest)
     }
+}
+
+/// Offset and type of a number in rows whose lists have `items` items each.
+pub(super) fn source(element: &Element, index: usize, items: usize) -> (usize, Type) {
+    let size = |kind| match kind {
+        PropertyKind::One(kind) => kind.size(),
+        PropertyKind::List { count, item } => count.size() + items * item.size(),
+    };
+    let before = &element.properties[..index];
+    let offset = before.iter().map(|p| size(p.kind)).sum::<usize>();
+    (offset, type_of_number(element.properties[index].kind))
+}
+
+pub(super) fn type_of_number(kind: PropertyKind) -> Type {
+    match kind {
+        PropertyKind::One(kind) => kind,
+        PropertyKind::List { item, .. } => item,
+    }
+}
+
+/// Consecutive rows, and the output for them.
+pub(super) struct RowChunk<'a, T> {
+    pub(super) first: usize,
+    pub(super) out: T,
+    pub(super) rows: &'a [u8],
+}
+
+pub(super) fn checked_columns(
+    mut columns: [Vec<f32>; 3],
+    span: impl Fn(usize) -> Span,
+    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
+) -> (Vec3s, Vec<NotFinite>) {
+    let [x, y, z] = &mut columns;
+    let mut block = RowChunk {
+        first: 0,
+        out: [&mut x[..], &mut y[..], &mut z[..]],
+        rows: &[],
+    };
+    let bad = checked(&mut block, span, check);
+    let [x, y, z] = columns.map(Into::into);
+    (Vec3s { x, y, z }, bad)
+}
+
+/// Replaces unusable vectors of a block; returns those that were replaced.
+pub(super) fn checked(
+    block: &mut RowChunk<[&mut [f32]; 3]>,
+    span: impl Fn(usize) -> Span,
+    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
+) -> Vec<NotFinite> {
+    let mut bad = Vec::new();
+    let [x, y, z] = &mut block.out;
+    for (k, ((x, y), z)) in x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).enumerate() {
+        let row = block.first + k;
+        [*x, *y, *z] = check([*x, *y, *z], row as u32, span(row), &mut bad);
+    }
+    bad
 }

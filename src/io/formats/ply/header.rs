@@ -128,6 +128,8 @@ pub(super) struct Header {
     pub(super) body: usize,
     /// Unknown lines before the first element, which may be comments without their word.
     pub(super) ignored: Occurrences,
+    /// Names of pictures, in the order of their numbers.
+    pub(super) pictures: Vec<Span>,
     /// The character that ends a line; `\r` before a `\n` is a blank.
     pub(super) line_end: u8,
 }
@@ -184,6 +186,9 @@ const MAX_WORDS: usize = 6;
 /// before it.
 const MAX_ELEMENTS: usize = 1000;
 
+/// Most pictures that a header names: each is looked for in folders.
+const MAX_PICTURES: usize = 1000;
+
 /// A word of the header.
 type HeaderWord<'a> = (Span, &'a [u8]);
 
@@ -201,6 +206,16 @@ fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
         at = offset + length;
     }
     words
+}
+
+/// The name of a picture, which may hold blanks, in a comment that gives one.
+fn picture_name(comment: &[HeaderWord], bytes: &[u8], line: Span) -> Option<Span> {
+    let [_, (_, keyword), (first, _), ..] = comment else {
+        return None;
+    };
+    let name = bytes[first.offset..line.end()].trim_ascii_end();
+    let named = keyword.eq_ignore_ascii_case(b"TextureFile");
+    named.then(|| Span::new(first.offset, name.len()))
 }
 
 /// Reads the header.
@@ -234,6 +249,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
             elements: reader.elements,
             body: lines.at,
             ignored: reader.ignored,
+            pictures: reader.pictures,
             line_end: lines.line_end,
         }),
         _ => Err(reader.errors),
@@ -245,6 +261,7 @@ struct PlyHeaderReader {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
     ignored: Occurrences,
+    pictures: Vec<Span>,
     errors: ParseErrors,
 }
 
@@ -253,8 +270,14 @@ impl PlyHeaderReader {
     fn lines(&mut self, bytes: &[u8], lines: &mut HeaderLines) -> bool {
         for line in lines {
             let words = words(bytes, line);
+            if self.pictures.len() > MAX_PICTURES {
+                let error = ParseError::new(line, format!("more than {MAX_PICTURES} pictures"));
+                self.errors.push(error);
+                return true;
+            }
             match words.first() {
-                None | Some((_, b"comment" | b"obj_info")) => {}
+                None | Some((_, b"obj_info")) => {}
+                Some((_, b"comment")) => self.pictures.extend(picture_name(&words, bytes, line)),
                 Some((_, b"end_header")) => return true,
                 Some(_) => {
                     if let Err(error) = self.line(&words) {

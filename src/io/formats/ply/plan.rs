@@ -2,6 +2,7 @@
 
 use super::colors::ColorProperties;
 use super::header::{Encoding, Header};
+use super::uvs::{self, FaceUvProperties};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{self, NONE};
 use crate::formats::memory_budget::SharedBudget;
@@ -13,6 +14,8 @@ pub(super) struct ReadPlan {
     pub(super) vertices: VertexPlan,
     /// Colours of the element `face`, unless vertices have them.
     pub(super) face_color: Option<ColorProperties>,
+    /// Texture coordinates of the element `face`, which go before those of vertices.
+    pub(super) face_uvs: FaceUvProperties,
     /// Memory for faces that take more than their rows account for.
     pub(super) made: SharedBudget,
 }
@@ -30,6 +33,7 @@ pub(super) struct VertexPlan {
     pub(super) single: [bool; 3],
     pub(super) normal: Option<[usize; 3]>,
     pub(super) color: Option<ColorProperties>,
+    pub(super) uv: Option<[usize; 2]>,
 }
 
 /// Use of an element.
@@ -81,6 +85,7 @@ impl ReadPlan {
             single,
             normal: three([b"nx", b"ny", b"nz"]),
             color: ColorProperties::of(vertex),
+            uv: uvs::of_vertex(vertex),
         };
         for faces in header.elements.iter().filter(|e| e.name == b"face") {
             if faces.count > 0 && faces.corners().is_none() {
@@ -95,21 +100,45 @@ impl ReadPlan {
                 Some(_) => None,
                 None => faces.and_then(ColorProperties::of),
             },
+            face_uvs: faces.map(FaceUvProperties::of).unwrap_or_default(),
             vertices,
             header,
             made,
         })
     }
 
+    /// Returns true if vertices or faces have texture coordinates that are read.
+    pub(super) fn has_uvs(&self) -> bool {
+        self.vertices.uv.is_some() || self.face_uvs.list.is_some()
+    }
+
+    /// Leaves out what only pictures need, if there are none; the pictures' numbers if there is
+    /// one; and coordinates of vertices where faces have some.
+    pub(super) fn keep_uvs_for(&mut self, pictures: usize) {
+        if pictures == 0 || self.face_uvs.list.is_some() {
+            self.vertices.uv = None;
+        }
+        if pictures == 0 {
+            self.face_uvs.list = None;
+        }
+        if pictures < 2 {
+            self.face_uvs.picture = None;
+        }
+    }
+
     /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes
     /// accounts for. A file counts six times, once of them for itself (see `--max-memory`).
     pub(super) fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
-        // Numbers of a triangle's normals or colours; the colour itself, twice while it is joined.
+        // Numbers of a triangle's normals, colours or texture coordinates. The colour itself, and
+        // the coordinates of its corners with room to grow, twice while they are joined.
         let of_vertices = [
             self.vertices.normal.is_some(),
             self.vertices.color.is_some(),
+            self.vertices.uv.is_some(),
+            self.face_uvs.picture.is_some(),
         ];
-        let of_face = 3 * u64::from(self.face_color.is_some());
+        let of_face =
+            3 * u64::from(self.face_color.is_some()) + 7 * u64::from(self.face_uvs.list.is_some());
         let attributes = of_vertices.map(u64::from).iter().sum::<u64>() + of_face;
         faces::extra_bytes(corners, attributes, 5 * length as u64)
     }

@@ -1,11 +1,12 @@
 //! The reader: rows of either encoding, joined into a mesh.
 
 use super::header::Encoding;
+use super::pictures::NamedPictures;
 use super::plan::ReadPlan;
 use super::rows::Body;
-use super::{ascii, binary, colors, header};
+use super::{ascii, binary, colors, header, uvs};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
-use crate::formats::faces::{self, Faces, NONE, NORMAL, VERTEX};
+use crate::formats::faces::{self, Faces, NONE, NORMAL, UV, VERTEX};
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
 use crate::formats::memory_budget::MemoryBudget;
@@ -16,7 +17,7 @@ use crate::formats::text;
 use crate::formats::vertex_colors::MeshColors;
 use crate::formats::workers;
 
-use phalanx_scene::MaterialTable;
+use phalanx_scene::{MaterialTable, MeshMaterial};
 
 /// The part of a file that is text.
 pub(crate) fn text(bytes: &[u8]) -> String {
@@ -36,41 +37,30 @@ pub(crate) fn read(
     asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, ReadStop> {
-    read_in_chunks(bytes, asset_dir.allowance(), options, CHUNK_BYTES)
+    read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES)
 }
 
 fn read_in_chunks(
     bytes: &[u8],
-    budget: &MemoryBudget,
+    asset_dir: &Folder,
     options: &Options,
     chunk_bytes: usize,
 ) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
-    let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
-    let plan = match header::read(bytes) {
-        Ok(header) => {
-            let made = budget.shared();
-            ReadPlan::new(header, options.origin.position(), made, &mut report)
-        }
-        Err(errors) => {
-            errors.emit(&mut report);
-            None
-        }
+    let budget = asset_dir.allowance();
+    let mut plan = plan(bytes, budget, options)?;
+    let mut report = match plan.header.encoding {
+        Encoding::Ascii => DiagnosticSink::new(bytes),
+        _ => DiagnosticSink::binary(),
     };
-    let Some(plan) = plan else {
+    let pictures = NamedPictures::read(bytes, &mut plan, asset_dir, &mut report);
+    if !report.is_clean() {
         return Err(ReadStop::of(report));
-    };
-    let (body, mut report) = match plan.header.encoding {
-        Encoding::Ascii => {
-            let mut report = DiagnosticSink::new(bytes);
-            let body = ascii::read(bytes, &plan, threads, chunk_bytes, &mut report);
-            (body, report)
-        }
-        _ => {
-            let mut report = DiagnosticSink::binary();
-            let body = binary::read(bytes, &plan, threads, chunk_bytes, &mut report);
-            (body, report)
-        }
+    }
+    plan.made = budget.shared();
+    let body = match plan.header.encoding {
+        Encoding::Ascii => ascii::read(bytes, &plan, threads, chunk_bytes, &mut report),
+        _ => binary::read(bytes, &plan, threads, chunk_bytes, &mut report),
     };
     plan.header.ignored.warn(&mut report, |count| match count {
         1 => "this is no line of a header: it is ignored".into(),
@@ -88,48 +78,100 @@ fn read_in_chunks(
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    finish(body, &plan, threads, options, report)
+    let read = ReadMesh {
+        plan,
+        body,
+        pictures,
+    };
+    read.finish(threads, options, report)
 }
 
-fn finish(
-    body: Body,
-    plan: &ReadPlan,
-    threads: usize,
-    options: &Options,
-    mut report: DiagnosticSink,
-) -> Result<Loaded, ReadStop> {
-    body.skipped.warn(&mut report, |count| match count {
-        1 => "this face of fewer than three corners is skipped".into(),
-        _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
-    });
-    mesh::warn_bad_normals(&body.bad_normals, &mut report);
-    let vertices = body.vertices;
-    let cut = |mut faces: Faces| {
-        faces.triangulate(&vertices);
-        faces
-    };
-    let chunks = workers::map(threads, body.faces, cut);
-    let colors = match (body.colors, &plan.vertices.color, &plan.face_color) {
-        (Some(rgb), Some(properties), _) => colors::of_vertices(rgb, properties, threads),
-        (_, _, Some(properties)) => {
-            colors::of_faces(body.face_colors, &chunks, properties, threads)
+/// The header, and what is read of the rest.
+fn plan(bytes: &[u8], budget: &MemoryBudget, options: &Options) -> Result<ReadPlan, ReadStop> {
+    let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
+    let plan = match header::read(bytes) {
+        Ok(header) => {
+            let made = budget.shared();
+            ReadPlan::new(header, options.origin.position(), made, &mut report)
         }
-        _ => MeshColors::default(),
+        Err(errors) => {
+            errors.emit(&mut report);
+            None
+        }
     };
-    let mut faces = mesh::merge_faces(threads, chunks);
-    if body.normals.is_some() {
-        faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
+    plan.ok_or_else(|| ReadStop::of(report))
+}
+
+/// A file's contents, chunk by chunk.
+struct ReadMesh {
+    plan: ReadPlan,
+    body: Body,
+    pictures: NamedPictures,
+}
+
+impl ReadMesh {
+    fn finish(
+        self,
+        threads: usize,
+        options: &Options,
+        mut report: DiagnosticSink,
+    ) -> Result<Loaded, ReadStop> {
+        let ReadMesh {
+            plan,
+            body,
+            mut pictures,
+        } = self;
+        body.skipped.warn(&mut report, |count| match count {
+            1 => "this face of fewer than three corners is skipped".into(),
+            _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
+        });
+        mesh::warn_bad_normals(&body.bad_normals, &mut report);
+        let vertices = body.vertices;
+        let cut = |mut faces: Faces| {
+            faces.triangulate(&vertices);
+            faces
+        };
+        let mut chunks = workers::map(threads, body.faces, cut);
+        let colors = match (body.colors, &plan.vertices.color, &plan.face_color) {
+            (Some(rgb), Some(properties), _) => colors::of_vertices(rgb, properties, threads),
+            (_, _, Some(properties)) => {
+                colors::of_faces(body.face_colors, &chunks, properties, threads)
+            }
+            _ => MeshColors::default(),
+        };
+        let numbered = plan.face_uvs.picture.is_some();
+        let of_faces = uvs::join(body.face_uvs, &mut chunks, numbered, threads, &mut report);
+        let mut faces = mesh::merge_faces(threads, chunks);
+        if body.normals.is_some() {
+            faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
+        }
+        if body.uvs.is_some() {
+            faces[UV] = faces[VERTEX].clone();
+        }
+        let mut vertex_uvs = body.uvs.unwrap_or(of_faces.uvs);
+        let span = plan.header.elements[plan.vertices.element].span;
+        uvs::turn(&mut vertex_uvs, threads, span, &mut report);
+        let notes = std::mem::take(&mut pictures.notes);
+        let (scene, material) = match pictures.is_empty() {
+            true => {
+                let scene = mesh::scene_for(&colors, options, &mut MaterialTable::default());
+                (scene, MeshMaterial::default())
+            }
+            false => pictures.into_scene(&of_faces.pictures, options),
+        };
+        let joined = MergedMesh {
+            vertices,
+            single: plan.vertices.single,
+            colors,
+            vertex_normals: body.normals.unwrap_or_default(),
+            vertex_uvs,
+            faces,
+            material,
+        };
+        let mut loaded = mesh::finish(scene, joined, options, report)?;
+        loaded.notes.extend(notes);
+        Ok(loaded)
     }
-    let joined = MergedMesh {
-        vertices,
-        single: plan.vertices.single,
-        colors,
-        vertex_normals: body.normals.unwrap_or_default(),
-        faces,
-        ..MergedMesh::default()
-    };
-    let scene = mesh::bare_scene(options, &mut MaterialTable::default());
-    mesh::finish(scene, joined, options, report)
 }
 
 /// Rows of normals. Normals belong to vertices, so the rows are the corners' own; but a triangle

@@ -2,10 +2,11 @@
 
 use super::colors::FaceColors;
 use super::header::Element;
+use super::uvs::FaceUvs;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{Faces, MAX_CORNERS};
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError};
-use phalanx_scene::Vec3s;
+use phalanx_scene::{Vec2s, Vec3s};
 
 /// The result of the rows.
 #[derive(Default)]
@@ -14,10 +15,14 @@ pub(super) struct Body {
     pub(super) normals: Option<Vec3s>,
     /// Colours of vertices, as in the file.
     pub(super) colors: Option<Vec3s>,
+    /// Texture coordinates of vertices, as in the file.
+    pub(super) uvs: Option<Vec2s>,
     /// Faces, in chunks.
     pub(super) faces: Vec<Faces>,
     /// Colours of the faces, in the same chunks.
     pub(super) face_colors: Vec<FaceColors>,
+    /// Texture coordinates of the faces, in the same chunks.
+    pub(super) face_uvs: Vec<FaceUvs>,
     /// Vertices that are not finite, ascending; their rows are zero.
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are zero or not finite, ascending.
@@ -26,38 +31,59 @@ pub(super) struct Body {
     pub(super) skipped: Occurrences,
 }
 
+/// A face as its row has it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FaceRow<'a> {
+    pub(super) corners: &'a [i64],
+    /// The colour, if faces have one.
+    pub(super) color: Option<[f32; 3]>,
+    /// Texture coordinates of the corners, if faces have them.
+    pub(super) uvs: Option<&'a [f32]>,
+    /// The number of the picture, if faces have one.
+    pub(super) picture: Option<f32>,
+}
+
 /// Destination of faces.
 #[derive(Debug, Default)]
 pub(super) struct FaceSink {
     pub(super) faces: Faces,
     pub(super) colors: FaceColors,
+    pub(super) uvs: FaceUvs,
     /// Faces of fewer than three corners.
     pub(super) skipped: Occurrences,
     scratch: Vec<u32>,
 }
 
 impl FaceSink {
-    /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners, with
-    /// its colour if faces have one. It is an error if a corner is not one of the vertices.
+    /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners. It is
+    /// an error if a corner is not one of the vertices.
     pub(super) fn add(
         &mut self,
-        corners: &[i64],
-        color: Option<[f32; 3]>,
+        face: FaceRow,
         vertices: u64,
         span: Span,
     ) -> Result<(), ParseError> {
+        let corners = face.corners;
         check_range(corners.iter().copied(), vertices, span)?;
-        match *corners {
-            [] | [_] | [_, _] => self.skipped.add(span),
-            [a, b, c] => self.faces.add_plain([a as u32, b as u32, c as u32]),
+        let start = self.faces.len();
+        match (corners, face.uvs) {
+            ([] | [_] | [_, _], _) => {
+                self.skipped.add(span);
+                return Ok(());
+            }
+            (_, Some(uvs)) => self.uvs.add(corners, uvs, span, &mut self.faces),
+            (&[a, b, c], _) => self.faces.add_plain([a as u32, b as u32, c as u32]),
             _ => {
                 self.scratch.clear();
                 self.scratch.extend(corners.iter().map(|&c| c as u32));
                 self.faces.add_plain_polygon(&self.scratch);
             }
         }
-        if let Some(rgb) = color.filter(|_| corners.len() > 2) {
+        if let Some(rgb) = face.color {
             self.colors.add(rgb, self.faces.len());
+        }
+        if let Some(picture) = face.picture {
+            self.uvs.set_picture(picture, start, self.faces.len());
         }
         Ok(())
     }
