@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Folder {
     /// `None` for a scene without a file.
     path: Option<PathBuf>,
+    /// Name of the scene file without its ending.
+    stem: String,
     /// Further folders that the user has opened.
     opened: Vec<PathBuf>,
     /// Both, resolved when the first file is looked for.
@@ -67,6 +69,11 @@ impl Folder {
         let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
             path: Some(parent.unwrap_or(Path::new(".")).to_path_buf()),
+            stem: file
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into(),
             ..Folder::none()
         }
     }
@@ -75,6 +82,7 @@ impl Folder {
     pub(super) fn none() -> Folder {
         Folder {
             path: None,
+            stem: String::new(),
             opened: Vec::new(),
             roots: OnceCell::new(),
             allowance: MemoryBudget::of(None),
@@ -98,6 +106,11 @@ impl Folder {
             roots: OnceCell::new(),
             ..self
         }
+    }
+
+    /// The name of the scene file without its ending, which some formats have a word for.
+    pub(super) fn scene_stem(&self) -> &str {
+        &self.stem
     }
 
     /// The memory budget for the files that the scene names.

@@ -27,7 +27,7 @@ fn picture(color: [u8; 3]) -> Vec<u8> {
     bytes
 }
 
-/// Reads a file beside two pictures, one of them with a blank in its name.
+/// Reads a file beside some pictures.
 fn try_beside(file: &[u8], options: &Options) -> Result<Loaded, LoadError> {
     let scratch = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| {
@@ -35,6 +35,7 @@ fn try_beside(file: &[u8], options: &Options) -> Result<Loaded, LoadError> {
         std::fs::write(path, bytes).unwrap();
     };
     write("red dot.png", &picture([255, 0, 0]));
+    write("a_A.png", &picture([255, 0, 0]));
     write("blue.png", &picture([0, 0, 255]));
     write("a.ply", file);
     load(&scratch.path().join("a.ply"), options)
@@ -135,6 +136,13 @@ fn coordinates_of_vertices_and_of_corners_show_the_picture() {
             uvs_of_corners,
         )));
     }
+    let named_after_the_file = ascii(
+        &["<this>_A.png"],
+        &with_uvs_of_corners("t"),
+        none,
+        uvs_of_corners,
+    );
+    assert_shown(&beside(&named_after_the_file));
     // Those of corners go first.
     let both = with_uvs_of_vertices("s", "t") + "property list uchar float texcoord\n";
     let file = ascii(&RED, &both, |_| " 7 7".into(), uvs_of_corners);

@@ -47,6 +47,8 @@ impl NamedPictures {
             let mut library = TextureLibrary::new(asset_dir);
             for &span in names {
                 let name = String::from_utf8_lossy(&bytes[span.range()]);
+                // MeshLab's word for the name of the file itself.
+                let name = name.replace("<this>", asset_dir.scene_stem());
                 let found = asset_dir.find_for(None, &name).map(|found| {
                     if let Some(instead) = found.instead {
                         let (name, instead) = (quoted(&name), quoted(&instead));
