@@ -229,7 +229,7 @@ fn polygons_keep_their_coordinates_and_faces_without_them_have_none() {
         said[0].contains("not finite") && said[1].contains("for each corner"),
         "{said:?}"
     );
-    assert_eq!((said.len(), loaded.warnings[1].line), (2, 17));
+    assert_eq!((said.len(), loaded.warnings[1].line), (2, 19));
 }
 
 #[test]
