@@ -4,7 +4,7 @@
 use super::container::{Container, ContainerFault};
 use super::document::GltfDocument;
 use super::{json_value, version};
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_file};
 use crate::formats::folder::{Folder, Found};
 use base64::Engine;
 use base64::alphabet::STANDARD;
