@@ -34,8 +34,8 @@ pub struct PictureArgs {
     pub max_depth: Option<u32>,
     /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt
     /// along the way, each divided by Ks + Kt where that is more than 1, in its largest component.
-    /// 0 has all traced [default: 0 for up to 10 bounces, 1/4096 for more, and where surfaces are only
-    /// partly there]
+    /// 0 has all traced [default: 0 for up to 10 bounces, 1/4096 for more, and where surfaces are
+    /// only partly there]
     #[arg(long, value_name = "W", value_parser = parse_weight)]
     pub min_weight: Option<f32>,
     /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of

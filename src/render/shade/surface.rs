@@ -76,7 +76,8 @@ pub fn surface(
         surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits)
     };
     if batch.kind == PrimKind::Triangle && !scene.triangles.normals.is_empty() {
-        // The normals of the file say which side of a triangle is the outside, whatever the winding.
+        // The normals of the file say which side of a triangle is the outside, whatever the
+        // winding.
         let inward = place.ng.dot(place.outward).lt(F32x8::splat(INWARD));
         place.ng = Vec3x8::select(inward, -place.ng, place.ng);
     }
