@@ -75,7 +75,7 @@ struct Progress<'a> {
 }
 
 enum PathStep<'a> {
-    Member(Cow<'a, str>),
+    Name(Cow<'a, str>),
     Row(usize),
 }
 
@@ -97,8 +97,8 @@ impl Progress<'_> {
         let mut name = String::new();
         for step in path.iter() {
             match step {
-                PathStep::Member(member) if name.is_empty() => name.push_str(member),
-                PathStep::Member(member) => name.extend([".", member]),
+                PathStep::Name(member) if name.is_empty() => name.push_str(member),
+                PathStep::Name(member) => name.extend([".", member]),
                 PathStep::Row(row) => name.push_str(&format!("[{row}]")),
             }
         }
@@ -116,7 +116,7 @@ impl Progress<'_> {
     fn is_within_attributes(&self) -> bool {
         let path = self.path.borrow();
         let last = path.iter().rev().find_map(|step| match step {
-            PathStep::Member(name) => Some(name.as_ref()),
+            PathStep::Name(name) => Some(name.as_ref()),
             PathStep::Row(_) => None,
         });
         last.is_some_and(|name| ATTRIBUTES.contains(&name))
@@ -421,7 +421,7 @@ impl<'a, A: MapAccess<'a>> MapAccess<'a> for JsonMembers<'a, '_, A> {
         let Some((name, text)) = self.value.take() else {
             return Err(A::Error::custom("a value without a name"));
         };
-        read_step(self.progress, PathStep::Member(name), text, seed)
+        read_step(self.progress, PathStep::Name(name), text, seed)
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) fn check(json: &[u8]) -> Result<(), String> {
     match needed {
         Some(version) if is(&version, "2") => Ok(()),
         Some(version) if is(&version, "1") => Err(FIRST_VERSION.to_owned()),
-        None if LISTS.iter().any(|list| is_object(list)) => Err(FIRST_VERSION.to_owned()),
+        None if LISTS.iter().any(is_object) => Err(FIRST_VERSION.to_owned()),
         Some(version) => {
             let version = quoted(&version);
             Err(format!("glTF {version} is not read here, only 2.0"))
