@@ -43,6 +43,7 @@ fn a_slower_machine_is_no_regression() {
     );
     assert!(changes.rows.iter().all(|row| close(row.change.by, -0.5)));
     let table = changes_table(&changes, THRESHOLD);
+    assert_heads(&table);
     assert!(table.contains("-50.0 % *"), "{table}");
     // Groups that the machine's ups and downs are in do not decide.
     assert_eq!(changes.regressions(&[], THRESHOLD), []);
@@ -270,4 +271,29 @@ fn several_side_by_side() {
     assert!(table.contains("b.json: trees of quality fast\n"), "{table}");
     assert!(table.contains("left out"), "{table}");
     assert_eq!(compare_table(&[]), "");
+}
+
+/// Checks that kinds of rays, scenes and kernels stand below their names.
+fn assert_heads(table: &str) {
+    let mut lines = table.lines();
+    for (title, heads) in [
+        ("Change of each kernel", ["rays", "kernel"]),
+        ("The scenes", ["scene", "kernel"]),
+        ("The rows", ["scene", "kernel"]),
+    ] {
+        assert!(lines.any(|line| line.starts_with(title)), "{title}");
+        let head = lines.next().unwrap_or_default();
+        let first: Vec<&str> = head.split_whitespace().take(2).collect();
+        assert_eq!(first, heads, "{title}");
+        let row = lines.next().unwrap_or_default();
+        let kernel = row.split_whitespace().nth(1);
+        let known = |name| ["auto", "scalar"].contains(&name) || name.starts_with("packet");
+        assert!(kernel.is_some_and(known), "{title}: {row}");
+    }
+}
+
+#[test]
+fn no_regression_is_a_sentence() {
+    let none = regressions_table(&[], 0.0005);
+    assert_eq!(none, "Nothing is slower by more than 0.05 %.\n");
 }
