@@ -6,8 +6,8 @@ use glam::{Vec2, Vec3};
 /// Marks a triangle without vertex normals in [`Triangles::normals`].
 pub const NO_NORMALS: u32 = u32::MAX;
 /// Cosine of the angle between the mean of a triangle's vertex normals and its geometric normal
-/// below which the winding counts as reversed. Where the file's normals lie in the plane of the triangle,
-/// the sign of the cosine is rounding, and the winding counts.
+/// below which the winding counts as reversed. Where the file's normals lie in the plane of the
+/// triangle, the sign of the cosine is rounding, and the winding counts.
 pub const INWARD: f32 = -1e-3;
 /// Marks a triangle without texture coordinates in [`Triangles::uvs`].
 pub const NO_UVS: u32 = u32::MAX;

@@ -37,8 +37,8 @@ pub struct WaveSizes {
     /// Bounces that a ray may take, as limited by the settings and by its weight, and surfaces that
     /// it may pass.
     depth: usize,
-    /// Bounces that a hit may send.
-    ways: usize,
+    /// Bytes that a packet of a wave takes in its level.
+    level_bytes: usize,
     pub(super) columns: QueueColumns,
 }
 
@@ -117,14 +117,14 @@ impl WaveSizes {
         // Rays that go on through a surface wait as bounces do.
         let (passes, passing) = if covered { (MAX_PASSES, 1) } else { (0, 0) };
         let depth = (bounces + passes) as usize;
-        let ways = weights.ways + passing;
-        let fit = BOUNCE_BYTES / (depth.max(1) * level_bytes(ways));
+        let level_bytes = level_bytes(weights.ways, passing);
+        let fit = BOUNCE_BYTES / (depth.max(1) * level_bytes);
         let bounced = fit.clamp(1, WAVE_RAYS / LANES);
         WaveSizes {
             camera: bounced.max(CAMERA_RAYS / LANES),
             bounced,
             depth,
-            ways,
+            level_bytes,
             columns: QueueColumns {
                 seeds: scene.is_stochastic(),
                 shares: weights.may_fall_below(min_weight, max_depth)
@@ -143,13 +143,16 @@ impl WaveSizes {
         let camera = self.camera.min(rays.div_ceil(LANES));
         let below = self.bounced.min(camera).saturating_mul(self.depth);
         let levels = if self.depth > 0 { camera + below } else { 0 };
-        levels.saturating_mul(level_bytes(self.ways)) + self.depth * size_of::<BounceLevel>()
+        levels.saturating_mul(self.level_bytes) + self.depth * size_of::<BounceLevel>()
     }
 }
 
-/// Bytes that a packet of a wave takes in its level, for bounces and for radiance.
-fn level_bytes(ways: usize) -> usize {
-    ways * (QueueStorage::PACKET_BYTES + size_of::<HitPacket>()) + size_of::<RadianceX8>()
+/// Bytes that a packet of a wave takes in its level: for bounces, for rays that go on after a hit,
+/// and for radiance.
+fn level_bytes(ways: usize, passing: usize) -> usize {
+    (ways + passing) * QueueStorage::PACKET_BYTES
+        + passing * size_of::<HitPacket>()
+        + size_of::<RadianceX8>()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! partly there.
 //!
 //! Hits have an order, that of (t, prim_id), where the distance of a hit on an instance is the one
-//! in the world (see [`instance`](crate::intersect::instance)). So the hits of a ray are met one
+//! in the world (see [`instance`]). So the hits of a ray are met one
 //! after another, each primitive once, whatever the tree: also those that share a distance.
 //!
 //! Boxes that a ray has left before the hit `after` are not entered: each box is left no earlier
