@@ -55,10 +55,9 @@ impl OracleHit {
 
     /// Replaces `best` if this hit comes after `after`, but before `best`.
     pub(super) fn update_next(&self, after: &SurfaceHit, best: &mut Option<OracleHit>) {
-        let order = |t: f32, prim_id: u32| (t, prim_id);
-        let this = order(self.t, self.prim_id);
-        let before = |best: &OracleHit| this < order(best.t, best.prim_id);
-        if this > order(after.t, after.prim_id) && best.as_ref().is_none_or(before) {
+        let order = (self.t, self.prim_id);
+        let precedes = best.is_none_or(|best| order < (best.t, best.prim_id));
+        if order > (after.t, after.prim_id) && precedes {
             *best = Some(*self);
         }
     }

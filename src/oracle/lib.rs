@@ -72,18 +72,14 @@ pub fn camera_ray(
         column: [column],
         weight: [weight],
     } = sampling.film_samples([x], [y], sample);
-    let ray = match camera.has_lens() {
+    let (org, dir) = match camera.has_lens() {
         true => {
             let [[u], [v]] = concentric_disk(SampleSeed::of(x, y, sample).point(Dimension::Lens));
-            let (org, dir) = camera.through_lens(row, column, [u, v]);
-            OracleRay::new(org, dir)
+            camera.through_lens(row, column, [u, v])
         }
-        false => {
-            let (org, dir) = camera.ray(row, column);
-            OracleRay::new(org, dir)
-        }
+        false => camera.ray(row, column),
     };
-    (ray, weight)
+    (OracleRay::new(org, dir), weight)
 }
 
 impl<'a> Oracle<'a> {

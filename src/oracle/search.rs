@@ -3,7 +3,7 @@
 //! `trace::intersect::instance`.
 
 use super::instance::{instance_boxes, to_object, world_objects};
-use super::intersect::{OracleHit, OracleRay, OracleRaySetup, max, min};
+use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
 use super::tree::TwoLevelBvh;
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene, SurfaceHit};
@@ -72,16 +72,13 @@ impl<'a> SceneSearch<'a> {
         ray: &OracleRay,
         passed: Option<SurfaceHit>,
     ) -> Option<OracleHit> {
-        let mut hit = match passed {
-            None => self.closest(ray),
-            Some(passed) => self.next(ray, &passed),
-        };
-        while let Some(on) = hit.as_ref().map(OracleHit::on_surface)
-            && self.has_coverage
+        let mut hit = self.closest_after(ray, passed.as_ref());
+        while self.has_coverage
+            && let Some(on) = hit.as_ref().map(OracleHit::on_surface)
             && (passed.is_some_and(|passed| self.scene.is_same_surface(passed, on))
                 || self.scene.coverage(on) == 0.0)
         {
-            hit = self.next(ray, &on);
+            hit = self.closest_after(ray, Some(&on));
         }
         hit
     }
@@ -97,10 +94,7 @@ impl<'a> SceneSearch<'a> {
         let mut product = Vec3::ONE;
         let (mut passed, mut counted): (Option<SurfaceHit>, Option<SurfaceHit>) = (None, None);
         while product != Vec3::ZERO {
-            let hit = match &passed {
-                None => self.closest(ray),
-                Some(passed) => self.next(ray, passed),
-            };
+            let hit = self.closest_after(ray, passed.as_ref());
             let Some(hit) = hit.filter(|hit| hit.t < tmax) else {
                 break;
             };
@@ -114,8 +108,11 @@ impl<'a> SceneSearch<'a> {
         product
     }
 
-    /// The first hit after another, by (t, prim_id).
-    fn next(&self, ray: &OracleRay, after: &SurfaceHit) -> Option<OracleHit> {
+    /// The first hit after another, by (t, prim_id); the closest of all without one.
+    fn closest_after(&self, ray: &OracleRay, after: Option<&SurfaceHit>) -> Option<OracleHit> {
+        let Some(after) = after else {
+            return self.closest(ray);
+        };
         let setup = OracleRaySetup::new(ray);
         let mut best = None;
         match self.search {
@@ -160,12 +157,10 @@ impl<'a> SceneSearch<'a> {
         after: &SurfaceHit,
         best: &mut Option<OracleHit>,
     ) {
-        let interval = setup.intersect_box(&self.instance_boxes[instance]);
-        if !(interval.tnear <= interval.tfar && interval.tfar > 0.0) {
+        let Some(interval) = self.interval_in(instance, setup) else {
             return;
-        }
-        let mesh = self.scene.instances.mesh[instance] as usize;
-        let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
+        };
+        let (mesh, inner) = self.enter(instance, setup);
         let first_id = self.scene.instance_first_id(instance);
         let next = |prim: u32, best: &mut Option<OracleHit>| {
             let Some(hit) = inner.hit(self.scene, prim) else {
@@ -227,13 +222,10 @@ impl<'a> SceneSearch<'a> {
         setup: &OracleRaySetup,
         best: &mut Option<OracleHit>,
     ) {
-        let interval = setup.intersect_box(&self.instance_boxes[instance]);
-        // As in `trace`: an interval with a NaN holds nothing.
-        if !(interval.tnear <= interval.tfar && interval.tfar > 0.0) {
+        let Some(interval) = self.interval_in(instance, setup) else {
             return;
-        }
-        let mesh = self.scene.instances.mesh[instance] as usize;
-        let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
+        };
+        let (mesh, inner) = self.enter(instance, setup);
         let mut found = None;
         let closer =
             |prim, found: &mut Option<OracleHit>| inner.update_closest(self.scene, prim, found);
@@ -269,6 +261,20 @@ impl<'a> SceneSearch<'a> {
         }
     }
 
+    /// Interval of a ray in an instance's box; none if it does not cross it ahead of its origin.
+    fn interval_in(&self, instance: usize, setup: &OracleRaySetup) -> Option<OracleInterval> {
+        let interval = setup.intersect_box(&self.instance_boxes[instance]);
+        // As in `trace`: an interval with a NaN holds nothing.
+        (interval.tnear <= interval.tfar && interval.tfar > 0.0).then_some(interval)
+    }
+
+    /// The mesh of an instance, and the ray in its space.
+    fn enter(&self, instance: usize, setup: &OracleRaySetup) -> (usize, OracleRaySetup) {
+        let mesh = self.scene.instances.mesh[instance] as usize;
+        let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
+        (mesh, inner)
+    }
+
     /// Returns true if the object is hit before `tmax`.
     fn is_hit(&self, setup: &OracleRaySetup, object: u32, tmax: f32) -> bool {
         let Some(instance) = object.checked_sub(self.scene.prim_count() as u32) else {
@@ -276,12 +282,11 @@ impl<'a> SceneSearch<'a> {
             return hit.is_some_and(|hit| hit.t < tmax);
         };
         let instance = instance as usize;
-        let interval = setup.intersect_box(&self.instance_boxes[instance]);
-        if !(interval.tnear <= interval.tfar && interval.tfar > 0.0 && interval.tnear < tmax) {
+        let interval = self.interval_in(instance, setup);
+        let Some(interval) = interval.filter(|interval| interval.tnear < tmax) else {
             return false;
-        }
-        let mesh = self.scene.instances.mesh[instance] as usize;
-        let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
+        };
+        let (mesh, inner) = self.enter(instance, setup);
         // Beyond the interval a hit is clamped to its end.
         let limit = if interval.tfar < tmax {
             f32::INFINITY

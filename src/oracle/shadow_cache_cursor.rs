@@ -85,13 +85,15 @@ impl<'s, 'c> ShadowCacheCursor<'s, 'c> {
 
     /// A cursor at the hit of a bounce that a camera ray's hit sends on. Later hits share nothing.
     pub(super) fn child(&mut self, bounce: BounceKind) -> ShadowCacheCursor<'_, 'c> {
+        let hit = match bounce {
+            BounceKind::Mirror => 1,
+            BounceKind::Refracted => 2,
+            // Nothing is stored behind a surface that is partly there.
+            BounceKind::Passed => return ShadowCacheCursor::NONE,
+        };
         ShadowCacheCursor {
             sample: self.sample.as_deref_mut().filter(|_| self.hit == 0),
-            hit: match bounce {
-                BounceKind::Mirror => 1,
-                BounceKind::Refracted => 2,
-                BounceKind::Passed => unreachable!("scenes with such rays share nothing"),
-            },
+            hit,
             path_id: self.path_id,
             known: (0, 0),
         }

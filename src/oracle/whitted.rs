@@ -110,10 +110,7 @@ impl<'a> WhittedIntegrator<'a> {
         let (mut parts, ways) = self.shade(camera, hit, &mut cursor);
         for segment in ways {
             let traced = (segment.way, segment.throughput);
-            let cursor = match self.search.has_clear_shadows {
-                true => ShadowCacheCursor::NONE,
-                false => cursor.child(segment.way),
-            };
+            let cursor = cursor.child(segment.way);
             parts.add_weighted(traced, self.follow(segment, cursor));
         }
         parts
