@@ -49,11 +49,7 @@ impl Scene {
             || m.opacity_texture
                 .iter()
                 .any(|&texture| texture != NO_TEXTURE)
-            || self
-                .triangles
-                .vertex_opacity
-                .iter()
-                .any(|&opacity| opacity < 1.0)
+            || (self.triangles.vertex_opacity.iter()).any(|&opacity| opacity < 1.0)
     }
 
     /// Returns true if light may pass some surface on its way from a lamp, so that V is not only 0
@@ -65,7 +61,11 @@ impl Scene {
     /// Coverage at a hit, 0 to 1: the share of the surface that is there.
     pub fn coverage(&self, hit: SurfaceHit) -> f32 {
         let stored = self.resolve(hit.prim_id).prim;
-        let material = self.prim_material(stored) as usize;
+        self.stored_coverage(stored, self.prim_material(stored) as usize, hit)
+    }
+
+    /// Coverage at a hit on a stored primitive of this material.
+    fn stored_coverage(&self, stored: u32, material: usize, hit: SurfaceHit) -> f32 {
         let prim = self.prims[stored as usize];
         let mut share = self.materials.opacity[material];
         if prim.kind() == PrimKind::Triangle {
@@ -133,8 +133,9 @@ impl Scene {
 
     /// Share of a lamp's light that passes the surface at a hit: its factor in V.
     pub fn transmittance(&self, hit: SurfaceHit) -> Vec3 {
-        let coverage = self.coverage(hit);
-        let material = self.prim_material(self.resolve(hit.prim_id).prim) as usize;
+        let stored = self.resolve(hit.prim_id).prim;
+        let material = self.prim_material(stored) as usize;
+        let coverage = self.stored_coverage(stored, material, hit);
         let open = Vec3::splat(1.0 - coverage);
         match self.materials.thin[material] {
             0 => open,

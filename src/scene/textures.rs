@@ -73,20 +73,13 @@ impl Texture {
     }
 }
 
-/// `minps` and `maxps`: a NaN in the first operand gives the second.
-fn min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-fn max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
 /// The two texels around a position, and the fraction of the way from the first to the second.
 fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
     let folded = match wrap {
         Wrap::Repeat => fraction(place),
-        Wrap::Clamp => min(max(place, 0.0), 1.0),
+        // A NaN counts as 0.
+        Wrap::Clamp if place > 0.0 => place.min(1.0),
+        Wrap::Clamp => 0.0,
         Wrap::Mirror => {
             let there = fraction(place * 0.5) * 2.0;
             if there > 1.0 { 2.0 - there } else { there }
