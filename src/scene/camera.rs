@@ -171,9 +171,9 @@ impl Camera {
         if !self.parallel {
             return (self.eye, self.direction(row, column));
         }
-        let right = self.right * ((column - self.half_width) * self.slope);
-        let up = self.up * ((self.half_height - row) * self.slope);
-        ((self.eye + right) + up, -self.back)
+        let [alpha, beta] = self.slopes(row, column);
+        let org = (self.eye + self.right * alpha) + self.up * beta;
+        (org, -self.back)
     }
 
     /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`],
@@ -199,12 +199,21 @@ impl Camera {
         self.direction_with(row, column, [0.0; 2])
     }
 
+    /// Slopes to the right and up at a pixel position; for parallel rays, distances.
+    #[inline]
+    fn slopes(&self, row: f32, column: f32) -> [f32; 2] {
+        [
+            (column - self.half_width) * self.slope,
+            (self.half_height - row) * self.slope,
+        ]
+    }
+
     /// Unit direction whose slopes to the right and up are smaller by `less` than those of
     /// [`Camera::direction`].
     #[inline]
     fn direction_with(&self, row: f32, column: f32, less: [f32; 2]) -> Vec3 {
-        let alpha = (column - self.half_width) * self.slope - less[0];
-        let beta = (self.half_height - row) * self.slope - less[1];
+        let [alpha, beta] = self.slopes(row, column);
+        let (alpha, beta) = (alpha - less[0], beta - less[1]);
         let d = (self.right * alpha + self.up * beta) - self.back;
         d * (1.0 / d.dot(d).sqrt())
     }

@@ -20,11 +20,20 @@ pub fn rays(camera: &Camera, row: F32x8, column: F32x8) -> (Vec3x8, Vec3x8) {
     if !camera.parallel {
         return (wide(camera.eye), directions(camera, row, column));
     }
-    let slope = F32x8::splat(camera.slope);
+    let [alpha, beta] = slopes(camera, row, column);
     let (right, up) = (wide(camera.right), wide(camera.up));
-    let right = right.scale((column - F32x8::splat(camera.half_width)) * slope);
-    let up = up.scale((F32x8::splat(camera.half_height) - row) * slope);
-    ((wide(camera.eye) + right) + up, wide(-camera.back))
+    let org = (wide(camera.eye) + right.scale(alpha)) + up.scale(beta);
+    (org, wide(-camera.back))
+}
+
+/// Slopes to the right and up; for parallel rays, distances.
+#[inline]
+fn slopes(camera: &Camera, row: F32x8, column: F32x8) -> [F32x8; 2] {
+    let slope = F32x8::splat(camera.slope);
+    [
+        (column - F32x8::splat(camera.half_width)) * slope,
+        (F32x8::splat(camera.half_height) - row) * slope,
+    ]
 }
 
 /// Origins and unit directions, as [`Camera::through_lens`].
@@ -46,9 +55,8 @@ pub fn through_lens(
 /// Unit directions whose slopes are smaller by `less` than those of [`directions`].
 #[inline]
 fn directions_with(camera: &Camera, row: F32x8, column: F32x8, less: [F32x8; 2]) -> Vec3x8 {
-    let slope = F32x8::splat(camera.slope);
-    let alpha = (column - F32x8::splat(camera.half_width)) * slope - less[0];
-    let beta = (F32x8::splat(camera.half_height) - row) * slope - less[1];
+    let [alpha, beta] = slopes(camera, row, column);
+    let (alpha, beta) = (alpha - less[0], beta - less[1]);
     let (right, up) = (wide(camera.right), wide(camera.up));
     let d = (right.scale(alpha) + up.scale(beta)) - wide(camera.back);
     d.normalized()
