@@ -2,8 +2,8 @@
 //! partly there.
 //!
 //! Hits have an order, that of (t, prim_id), where the distance of a hit on an instance is the one
-//! in the world (see [`instance`]). So the hits of a ray are met one
-//! after another, each primitive once, whatever the tree: also those that share a distance.
+//! in the world (see [`instance`]). So the hits of a ray are met one after another, each primitive
+//! once, whatever the tree: also those that share a distance.
 //!
 //! Boxes that a ray has left before the hit `after` are not entered: each box is left no earlier
 //! than the hits in it are met ([`slab_conservative`](crate::intersect::slab_conservative)).
@@ -105,15 +105,18 @@ impl<L: Lanes> Query<L> for NextHit<L> {
 
     #[inline(always)]
     fn exit_instance(&mut self, inner: NextHit<L>, _: &TInterval<L>, _: u32) -> bool {
-        let entered = inner.best.t.gt(inactive_t());
-        let (outer, inner) = (self.best, inner.best);
-        self.best = HitRecord {
-            t: entered.select(inner.t, outer.t),
-            v: entered.select(inner.v, outer.v),
-            w: entered.select(inner.w, outer.w),
-            det: entered.select(inner.det, outer.det),
-            prim_id: entered.select_u32(inner.prim_id, outer.prim_id),
-        };
+        // In the world's distances and numbers already; no closer where nothing was found.
+        let found = inner.best;
+        self.best.update(
+            &HitCandidate {
+                valid: found.t.gt(inactive_t()),
+                t: found.t,
+                v: found.v,
+                w: found.w,
+                det: found.det,
+            },
+            found.prim_id,
+        );
         false
     }
 
