@@ -165,18 +165,22 @@ fn shading_normals(
     ng: Vec3x8,
 ) -> [Vec3x8; 2] {
     let t = &scene.triangles;
-    let corners = rows.map(|i| t.corner_normals(i).unwrap_or([Vec3::ZERO; 3]));
-    let column = |k: usize| {
-        Vec3x8::new(
-            F32x8::new(corners.map(|n| n[k].x)),
-            F32x8::new(corners.map(|n| n[k].y)),
-            F32x8::new(corners.map(|n| n[k].z)),
-        )
-    };
+    let normals = rows.map(|i| t.corner_normals(i).unwrap_or([Vec3::ZERO; 3]));
+    let [a, b, c] = corner_columns(normals);
     let [alpha, beta, gamma] = weights;
-    let [a, b, c] = [column(0), column(1), column(2)];
     let here = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
     [unit_or(here, ng), unit_or((a + b) + c, ng)]
+}
+
+/// Vectors at the corners of eight triangles, corner by corner.
+pub(super) fn corner_columns(corners: [[Vec3; 3]; LANES]) -> [Vec3x8; 3] {
+    [0, 1, 2].map(|k| {
+        Vec3x8::new(
+            F32x8::new(corners.map(|of| of[k].x)),
+            F32x8::new(corners.map(|of| of[k].y)),
+            F32x8::new(corners.map(|of| of[k].z)),
+        )
+    })
 }
 
 /// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the

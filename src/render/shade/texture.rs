@@ -5,6 +5,7 @@
 //! ±[`WHOLE`] count as whole numbers, as single precision has almost no fractions there. So do
 //! values that overflow on the way.
 
+use super::surface_point::corner_columns;
 use glam::Vec3;
 use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb};
 use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
@@ -42,17 +43,10 @@ fn vertex_color(scene: &Scene, hits: &HitPacket) -> Vec3x8 {
     if given == 0 {
         return WHITE;
     }
-    let corners = corners.map(|colors| colors.unwrap_or([Vec3::ONE; 3]));
-    let column = |k: usize| {
-        Vec3x8::new(
-            F32x8::new(corners.map(|colors| colors[k].x)),
-            F32x8::new(corners.map(|colors| colors[k].y)),
-            F32x8::new(corners.map(|colors| colors[k].z)),
-        )
-    };
+    let [a, b, c] = corner_columns(corners.map(|colors| colors.unwrap_or([Vec3::ONE; 3])));
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;
-    let color = (column(0).scale(alpha) + column(1).scale(beta)) + column(2).scale(gamma);
+    let color = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
     Vec3x8::select(Mask8::from_bits(given), color, WHITE)
 }
 

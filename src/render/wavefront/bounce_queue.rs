@@ -10,18 +10,24 @@ use std::ops::Range;
 pub(super) struct BounceLevel {
     /// Radiance of the wave's rays. The radiance of camera rays is stored elsewhere.
     pub(super) radiance: Vec<RadianceX8>,
-    /// Mirror and refracted rays of the wave.
-    pub(super) bounces: BounceQueue,
-    /// Its rays that go on through surfaces that are partly there. They are traced last.
-    pub(super) passes: BounceQueue,
-    /// True if the slice that is being traced is one of `passes`.
-    pub(super) passing: bool,
+    pub(super) waiting: WaitingRays,
     /// Bounces and passes between the camera and the wave.
     pub(super) depth: u32,
     pub(super) passed: u32,
 }
 
-impl BounceLevel {
+/// The rays of a wave's hits that wait to be traced.
+#[derive(Default)]
+pub(super) struct WaitingRays {
+    /// Mirror and refracted rays.
+    pub(super) bounces: BounceQueue,
+    /// Rays that go on through surfaces that are partly there. They are traced last.
+    pub(super) passes: BounceQueue,
+    /// True if the slice that is being traced is one of `passes`.
+    pub(super) passing: bool,
+}
+
+impl WaitingRays {
     /// Moves on to the next slice, of up to `most` packets. Returns false if there is none.
     pub(super) fn advance(&mut self, most: usize) -> bool {
         self.passing = !self.bounces.advance(most);

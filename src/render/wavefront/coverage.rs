@@ -7,6 +7,7 @@
 
 use super::bounce_queue::BounceQueue;
 use super::ray_batch::QueueSlice;
+use super::secondary_rays::is_worth_tracing;
 use super::wavefront_context::WavefrontContext;
 use crate::shade::Surface;
 use bumpalo::Bump;
@@ -80,7 +81,8 @@ pub(super) fn pass_absent_surfaces<'arena>(
 }
 
 /// Queues the rays that go on through partly covered surfaces, except those that are not worth
-/// tracing. Their weight is what is not covered, and their search begins after the hit.
+/// tracing, into a queue that is empty. Their weight is what is not covered, and their search begins
+/// after the hit.
 pub(super) fn queue_passes(
     context: &WavefrontContext,
     rays: &QueueSlice,
@@ -89,7 +91,7 @@ pub(super) fn queue_passes(
     passes: &mut BounceQueue,
 ) {
     if coverage.0.is_empty() {
-        return passes.clear();
+        return;
     }
     let columns = context.columns;
     passes.fill_after(hits.len(), columns, |queue, after| {
@@ -101,7 +103,7 @@ pub(super) fn queue_passes(
                 active & !hit.prim_id.eq(U32x8::splat(NO_PRIM)) & open.gt(F32x8::ZERO);
             if columns.shares {
                 let share = rays.shares(&index).scale(open);
-                goes_on = goes_on & counts(context.min_weight, share);
+                goes_on = goes_on & is_worth_tracing(context.min_weight, share);
                 queue.push_shares(goes_on, &share);
             }
             if columns.seeds {
@@ -113,12 +115,6 @@ pub(super) fn queue_passes(
             queue.push(goes_on, ray.org, ray.dir, weight, &index);
         }
     });
-}
-
-/// Lanes with a component of at least `least`.
-fn counts(least: f32, share: Vec3x8) -> Mask8 {
-    let least = F32x8::splat(least);
-    share.x.abs().ge(least) | share.y.abs().ge(least) | share.z.abs().ge(least)
 }
 
 /// Sets the hits after which the rays go on that the next push of the same `mask` appends.

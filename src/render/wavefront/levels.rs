@@ -7,7 +7,7 @@
 //! The levels are a stack of their own, so that no depth overflows the thread's.
 
 use super::aov_buffer::AovBuffer;
-use super::bounce_queue::{BounceLevel, SecondaryQueues, accumulate};
+use super::bounce_queue::{BounceLevel, SecondaryQueues, WaitingRays, accumulate};
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::shadow_filter::ShadowFilter;
 use super::trace_wavefront;
@@ -67,11 +67,14 @@ impl Levels {
 impl BounceLevel {
     /// The queues that the wave of this level may fill; others are emptied.
     fn queues(&mut self, max_depth: u32) -> SecondaryQueues<'_> {
-        self.bounces.clear();
-        self.passes.clear();
+        let WaitingRays {
+            bounces, passes, ..
+        } = &mut self.waiting;
+        bounces.clear();
+        passes.clear();
         SecondaryQueues {
-            bounces: (self.depth < max_depth).then_some(&mut self.bounces),
-            passes: (self.passed < MAX_PASSES).then_some(&mut self.passes),
+            bounces: (self.depth < max_depth).then_some(bounces),
+            passes: (self.passed < MAX_PASSES).then_some(passes),
         }
     }
 }
@@ -90,7 +93,7 @@ pub(crate) fn trace_waves(
     let mut top = 0;
     loop {
         let most = levels.sizes.bounced;
-        if levels.level(top).advance(most) {
+        if levels.level(top).waiting.advance(most) {
             top += 1;
             scratch.reset();
             trace_slice(context, scratch, levels, top, &mut camera.shadow_filter);
@@ -113,9 +116,10 @@ fn trace_slice(
 ) {
     let max_depth = levels.max_depth;
     let (above, level) = levels.with_parent(top);
-    level.depth = above.depth + u32::from(!above.passing);
-    level.passed = above.passed + u32::from(above.passing);
-    let slice = above.slice();
+    let passing = above.waiting.passing;
+    level.depth = above.depth + u32::from(!passing);
+    level.passed = above.passed + u32::from(passing);
+    let slice = above.waiting.slice();
     let mut radiance = std::mem::take(&mut level.radiance);
     radiance.clear();
     radiance.resize(slice.packets.len(), RadianceX8::BLACK);
@@ -140,13 +144,10 @@ fn trace_slice(
 /// Adds the results of a level's wave to the wave above.
 fn accumulate_slice(levels: &mut Levels, top: usize, camera: &mut Wave) {
     let (above, level) = levels.with_parent(top);
+    let slice = above.waiting.slice();
     if top > 1 {
-        let mut radiance = std::mem::take(&mut above.radiance);
-        accumulate(&above.slice(), &level.radiance, &mut radiance);
-        above.radiance = radiance;
-        return;
+        return accumulate(&slice, &level.radiance, &mut above.radiance);
     }
-    let slice = above.slice();
     camera.aovs.accumulate(&slice, &level.radiance);
     accumulate(&slice, &level.radiance, camera.radiance);
 }

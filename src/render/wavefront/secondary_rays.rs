@@ -8,10 +8,10 @@ use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy
 use bumpalo::Bump;
 use phalanx_scene::sampling::{BounceKind, child_seed};
 use phalanx_trace::packet::RayQueue;
-use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
+use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
 
 /// Queues the mirror rays of all hits, then the refracted ones, except those that are not worth
-/// tracing.
+/// tracing, into a queue that is empty.
 pub(super) fn spawn_secondary_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
@@ -26,7 +26,7 @@ pub(super) fn spawn_secondary_rays(
     });
     let ways = ways.max().unwrap_or(0);
     if ways == 0 {
-        return bounces.clear();
+        return;
     }
     let outgoing = arena.alloc_slice_fill_with(groups.len(), |k| {
         let mut out = sample_bounces(context, rays, &groups[k]);
@@ -97,6 +97,12 @@ fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -
     out
 }
 
+/// Lanes whose share is at least `min_weight` in some component. NaN counts as less.
+pub(super) fn is_worth_tracing(min_weight: f32, share: Vec3x8) -> Mask8 {
+    let least = F32x8::splat(min_weight);
+    share.x.abs().ge(least) | share.y.abs().ge(least) | share.z.abs().ge(least)
+}
+
 /// Returns the shares of mirror rays and of refracted ones, and drops rays whose share is less than
 /// `min_weight` in every component. `whole` is the divisor that turns weights into parts of what a
 /// hit sends in all.
@@ -106,14 +112,11 @@ fn drop_below_min_weight(
     whole: glam::Vec3,
     out: &mut SecondaryRays,
 ) -> [Vec3x8; 2] {
-    let least = F32x8::splat(min_weight);
-    // NaN counts as below the minimum.
-    let slight = |c: F32x8| !c.abs().ge(least);
     let [x, y, z] = whole.to_array().map(F32x8::splat);
     [&mut out.mirror, &mut out.refracted].map(|out| {
         let part = Vec3x8::new(out.weight.x / x, out.weight.y / y, out.weight.z / z);
         let share = share.mul_elementwise(part);
-        out.active = out.active & !(slight(share.x) & slight(share.y) & slight(share.z));
+        out.active = out.active & is_worth_tracing(min_weight, share);
         share
     })
 }

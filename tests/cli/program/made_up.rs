@@ -55,7 +55,7 @@ fn a_parallel_camera_shows_its_height_whatever_the_distance() {
         // Eight units are forty pixels: from −1 to 3, and from −1 to 1.
         assert_eq!(seen, [15, 34, 15, 24], "{eye}");
     }
-    // What is looked at keeps its size: at a distance of 2, 90° show 4 units.
+    // Without a height the point looked at keeps its size: at a distance of 2, 90° show 4 units.
     let near = "--camera 0,0,2 0,0,0 0,1,0 90 --light dir:0,0,1 --ortho";
     assert_eq!(extent(&picture(&room, near)), [10, 29, 10, 29]);
     // A camera that is made up shows everything.
