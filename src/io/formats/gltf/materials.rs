@@ -7,7 +7,7 @@ use super::source::{GltfSource, file_name, parse_data_uri};
 use super::unshown::Unshown;
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::folder::Folder;
-use crate::formats::mesh_defaults::GREY;
+use crate::formats::mesh_defaults::{GREY, WHITE};
 use crate::formats::options::Options;
 use crate::formats::texture::{Embedded, TextureLibrary};
 use glam::{Vec2, Vec3};
@@ -104,12 +104,6 @@ const DIELECTRIC: f32 = 0.04;
 const MATT: f32 = 0.5;
 /// Largest Blinn exponent.
 const SHARPEST: f32 = 10_000.0;
-/// Material of vertices that bring their colours along.
-const WHITE: Material = Material {
-    ka: Vec3::splat(AMBIENT),
-    kd: Vec3::ONE,
-    ..GREY
-};
 
 impl<'a> GltfMaterials<'a> {
     pub(super) fn new(source: &'a GltfSource<'a>, asset_dir: &'a Folder) -> Self {
