@@ -3,6 +3,7 @@
 
 use super::document::{GltfAccessor, Sparse};
 use super::source::GltfSource;
+use std::collections::BTreeMap;
 
 /// An accessor whose last row has been checked to exist.
 #[derive(Clone, Copy)]
@@ -133,6 +134,18 @@ impl<'a> Accessor<'a> {
         width: usize,
     ) -> Result<Accessor<'a>, String> {
         Accessor::open_any(source, row, &[width])
+    }
+
+    /// Opens the accessor of an attribute, if there is one, of `width` components a row.
+    pub(super) fn of_attribute(
+        source: &'a GltfSource,
+        attributes: &BTreeMap<String, usize>,
+        name: &str,
+        width: usize,
+    ) -> Result<Option<Accessor<'a>>, String> {
+        let row = attributes.get(name);
+        row.map(|&row| Accessor::open(source, row, width))
+            .transpose()
     }
 
     /// Opens an accessor of colours, which may have an alpha. Integers are shares of 1 even where

@@ -33,9 +33,7 @@ impl<'a> MorphTarget<'a> {
         let opened = used.map(|(k, (attributes, &weight))| {
             let named = |reason: String| format!("targets[{k}]: {reason}");
             let vectors = |name: &str, width: usize| {
-                let row = attributes.get(name);
-                row.map(|&row| Accessor::open(source, row, width).map_err(named))
-                    .transpose()
+                Accessor::of_attribute(source, attributes, name, width).map_err(named)
             };
             let color = attributes.get("COLOR_0");
             Ok(MorphTarget {

@@ -154,9 +154,7 @@ impl<'a> Placements<'a> {
         to_world: DAffine3,
     ) -> Result<Vec<DAffine3>, String> {
         let rows = |name: &str, width: usize| {
-            let row = instancing.attributes.get(name);
-            row.map(|&row| Accessor::open(self.source, row, width))
-                .transpose()
+            Accessor::of_attribute(self.source, &instancing.attributes, name, width)
         };
         let translations = rows("TRANSLATION", 3)?;
         let rotations = rows("ROTATION", 4)?;

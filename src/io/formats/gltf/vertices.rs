@@ -45,11 +45,8 @@ impl<'a> PrimitiveVertices<'a> {
         if is_only_compressed(source, primitive) {
             return Err("compressed by Draco (KHR_draco_mesh_compression), not read here".into());
         }
-        let row = |name: &str| primitive.attributes.get(name).copied();
         let vectors = |name: &str, width: usize| {
-            row(name)
-                .map(|row| Accessor::open(source, row, width))
-                .transpose()
+            Accessor::of_attribute(source, &primitive.attributes, name, width)
         };
         let positions = vectors("POSITION", 3)?.ok_or("it has no POSITION")?;
         let mut too_short = Vec::new();
@@ -65,7 +62,8 @@ impl<'a> PrimitiveVertices<'a> {
             Some((name, map)) => whole(name, vectors(name, 2)?).map(|uvs| (uvs, *map)),
             None => None,
         };
-        let colors = row("COLOR_0").map(|row| Accessor::open_colors(source, row));
+        let colors = primitive.attributes.get("COLOR_0");
+        let colors = colors.map(|&row| Accessor::open_colors(source, row));
         let colors = whole("COLOR_0", colors.transpose()?);
         let normals = whole("NORMAL", vectors("NORMAL", 3)?);
         let opened = PrimitiveVertices {
