@@ -91,8 +91,8 @@ pub(super) fn add_lights(
             "" => "without a type".to_owned(),
             kind => format!("of the unknown type {}", quoted(kind)),
         };
-        let message = format!("nodes[{node}]: a light {kind} is left out");
-        report.warning(source.span_of("nodes", node), message);
+        let message = format!("a light {kind} is left out");
+        source.warning(report, "nodes", node, &message);
     }
     let scale = exposure(&lamps, bounds);
     if scale != 1.0 {

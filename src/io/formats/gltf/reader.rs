@@ -285,14 +285,14 @@ impl<'a, 't> GltfReader<'a, 't> {
     }
 
     fn warn_bad_attributes(&mut self, mesh: usize, bad: BadAttributes) {
+        let messages = bad.messages();
         // A mesh may be in several poses.
-        if bad.messages().is_empty() || !self.warned.insert(mesh) {
+        if messages.is_empty() || !self.warned.insert(mesh) {
             return;
         }
-        let span = self.source.span_of("meshes", mesh);
-        for message in bad.messages() {
-            self.report
-                .warning(span, format!("meshes[{mesh}]: {message}"));
+        for message in messages {
+            self.source
+                .warning(&mut self.report, "meshes", mesh, &message);
         }
     }
 
@@ -340,11 +340,10 @@ impl<'a, 't> GltfReader<'a, 't> {
                 && self.warned_short.insert(mesh)
             {
                 let message = format!(
-                    "meshes[{mesh}]: primitives[{k}]: {} is left out: it has fewer rows than POSITION",
+                    "primitives[{k}]: {} is left out: it has fewer rows than POSITION",
                     quoted(name)
                 );
-                let span = source.span_of("meshes", mesh);
-                self.report.warning(span, message);
+                source.warning(&mut self.report, "meshes", mesh, &message);
             }
             let budget = self.allowance;
             let room = |triangles: u64, columns: u64| {

@@ -114,6 +114,17 @@ impl<'a> GltfSource<'a> {
         }
     }
 
+    /// Adds a warning about a row.
+    pub(super) fn warning(
+        &self,
+        report: &mut DiagnosticSink,
+        list: &str,
+        row: usize,
+        message: &str,
+    ) {
+        report.warning(self.span_of(list, row), format!("{list}[{row}]: {message}"));
+    }
+
     /// Reads every buffer: from the file's own chunk, from the text, or from a file beside it.
     pub(super) fn load_buffers(
         &mut self,
@@ -139,11 +150,11 @@ impl<'a> GltfSource<'a> {
                 // read as they should be.
                 Ok(bytes) if (bytes.len() as u64) < buffer.byte_length => {
                     let message = format!(
-                        "buffers[{row}]: it should have {} bytes, but has {}",
+                        "it should have {} bytes, but has {}",
                         buffer.byte_length,
                         bytes.len()
                     );
-                    report.warning(self.span_of("buffers", row), message);
+                    self.warning(report, "buffers", row, &message);
                 }
                 Ok(_) => {}
                 Err(message) => self.error(report, "buffers", row, message),
