@@ -104,6 +104,9 @@ impl<'a> MeshInstances<'a> {
                 times: 1,
             }]
         };
+        if !placed.pose.is_rest() {
+            return whole();
+        }
         let mut times: HashMap<usize, (usize, usize)> = HashMap::new();
         for (k, &number) in numbers.iter().enumerate() {
             times.entry(number).or_insert((k, 0)).1 += 1;
@@ -112,7 +115,6 @@ impl<'a> MeshInstances<'a> {
             .values()
             .map(|&(first, _)| self.triangles_of(mesh, first));
         let copied = self.triangles(mesh).saturating_sub(distinct.sum());
-        let copied = if placed.pose.is_rest() { copied } else { 0 };
         let instances = (numbers.len() - times.len()).saturating_mul(placements) as u64;
         if copied <= MAX_COPIED_TRIANGLES || instances > MAX_COPIED_TRIANGLES {
             return whole();
