@@ -6,7 +6,7 @@ use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
 use super::nodes::PlacedNode;
 use super::placements::{PlacedMesh, Placements, Pose};
 use super::placing::BadAttributes;
-use super::skins::{JointMaps, Skins};
+use super::skins::Skins;
 use super::source::GltfSource;
 use super::triangle_indices::is_surface;
 use super::undrawn::UndrawnPrimitives;
@@ -214,13 +214,14 @@ impl<'a, 't> GltfReader<'a, 't> {
         let shapes = self.shapes(mesh, part, &placed.pose)?;
         let joints = placed.pose.skin.map(|skin| self.skins.joints(skin));
         let joints = joints.transpose()?;
+        let joints = joints.as_deref();
         let bounds = (maps.len() > 1).then(|| bounds(&shapes));
         let size = bounds.and_then(|bounds| stored_size(&shapes, bounds, maps.len()));
         let (Some(bounds), Some(size)) = (bounds, size) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
             for map in maps {
-                bad = self.bake(&shapes, map, joints.as_ref())?;
+                bad = self.bake(&shapes, map, joints)?;
             }
             self.warn_bad_attributes(mesh, bad);
             return Ok(());
@@ -260,7 +261,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         &mut self,
         shapes: &[PrimitiveGeometry],
         map: &DAffine3,
-        joints: Option<&JointMaps>,
+        joints: Option<&[DAffine3]>,
     ) -> Result<BadAttributes, String> {
         let mut all = BadAttributes::default();
         let open: usize = shapes.iter().map(PrimitiveGeometry::len).sum();
@@ -275,7 +276,6 @@ impl<'a, 't> GltfReader<'a, 't> {
             let left = self.displacements_left.checked_sub(shape.displacements());
             self.displacements_left =
                 left.ok_or("its morph targets are too many for a file of this size")?;
-            let joints = joints.map(|joints| &joints[..]);
             let (mesh, bad) = shape.mesh(map, joints, self.options.origin)?;
             self.scene.append_mesh(mesh);
             all.add(bad);
