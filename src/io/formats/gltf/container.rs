@@ -43,8 +43,8 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
         let message = format!("GLB version {version} is not read here, only version 2");
         return Err(fault(4, message));
     }
-    // The length says where chunks begin, and theirs where they end: some writers count padding
-    // that they do not write, or forget to count what they add.
+    // Chunks begin before the file's stated length, and end where their own length says, even
+    // beyond it: some writers count padding that they do not write, or do not count what they add.
     let (kind, json) = match length > HEADER {
         true => chunk(bytes, HEADER)?,
         false => return Err(fault(HEADER, "the file has no `JSON` chunk".into())),
@@ -67,7 +67,7 @@ fn binary_chunk(
 ) -> Result<Option<Range<usize>>, ContainerFault> {
     let is_binary = |at: usize| bytes.get(at + 4..at + CHUNK_HEADER) == Some(BINARY);
     while at < end {
-        // A length that does not count its padding.
+        // The length of the chunk before may not count its padding.
         if !is_binary(at) && is_binary(at.next_multiple_of(4)) {
             at = at.next_multiple_of(4);
         }

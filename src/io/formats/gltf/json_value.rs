@@ -1,6 +1,6 @@
-//! The document as other programs write it: a reader of its structures that takes whole numbers
-//! written as `5126.0` or `1e0`, and `null` or an index of -1 for a member that is not there. Its
-//! messages name the row and what belongs there.
+//! Reader of documents that bend the format's rules, as some programs write them: it takes whole
+//! numbers written as `5126.0` or `1e0`, and `null` or an index of -1 for a member that is absent.
+//! Its messages name the row and what belongs there.
 
 use super::syntax;
 use crate::formats::diagnostics::quoted;
@@ -228,7 +228,7 @@ impl<'a> JsonValue<'a, '_> {
 impl<'a> Deserializer<'a> for JsonValue<'a, '_> {
     type Error = serde_json::Error;
 
-    /// Reads members that nobody knows, which are kept for their names.
+    /// Reads a value of unknown structure, such as an extension that is kept for its name.
     fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Self::Error> {
         let mut inner = serde_json::Deserializer::from_str(self.text);
         self.explained(inner.deserialize_any(visitor))
@@ -377,7 +377,7 @@ struct JsonMembers<'a, 'p, A> {
 struct MemberName<'a>(#[serde(borrow)] Cow<'a, str>);
 
 impl<'a, A: MapAccess<'a>> JsonMembers<'a, '_, A> {
-    /// Returns true for a value that says that there is none.
+    /// Returns true if a value stands for an absent member: `null`, or an index of -1.
     fn is_absent(&self, name: &str, text: &str) -> bool {
         if text == "null" {
             return true;

@@ -5,7 +5,7 @@
 //! | `container` | the chunks of a GLB |
 //! | `version` | the version of a document |
 //! | `document` | the JSON's structure |
-//! | `json_value`, `syntax` | what others write for it, and words for what it cannot be |
+//! | `json_value`, `syntax` | a reader of JSON that bends the rules, and messages about faults |
 //! | `extensions` | extensions that are read |
 //! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
@@ -16,7 +16,7 @@
 //! | `triangle_indices` | triangles, strips and fans |
 //! | `geometry`, `placing` | primitives, and their columns under a map |
 //! | `mesh_instances` | equal meshes and primitives |
-//! | `materials`, `coverage` | materials, and the share of them that is there |
+//! | `materials`, `coverage` | materials, and the share of a surface that is there |
 //! | `cameras`, `lights` | the view and what lights it |
 //! | `undrawn`, `unshown` | what the picture lacks, for warnings |
 //! | `reader` | meshes of nodes, baked or instanced |

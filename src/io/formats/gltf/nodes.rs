@@ -14,7 +14,7 @@ pub(super) struct PlacedNode {
     pub(super) visible: bool,
 }
 
-/// A node that is to be visited, and what the nodes above it make of it.
+/// A node that is to be visited, with the map and the visibility of the node above it.
 #[derive(Clone, Copy)]
 struct WaitingNode {
     row: usize,

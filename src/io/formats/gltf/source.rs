@@ -74,7 +74,7 @@ impl<'a> GltfSource<'a> {
         }
         version::check(json).map_err(|message| (Span::START, message))?;
         let at = |offset: usize| Span::at(json_offset + offset);
-        // What other programs write beyond the rules takes a slower reader.
+        // Documents that bend the format's rules are read by a slower reader.
         let is_object = json.trim_ascii_start().starts_with(b"{");
         let (document, minus_one) = match serde_json::from_slice(json) {
             Ok(document) if is_object => (document, None),
@@ -146,8 +146,8 @@ impl<'a> GltfSource<'a> {
                 }
             };
             match &bytes {
-                // No error yet: views that reach beyond what there is are errors, and others are
-                // read as they should be.
+                // A warning only: the views that lie within the bytes can be read. Each use of
+                // another one reports an error.
                 Ok(bytes) if (bytes.len() as u64) < buffer.byte_length => {
                     let message = format!(
                         "it should have {} bytes, but has {}",

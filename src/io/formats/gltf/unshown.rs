@@ -1,4 +1,4 @@
-//! Names of what a file has and its picture does not show, for one warning.
+//! Features and extensions of a file that its picture does not show, named by one warning.
 
 use super::document::GltfMaterial;
 use crate::formats::diagnostics::quoted;
@@ -60,7 +60,7 @@ impl Unshown {
         }
     }
 
-    /// Adds what a material has beyond the documentation's table.
+    /// Adds the features of a material that the parent module's table does not have.
     pub(super) fn add_material(&mut self, material: &GltfMaterial) {
         let metallic = &material.pbr_metallic_roughness;
         let extensions = &material.extensions;
