@@ -201,7 +201,10 @@ impl Folder {
         self.searches_left
             .set(self.searches_left.get().checked_sub(1)?);
         let told = |instead: &str| (!absolute).then(|| instead.to_owned());
-        for base in bases {
+        // A name without folders has been looked for as it is.
+        let bare = name == last && !absolute;
+        let shortened = if bare { &[] } else { bases };
+        for base in shortened {
             if let Ok(file) = roots.open(&base.join(last)) {
                 return Some(NamedFile {
                     file,
@@ -209,7 +212,7 @@ impl Folder {
                 });
             }
         }
-        let names = [(!absolute).then_some(name), Some(last)];
+        let names = [(!absolute).then_some(name), (!bare).then_some(last)];
         for (base, name) in names
             .into_iter()
             .flatten()
@@ -298,12 +301,12 @@ impl Roots {
         }
         // One question, where resolving asks for every folder on the way: most names that are tried
         // are not there.
-        path.metadata().map_err(|e| e.to_string())?;
+        let there = path.metadata().map_err(|e| e.to_string())?;
         let file = path.canonicalize().map_err(|e| e.to_string())?;
         if !self.holds(&file) {
             return Err(LINKED.into());
         }
-        if !file.is_file() {
+        if !there.is_file() {
             return Err("it is not a regular file".into());
         }
         Ok(Found(file))
