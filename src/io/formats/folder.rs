@@ -137,6 +137,16 @@ impl Folder {
     /// Finds the file of a name in `file`, or in the scene file if that is `None`. Otherwise as
     /// [`Folder::find`].
     pub(super) fn find_for(&self, file: Option<&Found>, name: &str) -> Result<NamedFile, String> {
+        self.look_up(file, name, true)
+    }
+
+    /// Finds the file of which a name in the scene file is the path.
+    pub(super) fn find_exact(&self, name: &str) -> Option<NamedFile> {
+        self.look_up(None, name, false).ok()
+    }
+
+    /// Finds a file by its path, and if `search` is true by other names, too.
+    fn look_up(&self, file: Option<&Found>, name: &str, search: bool) -> Result<NamedFile, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };
@@ -176,19 +186,11 @@ impl Folder {
                 Err(told) => _ = reason.get_or_insert(told),
             }
         }
-        let found = self.search(roots, &bases, (&name, last, absolute));
-        found.ok_or_else(|| match is_remote(&name) {
+        let found = search.then(|| self.search(roots, &bases, (&name, last, absolute)));
+        found.flatten().ok_or_else(|| match is_remote(&name) {
             true => REMOTE.into(),
             false => reason.unwrap_or_default(),
         })
-    }
-
-    /// Returns true if the scene file gives the path of a file exactly.
-    pub(super) fn has(&self, name: &str) -> bool {
-        let searches = self.searches_left.replace(0);
-        let found = self.find_for(None, name);
-        self.searches_left.set(searches);
-        found.is_ok()
     }
 
     /// Finds a file by the last component of its name, or in the other case.

@@ -83,17 +83,18 @@ impl<'a> MaterialLibrary<'a> {
         if short.is_empty() {
             return report.warning(span, "a file name is missing");
         }
-        let exists = |name: &str| self.asset_dir.has(name);
-        let all = || spellings(text).map(text_of);
-        let exact = all().find(|name| exists(name));
-        let parts = match exact {
-            Some(_) => Vec::new(),
-            None => file_list::split(&short, self.names_left, exists),
-        };
+        let asset_dir = self.asset_dir;
+        let mut names = spellings(text).map(text_of);
+        let exact = |name: String| Some((asset_dir.find_exact(&name)?, name));
+        if let Some((found, name)) = names.find_map(exact) {
+            return self.add_file(&name, Ok(found), span, report);
+        }
+        let exists = |name: &str| asset_dir.find_exact(name).is_some();
+        let parts = file_list::split(&short, self.names_left, exists);
         // A search by the last component would take a list for its last file.
         let list = parts.len() > 1 || parts.iter().any(|part| exists(part));
-        let mut names = exact.into_iter().chain(all()).filter(|_| !list);
-        let search = |name: String| Some((self.asset_dir.find_for(None, &name).ok()?, name));
+        let mut names = spellings(text).map(text_of).filter(|_| !list);
+        let search = |name: String| Some((asset_dir.find_for(None, &name).ok()?, name));
         match names.find_map(search) {
             Some((found, name)) => self.add_file(&name, Ok(found), span, report),
             None => parts
@@ -104,22 +105,19 @@ impl<'a> MaterialLibrary<'a> {
 
     /// Adds a file whose name may hold blanks, or one for each word if some are files.
     fn add_parts(&mut self, name: &str, span: Span, report: &mut DiagnosticSink) {
-        let found = |name: &str| self.asset_dir.find_for(None, name).is_ok();
-        let words = || name.split_ascii_whitespace().take(self.names_left);
-        let whole = name.contains("\\ ") || found(name) || !words().any(found);
-        let names: Vec<&str> = match whole {
-            true => vec![name],
-            false => words().collect(),
-        };
-        for name in names {
-            self.names_left = self.names_left.saturating_sub(1);
-            self.add_named(name, span, report);
+        let found = |name| (name, self.asset_dir.find_for(None, name));
+        let whole = found(name);
+        let one = whole.1.is_ok() || name.contains("\\ ");
+        let words = name.split_ascii_whitespace().take(self.names_left);
+        let words = words.filter(|&word| word != name && !one);
+        let mut files: Vec<_> = words.map(found).collect();
+        if files.iter().all(|(_, file)| file.is_err()) {
+            files = vec![whole];
         }
-    }
-
-    fn add_named(&mut self, name: &str, span: Span, report: &mut DiagnosticSink) {
-        let found = self.asset_dir.find_for(None, name);
-        self.add_file(name, found, span, report);
+        for (name, file) in files {
+            self.names_left = self.names_left.saturating_sub(1);
+            self.add_file(name, file, span, report);
+        }
     }
 
     fn add_file(
