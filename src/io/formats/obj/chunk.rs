@@ -7,6 +7,7 @@ use crate::formats::diagnostics::Span;
 use crate::formats::faces::{FaceCorner, Faces};
 use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors};
+use crate::formats::text::mark_length;
 use glam::DVec3;
 
 /// Limits of the numbers to which a chunk may refer.
@@ -102,8 +103,10 @@ pub(super) fn read<'a>(
     origin: Option<DVec3>,
     share: BudgetShare<'a>,
 ) -> ObjChunk {
+    // A byte order mark is not part of the first name.
+    let at = if start == 0 { mark_length(text) } else { start };
     let mut reader = ObjReader {
-        cursor: Cursor { text, at: start },
+        cursor: Cursor { text, at },
         limits,
         origin,
         share,
@@ -173,16 +176,6 @@ impl ObjReader<'_> {
 
     /// Reads a statement by its name as a word.
     fn rare_statement(&mut self) -> Result<(), ParseError> {
-        // A byte order mark is not part of the first name.
-        if self.cursor.at == 0 && self.cursor.text.starts_with(b"\xef\xbb\xbf") {
-            self.cursor.at = 3;
-            self.cursor.skip_to_statement();
-            return if self.cursor.is_at_end() {
-                Ok(())
-            } else {
-                self.statement()
-            };
-        }
         let name = self.cursor.word();
         let mut lower = [0; KEYWORD_BYTES];
         let text = self.cursor.bytes(name);

@@ -4,6 +4,7 @@ use super::cursor::Cursor;
 use super::texture_map::{self, TextureMap};
 use crate::formats::diagnostics::{MAX_DIAGNOSTICS, Span};
 use crate::formats::mesh::{ParseError, ParseErrors};
+use crate::formats::text::mark_length;
 use glam::Vec3;
 
 /// A material as the file has it.
@@ -108,10 +109,9 @@ pub(super) fn most_materials(text: &[u8]) -> u64 {
 /// Reads an MTL file.
 pub(super) fn read(text: &[u8]) -> MtlFile {
     let mut library = MtlFile::default();
-    let mark = text.starts_with(b"\xef\xbb\xbf");
     let mut cursor = Cursor {
         text,
-        at: if mark { 3 } else { 0 },
+        at: mark_length(text),
     };
     loop {
         cursor.skip_to_statement();
