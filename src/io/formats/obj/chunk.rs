@@ -1,7 +1,7 @@
 //! One chunk of an OBJ file, read independently of the others.
 
 use super::colors::ChunkColors;
-use super::cursor::Cursor;
+use super::cursor::{Cursor, KEYWORD_BYTES};
 use crate::formats::decimal;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{FaceCorner, Faces};
@@ -140,9 +140,6 @@ pub(super) struct ObjReader<'a> {
     pub(super) out_of_range: [bool; 3],
 }
 
-/// Longest keyword that is compared; longer ones have other beginnings.
-const KEYWORD_BYTES: usize = 12;
-
 impl ObjReader<'_> {
     #[inline]
     fn statement(&mut self) -> Result<(), ParseError> {
@@ -178,11 +175,7 @@ impl ObjReader<'_> {
     fn rare_statement(&mut self) -> Result<(), ParseError> {
         let name = self.cursor.word();
         let mut lower = [0; KEYWORD_BYTES];
-        let text = self.cursor.bytes(name);
-        let keyword = &mut lower[..text.len().min(KEYWORD_BYTES)];
-        keyword.copy_from_slice(&text[..keyword.len()]);
-        keyword.make_ascii_lowercase();
-        match &*keyword {
+        match self.cursor.keyword(name, &mut lower) {
             b"v" => return self.vertex(),
             b"vn" => return self.normal(),
             b"vt" => return self.texture_uv(),

@@ -13,6 +13,9 @@ pub(super) struct Cursor<'a> {
     pub(super) at: usize,
 }
 
+/// Bytes of a word that are compared with keywords, all of which are shorter.
+pub(super) const KEYWORD_BYTES: usize = 12;
+
 fn ends_line(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
@@ -194,6 +197,15 @@ impl<'a> Cursor<'a> {
     pub(super) fn bytes(&self, span: Span) -> &'a [u8] {
         let end = span.offset.saturating_add(span.length).min(self.text.len());
         self.text.get(span.offset..end).unwrap_or_default()
+    }
+
+    /// A word in lower case, for comparing it with keywords: no more of it than tells them apart.
+    pub(super) fn keyword<'b>(&self, word: Span, lower: &'b mut [u8; KEYWORD_BYTES]) -> &'b [u8] {
+        let text = self.bytes(word);
+        let keyword = &mut lower[..text.len().min(KEYWORD_BYTES)];
+        keyword.copy_from_slice(&text[..keyword.len()]);
+        keyword.make_ascii_lowercase();
+        keyword
     }
 
     /// The text of a span in the form that a message may repeat.

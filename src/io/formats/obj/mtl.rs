@@ -1,6 +1,6 @@
 //! MTL: named materials, as their file has them. Keywords may be in any case of letters.
 
-use super::cursor::Cursor;
+use super::cursor::{Cursor, KEYWORD_BYTES};
 use super::texture_map::{self, TextureMap};
 use crate::formats::diagnostics::{MAX_DIAGNOSTICS, Span};
 use crate::formats::mesh::{ParseError, ParseErrors};
@@ -127,20 +127,10 @@ pub(super) fn read(text: &[u8]) -> MtlFile {
     }
 }
 
-/// Longest keyword that is compared.
-const KEYWORD_BYTES: usize = 8;
-
 fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<(), ParseError> {
     let name = cursor.word();
     let mut lower = [0; KEYWORD_BYTES];
-    let keyword = &mut lower[..name.length.min(KEYWORD_BYTES)];
-    keyword.copy_from_slice(&cursor.bytes(name)[..keyword.len()]);
-    keyword.make_ascii_lowercase();
-    let keyword: &[u8] = if name.length > KEYWORD_BYTES {
-        b""
-    } else {
-        keyword
-    };
+    let keyword = cursor.keyword(name, &mut lower);
     if keyword == b"newmtl" {
         materials.push(MtlMaterial::new(cursor.rest_of_line()));
         return Ok(());
