@@ -80,28 +80,17 @@ impl<'a> Cursor<'a> {
 
     /// Passes the rest of the statement, with the lines that continue it unless it is a comment.
     pub(super) fn skip_statement(&mut self) {
-        let comment = match self.peek() {
+        match self.peek() {
             // The usual case: all of it has been read.
-            None | Some(b'\n') => return,
-            byte => byte == Some(b'#'),
-        };
-        loop {
-            let rest = self.text.get(self.at..).unwrap_or_default();
-            let Some(end) = memchr::memchr2(b'\n', b'\r', rest) else {
-                self.at = self.text.len();
-                return;
-            };
-            self.at += end;
-            let continued = end > 0 && rest[end - 1] == b'\\' && !comment;
-            if !continued {
-                return;
-            }
-            self.at += if rest[end..].starts_with(b"\r\n") {
-                2
-            } else {
-                1
-            };
+            None | Some(b'\n') => {}
+            Some(b'#') => self.skip_to_line_end(),
+            Some(_) => _ = self.rest_of_line(),
         }
+    }
+
+    fn skip_to_line_end(&mut self) {
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
     }
 
     /// The next word of the statement; empty at its end.
@@ -121,15 +110,11 @@ impl<'a> Cursor<'a> {
         self.skip_blanks();
         let start = self.at;
         loop {
-            let rest = self.text.get(self.at..).unwrap_or_default();
-            self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+            self.skip_to_line_end();
             let line = &self.text[start..self.at];
-            let (b"\n" | b"\r", true) = (
-                self.text.get(self.at..=self.at).unwrap_or_default(),
-                line.ends_with(b"\\"),
-            ) else {
+            if self.is_at_end() || !line.ends_with(b"\\") {
                 return Span::new(start, line.trim_ascii_end().len());
-            };
+            }
             self.at += match self.text[self.at..].starts_with(b"\r\n") {
                 true => 2,
                 false => 1,
