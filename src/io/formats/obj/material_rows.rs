@@ -3,6 +3,7 @@
 use super::mtl::{MtlMaterial, MtlOmission};
 use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
 use super::name::{spellings, text_of, without_comment};
+use super::runs;
 use super::texture_map::{TextureMap, UvTransform};
 use crate::formats::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, quoted_bytes};
 use crate::formats::folder::{Folder, NamedFile};
@@ -28,11 +29,8 @@ pub(super) struct MeshMaterials {
 impl MeshMaterials {
     /// Materials of `triangles` triangles that change at `runs`.
     pub(super) fn new(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterials {
-        let ends = runs.iter().skip(1).map(|run| run.0).chain([triangles]);
-        let transformed = runs.iter().zip(ends).filter_map(|((first, look), end)| {
-            let transform = look.transform?;
-            Some((*first..end, transform))
-        });
+        let transformed = runs::ranges(runs, triangles)
+            .filter_map(|(range, look)| Some((range, look.transform?)));
         MeshMaterials {
             transformed: transformed.collect(),
             rows: expand_runs(runs, triangles),
@@ -50,9 +48,8 @@ fn expand_runs(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterial
         _ => {}
     }
     let mut rows = vec![0; triangles];
-    let ends = runs.iter().skip(1).map(|run| run.0).chain([triangles]);
-    for (&(first, look), end) in runs.iter().zip(ends) {
-        rows[first..end].fill(look.row);
+    for (range, look) in runs::ranges(runs, triangles) {
+        rows[range].fill(look.row);
     }
     MeshMaterial::Each(rows.into())
 }

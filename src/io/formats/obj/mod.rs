@@ -34,6 +34,7 @@ mod mtl_source;
 mod name;
 mod reader;
 mod remarks;
+mod runs;
 mod smoothing;
 mod texture_map;
 mod uv_baking;

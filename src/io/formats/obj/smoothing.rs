@@ -4,6 +4,7 @@
 //! it, each weighted by its angle there (Thürmer and Wüthrich, "Computing Vertex Normals from
 //! Polygonal Facets", 1998). So it does not depend on how polygons are cut.
 
+use super::runs;
 use crate::formats::faces::{NONE, NORMAL, VERTEX};
 use crate::formats::memory_budget::MemoryBudget;
 use crate::formats::mesh::MergedMesh;
@@ -53,11 +54,9 @@ pub(super) fn smooth(
 
 /// Runs of triangles that are in a group, ordered by the groups' numbers.
 fn groups(runs: &[(usize, u32)], triangles: usize) -> Vec<(u32, Range<usize>)> {
-    let ends = runs.iter().skip(1).map(|run| run.0).chain([triangles]);
-    let ranges = runs.iter().zip(ends);
-    let ranges = ranges.filter(|((first, group), end)| *group != 0 && first < end);
+    let ranges = runs::ranges(runs, triangles).map(|(range, &group)| (group, range));
     let mut groups: Vec<_> = ranges
-        .map(|(&(first, group), end)| (group, first..end))
+        .filter(|(group, range)| *group != 0 && !range.is_empty())
         .collect();
     groups.sort_by_key(|(group, range)| (*group, range.start));
     groups
