@@ -75,14 +75,6 @@ pub(super) struct Skipped {
     pub(super) unknown: Occurrences,
 }
 
-impl Skipped {
-    pub(super) fn merge(&mut self, later: Skipped) {
-        self.lines.merge(later.lines);
-        self.free_forms.merge(later.free_forms);
-        self.unknown.merge(later.unknown);
-    }
-}
-
 impl ObjChunk {
     /// Rows of each attribute.
     pub(super) fn counts(&self) -> [usize; 3] {

@@ -1,6 +1,6 @@
 //! Warnings about an OBJ file: each kind once, at its first occurrence.
 
-use super::chunk::{ObjChunk, Skipped};
+use super::chunk::ObjChunk;
 use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
 use crate::formats::faces::{NORMAL, UV};
 use crate::formats::mesh::Occurrences;
@@ -8,25 +8,24 @@ use crate::formats::mesh::Occurrences;
 /// Adds the warnings about all chunks, which have `total` rows of each attribute, and an error if
 /// the file is none of OBJ.
 pub(super) fn warn(text: &[u8], chunks: &[ObjChunk], total: [i64; 3], report: &mut DiagnosticSink) {
-    let mut skipped = Skipped::default();
-    chunks.iter().for_each(|chunk| skipped.merge(chunk.skipped));
+    let unknown = all(chunks, |chunk| chunk.skipped.unknown);
     let nothing = chunks
         .iter()
         .all(|chunk| chunk.counts() == [0; 3] && chunk.faces.len() == 0);
-    if let (true, Some(span)) = (nothing, skipped.unknown.first) {
+    if let (true, Some(span)) = (nothing, unknown.first) {
         report.error(
             span,
             "this is not an OBJ file: it has no vertices, and this is none of its statements",
         );
     }
-    skipped.lines.warn(report, |count| match count {
+    all(chunks, |chunk| chunk.skipped.lines).warn(report, |count| match count {
         1 => "this face of two corners, line or point is skipped".into(),
         _ => format!("{count} faces of two corners, lines or points are skipped, this one first"),
     });
-    skipped.free_forms.warn(report, |count| {
+    all(chunks, |chunk| chunk.skipped.free_forms).warn(report, |count| {
         format!("curves and surfaces are skipped: {count} statements, this one first")
     });
-    skipped.unknown.warn(report, |count| match count {
+    unknown.warn(report, |count| match count {
         1 => "this statement is unknown, and skipped".into(),
         _ => format!("{count} statements are unknown, this one first, and skipped"),
     });
