@@ -31,12 +31,9 @@ impl ObjReader<'_> {
         if !self.share.take(COLOR_BYTES) {
             return;
         }
-        if rgb.iter().any(|channel| !channel.is_finite()) {
-            let span = Span::between(start, self.cursor.at);
-            self.chunk.colors.bad.add(span);
-        }
         let vertex = self.chunk.counts()[VERTEX] - 1;
-        self.chunk.colors.add(vertex, rgb);
+        let span = Span::between(start, self.cursor.at);
+        self.chunk.colors.add(vertex, rgb, span);
     }
 
     /// Reads ZBrush's `#MRGB` and the colours after it, each of which is a mask, red, green and

@@ -1,5 +1,6 @@
 //! Colours of vertices, from all chunks.
 
+use crate::formats::diagnostics::Span;
 use crate::formats::mesh::{self, Occurrences};
 use crate::formats::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
 use crate::formats::workers;
@@ -23,8 +24,11 @@ const MAX_SHARE: f32 = 1.5;
 
 impl ChunkColors {
     /// Adds the colour of the vertex of this number. One that is not finite is missing.
-    pub(super) fn add(&mut self, vertex: usize, rgb: [f32; 3]) {
+    pub(super) fn add(&mut self, vertex: usize, rgb: [f32; 3], span: Span) {
         let finite = rgb.iter().all(|channel| channel.is_finite());
+        if !finite {
+            self.bad.add(span);
+        }
         for (column, channel) in self.rgb.iter_mut().zip(rgb) {
             column.resize(vertex, f32::NAN);
             column.push(if finite { channel } else { f32::NAN });
