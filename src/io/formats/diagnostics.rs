@@ -1,6 +1,8 @@
 //! Diagnostics of a reader about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of
 //! a kind.
 
+use phalanx_scene::shown_text;
+
 /// Number of errors after which a reader stops; equally many warnings are kept.
 pub const MAX_DIAGNOSTICS: usize = 20;
 
@@ -222,19 +224,10 @@ pub(super) fn quoted_file(name: &str) -> String {
 }
 
 fn quoted_up_to(text: &str, most: usize) -> String {
-    let mut out = String::from("`");
-    for c in text.chars().take(most) {
-        if c.is_control() {
-            out.extend(c.escape_default());
-        } else {
-            out.push(c);
-        }
-    }
-    if text.chars().nth(most).is_some() {
-        out.push('…');
-    }
-    out.push('`');
-    out
+    let end = text.char_indices().nth(most).map(|(end, _)| end);
+    let shown = shown_text(&text[..end.unwrap_or(text.len())]);
+    let more = if end.is_some() { "…" } else { "" };
+    format!("`{shown}{more}`")
 }
 
 /// Like [`quoted`], for text that need not be UTF-8.
