@@ -2,6 +2,10 @@
 
 use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
 
+/// Bytes at the beginning of a file in which a NUL shows that it is binary: headers end here, and
+/// are padded.
+pub(super) const HEAD_BYTES: usize = 1024;
+
 /// The text of a file that must be UTF-8.
 pub(super) fn utf8(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
     std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))

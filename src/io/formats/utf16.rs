@@ -2,9 +2,7 @@
 
 use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
 use super::memory_budget::MemoryBudget;
-
-/// Bytes in which a NUL shows that a file is binary: headers end here, and are padded.
-const HEAD_BYTES: usize = 1024;
+use super::text::HEAD_BYTES;
 
 /// The text of a file that a byte order mark declares to be UTF-16, without the mark, as UTF-8.
 /// `None` for all other files, binary ones that begin alike included.

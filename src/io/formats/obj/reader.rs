@@ -10,6 +10,7 @@ use crate::formats::memory_budget::{MemoryBudget, SharedBudget};
 use crate::formats::mesh::{self, MergedMesh, NotFinite};
 use crate::formats::options::Options;
 use crate::formats::origin::{self, Origin, ReadStop};
+use crate::formats::text::HEAD_BYTES;
 use crate::formats::vertex_colors::COLOR_ROW_BYTES;
 use crate::formats::workers;
 use glam::DVec3;
@@ -37,9 +38,6 @@ pub(crate) fn read(
         (read, _) => read,
     }
 }
-
-/// Bytes at the beginning of a file in which a NUL shows that it is no text.
-const HEAD_BYTES: usize = 1024;
 
 /// The first NUL at the beginning of a file, if it has more than those that pad it.
 fn first_nul(bytes: &[u8]) -> Option<usize> {
