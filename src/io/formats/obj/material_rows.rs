@@ -1,7 +1,7 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
 use super::mtl::{MtlMaterial, MtlOmission};
-use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
+use super::mtl_source::{KnownMaterial, MtlSource, accepted};
 use super::name::{spellings, text_of, without_comment};
 use super::runs;
 use super::texture_map::{TextureMap, UvTransform};
@@ -159,12 +159,7 @@ impl<'a> MaterialReader<'a> {
     fn texture(&mut self, source: usize, map: &TextureMap) -> u32 {
         let (name, found) = self.find(source, map);
         let report = &mut self.reports[source];
-        let found = found.map(|found| {
-            if let Some(instead) = &found.instead {
-                warn_renamed(&name, instead, map.name, report);
-            }
-            found.file
-        });
+        let found = found.map(|found| accepted(found, &name, map.name, report));
         self.textures
             .found(&name, found, map.wrap, || map.name, report)
     }

@@ -2,7 +2,7 @@
 
 use super::cursor::Cursor;
 use super::material_rows::{MaterialReader, MeshMaterials};
-use super::mtl_source::{KnownMaterial, MtlSource, warn_renamed};
+use super::mtl_source::{KnownMaterial, MtlSource, accepted};
 use super::name::{spellings, text_of, without_comment};
 use super::{file_list, mtl};
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
@@ -127,12 +127,7 @@ impl<'a> MaterialLibrary<'a> {
         span: Span,
         report: &mut DiagnosticSink,
     ) {
-        let file = found.map(|found| {
-            if let Some(instead) = &found.instead {
-                warn_renamed(name, instead, span, report);
-            }
-            found.file
-        });
+        let file = found.map(|found| accepted(found, name, span, report));
         if let Ok(file) = &file
             && !self.read.insert(file.clone())
         {

@@ -2,7 +2,7 @@
 
 use super::mtl::MtlMaterial;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_file};
-use crate::formats::folder::Found;
+use crate::formats::folder::{Found, NamedFile};
 
 /// A material file.
 pub(super) struct MtlSource {
@@ -20,11 +20,19 @@ pub(super) struct KnownMaterial {
     pub(super) source: usize,
 }
 
-/// Warns that a file was found under another name than the scene's.
-pub(super) fn warn_renamed(name: &str, instead: &str, span: Span, report: &mut DiagnosticSink) {
-    let (name, instead) = (quoted_file(name), quoted_file(instead));
-    report.warning(
-        span,
-        format!("there is no file {name}: {instead} is read instead"),
-    );
+/// The file that was found for a name, with a warning if it was found by another one.
+pub(super) fn accepted(
+    found: NamedFile,
+    name: &str,
+    span: Span,
+    report: &mut DiagnosticSink,
+) -> Found {
+    if let Some(instead) = found.instead {
+        let (name, instead) = (quoted_file(name), quoted_file(&instead));
+        report.warning(
+            span,
+            format!("there is no file {name}: {instead} is read instead"),
+        );
+    }
+    found.file
 }
