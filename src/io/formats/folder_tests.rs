@@ -87,7 +87,8 @@ fn links_open_nothing() {
             "{told}"
         );
     }
-    // What a link leads to is opened by that folder, and by the link's own path.
+    // A file that a link leads to may be read once its folder has been opened, by the folder's own
+    // path or by the path of the link.
     let folder = folder.and(&[outer.path().join("other")]);
     for inside in [
         "linked/bark.png",
