@@ -7,8 +7,7 @@
 
 use super::bounce_queue::BounceQueue;
 use super::ray_batch::QueueSlice;
-use super::secondary_rays::is_worth_tracing;
-use super::wavefront_context::WavefrontContext;
+use super::wavefront_context::{WavefrontContext, is_worth_tracing};
 use crate::shade::Surface;
 use bumpalo::Bump;
 use glam::Vec3;
@@ -81,8 +80,8 @@ pub(super) fn pass_absent_surfaces<'arena>(
 }
 
 /// Queues the rays that go on through partly covered surfaces, except those that are not worth
-/// tracing, into a queue that is empty. Their weight is what is not covered, and their search begins
-/// after the hit.
+/// tracing, into a queue that is empty. Their weight is what is not covered, and their search
+/// begins after the hit.
 pub(super) fn queue_passes(
     context: &WavefrontContext,
     rays: &QueueSlice,

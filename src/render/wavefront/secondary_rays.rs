@@ -3,12 +3,12 @@
 use super::bounce_queue::BounceQueue;
 use super::coverage::WaveCoverage;
 use super::ray_batch::QueueSlice;
-use super::wavefront_context::WavefrontContext;
+use super::wavefront_context::{WavefrontContext, is_worth_tracing};
 use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
 use bumpalo::Bump;
 use phalanx_scene::sampling::{BounceKind, child_seed};
 use phalanx_trace::packet::RayQueue;
-use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
+use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
 
 /// Queues the mirror rays of all hits, then the refracted ones, except those that are not worth
 /// tracing, into a queue that is empty.
@@ -95,12 +95,6 @@ fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -
         }
     }
     out
-}
-
-/// Lanes whose share is at least `min_weight` in some component. NaN counts as less.
-pub(super) fn is_worth_tracing(min_weight: f32, share: Vec3x8) -> Mask8 {
-    let least = F32x8::splat(min_weight);
-    share.x.abs().ge(least) | share.y.abs().ge(least) | share.z.abs().ge(least)
 }
 
 /// Returns the shares of mirror rays and of refracted ones, and drops rays whose share is less than

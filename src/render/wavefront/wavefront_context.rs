@@ -7,6 +7,7 @@ use crate::stats::RenderStats;
 use phalanx_scene::Scene;
 use phalanx_trace::Traversal;
 use phalanx_trace::packet::QueueColumns;
+use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
 
 /// Shared state of all waves.
 pub(crate) struct WavefrontContext<'a> {
@@ -36,4 +37,10 @@ pub(crate) struct Wave<'w, 'arena> {
     /// The rays' other outputs.
     pub(crate) aovs: AovBuffer<'w>,
     pub(crate) shadow_filter: ShadowFilter<'w>,
+}
+
+/// Lanes whose share is at least `min_weight` in some component. NaN counts as less.
+pub(super) fn is_worth_tracing(min_weight: f32, share: Vec3x8) -> Mask8 {
+    let least = F32x8::splat(min_weight);
+    share.x.abs().ge(least) | share.y.abs().ge(least) | share.z.abs().ge(least)
 }
