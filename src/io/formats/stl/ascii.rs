@@ -103,7 +103,7 @@ pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
     let mut words = StlLexer::new(bytes, mark_length(bytes));
     let mut count = 0;
     loop {
-        if words.take(b"solid").is_some() || words.take_end(b"solid").is_some() {
+        if words.take_solid() {
             words.skip_name();
         }
         match words.word() {
@@ -157,7 +157,7 @@ impl<'a> StlAsciiReader<'a> {
         loop {
             let read = if self.words.take(b"facet").is_some() {
                 self.facet()
-            } else if self.take_solid() {
+            } else if self.words.take_solid() {
                 self.words.skip_name();
                 Ok(())
             } else {
@@ -182,10 +182,6 @@ impl<'a> StlAsciiReader<'a> {
         }
     }
 
-    fn take_solid(&mut self) -> bool {
-        self.words.take(b"solid").is_some() || self.words.take_end(b"solid").is_some()
-    }
-
     /// Passes text up to the next facet or solid. It is an error if there is a word of a facet in
     /// it, because its beginning is lost then.
     fn between_facets(&mut self, first: Span) -> Result<(), FacetFault> {
@@ -196,7 +192,7 @@ impl<'a> StlAsciiReader<'a> {
                 let expected = "`facet` or `endsolid`";
                 return Err(FacetFault::Wrong(self.unexpected(first, expected)));
             }
-            let begins = self.words.take(b"facet").is_some() || self.take_solid();
+            let begins = self.words.take(b"facet").is_some() || self.words.take_solid();
             self.words = before;
             if begins || self.words.word().is_none() {
                 self.chunk.ignored.add(first);

@@ -83,6 +83,11 @@ impl<'a> StlLexer<'a> {
         found.then_some(word)
     }
 
+    /// Takes the word that begins or ends a solid; a name may follow.
+    pub(super) fn take_solid(&mut self) -> bool {
+        self.take(b"solid").is_some() || self.take_end(b"solid").is_some()
+    }
+
     /// Moves behind the name of a solid, which may hold blanks. It ends with its line, with a
     /// comment, or before a facet: some files are one line.
     pub(super) fn skip_name(&mut self) {
@@ -117,7 +122,7 @@ pub(super) fn is_in_remark(bytes: &[u8], at: usize) -> bool {
     let end = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]);
     // The line up to the first letter of the word.
     let mut words = StlLexer::new(&bytes[..=at], end.map_or(from, |end| from + end + 1));
-    if words.take(b"solid").is_some() || words.take_end(b"solid").is_some() {
+    if words.take_solid() {
         words.skip_name();
     }
     while let Some(word) = words.word() {
