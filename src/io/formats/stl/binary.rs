@@ -173,7 +173,7 @@ impl BinaryFacets<'_> {
     }
 
     /// The word of each facet, unless it is the length of data that follows.
-    pub(super) fn words(&self) -> Option<impl Iterator<Item = u16> + Clone> {
+    pub(super) fn words(&self) -> Option<impl ExactSizeIterator<Item = u16> + Clone> {
         let all = (0..self.len()).map(|facet| word(&self.bytes, facet));
         self.payloads.is_none().then_some(all)
     }

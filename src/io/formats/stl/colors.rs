@@ -27,16 +27,16 @@ const NUMBER_BYTES: u64 = 4;
 /// a message: there is no memory for them.
 pub(super) fn read(
     header: &[u8],
-    words: impl Iterator<Item = u16> + Clone,
+    words: impl ExactSizeIterator<Item = u16> + Clone,
     budget: &MemoryBudget,
 ) -> Result<MeshColors, String> {
     let coloured = words.clone().any(|word| word != 0);
     let object = object_color(header);
-    let plain = words.clone().all(|word| word == 0 || word & FLAG != 0);
-    if object.is_none() && !(coloured && plain) {
+    let plain = || words.clone().all(|word| word == 0 || word & FLAG != 0);
+    if object.is_none() && !(coloured && plain()) {
         return Ok(MeshColors::default());
     }
-    let facets = words.clone().count() as u64;
+    let facets = words.len() as u64;
     let needed = facets * (COLOR_ROW_BYTES + NUMBER_BYTES) + COLORS as u64 * COLOR_BYTES;
     budget.take(needed, || "for the colours of the file's facets".into())?;
     let mut colors = MeshColors::default();
@@ -47,7 +47,7 @@ pub(super) fn read(
     };
     let others = object.map_or(NO_COLORS, &mut row);
     let own = |word: u16| match object {
-        // A header that names a colour beside words of nothing but zeros: the colour of all.
+        // If all words are 0, the header's colour is that of all facets.
         Some(_) => coloured && word & FLAG == 0,
         None => word & FLAG != 0,
     };
