@@ -245,12 +245,7 @@ impl<'a> PlyAsciiReader<'a> {
             first = 0;
         }
         if self.words.find_row() {
-            let offset = self.words.at;
-            self.words.skip_line();
-            let length = self.words.text[offset..self.words.at]
-                .trim_ascii_end()
-                .len();
-            self.chunk.surplus = Some(Span::new(offset, length));
+            self.chunk.surplus = Some(self.words.rest_of_line());
         }
     }
 
@@ -333,12 +328,8 @@ impl<'a> PlyAsciiReader<'a> {
             return Ok(());
         }
         // Real files have them: MeshLab announces four numbers of a colour and writes ten.
-        let offset = self.words.at;
-        self.words.skip_line();
-        let length = self.words.text[offset..self.words.at]
-            .trim_ascii_end()
-            .len();
-        self.chunk.surplus_operands.add(Span::new(offset, length));
+        let surplus = self.words.rest_of_line();
+        self.chunk.surplus_operands.add(surplus);
         Ok(())
     }
 

@@ -69,6 +69,14 @@ impl PlyLexer<'_> {
         self.at += memchr::memchr(self.eol, rest).unwrap_or(rest.len());
     }
 
+    /// Passes the rest of the line; returns its span without the blanks at its end.
+    pub(super) fn rest_of_line(&mut self) -> Span {
+        let start = self.at;
+        self.skip_line();
+        let rest = &self.text[start..self.at];
+        Span::new(start, rest.trim_ascii_end().len())
+    }
+
     pub(super) fn since(&self, start: usize) -> Span {
         Span::between(start, self.at)
     }
