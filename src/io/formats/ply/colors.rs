@@ -30,11 +30,7 @@ pub(super) struct ColorProperties {
 impl ColorProperties {
     /// The colour of an element's rows, if they have one.
     pub(super) fn of(element: &Element) -> Option<ColorProperties> {
-        let three = |names: [&[u8]; 3]| {
-            let [r, g, b] = names.map(|name| element.number(name));
-            Some([r?, g?, b?])
-        };
-        let numbers = NAMES.into_iter().find_map(three)?;
+        let numbers = NAMES.into_iter().find_map(|names| element.numbers(names))?;
         let is_whole = |&index: &usize| matches!(element.properties[index].kind, PropertyKind::One(kind) if kind.is_whole());
         Some(ColorProperties {
             numbers,

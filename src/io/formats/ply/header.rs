@@ -107,6 +107,15 @@ impl Element {
         self.properties.iter().position(found)
     }
 
+    /// Indices of several numbers, if all of them are among the properties.
+    pub(super) fn numbers<const N: usize>(&self, names: [&[u8]; N]) -> Option<[usize; N]> {
+        let mut indices = [0; N];
+        for (index, name) in indices.iter_mut().zip(names) {
+            *index = self.number(name)?;
+        }
+        Some(indices)
+    }
+
     /// Index of the list of a face's corners among the properties.
     pub(super) fn corners(&self) -> Option<usize> {
         let named = |p: &Property| p.name == b"vertex_indices" || p.name == b"vertex_index";

@@ -60,11 +60,7 @@ impl ReadPlan {
             return None;
         };
         let vertex = &header.elements[element];
-        let three = |names: [&[u8]; 3]| {
-            let [x, y, z] = names.map(|name| vertex.number(name));
-            Some([x?, y?, z?])
-        };
-        let Some(position) = three([b"x", b"y", b"z"]) else {
+        let Some(position) = vertex.numbers([b"x", b"y", b"z"]) else {
             report.error(vertex.span, "the vertices lack an `x`, `y` or `z`");
             return None;
         };
@@ -83,7 +79,7 @@ impl ReadPlan {
             position,
             origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
             single,
-            normal: three([b"nx", b"ny", b"nz"]),
+            normal: vertex.numbers([b"nx", b"ny", b"nz"]),
             color: ColorProperties::of(vertex),
             uv: uvs::of_vertex(vertex),
         };

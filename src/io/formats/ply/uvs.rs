@@ -30,11 +30,9 @@ pub(super) const MAX_UVS: usize = 2 * MAX_CORNERS + 1;
 
 /// The two numbers of a vertex, as indices of its properties.
 pub(super) fn of_vertex(vertex: &Element) -> Option<[usize; 2]> {
-    let two = |names: [&[u8]; 2]| {
-        let [u, v] = names.map(|name| vertex.number(name));
-        Some([u?, v?])
-    };
-    VERTEX_NAMES.into_iter().find_map(two)
+    VERTEX_NAMES
+        .into_iter()
+        .find_map(|names| vertex.numbers(names))
 }
 
 /// The properties of faces that say where on a picture they are.
