@@ -167,7 +167,7 @@ impl<'a> PlyBinaryReader<'a> {
         let rows = &self.bytes[self.at..self.at + count * stride];
         let sources = properties.map(|index| source(element, index, 0));
         let mut columns = [(); 3].map(|()| vec![0.0f32; count]);
-        let size = (self.chunk_bytes / stride).max(1);
+        let (threads, size) = self.blocks(stride);
         let [x, y, z] = &mut columns;
         let outs = x
             .chunks_mut(size)
@@ -179,7 +179,7 @@ impl<'a> PlyBinaryReader<'a> {
             out: [x, y, z],
             rows,
         });
-        let bad = workers::map(self.threads, blocks.collect(), |mut block| {
+        let bad = workers::map(threads, blocks.collect(), |mut block| {
             let sources = sources.into_iter().zip(origin.to_array());
             for (out, ((offset, kind), origin)) in block.out.iter_mut().zip(sources) {
                 let kind = (kind, origin);
@@ -237,7 +237,7 @@ impl<'a> PlyBinaryReader<'a> {
         let mut faces = Faces::default();
         // Zeroed pages of the system, which are first touched when they are written to.
         faces.columns[VERTEX] = vec![[0; 3]; count];
-        let size = (self.chunk_bytes / stride).max(1);
+        let (threads, size) = self.blocks(stride);
         let outs = faces.columns[VERTEX].chunks_mut(size);
         let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
         let blocks = blocks.map(|(k, (out, rows))| RowChunk {
@@ -246,7 +246,7 @@ impl<'a> PlyBinaryReader<'a> {
             rows,
         });
         let vertices = self.plan.vertices.count;
-        let right = workers::map(self.threads, blocks.collect(), |block| {
+        let right = workers::map(threads, blocks.collect(), |block| {
             layout
                 .triangles(block.out, block.rows)
                 .is_some_and(|highest| u64::from(highest) < vertices)
