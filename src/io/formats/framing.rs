@@ -110,14 +110,9 @@ pub(super) fn parallel_height(
     threads: usize,
 ) -> f64 {
     let (middle, half) = middle_and_half(bounds);
-    let Ok(basis) = view.basis() else {
-        return half.length();
-    };
     // Sides of no slope: how far the scene reaches to the right, left, top and bottom.
-    let sides = FrameSides {
-        axes: [basis.u, basis.v, basis.w].map(|axis| axis.as_dvec3()),
-        slopes: [0.0; 2],
-        axis: shape.turntable.then_some(view.up.as_dvec3()),
+    let Some(sides) = FrameSides::of(view, [0.0; 2], shape.turntable) else {
+        return half.length();
     };
     let reach = reach(scene, middle, &sides, threads);
     let eye = view.eye.as_dvec3() - middle;
@@ -140,13 +135,8 @@ fn slopes(aspect: f64) -> [f64; 2] {
 
 /// Returns true if a view shows all of the scene as it is rounded.
 fn fits(scene: &Scene, view: &View, middle: DVec3, shape: PictureShape, threads: usize) -> bool {
-    let Ok(basis) = view.basis() else {
+    let Some(sides) = FrameSides::of(view, slopes(shape.aspect), shape.turntable) else {
         return false;
-    };
-    let sides = FrameSides {
-        axes: [basis.u, basis.v, basis.w].map(|axis| axis.as_dvec3()),
-        slopes: slopes(shape.aspect),
-        axis: shape.turntable.then_some(view.up.as_dvec3()),
     };
     let reach = reach(scene, middle, &sides, threads);
     let eye = view.eye.as_dvec3() - middle;
@@ -165,6 +155,16 @@ struct FrameSides {
 }
 
 impl FrameSides {
+    /// The sides of a view with these slopes; `None` if it has no basis.
+    fn of(view: &View, slopes: [f64; 2], turntable: bool) -> Option<FrameSides> {
+        let basis = view.basis().ok()?;
+        Some(FrameSides {
+            axes: [basis.u, basis.v, basis.w].map(|axis| axis.as_dvec3()),
+            slopes,
+            axis: turntable.then_some(view.up.as_dvec3()),
+        })
+    }
+
     fn normals(&self) -> [DVec3; 4] {
         let [right, top, back] = self.axes;
         let [wide, high] = self.slopes.map(|slope| back * slope);
@@ -223,7 +223,7 @@ fn reach(scene: &Scene, middle: DVec3, sides: &FrameSides, threads: usize) -> [f
     }
 }
 
-/// How far what has been looked at reaches toward each side.
+/// The greatest n · (p − middle) of the points added so far, for the normal n of each side.
 struct FrameReach {
     middle: DVec3,
     normals: [DVec3; 4],
