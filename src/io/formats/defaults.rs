@@ -103,14 +103,16 @@ fn add_defaults(
         scene.background = BACKGROUND;
     }
     apply_overrides(scene, options);
+    let up = options.up.unwrap_or(missing.up);
     let MadeUpParts { view, light } = scene.made_up;
     if view || light {
         let bounds = bounds_of(scene, options);
         if view {
-            make_up_view(scene, bounds, options.up.unwrap_or(missing.up), options);
-            let options_of = match missing.up_unsaid && missing.up == UpAxis::Y {
-                true if options.up.is_none() => ", y up (see --camera, --up)",
-                _ => " (see --camera)",
+            make_up_view(scene, bounds, up, options);
+            let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
+            let options_of = match assumed_y {
+                true => ", y up (see --camera, --up)",
+                false => " (see --camera)",
             };
             let used = "the file has no camera: one that frames everything is used";
             notes.push(format!("{used}{options_of}"));
@@ -125,7 +127,7 @@ fn add_defaults(
     }
     apply_projection(scene, options.ortho, options);
     if missing.background && options.background.is_none() {
-        notes.extend(make_up_sky(scene, options.up.unwrap_or(missing.up)));
+        notes.extend(make_up_sky(scene, up));
     }
     notes.extend(note_on_up(scene, options));
     if view && options.up.is_none() && missing.up != UpAxis::Y {
@@ -155,8 +157,9 @@ fn make_up_sky(scene: &mut Scene, up: UpAxis) -> Option<String> {
     Some(note.into())
 }
 
-/// Makes the camera's rays parallel, if the user wants that. A made-up camera still shows
-/// everything; with another, what it looks at keeps its size.
+/// Makes the camera's rays parallel, if the user wants that. Without a given height, a made-up
+/// camera still shows everything, and any other shows what lies as far away as the point that it
+/// looks at in the same size as before.
 fn apply_projection(scene: &mut Scene, ortho: Option<OrthoHeight>, options: &Options) {
     let Some(height) = ortho else {
         return;
@@ -164,11 +167,7 @@ fn apply_projection(scene: &mut Scene, ortho: Option<OrthoHeight>, options: &Opt
     let height = match height {
         OrthoHeight::Given(height) => height * f64::from(scene.scale),
         OrthoHeight::Fitting if scene.made_up.view => {
-            let shape = PictureShape {
-                aspect: aspect(options.size.unwrap_or((scene.width, scene.height))),
-                up: UpAxis::of(&scene.view).unwrap_or_default(),
-                turntable: options.turntable,
-            };
+            let shape = picture_shape(scene, UpAxis::of(&scene.view).unwrap_or_default(), options);
             let bounds = bounds_of(scene, options);
             parallel_height(scene, &scene.view, bounds, shape, options.threads)
         }
@@ -185,12 +184,17 @@ fn apply_projection(scene: &mut Scene, ortho: Option<OrthoHeight>, options: &Opt
     scene.view.ortho = Some(height as f32);
 }
 
-fn make_up_view(scene: &mut Scene, bounds: Bounds, up: UpAxis, options: &Options) {
-    let shape = PictureShape {
+/// The picture that a camera is made up for.
+fn picture_shape(scene: &Scene, up: UpAxis, options: &Options) -> PictureShape {
+    PictureShape {
         aspect: aspect(options.size.unwrap_or((scene.width, scene.height))),
         up,
         turntable: options.turntable,
-    };
+    }
+}
+
+fn make_up_view(scene: &mut Scene, bounds: Bounds, up: UpAxis, options: &Options) {
+    let shape = picture_shape(scene, up, options);
     scene.view = framing(scene, bounds, shape, options.threads);
 }
 
