@@ -10,9 +10,14 @@ pub fn shown_path(path: impl AsRef<Path>) -> String {
 
 /// A text for one line of a message, with control characters escaped.
 pub fn shown_text(text: &str) -> String {
+    escaped(text, char::is_control)
+}
+
+/// A text with the characters of a kind escaped.
+pub fn escaped(text: &str, of_kind: impl Fn(char) -> bool) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match c.is_control() {
+        match of_kind(c) {
             true => shown.extend(c.escape_default()),
             false => shown.push(c),
         }

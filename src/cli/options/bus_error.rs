@@ -16,7 +16,6 @@ pub fn watch(_: &std::path::Path) {}
 
 #[cfg(target_os = "linux")]
 mod linux {
-    use crate::cli::output::printable;
     use phalanx::scene::shown_path;
     use std::ffi::c_int;
     use std::mem::MaybeUninit;
@@ -41,7 +40,7 @@ mod linux {
     pub fn watch(path: &Path) {
         static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-        let name = printable(&shown_path(path)).into_owned();
+        let name = shown_path(path);
         if names.contains(&name) {
             return;
         }

@@ -127,7 +127,7 @@ impl SourceLine {
             at + 1
         });
         (last - first <= LONGEST_LINE).then(|| SourceLine {
-            name: printable(&shown_path(path)),
+            name: shown_path(path),
             line: printable(&text[first..last]),
             offset: first,
             at: (d.line.saturating_sub(1), d.column.saturating_sub(1)),

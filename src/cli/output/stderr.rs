@@ -1,5 +1,6 @@
 //! Messages on stderr.
 
+use phalanx::scene::escaped;
 use std::borrow::Cow;
 use std::io::{self, Write};
 
@@ -13,22 +14,15 @@ pub fn note_raw(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// A text for people, with control characters escaped: file names and other foreign text must not
-/// control the terminal. All output for people goes through here, so that no message has to handle
-/// it.
+/// A text for people, with all control characters escaped but those of lines and columns: foreign
+/// text must not control the terminal. All output for people goes through here. A file name also
+/// goes through [`shown_path`](phalanx::scene::shown_path), which keeps it on its line.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
-    if !text.contains(steers) {
-        return text.into();
+    match text.contains(steers) {
+        true => escaped(text, steers).into(),
+        false => text.into(),
     }
-    let mut shown = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        match steers(c) {
-            true => shown.extend(c.escape_default()),
-            false => shown.push(c),
-        }
-    }
-    shown.into()
 }
 
 /// Prints a line on stderr if this build leaves instructions of this CPU unused.

@@ -6,7 +6,7 @@ use super::render_key::{FieldError, RenderKey};
 use crate::frame::{Aovs, Tile};
 use phalanx_io::image::MAX_EXPOSURE;
 use phalanx_scene::film::tiles;
-use phalanx_scene::{quoted_text, shown_path};
+use phalanx_scene::{quoted_text, shown_path, shown_text};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
@@ -163,7 +163,7 @@ impl RenderPlan {
         };
         let malformed = |reason: &str| PlanError::Malformed {
             path: path.into(),
-            reason: printable(reason),
+            reason: shown_text(reason),
         };
         let mut bytes = Vec::new();
         let file = File::open(path).map_err(io)?;
@@ -200,7 +200,7 @@ impl RenderPlan {
         let wrong = |field, value: String, expected: &str| {
             Err(FieldError {
                 field,
-                value: printable(&value),
+                value,
                 expected: expected.to_owned(),
             })
         };
@@ -314,15 +314,6 @@ fn side(window: Tile, shards: u32) -> u32 {
         DEFAULT_TILE_SIDE / 4,
     ];
     sides.into_iter().find(|&side| enough(side)).unwrap_or(8)
-}
-
-/// Makes a text of a file printable: a terminal would obey its control characters.
-fn printable(text: &str) -> String {
-    let escaped = |c: char| match c.is_control() {
-        true => c.escape_default().to_string(),
-        false => c.to_string(),
-    };
-    text.chars().map(escaped).collect()
 }
 
 #[cfg(test)]
