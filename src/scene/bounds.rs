@@ -1,6 +1,6 @@
 //! Axis-aligned boxes.
 
-use glam::Vec3;
+use glam::{BVec3, Vec3};
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,15 @@ impl Bounds {
     #[inline]
     pub fn is_empty(self) -> bool {
         !self.lo.cmple(self.hi).all()
+    }
+
+    /// All eight corners.
+    #[inline]
+    pub fn corners(self) -> [Vec3; 8] {
+        std::array::from_fn(|k| {
+            let upper = BVec3::from_array([0, 1, 2].map(|axis| k >> axis & 1 == 1));
+            Vec3::select(upper, self.hi, self.lo)
+        })
     }
 
     /// The smallest box around both boxes.

@@ -1,6 +1,5 @@
 //! A picture of something that shows nothing: found while its bands are written, and explained.
 
-use glam::Vec3;
 use phalanx::camera::Camera;
 use phalanx::render::Film;
 use phalanx::scene::{Bounds, Scene};
@@ -87,14 +86,13 @@ fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
 fn outside(scene: &Scene, bounds: Bounds, (width, height): (u32, u32)) -> Option<&'static str> {
     let camera = Camera::new(&scene.view, width, height).ok()?;
     // Right, up and ahead of the eye, and the distance of pixels there.
-    let corners = (0..8).map(|k: usize| {
-        let pick = |axis: usize| [bounds.lo, bounds.hi][k >> axis & 1][axis];
-        let to = Vec3::new(pick(0), pick(1), pick(2)) - camera.eye;
+    let corners = bounds.corners().map(|corner| {
+        let to = corner - camera.eye;
         let ahead = -to.dot(camera.back);
         let pixel = camera.slope * if camera.parallel { 1.0 } else { ahead };
         [to.dot(camera.right), to.dot(camera.up), ahead, pixel]
     });
-    let all = |beyond: &dyn Fn([f32; 4]) -> bool| corners.clone().all(beyond);
+    let all = |beyond: &dyn Fn([f32; 4]) -> bool| corners.into_iter().all(beyond);
     if all(&|[_, _, ahead, _]| ahead <= 0.0) {
         return Some("behind the camera");
     }

@@ -289,7 +289,9 @@ impl FrameReach {
             }
             PrimKind::Ellipsoid => {
                 let bounds = scene.prim_bounds(prim);
-                corners(bounds).for_each(|p| self.add(p, 0.0));
+                for p in bounds.corners().map(Vec3::as_dvec3) {
+                    self.add(p, 0.0);
+                }
             }
         }
     }
@@ -302,18 +304,12 @@ impl FrameReach {
         for k in 0..scene.instances.len() {
             let columns = scene.instances.world_columns(k).map(|c| c.as_dvec3());
             let [x, y, z, position] = columns;
-            for p in corners(meshes[scene.instances.mesh[k] as usize]) {
+            let mesh = meshes[scene.instances.mesh[k] as usize];
+            for p in mesh.corners().map(Vec3::as_dvec3) {
                 self.add(x * p.x + y * p.y + z * p.z + position, 0.0);
             }
         }
     }
-}
-
-/// The corners of a box that is not empty.
-fn corners(bounds: Bounds) -> impl Iterator<Item = DVec3> {
-    let ends = [bounds.lo, bounds.hi];
-    let corner = move |k: usize| Vec3::new(ends[k & 1].x, ends[k >> 1 & 1].y, ends[k >> 2].z);
-    (0..8).map(move |k| corner(k).as_dvec3())
 }
 
 #[cfg(test)]
