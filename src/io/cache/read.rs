@@ -65,7 +65,7 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
         next: 0,
     };
     let (mut scene, extra) = sections.settings()?;
-    let mut texture_has_alpha = extra.has_alpha.clone().into_iter();
+    let mut texture_has_alpha = extra.has_alpha.into_iter();
     sections.texels(&mut scene, |texture| Some((3, &mut texture.texels)))?;
     sections.texels(&mut scene, |texture| {
         texture_has_alpha.next()?.then_some((1, &mut texture.alpha))

@@ -34,7 +34,7 @@ pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
         out.word(number);
     }
     out.vec3(scene.background);
-    out.word(u32::from(scene.sky.is_some()));
+    out.flag(scene.sky.is_some());
     if let Some(Sky { up, nadir, zenith }) = scene.sky {
         [up, nadir, zenith].into_iter().for_each(|v| out.vec3(v));
     }
@@ -49,21 +49,21 @@ pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
         out.vec3(position);
     }
     out.float(view.fovy);
-    out.word(u32::from(view.ortho.is_some()));
+    out.flag(view.ortho.is_some());
     if let Some(height) = view.ortho {
         out.float(height);
     }
     let MadeUpParts { view, light } = scene.made_up;
-    out.word(u32::from(view));
-    out.word(u32::from(light));
+    out.flag(view);
+    out.flag(light);
     out.text(scene.output.as_deref());
     out.word(scene.lights.len() as u32);
     for &directional in scene.lights.directional.iter() {
-        out.word(u32::from(directional));
+        out.flag(directional);
     }
     out.word(scene.textures.len() as u32);
     for (texture, &has_alpha) in scene.textures.iter().zip(&extra.has_alpha) {
-        out.word(u32::from(has_alpha));
+        out.flag(has_alpha);
         out.word(texture.width);
         out.word(texture.height);
         for wrap in texture.wrap {
@@ -83,7 +83,7 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
         height: input.word()?,
         max_depth: input.word()?,
         background: input.vec3()?,
-        sky: match input.one_of([false, true])? {
+        sky: match input.flag()? {
             true => Some(Sky {
                 up: input.vec3()?,
                 nadir: input.vec3()?,
@@ -102,24 +102,24 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
             center: input.vec3()?,
             up: input.vec3()?,
             fovy: input.float()?,
-            ortho: match input.one_of([false, true])? {
+            ortho: match input.flag()? {
                 true => Some(input.float()?),
                 false => None,
             },
         },
         made_up: MadeUpParts {
-            view: input.one_of([false, true])?,
-            light: input.one_of([false, true])?,
+            view: input.flag()?,
+            light: input.flag()?,
         },
         output: input.text()?,
         ..Scene::default()
     };
     for _ in 0..input.word()? {
-        scene.lights.directional.push(input.one_of([false, true])?);
+        scene.lights.directional.push(input.flag()?);
     }
     let mut has_alpha = Vec::new();
     for _ in 0..input.word()? {
-        has_alpha.push(input.one_of([false, true])?);
+        has_alpha.push(input.flag()?);
         scene.textures.push(Texture {
             width: input.word()?,
             height: input.word()?,
@@ -158,6 +158,10 @@ impl SettingsWriter {
         self.0.extend(word.to_le_bytes());
     }
 
+    fn flag(&mut self, flag: bool) {
+        self.word(u32::from(flag));
+    }
+
     fn float(&mut self, number: f32) {
         self.word(number.to_bits());
     }
@@ -173,7 +177,7 @@ impl SettingsWriter {
     }
 
     fn text(&mut self, text: Option<&str>) {
-        self.word(u32::from(text.is_some()));
+        self.flag(text.is_some());
         let bytes = text.unwrap_or_default().as_bytes();
         self.word(bytes.len() as u32);
         self.0.extend(bytes);
@@ -189,6 +193,10 @@ impl SettingsReader<'_> {
         let (word, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(u32::from_le_bytes(*word))
+    }
+
+    fn flag(&mut self) -> Option<bool> {
+        self.one_of([false, true])
     }
 
     fn float(&mut self) -> Option<f32> {
@@ -213,7 +221,7 @@ impl SettingsReader<'_> {
     }
 
     fn text(&mut self) -> Option<Option<String>> {
-        let there = self.one_of([false, true])?;
+        let there = self.flag()?;
         let length = self.word()? as usize;
         let (bytes, rest) = self.0.split_at_checked(length)?;
         self.0 = rest;
