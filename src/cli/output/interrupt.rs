@@ -10,6 +10,8 @@
 
 use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};
+#[cfg(unix)]
+use super::process_status::process_status;
 use super::stderr::note;
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
@@ -49,11 +51,7 @@ fn watch_signals() -> std::io::Result<()> {
 /// Returns true if a signal was ignored when the process began; `None` where that cannot be told.
 #[cfg(unix)]
 fn ignores(signal: i32) -> Option<bool> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let mask = status
-        .lines()
-        .find_map(|line| line.strip_prefix("SigIgn:"))?;
-    let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+    let mask = u64::from_str_radix(&process_status("SigIgn")?, 16).ok()?;
     Some(mask >> (signal - 1) & 1 == 1)
 }
 

@@ -1,5 +1,6 @@
 //! Memory in use, part by part.
 
+use super::process_status::process_status;
 use super::table::bytes;
 use phalanx::frame::TreeStats;
 use phalanx::scene::Scene;
@@ -103,8 +104,7 @@ impl MemoryStats {
 
 /// Most memory that this process has held at once, as Linux reports it.
 fn peak_rss_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    let peak = process_status("VmHWM")?;
+    let kib: u64 = peak.strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }

@@ -10,6 +10,7 @@ mod live_preview;
 mod memory_stats;
 mod output_file;
 mod preview;
+mod process_status;
 pub mod progress;
 mod render_summary;
 mod stats;
