@@ -6,8 +6,7 @@ use crate::cli::output::{CliError, OutputFile};
 use clap::Args;
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat, MAX_EXPOSURE};
-use phalanx::scene::Scene;
-use phalanx::scene::shown_path;
+use phalanx::scene::{Scene, shown_path};
 use std::path::PathBuf;
 
 /// How samples for a screen are made of radiance.

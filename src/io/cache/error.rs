@@ -1,8 +1,7 @@
 //! Reasons why a file is refused as a cache.
 
 use super::file_type::VERSION;
-use phalanx_scene::SceneError;
-use phalanx_scene::shown_path;
+use phalanx_scene::{SceneError, shown_path};
 use phalanx_trace::bvh::BvhError;
 use std::io;
 use std::path::PathBuf;

@@ -1,8 +1,7 @@
 //! The outcome of a reader: a scene, or the reason why there is none.
 
 use super::diagnostics::Diagnostic;
-use phalanx_scene::Scene;
-use phalanx_scene::shown_path;
+use phalanx_scene::{Scene, shown_path};
 use std::path::PathBuf;
 
 /// A scene and the remarks of its reader.
