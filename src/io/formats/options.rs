@@ -43,8 +43,8 @@ pub struct Options {
 /// Visible height of a camera of parallel rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OrthoHeight {
-    /// A made-up camera shows everything. Any other shows what lies as far away as the point that it
-    /// looks at in the same size as its perspective does.
+    /// A made-up camera shows everything. Any other shows what lies as far away as the point that
+    /// it looks at in the same size as its perspective does.
     Fitting,
     /// A height, in units of the file.
     Given(f64),

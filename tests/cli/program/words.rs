@@ -157,7 +157,7 @@ fn begun(room: &TestFolder, program: &str) -> std::process::Child {
         assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
     }
     std::thread::sleep(std::time::Duration::from_millis(300));
-    // What is said further finds its reader.
+    // Later messages are read, so that the program never waits for space in the pipe.
     std::thread::spawn(move || std::io::copy(&mut stderr, &mut std::io::sink()));
     child
 }
