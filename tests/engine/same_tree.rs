@@ -4,8 +4,10 @@
 //! The hashes below were taken once; `.ci/run` runs this test on every instruction set that it
 //! builds for.
 
-use phalanx::bvh::{Bvh, Child};
+use phalanx::bvh::{BuildSettings, Bvh, Child};
 use phalanx::formats::{Options, load};
+use phalanx::scene::Scene;
+use phalanx::standard;
 use std::path::Path;
 
 /// FNV-1a over 32-bit words.
@@ -33,24 +35,36 @@ fn tree_hash(bvh: &Bvh) -> u64 {
     hash(nodes.chain(triangles).chain(spheres).chain(ellipsoids))
 }
 
+/// A scene of ours, or a standard one of several chunks.
+fn scene(name: &str) -> Scene {
+    if let Ok(spec) = standard::parse_spec(name) {
+        return standard::scene(spec).expect("a standard scene");
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.test"));
+    let loaded = load(&path, &Options::default());
+    loaded.expect("a scene of ours").scene
+}
+
 #[test]
 fn every_build_makes_the_same_tree() {
     let expected = [
-        ("phalanx", 0xd37da20706be2f70),
-        ("spheres", 0x55c32acfb80dfaa9),
-        ("mirrors", 0x13107acb7be5c828),
+        ("phalanx", 0xa405bdec4b212b34),
+        ("spheres", 0xb572cfbc36f8b730),
+        ("mirrors", 0x5aeee6bf254a4fbf),
+        ("standard:street:60k", 0x82951485cffa64b1),
+        ("standard:balls:5", 0x3dbc8499ac9e692c),
     ];
     let found = expected.map(|(name, _)| {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.test"));
-        let scene = load(&path, &Options::default())
-            .expect("a scene of ours")
-            .scene;
+        let scene = scene(name);
         let bvh = Bvh::build(&scene);
-        assert_eq!(
-            tree_hash(&bvh),
-            tree_hash(&Bvh::build(&scene)),
-            "{name}, built twice"
-        );
+        for threads in [1, 2, 7] {
+            let settings = BuildSettings {
+                threads,
+                ..BuildSettings::default()
+            };
+            let again = Bvh::build_with(&scene, &settings);
+            assert_eq!(tree_hash(&bvh), tree_hash(&again), "{name}, {threads}");
+        }
         (name, tree_hash(&bvh))
     });
     assert_eq!(found, expected, "{found:#x?}");

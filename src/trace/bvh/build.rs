@@ -1,32 +1,32 @@
-//! Parallel build. Objects are divided into chunks from the top, obvhs builds trees over the chunks
-//! side by side, and a small tree over the chunks joins them to one.
+//! The build, on all threads: objects are divided into chunks from the top, each chunk is clustered
+//! from below, and the upper levels are optimised as one tree.
 //!
-//! obvhs's own parallel build gains 15 % on two threads (its reinsertion is serial), and holds 220
-//! bytes an object while it works. A tree built in chunks also costs less by the surface area
-//! heuristic: its upper levels are divided better from the top than they are merged from below.
-//! `perf/notes/parallel-build.md` has the figures.
+//! A tree whose upper levels are divided from the top costs less than one that is merged from below
+//! throughout, and clusters cost less than divisions further down. `perf/notes/builder.md` has the
+//! figures, and the builders that were tried.
 //!
 //! Nothing depends on the number of threads: the same scene gives the same tree on every machine.
 
-use super::build_input::{BuildInput, PrimIndex};
-use super::chunks::chunks;
+use super::build_input::BuildInput;
+use super::clustering::{self, ChunkTree, Clustering};
+use super::division::Division;
 use super::geometry_starts::GeometryStarts;
 use super::huge_pages::move_to_huge_pages;
-use super::merge::merge;
-use super::subtree::{ObvhsTree, Offsets, Subtree, weighted_cost};
+use super::leaf_rows::leaf_rows;
+use super::offsets::Offsets;
+use super::prim_ref::PrimRef;
+use super::upper::{WholeTree, whole_tree};
 use super::wide::widen;
-use super::{Bvh, Child, Node, WideBvh, ploc};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use phalanx_scene::{Bounds, Scene};
+use super::{Bvh, LeafPrims, WideBvh, best};
+use phalanx_scene::Scene;
 use rayon::prelude::*;
 use std::panic::resume_unwind;
 use std::sync::OnceLock;
 
 /// Trade of build time for tracing speed. No hit depends on it.
 ///
-/// On two threads of one machine a million triangles took 0.27 to 0.38 s at [`Quality::Medium`] and
-/// 0.72 to 0.94 s at [`Quality::Best`]: see `perf/notes/tree-preset.md`.
+/// On two threads of one machine a million triangles took 0.08 to 0.11 s at [`Quality::Medium`] and
+/// 0.8 to 1.1 s at [`Quality::Best`]: see `perf/notes/builder.md`.
 ///
 /// ```
 /// use phalanx_trace::bvh::Quality;
@@ -36,14 +36,14 @@ use std::sync::OnceLock;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Fastest build, slowest to trace: for one small picture of a huge scene.
+    /// Clusters are compared with two neighbours on each side: some 5 % less build time.
     Fastest,
-    /// Less search and less reinsertion than the default.
+    /// Four neighbours on each side.
     Fast,
-    /// Best total time for a picture of the usual size.
+    /// Eight neighbours on each side: best total time for a picture.
     #[default]
     Medium,
-    /// Two to three times the build time for 2 to 9 % of rate: for a cache that is rendered often,
+    /// obvhs's most thorough trees: ten times the build time, for a cache that is rendered often,
     /// and the quality that `bench` measures.
     Best,
 }
@@ -63,17 +63,11 @@ impl Quality {
         known.map_or("", |(name, _)| name)
     }
 
-    pub(super) fn preset(self) -> BvhBuildParams {
+    /// Most objects of a chunk.
+    fn chunk_prims(self) -> usize {
         match self {
-            Quality::Fastest => BvhBuildParams::very_fast_build(),
-            Quality::Fast => BvhBuildParams::fast_build(),
-            // Neighbours are searched from the second round on, not from the fourth: trees 3 to 5 %
-            // cheaper for next to nothing (perf/notes/tree-preset.md).
-            Quality::Medium => BvhBuildParams {
-                search_depth_threshold: 1,
-                ..BvhBuildParams::medium_build()
-            },
-            Quality::Best => BvhBuildParams::very_slow_build(),
+            Quality::Fastest | Quality::Fast | Quality::Medium => clustering::CHUNK_PRIMS,
+            Quality::Best => best::CHUNK_PRIMS,
         }
     }
 }
@@ -187,12 +181,11 @@ fn build(scene: &Scene, quality: Quality) -> Bvh {
     let Some(world) = build_subtree(&objects, objects.world(), quality) else {
         return Bvh::empty();
     };
-    let sah = 1.0 + relative_cost(&world);
     let mut bvh = Bvh {
-        depth: world.depth,
-        nodes: world.nodes.into(),
+        depth: world.tree.depth,
+        sah: 1.0 + relative_cost(&world.tree),
+        nodes: world.tree.nodes.into(),
         slots: world.slots,
-        sah,
         wide: OnceLock::new(),
         geometries: GeometryStarts::of(scene),
     };
@@ -200,19 +193,26 @@ fn build(scene: &Scene, quality: Quality) -> Bvh {
     let meshes: Vec<Option<Subtree>> = meshes
         .map(|mesh| build_subtree(&objects, objects.mesh(mesh), quality))
         .collect();
+    append_meshes(&mut bvh, meshes.into_iter().flatten().collect());
+    bvh
+}
+
+/// Appends the trees of meshes, and leads the instances to them.
+fn append_meshes(bvh: &mut Bvh, meshes: Vec<Subtree>) {
+    if meshes.is_empty() {
+        return;
+    }
     let mut deepest = 0;
-    let roots: Vec<u32> = meshes
-        .into_iter()
-        .flatten()
-        .map(|mut mesh| {
-            let offsets = Offsets::after(bvh.nodes.len(), &bvh.slots);
-            offsets.rebase_nodes(&mut mesh.nodes);
-            bvh.nodes.extend(mesh.nodes);
-            bvh.slots.append(mesh.slots);
-            deepest = deepest.max(mesh.depth);
-            offsets.node
-        })
-        .collect();
+    let append = |mesh: Subtree| {
+        let offsets = Offsets::after(bvh.nodes.len(), &bvh.slots);
+        let mut nodes = mesh.tree.nodes;
+        offsets.rebase_nodes(&mut nodes);
+        bvh.nodes.extend(nodes);
+        bvh.slots.append(mesh.slots);
+        deepest = deepest.max(mesh.tree.depth);
+        offsets.node
+    };
+    let roots: Vec<u32> = meshes.into_iter().map(append).collect();
     for slot in bvh.slots.instances.iter_mut() {
         slot.root = roots[slot.root as usize];
     }
@@ -220,62 +220,56 @@ fn build(scene: &Scene, quality: Quality) -> Bvh {
     move_to_huge_pages(bvh.nodes.make_mut());
     move_to_huge_pages(bvh.slots.triangles.make_mut());
     move_to_huge_pages(bvh.slots.spheres.make_mut());
-    bvh
 }
 
-fn relative_cost(subtree: &Subtree) -> f64 {
-    let area = f64::from(subtree.bounds.half_area());
+fn relative_cost(tree: &WholeTree) -> f64 {
+    let area = f64::from(tree.bounds.half_area());
     if area > 0.0 {
-        subtree.weighted_cost / area
+        tree.weighted_cost / area
     } else {
         0.0
     }
 }
 
-/// A tree whose root is its node 0; `None` for no objects.
-fn build_subtree(objects: &BuildInput, all: Vec<PrimIndex>, quality: Quality) -> Option<Subtree> {
-    let mut all = objects.prim_refs(all);
-    let chunks = chunks(&mut all);
-    let subtrees = chunks.into_par_iter().filter_map(|chunk| {
-        let boxes: Vec<Aabb> = chunk.iter().map(|item| aabb(item.bounds)).collect();
-        let theirs = ObvhsTree {
-            tree: &ploc::build(&boxes, &quality.preset())?,
-            chunk,
-            objects,
-        };
-        Some(theirs.subtree())
-    });
-    let mut subtrees: Vec<Subtree> = subtrees.collect();
-    drop(all);
-    let whole = match subtrees.len() {
-        0 | 1 => subtrees.pop()?,
-        _ => {
-            let boxes: Vec<Aabb> = subtrees.iter().map(|p| aabb(p.bounds)).collect();
-            let preset = BvhBuildParams {
-                max_prims_per_leaf: 1,
-                ..quality.preset()
-            };
-            merge(subtrees, &ploc::build(&boxes, &preset)?)
-        }
-    };
-    Some(rooted(whole))
+/// A tree whose root is its node 0.
+struct Subtree {
+    tree: WholeTree,
+    slots: LeafPrims,
 }
 
-/// The subtree with a node at its root, even if its only content is one leaf.
-fn rooted(mut subtree: Subtree) -> Subtree {
-    if let leaf @ Child::Leaf { .. } = subtree.root {
-        subtree.weighted_cost += weighted_cost(leaf, subtree.bounds);
-        subtree.nodes.push(Node::new([
-            (leaf, subtree.bounds),
-            (Child::EMPTY, Bounds::EMPTY),
-        ]));
-        subtree.root = Child::Node(0);
-        subtree.depth = 1;
+/// The tree over some objects; `None` for none.
+fn build_subtree(input: &BuildInput, all: Vec<PrimRef>, quality: Quality) -> Option<Subtree> {
+    if all.is_empty() {
+        return None;
     }
-    subtree
+    let division = Division::of(all, quality.chunk_prims());
+    let chunks = (0..division.len()).into_par_iter().with_max_len(1);
+    let chunks: Vec<ChunkTree> = chunks
+        .map_init(ChunkBuilder::default, |builder, k| {
+            division.gather(k, &mut builder.objects);
+            builder.run(quality)
+        })
+        .collect();
+    let tree = whole_tree(&division.into_tree(), &chunks);
+    let slots = leaf_rows(input, &chunks);
+    Some(Subtree { tree, slots })
 }
 
-/// Converts a box to obvhs's type.
-fn aabb(b: Bounds) -> Aabb {
-    Aabb::new(b.lo.into(), b.hi.into())
+/// Memory that a thread uses for one chunk after another.
+#[derive(Default)]
+struct ChunkBuilder {
+    objects: Vec<PrimRef>,
+    clustering: Clustering,
+}
+
+impl ChunkBuilder {
+    fn run(&mut self, quality: Quality) -> ChunkTree {
+        let chunk = &self.objects[..];
+        match quality {
+            Quality::Fastest => self.clustering.run::<2>(chunk),
+            Quality::Fast => self.clustering.run::<4>(chunk),
+            Quality::Medium => self.clustering.run::<8>(chunk),
+            Quality::Best => best::chunk_tree(chunk),
+        }
+    }
 }

@@ -1,30 +1,23 @@
 //! Input of a tree build: primitives, and in the world's tree also instances.
 
-use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafPrims, LeafSphere, LeafTriangle};
-use phalanx_scene::{Bounds, PrimKind, Scene};
+use super::huge_pages::zeroed_on_huge_pages;
+use super::prim_ref::{PrimIndex, PrimRef};
+use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle};
+use glam::Vec3;
+use phalanx_scene::{Bounds, Prim, PrimKind, Scene};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Number of an object: a stored primitive below [`Scene::prim_count`], from there on an instance.
-pub(super) type PrimIndex = u32;
-
-/// An object and its padded box.
-#[derive(Clone, Copy)]
-pub(super) struct PrimRef {
-    pub(super) object: PrimIndex,
-    pub(super) bounds: Bounds,
-}
-
-impl PrimRef {
-    /// Twice the centre of the box.
-    pub(super) fn center(&self) -> glam::Vec3 {
-        self.bounds.lo + self.bounds.hi
-    }
-}
+/// Objects that a thread takes at a time.
+const BLOCK: usize = 1 << 14;
 
 /// Access to the boxes, kinds and rows of objects.
 pub(super) struct BuildInput<'a> {
     scene: &'a Scene,
-    prims: u32,
+    /// The scene's columns as slices, for loops over all triangles.
+    prims: &'a [Prim],
+    corners: &'a [[u32; 3]],
+    vertices: [&'a [f32]; 3],
     /// Bounds of every mesh, in its own space.
     mesh_bounds: Vec<Bounds>,
 }
@@ -32,83 +25,133 @@ pub(super) struct BuildInput<'a> {
 impl<'a> BuildInput<'a> {
     pub(super) fn new(scene: &'a Scene) -> BuildInput<'a> {
         let meshes = (0..scene.meshes.len()).into_par_iter();
+        let vertices = &scene.triangles.vertices;
         BuildInput {
             scene,
-            prims: scene.prim_count() as u32,
+            prims: &scene.prims,
+            corners: &scene.triangles.corners,
+            vertices: [&vertices.x, &vertices.y, &vertices.z],
             mesh_bounds: meshes.map(|mesh| scene.mesh_bounds(mesh)).collect(),
         }
     }
 
     /// The objects of the world.
-    pub(super) fn world(&self) -> Vec<PrimIndex> {
-        let direct = self.scene.world_runs().into_iter().flatten();
-        let instances = 0..self.scene.instances.len() as u32;
-        direct.chain(instances.map(|k| self.prims + k)).collect()
+    pub(super) fn world(&self) -> Vec<PrimRef> {
+        let mut runs = self.scene.world_runs();
+        let first = self.prims.len() as u32;
+        runs.push(first..first + self.scene.instances.len() as u32);
+        self.prim_refs(&runs)
     }
 
     /// The objects of a mesh.
-    pub(super) fn mesh(&self, mesh: usize) -> Vec<PrimIndex> {
-        self.scene.meshes.prims(mesh).collect()
+    pub(super) fn mesh(&self, mesh: usize) -> Vec<PrimRef> {
+        self.prim_refs(&[self.scene.meshes.prims(mesh)])
     }
 
+    /// The objects of several runs.
+    fn prim_refs(&self, runs: &[Range<PrimIndex>]) -> Vec<PrimRef> {
+        let mut all = zeroed_on_huge_pages(runs.iter().map(|run| run.len()).sum());
+        let mut rest = &mut all[..];
+        let mut blocks = Vec::new();
+        for run in runs {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(run.len());
+            blocks.extend(run.clone().step_by(BLOCK).zip(own.chunks_mut(BLOCK)));
+            rest = others;
+        }
+        blocks.into_par_iter().for_each(|(first, block)| {
+            for (object, place) in (first..).zip(block) {
+                *place = PrimRef::new(object, self.kind(object), self.bounds(object));
+            }
+        });
+        all
+    }
+
+    #[inline(always)]
     pub(super) fn kind(&self, object: PrimIndex) -> LeafKind {
-        match object < self.prims {
-            true => LeafKind::Prim(self.scene.prims[object as usize].kind()),
-            false => LeafKind::Instance,
+        match self.prims.get(object as usize) {
+            Some(prim) => LeafKind::Prim(prim.kind()),
+            None => LeafKind::Instance,
         }
     }
 
     /// The padded box, from which every box around it is made.
-    pub(super) fn bounds(&self, object: PrimIndex) -> Bounds {
-        if object < self.prims {
+    #[inline(always)]
+    fn bounds(&self, object: PrimIndex) -> Bounds {
+        match self.prims.get(object as usize) {
+            Some(prim) if prim.kind() == PrimKind::Triangle => {
+                let [a, b, c] = self.vertices(prim.index());
+                Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded()
+            }
+            _ => self.bounds_of_others(object),
+        }
+    }
+
+    #[inline(never)]
+    fn bounds_of_others(&self, object: PrimIndex) -> Bounds {
+        if (object as usize) < self.prims.len() {
             return self.scene.prim_bounds(object).padded();
         }
-        let k = (object - self.prims) as usize;
+        let k = object as usize - self.prims.len();
         let mesh = self.scene.instances.mesh[k] as usize;
         let bounds = self.scene.instances.bounds(k, self.mesh_bounds[mesh]);
         bounds.padded()
     }
 
-    /// The objects with their boxes.
-    pub(super) fn prim_refs(&self, all: Vec<PrimIndex>) -> Vec<PrimRef> {
-        let all = all.into_par_iter().map(|object| PrimRef {
-            object,
-            bounds: self.bounds(object),
-        });
-        all.collect()
+    /// The vertices of a triangle.
+    #[inline(always)]
+    fn vertices(&self, triangle: usize) -> [Vec3; 3] {
+        let [a, b, c] = self.corners[triangle];
+        [self.vertex(a), self.vertex(b), self.vertex(c)]
     }
 
-    /// Appends an object to its column.
-    pub(super) fn store(&self, item: &PrimRef, slots: &mut LeafPrims) {
-        let object = item.object;
-        let prim_aabb = [item.bounds.lo.to_array(), item.bounds.hi.to_array()];
-        if object >= self.prims {
-            return slots.instances.push(self.instance(object, prim_aabb));
-        }
-        let scene = self.scene;
-        let prim = scene.prims[object as usize];
-        let i = prim.index();
-        match prim.kind() {
-            PrimKind::Triangle => slots.triangles.push(LeafTriangle {
-                vertices: scene.triangles.corners(i).map(|c| c.to_array()),
-                prim_id: object,
-            }),
-            PrimKind::Sphere => slots.spheres.push(LeafSphere {
-                center: scene.spheres.center.get(i).to_array(),
-                radius: scene.spheres.radius[i],
-                prim_aabb,
-                prim_id: object,
-            }),
-            PrimKind::Ellipsoid => slots.ellipsoids.push(LeafEllipsoid {
-                to_object: scene.ellipsoids.object_columns(i).map(|c| c.to_array()),
-                prim_aabb,
-                prim_id: object,
-            }),
-            PrimKind::Cone => slots.cones.push(self.cone(i, prim_aabb, object)),
+    #[inline(always)]
+    fn vertex(&self, index: u32) -> Vec3 {
+        let index = index as usize;
+        let [x, y, z] = self.vertices;
+        Vec3::new(x[index], y[index], z[index])
+    }
+
+    /// The index of an object among the primitives of its kind.
+    #[inline(always)]
+    fn index(&self, object: PrimIndex) -> usize {
+        self.prims[object as usize].index()
+    }
+
+    fn prim_aabb(&self, object: PrimIndex) -> [[f32; 3]; 2] {
+        let bounds = self.bounds(object);
+        [bounds.lo.to_array(), bounds.hi.to_array()]
+    }
+
+    #[inline(always)]
+    pub(super) fn triangle(&self, object: PrimIndex) -> LeafTriangle {
+        let [a, b, c] = self.vertices(self.index(object));
+        LeafTriangle {
+            vertices: [a.to_array(), b.to_array(), c.to_array()],
+            prim_id: object,
         }
     }
 
-    fn cone(&self, i: usize, prim_aabb: [[f32; 3]; 2], prim_id: u32) -> LeafCone {
+    pub(super) fn sphere(&self, object: PrimIndex) -> LeafSphere {
+        let i = self.index(object);
+        LeafSphere {
+            center: self.scene.spheres.center.get(i).to_array(),
+            radius: self.scene.spheres.radius[i],
+            prim_aabb: self.prim_aabb(object),
+            prim_id: object,
+        }
+    }
+
+    pub(super) fn ellipsoid(&self, object: PrimIndex) -> LeafEllipsoid {
+        let columns = self.scene.ellipsoids.object_columns(self.index(object));
+        LeafEllipsoid {
+            to_object: columns.map(|column| column.to_array()),
+            prim_aabb: self.prim_aabb(object),
+            prim_id: object,
+        }
+    }
+
+    pub(super) fn cone(&self, object: PrimIndex) -> LeafCone {
+        let i = self.index(object);
         let cones = &self.scene.cones;
         let frame = cones.frame(i);
         LeafCone {
@@ -118,19 +161,19 @@ impl<'a> BuildInput<'a> {
             radius: frame.radius,
             sin: frame.sin,
             cos_squared: frame.cos_squared,
-            prim_aabb,
+            prim_aabb: self.prim_aabb(object),
             inside: u32::from(cones.inside[i]),
-            prim_id,
+            prim_id: object,
         }
     }
 
-    fn instance(&self, object: PrimIndex, prim_aabb: [[f32; 3]; 2]) -> LeafInstance {
-        let k = (object - self.prims) as usize;
+    pub(super) fn instance(&self, object: PrimIndex) -> LeafInstance {
+        let k = object as usize - self.prims.len();
         let mesh = self.scene.instances.mesh[k] as usize;
         let first_id = self.scene.instance_first_id(k);
         LeafInstance {
             to_object: self.scene.instances.object_columns(k).map(|c| c.to_array()),
-            prim_aabb,
+            prim_aabb: self.prim_aabb(object),
             // The root of the mesh's tree is known once all trees exist.
             root: mesh as u32,
             id_offset: first_id.wrapping_sub(self.scene.meshes.first[mesh]),

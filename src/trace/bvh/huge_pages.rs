@@ -1,6 +1,7 @@
 //! Rows on huge pages, if the system supports them. Incoherent rays read rows all over a tree, and
 //! each page of four kibibytes needs a look-up of its own.
 
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 /// Least size for which huge pages pay: two huge pages of x86-64.
@@ -12,10 +13,20 @@ pub(super) fn collect_on_huge_pages<T: Send>(
 ) -> Vec<T> {
     let mut all = Vec::with_capacity(rows.len());
     if rows.len() * size_of::<T>() >= MIN_BYTES {
-        advise_huge_pages(&mut all);
+        advise_huge_pages(all.spare_capacity_mut());
     }
     // The rows fit into the reserved memory: the vector does not move.
     rows.collect_into_vec(&mut all);
+    all
+}
+
+/// Rows of zeros, on huge pages if they are many. The system gives them their memory when they are
+/// first written to, on the thread that does so.
+pub(super) fn zeroed_on_huge_pages<T: Zeroable>(len: usize) -> Vec<T> {
+    let mut all = bytemuck::zeroed_vec(len);
+    if size_of_val(&all[..]) >= MIN_BYTES {
+        advise_huge_pages(&mut all[..]);
+    }
     all
 }
 
@@ -26,28 +37,27 @@ pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
         return;
     }
     let mut moved = Vec::with_capacity(rows.len());
-    advise_huge_pages(&mut moved);
+    advise_huge_pages(moved.spare_capacity_mut());
     moved.extend_from_slice(rows);
     *rows = moved;
 }
 
-/// Advises the system before the vector's memory is first written to: pages that exist already stay
-/// as they are.
+/// Advises the system before memory is first written to: pages that exist already stay as they
+/// are.
 #[cfg(target_os = "linux")]
-fn advise_huge_pages<T>(empty: &mut Vec<T>) {
+fn advise_huge_pages<T>(room: &mut [T]) {
     const PAGE: usize = 4096;
-    let room = empty.spare_capacity_mut();
     let start = room.as_mut_ptr().addr().next_multiple_of(PAGE);
     let end = (room.as_mut_ptr().addr() + size_of_val(room)) / PAGE * PAGE;
     if start < end {
-        // SAFETY: the whole pages of this range are the vector's own memory, and the advice changes
-        // nothing that can be read.
+        // SAFETY: the whole pages of this range are memory that is lent to this function, and the
+        // advice changes nothing that can be read.
         unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
     }
 }
 
 #[cfg(not(target_os = "linux"))]
-fn advise_huge_pages<T>(_: &mut Vec<T>) {}
+fn advise_huge_pages<T>(_: &mut [T]) {}
 
 #[cfg(test)]
 mod tests {

@@ -134,23 +134,6 @@ impl LeafPrims {
             + instances.row_bytes()
     }
 
-    /// Reserves memory for the final number of each kind.
-    pub(super) fn reserve(&mut self, end: &[u32; LeafKind::COUNT]) {
-        let LeafPrims {
-            triangles,
-            spheres,
-            ellipsoids,
-            cones,
-            instances,
-        } = self;
-        let room = |kind: LeafKind| end[kind.number()] as usize;
-        triangles.reserve(room(LeafKind::TRIANGLE));
-        spheres.reserve(room(LeafKind::SPHERE));
-        ellipsoids.reserve(room(LeafKind::Prim(PrimKind::Ellipsoid)));
-        cones.reserve(room(LeafKind::Prim(PrimKind::Cone)));
-        instances.reserve(room(LeafKind::Instance));
-    }
-
     /// Appends the primitives of another set.
     pub(super) fn append(&mut self, other: LeafPrims) {
         // Leaves refer to these rows without a check of bounds, so none may be left out.

@@ -1,38 +1,47 @@
-//! Bounding volume hierarchies. obvhs builds binary trees, which are flattened into 64-byte nodes
-//! of this crate, and the primitives are copied into leaf order. Apart from the peers, only this
-//! module uses obvhs.
+//! Bounding volume hierarchies: binary trees of 64-byte nodes, with the primitives in leaf order.
+//!
+//! A build goes through these files in this order:
+//!
+//! | file | contents |
+//! |---|---|
+//! | `build` | the order of the steps, on all threads |
+//! | `build_input`, `prim_ref` | the objects that a tree is built over, and their boxes |
+//! | `division` | chunks of neighbours, from the top |
+//! | `clustering` | the tree of a chunk, from below |
+//! | `best` | the same by obvhs, for the best quality; no other file but the peers' uses obvhs |
+//! | `upper` | the upper levels, optimised as one tree, and the whole below them |
+//! | `leaf_rows` | primitives in leaf order |
+//! | `offsets` | trees of several meshes in common arrays |
+//! | `huge_pages` | rows on huge pages |
+//!
+//! and these are what it makes:
 //!
 //! | file | contents |
 //! |---|---|
 //! | `node`, `leaf` | traced data: nodes, and primitives in leaf order |
 //! | `tree` | the whole tree of both |
 //! | `wide` | a second tree, with as many children a node as there are lanes |
-//! | `build_input` | the objects that a tree is built over |
-//! | `chunks` | neighbourhoods that are built side by side |
-//! | `ploc` | a binary tree over the boxes of a chunk, as obvhs builds it, in bounded time |
-//! | `subtree` | conversion of one tree of obvhs's |
-//! | `merge` | merging of subtrees |
-//! | `huge_pages` | rows on huge pages |
 //! | `validate` | proof that arrays from a file are a tree |
 //! | `geometry_starts` | from primitives to the geometries they were added with |
-//! | `build` | the order of these steps, on all threads |
 //!
 //! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds
-//! primitives of one kind only. If obvhs mixed kinds, the leaf is split by kind, so that no kernel
-//! branches on the kind per primitive.
+//! primitives of one kind only, so that no kernel branches on the kind per primitive.
 
+mod best;
 mod build;
 mod build_input;
-mod chunks;
+mod clustering;
+mod division;
 mod geometry_starts;
 #[allow(unsafe_code, reason = "the system takes advice by address alone")]
 mod huge_pages;
 mod leaf;
-mod merge;
+mod leaf_rows;
 mod node;
-mod ploc;
-mod subtree;
+mod offsets;
+mod prim_ref;
 mod tree;
+mod upper;
 mod validate;
 mod wide;
 
@@ -40,6 +49,7 @@ pub use self::wide::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, W
 pub use build::{BuildSettings, Quality};
 pub(crate) use geometry_starts::GeometryStarts;
 pub use leaf::{LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle};
+use node::weighted_cost;
 pub use node::{Child, LeafKind, Node};
 pub use tree::Bvh;
 pub use validate::{Array, BvhArrays, BvhError, UnverifiedBvh};

@@ -37,7 +37,7 @@ impl LeafKind {
     }
 
     #[inline(always)]
-    fn from_number(number: usize) -> LeafKind {
+    pub(super) fn from_number(number: usize) -> LeafKind {
         match number < PrimKind::COUNT {
             true => LeafKind::Prim(PrimKind::from_number(number as u32)),
             false => LeafKind::Instance,
@@ -100,6 +100,24 @@ impl Node {
         node
     }
 
+    /// A node without primitives.
+    pub(super) const EMPTY: Node = {
+        let (first, tag) = Child::EMPTY.packed();
+        Node {
+            boxes: [[[0.0; 3]; 2]; 2],
+            first: [first; 2],
+            tag: [tag; 2],
+            spare: 0,
+        }
+    };
+
+    /// The padded box of child `k`.
+    #[inline]
+    pub(super) fn bounds(&self, k: usize) -> Bounds {
+        let [lo, hi] = self.boxes[k];
+        Bounds::new(lo.into(), hi.into())
+    }
+
     /// Replaces child `k`.
     pub(super) fn set_child(&mut self, k: usize, child: Child) {
         (self.first[k], self.tag[k]) = child.packed();
@@ -137,11 +155,11 @@ impl Child {
     };
 
     /// The reference as two words, see [`Node::packed`].
-    pub(super) fn packed(self) -> (u32, u16) {
+    pub(super) const fn packed(self) -> (u32, u16) {
         match self {
             Child::Node(index) => (index, 0),
             Child::Leaf { kind, first, count } => {
-                assert!(count <= MAX_LEAF, "a leaf of {count} primitives");
+                assert!(count <= MAX_LEAF, "too many primitives in a leaf");
                 (
                     first,
                     LEAF | (kind.number() as u16) << KIND_SHIFT | count as u16,
@@ -163,4 +181,13 @@ impl Child {
             count: (tag & MAX_LEAF as u16) as u32,
         }
     }
+}
+
+/// Area times expected cost of entering a child.
+pub(super) fn weighted_cost(child: Child, bounds: Bounds) -> f64 {
+    let cost = match child {
+        Child::Node(_) => 1.0,
+        Child::Leaf { count, .. } => f64::from(count),
+    };
+    f64::from(bounds.half_area()) * cost
 }

@@ -17,18 +17,15 @@ use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
-use obvhs::ploc::morton::{morton_encode_u64_unorm, morton_encode_u128_unorm};
-use obvhs::ploc::{PlocSearchDistance, SortPrecision};
+use obvhs::ploc::morton::morton_encode_u128_unorm;
 
 /// Clusters that all rounds together may visit, per box. Grids of equal boxes need up to 12.
 const MAX_VISITS_PER_BOX: usize = 32;
 
-/// The tree over these boxes; `None` for no boxes.
-pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
-    if boxes.is_empty() {
-        return None;
-    }
-    let Clustered { mut tree, stalled } = cluster(boxes, preset);
+/// The tree over these boxes, of which there is at least one.
+pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
+    let preset = preset();
+    let Clustered { mut tree, stalled } = cluster(boxes);
     let mut optimizer = ReinsertionOptimizer::default();
     // If boxes cannot be separated, or lie within each other, no other position is better, and the
     // search for one takes as long as merging did.
@@ -46,7 +43,7 @@ pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
     );
     let after = preset.post_collapse_reinsertion_batch_ratio_multiplier;
     reinsert(&mut tree, ratio * after);
-    Some(tree)
+    tree
 }
 
 /// A tree with one box a leaf.
@@ -56,21 +53,8 @@ struct Clustered {
     stalled: bool,
 }
 
-fn cluster(boxes: &[Aabb], preset: &BvhBuildParams) -> Clustered {
-    let with = match preset.ploc_search_distance {
-        PlocSearchDistance::Minimum => merge_all::<1>,
-        PlocSearchDistance::VeryLow => merge_all::<2>,
-        PlocSearchDistance::Low => merge_all::<6>,
-        PlocSearchDistance::Medium => merge_all::<14>,
-        PlocSearchDistance::High => merge_all::<24>,
-        PlocSearchDistance::VeryHigh => merge_all::<32>,
-    };
-    let leaves = sorted(boxes, preset.sort_precision);
-    with(leaves, preset.search_depth_threshold)
-}
-
 /// Leaves along the Morton curve.
-fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
+fn sorted(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     let mut all = Aabb::empty();
     for b in boxes {
         all.extend(b.min);
@@ -78,49 +62,48 @@ fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
     }
     let scale = 1.0 / all.diagonal().as_dvec3();
     let offset = -all.min.as_dvec3() * scale;
-    let position = |b: &Aabb| b.center().as_dvec3() * scale + offset;
-    match precision {
-        SortPrecision::U64 => by_key(boxes, |b| morton_encode_u64_unorm(position(b))),
-        SortPrecision::U128 => by_key(boxes, |b| morton_encode_u128_unorm(position(b))),
-    }
+    let key = |b: &Aabb| morton_encode_u128_unorm(b.center().as_dvec3() * scale + offset);
+    let rows = boxes.iter().enumerate();
+    let mut rows: Vec<SortRow> = rows
+        .map(|(k, b)| SortRow {
+            key: key(b),
+            index: k as u128,
+        })
+        .collect();
+    rows.sort_unstable_by_key(|row| row.key);
+    let leaf = |row: SortRow| Bvh2Node::new(boxes[row.index as usize], 1, row.index as u32);
+    rows.into_iter().map(leaf).collect()
 }
 
 /// A position along the curve and the box there. Rows are as long as obvhs's own, because the order
 /// of equal keys depends on their length.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct SortRow<K> {
-    key: K,
-    index: K,
+struct SortRow {
+    key: u128,
+    index: u128,
 }
 
-fn by_key<K>(boxes: &[Aabb], key: impl Fn(&Aabb) -> K) -> Vec<Bvh2Node>
-where
-    K: Ord + Copy + TryFrom<usize> + TryInto<usize>,
-{
-    let rows = boxes.iter().enumerate().filter_map(|(k, b)| {
-        let index = K::try_from(k).ok()?;
-        Some(SortRow { key: key(b), index })
-    });
-    let mut rows: Vec<SortRow<K>> = rows.collect();
-    rows.sort_unstable_by_key(|row| row.key);
-    let leaves = rows.into_iter().filter_map(|row| {
-        let k: usize = row.index.try_into().ok()?;
-        Some(Bvh2Node::new(boxes[k], 1, k as u32))
-    });
-    leaves.collect()
+/// Neighbours on each side that are compared: obvhs's medium search distance.
+const REACH: usize = 14;
+/// Rounds in which only adjacent neighbours are compared.
+const NEAR_ROUNDS: usize = 1;
+
+/// obvhs's most thorough preset.
+pub(super) fn preset() -> BvhBuildParams {
+    BvhBuildParams::very_slow_build()
 }
 
-/// Merges clusters until one is left. In the first `near_rounds` rounds only adjacent neighbours
-/// are compared.
-fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> Clustered {
+/// Merges clusters until one is left.
+fn cluster(boxes: &[Aabb]) -> Clustered {
+    let leaves = sorted(boxes);
     let boxes = leaves.len();
     let mut tree = Bvh2::zeroed(boxes);
     tree.primitive_indices = (0..boxes as u32).collect();
     let mut clusters = leaves;
     let mut merged = Vec::with_capacity(boxes);
     let mut partners = vec![0i8; boxes];
-    let mut costs = Costs::<REACH>([[0.0; REACH]; REACH]);
+    let mut costs = Costs([[0.0; REACH]; REACH]);
     let mut free = tree.nodes.len();
     let mut looks_left = MAX_VISITS_PER_BOX * boxes;
     let mut rounds = 0;
@@ -128,7 +111,7 @@ fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> C
         let partners = &mut partners[..clusters.len()];
         if looks_left == 0 {
             pair_up(partners);
-        } else if REACH == 1 || rounds < near_rounds {
+        } else if rounds < NEAR_ROUNDS {
             choose_near(&clusters, partners);
         } else {
             costs.choose(&clusters, partners);
@@ -194,9 +177,9 @@ fn pair_up(partners: &mut [i8]) {
 
 /// Costs of unions of the last `REACH` clusters with those after them: each cost is used from both
 /// sides.
-struct Costs<const REACH: usize>([[f32; REACH]; REACH]);
+struct Costs([[f32; REACH]; REACH]);
 
-impl<const REACH: usize> Costs<REACH> {
+impl Costs {
     /// Chooses the cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones
     /// the last.
     fn choose(&mut self, clusters: &[Bvh2Node], partners: &mut [i8]) {
@@ -225,7 +208,6 @@ impl<const REACH: usize> Costs<REACH> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::Quality;
     use glam::Vec3A;
     use obvhs::Boundable;
     use obvhs::bvh2::builder::build_bvh2;
@@ -259,25 +241,22 @@ mod tests {
     #[test]
     fn trees_are_those_of_obvhs() {
         let mut unit = numbers(7);
-        for (_, quality) in Quality::ALL {
-            let preset = quality.preset();
-            for count in [1, 2, 3, 9, 100, 3000] {
-                // Many boxes with one centre, whose order must not differ either.
-                let mut position = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
-                let boxes: Vec<Aabb> = (0..count)
-                    .flat_map(|_| {
-                        let (at, size) = (position(), position() * 0.01);
-                        let twice = Aabb::new(at - size, at + size);
-                        [twice, twice, Aabb::new(at, at + position() * 0.02)]
-                    })
-                    .collect();
-                let theirs: Vec<TestBox> = boxes.iter().copied().map(TestBox).collect();
-                let expected = build_bvh2(&theirs, preset, &mut Duration::default());
-                let tree = build(&boxes, &preset).expect("a tree");
-                assert_eq!(rows(&tree), rows(&expected), "{count} by {quality:?}");
-                assert_eq!(tree.primitive_indices, expected.primitive_indices);
-                assert_eq!(tree.max_depth, expected.max_depth);
-            }
+        for count in [1, 2, 3, 9, 100, 3000] {
+            // Many boxes with one centre, whose order must not differ either.
+            let mut position = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
+            let boxes: Vec<Aabb> = (0..count)
+                .flat_map(|_| {
+                    let (at, size) = (position(), position() * 0.01);
+                    let twice = Aabb::new(at - size, at + size);
+                    [twice, twice, Aabb::new(at, at + position() * 0.02)]
+                })
+                .collect();
+            let theirs: Vec<TestBox> = boxes.iter().copied().map(TestBox).collect();
+            let expected = build_bvh2(&theirs, preset(), &mut Duration::default());
+            let tree = build(&boxes);
+            assert_eq!(rows(&tree), rows(&expected), "{count}");
+            assert_eq!(tree.primitive_indices, expected.primitive_indices);
+            assert_eq!(tree.max_depth, expected.max_depth);
         }
     }
 
@@ -301,8 +280,7 @@ mod tests {
         assert!(seen.into_iter().all(|seen| seen));
     }
 
-    /// Checks boxes that cannot be separated: without the bound each case takes 10^9 visits for
-    /// every quality.
+    /// Checks boxes that cannot be separated: without the bound each case takes 10^9 visits.
     #[test]
     fn boxes_that_cannot_be_told_apart_are_merged_in_time() {
         const COUNT: usize = 1 << 15;
@@ -322,11 +300,9 @@ mod tests {
                 cube(at, size)
             };
             let boxes: Vec<Aabb> = (0..COUNT).map(place).collect();
-            for (_, quality) in Quality::ALL {
-                let tree = build(&boxes, &quality.preset()).expect("a tree");
-                check(&tree, &boxes);
-                assert!(tree.max_depth < 2000, "{name}: {}", tree.max_depth);
-            }
+            let tree = build(&boxes);
+            check(&tree, &boxes);
+            assert!(tree.max_depth < 2000, "{name}: {}", tree.max_depth);
         }
     }
 }

@@ -1,0 +1,144 @@
+//! From the merges of a chunk to nodes depth first, and its objects in leaf order.
+
+use super::clusters::ClusterRef;
+use super::merge::Merges;
+use crate::bvh::prim_ref::{PrimIndex, PrimRef};
+use crate::bvh::{Child, LeafKind, Node};
+use phalanx_scene::Bounds;
+
+/// A tree over a chunk. Its nodes lie depth first, so that all that is below a node follows it;
+/// nodes and slots are counted from its own beginning.
+pub(in crate::bvh) struct ChunkTree {
+    pub(in crate::bvh) root: Child,
+    pub(in crate::bvh) bounds: Bounds,
+    pub(in crate::bvh) nodes: Vec<Node>,
+    /// Objects in leaf order.
+    pub(in crate::bvh) objects: Vec<PrimIndex>,
+    /// Number of objects by kind.
+    pub(in crate::bvh) slots: [u32; LeafKind::COUNT],
+}
+
+/// Memory for the nodes of one chunk after another.
+#[derive(Default)]
+pub(super) struct EmittedNodes {
+    nodes: Vec<Node>,
+    /// Clusters of a leaf whose objects are still to be placed.
+    waiting: Vec<ClusterRef>,
+    /// Clusters that become nodes, with their parent and their index in it.
+    stack: Vec<(ClusterRef, Option<(u32, usize)>)>,
+}
+
+impl EmittedNodes {
+    /// The nodes and the objects below a cluster. Objects are those of `sorted`, which merges refer
+    /// to.
+    pub(super) fn run(
+        &mut self,
+        merges: &Merges,
+        root: ClusterRef,
+        sorted: &[PrimRef],
+    ) -> ChunkTree {
+        self.nodes.clear();
+        let mut emission = Emission {
+            merges,
+            sorted,
+            memory: self,
+            objects: Vec::with_capacity(sorted.len()),
+            slots: [0; LeafKind::COUNT],
+        };
+        let bounds = emission.bounds(root);
+        let root = match emission.is_leaf(root) {
+            true => emission.leaf(root),
+            false => emission.nodes(root),
+        };
+        ChunkTree {
+            root,
+            bounds,
+            objects: emission.objects,
+            slots: emission.slots,
+            nodes: self.nodes.clone(),
+        }
+    }
+}
+
+struct Emission<'a> {
+    merges: &'a Merges,
+    sorted: &'a [PrimRef],
+    memory: &'a mut EmittedNodes,
+    objects: Vec<PrimIndex>,
+    slots: [u32; LeafKind::COUNT],
+}
+
+impl Emission<'_> {
+    fn bounds(&self, cluster: ClusterRef) -> Bounds {
+        match cluster.index() {
+            Ok(merge) => {
+                let [x0, y0, z0, x1, y1, z1] = self.merges.get(merge).planes;
+                Bounds::new([x0, y0, z0].into(), [x1, y1, z1].into())
+            }
+            Err(object) => self.sorted[object].bounds(),
+        }
+    }
+
+    fn is_leaf(&self, cluster: ClusterRef) -> bool {
+        cluster
+            .index()
+            .map_or(true, |merge| self.merges.get(merge).is_leaf)
+    }
+
+    /// Places the objects of a leaf, which are of one kind.
+    fn leaf(&mut self, cluster: ClusterRef) -> Child {
+        let start = self.objects.len();
+        let mut kind = LeafKind::TRIANGLE;
+        self.memory.waiting.push(cluster);
+        while let Some(cluster) = self.memory.waiting.pop() {
+            match cluster.index() {
+                Ok(merge) => {
+                    let [first, second] = self.merges.get(merge).parts;
+                    self.memory.waiting.extend([second, first]);
+                }
+                Err(object) => {
+                    kind = self.sorted[object].kind();
+                    self.objects.push(self.sorted[object].object);
+                }
+            }
+        }
+        let count = (self.objects.len() - start) as u32;
+        let first = self.slots[kind.number()];
+        self.slots[kind.number()] += count;
+        Child::Leaf { kind, first, count }
+    }
+
+    /// Writes nodes depth first with an explicit stack: a tree may be deeper than the thread's
+    /// stack allows.
+    fn nodes(&mut self, root: ClusterRef) -> Child {
+        self.memory.stack.push((root, None));
+        while let Some((cluster, parent)) = self.memory.stack.pop() {
+            let Ok(merge) = cluster.index() else {
+                continue;
+            };
+            let index = self.memory.nodes.len() as u32;
+            let parts = self.merges.get(merge).parts;
+            let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
+            for (child, part) in children.iter_mut().zip(parts) {
+                let content = match self.is_leaf(part) {
+                    true => self.leaf(part),
+                    // The index follows when the node is written.
+                    false => Child::Node(0),
+                };
+                *child = (content, self.bounds(part));
+            }
+            self.memory.nodes.push(Node::new(children));
+            if let Some((parent, k)) = parent {
+                let parent: &mut Node = &mut self.memory.nodes[parent as usize];
+                parent.set_child(k, Child::Node(index));
+            }
+            // The first child is popped next, so that it follows its parent in memory.
+            for k in [1, 0] {
+                if !self.is_leaf(parts[k]) {
+                    self.memory.stack.push((parts[k], Some((index, k))));
+                }
+            }
+        }
+        Child::Node(0)
+    }
+}

@@ -1,0 +1,153 @@
+//! Division of cells by the surface area heuristic, over bins along the three axes.
+
+use super::cells::OccupiedCell;
+use crate::bvh::prim_ref::LaneBounds;
+use glam::Vec3;
+use phalanx_scene::Bounds;
+
+/// Bins per axis.
+const BINS: usize = 32;
+/// Cells from which both parts are divided on threads of their own.
+const PARALLEL_GRAIN: usize = 1 << 10;
+
+/// A step of a division, in preorder.
+pub(super) enum DivisionStep {
+    /// Two parts, which follow.
+    Divided,
+    /// Cells that follow one another, and their objects, which are not divided further here.
+    Whole { cells: usize, prims: usize },
+}
+
+/// Reorders cells so that those of each part follow one another.
+pub(super) fn divide_cells(cells: &mut [OccupiedCell], chunk_prims: usize) -> Vec<DivisionStep> {
+    let mut steps = Vec::new();
+    divide(cells, chunk_prims, &mut steps);
+    steps
+}
+
+fn divide(cells: &mut [OccupiedCell], chunk_prims: usize, steps: &mut Vec<DivisionStep>) {
+    let prims = cells.iter().map(|cell| cell.count as usize).sum();
+    if cells.len() == 1 || prims <= chunk_prims {
+        let cells = cells.len();
+        return steps.push(DivisionStep::Whole { cells, prims });
+    }
+    steps.push(DivisionStep::Divided);
+    let at = match best_split(cells) {
+        Some(split) => partition(cells, &split),
+        None => cells.len() / 2,
+    };
+    let (left, right) = cells.split_at_mut(at);
+    if left.len().min(right.len()) < PARALLEL_GRAIN {
+        divide(left, chunk_prims, steps);
+        divide(right, chunk_prims, steps);
+        return;
+    }
+    let (left, right) = rayon::join(
+        || divide_cells(left, chunk_prims),
+        || divide_cells(right, chunk_prims),
+    );
+    steps.extend(left);
+    steps.extend(right);
+}
+
+/// A border between bins of one axis.
+struct Split {
+    grid: BinGrid,
+    axis: usize,
+    bin: usize,
+}
+
+/// Moves the cells below the border to the front; returns their number.
+fn partition(cells: &mut [OccupiedCell], split: &Split) -> usize {
+    let mut at = 0;
+    for k in 0..cells.len() {
+        let position = split.grid.position(&cells[k]);
+        if bin(position[split.axis]) < split.bin {
+            cells.swap(k, at);
+            at += 1;
+        }
+    }
+    at
+}
+
+/// Positions of cells in units of bins.
+#[derive(Clone, Copy)]
+struct BinGrid {
+    lo: Vec3,
+    scale: Vec3,
+}
+
+impl BinGrid {
+    fn over(cells: &[OccupiedCell]) -> BinGrid {
+        let mut extent = Bounds::EMPTY;
+        for cell in cells {
+            let center = center(cell);
+            extent = extent.union(Bounds::new(center, center));
+        }
+        let scale = |size: f32| if size > 0.0 { BINS as f32 / size } else { 0.0 };
+        BinGrid {
+            lo: extent.lo,
+            scale: (extent.hi - extent.lo).map(scale),
+        }
+    }
+
+    fn position(&self, cell: &OccupiedCell) -> Vec3 {
+        (center(cell) - self.lo) * self.scale
+    }
+}
+
+/// Twice the centre of a cell's box.
+fn center(cell: &OccupiedCell) -> Vec3 {
+    let bounds = cell.bounds.bounds();
+    bounds.lo + bounds.hi
+}
+
+/// The bin at a position. The conversion saturates, also for a NaN that comes from overflow.
+fn bin(position: f32) -> usize {
+    (position as usize).min(BINS - 1)
+}
+
+/// Box and number of objects.
+type BoxCount = (LaneBounds, u32);
+
+fn unite(a: BoxCount, b: BoxCount) -> BoxCount {
+    (a.0.union(b.0), a.1 + b.1)
+}
+
+/// The border with the least sum of both sides' areas times counts; `None` if no border separates
+/// anything.
+fn best_split(cells: &[OccupiedCell]) -> Option<Split> {
+    let grid = BinGrid::over(cells);
+    let mut bins = [[(LaneBounds::EMPTY, 0); BINS]; 3];
+    for cell in cells {
+        let position = grid.position(cell);
+        for (axis, bins) in bins.iter_mut().enumerate() {
+            let bin = &mut bins[bin(position[axis])];
+            *bin = unite(*bin, (cell.bounds, cell.count));
+        }
+    }
+    let mut best: Option<(f64, Split)> = None;
+    for (axis, bins) in bins.iter().enumerate() {
+        for (bin, cost) in borders(bins) {
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, Split { grid, axis, bin }));
+            }
+        }
+    }
+    best.map(|(_, split)| split)
+}
+
+/// The cost of each border of an axis that has objects on both sides.
+fn borders(bins: &[BoxCount; BINS]) -> impl Iterator<Item = (usize, f64)> {
+    let cost = |side: BoxCount| f64::from(side.0.bounds().half_area()) * f64::from(side.1);
+    let mut right = [(LaneBounds::EMPTY, 0); BINS + 1];
+    for bin in (0..BINS).rev() {
+        right[bin] = unite(right[bin + 1], bins[bin]);
+    }
+    let mut left = (LaneBounds::EMPTY, 0);
+    (1..BINS).filter_map(move |border| {
+        left = unite(left, bins[border - 1]);
+        let parts = left.1 > 0 && right[border].1 > 0;
+        parts.then(|| (border, cost(left) + cost(right[border])))
+    })
+}

@@ -1,0 +1,217 @@
+//! Division of objects into chunks, on all threads: a grid of cells, and a binned surface area
+//! heuristic over the cells (Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies",
+//! 2007) until the objects of several cells fit a chunk.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `grid` | the cell of an object |
+//! | `cells` | the box and the number of the objects in each cell |
+//! | `bins` | division of cells by the surface area heuristic |
+//! | `sorted` | objects sorted by cells, from which chunks are gathered |
+//!
+//! The departure from Wald is that cells are divided instead of objects: each object is moved once,
+//! and not once on every level. A cell of more objects than fit a chunk has a grid of its own.
+//!
+//! Objects are taken in segments whose number depends on the number of objects alone, so the
+//! chunks do not depend on threads.
+
+mod bins;
+mod cells;
+mod grid;
+mod sorted;
+
+use super::prim_ref::PrimRef;
+use bins::{DivisionStep, divide_cells};
+use cells::GridCells;
+use sorted::SortedPrims;
+use std::ops::Range;
+
+/// Depth of grids within cells from which objects are halved by count, so that no order of sizes
+/// makes the recursion deep.
+const MAX_GRIDS: usize = 16;
+
+/// Chunks of objects, and how they were divided.
+pub(super) struct Division {
+    chunk_prims: usize,
+    sources: Vec<ChunkSource>,
+    /// Neighbourhoods, from left to right.
+    chunks: Vec<Chunk>,
+    /// The tree of the divisions in preorder: true for a chunk, false for two parts that follow.
+    is_chunk: Vec<bool>,
+}
+
+/// Objects of several chunks.
+enum ChunkSource {
+    /// A chunk is some of their cells.
+    Sorted(SortedPrims),
+    /// A chunk is a range.
+    Plain(Vec<PrimRef>),
+}
+
+/// Objects of a source.
+struct Chunk {
+    source: usize,
+    part: Range<usize>,
+}
+
+impl Division {
+    /// Divides objects so that each chunk of at most `chunk_prims` is a neighbourhood.
+    pub(super) fn of(all: Vec<PrimRef>, chunk_prims: usize) -> Division {
+        let mut division = Division {
+            chunk_prims,
+            sources: Vec::new(),
+            chunks: Vec::new(),
+            is_chunk: Vec::new(),
+        };
+        division.divide(all, 0);
+        division
+    }
+
+    /// Number of chunks.
+    pub(super) fn len(&self) -> usize {
+        self.chunks.len()
+    }
+
+    /// The tree of the divisions in preorder: true for a chunk, false for two parts that follow.
+    /// The objects are dropped.
+    pub(super) fn into_tree(self) -> Vec<bool> {
+        self.is_chunk
+    }
+
+    /// Replaces the contents of `objects` by the objects of a chunk.
+    pub(super) fn gather(&self, chunk: usize, objects: &mut Vec<PrimRef>) {
+        objects.clear();
+        let Chunk { source, part } = &self.chunks[chunk];
+        match &self.sources[*source] {
+            ChunkSource::Sorted(sorted) => sorted.gather(part.clone(), objects),
+            ChunkSource::Plain(all) => objects.extend_from_slice(&all[part.clone()]),
+        }
+    }
+
+    /// Adds the division of some objects; `grids` is the number of grids around them.
+    fn divide(&mut self, all: Vec<PrimRef>, grids: usize) {
+        if all.len() <= self.chunk_prims || grids == MAX_GRIDS {
+            return self.halve(all);
+        }
+        let cells = GridCells::of(&all);
+        if cells.occupied.len() < 2 {
+            return self.halve(all);
+        }
+        let mut divided = cells.occupied.clone();
+        let parts = divide_cells(&mut divided, self.chunk_prims);
+        let source = self.sources.len();
+        let sorted = SortedPrims::new(all, cells, divided);
+        self.sources.push(ChunkSource::Sorted(sorted));
+        let mut first = 0;
+        for part in parts {
+            match part {
+                DivisionStep::Divided => self.is_chunk.push(false),
+                DivisionStep::Whole { cells, prims } => {
+                    let part = first..first + cells;
+                    first = part.end;
+                    self.add(Chunk { source, part }, prims, grids);
+                }
+            }
+        }
+    }
+
+    /// Adds a chunk, or divides it if it has more objects than a chunk may have.
+    fn add(&mut self, chunk: Chunk, prims: usize, grids: usize) {
+        self.chunks.push(chunk);
+        if prims <= self.chunk_prims {
+            return self.is_chunk.push(true);
+        }
+        let mut objects = Vec::with_capacity(prims);
+        self.gather(self.chunks.len() - 1, &mut objects);
+        self.chunks.pop();
+        self.divide(objects, grids + 1);
+    }
+
+    /// Adds objects that no grid separates: they are halved until they fit.
+    fn halve(&mut self, all: Vec<PrimRef>) {
+        let source = self.sources.len();
+        let mut waiting: Vec<Range<usize>> = std::iter::once(0..all.len()).collect();
+        while let Some(part) = waiting.pop() {
+            let fits = part.len() <= self.chunk_prims;
+            self.is_chunk.push(fits);
+            if fits {
+                self.chunks.push(Chunk { source, part });
+                continue;
+            }
+            let middle = part.start + part.len() / 2;
+            waiting.extend([middle..part.end, part.start..middle]);
+        }
+        self.sources.push(ChunkSource::Plain(all));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::LeafKind;
+    use glam::Vec3;
+    use phalanx_scene::Bounds;
+
+    const CHUNK_PRIMS: usize = 1 << 13;
+
+    fn items(count: usize, position: impl Fn(usize) -> Vec3) -> Vec<PrimRef> {
+        let item = |k: usize| {
+            let bounds = Bounds::new(position(k), position(k) + Vec3::ONE);
+            PrimRef::new(k as u32, LeafKind::TRIANGLE, bounds)
+        };
+        (0..count).map(item).collect()
+    }
+
+    /// The objects of all chunks, after checks that each is in one of them, that the chunks are
+    /// small enough and that the tree of the divisions has as many.
+    fn chunks(all: Vec<PrimRef>) -> Vec<Vec<PrimRef>> {
+        let count = all.len();
+        let division = Division::of(all, CHUNK_PRIMS);
+        let chunk = |k| {
+            let mut objects = Vec::new();
+            division.gather(k, &mut objects);
+            objects
+        };
+        let chunks: Vec<Vec<PrimRef>> = (0..division.len()).map(chunk).collect();
+        let mut seen: Vec<u32> = chunks.iter().flatten().map(|item| item.object).collect();
+        seen.sort_unstable();
+        assert!(seen.iter().copied().eq(0..count as u32));
+        let fits = |chunk: &Vec<PrimRef>| (1..=CHUNK_PRIMS).contains(&chunk.len());
+        assert!(chunks.iter().all(fits));
+        let tree = division.into_tree();
+        let leaves = tree.iter().filter(|is_chunk| **is_chunk);
+        assert_eq!(leaves.count(), chunks.len());
+        assert_eq!(tree.len(), 2 * chunks.len() - 1);
+        chunks
+    }
+
+    #[test]
+    fn chunks_are_neighbourhoods() {
+        let spread = |k: usize| {
+            let town = if k.is_multiple_of(3) { 1e6 } else { 0.0 };
+            Vec3::new(
+                town + (k * 7919 % 1000) as f32,
+                (k * 104_729 % 1000) as f32,
+                0.0,
+            )
+        };
+        let chunks = chunks(items(200_000, spread));
+        assert!(chunks.len() >= 24);
+        for chunk in chunks {
+            let first = chunk[0].center().x > 1e6;
+            assert!(chunk.iter().all(|i| (i.center().x > 1e6) == first));
+        }
+    }
+
+    /// Checks that neither equal positions nor sizes that shrink forever make the recursion
+    /// endless.
+    #[test]
+    fn what_cannot_be_parted_is_halved() {
+        let count = 4 * CHUNK_PRIMS;
+        assert_eq!(chunks(items(count, |_| Vec3::ONE)).len(), 4);
+        let shrinking = |k: usize| Vec3::X * libm::pow(0.5, k as f64 / 900.0) as f32 * 1e30;
+        assert!(chunks(items(count, shrinking)).len() >= 4);
+        let far = |k: usize| Vec3::splat(if k == 0 { f32::MAX } else { -f32::MAX });
+        assert!(chunks(items(count, far)).len() >= 4);
+    }
+}

@@ -1,0 +1,47 @@
+//! Places of one tree's rows behind those of others.
+
+use super::{Child, LeafKind, LeafPrims, Node};
+
+/// Offsets of the nodes and slots of a tree in arrays that hold several.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Offsets {
+    pub(super) node: u32,
+    pub(super) slot: [u32; LeafKind::COUNT],
+}
+
+impl Offsets {
+    /// The offsets after existing rows.
+    pub(super) fn after(nodes: usize, slots: &LeafPrims) -> Offsets {
+        let mut offsets = Offsets {
+            node: nodes as u32,
+            ..Offsets::default()
+        };
+        for kind in LeafKind::all() {
+            offsets.slot[kind.number()] = slots.count(kind) as u32;
+        }
+        offsets
+    }
+
+    /// A reference within a tree, converted to the common arrays.
+    #[inline(always)]
+    pub(super) fn rebased(&self, child: Child) -> Child {
+        match child {
+            Child::Node(index) => Child::Node(self.node.wrapping_add(index)),
+            Child::Leaf { count: 0, .. } => child,
+            Child::Leaf { kind, first, count } => Child::Leaf {
+                kind,
+                first: first + self.slot[kind.number()],
+                count,
+            },
+        }
+    }
+
+    /// Converts all nodes of a tree to the common arrays.
+    pub(super) fn rebase_nodes(&self, nodes: &mut [Node]) {
+        for node in nodes {
+            for k in 0..2 {
+                node.set_child(k, self.rebased(node.child(k)));
+            }
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! One tree of the upper levels and of what is below them: upper nodes first, then the rest of
+//! each chunk as it lies there.
+
+use super::upper_tree::{UpperContent, UpperNode, UpperTree};
+use crate::bvh::clustering::ChunkTree;
+use crate::bvh::huge_pages::zeroed_on_huge_pages;
+use crate::bvh::{Child, LeafKind, Node, weighted_cost};
+use phalanx_scene::Bounds;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Nodes of a whole tree and their figures. Its slots are those of the chunks, one after another.
+pub(in crate::bvh) struct WholeTree {
+    /// The root is the first.
+    pub(in crate::bvh) nodes: Vec<Node>,
+    pub(in crate::bvh) bounds: Bounds,
+    /// Most nodes on a path.
+    pub(in crate::bvh) depth: usize,
+    /// Σ area · cost over the children of all nodes.
+    pub(in crate::bvh) weighted_cost: f64,
+}
+
+/// Nodes of a chunk that follow one another, all that is below one of them.
+struct MovedPart {
+    from: Range<u32>,
+    to: u32,
+}
+
+/// New places of what a chunk has.
+struct ChunkMove {
+    /// Ascending.
+    parts: Vec<MovedPart>,
+    first_slots: [u32; LeafKind::COUNT],
+}
+
+/// Figures of a chunk's nodes that have been moved.
+struct MovedFigures {
+    /// Most nodes on a path, by part.
+    depths: Vec<usize>,
+    weighted_cost: f64,
+}
+
+impl WholeTree {
+    /// Joins upper levels and the chunks below them.
+    pub(super) fn new(tree: &UpperTree, chunks: &[ChunkTree]) -> WholeTree {
+        let inner = |node: &&UpperNode| matches!(node.content, UpperContent::Children(_));
+        // A tree that is one leaf has a node all the same.
+        let upper = tree.nodes.iter().filter(inner).count().max(1);
+        let moves = tree.moves(chunks, upper as u32);
+        let len = |moved: &ChunkMove| moved.parts.iter().map(|part| part.from.len()).sum();
+        let lens: Vec<usize> = moves.iter().map(len).collect();
+        let mut nodes: Vec<Node> = zeroed_on_huge_pages(upper + lens.iter().sum::<usize>());
+        let (top, mut rest) = nodes.split_at_mut(upper);
+        let mut places = Vec::with_capacity(chunks.len());
+        for len in lens {
+            let (own, others) = rest.split_at_mut(len);
+            places.push(own);
+            rest = others;
+        }
+        let jobs = moves.par_iter().zip(chunks).zip(places);
+        let figures: Vec<MovedFigures> = jobs
+            .map(|((moved, chunk), place)| moved.run(&chunk.nodes, place))
+            .collect();
+        let (depth, cost) = tree.emit(&moves, &figures, top);
+        WholeTree {
+            nodes,
+            bounds: tree.nodes[tree.root as usize].bounds,
+            depth,
+            weighted_cost: cost + figures.iter().map(|f| f.weighted_cost).sum::<f64>(),
+        }
+    }
+}
+
+impl UpperTree {
+    /// New places of all chunks, the first node at `to`.
+    fn moves(&self, chunks: &[ChunkTree], mut to: u32) -> Vec<ChunkMove> {
+        // The beginnings of parts, and nodes that are none any more.
+        let mut marks: Vec<Vec<(u32, bool)>> = Vec::with_capacity(chunks.len());
+        marks.extend(self.opened.iter().map(|opened| {
+            let gone = opened.iter().map(|&node| (node, false));
+            gone.collect()
+        }));
+        for node in &self.nodes {
+            if let UpperContent::Below {
+                chunk,
+                child: Child::Node(root),
+            } = node.content
+            {
+                marks[chunk as usize].push((root, true));
+            }
+        }
+        let mut first_slots = [0; LeafKind::COUNT];
+        let moves = marks.into_iter().zip(chunks).map(|(mut marks, chunk)| {
+            marks.sort_unstable();
+            let ends = marks.iter().skip(1).map(|&(node, _)| node);
+            let ends = ends.chain([chunk.nodes.len() as u32]);
+            let parts = marks.iter().zip(ends).filter(|((_, stays), _)| *stays);
+            let parts = parts.map(|(&(start, _), end)| {
+                let part = MovedPart {
+                    from: start..end,
+                    to,
+                };
+                to += end - start;
+                part
+            });
+            let moved = ChunkMove {
+                parts: parts.collect(),
+                first_slots,
+            };
+            for (first, own) in first_slots.iter_mut().zip(chunk.slots) {
+                *first += own;
+            }
+            moved
+        });
+        moves.collect()
+    }
+
+    /// Writes the upper nodes depth first. Returns the depth of the whole, and Σ area · cost over
+    /// the children of the upper nodes.
+    fn emit(&self, moves: &[ChunkMove], below: &[MovedFigures], top: &mut [Node]) -> (usize, f64) {
+        let mut depth = 0;
+        let mut cost = 0.0;
+        let mut len = 0;
+        // (upper node, its parent and its index in it, its depth)
+        let mut stack = vec![(self.root, None, 1)];
+        while let Some((index, parent, level)) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            let child = match node.content {
+                UpperContent::Children(children) => {
+                    let own = len as u32;
+                    top[len] = Node::EMPTY;
+                    len += 1;
+                    depth = depth.max(level);
+                    let [a, b] = children;
+                    stack.push((b, Some((own, 1)), level + 1));
+                    stack.push((a, Some((own, 0)), level + 1));
+                    Child::Node(own)
+                }
+                UpperContent::Below { chunk, child } => {
+                    let chunk = chunk as usize;
+                    if let Child::Node(root) = child {
+                        let part = moves[chunk].part_of(root);
+                        depth = depth.max(level - 1 + below[chunk].depths[part]);
+                    }
+                    moves[chunk].moved(child)
+                }
+            };
+            if let Some((parent, k)) = parent {
+                let parent: &mut Node = &mut top[parent as usize];
+                parent.set_child(k, child);
+                parent.set_box(k, node.bounds);
+                cost += weighted_cost(child, node.bounds);
+            } else if let Child::Leaf { .. } = child {
+                top[0] = Node::new([(child, node.bounds), (Child::EMPTY, Bounds::EMPTY)]);
+                (depth, cost) = (1, weighted_cost(child, node.bounds));
+            }
+        }
+        (depth, cost)
+    }
+}
+
+impl ChunkMove {
+    /// The part that a node lies in.
+    fn part_of(&self, node: u32) -> usize {
+        self.parts.partition_point(|part| part.from.start <= node) - 1
+    }
+
+    fn moved(&self, child: Child) -> Child {
+        match child {
+            Child::Node(index) => {
+                let part = &self.parts[self.part_of(index)];
+                Child::Node(index - part.from.start + part.to)
+            }
+            Child::Leaf { count: 0, .. } => child,
+            Child::Leaf { kind, first, count } => Child::Leaf {
+                kind,
+                first: first + self.first_slots[kind.number()],
+                count,
+            },
+        }
+    }
+
+    /// Writes a chunk's nodes to their new places.
+    fn run(&self, nodes: &[Node], mut place: &mut [Node]) -> MovedFigures {
+        let mut figures = MovedFigures {
+            depths: Vec::with_capacity(self.parts.len()),
+            weighted_cost: 0.0,
+        };
+        let mut levels: Vec<u16> = Vec::new();
+        for part in &self.parts {
+            let old = &nodes[part.from.start as usize..part.from.end as usize];
+            let (new, rest) = std::mem::take(&mut place).split_at_mut(old.len());
+            place = rest;
+            levels.clear();
+            levels.resize(old.len(), 1);
+            let mut deepest = 1;
+            for (k, (old, new)) in old.iter().zip(new).enumerate() {
+                *new = *old;
+                for side in 0..2 {
+                    let child = old.child(side);
+                    figures.weighted_cost += weighted_cost(child, old.bounds(side));
+                    if let Child::Node(index) = child {
+                        let level = levels[k] + 1;
+                        levels[(index - part.from.start) as usize] = level;
+                        deepest = deepest.max(level);
+                        let moved = index - part.from.start + part.to;
+                        new.set_child(side, Child::Node(moved));
+                    } else {
+                        new.set_child(side, self.moved(child));
+                    }
+                }
+            }
+            figures.depths.push(usize::from(deepest));
+        }
+        figures
+    }
+}
