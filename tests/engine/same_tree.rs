@@ -48,11 +48,11 @@ fn scene(name: &str) -> Scene {
 #[test]
 fn every_build_makes_the_same_tree() {
     let expected = [
-        ("phalanx", 0xa405bdec4b212b34),
-        ("spheres", 0xb572cfbc36f8b730),
-        ("mirrors", 0x5aeee6bf254a4fbf),
-        ("standard:street:60k", 0x82951485cffa64b1),
-        ("standard:balls:5", 0x3dbc8499ac9e692c),
+        ("phalanx", 0xa6eccdcf1ca99c0d),
+        ("spheres", 0x4117e9ed81c13eef),
+        ("mirrors", 0xbd39ef780e14e8bd),
+        ("standard:street:60k", 0x10e8631226dfd2ee),
+        ("standard:balls:5", 0x42c2318c8e9c611d),
     ];
     let found = expected.map(|(name, _)| {
         let scene = scene(name);

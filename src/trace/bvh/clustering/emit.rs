@@ -117,7 +117,11 @@ impl Emission<'_> {
                 continue;
             };
             let index = self.memory.nodes.len() as u32;
-            let parts = self.merges.get(merge).parts;
+            let mut parts = self.merges.get(merge).parts;
+            let [first, second] = parts.map(|part| self.bounds(part).half_area());
+            if first < second {
+                parts.reverse();
+            }
             let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
             for (child, part) in children.iter_mut().zip(parts) {
                 let content = match self.is_leaf(part) {

@@ -131,7 +131,12 @@ impl UpperTree {
                     top[len] = Node::EMPTY;
                     len += 1;
                     depth = depth.max(level);
-                    let [a, b] = children;
+                    let [mut a, mut b] = children;
+                    let [first, second] =
+                        children.map(|k| self.nodes[k as usize].bounds.half_area());
+                    if first < second {
+                        (a, b) = (b, a);
+                    }
                     stack.push((b, Some((own, 1)), level + 1));
                     stack.push((a, Some((own, 0)), level + 1));
                     Child::Node(own)
