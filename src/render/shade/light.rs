@@ -9,7 +9,7 @@ use super::wide;
 use glam::Vec3;
 use phalanx_scene::sampling::{self, Dimension};
 use phalanx_scene::{LightShape, Scene};
-use phalanx_trace::simd::{F32x8, LANES, Lanes, Mask8, Vec3x8};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// Unoccluded contribution of one light to eight points, and the shadow rays that test its
 /// visibility.
@@ -27,6 +27,16 @@ pub struct LightSample {
 }
 
 impl LightSample {
+    /// A light that none of the points sees.
+    fn none() -> LightSample {
+        LightSample {
+            needed: Mask8::none(),
+            radiance: Vec3x8::ZERO,
+            org: Vec3x8::ZERO,
+            dir: Vec3x8::ZERO,
+        }
+    }
+
     /// Weighs the light by the coverage of the surfaces that it falls on.
     pub fn weigh(&mut self, share: F32x8) {
         self.radiance = self.radiance.scale(share);
@@ -87,6 +97,10 @@ pub fn sample_light(
         let lit = at.active & loss.gt(F32x8::ZERO);
         (to, to_light, seen, lit)
     };
+    let lit = lit & to_light.dot(at.ng).gt(F32x8::ZERO);
+    if !lit.any() {
+        return LightSample::none();
+    }
     let diffuse = positive(to_light.dot(at.ns));
     let specular = if material.ks == Vec3::ZERO {
         F32x8::ZERO
@@ -98,9 +112,8 @@ pub fn sample_light(
     let kd = tint.map_or(kd, |tint| kd.mul_elementwise(*tint));
     let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
     let radiance = radiance.mul_elementwise(lobe);
-    let facing = to_light.dot(at.ng).gt(F32x8::ZERO);
     LightSample {
-        needed: lit & facing & is_nonzero(radiance),
+        needed: lit & is_nonzero(radiance),
         radiance,
         org: at.point + at.ng.scale(at.offset),
         dir,

@@ -39,12 +39,21 @@ pub(super) fn surface_point(
     }
 }
 
+/// Rows of a column. It is a loop over lanes, because closures in array maps are not inlined.
+#[inline]
 pub(super) fn gather_column(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
-    Vec3x8::new(
-        F32x8::new(rows.map(|i| column.x[i])),
-        F32x8::new(rows.map(|i| column.y[i])),
-        F32x8::new(rows.map(|i| column.z[i])),
-    )
+    let [x, y, z] = [&column.x[..], &column.y[..], &column.z[..]];
+    let mut gathered = [[0.0; LANES]; 3];
+    for (lane, &row) in rows.iter().enumerate() {
+        gathered[0][lane] = x[row];
+        gathered[1][lane] = y[row];
+        gathered[2][lane] = z[row];
+    }
+    columns(gathered)
+}
+
+fn columns([x, y, z]: [[f32; LANES]; 3]) -> Vec3x8 {
+    Vec3x8::new(F32x8::new(x), F32x8::new(y), F32x8::new(z))
 }
 
 /// v/|v|, or `otherwise` where v has no length.
@@ -63,9 +72,17 @@ fn triangle(
     hits: &HitPacket,
 ) -> SurfacePoint {
     let t = &scene.triangles;
-    let corners = rows.map(|i| t.corners[i]);
-    let corner = |k: usize| gather_column(&t.vertices, &corners.map(|of| of[k] as usize));
-    let feet = TriangleHitPoints::of([corner(0), corner(1), corner(2)], rays, hits);
+    let mut vertices = [[0; LANES]; 3];
+    for (lane, &row) in rows.iter().enumerate() {
+        let [a, b, c] = t.corners[row];
+        vertices[0][lane] = a as usize;
+        vertices[1][lane] = b as usize;
+        vertices[2][lane] = c as usize;
+    }
+    let corners = vertices
+        .each_ref()
+        .map(|rows| gather_column(&t.vertices, rows));
+    let feet = TriangleHitPoints::of(corners, rays, hits);
     let point = feet.point;
     let ng = Vec3x8::select(feet.solid, feet.normal, back);
     let [ns, outward] = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
@@ -165,7 +182,12 @@ fn shading_normals(
     ng: Vec3x8,
 ) -> [Vec3x8; 2] {
     let t = &scene.triangles;
-    let normals = rows.map(|i| t.corner_normals(i).unwrap_or([Vec3::ZERO; 3]));
+    let mut normals = [[Vec3::ZERO; 3]; LANES];
+    for (of, &row) in normals.iter_mut().zip(rows) {
+        if let Some(own) = t.corner_normals(row) {
+            *of = own;
+        }
+    }
     let [a, b, c] = corner_columns(normals);
     let [alpha, beta, gamma] = weights;
     let here = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
@@ -174,13 +196,15 @@ fn shading_normals(
 
 /// Vectors at the corners of eight triangles, corner by corner.
 pub(super) fn corner_columns(corners: [[Vec3; 3]; LANES]) -> [Vec3x8; 3] {
-    [0, 1, 2].map(|k| {
-        Vec3x8::new(
-            F32x8::new(corners.map(|of| of[k].x)),
-            F32x8::new(corners.map(|of| of[k].y)),
-            F32x8::new(corners.map(|of| of[k].z)),
-        )
-    })
+    let mut by_corner = [[[0.0; LANES]; 3]; 3];
+    for (lane, corners) in corners.iter().enumerate() {
+        for (of, vector) in by_corner.iter_mut().zip(corners) {
+            of[0][lane] = vector.x;
+            of[1][lane] = vector.y;
+            of[2][lane] = vector.z;
+        }
+    }
+    by_corner.map(columns)
 }
 
 /// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the

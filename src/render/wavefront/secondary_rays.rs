@@ -20,25 +20,35 @@ pub(super) fn spawn_secondary_rays(
     coverage: WaveCoverage,
     bounces: &mut BounceQueue,
 ) {
-    let ways = groups.iter().map(|at| {
+    let ways = |at: &Surface| {
         let m = ShadeMaterial::of(context.scene, at.material);
         usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO)
-    });
-    let ways = ways.max().unwrap_or(0);
-    if ways == 0 {
+    };
+    let bouncing = arena.alloc_slice_fill_copy(groups.len(), 0u32);
+    let (mut len, mut most) = (0, 0);
+    for (k, at) in (0..).zip(groups) {
+        let ways = ways(at);
+        bouncing[len] = k;
+        len += usize::from(ways > 0);
+        most = most.max(ways);
+    }
+    let (bouncing, ways) = (&bouncing[..len], most);
+    if bouncing.is_empty() {
         return;
     }
-    let outgoing = arena.alloc_slice_fill_with(groups.len(), |k| {
-        let mut out = sample_bounces(context, rays, &groups[k]);
-        if let Some(share) = coverage.of(&groups[k]) {
+    let groups = || bouncing.iter().map(|&k| &groups[k as usize]);
+    let outgoing = groups().map(|at| {
+        let mut out = sample_bounces(context, rays, at);
+        if let Some(share) = coverage.of(at) {
             for out in [&mut out.mirror, &mut out.refracted] {
                 out.weight = out.weight.scale(share);
             }
         }
         out
     });
+    let outgoing = arena.alloc_slice_fill_iter(outgoing);
     let shares: &[[Vec3x8; 2]] = if context.columns.shares {
-        let outgoing = groups.iter().zip(&mut *outgoing);
+        let outgoing = groups().zip(&mut *outgoing);
         arena.alloc_slice_fill_iter(outgoing.map(|(at, out)| {
             let whole = ShadeMaterial::of(context.scene, at.material).secondary_weight();
             drop_below_min_weight(context.min_weight, rays.shares(&at.ray), whole, out)
@@ -47,9 +57,16 @@ pub(super) fn spawn_secondary_rays(
         &[]
     };
     bounces.fill(rays.packets.len(), ways, context.columns, |queue| {
-        push_bounces(queue, BounceKind::Mirror, rays, groups, outgoing, shares);
+        push_bounces(queue, BounceKind::Mirror, rays, groups(), outgoing, shares);
         let mirrored = queue.len();
-        push_bounces(queue, BounceKind::Refracted, rays, groups, outgoing, shares);
+        push_bounces(
+            queue,
+            BounceKind::Refracted,
+            rays,
+            groups(),
+            outgoing,
+            shares,
+        );
         context.stats.rays.reflection += mirrored as u64;
         context.stats.rays.refraction += (queue.len() - mirrored) as u64;
         mirrored
@@ -58,15 +75,15 @@ pub(super) fn spawn_secondary_rays(
 
 /// Queues the bounces of one kind. `shares` is empty where rays carry none.
 #[inline]
-fn push_bounces(
+fn push_bounces<'g>(
     queue: &mut RayQueue,
     kind: BounceKind,
     rays: &QueueSlice,
-    groups: &[Surface],
+    groups: impl Iterator<Item = &'g Surface>,
     outgoing: &[SecondaryRays],
     shares: &[[Vec3x8; 2]],
 ) {
-    for (k, (at, out)) in groups.iter().zip(outgoing).enumerate() {
+    for (k, (at, out)) in groups.zip(outgoing).enumerate() {
         let (out, way) = match kind {
             BounceKind::Mirror => (&out.mirror, 0),
             BounceKind::Refracted => (&out.refracted, 1),
