@@ -1,8 +1,8 @@
 //! Bounces that wait to be traced, and their accumulation into the wave that sent them.
 
-use super::ray_batch::RadianceX8;
+use super::ray_batch::{RadianceX8, add_lanes};
 use phalanx_trace::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue};
-use phalanx_trace::simd::{LANES, LaneMask};
+use phalanx_trace::simd::F32x8;
 use std::ops::Range;
 
 /// Level of the stack of waves: one wave's radiance, and the bounces of its hits.
@@ -139,10 +139,10 @@ pub(super) fn accumulate(
     for (packet, bounced) in bounces.packets.clone().zip(bounced) {
         let active = bounces.queue.active(packet);
         let (weight, parent) = bounces.queue.payload(packet);
-        for lane in active.lanes() {
-            let ray = parent[lane] as usize;
-            let rgb = [0, 1, 2].map(|c| weight[c][lane] * bounced.0[c][lane]);
-            radiance[ray / LANES].add(ray % LANES, rgb);
+        let mut rgb = bounced.0;
+        for (plane, weight) in rgb.iter_mut().zip(weight) {
+            *plane = (F32x8::new(*weight) * F32x8::new(*plane)).to_array();
         }
+        add_lanes(radiance, active, parent, &rgb);
     }
 }

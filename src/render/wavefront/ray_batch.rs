@@ -1,7 +1,7 @@
 //! Rays of a wave as its stages take them: slices of a queue, and the radiance of eight rays.
 
 use phalanx_trace::packet::{HitPacket, RayPacket, RayQueue};
-use phalanx_trace::simd::{F32x8, LANES, Mask8, Vec3x8};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
 use std::ops::Range;
 
 /// Radiance of eight rays.
@@ -34,6 +34,30 @@ impl RadianceX8 {
         for (plane, value) in self.0.iter_mut().zip(rgb) {
             plane[lane] += value;
         }
+    }
+}
+
+/// Adds the radiance of some of eight lanes to the rays that they belong to.
+#[inline]
+pub(super) fn add_lanes(
+    radiance: &mut [RadianceX8],
+    lanes: Mask8,
+    rays: &[u32; LANES],
+    rgb: &[[f32; LANES]; 3],
+) {
+    let first = rays[0];
+    let in_turn: [u32; LANES] = std::array::from_fn(|lane| first.wrapping_add(lane as u32));
+    if first.is_multiple_of(LANES as u32) && *rays == in_turn {
+        // Rays of one packet in their order.
+        for (plane, own) in radiance[first as usize / LANES].0.iter_mut().zip(rgb) {
+            let old = F32x8::new(*plane);
+            *plane = lanes.select(old + F32x8::new(*own), old).to_array();
+        }
+        return;
+    }
+    for lane in lanes.lanes() {
+        let ray = rays[lane] as usize;
+        radiance[ray / LANES].add(ray % LANES, [rgb[0][lane], rgb[1][lane], rgb[2][lane]]);
     }
 }
 

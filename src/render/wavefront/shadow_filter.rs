@@ -110,11 +110,13 @@ impl KnownLights<'_, '_> {
         }
     }
 
-    /// Records that a light is visible from where a ray hit.
+    /// Records that a light is visible from where some of eight rays hit.
     #[inline]
-    pub(super) fn record_visible(&mut self, light: usize, ray: u32) {
+    pub(super) fn record_visible(&mut self, light: usize, open: Mask8, rays: &[u32; LANES]) {
         if let Some(CachedLights { cache, .. }) = &mut self.0 {
-            cache.at_hit(ray).visible |= LightVisibility::bit(light);
+            for lane in open.lanes() {
+                cache.at_hit(rays[lane]).visible |= LightVisibility::bit(light);
+            }
         }
     }
 }

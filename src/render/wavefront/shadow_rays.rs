@@ -2,7 +2,7 @@
 
 use super::coverage::{WaveCoverage, visibility};
 use super::hit_grouping::HitGroups;
-use super::ray_batch::{QueueSlice, RadianceX8};
+use super::ray_batch::{QueueSlice, RadianceX8, add_lanes};
 use super::shadow_filter::KnownLights;
 use super::wavefront_context::WavefrontContext;
 use crate::shade::{ShadeMaterial, sample_light, sample_light_position};
@@ -48,23 +48,23 @@ pub(super) fn trace_shadow_rays(
         } else {
             1.0
         };
-        add_unoccluded(context, &queue, tmax, blocked, radiance, |hit| {
-            known.record_visible(light, hit);
+        add_unoccluded(context, &queue, tmax, blocked, radiance, |open, hits| {
+            known.record_visible(light, open, hits);
         });
     }
 }
 
 /// Traces shadow rays, adds the radiance that they carry to the hits that sent them, where nothing
-/// blocks the ray before `tmax`, and passes those hits to `record`. Where all that blocks it lets
-/// light through, that part of the radiance is added. `blocked` has room for a byte per packet:
-/// lanes as bits.
+/// blocks the ray before `tmax`, and passes those lanes and the hits of a packet to `record`. Where
+/// all that blocks it lets light through, that part of the radiance is added. `blocked` has room
+/// for a byte per packet: lanes as bits.
 pub(super) fn add_unoccluded(
     context: &mut WavefrontContext,
     queue: &RayQueue,
     tmax: f32,
     blocked: &mut [u8],
     radiance: &mut [RadianceX8],
-    mut record: impl FnMut(u32),
+    mut record: impl FnMut(Mask8, &[u32; LANES]),
 ) {
     context.stats.rays.shadow += queue.len() as u64;
     let all = 0..queue.packets();
@@ -74,11 +74,8 @@ pub(super) fn add_unoccluded(
         let (carried, hit) = queue.payload(packet);
         let blocked = queue.active(packet) & Mask8::from_bits(u32::from(blocked));
         let open = queue.active(packet) & !blocked;
-        for lane in open.lanes() {
-            let ray = hit[lane] as usize;
-            radiance[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| carried[c][lane]));
-            record(hit[lane]);
-        }
+        add_lanes(radiance, open, hit, carried);
+        record(open, hit);
         if context.has_clear_shadows && blocked.any() {
             let passed = visibility(context, queue, packet, tmax, blocked);
             for lane in blocked.lanes().filter(|&lane| passed[lane] != Vec3::ZERO) {
