@@ -3,5 +3,7 @@
 mod baseline;
 mod files;
 mod fixture;
+mod markers;
 mod readme_table;
 mod schema;
+mod time_to_picture;

@@ -1,16 +1,9 @@
 //! The tables of rates in the README and in `perf/rates.md` are those of a record in `perf/`.
 //!
-//! Between `<!-- rates: perf/records/NAME.json -->` and `<!-- /rates -->` stands what
-//! [`readme_table`] and [`scene_table`] make of that record.
-//! `PHALANX_BLESS=1 cargo test --release --test cli records::` writes it there.
+//! Both are made by the program's own [`readme_table`] and [`scene_table`].
 
-use super::fixture;
+use super::{fixture, markers};
 use phalanx::report::{BenchRecord, load, readme_table, scene_table};
-use std::fs;
-use std::path::Path;
-
-const START: &str = "<!-- rates: ";
-const END: &str = "<!-- /rates -->";
 
 /// A function that makes a table of a record, as Markdown.
 type TableWriter = fn(&BenchRecord) -> String;
@@ -19,67 +12,14 @@ type TableWriter = fn(&BenchRecord) -> String;
 const TABLES: [(&str, TableWriter); 2] =
     [("README.md", readme_table), ("perf/rates.md", scene_table)];
 
-/// The name in the marker and what stands below it; the text around the latter.
-struct Marked<'a> {
-    name: &'a str,
-    before: &'a str,
-    table: &'a str,
-    after: &'a str,
-}
-
-fn marked(text: &str) -> Option<Marked<'_>> {
-    let start = text.find(START)? + START.len();
-    let name_end = start + text[start..].find(" -->")?;
-    let table = name_end + text[name_end..].find('\n')? + 1;
-    let end = table + text[table..].find(END)?;
-    Some(Marked {
-        name: &text[start..name_end],
-        before: &text[..table],
-        table: &text[table..end],
-        after: &text[end..],
-    })
-}
-
 #[test]
 fn tables_are_those_of_one_record() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    if !root.join("perf/records").is_dir() {
-        println!("skipped: the published package has no perf/records");
-        return;
-    }
-    let mut names = Vec::new();
-    for (file, table_of) in TABLES {
-        let path = root.join(file);
-        let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}"));
-        let marked = marked(&text).unwrap_or_else(|| panic!("no markers in {file}"));
-        let record = load(&root.join(marked.name)).unwrap_or_else(|e| panic!("{e}"));
-        let table = table_of(&record);
-        if std::env::var_os("PHALANX_BLESS").is_some() {
-            let blessed = [marked.before, &table, marked.after].concat();
-            fs::write(&path, blessed).expect("a file that can be written");
-        } else {
-            assert!(
-                marked.table == table,
-                "the table of {file} is not that of {}; PHALANX_BLESS=1 puts this there:\n{table}",
-                marked.name
-            );
-        }
-        names.push(marked.name.to_owned());
-    }
-    assert_eq!(names[0], names[1], "two records");
-}
-
-#[test]
-fn markers_are_found() {
-    let text = "# x\n<!-- rates: perf/records/a.json -->\n| a |\n<!-- /rates -->\nend\n";
-    let found = marked(text).expect("markers");
-    assert_eq!(
-        (found.name, found.table),
-        ("perf/records/a.json", "| a |\n")
-    );
-    assert_eq!([found.before, found.table, found.after].concat(), text);
-    assert!(marked("<!-- rates: a.json -->\n").is_none());
-    assert!(marked("none").is_none());
+    let [readme, each] = TABLES.map(|(file, table_of)| {
+        markers::held(file, "rates", |path| {
+            table_of(&load(path).unwrap_or_else(|e| panic!("{e}")))
+        })
+    });
+    assert_eq!(readme, each, "two records");
 }
 
 #[test]
