@@ -94,8 +94,8 @@ impl Encoder {
     }
 }
 
-/// Three samples a pixel. Calls for each of them took longer than what they do: so they are inlined,
-/// and there is no closure over an array.
+/// Three samples a pixel. Calls for each of them took longer than what they do, so they are
+/// inlined, and there is no closure over an array.
 fn interleave<S: Copy + Default>(
     film: &Film,
     exposure: Exposure,
