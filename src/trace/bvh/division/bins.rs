@@ -9,6 +9,8 @@ use phalanx_scene::Bounds;
 const BINS: usize = 32;
 /// Cells from which both parts are divided on threads of their own.
 const PARALLEL_GRAIN: usize = 1 << 10;
+/// Depth from which cells are halved by number, so that no order of sizes makes the recursion deep.
+const MAX_SAH_DEPTH: usize = 40;
 
 /// A step of a division, in preorder.
 pub(super) enum DivisionStep {
@@ -20,34 +22,31 @@ pub(super) enum DivisionStep {
 
 /// Reorders cells so that those of each part follow one another.
 pub(super) fn divide_cells(cells: &mut [OccupiedCell], chunk_prims: usize) -> Vec<DivisionStep> {
-    let mut steps = Vec::new();
-    divide(cells, chunk_prims, &mut steps);
-    steps
+    divide(cells, chunk_prims, 0)
 }
 
-fn divide(cells: &mut [OccupiedCell], chunk_prims: usize, steps: &mut Vec<DivisionStep>) {
+fn divide(cells: &mut [OccupiedCell], chunk_prims: usize, depth: usize) -> Vec<DivisionStep> {
     let prims = cells.iter().map(|cell| cell.count as usize).sum();
     if cells.len() == 1 || prims <= chunk_prims {
         let cells = cells.len();
-        return steps.push(DivisionStep::Whole { cells, prims });
+        return vec![DivisionStep::Whole { cells, prims }];
     }
-    steps.push(DivisionStep::Divided);
     let at = match best_split(cells) {
-        Some(split) => partition(cells, &split),
-        None => cells.len() / 2,
+        Some(split) if depth < MAX_SAH_DEPTH => partition(cells, &split),
+        _ => cells.len() / 2,
     };
     let (left, right) = cells.split_at_mut(at);
-    if left.len().min(right.len()) < PARALLEL_GRAIN {
-        divide(left, chunk_prims, steps);
-        divide(right, chunk_prims, steps);
-        return;
-    }
-    let (left, right) = rayon::join(
-        || divide_cells(left, chunk_prims),
-        || divide_cells(right, chunk_prims),
-    );
+    let parallel = left.len().min(right.len()) >= PARALLEL_GRAIN;
+    let mut left = || divide(left, chunk_prims, depth + 1);
+    let mut right = || divide(right, chunk_prims, depth + 1);
+    let (left, right) = match parallel {
+        true => rayon::join(left, right),
+        false => (left(), right()),
+    };
+    let mut steps = vec![DivisionStep::Divided];
     steps.extend(left);
     steps.extend(right);
+    steps
 }
 
 /// A border between bins of one axis.
@@ -116,6 +115,7 @@ fn unite(a: BoxCount, b: BoxCount) -> BoxCount {
 
 /// The border with the least sum of both sides' areas times counts; `None` if no border separates
 /// anything.
+#[inline(never)]
 fn best_split(cells: &[OccupiedCell]) -> Option<Split> {
     let grid = BinGrid::over(cells);
     let mut bins = [[(LaneBounds::EMPTY, 0); BINS]; 3];
@@ -150,4 +150,40 @@ fn borders(bins: &[BoxCount; BINS]) -> impl Iterator<Item = (usize, f64)> {
         let parts = left.1 > 0 && right[border].1 > 0;
         parts.then(|| (border, cost(left) + cost(right[border])))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::LeafKind;
+    use crate::bvh::prim_ref::PrimRef;
+
+    #[test]
+    fn each_cell_is_in_one_part() {
+        let cell = |k: u32| {
+            let center = Vec3::X * libm::exp2f((k % 250) as f32 - 125.0);
+            let bounds = Bounds::new(center - 1.0, center + 1.0);
+            let prim = PrimRef::new(k, LeafKind::TRIANGLE, bounds);
+            OccupiedCell {
+                bounds: LaneBounds(prim.lanes()),
+                count: 1 + k % 3,
+                index: k,
+            }
+        };
+        let mut cells: Vec<OccupiedCell> = (0..5000).map(cell).collect();
+        let steps = divide_cells(&mut cells, 4);
+        let mut rest = &cells[..];
+        for step in &steps {
+            if let DivisionStep::Whole { cells, prims } = *step {
+                let (part, others) = rest.split_at(cells);
+                let count: u32 = part.iter().map(|cell| cell.count).sum();
+                assert!(count as usize == prims && (prims <= 4 || cells == 1));
+                rest = others;
+            }
+        }
+        assert!(rest.is_empty());
+        let mut indices: Vec<u32> = cells.iter().map(|cell| cell.index).collect();
+        indices.sort_unstable();
+        assert!(indices.into_iter().eq(0..5000));
+    }
 }
