@@ -6,6 +6,8 @@ use super::ray_batch::QueueSlice;
 use super::wavefront_context::{WavefrontContext, is_worth_tracing};
 use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
 use bumpalo::Bump;
+use glam::Vec3;
+use phalanx_scene::Scene;
 use phalanx_scene::sampling::{BounceKind, child_seed};
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
@@ -20,19 +22,7 @@ pub(super) fn spawn_secondary_rays(
     coverage: WaveCoverage,
     bounces: &mut BounceQueue,
 ) {
-    let ways = |at: &Surface| {
-        let m = ShadeMaterial::of(context.scene, at.material);
-        usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO)
-    };
-    let bouncing = arena.alloc_slice_fill_copy(groups.len(), 0u32);
-    let (mut len, mut most) = (0, 0);
-    for (k, at) in (0..).zip(groups) {
-        let ways = ways(at);
-        bouncing[len] = k;
-        len += usize::from(ways > 0);
-        most = most.max(ways);
-    }
-    let (bouncing, ways) = (&bouncing[..len], most);
+    let (bouncing, ways) = bouncing_groups(context.scene, arena, groups);
     if bouncing.is_empty() {
         return;
     }
@@ -71,6 +61,24 @@ pub(super) fn spawn_secondary_rays(
         context.stats.rays.refraction += (queue.len() - mirrored) as u64;
         mirrored
     });
+}
+
+/// Indices of the groups whose material sends bounces, and the most bounces that a hit sends.
+fn bouncing_groups<'arena>(
+    scene: &Scene,
+    arena: &'arena Bump,
+    groups: &[Surface],
+) -> (&'arena [u32], usize) {
+    let bouncing = arena.alloc_slice_fill_copy(groups.len(), 0);
+    let (mut len, mut most) = (0, 0);
+    for (k, at) in (0..).zip(groups) {
+        let m = ShadeMaterial::of(scene, at.material);
+        let ways = usize::from(m.ks != Vec3::ZERO) + usize::from(m.kt != Vec3::ZERO);
+        bouncing[len] = k;
+        len += usize::from(ways > 0);
+        most = most.max(ways);
+    }
+    (&bouncing[..len], most)
 }
 
 /// Queues the bounces of one kind. `shares` is empty where rays carry none.
@@ -120,7 +128,7 @@ fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -
 fn drop_below_min_weight(
     min_weight: f32,
     share: Vec3x8,
-    whole: glam::Vec3,
+    whole: Vec3,
     out: &mut SecondaryRays,
 ) -> [Vec3x8; 2] {
     let [x, y, z] = whole.to_array().map(F32x8::splat);

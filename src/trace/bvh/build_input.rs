@@ -1,6 +1,6 @@
 //! Input of a tree build: primitives, and in the world's tree also instances.
 
-use super::huge_pages::zeroed_on_huge_pages;
+use super::huge_pages::{consecutive, zeroed_on_huge_pages};
 use super::prim_ref::{PrimIndex, PrimRef};
 use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle};
 use glam::Vec3;
@@ -51,13 +51,12 @@ impl<'a> BuildInput<'a> {
     /// The objects of several runs.
     fn prim_refs(&self, runs: &[Range<PrimIndex>]) -> Vec<PrimRef> {
         let mut all = zeroed_on_huge_pages(runs.iter().map(|run| run.len()).sum());
-        let mut rest = &mut all[..];
-        let mut blocks = Vec::new();
-        for run in runs {
-            let (own, others) = std::mem::take(&mut rest).split_at_mut(run.len());
-            blocks.extend(run.clone().step_by(BLOCK).zip(own.chunks_mut(BLOCK)));
-            rest = others;
-        }
+        let slices = consecutive(&mut all, runs.iter().map(|run| run.len()));
+        let blocks = runs.iter().zip(slices).flat_map(|(run, slice)| {
+            let firsts = run.clone().step_by(BLOCK);
+            firsts.zip(slice.chunks_mut(BLOCK))
+        });
+        let blocks: Vec<(PrimIndex, &mut [PrimRef])> = blocks.collect();
         blocks.into_par_iter().for_each(|(first, block)| {
             for (object, place) in (first..).zip(block) {
                 *place = PrimRef::new(object, self.kind(object), self.bounds(object));

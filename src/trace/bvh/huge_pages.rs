@@ -30,6 +30,20 @@ pub(super) fn zeroed_on_huge_pages<T: Zeroable>(len: usize) -> Vec<T> {
     all
 }
 
+/// Slices of given lengths that follow one another, for threads to fill.
+pub(super) fn consecutive<T>(
+    mut rows: &mut [T],
+    lens: impl IntoIterator<Item = usize>,
+) -> Vec<&mut [T]> {
+    let mut slices = Vec::new();
+    for len in lens {
+        let (own, rest) = std::mem::take(&mut rows).split_at_mut(len);
+        slices.push(own);
+        rows = rest;
+    }
+    slices
+}
+
 /// Moves rows onto huge pages, if they are many; for a moment two copies exist. The rows' contents
 /// do not change, and it is unknown whether the system complied.
 pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {

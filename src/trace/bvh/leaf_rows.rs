@@ -2,7 +2,7 @@
 
 use super::build_input::BuildInput;
 use super::clustering::ChunkTree;
-use super::huge_pages::zeroed_on_huge_pages;
+use super::huge_pages::{consecutive, zeroed_on_huge_pages};
 use super::prim_ref::PrimIndex;
 use super::{LeafKind, LeafPrims};
 use bytemuck::Zeroable;
@@ -36,16 +36,9 @@ impl LeafRows<'_> {
     {
         let own = |chunk: &ChunkTree| chunk.slots[kind.number()] as usize;
         let mut column: Vec<T> = zeroed_on_huge_pages(self.chunks.iter().map(own).sum());
-        let mut rest = &mut column[..];
-        let mut parts = Vec::new();
-        for chunk in self.chunks {
-            let (part, others) = std::mem::take(&mut rest).split_at_mut(own(chunk));
-            if !part.is_empty() {
-                parts.push((chunk, part));
-            }
-            rest = others;
-        }
-        parts.into_par_iter().for_each(|(chunk, part)| {
+        let slices = consecutive(&mut column, self.chunks.iter().map(own));
+        let parts = self.chunks.par_iter().zip(slices);
+        parts.for_each(|(chunk, part)| {
             let all_one = part.len() == chunk.objects.len();
             let objects = chunk.objects.iter().copied();
             let of_kind = |&object: &PrimIndex| all_one || self.input.kind(object) == kind;

@@ -22,6 +22,11 @@ impl Offsets {
         offsets
     }
 
+    /// Offsets of slots alone.
+    pub(super) fn of_slots(slot: [u32; LeafKind::COUNT]) -> Offsets {
+        Offsets { node: 0, slot }
+    }
+
     /// A reference within a tree, converted to the common arrays.
     #[inline(always)]
     pub(super) fn rebased(&self, child: Child) -> Child {

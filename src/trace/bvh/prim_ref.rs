@@ -1,7 +1,7 @@
 //! References to objects while a tree is built: number, kind and padded box, in 32 bytes.
 
 use super::LeafKind;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, Lanes};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use phalanx_scene::Bounds;
@@ -64,6 +64,16 @@ impl PrimRef {
     }
 }
 
+/// The box around twice the centres of objects.
+pub(super) fn center_extent(items: &[PrimRef]) -> Bounds {
+    let mut extent = Bounds::EMPTY;
+    for item in items {
+        let center = item.center();
+        extent = extent.union(Bounds::new(center, center));
+    }
+    extent
+}
+
 /// A box as lanes, as [`PrimRef::lanes`] has them; their minimum unites boxes.
 #[derive(Clone, Copy)]
 pub(super) struct LaneBounds(pub(super) F32x8);
@@ -73,7 +83,6 @@ impl LaneBounds {
 
     #[inline(always)]
     pub(super) fn union(self, other: LaneBounds) -> LaneBounds {
-        use crate::simd::Lanes;
         LaneBounds(self.0.min(other.0))
     }
 

@@ -53,9 +53,7 @@ impl Clusters {
         }
         let [x0, y0, z0, x1, y1, z1] = self.columns.each_mut().map(|c| &mut c[PADDING..]);
         for (k, object) in objects.iter().enumerate() {
-            let b = object.bounds();
-            (x0[k], y0[k], z0[k]) = (b.lo.x, b.lo.y, b.lo.z);
-            (x1[k], y1[k], z1[k]) = (b.hi.x, b.hi.y, b.hi.z);
+            [x0[k], y0[k], z0[k], x1[k], y1[k], z1[k]] = object.planes();
         }
         self.refs.clear();
         self.refs.extend((0..objects.len()).map(ClusterRef::object));

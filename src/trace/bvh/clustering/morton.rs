@@ -1,8 +1,7 @@
 //! The order of a chunk's objects along the Morton curve.
 
-use crate::bvh::prim_ref::PrimRef;
+use crate::bvh::prim_ref::{PrimRef, center_extent};
 use glam::Vec3;
-use phalanx_scene::Bounds;
 
 /// Bits of a coordinate. Three coordinates and the number of an object within its chunk fill a key.
 const BITS: u32 = 16;
@@ -18,11 +17,7 @@ pub(super) struct MortonOrder {
 impl MortonOrder {
     /// The objects of a chunk along the curve through its extent.
     pub(super) fn sort(&mut self, chunk: &[PrimRef]) -> &[PrimRef] {
-        let mut extent = Bounds::EMPTY;
-        for item in chunk {
-            let center = item.center();
-            extent = extent.union(Bounds::new(center, center));
-        }
+        let extent = center_extent(chunk);
         let scale = |size: f32| if size > 0.0 { CELLS / size } else { 0.0 };
         let scale = (extent.hi - extent.lo).map(scale);
         self.keys.clear();

@@ -51,11 +51,12 @@ impl Neighbours {
 pub(super) fn choose<const REACH: usize>(clusters: &Clusters, neighbours: &mut Neighbours) {
     const { assert!(REACH <= MAX_REACH) };
     let count = clusters.len();
-    neighbours.offsets.clear();
     neighbours.offsets.resize(count + NATIVE, MAX_REACH as u32);
     let costs = &mut neighbours.costs;
-    costs.clear();
     costs.resize(REACH, [f32::INFINITY; MAX_REACH + TILE]);
+    for row in costs.iter_mut() {
+        row[..MAX_REACH].fill(f32::INFINITY);
+    }
     for tile in (0..count).step_by(TILE) {
         for start in (tile..count.min(tile + TILE)).step_by(NATIVE) {
             let nearest = choose_run::<REACH>(clusters, start, start - tile, costs);

@@ -1,6 +1,6 @@
 //! The cell of an object: a grid over the extent of all centres, of cells as cubic as can be.
 
-use crate::bvh::prim_ref::PrimRef;
+use crate::bvh::prim_ref::{PrimRef, center_extent};
 use glam::Vec3;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
@@ -22,14 +22,7 @@ pub(super) struct CellGrid {
 impl CellGrid {
     /// A grid over objects, which are taken by threads in the given segments.
     pub(super) fn over(segments: &[&[PrimRef]]) -> CellGrid {
-        let extents = segments.par_iter().map(|segment| {
-            let mut extent = Bounds::EMPTY;
-            for item in *segment {
-                let center = item.center();
-                extent = extent.union(Bounds::new(center, center));
-            }
-            extent
-        });
+        let extents = segments.par_iter().map(|segment| center_extent(segment));
         let extent = extents.reduce(|| Bounds::EMPTY, Bounds::union);
         let count: usize = segments.iter().map(|segment| segment.len()).sum();
         let cells = (count / PRIMS_PER_CELL).clamp(CELLS[0], CELLS[1]);

@@ -55,10 +55,11 @@ impl UpperTree {
         let least = bounds.half_area();
         let mut best = (0.0, None);
         let parent = self.parent(node);
-        // What is saved above by the removal, and the box of what is left there.
+        // The area that the removal saves above the place that is searched.
         let mut saved = self.bounds(parent).half_area();
         let mut pivot = parent;
         let mut outside = self.sibling(node);
+        // The pivot's box without the node.
         let mut rest = self.bounds(outside);
         loop {
             waiting.push((outside, saved));

@@ -3,7 +3,8 @@
 
 use super::upper_tree::{UpperContent, UpperNode, UpperTree};
 use crate::bvh::clustering::ChunkTree;
-use crate::bvh::huge_pages::zeroed_on_huge_pages;
+use crate::bvh::huge_pages::{consecutive, zeroed_on_huge_pages};
+use crate::bvh::offsets::Offsets;
 use crate::bvh::{Child, LeafKind, Node, weighted_cost};
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
@@ -30,7 +31,7 @@ struct MovedPart {
 struct ChunkMove {
     /// Ascending.
     parts: Vec<MovedPart>,
-    first_slots: [u32; LeafKind::COUNT],
+    slots: [u32; LeafKind::COUNT],
 }
 
 /// Figures of a chunk's nodes that have been moved.
@@ -50,13 +51,8 @@ impl WholeTree {
         let len = |moved: &ChunkMove| moved.parts.iter().map(|part| part.from.len()).sum();
         let lens: Vec<usize> = moves.iter().map(len).collect();
         let mut nodes: Vec<Node> = zeroed_on_huge_pages(upper + lens.iter().sum::<usize>());
-        let (top, mut rest) = nodes.split_at_mut(upper);
-        let mut places = Vec::with_capacity(chunks.len());
-        for len in lens {
-            let (own, others) = rest.split_at_mut(len);
-            places.push(own);
-            rest = others;
-        }
+        let (top, rest) = nodes.split_at_mut(upper);
+        let places = consecutive(rest, lens);
         let jobs = moves.par_iter().zip(chunks).zip(places);
         let figures: Vec<MovedFigures> = jobs
             .map(|((moved, chunk), place)| moved.run(&chunk.nodes, place))
@@ -89,7 +85,7 @@ impl UpperTree {
                 marks[chunk as usize].push((root, true));
             }
         }
-        let mut first_slots = [0; LeafKind::COUNT];
+        let mut slots = [0; LeafKind::COUNT];
         let moves = marks.into_iter().zip(chunks).map(|(mut marks, chunk)| {
             marks.sort_unstable();
             let ends = marks.iter().skip(1).map(|&(node, _)| node);
@@ -105,9 +101,9 @@ impl UpperTree {
             });
             let moved = ChunkMove {
                 parts: parts.collect(),
-                first_slots,
+                slots,
             };
-            for (first, own) in first_slots.iter_mut().zip(chunk.slots) {
+            for (first, own) in slots.iter_mut().zip(chunk.slots) {
                 *first += own;
             }
             moved
@@ -170,19 +166,22 @@ impl ChunkMove {
         self.parts.partition_point(|part| part.from.start <= node) - 1
     }
 
-    fn moved(&self, child: Child) -> Child {
-        match child {
-            Child::Node(index) => {
-                let part = &self.parts[self.part_of(index)];
-                Child::Node(index - part.from.start + part.to)
-            }
-            Child::Leaf { count: 0, .. } => child,
-            Child::Leaf { kind, first, count } => Child::Leaf {
-                kind,
-                first: first + self.first_slots[kind.number()],
-                count,
-            },
+    /// Offsets of what a part refers to.
+    fn offsets(&self, part: usize) -> Offsets {
+        let MovedPart { from, to } = &self.parts[part];
+        Offsets {
+            node: to.wrapping_sub(from.start),
+            slot: self.slots,
         }
+    }
+
+    /// A leaf, or the root of a part.
+    fn moved(&self, child: Child) -> Child {
+        let part = match child {
+            Child::Node(root) => self.part_of(root),
+            Child::Leaf { .. } => return Offsets::of_slots(self.slots).rebased(child),
+        };
+        self.offsets(part).rebased(child)
     }
 
     /// Writes a chunk's nodes to their new places.
@@ -192,7 +191,8 @@ impl ChunkMove {
             weighted_cost: 0.0,
         };
         let mut levels: Vec<u16> = Vec::new();
-        for part in &self.parts {
+        for (k, part) in self.parts.iter().enumerate() {
+            let offsets = self.offsets(k);
             let old = &nodes[part.from.start as usize..part.from.end as usize];
             let (new, rest) = std::mem::take(&mut place).split_at_mut(old.len());
             place = rest;
@@ -204,14 +204,11 @@ impl ChunkMove {
                 for side in 0..2 {
                     let child = old.child(side);
                     figures.weighted_cost += weighted_cost(child, old.bounds(side));
+                    new.set_child(side, offsets.rebased(child));
                     if let Child::Node(index) = child {
                         let level = levels[k] + 1;
                         levels[(index - part.from.start) as usize] = level;
                         deepest = deepest.max(level);
-                        let moved = index - part.from.start + part.to;
-                        new.set_child(side, Child::Node(moved));
-                    } else {
-                        new.set_child(side, self.moved(child));
                     }
                 }
             }
