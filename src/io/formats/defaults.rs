@@ -7,7 +7,7 @@ use super::loaded::Loaded;
 use super::options::{AddedLight, Options, OrthoHeight};
 use super::origin::{self, Origin, ReadStop};
 use super::up_axis::UpAxis;
-use super::workers;
+use super::visible_vertices::VisibleVertices;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, MadeUpParts, Scene, SceneError, Sky, View};
 
@@ -106,9 +106,10 @@ fn add_defaults(
     let up = options.up.unwrap_or(missing.up);
     let MadeUpParts { view, light } = scene.made_up;
     if view || light {
-        let bounds = bounds_of(scene, options);
+        let visible = VisibleVertices::of(scene, options.threads);
+        let bounds = visible.bounds(scene);
         if view {
-            make_up_view(scene, bounds, up, options);
+            make_up_view(scene, &visible, bounds, up, options);
             let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
             let options_of = match assumed_y {
                 true => ", y up (see --camera, --up)",
@@ -168,8 +169,9 @@ fn apply_projection(scene: &mut Scene, ortho: Option<OrthoHeight>, options: &Opt
         OrthoHeight::Given(height) => height * f64::from(scene.scale),
         OrthoHeight::Fitting if scene.made_up.view => {
             let shape = picture_shape(scene, UpAxis::of(&scene.view).unwrap_or_default(), options);
-            let bounds = bounds_of(scene, options);
-            parallel_height(scene, &scene.view, bounds, shape, options.threads)
+            let visible = VisibleVertices::of(scene, options.threads);
+            let bounds = visible.bounds(scene);
+            parallel_height(scene, &visible, &scene.view, bounds, shape)
         }
         OrthoHeight::Fitting => {
             let distance = scene
@@ -193,9 +195,15 @@ fn picture_shape(scene: &Scene, up: UpAxis, options: &Options) -> PictureShape {
     }
 }
 
-fn make_up_view(scene: &mut Scene, bounds: Bounds, up: UpAxis, options: &Options) {
+fn make_up_view(
+    scene: &mut Scene,
+    visible: &VisibleVertices,
+    bounds: Bounds,
+    up: UpAxis,
+    options: &Options,
+) {
     let shape = picture_shape(scene, up, options);
-    scene.view = framing(scene, bounds, shape, options.threads);
+    scene.view = framing(scene, visible, bounds, shape);
 }
 
 /// Turns a sky that was made with this axis up to the axis of the view that was made up since.
@@ -250,10 +258,12 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
     );
     let mut ortho = options.ortho;
     if view || light {
-        let bounds = bounds_of(scene, options);
+        let visible = VisibleVertices::of(scene, options.threads);
+        let bounds = visible.bounds(scene);
         if view {
             make_up_view(
                 scene,
+                &visible,
                 bounds,
                 options.up.or(up).unwrap_or_default(),
                 options,
@@ -294,35 +304,6 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     }
 }
 
-/// Bounds of everything visible. A scene of nothing but triangles may have millions, so several
-/// threads compute them.
-fn bounds_of(scene: &Scene, options: &Options) -> Bounds {
-    let t = &scene.triangles;
-    if t.len() != scene.prim_count() || !scene.meshes.is_empty() {
-        return scene.bounds();
-    }
-    let threads = workers::thread_count(options.threads);
-    let of = |rows: &[[u32; 3]]| {
-        let mut bounds = [(f32::INFINITY, f32::NEG_INFINITY); 3];
-        for row in rows {
-            for (column, (lo, hi)) in t.vertices.parts().into_iter().zip(&mut bounds) {
-                // Comparisons, not f32::min: no coordinate is NaN here, and they take a third of
-                // the instructions.
-                let [a, b, c] = row.map(|corner| column[corner as usize]);
-                let less = |a: f32, b: f32| if a < b { a } else { b };
-                let more = |a: f32, b: f32| if a > b { a } else { b };
-                *lo = less(less(less(a, b), c), *lo);
-                *hi = more(more(more(a, b), c), *hi);
-            }
-        }
-        let [x, y, z] = bounds;
-        Bounds::new(Vec3::new(x.0, y.0, z.0), Vec3::new(x.1, y.1, z.1))
-    };
-    let blocks = t.corners.chunks(1 << 16).collect();
-    let bounds = workers::map(threads, blocks, of);
-    bounds.into_iter().fold(Bounds::EMPTY, Bounds::union)
-}
-
 fn add_light(scene: &mut Scene, light: &AddedLight) {
     match *light {
         AddedLight::Point { position, color } => {
@@ -347,26 +328,4 @@ fn key_light(view: &View, bounds: Bounds) -> Vec3 {
     let right = up.cross(back).normalize_or(DVec3::X);
     let position = center + (back * 0.75 - right * 0.7 + up * 0.85).normalize() * reach * 1.5;
     position.as_vec3()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bounds_of_many_triangles_are_those_of_the_scene() {
-        let mut scene = Scene::default();
-        for k in 0..200_000 {
-            let position = |j: u32| Vec3::new((k * j) as f32, (k % 77) as f32 - 3.0, -(j as f32));
-            scene.add_triangle([position(1), position(2), position(3)], None, 0);
-        }
-        // A vertex that no triangle uses does not count.
-        scene.triangles.vertices.push(Vec3::splat(1e9));
-        let options = Options {
-            threads: 3,
-            ..Options::default()
-        };
-        let (bounds, expected) = (bounds_of(&scene, &options), scene.bounds());
-        assert_eq!((bounds.lo, bounds.hi), (expected.lo, expected.hi));
-    }
 }

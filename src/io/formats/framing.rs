@@ -14,6 +14,7 @@
 //! greatest n · p on it takes the place of that of the point.
 
 use super::up_axis::UpAxis;
+use super::visible_vertices::VisibleVertices;
 use super::workers;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, PrimKind, Scene, View};
@@ -59,7 +60,12 @@ pub(super) fn middle_and_half(bounds: Bounds) -> (DVec3, DVec3) {
 
 /// A camera in front of the scene, a little to the right and above, from which all of it is in the
 /// picture. `bounds` are those of the scene.
-pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, threads: usize) -> View {
+pub(super) fn framing(
+    scene: &Scene,
+    visible: &VisibleVertices,
+    bounds: Bounds,
+    shape: PictureShape,
+) -> View {
     let (middle, half) = middle_and_half(bounds);
     let [right, up, front] = shape.up.frame();
     let back = right * THREE_QUARTER.x + up * THREE_QUARTER.y + front * THREE_QUARTER.z;
@@ -71,7 +77,7 @@ pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, thread
         axis: shape.turntable.then_some(up),
     };
     let room = half.length() * LEAST_ROOM;
-    let reach = reach(scene, middle, &sides, threads);
+    let reach = reach(scene, visible, middle, &sides);
     let mut eye = sides.eye(reach, room);
     let placed = |eye: DVec3| {
         let center = sides.center(eye);
@@ -90,7 +96,7 @@ pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, thread
     let frame = sides.slopes[0].min(sides.slopes[1]) * eye.dot(back);
     if rounded > 1e-2 * (1.0 - 1.0 / MARGIN) * frame {
         for _ in 0..MAX_STEPS_BACK {
-            if fits(scene, &view, middle, shape, threads) {
+            if fits(scene, visible, &view, middle, shape) {
                 break;
             }
             eye += back * eye.dot(back) / 4.0;
@@ -104,17 +110,17 @@ pub(super) fn framing(scene: &Scene, bounds: Bounds, shape: PictureShape, thread
 /// of the scene is in the picture.
 pub(super) fn parallel_height(
     scene: &Scene,
+    visible: &VisibleVertices,
     view: &View,
     bounds: Bounds,
     shape: PictureShape,
-    threads: usize,
 ) -> f64 {
     let (middle, half) = middle_and_half(bounds);
     // Sides of no slope: how far the scene reaches to the right, left, top and bottom.
     let Some(sides) = FrameSides::of(view, [0.0; 2], shape.turntable) else {
         return half.length();
     };
-    let reach = reach(scene, middle, &sides, threads);
+    let reach = reach(scene, visible, middle, &sides);
     let eye = view.eye.as_dvec3() - middle;
     let normals = sides.normals();
     let [right, left, top, bottom] = std::array::from_fn(|k| reach[k] - eye.dot(normals[k]));
@@ -134,11 +140,17 @@ fn slopes(aspect: f64) -> [f64; 2] {
 }
 
 /// Returns true if a view shows all of the scene as it is rounded.
-fn fits(scene: &Scene, view: &View, middle: DVec3, shape: PictureShape, threads: usize) -> bool {
+fn fits(
+    scene: &Scene,
+    visible: &VisibleVertices,
+    view: &View,
+    middle: DVec3,
+    shape: PictureShape,
+) -> bool {
     let Some(sides) = FrameSides::of(view, slopes(shape.aspect), shape.turntable) else {
         return false;
     };
-    let reach = reach(scene, middle, &sides, threads);
+    let reach = reach(scene, visible, middle, &sides);
     let eye = view.eye.as_dvec3() - middle;
     let normals = sides.normals();
     (0..4).all(|side| reach[side] <= eye.dot(normals[side]))
@@ -200,26 +212,46 @@ impl FrameSides {
 const BLOCK: u32 = 1 << 15;
 
 /// The greatest n · (p − middle) of all visible points, for the normal n of each side.
-fn reach(scene: &Scene, middle: DVec3, sides: &FrameSides, threads: usize) -> [f64; 4] {
-    let blocks = |run: Range<u32>| {
-        let firsts = run.clone().step_by(BLOCK as usize);
-        firsts.map(move |first| first..run.end.min(first + BLOCK))
-    };
-    let blocks = scene.world_runs().into_iter().flat_map(blocks).collect();
-    let threads = workers::thread_count(threads);
-    let of_block = |block: Range<u32>| {
-        let mut frame = FrameReach::new(middle, sides);
-        block.for_each(|prim| frame.add_prim(scene, prim));
-        frame
-    };
+fn reach(scene: &Scene, visible: &VisibleVertices, middle: DVec3, sides: &FrameSides) -> [f64; 4] {
     let mut all = FrameReach::new(middle, sides);
-    for block in workers::map(threads, blocks, of_block) {
+    let vertices = &scene.triangles.vertices;
+    for block in visible.map(|block| {
+        let mut frame = FrameReach::new(middle, sides);
+        block.for_each(|vertex| frame.add(vertices.get(vertex).as_dvec3(), 0.0));
+        frame
+    }) {
         all.merge(&block);
+    }
+    if scene.triangles.len() < scene.prim_count() {
+        add_other_prims(&mut all, scene, visible.threads(), middle, sides);
     }
     all.add_instances(scene);
     match all.reach[0].is_finite() {
         true => all.reach,
         false => [0.0; 4],
+    }
+}
+
+/// Adds what is visible and no triangle.
+fn add_other_prims(
+    all: &mut FrameReach,
+    scene: &Scene,
+    threads: usize,
+    middle: DVec3,
+    sides: &FrameSides,
+) {
+    let blocks = |run: Range<u32>| {
+        let firsts = run.clone().step_by(BLOCK as usize);
+        firsts.map(move |first| first..run.end.min(first + BLOCK))
+    };
+    let blocks = scene.world_runs().into_iter().flat_map(blocks).collect();
+    let of_block = |block: Range<u32>| {
+        let mut frame = FrameReach::new(middle, sides);
+        block.for_each(|prim| frame.add_prim(scene, prim));
+        frame
+    };
+    for block in workers::map(threads, blocks, of_block) {
+        all.merge(&block);
     }
 }
 
@@ -272,12 +304,8 @@ impl FrameReach {
         let prim_ref = scene.prims[prim as usize];
         let i = prim_ref.index();
         match prim_ref.kind() {
-            PrimKind::Triangle => {
-                let corners = scene.triangles.corners(i);
-                corners
-                    .into_iter()
-                    .for_each(|p| self.add(p.as_dvec3(), 0.0));
-            }
+            // Added by its vertices.
+            PrimKind::Triangle => {}
             PrimKind::Sphere => {
                 let radius = f64::from(scene.spheres.radius[i]);
                 self.add(scene.spheres.center.get(i).as_dvec3(), radius);

@@ -41,7 +41,8 @@ fn framed(points: &[Vec3], aspect: f64, up: UpAxis, turntable: bool) -> View {
         up,
         turntable,
     };
-    framing(&scene, scene.bounds(), shape, 2)
+    let visible = VisibleVertices::of(&scene, 2);
+    framing(&scene, &visible, scene.bounds(), shape)
 }
 
 #[test]
@@ -158,7 +159,8 @@ fn balls_cones_and_instances_are_framed_whole() {
             up: UpAxis::Y,
             turntable: false,
         };
-        let view = framing(&scene, scene.bounds(), shape, 1);
+        let visible = VisibleVertices::of(&scene, 1);
+        let view = framing(&scene, &visible, scene.bounds(), shape);
         let instance = [Vec3::new(9.0, 0.0, 1.0), Vec3::new(10.0, 0.0, 1.0)];
         let mut number = numbers(3);
         let surface = (0..500).map(|_| Vec3::new(number(), number(), number()).normalize() * 2.0);

@@ -5,7 +5,7 @@
 //! text in UTF-16 UTF-8 before. Readers share the other files: `text`, `number` and `decimal` for
 //! operands, `mesh` and `faces` for triangles, `texture` and `picture` for images, `folder` and
 //! `memory_budget` for what a file may name and take, and `defaults` for the last step, with
-//! `framing` for its camera.
+//! `framing` for its camera, which shows the `visible_vertices`.
 
 mod bytes;
 mod decimal;
@@ -35,6 +35,7 @@ mod texture;
 mod up_axis;
 mod utf16;
 mod vertex_colors;
+mod visible_vertices;
 mod workers;
 
 pub use defaults::override_scene;
