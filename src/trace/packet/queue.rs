@@ -2,7 +2,7 @@
 //! one come out in full packets.
 
 use super::{RayPacket, packets_for};
-use crate::simd::{LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
+use crate::simd::{F32x8, LANES, LaneMask, LaneMove, Lanes, Mask8, U32x8, Vec3Lanes, Vec3x8};
 use bumpalo::Bump;
 
 /// Eight rays, in memory order: three whole cache lines.
@@ -191,29 +191,33 @@ impl<'arena> RayQueue<'arena> {
         if lanes == 0 {
             return;
         }
-        if lanes == 0xff && self.len.is_multiple_of(LANES) {
-            // Eight neighbours into an empty slot: the packet is copied as it is.
-            self.slots[self.len / LANES] = RaySlot {
-                org: rows(org),
-                dir: rows(dir),
-            };
-            self.payloads[self.len / LANES] = RayPayload {
-                throughput: rows(weight),
-                parent: *parent,
-            };
-            self.len += LANES;
+        let (packet, at) = (self.len / LANES, self.len % LANES);
+        let (slot, payload) = (&mut self.slots[packet], &mut self.payloads[packet]);
+        let count = lanes.count_ones() as usize;
+        self.len += count;
+        // Column by column into the slot. A whole slot made first would be copied in pieces of
+        // other sizes than it was written in, for which a processor waits.
+        if count == LANES && at == 0 {
+            set_columns(&mut slot.org, org, |column| column);
+            set_columns(&mut slot.dir, dir, |column| column);
+            set_columns(&mut payload.throughput, weight, |column| column);
+            payload.parent = *parent;
             return;
         }
-        let (org, dir, weight) = (rows(org), rows(dir), rows(weight));
-        for lane in mask.lanes() {
-            let (packet, at) = (self.len / LANES, self.len % LANES);
-            let slot = &mut self.slots[packet];
-            copy_lane(&org, lane, &mut slot.org, at);
-            copy_lane(&dir, lane, &mut slot.dir, at);
-            let purpose = &mut self.payloads[packet];
-            copy_lane(&weight, lane, &mut purpose.throughput, at);
-            purpose.parent[at] = parent[lane];
-            self.len += 1;
+        let to = LaneMove::new(lanes, at);
+        let moved = |column| to.floats(column);
+        // What is behind the last ray is overwritten by the next ones.
+        let kept = Mask8::first(at);
+        set_other_columns(kept, &mut slot.org, org, moved);
+        set_other_columns(kept, &mut slot.dir, dir, moved);
+        set_other_columns(kept, &mut payload.throughput, weight, moved);
+        set_other_numbers(kept, &mut payload.parent, to.numbers(parent));
+        if at + count > LANES {
+            let (slot, payload) = (&mut self.slots[packet + 1], &mut self.payloads[packet + 1]);
+            set_columns(&mut slot.org, org, moved);
+            set_columns(&mut slot.dir, dir, moved);
+            set_columns(&mut payload.throughput, weight, moved);
+            payload.parent = to.numbers(parent);
         }
     }
 
@@ -223,8 +227,15 @@ impl<'arena> RayQueue<'arena> {
     /// If there is no room for the rays, or none for seeds.
     #[inline]
     pub fn push_seeds(&mut self, mask: Mask8, seeds: &[u32; LANES]) {
-        for (at, lane) in (self.len..).zip(mask.lanes()) {
-            self.seeds[at / LANES][at % LANES] = seeds[lane];
+        if !mask.any() {
+            return;
+        }
+        let (packet, at) = (self.len / LANES, self.len % LANES);
+        let (to, count) = (LaneMove::new(mask.bits(), at), mask.bits().count_ones());
+        let moved = to.numbers(seeds);
+        set_other_numbers(Mask8::first(at), &mut self.seeds[packet], moved);
+        if at + count as usize > LANES {
+            self.seeds[packet + 1] = moved;
         }
     }
 
@@ -234,9 +245,15 @@ impl<'arena> RayQueue<'arena> {
     /// If there is no room for the rays, or none for shares.
     #[inline]
     pub fn push_shares(&mut self, mask: Mask8, share: &Vec3x8) {
-        let share = rows(*share);
-        for (at, lane) in (self.len..).zip(mask.lanes()) {
-            copy_lane(&share, lane, &mut self.shares[at / LANES], at % LANES);
+        if !mask.any() {
+            return;
+        }
+        let (packet, at) = (self.len / LANES, self.len % LANES);
+        let (to, count) = (LaneMove::new(mask.bits(), at), mask.bits().count_ones());
+        let moved = |column| to.floats(column);
+        set_other_columns(Mask8::first(at), &mut self.shares[packet], *share, moved);
+        if at + count as usize > LANES {
+            set_columns(&mut self.shares[packet + 1], *share, moved);
         }
     }
 
@@ -343,14 +360,92 @@ impl<'arena> RayQueue<'arena> {
     }
 }
 
-fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
-    [v.x.to_array(), v.y.to_array(), v.z.to_array()]
+/// Sets three columns to those of a vector, each passed through `moved`. Component by component: a
+/// loop over an array of vectors moves them about on the stack.
+#[inline(always)]
+fn set_columns(to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
+    to[0] = moved(from.x).to_array();
+    to[1] = moved(from.y).to_array();
+    to[2] = moved(from.z).to_array();
 }
 
-/// Copies one lane of three columns to another index.
+/// Replaces the lanes of three columns that are not in `kept`.
 #[inline(always)]
-fn copy_lane(from: &[[f32; LANES]; 3], lane: usize, to: &mut [[f32; LANES]; 3], at: usize) {
-    for (to, from) in to.iter_mut().zip(from) {
-        to[at] = from[lane];
+fn set_other_columns(kept: Mask8, to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
+    to[0] = kept.select(F32x8::new(to[0]), moved(from.x)).to_array();
+    to[1] = kept.select(F32x8::new(to[1]), moved(from.y)).to_array();
+    to[2] = kept.select(F32x8::new(to[2]), moved(from.z)).to_array();
+}
+
+/// Replaces the lanes of a column that are not in `kept`.
+#[inline(always)]
+fn set_other_numbers(kept: Mask8, to: &mut [u32; LANES], from: [u32; LANES]) {
+    *to = kept
+        .select_u32(U32x8::new(*to), U32x8::new(from))
+        .to_array();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three columns of different numbers.
+    fn columns(first: usize) -> Vec3x8 {
+        let column =
+            |c: usize| F32x8::new(std::array::from_fn(|lane| (first + 100 * c + lane) as f32));
+        Vec3x8::new(column(0), column(1), column(2))
+    }
+
+    fn lane_of(v: &Vec3x8, lane: usize) -> [f32; 3] {
+        [v.x.lane(lane), v.y.lane(lane), v.z.lane(lane)]
+    }
+
+    #[test]
+    fn rays_stand_in_the_order_in_which_they_were_pushed() {
+        let columns_of_all = QueueColumns {
+            seeds: true,
+            shares: true,
+        };
+        let (mut storage, mut expected) = (QueueStorage::default(), Vec::new());
+        let sets = (0..300_u32).map(|k| k.wrapping_mul(0x9e37_79b1) >> 24);
+        let sets: Vec<u32> = [0xff, 0, 0xff].into_iter().chain(sets).collect();
+        let count: u32 = sets.iter().map(|set| set.count_ones()).sum();
+        // Not a packet more than the rays need.
+        let packets = packets_for(count as usize);
+        storage.fill(packets, columns_of_all, |queue| {
+            for (k, &set) in (0..).zip(&sets) {
+                let mask = Mask8::from_bits(set);
+                let [org, dir, weight, share] = [0, 1, 2, 3].map(|c| columns(1000 * k + 10 * c));
+                let parent = std::array::from_fn(|lane| 8 * k as u32 + lane as u32);
+                let seeds = parent.map(|p| !p);
+                queue.push_seeds(mask, &seeds);
+                queue.push_shares(mask, &share);
+                queue.push(mask, org, dir, weight, &parent);
+                for lane in mask.lanes() {
+                    let vectors = [org, dir, weight, share].map(|v| lane_of(&v, lane));
+                    expected.push((vectors, parent[lane], seeds[lane]));
+                }
+            }
+            // No lanes are pushed onto a queue that has no room.
+            queue.push_seeds(Mask8::none(), &[0; LANES]);
+            queue.push_shares(Mask8::none(), &columns(0));
+            queue.push(
+                Mask8::none(),
+                columns(0),
+                columns(0),
+                columns(0),
+                &[0; LANES],
+            );
+        });
+        let queue = storage.queue();
+        assert_eq!((queue.len(), queue.packets()), (expected.len(), packets));
+        for (k, (vectors, parent, seed)) in expected.into_iter().enumerate() {
+            let (packet, lane) = (k / LANES, k % LANES);
+            let (org, dir) = queue.ray(packet, lane);
+            let (weight, parents) = queue.payload(packet);
+            let found = [org, dir, weight.map(|c| c[lane]), queue.share(packet, lane)];
+            assert_eq!(found, vectors, "ray {k}");
+            assert_eq!((parents[lane], queue.seed(packet, lane)), (parent, seed));
+        }
     }
 }

@@ -10,9 +10,12 @@
 //! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is
 //! written over [`Lanes`], so that two packets can traverse the tree as one [`F32x16`].
 
+#[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
+mod compact;
 mod types;
 mod vec3;
 
+pub(crate) use compact::{COMPACT_LUT, LaneMove};
 pub use types::{F32x8, F32x16, F64x8, Mask8, Mask16, U32x8, U32x16};
 pub use vec3::{Vec3Lanes, Vec3x8};
 

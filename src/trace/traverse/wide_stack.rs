@@ -6,29 +6,14 @@
 //! of the nodes (`perf/notes/single-rays.md`).
 
 use crate::intersect::aabb::TInterval;
-use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native};
+#[cfg(all(
+    target_arch = "x86_64",
+    target_feature = "avx2",
+    not(target_feature = "avx512f")
+))]
+use crate::simd::COMPACT_LUT;
+use crate::simd::{LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
-
-/// Compaction table: `[0][mask]` lists the set lanes of `mask`, one a byte, in ascending order, and
-/// `[1][mask]` in descending order.
-pub(super) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
-    let mut tables = [[[0; LANES]; 256]; 2];
-    let mut set = 0;
-    while set < 256 {
-        let (mut lane, mut at) = (0, 0);
-        let last = (set as u32).count_ones() as usize;
-        while lane < LANES {
-            if set >> lane & 1 == 1 {
-                tables[0][set][at] = lane as u8;
-                tables[1][set][last - 1 - at] = lane as u8;
-                at += 1;
-            }
-            lane += 1;
-        }
-        set += 1;
-    }
-    tables
-};
 
 /// Children waiting to be visited, as columns: the distance at which each begins, and its code.
 pub(super) struct WideStack {
@@ -215,16 +200,6 @@ mod tests {
         move || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             state >> 8
-        }
-    }
-
-    #[test]
-    fn lanes_of_a_set_come_in_order() {
-        for (set, lanes) in COMPACT_LUT[0].iter().enumerate() {
-            let mut want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
-            assert_eq!(lanes[..want.len()], want);
-            want.reverse();
-            assert_eq!(COMPACT_LUT[1][set][..want.len()], want);
         }
     }
 

@@ -1,8 +1,7 @@
 //! Pairs of a sub-beam and a triangle of a block, listed without a branch.
 
 use super::sub_beams::MAX_SUB_BEAMS;
-use crate::simd::{LANES, NATIVE};
-use crate::traverse::wide_stack::COMPACT_LUT;
+use crate::simd::{COMPACT_LUT, LANES, NATIVE};
 
 /// Most blocks whose pairs are listed together.
 pub(super) const BLOCKS: usize = 8;

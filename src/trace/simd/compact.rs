@@ -1,0 +1,118 @@
+//! Some of eight lanes moved together.
+
+use super::{F32x8, LANES, U32x8};
+
+/// Compaction table: `[0][mask]` lists the set lanes of `mask`, one a byte, in ascending order, and
+/// `[1][mask]` in descending order.
+pub(crate) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
+    let mut tables = [[[0; LANES]; 256]; 2];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut at) = (0, 0);
+        let last = (set as u32).count_ones() as usize;
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                tables[0][set][at] = lane as u8;
+                tables[1][set][last - 1 - at] = lane as u8;
+                at += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    tables
+};
+
+/// A move of some of eight lanes, in their order, to the lanes from one of eight on. What does not
+/// fit there continues at lane 0, for the eight after them.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneMove {
+    /// The lane that each is taken from, one a byte.
+    order: [u8; LANES],
+}
+
+impl LaneMove {
+    /// The move of the lanes set in `lanes` to lane `at` and after it.
+    #[inline(always)]
+    pub(crate) fn new(lanes: u32, at: usize) -> LaneMove {
+        let order = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize % 256]);
+        LaneMove {
+            order: order.rotate_left(u8::BITS * at as u32).to_le_bytes(),
+        }
+    }
+
+    /// The lanes after the move. Those that nothing is moved to are copies of others.
+    #[inline(always)]
+    pub(crate) fn floats(self, from: F32x8) -> F32x8 {
+        F32x8::from_bits(U32x8::new(permute(from.to_bits().to_array(), self.order)))
+    }
+
+    /// The lanes after the move. Those that nothing is moved to are copies of others.
+    #[inline(always)]
+    pub(crate) fn numbers(self, from: &[u32; LANES]) -> [u32; LANES] {
+        permute(*from, self.order)
+    }
+}
+
+#[cfg_attr(
+    all(target_arch = "x86_64", target_feature = "avx2"),
+    allow(dead_code, reason = "another replaces it, and is tested against it")
+)]
+#[inline(always)]
+fn permute_scalar(from: [u32; LANES], order: [u8; LANES]) -> [u32; LANES] {
+    order.map(|lane| from[lane as usize % LANES])
+}
+
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+use permute_scalar as permute;
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+#[inline(always)]
+fn permute(from: [u32; LANES], order: [u8; LANES]) -> [u32; LANES] {
+    use std::arch::x86_64::*;
+    let mut to = [0; LANES];
+    // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
+    unsafe {
+        let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
+        let from = _mm256_loadu_si256(from.as_ptr().cast());
+        let moved = _mm256_permutevar8x32_epi32(from, order);
+        _mm256_storeu_si256(to.as_mut_ptr().cast(), moved);
+    }
+    to
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_of_a_set_come_in_order() {
+        for (set, lanes) in COMPACT_LUT[0].iter().enumerate() {
+            let mut want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
+            assert_eq!(lanes[..want.len()], want);
+            want.reverse();
+            assert_eq!(COMPACT_LUT[1][set][..want.len()], want);
+        }
+    }
+
+    #[test]
+    fn lanes_are_moved_in_their_order() {
+        let from: [u32; LANES] = std::array::from_fn(|k| 100 + k as u32);
+        for lanes in 0..256_u32 {
+            let set: Vec<u32> = (0..8)
+                .filter(|k| lanes >> k & 1 == 1)
+                .map(|k| from[k])
+                .collect();
+            for at in 0..LANES {
+                let to = LaneMove::new(lanes, at);
+                let numbers = to.numbers(&from);
+                for (k, &want) in set.iter().enumerate() {
+                    assert_eq!(numbers[(at + k) % LANES], want, "{lanes:b} at {at}");
+                }
+                let floats = to.floats(F32x8::from_bits(U32x8::new(from)));
+                assert_eq!(floats.to_bits().to_array(), numbers);
+                assert_eq!(permute_scalar(from, to.order), numbers);
+            }
+        }
+    }
+}
