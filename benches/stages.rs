@@ -18,7 +18,7 @@ use phalanx::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx::render::{RayCounts, isolated};
 use phalanx::scene::Scene;
-use phalanx::shade::{ShadeMaterial, Surface, bounces, sample_light, sample_light_position};
+use phalanx::shade::{ShadeLight, ShadeMaterial, Surface, bounces};
 use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
 use std::ops::Range;
@@ -118,10 +118,11 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
     let mut rays = 0;
     for light in 0..scene.lights.len() {
         queue.clear();
-        let position = sample_light_position(scene, light, [0; LANES], 0);
+        let light = ShadeLight::of(scene, light);
+        let position = light.sample_position([0; LANES], 0);
         for at in surfaces {
             let material = ShadeMaterial::of(scene, at.material);
-            let s = sample_light(scene, light, position, &material, None, at);
+            let s = light.sample(position, &material, None, at);
             queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
         }
         rays += black_box(&*queue).len() as u64;

@@ -6,7 +6,7 @@ use super::material::ShadeMaterial;
 use super::pow::pow;
 use super::surface::Surface;
 use super::wide;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use phalanx_scene::sampling::{self, Dimension};
 use phalanx_scene::{LightShape, Scene};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
@@ -44,88 +44,117 @@ impl LightSample {
     }
 }
 
-/// Position of a light, for points reached by rays of these seeds. All points get the same
-/// position, except on an area light.
-pub fn sample_light_position(
-    scene: &Scene,
-    light: usize,
-    seeds: [u32; LANES],
-    sample: u32,
-) -> Vec3x8 {
-    let lights = &scene.lights;
-    let position = wide(lights.position.get(light));
-    let square = || sampling::points(seeds, sample, Dimension::Light(light as u32));
-    match lights.shape(light) {
-        LightShape::Point | LightShape::Directional => position,
-        LightShape::Sphere(radius) => {
-            let [x, y, z] = sampling::uniform_sphere(square()).map(F32x8::new);
-            position + Vec3x8::new(x, y, z).scale(F32x8::splat(radius))
-        }
-        LightShape::Rectangle([e, f]) => {
-            let [u, v] = square().map(F32x8::new);
-            (position + wide(e).scale(u)) + wide(f).scale(v)
-        }
-    }
+/// One light, read once for all points that it is evaluated on.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadeLight {
+    index: usize,
+    shape: LightShape,
+    /// Position, or the unit vector toward a directional light.
+    position: Vec3,
+    color: Vec3,
+    attenuation: Vec3,
+    /// The cone of a spot light: see [`Lights::add_spot`](phalanx_scene::Lights::add_spot).
+    spot: Option<(Vec3, Vec2)>,
 }
 
-/// Evaluates light `light` at position `position` for a batch. `tint` is the colour that the
-/// material's is multiplied with, if there is one.
-pub fn sample_light(
-    scene: &Scene,
-    light: usize,
-    position: Vec3x8,
-    material: &ShadeMaterial,
-    tint: Option<&Vec3x8>,
-    at: &Surface,
-) -> LightSample {
-    let lights = &scene.lights;
-    let color = wide(lights.color.get(light));
-    let (dir, to_light, radiance, lit) = if lights.directional[light] {
-        (position, position, color, at.active)
-    } else {
+impl ShadeLight {
+    /// Reads one row of the columns.
+    pub fn of(scene: &Scene, index: usize) -> ShadeLight {
+        let lights = &scene.lights;
+        let spot = (lights.axis.get(index), lights.cone.get(index));
+        ShadeLight {
+            index,
+            shape: lights.shape(index),
+            position: lights.position.get(index),
+            color: lights.color.get(index),
+            attenuation: lights.attenuation.get(index),
+            spot: lights.is_spot(index).then_some(spot),
+        }
+    }
+
+    /// Returns true if each point may get a position of its own.
+    pub fn is_area(&self) -> bool {
+        matches!(self.shape, LightShape::Sphere(_) | LightShape::Rectangle(_))
+    }
+
+    /// Positions for points reached by rays of these seeds. All points get the same position,
+    /// except on an area light.
+    pub fn sample_position(&self, seeds: [u32; LANES], sample: u32) -> Vec3x8 {
+        let position = wide(self.position);
+        let square = || sampling::points(seeds, sample, Dimension::Light(self.index as u32));
+        match self.shape {
+            LightShape::Point | LightShape::Directional => position,
+            LightShape::Sphere(radius) => {
+                let [x, y, z] = sampling::uniform_sphere(square()).map(F32x8::new);
+                position + Vec3x8::new(x, y, z).scale(F32x8::splat(radius))
+            }
+            LightShape::Rectangle([e, f]) => {
+                let [u, v] = square().map(F32x8::new);
+                (position + wide(e).scale(u)) + wide(f).scale(v)
+            }
+        }
+    }
+
+    /// Evaluates the light at position `position` for a batch. `tint` is the colour that the
+    /// material's is multiplied with, if there is one.
+    pub fn sample(
+        &self,
+        position: Vec3x8,
+        material: &ShadeMaterial,
+        tint: Option<&Vec3x8>,
+        at: &Surface,
+    ) -> LightSample {
+        let (dir, to_light, radiance, lit) = self.radiance_at(position, at);
+        let lit = lit & to_light.dot(at.ng).gt(F32x8::ZERO);
+        if !lit.any() {
+            return LightSample::none();
+        }
+        let diffuse = positive(to_light.dot(at.ns));
+        let specular = if material.ks == Vec3::ZERO {
+            F32x8::ZERO
+        } else {
+            let half = (to_light - at.dir).normalized();
+            pow(positive(half.dot(at.ns)), material.shininess)
+        };
+        let kd = wide(material.kd);
+        let kd = tint.map_or(kd, |tint| kd.mul_elementwise(*tint));
+        let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
+        let radiance = radiance.mul_elementwise(lobe);
+        LightSample {
+            needed: lit & is_nonzero(radiance),
+            radiance,
+            org: at.point + at.ng.scale(at.offset),
+            dir,
+        }
+    }
+
+    /// The direction of the shadow rays, the unit vectors toward the light, its radiance where
+    /// nothing is in its way, and the lanes that it reaches.
+    #[inline(always)]
+    fn radiance_at(&self, position: Vec3x8, at: &Surface) -> (Vec3x8, Vec3x8, Vec3x8, Mask8) {
+        let color = wide(self.color);
+        if self.shape == LightShape::Directional {
+            return (position, position, color, at.active);
+        }
         let to = position - at.point;
         let squared = to.dot(to);
         let distance = squared.sqrt();
-        let a = wide(lights.attenuation.get(light));
+        let a = wide(self.attenuation);
         let loss = (a.x + a.y * distance) + a.z * squared;
         let mut seen = Vec3x8::new(color.x / loss, color.y / loss, color.z / loss);
         let to_light = to.scale(F32x8::ONE / distance);
-        if lights.is_spot(light) {
-            seen = seen.scale(spot(scene, light, to_light));
+        if let Some(cone) = self.spot {
+            seen = seen.scale(share_of_spot(cone, to_light));
         }
         // The light adds nothing if the denominator is zero (d = 0, no constant term).
-        let lit = at.active & loss.gt(F32x8::ZERO);
-        (to, to_light, seen, lit)
-    };
-    let lit = lit & to_light.dot(at.ng).gt(F32x8::ZERO);
-    if !lit.any() {
-        return LightSample::none();
-    }
-    let diffuse = positive(to_light.dot(at.ns));
-    let specular = if material.ks == Vec3::ZERO {
-        F32x8::ZERO
-    } else {
-        let half = (to_light - at.dir).normalized();
-        pow(positive(half.dot(at.ns)), material.shininess)
-    };
-    let kd = wide(material.kd);
-    let kd = tint.map_or(kd, |tint| kd.mul_elementwise(*tint));
-    let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
-    let radiance = radiance.mul_elementwise(lobe);
-    LightSample {
-        needed: lit & is_nonzero(radiance),
-        radiance,
-        org: at.point + at.ng.scale(at.offset),
-        dir,
+        (to, to_light, seen, at.active & loss.gt(F32x8::ZERO))
     }
 }
 
 /// Part of a spot light's light at points from which it is seen along unit vectors `to_light`:
 /// [`Lights::add_spot`](phalanx_scene::Lights::add_spot).
-fn spot(scene: &Scene, light: usize, to_light: Vec3x8) -> F32x8 {
-    let axis = wide(scene.lights.axis.get(light));
-    let cone = scene.lights.cone.get(light);
-    let cos = -to_light.dot(axis);
+fn share_of_spot((axis, cone): (Vec3, Vec2), to_light: Vec3x8) -> F32x8 {
+    let cos = -to_light.dot(wide(axis));
     let part = cos * F32x8::splat(cone.x) + F32x8::splat(cone.y);
     let part = positive(part).min(F32x8::ONE);
     part * part

@@ -47,3 +47,32 @@ impl ShadeMaterial {
         (self.ks.abs() + self.kt.abs()).max(Vec3::ONE)
     }
 }
+
+/// The material of one batch after another, read only where it is another than before.
+pub struct CurrentMaterial<'s> {
+    scene: &'s Scene,
+    current: Option<(u32, ShadeMaterial)>,
+}
+
+impl<'s> CurrentMaterial<'s> {
+    /// Materials of a scene.
+    pub fn new(scene: &'s Scene) -> CurrentMaterial<'s> {
+        CurrentMaterial {
+            scene,
+            current: None,
+        }
+    }
+
+    /// The row of one material.
+    #[inline(always)]
+    pub fn row(&mut self, index: u32) -> ShadeMaterial {
+        match self.current {
+            Some((current, row)) if current == index => row,
+            _ => {
+                let row = ShadeMaterial::of(self.scene, index);
+                self.current = Some((index, row));
+                row
+            }
+        }
+    }
+}

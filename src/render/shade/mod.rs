@@ -24,8 +24,8 @@ mod surface_point;
 mod texture;
 
 pub use bounce::{BounceRays, SecondaryRays, bounces, sample_ao_ray, sample_glossy};
-pub use light::{LightSample, sample_light, sample_light_position};
-pub use material::ShadeMaterial;
+pub use light::{LightSample, ShadeLight};
+pub use material::{CurrentMaterial, ShadeMaterial};
 pub use pow::pow;
 pub use surface::{ShadeGroup, Surface, surface};
 pub use texture::{WHITE, tint};

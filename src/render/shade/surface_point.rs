@@ -39,17 +39,14 @@ pub(super) fn surface_point(
     }
 }
 
-/// Rows of a column. It is a loop over lanes, because closures in array maps are not inlined.
-#[inline]
+/// Rows of a column of vectors.
+#[inline(always)]
 pub(super) fn gather_column(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
-    let [x, y, z] = [&column.x[..], &column.y[..], &column.z[..]];
-    let mut gathered = [[0.0; LANES]; 3];
-    for (lane, &row) in rows.iter().enumerate() {
-        gathered[0][lane] = x[row];
-        gathered[1][lane] = y[row];
-        gathered[2][lane] = z[row];
-    }
-    columns(gathered)
+    Vec3x8::new(
+        F32x8::from_lanes(|lane| column.x[rows[lane]]),
+        F32x8::from_lanes(|lane| column.y[rows[lane]]),
+        F32x8::from_lanes(|lane| column.z[rows[lane]]),
+    )
 }
 
 fn columns([x, y, z]: [[f32; LANES]; 3]) -> Vec3x8 {
@@ -220,7 +217,7 @@ fn sphere(
     t: F32x8,
 ) -> SurfacePoint {
     let center = gather_column(&scene.spheres.center, rows);
-    let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
+    let radius = F32x8::from_lanes(|lane| scene.spheres.radius[rows[lane]]);
     let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
     let point = center + n.scale(radius);
     SurfacePoint {
@@ -286,7 +283,7 @@ fn cone(
         gather_column(&scene.cones.apex, rows),
     );
     let radii = [&scene.cones.base_radius, &scene.cones.apex_radius];
-    let [radius, other] = radii.map(|column| F32x8::new(rows.map(|i| column[i])));
+    let [radius, other] = radii.map(|column| F32x8::from_lanes(|lane| column[rows[lane]]));
     let profiles = rows.map(|i| scene.cones.profile(i));
     let column = |of: fn(&ConeProfile) -> f32| F32x8::new(profiles.each_ref().map(of));
     let axis = Vec3x8::new(

@@ -3,7 +3,7 @@
 use super::coverage::WaveCoverage;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
-use crate::shade::ShadeMaterial;
+use crate::shade::{CurrentMaterial, ShadeMaterial};
 use phalanx_scene::Scene;
 use phalanx_trace::simd::{LANES, LaneMask};
 
@@ -15,8 +15,9 @@ pub(super) fn add_ambient_and_emission(
     coverage: WaveCoverage,
     radiance: &mut [RadianceX8],
 ) {
+    let mut materials = CurrentMaterial::new(scene);
     for (k, at) in groups.surfaces.iter().enumerate() {
-        let ShadeMaterial { ka, ke, .. } = ShadeMaterial::of(scene, at.material);
+        let ShadeMaterial { ka, ke, .. } = materials.row(at.material);
         let own = (ka + ke).to_array();
         let share = coverage.of(at);
         if let (None, None, Some(packet)) = (groups.tints.get(k), share, at.whole_packet()) {

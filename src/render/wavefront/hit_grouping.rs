@@ -177,36 +177,28 @@ fn unpack_key(key: ShadeKey) -> ShadeGroup {
 
 /// Gathers eight rays and hits, which may be anywhere in the wave.
 fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket, HitPacket) {
-    let mut org = [[0.0; LANES]; 3];
-    let mut dir = [[0.0; LANES]; 3];
-    let mut tuv = [[0.0; LANES]; 3];
-    let mut prim_id = [0; LANES];
-    for (k, &index) in ray.iter().enumerate() {
-        let (packet, lane) = (index as usize / LANES, index as usize % LANES);
-        let (o, d) = rays.queue.ray(rays.packets.start + packet, lane);
-        let hit = &hits[packet];
-        for axis in 0..3 {
-            org[axis][k] = o[axis];
-            dir[axis][k] = d[axis];
-        }
-        for (column, value) in tuv.iter_mut().zip([&hit.t, &hit.u, &hit.v]) {
-            column[k] = value.lane(lane);
-        }
-        prim_id[k] = hit.prim_id.lane(lane);
-    }
-    let vec =
-        |c: [[f32; LANES]; 3]| Vec3x8::new(F32x8::new(c[0]), F32x8::new(c[1]), F32x8::new(c[2]));
-    let [t, u, v] = tuv.map(F32x8::new);
+    let (org, dir) = rays.queue.gather(rays.packets.start, ray);
+    let of = |k: usize| (&hits[ray[k] as usize / LANES], ray[k] as usize % LANES);
+    let column = |pick: fn(&HitPacket) -> &F32x8| {
+        F32x8::from_lanes(|k| {
+            let (hit, lane) = of(k);
+            pick(hit).lane(lane)
+        })
+    };
+    let prim_id = std::array::from_fn(|k| {
+        let (hit, lane) = of(k);
+        hit.prim_id.lane(lane)
+    });
     (
         RayPacket {
-            org: vec(org),
-            dir: vec(dir),
+            org,
+            dir,
             tmax: F32x8::splat(f32::INFINITY),
         },
         HitPacket {
-            t,
-            u,
-            v,
+            t: column(|hit| &hit.t),
+            u: column(|hit| &hit.u),
+            v: column(|hit| &hit.v),
             prim_id: U32x8::new(prim_id),
         },
     )

@@ -5,7 +5,7 @@ use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8, add_lanes};
 use super::shadow_filter::KnownLights;
 use super::wavefront_context::WavefrontContext;
-use crate::shade::{ShadeMaterial, sample_light, sample_light_position};
+use crate::shade::{CurrentMaterial, ShadeLight};
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
@@ -26,17 +26,17 @@ pub(super) fn trace_shadow_rays(
     let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
     for light in 0..scene.lights.len() {
         queue.clear();
-        let position_of = |seeds| sample_light_position(scene, light, seeds, context.sample);
-        let (area, one) = (scene.lights.is_area(light), position_of([0; LANES]));
+        let shade_light = ShadeLight::of(scene, light);
+        let one = shade_light.sample_position([0; LANES], context.sample);
+        let mut materials = CurrentMaterial::new(scene);
         for (k, at) in groups.surfaces.iter().enumerate() {
-            let material = ShadeMaterial::of(scene, at.material);
-            let position = if area {
-                position_of(rays.seeds(&at.ray))
+            let material = materials.row(at.material);
+            let position = if shade_light.is_area() {
+                shade_light.sample_position(rays.seeds(&at.ray), context.sample)
             } else {
                 one
             };
-            let mut sample =
-                sample_light(scene, light, position, &material, groups.tints.get(k), at);
+            let mut sample = shade_light.sample(position, &material, groups.tints.get(k), at);
             if let Some(share) = coverage.of(at) {
                 sample.weigh(share);
             }

@@ -339,6 +339,26 @@ impl<'arena> RayQueue<'arena> {
         (slot.org.map(|c| c[lane]), slot.dir.map(|c| c[lane]))
     }
 
+    /// Origins and directions of eight rays, by their numbers from packet `first` on.
+    #[inline]
+    pub fn gather(&self, first: usize, rays: &[u32; LANES]) -> (Vec3x8, Vec3x8) {
+        let slots = &self.slots[first..];
+        let place = |k: usize| (&slots[rays[k] as usize / LANES], rays[k] as usize % LANES);
+        let vec = |pick: fn(&RaySlot, usize) -> &[f32; LANES]| {
+            let column = |axis| {
+                F32x8::from_lanes(|k| {
+                    let (slot, lane) = place(k);
+                    pick(slot, axis)[lane]
+                })
+            };
+            Vec3x8::new(column(0), column(1), column(2))
+        };
+        (
+            vec(|slot, axis| &slot.org[axis]),
+            vec(|slot, axis| &slot.dir[axis]),
+        )
+    }
+
     /// The seed of one ray; 0 if rays have none.
     #[inline]
     pub fn seed(&self, packet: usize, lane: usize) -> u32 {

@@ -381,6 +381,23 @@ lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8);
 lane_types!(16, F32x16(f32x16), U32x16(u32x16), Mask16);
 
 impl F32x8 {
+    /// Lanes by their index. The calls are written out, so that lanes are put together in a
+    /// register: a loop, or a closure in an array's map, writes them to memory one by one, and a
+    /// processor waits before it reads them as eight.
+    #[inline(always)]
+    pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
+        F32x8::new([
+            lane(0),
+            lane(1),
+            lane(2),
+            lane(3),
+            lane(4),
+            lane(5),
+            lane(6),
+            lane(7),
+        ])
+    }
+
     /// Transposes eight columns to eight rows; the bits do not change.
     #[inline(always)]
     pub fn transposed(columns: [F32x8; LANES]) -> [[f32; LANES]; LANES] {
