@@ -97,7 +97,7 @@ pub fn render_on_workers<P: TileRenderer>(
         );
         let mut counted = 0;
         let mut took = Vec::new();
-        while !control.stop.load(Relaxed) {
+        while !control.stop.load(Relaxed) && !sink.is_closed() {
             let k = next.fetch_add(1, Relaxed);
             let Some(&tile) = tiles.get(k) else {
                 break;

@@ -219,7 +219,10 @@ pub fn film_bytes(settings: &Settings) -> u64 {
     let window = settings.window();
     let (pixels, floats) = match settings.record_hits {
         true => (window.pixels(), 7),
-        false => (bands(window).first().map_or(0, Tile::pixels), 3),
+        false => {
+            let bands = bands(window, settings.tile_side());
+            (bands.first().map_or(0, Tile::pixels), 3)
+        }
     };
     pixels * (4 * (floats + settings.aovs.channels().count() as u64) + 12)
 }

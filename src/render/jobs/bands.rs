@@ -1,20 +1,27 @@
-//! A window of the picture, rendered in bands from top to bottom, of which one is in memory at a
+//! A window of the picture, rendered in bands from top to bottom, of which a few are in memory at a
 //! time; or some of its tiles, none of which is kept in memory.
 
-use super::thumbnail::Thumbnail;
+use super::open_bands::OpenBands;
+use super::stored_tiles::{StoredTiles, TileOutputs};
 use super::tile_file::{TileFile, TileFileError};
 use crate::RenderStats;
 use crate::frame::{AccelRef, Control, FrameError, Interrupted, Settings, Tile, render_tiles};
 use phalanx_io::image::BAND_ROWS;
 use phalanx_scene::Scene;
-use phalanx_scene::film::{Aovs, Film, SharedFilm, TileBuffer, TileSink, tiles};
+use phalanx_scene::film::{Aovs, Film, TileSink, tiles};
+use std::panic::resume_unwind;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Approximate number of pixels of a band. That is a fifth of a second of work, so that a thread
-/// that finishes it early waits for next to nothing, in 48 MB.
-const BAND_PIXELS: u32 = 1 << 22;
+/// Approximate number of pixels of a band that is merged: 48 MB of radiance.
+const MERGED_PIXELS: u32 = 1 << 22;
+
+/// Approximate number of pixels of a band that is rendered: a hundredth of a second of work, so
+/// that the picture is written while it is rendered.
+const BAND_PIXELS: u32 = 1 << 18;
+
+/// Greatest number of rows of a band for the sake of whole tiles.
+const MOST_ROWS: u32 = 1024;
 
 /// The reason why no more bands come.
 #[derive(Debug, thiserror::Error)]
@@ -40,11 +47,18 @@ pub struct BandStats {
     pub seconds: f64,
 }
 
-/// Bands of a window, from the top. Each is as high as `BAND_PIXELS` allows, and a multiple of
-/// [`BAND_ROWS`].
-pub fn bands(window: Tile) -> Vec<Tile> {
-    let rows = BAND_PIXELS / window.width.max(1) / BAND_ROWS * BAND_ROWS;
-    let rows = rows.max(BAND_ROWS);
+/// Bands of a window for tiles of this side, from the top: a multiple of [`BAND_ROWS`] high, and
+/// whole tiles where those are not too many rows.
+pub fn bands(window: Tile, side: u32) -> Vec<Tile> {
+    let whole = (1..=MOST_ROWS / BAND_ROWS).map(|k| k * BAND_ROWS);
+    let step = whole.into_iter().find(|rows| rows.is_multiple_of(side));
+    let step = step.unwrap_or(BAND_ROWS);
+    let rows = BAND_PIXELS / window.width.max(1) / step * step;
+    bands_of(window, rows.max(step))
+}
+
+/// Bands of a window of up to `rows` rows.
+fn bands_of(window: Tile, rows: u32) -> Vec<Tile> {
     let band = |top: u32| Tile {
         y: window.y + top,
         height: rows.min(window.height - top),
@@ -56,9 +70,10 @@ pub fn bands(window: Tile) -> Vec<Tile> {
         .collect()
 }
 
-/// Renders the window of the settings band by band and gives each to `take`, which returns whether
-/// it wants the next. With a tile file in the outputs, the tiles that the file has are taken from
-/// it, and the others are added to it as they are finished.
+/// Renders the window of the settings and gives its bands to `take`, from the top and each as soon
+/// as it is complete, while others are rendered. `take` returns whether it wants the next. With a
+/// tile file in the outputs, the tiles that the file has are taken from it, and the others are
+/// added to it as they are finished.
 ///
 /// # Errors
 /// [`BandsError`].
@@ -71,33 +86,48 @@ pub fn render_bands(
     mut take: impl FnMut(Film) -> bool,
 ) -> Result<BandStats, BandsError> {
     let side = settings.tile_side();
-    let mut banded = BandStats::default();
+    let bands = bands(settings.window(), side);
     outputs.record_resumed(control, outputs.file.map_or(0, TileFile::pixels));
-    for band in bands(settings.window()) {
-        let film = Film::new(band.width, band.height, settings.record_hits);
-        let mut film = film.with_aovs(settings.aovs);
-        if let Some(file) = outputs.file {
-            file.restore(band, &mut film)?;
-        }
-        let (there, missing) = split_finished(tiles(band, side), outputs.file);
-        if let Some(thumbnail) = outputs.thumbnail {
-            there
-                .iter()
-                .for_each(|tile| thumbnail.add_from(&film, band, *tile));
-        }
-        let kept = BandSink {
-            film: Some(SharedFilm::of(&mut film, band, side)),
-            aovs: settings.aovs,
-            outputs,
-            control,
-            failed: Mutex::new(None),
-        };
-        banded.add(scene, tree, settings, &missing, &kept)?;
-        if !take(film) {
-            return Err(BandsError::Abandoned);
-        }
+    let split = bands.iter();
+    let split = split.map(|band| split_finished(tiles(*band, side), outputs.file));
+    let (there, missing): (Vec<_>, Vec<_>) = split.unzip();
+    let counts = missing.iter().map(Vec::len).collect();
+    let missing = missing.concat();
+    let stored = StoredTiles::new(outputs, settings.aovs, control);
+    let open = OpenBands::new(&bands, (&there, counts), settings, stored);
+    let fill = || {
+        let _ended = OnDrop(|| open.end());
+        BandStats::render(scene, tree, settings, control, &missing, &open)
+    };
+    let (filled, wanted) = std::thread::scope(|scope| {
+        let filling = scope.spawn(fill);
+        let closed = OnDrop(|| open.close());
+        let wanted = open.give_all(&mut take);
+        drop(closed);
+        let filled = filling.join();
+        (filled.unwrap_or_else(|panic| resume_unwind(panic)), wanted)
+    });
+    if let Some(error) = open.take_error() {
+        return Err(error.into());
     }
-    Ok(banded)
+    if !wanted {
+        return Err(BandsError::Abandoned);
+    }
+    let BandStats { stats, seconds } = filled?;
+    let waited = open.waited() / settings.threads.max(1) as f64;
+    Ok(BandStats {
+        stats,
+        seconds: (seconds - waited).max(0.0),
+    })
+}
+
+/// Calls a function when it is dropped, even by a panic.
+struct OnDrop<F: Fn()>(F);
+
+impl<F: Fn()> Drop for OnDrop<F> {
+    fn drop(&mut self) {
+        (self.0)();
+    }
 }
 
 /// Renders tiles of the picture into a file, except those that the file already has.
@@ -118,16 +148,12 @@ pub fn render_to_file(
         thumbnail: None,
     };
     outputs.record_resumed(control, there.iter().map(Tile::pixels).sum());
-    let kept = BandSink {
-        film: None,
-        aovs: settings.aovs,
-        outputs,
-        control,
-        failed: Mutex::new(None),
-    };
-    let mut banded = BandStats::default();
-    banded.add(scene, tree, settings, &missing, &kept)?;
-    Ok(banded)
+    let stored = StoredTiles::new(outputs, settings.aovs, control);
+    let rendered = BandStats::render(scene, tree, settings, control, &missing, &stored);
+    match stored.take_error() {
+        Some(error) => Err(error.into()),
+        None => rendered,
+    }
 }
 
 /// Assembles a window from the tiles of several files, which together have all of it, and gives
@@ -142,7 +168,8 @@ pub fn merge_bands(
     control: &Control,
     mut take: impl FnMut(Film) -> bool,
 ) -> Result<(), BandsError> {
-    for band in bands(window) {
+    let rows = MERGED_PIXELS / window.width.max(1) / BAND_ROWS * BAND_ROWS;
+    for band in bands_of(window, rows.max(BAND_ROWS)) {
         let mut film = Film::new(band.width, band.height, false).with_aovs(aovs);
         for file in files {
             if control.stop.load(Relaxed) {
@@ -159,43 +186,24 @@ pub fn merge_bands(
 }
 
 impl BandStats {
-    fn add(
-        &mut self,
+    /// Renders tiles into a sink.
+    fn render(
         scene: &Scene,
         tree: AccelRef,
         settings: &Settings,
-        missing: &[Tile],
-        kept: &BandSink,
-    ) -> Result<(), BandsError> {
-        if missing.is_empty() {
-            return Ok(());
+        control: &Control,
+        tiles: &[Tile],
+        sink: &dyn TileSink,
+    ) -> Result<BandStats, BandsError> {
+        if tiles.is_empty() {
+            return Ok(BandStats::default());
         }
         let start = Instant::now();
-        let painted = render_tiles(scene, tree, settings, kept.control, missing, kept);
-        self.seconds += start.elapsed().as_secs_f64();
-        let mut failed = kept.failed.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(error) = failed.take() {
-            return Err(error.into());
-        }
-        self.stats.add(&painted?.stats);
-        Ok(())
-    }
-}
-
-/// Destinations of finished tiles, beside the picture.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TileOutputs<'a> {
-    /// File that tiles are stored in.
-    pub file: Option<&'a TileFile>,
-    /// Thumbnail that tiles are shown in.
-    pub thumbnail: Option<&'a Thumbnail>,
-}
-
-impl TileOutputs<'_> {
-    /// Reports the pixels that were finished before, for whoever watches the render's progress.
-    fn record_resumed(self, control: &Control, pixels: u64) {
-        control.pixels_resumed.store(pixels, Relaxed);
-        control.pixels.fetch_add(pixels, Relaxed);
+        let painted = render_tiles(scene, tree, settings, control, tiles, sink)?;
+        Ok(BandStats {
+            stats: painted.stats,
+            seconds: start.elapsed().as_secs_f64(),
+        })
     }
 }
 
@@ -203,43 +211,6 @@ impl TileOutputs<'_> {
 fn split_finished(tiles: Vec<Tile>, file: Option<&TileFile>) -> (Vec<Tile>, Vec<Tile>) {
     let there = |tile: &Tile| file.is_some_and(|file| file.has(*tile));
     tiles.into_iter().partition(there)
-}
-
-/// Sink for finished tiles: they go onto the band's film, and into the file.
-struct BandSink<'a> {
-    film: Option<SharedFilm<'a>>,
-    aovs: Aovs,
-    outputs: TileOutputs<'a>,
-    control: &'a Control,
-    /// The reason why a tile could not be stored.
-    failed: Mutex<Option<TileFileError>>,
-}
-
-impl TileSink for BandSink<'_> {
-    fn records_hits(&self) -> bool {
-        self.film.as_ref().is_some_and(TileSink::records_hits)
-    }
-
-    fn aovs(&self) -> Aovs {
-        self.aovs
-    }
-
-    fn put(&self, tile: Tile, pixels: &TileBuffer) {
-        if let Some(film) = &self.film {
-            film.put(tile, pixels);
-        }
-        if let Some(thumbnail) = self.outputs.thumbnail {
-            thumbnail.add(tile, pixels);
-        }
-        let file = self.outputs.file;
-        let Some(Err(error)) = file.map(|file| file.append(tile, pixels)) else {
-            return;
-        };
-        let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
-        // The first error is the reason; later ones follow from it.
-        failed.get_or_insert(error);
-        self.control.stop.store(true, Relaxed);
-    }
 }
 
 #[cfg(test)]
@@ -261,17 +232,19 @@ mod tests {
                 width,
                 height,
             };
-            let bands = bands(window);
-            let mut top = y;
-            for (k, band) in bands.iter().enumerate() {
-                assert_eq!((band.x, band.y, band.width), (x, top, width));
-                let last = k + 1 == bands.len();
-                assert!(last || band.height % BAND_ROWS == 0, "{band:?}");
-                assert!(band.pixels() <= u64::from(BAND_PIXELS.max(width * BAND_ROWS)));
-                top += band.height;
+            for side in [8, 32, 48, 64, 128, 1000, 1024] {
+                let bands = bands(window, side);
+                let mut top = y;
+                for (k, band) in bands.iter().enumerate() {
+                    assert_eq!((band.x, band.y, band.width), (x, top, width));
+                    let last = k + 1 == bands.len();
+                    assert!(last || band.height % BAND_ROWS == 0, "{band:?}");
+                    assert!(last || side == 1000 || band.height % side == 0, "{band:?}");
+                    assert!(band.pixels() <= u64::from(BAND_PIXELS.max(width * MOST_ROWS)));
+                    top += band.height;
+                }
+                assert_eq!(top, y + height);
             }
-            assert_eq!(top, y + height);
         }
-        assert_eq!(bands(Tile::whole(640, 480)).len(), 1);
     }
 }

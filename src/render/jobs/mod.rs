@@ -12,6 +12,8 @@
 //! | `recovery` | reading such a file, damaged or not |
 //! | `coverage` | the set of finished pixels |
 //! | `bands` | a window of the picture, band by band |
+//! | `open_bands` | bands that workers fill while those above them are taken |
+//! | `stored_tiles` | finished tiles on their way into the file and the thumbnail |
 //! | `thumbnail` | a small picture of it while it is made |
 //! | `plan` | assignment of tiles to machines |
 //! | `output_path` | the paths that a plan's picture may have |
@@ -27,21 +29,23 @@
 mod bands;
 mod coverage;
 mod file_header;
+mod open_bands;
 mod output_path;
 mod picture_settings;
 mod plan;
 mod recovery;
 mod render_key;
+mod stored_tiles;
 mod thumbnail;
 mod tile_file;
 mod tile_record;
 
-pub use bands::{
-    BandStats, BandsError, TileOutputs, bands, merge_bands, render_bands, render_to_file,
-};
+pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_to_file};
+pub use open_bands::open_bands;
 pub use output_path::kept_output;
 pub use picture_settings::PictureSettings;
 pub use plan::{MAX_SHARDS, PlanError, RenderPlan, TileEncoding};
 pub use render_key::{FieldError, KeyDifference, RenderKey};
+pub use stored_tiles::TileOutputs;
 pub use thumbnail::Thumbnail;
 pub use tile_file::{TileFile, TileFileError};

@@ -95,6 +95,24 @@ impl Film {
         all.map(Vec::as_mut_slice).collect()
     }
 
+    /// Stores a tile of the picture on a film of `window`, which the tile lies in.
+    pub fn put(&mut self, window: Tile, tile: Tile, pixels: &TileBuffer) {
+        let pitch = window.width as usize;
+        let first = (tile.y - window.y) as usize * pitch + (tile.x - window.x) as usize;
+        let place = (first, pitch, pixels.width);
+        let planes = pixels.planes.iter().chain(&pixels.aov_planes);
+        let own = self.planes.iter_mut().chain(&mut self.aov_planes);
+        for (to, from) in own.zip(planes) {
+            put(to, from, place);
+        }
+        if let (Some(own), Some(hits)) = (&mut self.hits, &pixels.hits) {
+            put(&mut own.prim_id, &hits.prim_id, place);
+            put(&mut own.t, &hits.t, place);
+            put(&mut own.u, &hits.u, place);
+            put(&mut own.v, &hits.v, place);
+        }
+    }
+
     /// Radiance of the pixel in column `x`, row `y`.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
@@ -252,6 +270,10 @@ pub trait TileSink: Sync {
     fn aovs(&self) -> Aovs;
     /// Stores the pixels of a tile.
     fn put(&self, tile: Tile, pixels: &TileBuffer);
+    /// Returns true if no more tiles are wanted.
+    fn is_closed(&self) -> bool {
+        false
+    }
 }
 
 /// A film of a window of the picture that workers fill at the same time, in bands as high as a

@@ -15,7 +15,7 @@ use crate::cli::output::{
 };
 use phalanx::frame::{Accel, Aov, Engine, Integrator, Settings};
 use phalanx::image::ImageFormat;
-use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, render_bands};
+use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands};
 use phalanx::render::RenderStats;
 use phalanx::scene::{Scene, shown_path};
 use report::{RenderDocument, RenderImage, RenderSeconds};
@@ -283,12 +283,16 @@ fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Cl
     Ok(file)
 }
 
-/// Number of films in memory at a time: one that is rendered, and one that is written. A file that
-/// is put together in memory takes the space of all bands on top.
+/// Number of films in memory at a time: those that are rendered, one that waits, and one that is
+/// written. A file that is put together in memory takes the space of all bands on top.
 fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
-    let bands = bands(settings.window()).len() as u64;
-    let file = if output.is_in_memory() { bands } else { 0 };
-    bands.min(2) + file
+    let bands = bands(settings.window(), settings.tile_side());
+    let file = if output.is_in_memory() {
+        bands.len()
+    } else {
+        0
+    };
+    (bands.len().min(open_bands(&bands) + 2) + file) as u64
 }
 
 /// The picture's path: that of the arguments, else that of the scene, else one named like the

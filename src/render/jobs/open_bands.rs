@@ -1,0 +1,234 @@
+//! Bands of a picture that workers fill at the same time, and that are taken from the top as soon
+//! as they are complete, while workers go on below.
+
+use super::stored_tiles::StoredTiles;
+use super::tile_file::TileFileError;
+use crate::frame::{Aovs, Settings, Tile};
+use phalanx_scene::film::{Film, TileBuffer, TileSink};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Approximate number of pixels of all bands that are filled at the same time. However slow one
+/// tile is, all threads have work below it for a fifth of a second.
+const OPEN_PIXELS: u64 = 1 << 22;
+
+/// Most bands that are filled at the same time; at least two.
+pub fn open_bands(bands: &[Tile]) -> usize {
+    let pixels = bands.first().map_or(1, Tile::pixels);
+    (OPEN_PIXELS / pixels.max(1)).max(2) as usize
+}
+
+/// Bands of a window from the top, some of which are open: in memory, and being filled.
+pub(super) struct OpenBands<'a> {
+    bands: &'a [Tile],
+    /// Tiles of each band that are still to be rendered when it is opened.
+    missing: Vec<usize>,
+    /// Tiles that were finished before, in the order of the bands.
+    there: &'a [Vec<Tile>],
+    record_hits: bool,
+    stored: StoredTiles<'a>,
+    state: Mutex<OpenState>,
+    changed: Condvar,
+}
+
+/// State that workers and the one who takes bands share.
+#[derive(Default)]
+struct OpenState {
+    /// Bands that have been taken.
+    taken: usize,
+    /// The bands after those.
+    open: VecDeque<Arc<OpenBand>>,
+    /// True if no tile comes any more.
+    ended: bool,
+    /// True if no band will be taken any more.
+    closed: bool,
+    /// Time that workers waited for bands to be taken.
+    waited: Duration,
+}
+
+struct OpenBand {
+    place: Tile,
+    film: Mutex<Film>,
+    /// Tiles that are still to come.
+    missing: AtomicUsize,
+}
+
+/// Interval at which those who wait look whether the render has been stopped.
+const POLL: Duration = Duration::from_millis(20);
+
+impl<'a> OpenBands<'a> {
+    pub(super) fn new(
+        bands: &'a [Tile],
+        (there, missing): (&'a [Vec<Tile>], Vec<usize>),
+        settings: &Settings,
+        stored: StoredTiles<'a>,
+    ) -> OpenBands<'a> {
+        OpenBands {
+            bands,
+            missing,
+            there,
+            record_hits: settings.record_hits,
+            stored,
+            state: Mutex::default(),
+            changed: Condvar::new(),
+        }
+    }
+
+    /// Gives all bands to `take`, until that does not want the next, or there is none. Returns
+    /// whether it wanted all that it was given.
+    pub(super) fn give_all(&self, take: &mut impl FnMut(Film) -> bool) -> bool {
+        for _ in self.bands {
+            let Some(film) = self.take_next() else {
+                break;
+            };
+            if !take(film) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The next band from the top, once it is complete; `None` if it will not be.
+    fn take_next(&self) -> Option<Film> {
+        let mut state = self.lock();
+        let next = state.taken;
+        // A band that was finished before has no worker to open it.
+        if self.missing[next] == 0 && state.open.is_empty() {
+            self.open_next(&mut state);
+        }
+        loop {
+            let first = state.open.front();
+            if let Some(band) = first.filter(|band| band.missing.load(SeqCst) == 0).cloned() {
+                state.open.pop_front();
+                state.taken += 1;
+                self.changed.notify_all();
+                let mut film = band.film.lock().unwrap_or_else(PoisonError::into_inner);
+                return Some(std::mem::replace(&mut film, Film::new(0, 0, false)));
+            }
+            if state.ended {
+                return None;
+            }
+            state = self.wait(state);
+        }
+    }
+
+    /// Says that no tile comes any more.
+    pub(super) fn end(&self) {
+        self.lock().ended = true;
+        self.changed.notify_all();
+    }
+
+    /// Says that no band will be taken any more.
+    pub(super) fn close(&self) {
+        self.lock().closed = true;
+        self.changed.notify_all();
+    }
+
+    /// The reason why a tile could not be stored or read, if there is one.
+    pub(super) fn take_error(&self) -> Option<TileFileError> {
+        self.stored.take_error()
+    }
+
+    /// Seconds that workers waited for bands to be taken, of all workers together.
+    pub(super) fn waited(&self) -> f64 {
+        self.lock().waited.as_secs_f64()
+    }
+
+    /// The band of a tile, opened as soon as there is room for it; `None` if that will not be.
+    fn band_of(&self, tile: Tile) -> Option<Arc<OpenBand>> {
+        let at = self.bands.partition_point(|band| band.y <= tile.y) - 1;
+        let mut state = self.lock();
+        let most = open_bands(self.bands);
+        while at >= state.taken + most {
+            if state.closed || self.stored.is_stopped() {
+                return None;
+            }
+            let start = Instant::now();
+            state = self.wait(state);
+            state.waited += start.elapsed();
+        }
+        while state.taken + state.open.len() <= at {
+            self.open_next(&mut state);
+        }
+        let first = state.taken;
+        state.open.get(at - first).cloned()
+    }
+
+    /// Opens the first band that is not open yet, with the tiles that were finished before.
+    fn open_next(&self, state: &mut OpenState) {
+        let at = state.taken + state.open.len();
+        let place = self.bands[at];
+        let film = Film::new(place.width, place.height, self.record_hits);
+        let mut film = film.with_aovs(self.stored.aovs());
+        let outputs = self.stored.outputs;
+        let mut missing = self.missing[at];
+        if let Some(Err(error)) = outputs.file.map(|file| file.restore(place, &mut film)) {
+            self.stored.fail(error);
+            // It will never be complete.
+            missing = usize::MAX;
+        }
+        if let Some(thumbnail) = outputs.thumbnail {
+            let there = self.there[at].iter();
+            there.for_each(|tile| thumbnail.add_from(&film, place, *tile));
+        }
+        state.open.push_back(Arc::new(OpenBand {
+            place,
+            film: Mutex::new(film),
+            missing: AtomicUsize::new(missing),
+        }));
+    }
+
+    fn lock(&self) -> MutexGuard<'_, OpenState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wait<'s>(&self, state: MutexGuard<'s, OpenState>) -> MutexGuard<'s, OpenState> {
+        let waited = self.changed.wait_timeout(state, POLL);
+        waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+impl TileSink for OpenBands<'_> {
+    fn records_hits(&self) -> bool {
+        self.record_hits
+    }
+
+    fn aovs(&self) -> Aovs {
+        self.stored.aovs()
+    }
+
+    fn put(&self, tile: Tile, pixels: &TileBuffer) {
+        self.stored.put(tile, pixels);
+        let Some(band) = self.band_of(tile) else {
+            return;
+        };
+        let mut film = band.film.lock().unwrap_or_else(PoisonError::into_inner);
+        film.put(band.place, tile, pixels);
+        drop(film);
+        if band.missing.fetch_sub(1, SeqCst) == 1 {
+            // Under the lock, so that nobody who has just looked begins to wait.
+            let _state = self.lock();
+            self.changed.notify_all();
+        }
+    }
+
+    fn is_closed(&self) -> bool {
+        self.lock().closed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_bands_are_open_and_never_fewer_than_two() {
+        for (width, height, expected) in [(1 << 10, 1 << 8, 16), (1 << 16, 1 << 10, 2)] {
+            let bands = [Tile::whole(width, height); 40];
+            assert_eq!(open_bands(&bands), expected);
+        }
+        assert!(open_bands(&[]) >= 2);
+    }
+}

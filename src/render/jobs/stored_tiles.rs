@@ -1,0 +1,83 @@
+//! Finished tiles beside the picture: in a file, and in a thumbnail.
+
+use super::thumbnail::Thumbnail;
+use super::tile_file::{TileFile, TileFileError};
+use crate::frame::{Aovs, Control, Tile};
+use phalanx_scene::film::{TileBuffer, TileSink};
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::{Mutex, PoisonError};
+
+/// Destinations of finished tiles, beside the picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TileOutputs<'a> {
+    /// File that tiles are stored in.
+    pub file: Option<&'a TileFile>,
+    /// Thumbnail that tiles are shown in.
+    pub thumbnail: Option<&'a Thumbnail>,
+}
+
+impl TileOutputs<'_> {
+    /// Reports the pixels that were finished before, for whoever watches the render's progress.
+    pub(super) fn record_resumed(self, control: &Control, pixels: u64) {
+        control.pixels_resumed.store(pixels, Relaxed);
+        control.pixels.fetch_add(pixels, Relaxed);
+    }
+}
+
+/// Stores finished tiles beside the picture, and remembers why one could not be stored.
+pub(super) struct StoredTiles<'a> {
+    pub(super) outputs: TileOutputs<'a>,
+    aovs: Aovs,
+    control: &'a Control,
+    failed: Mutex<Option<TileFileError>>,
+}
+
+impl<'a> StoredTiles<'a> {
+    pub(super) fn new(outputs: TileOutputs<'a>, aovs: Aovs, control: &'a Control) -> Self {
+        StoredTiles {
+            outputs,
+            aovs,
+            control,
+            failed: Mutex::new(None),
+        }
+    }
+
+    /// The reason why a tile could not be stored, if there is one.
+    pub(super) fn take_error(&self) -> Option<TileFileError> {
+        let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        failed.take()
+    }
+
+    /// Returns true if the render is to end.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.control.stop.load(Relaxed)
+    }
+
+    /// Keeps the reason, and ends the render. The first error is the reason; later ones follow from
+    /// it.
+    pub(super) fn fail(&self, error: TileFileError) {
+        let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        failed.get_or_insert(error);
+        self.control.stop.store(true, Relaxed);
+    }
+}
+
+impl TileSink for StoredTiles<'_> {
+    fn records_hits(&self) -> bool {
+        false
+    }
+
+    fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+
+    fn put(&self, tile: Tile, pixels: &TileBuffer) {
+        if let Some(thumbnail) = self.outputs.thumbnail {
+            thumbnail.add(tile, pixels);
+        }
+        let stored = self.outputs.file.map(|file| file.append(tile, pixels));
+        if let Some(Err(error)) = stored {
+            self.fail(error);
+        }
+    }
+}
