@@ -43,7 +43,7 @@ pub struct BandStats {
     /// Work counters.
     pub stats: RenderStats,
     /// Wall seconds of rendering, without reading and without waiting for the consumer of the
-    /// bands.
+    /// bands, which works at the same time.
     pub seconds: f64,
 }
 
