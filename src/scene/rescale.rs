@@ -101,8 +101,8 @@ impl Scene {
             PrimKind::Sphere => self.reach_of_sphere(i),
             PrimKind::Ellipsoid => self.reach_of_ellipsoid(i),
             PrimKind::Triangle => {
-                let [a, b, c] = self.triangles.corners(i).map(Vec3::abs);
-                f64::from(a.max(b).max(c).max_element())
+                let [a, b, c] = self.triangles.corners(i);
+                f64::from(a.abs().max(b.abs()).max(c.abs()).max_element())
             }
             PrimKind::Cone => {
                 let cone = self.cones.get(i);

@@ -344,6 +344,7 @@ impl Scene {
     }
 
     /// Exact bounds of one stored primitive, unpadded, in the space where it is stored.
+    #[inline]
     pub fn prim_bounds(&self, prim: u32) -> Bounds {
         let prim = self.prims[prim as usize];
         let i = prim.index();

@@ -158,10 +158,16 @@ impl Triangles {
         }
     }
 
-    /// The three vertices of a triangle.
+    /// The three vertices of a triangle. They are written out, because a closure in an array's map
+    /// is called, and this is what most passes over a mesh do.
     #[inline]
     pub fn corners(&self, i: usize) -> [Vec3; 3] {
-        self.corners[i].map(|index| self.vertices.get(index as usize))
+        let [a, b, c] = self.corners[i];
+        [
+            self.vertices.get(a as usize),
+            self.vertices.get(b as usize),
+            self.vertices.get(c as usize),
+        ]
     }
 
     /// Rows of the triangle's normals, if it has any.
