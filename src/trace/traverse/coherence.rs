@@ -9,7 +9,7 @@
 //! one surface, where beams are faster, or on several surfaces one behind the other.
 
 use crate::packet::RayQueue;
-use crate::simd::{F32x8, LaneMask, Lanes, Vec3x8};
+use crate::simd::{F32x8, LANES, LaneMask, Lanes, Vec3x8};
 use std::ops::Range;
 
 /// Squared cosines of 3, 12, 30 and 60 degrees.
@@ -36,6 +36,20 @@ pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: u
         }
     }
     within.iter().filter(|&&within| 2 * within < count).count()
+}
+
+/// Returns true if the rays of some packets seem to start in one point: those of the first packet
+/// and the first ray of the last do.
+pub(super) fn start_in_one_point(rays: &RayQueue, packets: Range<usize>) -> bool {
+    if packets.is_empty() || rays.len() <= (packets.end - 1) * LANES {
+        return false;
+    }
+    let (first, active) = rays.packet::<F32x8>(packets.start, 0.0);
+    let (last, _) = rays.ray(packets.end - 1, 0);
+    let same = |column: F32x8, last: f32| column.bits_eq(F32x8::splat(last));
+    let [x, y, z] = last;
+    let same = same(first.org.x, x) & same(first.org.y, y) & same(first.org.z, z);
+    !(active & !same).any()
 }
 
 /// Number of classes of shadow rays: see [`OriginSpread`].

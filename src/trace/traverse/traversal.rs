@@ -5,7 +5,7 @@ use super::beam::{Beams, SIZE};
 use super::coherence::{self, DIVERGENCE_CLASSES, FIRST_DIVERGENT, OriginSpread, SPREAD_CLASSES};
 use super::counters::{Counters, PacketCount, TraversalStats};
 use super::kernel::Kernel;
-use super::kernel_tuner::PerClassTuner;
+use super::kernel_tuner::{KernelTuner, PerClassTuner};
 use super::packet_pairs::{LimitedRays, PacketPairs};
 use super::queue_kernel::QueueKernel;
 use super::single_ray::SingleRays;
@@ -19,9 +19,9 @@ use std::ops::Range;
 /// as long as packets (`perf/notes/whole-frames.md`).
 const MIN_BEAM_PACKETS: usize = SIZE / 2;
 
-/// Least nodes of a wide tree for single rays. A smaller tree stays in the nearest caches, and
-/// packets are as fast.
-const MIN_SINGLE_NODES: usize = 512;
+/// Least nodes of a wide tree for single rays. In a smaller tree there is next to nothing to
+/// visit, and packets are as fast.
+const MIN_SINGLE_NODES: usize = 8;
 
 /// Interval of the sampled packets of a batch.
 const SAMPLE_STRIDE: usize = 4;
@@ -33,6 +33,11 @@ const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.
 /// Initial estimate of the time of packets relative to beams for shadow rays, before the first
 /// trial: a logarithm. In one scene of seven, packets are faster (`perf/notes/coherence.md`).
 const INITIAL_BEAM_LOG_RATIO: f32 = 0.1;
+
+/// Initial estimate of the time of packets relative to beams for rays that start in one point,
+/// before the first trial: a logarithm. Packets are faster in few scenes: of large walls and tiny
+/// things, where beams end at many leaves (`perf/notes/beams.md`).
+const INITIAL_CAMERA_LOG_RATIO: f32 = 0.5;
 
 /// Slowdown per packet of a 24-packet trial beam relative to a full 64-packet beam: for shadow
 /// rays, 1.1 to 1.5 in seven scenes (`perf/notes/sixteen-children.md`).
@@ -102,12 +107,15 @@ struct Kernels<'a, T> {
     kernel: Kernel,
     packets: PacketPairs<'a, T>,
     beams: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
-    singles: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
-    /// Tuners of packets and single rays, for each class of rays: for the closest hit, and for any
+    /// Single rays, or packets of eight: see [`divergent_kernel`].
+    divergent: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
+    /// Tuners of packets and the divergent kernel, for each class of rays: for the closest hit, and for any
     /// hit of divergent rays. The third tunes packets and beams, for shadow rays.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     any_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     shadow_tuner: PerClassTuner<SPREAD_CLASSES>,
+    /// Tuner of packets and beams, for rays that start in one point.
+    camera_tuner: KernelTuner,
     origin_spread: OriginSpread,
 }
 
@@ -124,18 +132,24 @@ fn beam_kernel<'a, T: Counters + Send + 'a>(
     }
 }
 
-/// The kernel of single rays of a [`Kernel`], if it has one.
-fn single_kernel<'a, T: Counters + Send + 'a>(
+/// The kernel for rays that have parted of a [`Kernel`], if it has one: single rays, or packets
+/// of eight within instances, where a single ray is a packet of one.
+fn divergent_kernel<'a, T: Counters + Send + 'a>(
     bvh: &'a Bvh,
     kernel: Kernel,
 ) -> Option<Box<dyn QueueKernel<T> + Send + 'a>> {
-    let has = match kernel {
-        Kernel::Single => true,
-        // Within instances, and against cones, a single ray is a packet of one.
-        Kernel::Auto => bvh.wide().nodes().len() >= MIN_SINGLE_NODES && bvh.wide().is_all_blocks(),
-        Kernel::Packet8 | Kernel::Packet16 | Kernel::Beam8 | Kernel::Beam16 => false,
-    };
-    has.then(|| Box::new(SingleRays::new(bvh)) as Box<_>)
+    match kernel {
+        Kernel::Single => Some(Box::new(SingleRays::new(bvh))),
+        Kernel::Auto if !bvh.instances().is_empty() => {
+            let wider = Kernel::packets() == Kernel::Packet16;
+            wider.then(|| Box::new(PacketPairs::new(bvh, false)) as Box<_>)
+        }
+        Kernel::Auto => {
+            let large = bvh.wide().nodes().len() >= MIN_SINGLE_NODES;
+            large.then(|| Box::new(SingleRays::new(bvh)) as Box<_>)
+        }
+        Kernel::Packet8 | Kernel::Packet16 | Kernel::Beam8 | Kernel::Beam16 => None,
+    }
 }
 
 impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
@@ -148,11 +162,13 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             kernel,
             packets: PacketPairs::new(bvh, matches!(packets, Kernel::Packet16 | Kernel::Beam16)),
             beams: beam_kernel(bvh, kernel),
-            singles: single_kernel(bvh, kernel),
+            divergent: divergent_kernel(bvh, kernel),
             // The initial estimates, until there are measurements.
             closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
             any_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
             shadow_tuner: PerClassTuner::new([INITIAL_BEAM_LOG_RATIO; SPREAD_CLASSES])
+                .with_trial_penalty(TRIAL_BEAM_PENALTY),
+            camera_tuner: KernelTuner::new(INITIAL_CAMERA_LOG_RATIO)
                 .with_trial_penalty(TRIAL_BEAM_PENALTY),
             origin_spread: OriginSpread::UNKNOWN,
         }
@@ -171,7 +187,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         // A sparser sample: most rays here are shadow rays, whose tracing takes little more than
         // the sampling.
         let class = || coherence::divergence_class(rays, batch.clone(), 4 * SAMPLE_STRIDE);
-        if let Some(singles) = &mut self.singles
+        if let Some(divergent) = &mut self.divergent
             && let class = class()
             && class >= FIRST_DIVERGENT
         {
@@ -180,10 +196,10 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
                 class,
                 batch,
                 BatchSlice::trial_in_pieces,
-                |single, slice| {
+                |second, slice| {
                     let (blocked, slice) = (&mut blocked[of(slice)], slice.packets.clone());
-                    match single {
-                        true => singles.occluded(rays, slice, tmax, blocked),
+                    match second {
+                        true => divergent.occluded(rays, slice, tmax, blocked),
                         false => packets.occluded(rays, slice, tmax, blocked),
                     };
                 },
@@ -210,6 +226,36 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         self.shadow_tuner = tuner;
     }
 
+    /// The closest hits of one batch as a beam, if there are beams and the rays start in one
+    /// point. Returns false, and does nothing, if not. Where packets have been faster lately, packets
+    /// trace them.
+    fn closest_by_beam(
+        &mut self,
+        rays: &RayQueue,
+        all: &BatchSlice,
+        hits: &mut [HitPacket],
+    ) -> bool {
+        let Some(beams) = &mut self.beams else {
+            return false;
+        };
+        if self.kernel != Kernel::Auto {
+            return beams.closest(rays, all, hits);
+        }
+        if !coherence::start_in_one_point(rays, all.packets.clone()) {
+            return false;
+        }
+        let (packets, first) = (&mut self.packets, all.packets.start);
+        let parts = BatchSlice::trial_in_pieces;
+        (self.camera_tuner).trace(all.packets.clone(), parts, |beam, slice| {
+            let of = slice.packets.start - first..slice.packets.end - first;
+            let hits = &mut hits[of];
+            if !(beam && beams.closest(rays, slice, hits)) {
+                packets.closest(rays, slice, hits);
+            }
+        });
+        true
+    }
+
     /// Traces rays as a beam, if there are beams and the rays share a point, or else as packets.
     fn occluded_by_beam(
         &mut self,
@@ -230,32 +276,28 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
 
 impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
-        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
+        if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
             // As many rays at once as there are: towards the end of a batch few are left to trace
             // side by side.
-            singles.closest(rays, &BatchSlice::all(packets), hits);
+            divergent.closest(rays, &BatchSlice::all(packets), hits);
             return;
         }
         for (first, hits) in packets.step_by(SIZE).zip(hits.chunks_mut(SIZE)) {
             let batch = first..first + hits.len();
             let all = BatchSlice::all(batch.clone());
-            let beams = &mut self.beams;
-            if beams
-                .as_mut()
-                .is_some_and(|beams| beams.closest(rays, &all, hits))
-            {
+            if self.closest_by_beam(rays, &all, hits) {
                 continue;
             }
             let packets = &mut self.packets;
-            let Some(singles) = &mut self.singles else {
+            let Some(divergent) = &mut self.divergent else {
                 packets.closest(rays, &all, hits);
                 continue;
             };
             let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
             let tuner = &mut self.closest_tuner;
-            tuner.trace(class, batch, BatchSlice::trial, |single, slice| {
-                match single {
-                    true => singles.closest(rays, slice, hits),
+            tuner.trace(class, batch, BatchSlice::trial, |second, slice| {
+                match second {
+                    true => divergent.closest(rays, slice, hits),
                     false => packets.closest(rays, slice, hits),
                 };
             });
@@ -263,8 +305,8 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
     }
 
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]) {
-        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
-            singles.occluded(rays, packets, tmax, blocked);
+        if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
+            divergent.occluded(rays, packets, tmax, blocked);
             return;
         }
         for (first, blocked) in packets.step_by(SIZE).zip(blocked.chunks_mut(SIZE)) {
@@ -287,7 +329,7 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
 
     fn stats(&self) -> TraversalStats {
         let mut work = self.packets.counters();
-        for kernel in [&self.beams, &self.singles].into_iter().flatten() {
+        for kernel in [&self.beams, &self.divergent].into_iter().flatten() {
             work.add(&kernel.counters());
         }
         work.stats()
