@@ -109,8 +109,8 @@ struct Kernels<'a, T> {
     beams: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
     /// Single rays, or packets of eight: see [`divergent_kernel`].
     divergent: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
-    /// Tuners of packets and the divergent kernel, for each class of rays: for the closest hit, and for any
-    /// hit of divergent rays. The third tunes packets and beams, for shadow rays.
+    /// Tuners of packets and the divergent kernel, for each class of rays: for the closest hit, and
+    /// for any hit of divergent rays. The third tunes packets and beams, for shadow rays.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     any_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     shadow_tuner: PerClassTuner<SPREAD_CLASSES>,
@@ -227,8 +227,8 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 
     /// The closest hits of one batch as a beam, if there are beams and the rays start in one
-    /// point. Returns false, and does nothing, if not. Where packets have been faster lately, packets
-    /// trace them.
+    /// point. Returns false, and does nothing, if not. Where packets have been faster lately,
+    /// packets trace them.
     fn closest_by_beam(
         &mut self,
         rays: &RayQueue,
