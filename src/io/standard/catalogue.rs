@@ -65,4 +65,5 @@ pub static CATALOGUE: &[StandardScene] = &[
     modern::street::ENTRY,
     modern::hair::ENTRY,
     modern::room::ENTRY,
+    modern::atrium::ENTRY,
 ];

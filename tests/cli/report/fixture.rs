@@ -7,9 +7,9 @@ use phalanx::trace::TraversalStats;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-pub const FAMILIES: [&str; 17] = [
+pub const FAMILIES: [&str; 18] = [
     "balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "sombrero", "teapot",
-    "tetra", "tree", "cornell", "terrain", "menger", "street", "hair", "room",
+    "tetra", "tree", "cornell", "terrain", "menger", "street", "hair", "room", "atrium",
 ];
 const STEPS: [(&str, u64); 3] = [("small", 2_000), ("medium", 60_000), ("large", 1_500_000)];
 

@@ -8,13 +8,14 @@ use phalanx::standard::{CATALOGUE, Family, StandardScene, counts};
 
 /// Names, and a hash of each scene at 8,000 triangles. Another hash means another scene: benchmarks
 /// of then and now could not be compared any more.
-const HASHES: [(&str, u64); 6] = [
+const HASHES: [(&str, u64); 7] = [
     ("cornell", 0x7e2a17423270ba62),
     ("terrain", 0xa1f6305671f03ca1),
     ("menger", 0x924f4d25cd0d4414),
     ("street", 0xebbc24de0a174e4f),
     ("hair", 0xb7193c8c73d1b75f),
     ("room", 0xcb8e450ca8673307),
+    ("atrium", 0x88795b5d7c356f56),
 ];
 
 fn modern() -> impl Iterator<Item = &'static StandardScene> {

@@ -6,6 +6,7 @@
 //! [`mesh_builder::MeshBuilder`], chunk by chunk, so that a scene larger than memory can go to a
 //! file. Lights are points, suns too (far away), because every file format here can hold those.
 
+pub(super) mod atrium;
 pub(super) mod cornell;
 mod geodesic;
 pub(super) mod hair;

@@ -1,0 +1,93 @@
+//! The whole atrium: four wings around the court, and what stands and hangs in it.
+
+use super::layout::{GROUND, UPPER, Wing, wings};
+use super::palette::palette;
+use super::{arcade, column, court, drape, gallery, hanging};
+use crate::standard::builder::SceneBuilder;
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
+use crate::standard::modern::materials::rgb;
+use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
+use crate::standard::modern::props::PartBuilder;
+use crate::standard::modern::setup::{SIZES, hd, lamp, sun};
+use glam::DVec3;
+
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
+    name: "atrium",
+    purpose: "a court of arcades and drapes: huge beside tiny triangles, long slanted beams",
+    family: Family::Modern,
+    default_size: 1_000_000,
+    sizes: 6_000..=*SIZES.end(),
+    size_means: "triangles",
+    max_depth: 4,
+    generate,
+};
+
+const SKY: DVec3 = DVec3::new(0.25, 0.43, 0.73);
+
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    let atrium = Atrium::of(params.size);
+    let long = atrium.wings[1].length() / 2.0;
+    builder.view(&hd(
+        DVec3::new(-1.7, 2.3, long - 0.3),
+        DVec3::new(0.7, 3.6, -0.3 * long),
+        60.0,
+    ));
+    builder.background(SKY);
+    builder.light(&sun(DVec3::new(-0.58, 0.72, 0.38), rgb(1.55, 0.98, 0.46)));
+    builder.light(&sun(DVec3::new(0.25, 0.9, 0.22), rgb(0.09, 0.135, 0.23)));
+    // Light that the sunny side returns to the shady one.
+    let bounce = DVec3::new(3.2, 5.2, 0.1 * long);
+    builder.light(&lamp(bounce, rgb(0.21, 0.14, 0.08), 7.0));
+    for (wing, bay) in [(0, 0), (0, 3), (1, 1), (1, 2)] {
+        builder.light(&hanging::light(&atrium.wings[wing], bay));
+    }
+    let palette = palette();
+    let mut mesh = MeshBuilder::new(builder, &palette);
+    let budget = u64::from(params.size);
+    let detail = fit_detail(budget * 7 / 10, (0.05, 4000.0), |mesh, detail| {
+        atrium.build(&mut PartBuilder::new(mesh, detail))
+    });
+    atrium.build(&mut PartBuilder::new(&mut mesh, detail));
+    let left = budget.saturating_sub(mesh.triangles());
+    drape::hang(&mut mesh, &drape::drapes(&atrium.wings), left);
+    mesh.finish();
+}
+
+/// The sides of the court.
+struct Atrium {
+    bays: u32,
+    wings: [Wing; 4],
+}
+
+impl Atrium {
+    /// Builds fewer bays for small sizes, so that those still have carved columns.
+    fn of(size: u32) -> Atrium {
+        let bays = match size {
+            0..9_000 => 2,
+            9_000..30_000 => 4,
+            30_000..75_000 => 6,
+            _ => 8,
+        };
+        Atrium {
+            bays,
+            wings: wings(bays),
+        }
+    }
+
+    /// Draws everything but the drapes.
+    fn build(&self, parts: &mut PartBuilder) {
+        for wing in &self.wings {
+            let mut side = parts.at(wing.frame);
+            for storey in [&GROUND, &UPPER] {
+                column::colonnade(&mut side, wing, storey);
+                arcade::storey(&mut side, wing, storey);
+            }
+            arcade::aisle(&mut side, wing);
+            gallery::gallery(&mut side, wing);
+            gallery::roof(&mut side, wing);
+            hanging::lanterns(&mut side, wing);
+        }
+        court::furnish(parts, self.bays);
+        hanging::ropes(parts, self.bays);
+    }
+}
