@@ -135,8 +135,8 @@ pub(super) fn ring(
             TAU * i as f64 / around as f64,
         );
         let (c, s) = (cos(turn), sin(turn));
-        let (out, up) = (wire * cos(tube), -wire * sin(tube));
-        frame.point(DVec3::new((wide + out) * c, (high + out) * s, -up))
+        let (out, back) = (wire * cos(tube), -wire * sin(tube));
+        frame.point(DVec3::new((wide + out) * c, (high + out) * s, back))
     });
 }
 
