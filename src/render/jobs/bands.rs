@@ -114,6 +114,10 @@ pub fn render_bands(
         return Err(BandsError::Abandoned);
     }
     let BandStats { stats, seconds } = filled?;
+    if !open.all_taken() {
+        // Stopped while the last tiles waited for bands above them.
+        return Err(FrameError::from(Interrupted).into());
+    }
     let waited = open.waited() / settings.threads.max(1) as f64;
     Ok(BandStats {
         stats,

@@ -131,6 +131,11 @@ impl<'a> OpenBands<'a> {
         self.stored.take_error()
     }
 
+    /// Returns true if every band has been taken.
+    pub(super) fn all_taken(&self) -> bool {
+        self.lock().taken == self.bands.len()
+    }
+
     /// Seconds that workers waited for bands to be taken, of all workers together.
     pub(super) fn waited(&self) -> f64 {
         self.lock().waited.as_secs_f64()
@@ -222,6 +227,38 @@ impl TileSink for OpenBands<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::Control;
+    use crate::jobs::TileOutputs;
+
+    /// Checks that a stop while workers wait for a band to be taken loses no more than the picture:
+    /// nobody waits for ever, and the bands are not all there.
+    #[test]
+    fn a_stop_ends_those_who_wait() {
+        let bands = [0, 1, 2].map(|k| Tile {
+            y: 1024 * k,
+            ..Tile::whole(1 << 16, 1024)
+        });
+        let (control, settings) = (Control::default(), Settings::of(&Default::default()));
+        let stored = StoredTiles::new(TileOutputs::default(), Aovs::default(), &control);
+        let there = [const { Vec::new() }; 3];
+        let open = OpenBands::new(&bands, (&there, vec![1; 3]), &settings, stored);
+        let tile = |y: u32| Tile {
+            y,
+            ..Tile::whole(8, 8)
+        };
+        let mut pixels = TileBuffer::new(false);
+        pixels.fit(tile(0));
+        std::thread::scope(|scope| {
+            // Two bands are open, and the first is not complete.
+            scope.spawn(|| open.put(tile(2048), &pixels));
+            std::thread::sleep(2 * POLL);
+            control
+                .stop
+                .store(true, std::sync::atomic::Ordering::Relaxed);
+        });
+        open.end();
+        assert!(open.give_all(&mut |_| true) && !open.all_taken());
+    }
 
     #[test]
     fn few_bands_are_open_and_never_fewer_than_two() {
