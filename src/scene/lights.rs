@@ -46,6 +46,14 @@ pub enum LightShape {
     Rectangle([Vec3; 2]),
 }
 
+impl LightShape {
+    /// Returns true if each point may be lit from a position of its own.
+    #[inline]
+    pub fn is_area(self) -> bool {
+        matches!(self, LightShape::Sphere(_) | LightShape::Rectangle(_))
+    }
+}
+
 /// Least difference of the cosines of a spot light's two angles, as glTF recommends it.
 const LEAST_CONE: f64 = 1e-3;
 
@@ -79,10 +87,7 @@ impl Lights {
     /// Returns true if light `i` is an area light.
     #[inline]
     pub fn is_area(&self, i: usize) -> bool {
-        matches!(
-            self.shape(i),
-            LightShape::Sphere(_) | LightShape::Rectangle(_)
-        )
+        self.shape(i).is_area()
     }
 
     /// The centre of a light that has a position.

@@ -14,7 +14,7 @@
 //! greatest n · p on it takes the place of that of the point.
 
 use super::up_axis::UpAxis;
-use super::visible_vertices::VisibleVertices;
+use super::visible_vertices::{VisibleVertices, blocks_of_prims};
 use super::workers;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, PrimKind, Scene, View};
@@ -208,9 +208,6 @@ impl FrameSides {
     }
 }
 
-/// Primitives that a thread looks at, at a time.
-const BLOCK: u32 = 1 << 15;
-
 /// The greatest n · (p − middle) of all visible points, for the normal n of each side.
 fn reach(scene: &Scene, visible: &VisibleVertices, middle: DVec3, sides: &FrameSides) -> [f64; 4] {
     let mut all = FrameReach::new(middle, sides);
@@ -240,17 +237,12 @@ fn add_other_prims(
     middle: DVec3,
     sides: &FrameSides,
 ) {
-    let blocks = |run: Range<u32>| {
-        let firsts = run.clone().step_by(BLOCK as usize);
-        firsts.map(move |first| first..run.end.min(first + BLOCK))
-    };
-    let blocks = scene.world_runs().into_iter().flat_map(blocks).collect();
     let of_block = |block: Range<u32>| {
         let mut frame = FrameReach::new(middle, sides);
         block.for_each(|prim| frame.add_prim(scene, prim));
         frame
     };
-    for block in workers::map(threads, blocks, of_block) {
+    for block in workers::map(threads, blocks_of_prims(scene), of_block) {
         all.merge(&block);
     }
 }

@@ -15,7 +15,7 @@ pub(super) struct VisibleVertices {
 }
 
 /// Primitives that a thread looks at, at a time.
-const PRIMS: usize = 1 << 16;
+const PRIMS: u32 = 1 << 16;
 
 /// Words of 64 vertices that a thread looks at, at a time.
 const WORDS: usize = 1 << 8;
@@ -29,7 +29,10 @@ impl VisibleVertices {
         let threads = workers::thread_count(threads);
         let count = scene.triangles.vertices.len().div_ceil(BITS);
         let words: Vec<AtomicU64> = (0..count).map(|_| AtomicU64::new(0)).collect();
-        let runs = runs_of_prims(scene);
+        let runs = match scene.triangles.len() {
+            0 => Vec::new(),
+            _ => blocks_of_prims(scene),
+        };
         workers::map(threads, runs, |run| mark(scene, run, &words));
         VisibleVertices {
             words: words.into_iter().map(AtomicU64::into_inner).collect(),
@@ -102,16 +105,13 @@ impl VertexBlock<'_> {
     }
 }
 
-/// Runs of primitives in the world that are to be looked at together.
-fn runs_of_prims(scene: &Scene) -> Vec<Range<u32>> {
+/// Primitives in the world, in blocks that a thread looks at, at a time.
+pub(super) fn blocks_of_prims(scene: &Scene) -> Vec<Range<u32>> {
     let cut = |run: Range<u32>| {
-        let firsts = run.clone().step_by(PRIMS);
-        firsts.map(move |first| first..run.end.min(first.saturating_add(PRIMS as u32)))
+        let firsts = run.clone().step_by(PRIMS as usize);
+        firsts.map(move |first| first..run.end.min(first.saturating_add(PRIMS)))
     };
-    match scene.triangles.len() {
-        0 => Vec::new(),
-        _ => scene.world_runs().into_iter().flat_map(cut).collect(),
-    }
+    scene.world_runs().into_iter().flat_map(cut).collect()
 }
 
 fn mark(scene: &Scene, run: Range<u32>, words: &[AtomicU64]) {

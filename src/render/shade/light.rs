@@ -74,7 +74,7 @@ impl ShadeLight {
 
     /// Returns true if each point may get a position of its own.
     pub fn is_area(&self) -> bool {
-        matches!(self.shape, LightShape::Sphere(_) | LightShape::Rectangle(_))
+        self.shape.is_area()
     }
 
     /// Positions for points reached by rays of these seeds. All points get the same position,

@@ -99,18 +99,15 @@ impl Film {
     pub fn put(&mut self, window: Tile, tile: Tile, pixels: &TileBuffer) {
         let pitch = window.width as usize;
         let first = (tile.y - window.y) as usize * pitch + (tile.x - window.x) as usize;
-        let place = (first, pitch, pixels.width);
-        let planes = pixels.planes.iter().chain(&pixels.aov_planes);
-        let own = self.planes.iter_mut().chain(&mut self.aov_planes);
-        for (to, from) in own.zip(planes) {
-            put(to, from, place);
+        let planes = self.planes.iter_mut().chain(&mut self.aov_planes);
+        let mut all = FilmBand {
+            planes: planes.map(Vec::as_mut_slice).collect(),
+            ..FilmBand::default()
+        };
+        if let Some(Hits { prim_id, t, u, v }) = &mut self.hits {
+            (all.prim_id, all.tuv) = (prim_id, [t, u, v].map(Vec::as_mut_slice));
         }
-        if let (Some(own), Some(hits)) = (&mut self.hits, &pixels.hits) {
-            put(&mut own.prim_id, &hits.prim_id, place);
-            put(&mut own.t, &hits.t, place);
-            put(&mut own.u, &hits.u, place);
-            put(&mut own.v, &hits.v, place);
-        }
+        all.put(pixels, (first, pitch));
     }
 
     /// Radiance of the pixel in column `x`, row `y`.
@@ -369,14 +366,21 @@ impl TileSink for SharedFilm<'_> {
             .unwrap_or_else(PoisonError::into_inner);
         let pitch = self.window.width as usize;
         let first = (tile.y - top) as usize * pitch + (tile.x - self.window.x) as usize;
+        band.put(pixels, (first, pitch));
+    }
+}
+
+impl FilmBand<'_> {
+    /// Stores the pixels of a tile from a value of the band on, in rows that are this far apart.
+    fn put(&mut self, pixels: &TileBuffer, (first, pitch): (usize, usize)) {
         let place = (first, pitch, pixels.width);
         let planes = pixels.planes.iter().chain(&pixels.aov_planes);
-        for (to, from) in band.planes.iter_mut().zip(planes) {
+        for (to, from) in self.planes.iter_mut().zip(planes) {
             put(to, from, place);
         }
         if let Some(Hits { prim_id, t, u, v }) = &pixels.hits {
-            put(band.prim_id, prim_id, place);
-            for (to, from) in band.tuv.iter_mut().zip([t, u, v]) {
+            put(self.prim_id, prim_id, place);
+            for (to, from) in self.tuv.iter_mut().zip([t, u, v]) {
                 put(to, from, place);
             }
         }

@@ -206,7 +206,7 @@ impl<'arena> RayQueue<'arena> {
         }
         let to = LaneMove::new(lanes, at);
         let moved = |column| to.floats(column);
-        // What is behind the last ray is overwritten by the next ones.
+        // Lanes behind the last ray get copies of others, which the next push overwrites.
         let kept = Mask8::first(at);
         set_other_columns(kept, &mut slot.org, org, moved);
         set_other_columns(kept, &mut slot.dir, dir, moved);

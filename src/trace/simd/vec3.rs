@@ -52,6 +52,12 @@ impl<L: Copy + Add<Output = L> + Sub<Output = L> + Mul<Output = L>> Vec3Lanes<L>
 }
 
 impl<L: Lanes> Vec3Lanes<L> {
+    /// Lanes that hold the same bits in both vectors.
+    #[inline(always)]
+    pub fn bits_eq(self, o: Vec3Lanes<L>) -> L::Mask {
+        self.x.bits_eq(o.x) & self.y.bits_eq(o.y) & self.z.bits_eq(o.z)
+    }
+
     /// The zero vector.
     pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
 

@@ -45,11 +45,8 @@ pub(super) fn start_in_one_point(rays: &RayQueue, packets: Range<usize>) -> bool
         return false;
     }
     let (first, active) = rays.packet::<F32x8>(packets.start, 0.0);
-    let (last, _) = rays.ray(packets.end - 1, 0);
-    let same = |column: F32x8, last: f32| column.bits_eq(F32x8::splat(last));
-    let [x, y, z] = last;
-    let same = same(first.org.x, x) & same(first.org.y, y) & same(first.org.z, z);
-    !(active & !same).any()
+    let ([x, y, z], _) = rays.ray(packets.end - 1, 0);
+    !(active & !first.org.bits_eq(Vec3x8::splat(x, y, z))).any()
 }
 
 /// Number of classes of shadow rays: see [`OriginSpread`].

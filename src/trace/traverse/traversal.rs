@@ -36,7 +36,7 @@ const INITIAL_BEAM_LOG_RATIO: f32 = 0.1;
 
 /// Initial estimate of the time of packets relative to beams for rays that start in one point,
 /// before the first trial: a logarithm. Packets are faster in few scenes: of large walls and tiny
-/// things, where beams end at many leaves (`perf/notes/beams.md`).
+/// things, where beams end at many leaves (`perf/notes/coherence.md`).
 const INITIAL_CAMERA_LOG_RATIO: f32 = 0.5;
 
 /// Slowdown per packet of a 24-packet trial beam relative to a full 64-packet beam: for shadow

@@ -226,12 +226,12 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::standard::{DocumentMaterial, MemoryBuilder};
 
     /// Volume inside closed surfaces that face outward, by the divergence theorem.
-    fn volume(detail: f64, draw: impl Fn(&mut PartBuilder)) -> f64 {
+    pub(in crate::standard::modern) fn volume(detail: f64, draw: impl Fn(&mut PartBuilder)) -> f64 {
         let mut builder = MemoryBuilder::default();
         let palette = [DocumentMaterial::default()];
         let mut mesh = MeshBuilder::new(&mut builder, &palette);

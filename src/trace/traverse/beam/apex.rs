@@ -2,7 +2,7 @@
 //! or none, because they are parallel.
 
 use crate::packet::RayQueue;
-use crate::simd::{F32x8, LANES, LaneMask, Lanes, Native, Vec3Lanes, Vec3Native, Vec3x8};
+use crate::simd::{F32x8, LANES, LaneMask, Lanes, Native, Vec3Native, Vec3x8};
 use std::ops::Range;
 
 /// Common property of the rays of a beam.
@@ -38,12 +38,6 @@ pub(super) struct Spread {
 /// place, and miss their light by as much.
 const BLUR: f32 = 1.0 / 1024.0;
 
-/// Lanes that hold the same bits in both vectors.
-#[inline(always)]
-pub(super) fn same<L: Lanes>(v: Vec3Lanes<L>, w: Vec3Lanes<L>) -> L::Mask {
-    v.x.bits_eq(w.x) & v.y.bits_eq(w.y) & v.z.bits_eq(w.z)
-}
-
 impl Apex {
     /// The origin of the first ray, if all rays of its packet have the same to the bit. The other
     /// packets are checked when they are loaded.
@@ -54,7 +48,7 @@ impl Apex {
         }
         let (org, _) = rays.ray(packets.start, 0);
         let (rays, active) = rays.packet::<F32x8>(packets.start, 0.0);
-        let apart = active & !same(rays.org, Vec3x8::splat(org[0], org[1], org[2]));
+        let apart = active & !rays.org.bits_eq(Vec3x8::splat(org[0], org[1], org[2]));
         (!apart.any()).then_some(Apex::Eye(org))
     }
 
@@ -83,7 +77,7 @@ impl Apex {
             around = most(around, (rays.org - center).max_abs());
             longest = most(longest, way.max_abs());
             shortest = shortest.min(active.select(way.max_abs(), far));
-            parallel &= !(active & !same(rays.dir, first)).any();
+            parallel &= !(active & !rays.dir.bits_eq(first)).any();
         }
         let rays = Spread {
             center: org,

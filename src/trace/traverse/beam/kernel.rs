@@ -1,6 +1,6 @@
 //! The kernel of beams: rays of a queue into sub-beams, through the tree, and back as hits.
 
-use super::apex::{Apex, same};
+use super::apex::Apex;
 use super::batch::{BeamBatch, BeamGroup, SIZE};
 use super::deferred::DeferredBlocks;
 use super::projection::BeamSpace;
@@ -78,7 +78,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         let (mut apart, mut lanes) = (L::Mask::none(), 0);
         for k in 0..batch.groups::<L>() {
             let (rays, active) = batch.group_and_next::<L>(k);
-            apart = apart | (active & !same(rays.org, center));
+            apart = apart | (active & !rays.org.bits_eq(center));
             extent.add(directions(space, &rays), active);
             lanes += active.bits().count_ones();
         }
@@ -138,7 +138,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         let center = Vec3Lanes::splat(x, y, z);
         for k in 0..count {
             let (rays, active) = load(k);
-            if SHARED && (active & !same(rays.org, center)).any() {
+            if SHARED && (active & !rays.org.bits_eq(center)).any() {
                 return None;
             }
             let shear = Shear::new(rays.org, rays.dir, active);

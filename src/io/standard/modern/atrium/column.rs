@@ -4,7 +4,7 @@ use super::layout::{BASES, BAY, Storey, THICK, Wing};
 use super::palette::{CARVED, STONE};
 use super::turning::{flat, plain, revolve, ring};
 use crate::standard::modern::noise::smoothstep;
-use crate::standard::modern::props::{LocalFrame, PartBuilder, STANDING};
+use crate::standard::modern::props::{PartBuilder, STANDING};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -89,14 +89,8 @@ fn shaft(parts: &mut PartBuilder, r: f64, high: f64) {
     let around = parts.cells(TAU * r);
     let depth = if around >= 80 { 0.09 * r } else { 0.0 };
     // Straight along its axis: fewer rows than quads around.
-    let mut drawn = parts.at(parts.frame);
-    let rows = drawn.cells(0.12 * high).clamp(1, 64);
-    let around = around.max(6);
-    if drawn.mesh.counted(2 * (around * rows) as u64) {
-        return;
-    }
-    drawn.detail = 0.0;
-    revolve(&mut drawn, &outline, (around, rows), |turn, t| {
+    let least = (around.max(6), parts.cells(0.12 * high).clamp(1, 64));
+    revolve(&mut flat(parts), &outline, least, |turn, t| {
         let ends = smoothstep(0.0, 0.03, t) * smoothstep(1.0, 0.97, t);
         -depth * ends * sin(FLUTES / 2.0 * turn).abs()
     });
@@ -141,7 +135,7 @@ fn capital(parts: &mut PartBuilder, r: f64, high: f64) {
         parts.cells(TAU * 0.28 * r).max(8),
     );
     for corner in 0..4 {
-        let frame = LocalFrame { ..parts.frame }.turned(90.0 * f64::from(corner) + 45.0);
+        let frame = parts.frame.turned(90.0 * f64::from(corner) + 45.0);
         let mut scroll = parts.at(frame.moved(1.55 * r, 0.8 * high, 0.0));
         ring(&mut scroll, (0.3 * r, 0.3 * r), 0.11 * r, wire);
         ring(&mut scroll, (0.1 * r, 0.1 * r), 0.09 * r, wire);

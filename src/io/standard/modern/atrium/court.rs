@@ -19,7 +19,7 @@ pub(super) fn furnish(parts: &mut PartBuilder, bays: u32) {
     floor(parts, bays);
     let pool = long * 0.55;
     basin(parts, pool);
-    fountain(&mut parts.moved(0.0, 0.0, 0.0));
+    fountain(parts);
     let rows = bays / 2;
     for k in 0..rows {
         let z = pool * (2.0 * (f64::from(k) + 0.5) / f64::from(rows) - 1.0);

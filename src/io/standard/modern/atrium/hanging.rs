@@ -5,7 +5,6 @@ use super::palette::{BRASS, FLAME, IRON, ROPE};
 use super::turning::{beam, flat, plain, revolve, ring};
 use crate::standard::builder::StandardLight;
 use crate::standard::modern::materials::rgb;
-
 use crate::standard::modern::props::{FramePoint, PartBuilder};
 use crate::standard::modern::setup::lamp;
 use glam::DVec3;

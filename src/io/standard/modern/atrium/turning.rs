@@ -184,31 +184,19 @@ pub(super) fn long_moulding(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::standard::modern::mesh_builder::MeshBuilder;
-    use crate::standard::{DocumentMaterial, MemoryBuilder};
-
-    /// Volume inside closed surfaces that face outward.
-    fn volume(draw: impl Fn(&mut PartBuilder)) -> f64 {
-        let mut builder = MemoryBuilder::default();
-        let palette = [DocumentMaterial::default()];
-        let mut mesh = MeshBuilder::new(&mut builder, &palette);
-        draw(&mut PartBuilder::new(&mut mesh, 8.0));
-        mesh.finish();
-        let triangles = builder.finish().triangles;
-        let pyramids = (0..triangles.len()).map(|i| {
-            let [a, b, c] = triangles.corners(i).map(|p| p.as_dvec3());
-            a.dot(b.cross(c)) / 6.0
-        });
-        pyramids.sum()
-    }
+    use crate::standard::modern::props::tests::volume;
 
     #[test]
     fn beams_and_rings_face_outward() {
-        let timber = volume(|parts| beam(parts, [(0.0, 0.0, 0.0), (3.0, 4.0, 0.0)], (0.5, 0.2)));
+        let timber = volume(8.0, |parts| {
+            beam(parts, [(0.0, 0.0, 0.0), (3.0, 4.0, 0.0)], (0.5, 0.2))
+        });
         assert!((timber - 0.5).abs() < 1e-5, "{timber}");
-        let post = volume(|parts| beam(parts, [(1.0, 0.0, 0.0), (1.0, 2.0, 0.0)], (0.5, 0.5)));
+        let post = volume(8.0, |parts| {
+            beam(parts, [(1.0, 0.0, 0.0), (1.0, 2.0, 0.0)], (0.5, 0.5))
+        });
         assert!((post - 0.5).abs() < 1e-5, "{post}");
-        let torus = volume(|parts| ring(parts, (1.0, 1.0), 0.1, (64, 256)));
+        let torus = volume(8.0, |parts| ring(parts, (1.0, 1.0), 0.1, (64, 256)));
         assert!(
             (torus - TAU * std::f64::consts::PI * 0.01).abs() < 1e-3,
             "{torus}"
