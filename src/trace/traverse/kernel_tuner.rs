@@ -94,20 +94,22 @@ impl KernelTuner {
 
     /// Traces a batch by one of the two kernels, or in a trial by both. `by` is called with the
     /// kernel, true for the second, and the packets. `parts` makes the parts of a trial: one that
-    /// is not timed, and one for each kernel.
+    /// is not timed, and one for each kernel. Rays like these are known to have a log ratio that is
+    /// `bias` more than that of all rays. Returns true if the second kernel is the faster for them.
     pub(super) fn trace(
         &mut self,
+        bias: f32,
         batch: Range<usize>,
         parts: impl Fn(Range<usize>) -> [BatchSlice; 3],
         mut by: impl FnMut(bool, &BatchSlice),
-    ) {
+    ) -> bool {
         let packets = batch.len();
         let mut timed = |second: bool, part: &BatchSlice| {
             let start = Instant::now();
             by(second, part);
             start.elapsed().as_secs_f32()
         };
-        match self.next(packets) {
+        match self.next(packets, bias) {
             Next::One(second) => {
                 let seconds = timed(second, &BatchSlice::all(batch));
                 self.record_time(seconds);
@@ -119,9 +121,10 @@ impl KernelTuner {
                 for (second, part) in [(leads, first), (!leads, last)] {
                     times[usize::from(second)] = timed(second, &part) / part.count() as f32;
                 }
-                self.record_trial(times, packets);
+                self.record_trial([times[0] * (-bias).exp(), times[1]], packets);
             }
         }
+        self.log_ratio() + bias > 0.0
     }
 
     /// Logarithm of the first kernel's time relative to the second's.
@@ -130,13 +133,13 @@ impl KernelTuner {
     }
 
     /// Chooses the kernels for the next batch, of the given number of packets.
-    fn next(&mut self, packets: usize) -> Next {
+    fn next(&mut self, packets: usize, bias: f32) -> Next {
         if self.until_trial > 0.0 || packets < MIN_TRIAL_PACKETS {
-            return Next::One(self.log_ratio() > 0.0);
+            return Next::One(self.log_ratio() + bias > 0.0);
         }
         self.second_led = !self.second_led;
         Next::Trial(Trial {
-            cold: self.log_ratio() <= 0.0,
+            cold: self.log_ratio() + bias <= 0.0,
             leads: self.second_led,
         })
     }
@@ -209,19 +212,20 @@ impl<const N: usize> PerClassTuner<N> {
     pub(super) fn trace(
         &mut self,
         class: usize,
+        bias: f32,
         batch: Range<usize>,
         parts: impl Fn(Range<usize>) -> [BatchSlice; 3],
         by: impl FnMut(bool, &BatchSlice),
-    ) {
-        self.shared(class, |choice| choice.trace(batch, parts, by));
+    ) -> bool {
+        self.shared(class, |tuner| tuner.trace(bias, batch, parts, by))
     }
 
     /// Updates one class, and nudges the others by its change.
-    fn shared(&mut self, class: usize, learns: impl FnOnce(&mut KernelTuner)) {
+    fn shared<R>(&mut self, class: usize, learns: impl FnOnce(&mut KernelTuner) -> R) -> R {
         let before = self.0[class].mean_time;
-        learns(&mut self.0[class]);
+        let learned = learns(&mut self.0[class]);
         if self.0[class].mean_time == before {
-            return;
+            return learned;
         }
         let more = self.0[class].log_ratio() - (before[0] / before[1]).ln();
         for (k, other) in self.0.iter_mut().enumerate() {
@@ -229,6 +233,7 @@ impl<const N: usize> PerClassTuner<N> {
                 other.nudge(more * CLASS_TRANSFER / other.trials as f32);
             }
         }
+        learned
     }
 }
 
@@ -241,7 +246,7 @@ mod tests {
     fn shares(batches: u32, mut time: impl FnMut(u32, usize, bool) -> f32) -> [u32; 2] {
         let (mut choice, mut shares) = (KernelTuner::new(0.0), [0, 0]);
         for batch in 0..batches {
-            match choice.next(64) {
+            match choice.next(64, 0.0) {
                 Next::One(second) => {
                     shares[usize::from(second)] += 2;
                     choice.record_time([0, 1].map(|half| time(batch, half, second)).iter().sum());
@@ -277,7 +282,7 @@ mod tests {
             for _ in 0..10 {
                 choice.record_trial([1.0, 1.15], 64);
             }
-            assert_eq!(choice.next(64), Next::One(second));
+            assert_eq!(choice.next(64, 0.0), Next::One(second));
         }
     }
 
@@ -297,22 +302,22 @@ mod tests {
         assert_eq!(second(&choices), [true, false, false]);
         // Each class waits for its own trial.
         choices.0[0].record_time(1e9);
-        assert!(matches!(choices.0[0].next(64), Next::Trial(_)));
-        assert_eq!(choices.0[2].next(64), Next::One(false));
+        assert!(matches!(choices.0[0].next(64, 0.0), Next::Trial(_)));
+        assert_eq!(choices.0[2].next(64, 0.0), Next::One(false));
     }
 
     #[test]
     fn small_batches_are_not_parted() {
         let mut choice = KernelTuner::new(-0.2);
         for _ in 0..100 {
-            assert_eq!(choice.next(MIN_TRIAL_PACKETS - 1), Next::One(false));
+            assert_eq!(choice.next(MIN_TRIAL_PACKETS - 1, 0.0), Next::One(false));
             choice.record_time(1.0);
         }
         let trial = Trial {
             cold: true,
             leads: true,
         };
-        assert_eq!(choice.next(MIN_TRIAL_PACKETS), Next::Trial(trial));
+        assert_eq!(choice.next(MIN_TRIAL_PACKETS, 0.0), Next::Trial(trial));
     }
 
     #[test]

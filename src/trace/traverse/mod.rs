@@ -12,6 +12,7 @@
 //! | `coherence` | the divergence of rays |
 //! | `batch_slice` | packets of a batch, for each of two kernels |
 //! | `kernel_tuner` | the choice of the faster of two kernels |
+//! | `cost_tuner` | the same by what the first rays of a batch cost |
 //! | `counters` | counters of work |
 //! | `kernel` | the kernels by name |
 //! | `traversal` | queues in, hits out: the choice of kernels |
@@ -23,6 +24,7 @@
 mod batch_slice;
 mod beam;
 mod coherence;
+mod cost_tuner;
 mod counters;
 #[doc(hidden)]
 pub mod isolated;

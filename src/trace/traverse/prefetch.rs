@@ -1,6 +1,6 @@
 //! Prefetching of rows of memory.
 
-use crate::bvh::{ChildRef, SphereBlock, TriangleBlock, WideBvh, WideNode};
+use crate::bvh::{ChildRef, LeafTriangle, Node, SphereBlock, TriangleBlock, WideBvh, WideNode};
 
 const LINE: usize = 64;
 
@@ -65,6 +65,21 @@ impl PrefetchTable {
         let (kind, index) = ChildRef::parts(code);
         let index = if kind == 0 { index } else { 0 };
         node_at(self.start[0].wrapping_add(index * size_of::<WideNode>()));
+    }
+}
+
+/// Prefetches the first line of both children of a binary node while its boxes are tested. Of
+/// leaves, only triangles are asked for; the address of another kind's is as good as none. There is
+/// no branch.
+#[inline(always)]
+pub(super) fn prefetch_children(node: &Node, nodes: &[Node], triangles: &[LeafTriangle]) {
+    for k in [0, 1] {
+        let (first, tag) = node.packed(k);
+        let [below, leaf] = [
+            nodes.as_ptr().wrapping_add(first as usize).addr(),
+            triangles.as_ptr().wrapping_add(first as usize).addr(),
+        ];
+        line_at(if tag == 0 { below } else { leaf });
     }
 }
 

@@ -3,6 +3,7 @@
 use super::batch_slice::BatchSlice;
 use super::beam::{Beams, SIZE};
 use super::coherence::{self, DIVERGENCE_CLASSES, FIRST_DIVERGENT, OriginSpread, SPREAD_CLASSES};
+use super::cost_tuner::{COST_CLASSES, CostTuner};
 use super::counters::{Counters, PacketCount, TraversalStats};
 use super::kernel::Kernel;
 use super::kernel_tuner::{KernelTuner, PerClassTuner};
@@ -30,9 +31,15 @@ const SAMPLE_STRIDE: usize = 4;
 /// first trial: natural logarithms.
 const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
-/// Initial estimate of the time of packets relative to beams for shadow rays, before the first
-/// trial: a logarithm. In one scene of seven, packets are faster (`perf/notes/coherence.md`).
-const INITIAL_BEAM_LOG_RATIO: f32 = 0.1;
+/// Initial estimate of the time of packets relative to single rays for any hit of rays that have
+/// parted, by class of cost: the means of thirteen scenes (`perf/notes/coherence.md`).
+const ANY_HIT_LOG_RATIO_BY_COST: [f32; COST_CLASSES] =
+    [-0.85, -0.85, -0.8, -0.6, -0.3, 0.0, 0.3, 0.5, 0.65];
+
+/// Initial estimate of the time of packets relative to beams for shadow rays, by class of cost: the
+/// means of the same scenes.
+const BEAM_LOG_RATIO_BY_COST: [f32; COST_CLASSES] =
+    [-1.15, -1.0, -0.65, -0.3, 0.05, 0.1, 0.0, -0.2, -0.3];
 
 /// Initial estimate of the time of packets relative to beams for rays that start in one point,
 /// before the first trial: a logarithm. Packets are faster in few scenes: of large walls and tiny
@@ -112,8 +119,8 @@ struct Kernels<'a, T> {
     /// Tuners of packets and the divergent kernel, for each class of rays: for the closest hit, and
     /// for any hit of divergent rays. The third tunes packets and beams, for shadow rays.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
-    any_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
-    shadow_tuner: PerClassTuner<SPREAD_CLASSES>,
+    any_hit_tuner: CostTuner<1>,
+    shadow_tuner: CostTuner<SPREAD_CLASSES>,
     /// Tuner of packets and beams, for rays that start in one point.
     camera_tuner: KernelTuner,
     origin_spread: OriginSpread,
@@ -152,6 +159,12 @@ fn divergent_kernel<'a, T: Counters + Send + 'a>(
     }
 }
 
+/// A tuner for shadow rays, with initial estimates beside those by cost.
+fn shadow_tuner(log_ratios: [f32; SPREAD_CLASSES]) -> CostTuner<SPREAD_CLASSES> {
+    let classes = PerClassTuner::new(log_ratios).with_trial_penalty(TRIAL_BEAM_PENALTY);
+    CostTuner::new(classes, BEAM_LOG_RATIO_BY_COST, false)
+}
+
 impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     fn new(bvh: &'a Bvh, kernel: Kernel) -> Kernels<'a, T> {
         let packets = match kernel {
@@ -165,9 +178,12 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             divergent: divergent_kernel(bvh, kernel),
             // The initial estimates, until there are measurements.
             closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
-            any_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
-            shadow_tuner: PerClassTuner::new([INITIAL_BEAM_LOG_RATIO; SPREAD_CLASSES])
-                .with_trial_penalty(TRIAL_BEAM_PENALTY),
+            any_hit_tuner: CostTuner::new(
+                PerClassTuner::new([0.0]),
+                ANY_HIT_LOG_RATIO_BY_COST,
+                true,
+            ),
+            shadow_tuner: shadow_tuner([0.0; SPREAD_CLASSES]),
             camera_tuner: KernelTuner::new(INITIAL_CAMERA_LOG_RATIO)
                 .with_trial_penalty(TRIAL_BEAM_PENALTY),
             origin_spread: OriginSpread::UNKNOWN,
@@ -188,22 +204,16 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         // the sampling.
         let class = || coherence::divergence_class(rays, batch.clone(), 4 * SAMPLE_STRIDE);
         if let Some(divergent) = &mut self.divergent
-            && let class = class()
-            && class >= FIRST_DIVERGENT
+            && class() >= FIRST_DIVERGENT
         {
             let (packets, tuner) = (&mut self.packets, &mut self.any_hit_tuner);
-            tuner.trace(
-                class,
-                batch,
-                BatchSlice::trial_in_pieces,
-                |second, slice| {
-                    let (blocked, slice) = (&mut blocked[of(slice)], slice.packets.clone());
-                    match second {
-                        true => divergent.occluded(rays, slice, tmax, blocked),
-                        false => packets.occluded(rays, slice, tmax, blocked),
-                    };
-                },
-            );
+            tuner.trace(0, batch, |second, slice| {
+                let (blocked, slice) = (&mut blocked[of(slice)], slice.packets.clone());
+                match second {
+                    true => divergent.occluded(rays, slice, tmax, blocked),
+                    false => packets.occluded(rays, slice, tmax, blocked),
+                };
+            });
             return;
         }
         if batch.len() < MIN_BEAM_PACKETS {
@@ -212,9 +222,9 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         }
         // Beams need rays that lie together.
         let spread = &mut self.origin_spread;
-        let class = spread.spread_class(rays, batch.clone(), 2 * SAMPLE_STRIDE);
+        let spread = spread.spread_class(rays, batch.clone(), 2 * SAMPLE_STRIDE);
         let mut tuner = self.shadow_tuner;
-        tuner.trace(class, batch, BatchSlice::trial_in_pieces, |beam, slice| {
+        tuner.trace(spread, batch, |beam, slice| {
             self.occluded_by_beam(
                 beam,
                 rays,
@@ -246,7 +256,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         }
         let (packets, first) = (&mut self.packets, all.packets.start);
         let parts = BatchSlice::trial_in_pieces;
-        (self.camera_tuner).trace(all.packets.clone(), parts, |beam, slice| {
+        (self.camera_tuner).trace(0.0, all.packets.clone(), parts, |beam, slice| {
             let of = slice.packets.start - first..slice.packets.end - first;
             let hits = &mut hits[of];
             if !(beam && beams.closest(rays, slice, hits)) {
@@ -295,7 +305,7 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
             };
             let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
             let tuner = &mut self.closest_tuner;
-            tuner.trace(class, batch, BatchSlice::trial, |second, slice| {
+            tuner.trace(class, 0.0, batch, BatchSlice::trial, |second, slice| {
                 match second {
                     true => divergent.closest(rays, slice, hits),
                     false => packets.closest(rays, slice, hits),
@@ -376,7 +386,7 @@ mod tests {
         let leaves = |kernel| {
             let mut traversal = Kernels::<TraversalStats>::new(&bvh, kernel);
             // Beams were far faster lately.
-            traversal.shadow_tuner = PerClassTuner::new([4.0; SPREAD_CLASSES]);
+            traversal.shadow_tuner = shadow_tuner([4.0; SPREAD_CLASSES]);
             let blocked = &mut [0; 2];
             traversal.occluded(&rays, 0..rays.packets(), 1.0, blocked);
             traversal.stats().leaf_visits

@@ -62,19 +62,38 @@ pub enum ChildRef {
 const KIND_SHIFT: u32 = 30;
 const INDEX: u32 = (1 << KIND_SHIFT) - 1;
 
+impl WideNode {
+    /// A node without children.
+    pub const EMPTY: WideNode = WideNode {
+        boxes: [
+            [[f32::INFINITY; NATIVE]; 3],
+            [[f32::NEG_INFINITY; NATIVE]; 3],
+        ],
+        children: [ChildRef::NOTHING.code(); NATIVE],
+        order: [[0; NATIVE]; 3],
+        axis: 0,
+    };
+}
+
 impl ChildRef {
     /// An empty leaf.
     pub const NOTHING: ChildRef = ChildRef::Other(0);
 
+    /// The code of no row of the tree, for a node that is elsewhere.
+    pub const ELSEWHERE: u32 = INDEX;
+
     /// The reference as one word.
-    pub(super) fn code(self) -> u32 {
+    pub(super) const fn code(self) -> u32 {
         let (kind, index) = match self {
             ChildRef::Node(index) => (0, index),
             ChildRef::Triangles(index) => (1, index),
             ChildRef::Spheres(index) => (2, index),
             ChildRef::Other(index) => (3, index),
         };
-        assert!(index <= INDEX, "more than 2^30 rows of a wide tree");
+        assert!(
+            index < ChildRef::ELSEWHERE,
+            "2^30 rows or more of a wide tree"
+        );
         kind << KIND_SHIFT | index
     }
 

@@ -8,6 +8,7 @@
 //! data arrive. Nothing branches on the result of a box test. All children are written above the
 //! stack's top, the hit ones first, and the top moves by their number.
 
+mod entry_node;
 mod ray_state;
 mod ray_stream;
 
@@ -23,6 +24,7 @@ use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use crate::traverse::query::{AnyHit, ClosestHit};
+use entry_node::{EntryNode, SegmentBox};
 use ray_state::{RayState, SingleHit};
 use ray_stream::RayStream;
 use std::ops::Range;
@@ -45,6 +47,10 @@ fn rays_in_flight() -> usize {
     })
 }
 
+/// Least packets for which an [`EntryNode`] is made: it takes as long as some hundred nodes of
+/// rays.
+const MIN_ENTRY_PACKETS: usize = 16;
+
 /// Turns after which a ray goes on to its next row. If it went on at once, it would wait for the
 /// values that its turn has just written. If all rays went on after the last turn, they would fetch
 /// all their rows at once, more than a core has buffers for.
@@ -61,6 +67,8 @@ pub(super) struct SingleRays<'a, T = PacketCount> {
     rays_in_flight: usize,
     /// A stack for each ray state, one after the other.
     stacks: WideStack,
+    /// The root of short rays.
+    entry: EntryNode,
     counters: T,
 }
 
@@ -77,6 +85,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             states: std::array::from_fn(state),
             rays_in_flight: rays_in_flight(),
             stacks: WideStack::with_capacity(room * MAX_IN_FLIGHT),
+            entry: EntryNode::new(),
             counters: T::default(),
         }
     }
@@ -84,12 +93,9 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     #[inline(always)]
     fn trace<const ANY: bool>(
         &mut self,
-        rays: &RayQueue,
-        packets: impl Iterator<Item = usize>,
-        tmax: f32,
+        mut source: RayStream<'_, '_, impl Iterator<Item = usize>>,
         mut done: impl FnMut(&RayState),
     ) {
-        let mut source = RayStream::new(rays, packets, tmax);
         let (mut at_nodes, mut at_leaves) = (List::EMPTY, List::EMPTY);
         for k in 0..self.rays_in_flight {
             if source.next(&mut self.states[k], &mut self.counters) {
@@ -102,7 +108,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
             for turn in 0..round.len + PIPELINE_DELAY {
                 if turn < nodes {
-                    self.visit_node(round.at(turn));
+                    self.visit_node::<ANY>(round.at(turn));
                 } else if turn < round.len {
                     self.leaf::<ANY>(round.at(turn));
                 }
@@ -125,12 +131,16 @@ impl<'a, T: Counters> SingleRays<'a, T> {
 
     /// Pushes the children of the ray's current node that it hits, farthest first.
     #[inline(always)]
-    fn visit_node(&mut self, k: usize) {
+    fn visit_node<const ANY: bool>(&mut self, k: usize) {
         let state = &mut self.states[k];
         self.counters.wide_node(NATIVE as u64);
-        // SAFETY: a code of the tree refers to an existing row, and this one is a node's; node 0
-        // exists.
-        let node = unsafe { self.wide.nodes().get_unchecked(state.current as usize) };
+        let node = if ANY && state.current == ChildRef::ELSEWHERE {
+            &self.entry.node
+        } else {
+            // SAFETY: another code of the tree refers to an existing row, and this one is a node's;
+            // node 0 exists.
+            unsafe { self.wide.nodes().get_unchecked(state.current as usize) }
+        };
         let rows = node.boxes.as_flattened();
         // SAFETY: a ray's rows are three times a side, which is 0 or 1, and an axis.
         let crossing =
@@ -140,11 +150,26 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         let up = state.goes_up(node.axis);
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack. So
         // each level above this node's left at most `NATIVE - 1` entries, and there is room for
-        // `NATIVE` more.
+        // `NATIVE` more. An entry node is in the root's place, and has children of its level or
+        // below.
         state.top += unsafe {
             self.stacks
                 .push_hits(state.top, up, &crossing, best, &node.children)
         };
+    }
+
+    /// Code of the node where rays begin that end at `tmax`; none if they meet nothing.
+    fn root_of_short(&mut self, rays: &RayQueue, packets: &Range<usize>, tmax: f32) -> Option<u32> {
+        let enough = packets.len() >= MIN_ENTRY_PACKETS && tmax < f32::INFINITY;
+        let bounds = match enough {
+            true => SegmentBox::around(rays, packets.clone(), tmax),
+            false => None,
+        };
+        let Some(bounds) = bounds else {
+            return Some(0);
+        };
+        let any = (self.entry).gather(self.wide, &bounds, &mut self.counters);
+        any.then_some(ChildRef::ELSEWHERE)
     }
 
     /// Pops the next entry; returns false if there is none.
@@ -231,7 +256,8 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
             hits[packet - first] = HitPacket::miss();
         }
         let start = first * LANES;
-        self.trace::<false>(rays, slice.each(), f32::INFINITY, |state| {
+        let source = RayStream::new(rays, slice.each(), f32::INFINITY, 0);
+        self.trace::<false>(source, |state| {
             let found = &state.best;
             if found.t < f32::INFINITY {
                 let at = state.number - start;
@@ -254,7 +280,11 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
     ) -> bool {
         blocked.fill(0);
         let start = packets.start * LANES;
-        self.trace::<true>(rays, packets, tmax, |state| {
+        let Some(root) = self.root_of_short(rays, &packets, tmax) else {
+            return true;
+        };
+        let source = RayStream::new(rays, packets, tmax, root);
+        self.trace::<true>(source, |state| {
             let at = state.number - start;
             blocked[at / LANES] |= u8::from(state.best.prim_id != NO_PRIM) << (at % LANES);
         });

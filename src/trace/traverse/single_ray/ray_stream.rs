@@ -13,6 +13,8 @@ pub(super) struct RayStream<'q, 'a, I> {
     rays: &'q RayQueue<'a>,
     packets: I,
     tmax: f32,
+    /// Code of the node where rays begin.
+    root: u32,
     /// Rays of the current packet, by lane.
     ready: [SingleRaySetup; LANES],
     /// Lanes of the packet that are left.
@@ -21,18 +23,24 @@ pub(super) struct RayStream<'q, 'a, I> {
 }
 
 impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
-    pub(super) fn new(rays: &'q RayQueue<'a>, packets: I, tmax: f32) -> RayStream<'q, 'a, I> {
+    pub(super) fn new(
+        rays: &'q RayQueue<'a>,
+        packets: I,
+        tmax: f32,
+        root: u32,
+    ) -> RayStream<'q, 'a, I> {
         RayStream {
             rays,
             packets,
             tmax,
+            root,
             ready: [SingleRaySetup::zeroed(); LANES],
             left: 0,
             packet: 0,
         }
     }
 
-    /// Puts the next ray at the tree's root; false if there is none.
+    /// Puts the next ray at its first node; false if there is none.
     #[inline(always)]
     pub(super) fn next(&mut self, state: &mut RayState, work: &mut impl Counters) -> bool {
         while self.left == 0 {
@@ -47,7 +55,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
             best: SingleHit::none_before(self.tmax),
             bottom: state.bottom,
             top: state.bottom,
-            current: 0,
+            current: self.root,
             number: self.packet * LANES + lane,
         };
         true

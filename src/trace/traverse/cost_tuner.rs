@@ -1,0 +1,151 @@
+//! Choice of a kernel for any hit by what a batch costs: its first packets are timed.
+//!
+//! Times of a packet in one picture lie between 20 and 3000 ns. The other kernel, beams or single
+//! rays, takes 80 to 400 ns before a ray meets anything, and less than packets do from there on. So
+//! packets are faster for rays that soon escape or end, and the other kernel for rays that find
+//! much in their way: this is told by the time of a few packets, and by nothing that is seen of the
+//! rays (`perf/notes/coherence.md`).
+
+use super::batch_slice::BatchSlice;
+use super::kernel_tuner::PerClassTuner;
+use std::ops::Range;
+use std::time::Instant;
+
+/// Number of classes of cost: less than [`LEAST_COST`], twice as much, four times, and so on.
+pub(super) const COST_CLASSES: usize = 9;
+
+/// Upper bound of the time of a packet in the first class, in seconds.
+const LEAST_COST: f32 = 32e-9;
+
+/// Packets that are timed: two squares of the picture.
+const PROBE: usize = 8;
+
+/// Least packets of a batch whose first are timed: of a smaller one too little would be left.
+const MIN_PROBED: usize = 5 * PROBE;
+
+/// Most batches between two that are probed, and how many decisions have to be the same for each of
+/// them.
+const MAX_UNPROBED: u32 = 7;
+const SAME_FOR_EACH: u32 = 3;
+
+/// A tuner of packets, the first kernel, and another for batches of any of `N` classes, and of any
+/// cost.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CostTuner<const N: usize> {
+    classes: PerClassTuner<N>,
+    /// Addends to the log ratio of a class, by cost.
+    biases: [f32; COST_CLASSES],
+    /// True if the other kernel can trace a few packets as well as many.
+    both_probe: bool,
+    /// True if the other kernel was the faster for the last batch that was probed.
+    last: bool,
+    /// Batches that were probed with the same result, one after the other.
+    same: u32,
+    /// Batches since the last probe.
+    unprobed: u32,
+}
+
+impl<const N: usize> CostTuner<N> {
+    pub(super) fn new(
+        classes: PerClassTuner<N>,
+        biases: [f32; COST_CLASSES],
+        both_probe: bool,
+    ) -> CostTuner<N> {
+        CostTuner {
+            classes,
+            biases,
+            both_probe,
+            last: false,
+            same: 0,
+            unprobed: 0,
+        }
+    }
+
+    /// Traces a batch of a class by one of the two kernels, or both: see [`KernelTuner::trace`].
+    ///
+    /// [`KernelTuner::trace`]: super::kernel_tuner::KernelTuner::trace
+    pub(super) fn trace(
+        &mut self,
+        class: usize,
+        batch: Range<usize>,
+        mut by: impl FnMut(bool, &BatchSlice),
+    ) {
+        let skips = (self.same / SAME_FOR_EACH).min(MAX_UNPROBED);
+        if batch.len() < MIN_PROBED || self.unprobed < skips {
+            self.unprobed += 1;
+            by(self.last, &BatchSlice::all(batch));
+            return;
+        }
+        self.unprobed = 0;
+        let rest = batch.start + PROBE..batch.end;
+        let start = Instant::now();
+        let second = self.both_probe && self.last;
+        by(second, &BatchSlice::all(batch.start..rest.start));
+        let seconds = start.elapsed().as_secs_f32() / PROBE as f32;
+        let bias = self.biases[cost_class(seconds)];
+        let parts = BatchSlice::trial_in_pieces;
+        let second = (self.classes).trace(class, bias, rest, parts, by);
+        self.same = if second == self.last {
+            self.same + 1
+        } else {
+            0
+        };
+        self.last = second;
+    }
+}
+
+/// The class of a time of a packet, in seconds.
+fn cost_class(seconds: f32) -> usize {
+    let times = (seconds / LEAST_COST) as u32;
+    ((u32::BITS - times.leading_zeros()) as usize).min(COST_CLASSES - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_class_takes_twice_as_long_as_the_last() {
+        let times = [
+            0.0,
+            31.0,
+            33.0,
+            63.0,
+            65.0,
+            129.0,
+            3900.0,
+            4100.0,
+            1e9,
+            f32::INFINITY,
+        ];
+        let classes = times.map(|nanoseconds| cost_class(nanoseconds * 1e-9));
+        assert_eq!(classes, [0, 0, 1, 1, 2, 3, 7, 8, 8, 8]);
+    }
+
+    /// Traces a hundred batches for which one kernel is the faster at any cost, and gives back how
+    /// many of them had their first packets timed.
+    fn probes(packets: usize, second: bool) -> usize {
+        let log_ratio = if second { 9.0 } else { -9.0 };
+        let classes = PerClassTuner::new([log_ratio]);
+        let mut tuner = CostTuner::new(classes, [0.0; COST_CLASSES], true);
+        let mut probes = 0;
+        for batch in 0..100 {
+            let (first, mut traced) = (batch * packets, Vec::new());
+            tuner.trace(0, first..first + packets, |_, slice| {
+                probes += usize::from(slice.packets == (first..first + PROBE));
+                traced.extend(slice.each());
+            });
+            assert!(traced.into_iter().eq(first..first + packets), "each once");
+        }
+        probes
+    }
+
+    #[test]
+    fn probes_become_rare_while_one_kernel_wins() {
+        for second in [false, true] {
+            let some = probes(64, second);
+            assert!((15..40).contains(&some), "{some}");
+            assert_eq!(probes(MIN_PROBED - 1, second), 0);
+        }
+    }
+}

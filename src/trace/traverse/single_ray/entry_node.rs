@@ -1,0 +1,240 @@
+//! A root of their own for short rays that start close together: the nodes that all of them would
+//! pass on their way down are opened once for all (Reshetov, Soupikov and Hurley, "Multi-Level Ray
+//! Tracing Algorithm", 2005, whose entry point is one node for a frustum; here it is a node made of
+//! the children, of any level, whose boxes meet the rays' common box).
+
+use crate::bvh::{ChildRef, WideBvh, WideNode};
+use crate::packet::RayQueue;
+use crate::simd::{F32x8, LaneMask, Lanes, Mask8, NATIVE, Native};
+use crate::traverse::counters::Counters;
+use std::ops::Range;
+
+/// Box around some segments: lower and upper corner.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SegmentBox([[f32; 3]; 2]);
+
+/// Padding of a box around segments, as a share of its coordinates and of its extents. A hit counts
+/// only within the ray's interval in the primitive's own box, so its exact point lies in that box
+/// but for a few roundings of the way to it, and in this one but for a few of its end's: each of
+/// them 2⁻²⁴ of a coordinate or of an extent. This is 160 of them.
+const PADDING: f32 = 1e-5;
+
+impl SegmentBox {
+    /// The box around the rays of some packets, from their origins to `tmax`; none if it is not
+    /// finite.
+    pub(super) fn around(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<SegmentBox> {
+        let (infinity, tmax) = (F32x8::splat(f32::INFINITY), F32x8::splat(tmax));
+        let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
+        // A NaN would not stay in a minimum.
+        let mut finite = Mask8::splat(true);
+        for packet in packets {
+            let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
+            let (org, dir) = (rays.org, rays.dir);
+            let ways = [(org.x, dir.x), (org.y, dir.y), (org.z, dir.z)];
+            for (axis, (start, along)) in ways.into_iter().enumerate() {
+                let end = start + along * tmax;
+                finite = finite & ((end - start).abs().lt(infinity) | !active);
+                low[axis] = low[axis].min(active.select(start.min(end), infinity));
+                high[axis] = high[axis].max(active.select(start.max(end), -infinity));
+            }
+        }
+        if (!finite).any() {
+            return None;
+        }
+        let [low, high] = [low.map(F32x8::min_element), high.map(F32x8::max_element)];
+        let padding = |axis: usize| {
+            let (low, high): (f32, f32) = (low[axis], high[axis]);
+            PADDING * (low.abs().max(high.abs()) + (high - low))
+        };
+        Some(SegmentBox([
+            std::array::from_fn(|axis| low[axis] - padding(axis)),
+            std::array::from_fn(|axis| high[axis] + padding(axis)),
+        ]))
+    }
+
+    /// The children of a node whose boxes meet this one, as bits.
+    fn met(&self, node: &WideNode) -> u32 {
+        let [low, high] = &self.0;
+        let axis = |axis: usize| {
+            Native::new(node.boxes[0][axis]).le(Native::splat(high[axis]))
+                & Native::splat(low[axis]).le(Native::new(node.boxes[1][axis]))
+        };
+        (axis(0) & axis(1) & axis(2)).bits()
+    }
+}
+
+/// Most nodes that are opened beside the root. Each is some lines of memory that nothing waits for
+/// beside, and what lies deeper is met by few of the rays.
+const MAX_OPENED: usize = 8;
+
+/// Children of nodes of any level, as those of one node.
+pub(super) struct EntryNode {
+    pub(super) node: WideNode,
+    len: usize,
+}
+
+impl EntryNode {
+    pub(super) fn new() -> EntryNode {
+        EntryNode {
+            node: WideNode::EMPTY,
+            len: 0,
+        }
+    }
+
+    /// Gathers the children that meet a box. From the root on, a child that is a node is replaced
+    /// by those of its own children that meet the box, if there is room for them. Returns false if
+    /// none is left.
+    pub(super) fn gather(
+        &mut self,
+        wide: &WideBvh,
+        bounds: &SegmentBox,
+        counters: &mut impl Counters,
+    ) -> bool {
+        let nodes = wide.nodes();
+        (self.node, self.len) = (WideNode::EMPTY, 0);
+        self.append(&nodes[0], bounds.met(&nodes[0]));
+        let (mut at, mut opened) = (0, 0);
+        while at < self.len && opened < MAX_OPENED {
+            at += 1;
+            let ChildRef::Node(index) = ChildRef::of_code(self.node.children[at - 1]) else {
+                continue;
+            };
+            counters.wide_node(NATIVE as u64);
+            opened += 1;
+            let node = &nodes[index as usize];
+            let met = bounds.met(node);
+            if self.len - 1 + met.count_ones() as usize <= NATIVE {
+                at -= 1;
+                self.remove(at);
+                self.append(node, met);
+            }
+        }
+        self.len > 0
+    }
+
+    /// Appends some children of a node.
+    fn append(&mut self, from: &WideNode, lanes: u32) {
+        for lane in (0..NATIVE).filter(|lane| lanes >> lane & 1 == 1) {
+            self.put(self.len, from, lane);
+            self.len += 1;
+        }
+    }
+
+    /// Removes a child; the last one takes its place.
+    fn remove(&mut self, at: usize) {
+        self.len -= 1;
+        let all = self.node;
+        self.put(at, &all, self.len);
+        self.put(self.len, &WideNode::EMPTY, 0);
+    }
+
+    fn put(&mut self, at: usize, from: &WideNode, lane: usize) {
+        let columns = self.node.boxes.as_flattened_mut().iter_mut();
+        for (to, column) in columns.zip(from.boxes.as_flattened()) {
+            to[at] = column[lane];
+        }
+        self.node.children[at] = from.children[lane];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Bvh;
+    use crate::traverse::counters::PacketCount;
+    use bumpalo::Bump;
+    use glam::Vec3;
+    use phalanx_scene::Scene;
+
+    /// A tree of spheres on a grid of 16 by 16 by 16, at a distance of 1.
+    fn grid() -> Bvh {
+        let mut scene = Scene::default();
+        for k in 0..16 * 16 * 16 {
+            let center = Vec3::new((k % 16) as f32, (k / 16 % 16) as f32, (k / 256) as f32);
+            scene.add_sphere(center, 0.1, 0);
+        }
+        Bvh::build(&scene)
+    }
+
+    fn around(rays: &[([f32; 3], [f32; 3])], tmax: f32) -> Option<SegmentBox> {
+        let arena = Bump::new();
+        let mut queue = RayQueue::with_capacity(&arena, rays.len());
+        for &(org, dir) in rays {
+            queue.push_ray(org, dir);
+        }
+        SegmentBox::around(&queue, 0..rays.len().div_ceil(8), tmax)
+    }
+
+    #[test]
+    fn a_box_ends_where_its_segments_do() {
+        let rays = [([1.0, 2.0, 3.0], [4.0, 0.0, -2.0]); 9];
+        let SegmentBox([low, high]) = around(&rays, 0.5).unwrap();
+        for (axis, (from, to)) in [(1.0, 3.0), (2.0, 2.0), (2.0, 3.0)].into_iter().enumerate() {
+            assert!((from - 1e-3..from).contains(&low[axis]), "{low:?}");
+            assert!(high[axis] > to && high[axis] < to + 1e-3, "{high:?}");
+        }
+    }
+
+    #[test]
+    fn rays_without_a_finite_end_have_no_box() {
+        let usual = ([1.0, 2.0, 3.0], [4.0, 0.0, -2.0]);
+        for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
+            for at in 0..20 {
+                let mut rays = [usual; 20];
+                rays[at].1[at % 3] = odd;
+                assert!(around(&rays, 2.0).is_none(), "{odd} {at}");
+                rays[at] = usual;
+                assert!(around(&rays, 2.0).is_some());
+                rays[at].0[at % 3] = odd;
+                assert!(
+                    odd == f32::MAX || around(&rays, 2.0).is_none(),
+                    "{odd} {at}"
+                );
+            }
+        }
+    }
+
+    /// Numbers of the primitives below a node, in order.
+    fn prims(wide: &WideBvh, node: &WideNode, found: &mut Vec<u32>) {
+        for &code in &node.children {
+            match ChildRef::of_code(code) {
+                ChildRef::Node(index) => prims(wide, &wide.nodes()[index as usize], found),
+                ChildRef::Spheres(index) => {
+                    found.extend(wide.spheres()[index as usize].prim_id);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Checks that each sphere that touches the box is below the entry node, once, and that the
+    /// node lies deep.
+    #[test]
+    fn all_that_touches_the_box_is_below_the_entry() {
+        let bvh = grid();
+        let (wide, mut entry) = (bvh.wide(), EntryNode::new());
+        for k in 0..500 {
+            let corner = [k % 17, k / 17 % 17, k * 7 % 17].map(|x| x as f32 - 0.7);
+            let size = 0.3 + (k % 5) as f32;
+            let bounds = SegmentBox([corner, corner.map(|x| x + size)]);
+            let any = entry.gather(wide, &bounds, &mut PacketCount::default());
+            let mut found = Vec::new();
+            prims(wide, &entry.node, &mut found);
+            found.retain(|&prim| prim != crate::packet::NO_PRIM);
+            let all = found.len();
+            found.sort_unstable();
+            found.dedup();
+            assert_eq!(found.len(), all, "each once");
+            let touches = |prim: &u32| {
+                let center = [prim % 16, prim / 16 % 16, prim / 256].map(|x| x as f32);
+                (0..3).all(|axis| {
+                    center[axis] + 0.1 >= corner[axis] && center[axis] - 0.1 <= corner[axis] + size
+                })
+            };
+            let want: Vec<u32> = (0..16 * 16 * 16).filter(touches).collect();
+            assert!(want.iter().all(|prim| found.binary_search(prim).is_ok()));
+            assert!(any || want.is_empty());
+            assert!(all < 600 + 20 * want.len(), "{all} for {}", want.len());
+        }
+    }
+}
