@@ -67,6 +67,14 @@ impl SegmentBox {
 /// beside, and what lies deeper is met by few of the rays.
 const MAX_OPENED: usize = 8;
 
+/// Most children of the root that may meet the box of rays that begin elsewhere. If it meets more,
+/// it is so large that most of what is below it would be visited anyway
+/// (`perf/notes/single-rays.md`).
+const MAX_OF_ROOT: usize = NATIVE / 2;
+
+/// Code of the tree's root.
+pub(super) const ROOT: u32 = 0;
+
 /// Children of nodes of any level, as those of one node.
 pub(super) struct EntryNode {
     pub(super) node: WideNode,
@@ -82,17 +90,21 @@ impl EntryNode {
     }
 
     /// Gathers the children that meet a box. From the root on, a child that is a node is replaced
-    /// by those of its own children that meet the box, if there is room for them. Returns false if
-    /// none is left.
+    /// by those of its own children that meet the box, if there is room for them. Returns the code
+    /// of the node where rays in the box begin, this one or the tree's root; none if nothing is met.
     pub(super) fn gather(
         &mut self,
         wide: &WideBvh,
         bounds: &SegmentBox,
         counters: &mut impl Counters,
-    ) -> bool {
+    ) -> Option<u32> {
         let nodes = wide.nodes();
         (self.node, self.len) = (WideNode::EMPTY, 0);
-        self.append(&nodes[0], bounds.met(&nodes[0]));
+        let met = bounds.met(&nodes[0]);
+        if met.count_ones() as usize > MAX_OF_ROOT {
+            return Some(ROOT);
+        }
+        self.append(&nodes[0], met);
         let (mut at, mut opened) = (0, 0);
         while at < self.len && opened < MAX_OPENED {
             at += 1;
@@ -109,7 +121,7 @@ impl EntryNode {
                 self.append(node, met);
             }
         }
-        self.len > 0
+        (self.len > 0).then_some(ChildRef::ELSEWHERE)
     }
 
     /// Appends some children of a node.
@@ -212,12 +224,16 @@ mod tests {
     #[test]
     fn all_that_touches_the_box_is_below_the_entry() {
         let bvh = grid();
-        let (wide, mut entry) = (bvh.wide(), EntryNode::new());
+        let (wide, mut entry, mut elsewhere) = (bvh.wide(), EntryNode::new(), 0);
         for k in 0..500 {
             let corner = [k % 17, k / 17 % 17, k * 7 % 17].map(|x| x as f32 - 0.7);
             let size = 0.3 + (k % 5) as f32;
             let bounds = SegmentBox([corner, corner.map(|x| x + size)]);
-            let any = entry.gather(wide, &bounds, &mut PacketCount::default());
+            let code = entry.gather(wide, &bounds, &mut PacketCount::default());
+            if code == Some(ROOT) {
+                continue;
+            }
+            elsewhere += 1;
             let mut found = Vec::new();
             prims(wide, &entry.node, &mut found);
             found.retain(|&prim| prim != crate::packet::NO_PRIM);
@@ -233,8 +249,9 @@ mod tests {
             };
             let want: Vec<u32> = (0..16 * 16 * 16).filter(touches).collect();
             assert!(want.iter().all(|prim| found.binary_search(prim).is_ok()));
-            assert!(any || want.is_empty());
+            assert!(code.is_some() || want.is_empty());
             assert!(all < 600 + 20 * want.len(), "{all} for {}", want.len());
         }
+        assert!(elsewhere > 300, "{elsewhere}");
     }
 }

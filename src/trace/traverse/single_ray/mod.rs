@@ -24,7 +24,7 @@ use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use crate::traverse::query::{AnyHit, ClosestHit};
-use entry_node::{EntryNode, SegmentBox};
+use entry_node::{EntryNode, ROOT, SegmentBox};
 use ray_state::{RayState, SingleHit};
 use ray_stream::RayStream;
 use std::ops::Range;
@@ -166,10 +166,9 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             false => None,
         };
         let Some(bounds) = bounds else {
-            return Some(0);
+            return Some(ROOT);
         };
-        let any = (self.entry).gather(self.wide, &bounds, &mut self.counters);
-        any.then_some(ChildRef::ELSEWHERE)
+        (self.entry).gather(self.wide, &bounds, &mut self.counters)
     }
 
     /// Pops the next entry; returns false if there is none.
@@ -256,7 +255,7 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
             hits[packet - first] = HitPacket::miss();
         }
         let start = first * LANES;
-        let source = RayStream::new(rays, slice.each(), f32::INFINITY, 0);
+        let source = RayStream::new(rays, slice.each(), f32::INFINITY, ROOT);
         self.trace::<false>(source, |state| {
             let found = &state.best;
             if found.t < f32::INFINITY {
