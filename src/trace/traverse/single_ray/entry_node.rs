@@ -91,7 +91,8 @@ impl EntryNode {
 
     /// Gathers the children that meet a box. From the root on, a child that is a node is replaced
     /// by those of its own children that meet the box, if there is room for them. Returns the code
-    /// of the node where rays in the box begin, this one or the tree's root; none if nothing is met.
+    /// of the node where rays in the box begin, this one or the tree's root; none if nothing is
+    /// met.
     pub(super) fn gather(
         &mut self,
         wide: &WideBvh,
