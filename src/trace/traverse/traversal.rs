@@ -31,13 +31,13 @@ const SAMPLE_STRIDE: usize = 4;
 /// first trial: natural logarithms.
 const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
-/// Initial estimate of the time of packets relative to single rays for any hit of rays that have
-/// parted, by class of cost: the means of thirteen scenes (`perf/notes/coherence.md`).
+/// Time of packets relative to single rays for any hit of rays that have parted, by class of cost:
+/// natural logarithms, the means of thirteen scenes (`perf/notes/coherence.md`). The tuner learns
+/// by how much a scene differs from them.
 const ANY_HIT_LOG_RATIO_BY_COST: [f32; COST_CLASSES] =
     [-0.85, -0.85, -0.8, -0.6, -0.3, 0.0, 0.3, 0.5, 0.65];
 
-/// Initial estimate of the time of packets relative to beams for shadow rays, by class of cost: the
-/// means of the same scenes.
+/// Time of packets relative to beams for shadow rays, by class of cost: of the same scenes.
 const BEAM_LOG_RATIO_BY_COST: [f32; COST_CLASSES] =
     [-1.15, -1.0, -0.65, -0.3, 0.05, 0.1, 0.0, -0.2, -0.3];
 
@@ -116,8 +116,9 @@ struct Kernels<'a, T> {
     beams: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
     /// Single rays, or packets of eight: see [`divergent_kernel`].
     divergent: Option<Box<dyn QueueKernel<T> + Send + 'a>>,
-    /// Tuners of packets and the divergent kernel, for each class of rays: for the closest hit, and
-    /// for any hit of divergent rays. The third tunes packets and beams, for shadow rays.
+    /// Tuners of packets and the divergent kernel: for the closest hit, by how far rays part, and
+    /// for any hit of divergent rays, by what they cost. The third tunes packets and beams, for
+    /// shadow rays, by where they start and what they cost.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     any_hit_tuner: CostTuner<1>,
     shadow_tuner: CostTuner<SPREAD_CLASSES>,
@@ -159,7 +160,7 @@ fn divergent_kernel<'a, T: Counters + Send + 'a>(
     }
 }
 
-/// A tuner for shadow rays, with initial estimates beside those by cost.
+/// A tuner for shadow rays, with initial estimates of what a scene adds to those by cost.
 fn shadow_tuner(log_ratios: [f32; SPREAD_CLASSES]) -> CostTuner<SPREAD_CLASSES> {
     let classes = PerClassTuner::new(log_ratios).with_trial_penalty(TRIAL_BEAM_PENALTY);
     CostTuner::new(classes, BEAM_LOG_RATIO_BY_COST, false)
@@ -202,9 +203,9 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         let of = |slice: &BatchSlice| slice.packets.start - first..slice.packets.end - first;
         // A sparser sample: most rays here are shadow rays, whose tracing takes little more than
         // the sampling.
-        let class = || coherence::divergence_class(rays, batch.clone(), 4 * SAMPLE_STRIDE);
+        let stride = 4 * SAMPLE_STRIDE;
         if let Some(divergent) = &mut self.divergent
-            && class() >= FIRST_DIVERGENT
+            && coherence::divergence_class(rays, batch.clone(), stride) >= FIRST_DIVERGENT
         {
             let (packets, tuner) = (&mut self.packets, &mut self.any_hit_tuner);
             tuner.trace(0, batch, |second, slice| {

@@ -1,7 +1,7 @@
 //! Drafts of the wide nodes by the plan, before they have positions: each level on all threads.
 
 use super::collapse::{BoxContents, CollapsePlan, MAX_ROOTS};
-use super::rows::{ChildRef, OtherLeaf, WideNode};
+use super::rows::{OtherLeaf, WideNode};
 use crate::bvh::LeafKind;
 use crate::simd::NATIVE;
 use phalanx_scene::Bounds;
@@ -76,15 +76,10 @@ impl WideNodeDraft {
         };
         let axis = widest(&items);
         items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
-        let (lo, hi) = (
-            [[f32::INFINITY; NATIVE]; 3],
-            [[f32::NEG_INFINITY; NATIVE]; 3],
-        );
         let mut row = WideNode {
-            boxes: [lo, hi],
-            children: [ChildRef::NOTHING.code(); NATIVE],
             order: order(&items),
             axis: axis as u8,
+            ..WideNode::EMPTY
         };
         let mut below = [ChildKind::Empty; NATIVE];
         for (lane, item) in items.iter().enumerate() {

@@ -47,8 +47,7 @@ fn rays_in_flight() -> usize {
     })
 }
 
-/// Least packets for which an [`EntryNode`] is made: it takes as long as some hundred nodes of
-/// rays.
+/// Least packets for which an [`EntryNode`] is made: it takes as long as a hundred nodes of rays.
 const MIN_ENTRY_PACKETS: usize = 16;
 
 /// Turns after which a ray goes on to its next row. If it went on at once, it would wait for the
@@ -160,15 +159,13 @@ impl<'a, T: Counters> SingleRays<'a, T> {
 
     /// Code of the node where rays begin that end at `tmax`; none if they meet nothing.
     fn root_of_short(&mut self, rays: &RayQueue, packets: &Range<usize>, tmax: f32) -> Option<u32> {
-        let enough = packets.len() >= MIN_ENTRY_PACKETS && tmax < f32::INFINITY;
-        let bounds = match enough {
-            true => SegmentBox::around(rays, packets.clone(), tmax),
-            false => None,
-        };
-        let Some(bounds) = bounds else {
+        if packets.len() < MIN_ENTRY_PACKETS || tmax == f32::INFINITY {
             return Some(ROOT);
-        };
-        (self.entry).gather(self.wide, &bounds, &mut self.counters)
+        }
+        match SegmentBox::around(rays, packets.clone(), tmax) {
+            Some(bounds) => (self.entry).gather(self.wide, &bounds, &mut self.counters),
+            None => Some(ROOT),
+        }
     }
 
     /// Pops the next entry; returns false if there is none.
