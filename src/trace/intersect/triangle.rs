@@ -33,6 +33,7 @@ use crate::bvh::LeafTriangle;
 use crate::simd::{LaneMask, Lanes, Native, Vec3Lanes, Vec3Native};
 use bytemuck::TransparentWrapper;
 use distance::EdgeDistance;
+pub(crate) use distance::to_own_planes;
 use edges::{EdgeFunctions, edges};
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
@@ -101,6 +102,14 @@ pub(crate) trait Pairing<L: Lanes> {
     /// The triangles, as they are stored; and the index of the triangle, if it is one for all
     /// lanes.
     fn stored(&self) -> (&impl Vertices, Option<usize>);
+    /// `raw`, in `vague` lanes replaced by the distances to the planes of the triangles as they are
+    /// stored.
+    #[inline(always)]
+    fn to_planes(&self, raw: L, vague: L::Mask) -> L {
+        let (stored, only) = self.stored();
+        let planes = distance::to_planes(raw, vague, self.rays(), stored, only);
+        vague.select(planes, raw)
+    }
 }
 
 /// A packet and a triangle in leaf order.
@@ -185,9 +194,7 @@ fn resolve_hit<L: Lanes>(
     }
     let vague = within & !by_edges.accurate();
     let t = if vague.any() {
-        let (stored, only) = pairs.stored();
-        let planes = distance::to_planes(raw, vague, pairs.rays(), stored, only);
-        vague.select(planes, raw)
+        pairs.to_planes(raw, vague)
     } else {
         raw
     };

@@ -135,30 +135,35 @@ pub(crate) fn to_planes<L: Lanes>(
     stored: &impl Vertices,
     only: Option<usize>,
 ) -> L {
-    let triangle = |triangle: usize| {
-        let corner = |k: usize| {
-            let coordinate = |axis: usize| stored.coordinate(k, axis, triangle);
-            Vec3::new(coordinate(0), coordinate(1), coordinate(2))
-        };
-        Plane::of([corner(0), corner(1), corner(2)])
+    let Some(one) = only else {
+        return to_own_planes(by_edges, asked, |k| [org.lane(k), dir.lane(k)], stored);
     };
+    let plane = Plane::of(stored, one);
     let mut distances = [0, 1].map(|k| by_edges.octet(k % L::PACKETS).to_array());
-    match only {
-        Some(one) => {
-            let plane = triangle(one);
-            for (k, t) in distances.iter_mut().enumerate().take(L::PACKETS) {
-                let columns = |v: Vec3Lanes<L>| [v.x, v.y, v.z].map(|c| c.octet(k).to_array());
-                plane.distances(columns(org), columns(dir), t);
-            }
-        }
-        None => {
-            for lane in asked.lanes() {
-                let t = &mut distances[lane / LANES % 2][lane % LANES];
-                *t = triangle(lane).distance(org.lane(lane), dir.lane(lane), *t);
-            }
-        }
+    for (k, t) in distances.iter_mut().enumerate().take(L::PACKETS) {
+        let columns = |v: Vec3Lanes<L>| [v.x, v.y, v.z].map(|c| c.octet(k).to_array());
+        plane.distances(columns(org), columns(dir), t);
     }
     L::from_octets(|k| distances[k % 2])
+}
+
+/// [`to_planes`] where each lane has a triangle of its own: `ray` gives its origin and direction.
+/// Seldom is more than one lane asked for. Each is put in its place in a register, because a read
+/// of a whole vector waits for writes of its parts.
+#[inline(always)]
+pub(crate) fn to_own_planes<L: Lanes>(
+    by_edges: L,
+    asked: L::Mask,
+    ray: impl Fn(usize) -> [Vec3; 2],
+    stored: &impl Vertices,
+) -> L {
+    let distances = [0, 1].map(|k| by_edges.octet(k % L::PACKETS).to_array());
+    asked.lanes().fold(by_edges, |all, lane| {
+        let by_edges = distances[lane / LANES % 2][lane % LANES];
+        let [org, dir] = ray(lane);
+        let t = Plane::of(stored, lane).distance(org, dir, by_edges);
+        L::Mask::from_bits(1 << lane).select(L::splat(t), all)
+    })
 }
 
 /// The plane of a triangle: a vertex, and the product of the two shorter edges, whose error is
@@ -169,9 +174,14 @@ struct Plane {
 }
 
 impl Plane {
+    /// The plane of a stored triangle.
     #[inline(always)]
-    fn of(corners: [Vec3; 3]) -> Plane {
-        let [a, b, c] = corners.map(Vec3::as_dvec3);
+    fn of(stored: &impl Vertices, lane: usize) -> Plane {
+        let corner = |k: usize| {
+            let coordinate = |axis: usize| stored.coordinate(k, axis, lane);
+            Vec3::new(coordinate(0), coordinate(1), coordinate(2)).as_dvec3()
+        };
+        let [a, b, c] = [corner(0), corner(1), corner(2)];
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let [across_ab, across_bc, across_ca] = [ab, bc, ca].map(DVec3::length_squared);
         let (corner, normal) = if across_bc >= across_ab && across_bc >= across_ca {

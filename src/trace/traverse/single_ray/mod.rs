@@ -4,8 +4,8 @@
 //! Divergent rays share neither nodes nor leaves, and most lanes of a packet would idle. The
 //! children of one node fill all lanes. A single ray waits for memory and for the result of its
 //! last comparison. So a dozen and more rays advance side by side in rounds: first those at nodes,
-//! then those at blocks, and each a little later to its next row. While one ray waits, another's
-//! data arrive. Nothing branches on the result of a box test. All children are written above the
+//! then those at blocks, and each a little later to its next row. A round begins where the one
+//! before ends. While one ray waits, another's data arrive. Nothing branches on the result of a box test. All children are written above the
 //! stack's top, the hit ones first, and the top moves by their number.
 
 mod entry_node;
@@ -95,36 +95,49 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         mut source: RayStream<'_, '_, impl Iterator<Item = usize>>,
         mut done: impl FnMut(&RayState),
     ) {
-        let (mut at_nodes, mut at_leaves) = (List::EMPTY, List::EMPTY);
+        // Rays that have gone on to their next row, and those of them for which it is a leaf.
+        let (mut waiting, mut at_leaves) = (RayMask::EMPTY, RayMask::EMPTY);
         for k in 0..self.rays_in_flight {
             if source.next(&mut self.states[k], &mut self.counters) {
-                at_nodes.push(k);
+                waiting.insert_if(k, true);
             }
         }
-        while at_nodes.len + at_leaves.len > 0 {
-            let nodes = at_nodes.len;
-            let round = at_nodes.and(&at_leaves);
-            (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
-            for turn in 0..round.len + PIPELINE_DELAY {
-                if turn < nodes {
-                    self.visit_node::<ANY>(round.at(turn));
-                } else if turn < round.len {
-                    self.leaf::<ANY>(round.at(turn));
-                }
-                if turn < PIPELINE_DELAY {
+        let (mut nodes, mut leaves) = (RayMask::EMPTY, RayMask::EMPTY);
+        // Rays that had their last turns, in order.
+        let mut behind = [NO_RAY; PIPELINE_DELAY];
+        loop {
+            if nodes.is_empty() && leaves.is_empty() {
+                (nodes, leaves) = (waiting.without(at_leaves), at_leaves);
+                (waiting, at_leaves) = (RayMask::EMPTY, RayMask::EMPTY);
+            }
+            let turn = if !nodes.is_empty() {
+                let k = nodes.take();
+                self.visit_node::<ANY>(k);
+                k
+            } else if !leaves.is_empty() {
+                let k = leaves.take();
+                self.leaf::<ANY>(k);
+                k
+            } else if behind == [NO_RAY; PIPELINE_DELAY] {
+                break;
+            } else {
+                NO_RAY
+            };
+            let k = behind[0];
+            behind.copy_within(1.., 0);
+            behind[PIPELINE_DELAY - 1] = turn;
+            if k == NO_RAY {
+                continue;
+            }
+            if !self.pop(k) {
+                done(&self.states[k]);
+                if !source.next(&mut self.states[k], &mut self.counters) {
                     continue;
                 }
-                let k = round.at(turn - PIPELINE_DELAY);
-                if !self.pop(k) {
-                    done(&self.states[k]);
-                    if !source.next(&mut self.states[k], &mut self.counters) {
-                        continue;
-                    }
-                }
-                let leaf = !matches!(ChildRef::of_code(self.states[k].current), ChildRef::Node(_));
-                at_nodes.push_if(k, !leaf);
-                at_leaves.push_if(k, leaf);
             }
+            let leaf = !matches!(ChildRef::of_code(self.states[k].current), ChildRef::Node(_));
+            waiting.insert_if(k, true);
+            at_leaves.insert_if(k, leaf);
         }
     }
 
@@ -140,20 +153,24 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             // node 0 exists.
             unsafe { self.wide.nodes().get_unchecked(state.current as usize) }
         };
-        let rows = node.boxes.as_flattened();
-        // SAFETY: a ray's rows are three times a side, which is 0 or 1, and an axis.
+        let planes = node.boxes.as_ptr().cast::<[f32; NATIVE]>();
+        // SAFETY: a ray's rows are offsets of rows of planes of a node: its sides are 0 or 1.
         let crossing =
-            state.intersect_children(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
+            state.intersect_children(|row| Native::new(unsafe { *planes.byte_add(row) }));
         let best = state.best.t;
-        // The last child is visited first: the nearest, which is the first if the ray goes up.
-        let up = state.goes_up(node.axis);
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack. So
         // each level above this node's left at most `NATIVE - 1` entries, and there is room for
         // `NATIVE` more. An entry node is in the root's place, and has children of its level or
         // below.
         state.top += unsafe {
-            self.stacks
-                .push_hits(state.top, up, &crossing, best, &node.children)
+            if ANY {
+                (self.stacks).push_any(state.top, &crossing, best, &node.children)
+            } else {
+                // The last child is visited first: the nearest, which is the first if the ray goes
+                // up.
+                let up = state.goes_up(node.axis);
+                (self.stacks).push_hits(state.top, up, &crossing, best, &node.children)
+            }
         };
     }
 
@@ -294,45 +311,39 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
     }
 }
 
-/// Indices of ray states.
+/// Number in the place of a ray.
+const NO_RAY: usize = MAX_IN_FLIGHT;
+
+/// Set of ray states, as bits.
 #[derive(Clone, Copy)]
-struct List {
-    numbers: [u8; MAX_IN_FLIGHT],
-    len: usize,
-}
+struct RayMask(u32);
 
-impl List {
-    const EMPTY: List = List {
-        numbers: [0; MAX_IN_FLIGHT],
-        len: 0,
-    };
+const _: () = assert!(MAX_IN_FLIGHT <= u32::BITS as usize, "a bit for each ray");
+
+impl RayMask {
+    const EMPTY: RayMask = RayMask(0);
 
     #[inline(always)]
-    fn push(&mut self, number: usize) {
-        self.push_if(number, true);
-    }
-
-    /// Appends a number if `holds` is true. It is always written, and kept by advancing the length:
-    /// no branch.
-    #[inline(always)]
-    fn push_if(&mut self, number: usize, holds: bool) {
-        // Each ray state is in one list only, so it is never full before.
-        self.numbers[self.len % MAX_IN_FLIGHT] = number as u8;
-        self.len += usize::from(holds);
+    fn is_empty(self) -> bool {
+        self.0 == 0
     }
 
     #[inline(always)]
-    fn at(&self, k: usize) -> usize {
-        usize::from(self.numbers[k % MAX_IN_FLIGHT]) % MAX_IN_FLIGHT
+    fn without(self, others: RayMask) -> RayMask {
+        RayMask(self.0 & !others.0)
     }
 
-    /// The entries of this list, and then those of another.
+    /// Adds a ray if `holds` is true, without a branch.
     #[inline(always)]
-    fn and(&self, others: &List) -> List {
-        let mut all = *self;
-        for k in 0..others.len {
-            all.push(others.at(k));
-        }
-        all
+    fn insert_if(&mut self, number: usize, holds: bool) {
+        self.0 |= u32::from(holds) << (number % MAX_IN_FLIGHT);
+    }
+
+    /// Removes the first ray, which must exist.
+    #[inline(always)]
+    fn take(&mut self) -> usize {
+        let first = self.0.trailing_zeros() as usize % MAX_IN_FLIGHT;
+        self.0 &= self.0.wrapping_sub(1);
+        first
     }
 }

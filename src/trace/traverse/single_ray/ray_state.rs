@@ -9,6 +9,7 @@ use crate::intersect::triangle::{self, Pairing};
 use crate::packet::NO_PRIM;
 use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 /// Data of a ray for its tests, in words of four bytes: those of a packet are made by transposing
 /// columns of lanes to rows. It takes two cache lines, and no word crosses their border.
@@ -19,8 +20,8 @@ pub(super) struct SingleRaySetup {
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
-    /// Rows of the planes of a box that are met first and last, by axis: a node stores them one
-    /// after the other.
+    /// Rows of the planes of a box that are met first and last, by axis: offsets in bytes from the
+    /// first, by [`row_offset`].
     pub(super) near: [u32; 3],
     pub(super) far: [u32; 3],
     /// Data of the triangle test: the axes in the order of the ray's frame, the origin in that
@@ -36,6 +37,14 @@ pub(super) struct SingleRaySetup {
     /// Bits of the axes along which the ray goes toward larger coordinates; the fourth bit is
     /// always set, for rows without an axis.
     pub(super) up: u32,
+}
+
+/// Bytes of a row of planes.
+const ROW: usize = size_of::<[f32; NATIVE]>();
+
+/// Offset in bytes of the planes of a side across an axis, among those of a node.
+pub(super) const fn row_offset(side: u32, axis: usize) -> u32 {
+    (side as usize * 3 + axis) as u32 * ROW as u32
 }
 
 /// One ray in flight.
@@ -81,8 +90,7 @@ impl RayState {
         self.ray.up >> (axis & 3) & 1 == 1
     }
 
-    /// The ray's intervals in boxes, whose planes `row` gives: first the lower ones by axis, then
-    /// the upper ones. It is the arithmetic of `RaySlabs::intersect_box_same_octant`, with the
+    /// The ray's intervals in boxes, whose planes `row` gives by their [`row_offset`]. It is the arithmetic of `RaySlabs::intersect_box_same_octant`, with the
     /// roles of the lanes exchanged.
     #[inline(always)]
     pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
@@ -154,7 +162,7 @@ impl RayState {
         };
         let (valid, t) = sphere::nearest(
             roots,
-            self.intersect_box(|row| Native::new(block.prim_aabb.as_flattened()[row])),
+            self.intersect_box(|row| Native::new(block.prim_aabb.as_flattened()[row / ROW])),
         );
         let bare = [Native::ZERO, Native::ZERO, Native::ONE];
         self.update::<ANY>(valid, t, bare, &block.prim_id)
@@ -223,7 +231,7 @@ impl Pairing<Native> for RayAndBlock<'_> {
         };
         let [lo, hi] = triangle::prim_aabbs([all(a), all(b), all(c)]);
         let rows = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z];
-        self.context.intersect_box(|row| rows[row % 6])
+        self.context.intersect_box(|row| rows[row / ROW % 6])
     }
 
     #[inline(always)]
@@ -240,6 +248,13 @@ impl Pairing<Native> for RayAndBlock<'_> {
     #[inline(always)]
     fn stored(&self) -> (&impl Vertices, Option<usize>) {
         (self.block, None)
+    }
+
+    /// Not by a call, for which all registers would be saved.
+    #[inline(always)]
+    fn to_planes(&self, raw: Native, vague: NativeMask) -> Native {
+        let ray = [self.context.ray.org, self.context.ray.dir].map(Vec3::from_array);
+        triangle::to_own_planes(raw, vague, |_| ray, self.block)
     }
 }
 

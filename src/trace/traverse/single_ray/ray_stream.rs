@@ -1,6 +1,6 @@
 //! Single rays of a queue, one after the other.
 
-use super::ray_state::{RayState, SingleHit, SingleRaySetup};
+use super::ray_state::{RayState, SingleHit, SingleRaySetup, row_offset};
 use crate::intersect::aabb::RaySlabs;
 use crate::intersect::shear::Shear;
 use crate::packet::{RayPacket, RayQueue};
@@ -92,7 +92,7 @@ fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
         down[axis].select_u32(U32x8::splat(down_one), U32x8::splat(up_one))
     };
     let row = |axis: usize, sides: [u32; 2]| {
-        F32x8::from_bits(by_way(axis, sides.map(|side| 3 * side + axis as u32)))
+        F32x8::from_bits(by_way(axis, sides.map(|side| row_offset(side, axis))))
     };
     let (near, far) = (|axis| row(axis, [1, 0]), |axis| row(axis, [0, 1]));
     let up = |axis: usize| by_way(axis, [0, 1 << axis]);
