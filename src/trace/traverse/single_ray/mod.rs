@@ -5,8 +5,9 @@
 //! children of one node fill all lanes. A single ray waits for memory and for the result of its
 //! last comparison. So a dozen and more rays advance side by side in rounds: first those at nodes,
 //! then those at blocks, and each a little later to its next row. A round begins where the one
-//! before ends. While one ray waits, another's data arrive. Nothing branches on the result of a box test. All children are written above the
-//! stack's top, the hit ones first, and the top moves by their number.
+//! before ends. While one ray waits, another's data arrive. Nothing branches on the result of a box
+//! test. All children are written above the stack's top, the hit ones first, and the top moves by
+//! their number.
 
 mod entry_node;
 mod ray_state;
@@ -103,7 +104,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             }
         }
         let (mut nodes, mut leaves) = (RayMask::EMPTY, RayMask::EMPTY);
-        // Rays that had their last turns, in order.
+        // Rays whose turn is over and that have not gone on yet, in order.
         let mut behind = [NO_RAY; PIPELINE_DELAY];
         loop {
             if nodes.is_empty() && leaves.is_empty() {

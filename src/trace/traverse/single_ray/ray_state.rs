@@ -90,8 +90,8 @@ impl RayState {
         self.ray.up >> (axis & 3) & 1 == 1
     }
 
-    /// The ray's intervals in boxes, whose planes `row` gives by their [`row_offset`]. It is the arithmetic of `RaySlabs::intersect_box_same_octant`, with the
-    /// roles of the lanes exchanged.
+    /// The ray's intervals in boxes, whose planes `row` gives by their [`row_offset`]. It is the
+    /// arithmetic of `RaySlabs::intersect_box_same_octant`, with the roles of the lanes exchanged.
     #[inline(always)]
     pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let TInterval {
