@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::intersect::random::RandomSource;
-use crate::intersect::shear::MIXED;
+use crate::intersect::shear::{MIXED, VertexColumns};
 use crate::packet::RayPacket;
-use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
+use crate::simd::{F32x8, LANES, Mask8, NATIVE, NativeMask, Vec3x8};
 
 /// A pair as [`RaysAndSlot`], for which every distance is clamped.
 struct Unsettled<'a>(RaysAndSlot<'a, F32x8>);
@@ -142,4 +142,36 @@ fn what_is_settled_need_not_be_clamped() {
     }
     assert!(sures * 5 > hits, "{sures} of {hits} were settled");
     assert!(clamped > 1000, "only {clamped} were clamped or refused");
+}
+
+/// Checks the distances to planes of triangles in lanes against those of one triangle for all.
+#[test]
+fn planes_of_lanes_are_those_of_their_triangles() {
+    let mut from = RandomSource(9);
+    for round in 0..2_000_u32 {
+        let corners: [[Vec3; 3]; NATIVE] = std::array::from_fn(|_| {
+            let size = from.scale(10.0);
+            from.corners(size)
+        });
+        let column = |k: usize, axis: usize| {
+            Native::new(corners.each_ref().map(|corner| corner[k][axis.min(2)]))
+        };
+        let stored: VertexColumns =
+            std::array::from_fn(|k| std::array::from_fn(|axis| column(k, axis)));
+        let org = from.position() * from.scale(8.0);
+        let dir = from.position();
+        let raw = Native::new(std::array::from_fn(|_| from.unit()));
+        let asked =
+            NativeMask::from_bits(round.wrapping_mul(2_654_435_761) >> 7 & ((1 << NATIVE) - 1));
+        let found = distance::to_own_planes(raw, asked, |_| [org, dir], &stored).to_array();
+        let splat = |v: Vec3| Vec3Native::splat(v.x, v.y, v.z);
+        for (lane, t) in found.into_iter().enumerate() {
+            let rays = [splat(org), splat(dir)];
+            let all = NativeMask::splat(true);
+            let alone = distance::to_planes(raw, all, rays, &stored, Some(lane));
+            let asked = asked.bits() >> lane & 1 == 1;
+            let want = if asked { alone } else { raw }.to_array()[lane];
+            assert_eq!(t.to_bits(), want.to_bits(), "round {round}, lane {lane}");
+        }
+    }
 }
