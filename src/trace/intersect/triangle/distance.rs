@@ -38,6 +38,9 @@ use glam::{DVec3, Vec3};
 const MAX_DEPTH_RATIO_AHEAD: f32 = 24.0;
 const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
 
+/// Least ZD, in units of S³, of a hit that is in its triangle's own box for certain.
+const MIN_DEPTH_RATIO: f32 = 1.5;
+
 /// Term added to the bound that |s| must exceed, so that losses below the smallest numbers do not
 /// matter: 2⁻⁷⁵.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
@@ -83,10 +86,13 @@ impl<L: Lanes> EdgeDistance<L> {
         }
     }
 
-    /// Lanes whose distance is accurate, or behind the origin for certain.
+    /// Lanes whose distance is accurate, or behind the origin for certain: F is within reach.
     #[inline(always)]
     pub(crate) fn accurate(&self) -> L::Mask {
-        self.within_reach(self.spread)
+        let bound =
+            self.size * (self.size * self.spread + self.depth_by_spread) + self.depth_by_det;
+        // A NaN is not less; a product that overflowed is no distance yet.
+        (bound + L::splat(MIN_DETERMINANT)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
     }
 
     /// Lanes whose distance is [`EdgeDistance::accurate`] and need not be clamped. If it is ahead
@@ -103,21 +109,12 @@ impl<L: Lanes> EdgeDistance<L> {
     /// - Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Their errors are below
     ///   4uS², so it is at most 12uS³ / D.
     ///
-    /// The latter is below 9uR ≤ 9uK if 1.34 S³ < RD, so if 36 S³ < 24|s|, as |s| ≤ RD.
+    /// The latter is below 9uR ≤ 9uK if 1.34 S³ < RD, so if 1.5 S³ < ZD, as Z ≤ R.
     #[inline(always)]
     pub(crate) fn clamp_not_needed(&self) -> L::Mask {
-        let more = self.spread + self.size * L::splat(36.0);
-        self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
-    }
-
-    /// Returns true in lanes where S(S · `spread` + ZH) + ZD is within reach. It is one expression
-    /// for both callers, in which a larger spread gives no smaller number. So a distance that needs
-    /// no clamp is accurate, whatever is rounded.
-    #[inline(always)]
-    fn within_reach(&self, spread: L) -> L::Mask {
-        let bound = self.size * (self.size * spread + self.depth_by_spread) + self.depth_by_det;
-        // A NaN is not less; a product that overflowed is no distance yet.
-        (bound + L::splat(MIN_DETERMINANT)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
+        let cube = self.size * self.size * (self.size * L::splat(MIN_DEPTH_RATIO));
+        let inside = (cube + L::splat(MIN_DETERMINANT)).lt(self.depth_by_det);
+        self.accurate() & (inside | self.t.le(L::ZERO))
     }
 }
 

@@ -65,6 +65,11 @@ fn rays([a, b, c]: [Vec3; 3], from: &mut RandomSource) -> RayPacket {
         };
         [org, dir * short]
     });
+    packet(&rays)
+}
+
+/// Rays without a limit, given by origin and direction.
+fn packet(rays: &[[Vec3; 2]; LANES]) -> RayPacket {
     let column = |of: &dyn Fn(&[Vec3; 2]) -> f32| F32x8::new(rays.each_ref().map(of));
     RayPacket {
         org: Vec3x8::new(
@@ -98,6 +103,25 @@ fn overflowing() -> ([Vec3; 3], RayPacket) {
     (corners, rays)
 }
 
+/// A needle across the z axis, and rays along it at the needle's edges, from so close that most of
+/// it is beside them.
+fn needle_ahead(size: f32, from: &mut RandomSource) -> ([Vec3; 3], RayPacket) {
+    let at = from.position() * size;
+    let along = (from.position() * size).with_z(0.0);
+    let width = from.scale(20.0).min(1.0);
+    let aside = (from.position() * (size * width)).with_z(0.0);
+    let corners = [at, at + along, at + along * from.unit().abs() + aside];
+    let [a, b, c] = corners;
+    let height = size * from.scale(20.0).min(1.0);
+    let rays: [[Vec3; 2]; LANES] = std::array::from_fn(|lane| {
+        let t = from.unit().abs();
+        let [start, end] = [[a, b], [b, c], [c, a]][lane % 3];
+        let dir = (from.position() * 0.1).with_z(1.0) * height;
+        [start + (end - start) * t - dir, dir]
+    });
+    (corners, packet(&rays))
+}
+
 #[test]
 fn what_is_settled_need_not_be_clamped() {
     let mut from = RandomSource(1);
@@ -107,6 +131,7 @@ fn what_is_settled_need_not_be_clamped() {
         let corners = from.corners(size);
         let (corners, rays) = match round {
             0 => overflowing(),
+            _ if round % 4 == 0 => needle_ahead(size, &mut from),
             _ => (corners, rays(corners, &mut from)),
         };
         let all = Mask8::splat(true);
