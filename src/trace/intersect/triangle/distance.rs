@@ -38,11 +38,12 @@ use glam::{DVec3, Vec3};
 const MAX_DEPTH_RATIO_AHEAD: f32 = 24.0;
 const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
 
-/// Least ZD, in units of S³, of a hit that is in its triangle's own box for certain.
+/// Least ZD, in units of S³, of a hit that is in its triangle's own box for certain: 1.34, and an
+/// eighth more for rounding.
 const MIN_DEPTH_RATIO: f32 = 1.5;
 
-/// Term added to the bound that |s| must exceed, so that losses below the smallest numbers do not
-/// matter: 2⁻⁷⁵.
+/// Term added to the bound that |s| must exceed, and to the one that ZD must, so that losses below
+/// the smallest numbers do not matter: 2⁻⁷⁵.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 /// A distance by the edge functions, with the data that bound its error.

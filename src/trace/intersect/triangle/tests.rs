@@ -1,4 +1,4 @@
-//! Tests of `clamp_not_needed` against the result of the clamp.
+//! Tests of `clamp_not_needed` against the result of the clamp, and of the planes of lanes.
 
 use super::*;
 use crate::intersect::random::RandomSource;
