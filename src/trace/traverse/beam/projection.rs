@@ -95,15 +95,13 @@
 //! | products and differences of the cross product | 20uRH | 120uRH |
 //! | sum over p and q | 26uRH | (above) |
 //! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/l ≤ 22·RHρ/l |
-//! | **margin** | 272uRH + 20ρH | (384u + 22ρ/l)·RH |
+//! | **margin** | 288uRH + 20ρH | (448u + 22ρ/l)·RH |
 //!
 //! (1) 7uR a position, of 4·2h; 8uh² of two products. (2) Edges are differences of rounded
 //! vertices.
 //!
-//! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the
-//! margin of 384. It is not shown whether all can be at their worst at once, so this table does not
-//! prove local frames. `tests/engine/random_scenes` has found no ray that they lose
-//! (`perf/notes/beams.md` has the price of a margin of 448).
+//! The near rows add up to 272uRH, the local ones to 427uRH; the rest covers the rounding of the
+//! margin itself.
 //!
 //! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin. A
 //! triangle is kept for a sub-beam if either can be so anywhere in its rectangle.
@@ -129,8 +127,8 @@ const MAX_LATERAL_RATIO: f32 = 0.25;
 const MIN_LIGHT_DISTANCE_RATIO: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
-const NEAR_MARGIN: f32 = 272.0;
-const LOCAL_MARGIN: f32 = 384.0;
+const NEAR_MARGIN: f32 = 288.0;
+const LOCAL_MARGIN: f32 = 448.0;
 
 /// Axes, centre and error bounds of a beam's frame.
 #[derive(Clone, Copy)]

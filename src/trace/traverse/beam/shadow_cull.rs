@@ -34,14 +34,14 @@
 //! | z ≥ −10uR | the distance is computed as positive |
 //! | R ≤ \|z\| + 2H + e | the ray passes the own box |
 //! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
-//! | N as computed: 24uH²R ≤ 48uH³ | 8uH² each; the code has 40 of the 48 (2) |
+//! | N as computed: 24uH²R ≤ 48uH³ | 8uH² each (2) |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
 //!
-//! (1) The method is that of `EdgeDistance` in `crate::intersect::triangle`. (2) D > 3 · 384uRH, so
+//! (1) The method is that of `EdgeDistance` in `crate::intersect::triangle`. (2) D > 3 · 448uRH, so
 //! terms in z > 0 are again below z N·d.
 //!
-//! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the
-//! code's, as the margin of local frames is less than its table's sum.
+//! No ray with N·(o − a) above the sum of these has a hit. The code's bounds but the last
+//! are larger by a quarter and more, which covers their own rounding.
 
 use super::projection::{BeamSpace, TriangleView, ULP};
 use crate::simd::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
@@ -106,7 +106,7 @@ impl ShadowCull {
         let sized = (normal[0].abs() + normal[1].abs()) + normal[2].abs();
         let cube = size * size * size;
         let rounding = sized * (Native::splat(10.0 * space.scale) + size * Native::splat(80.0))
-            + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
+            + (sized * Native::splat(240.0) / least + Native::splat(64.0)) * cube;
         // The underflow below the smallest numbers, in scenes of 10⁻¹² and less, is less than the
         // smallest normal number.
         let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
