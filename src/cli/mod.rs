@@ -11,7 +11,8 @@ mod commands;
 mod options;
 mod output;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::builder::Styles;
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use commands::bench::{self, BenchArgs};
 use commands::build::{self, BuildArgs};
 use commands::compare::{self, CompareArgs};
@@ -24,6 +25,8 @@ use commands::render::{self, RenderArgs};
 use commands::scenes::{self, ScenesArgs};
 use commands::submit::{self, SubmitTo};
 use commands::verify::{self, VerifyArgs};
+use options::OUTPUT;
+use output::Verbosity;
 use phalanx::isa;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -47,15 +50,49 @@ static VERSION: LazyLock<String> =
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
+    #[command(flatten)]
+    pub told: ToldArgs,
+}
+
+/// How much every command tells.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = OUTPUT)]
+pub struct ToldArgs {
+    /// Only warnings and errors, no report
+    #[arg(
+        short,
+        long,
+        global = true,
+        conflicts_with = "verbose",
+        display_order = 901
+    )]
+    quiet: bool,
+    /// All figures: rays, tree, memory
+    #[arg(short, long, global = true, display_order = 902)]
+    verbose: bool,
+}
+
+impl ToldArgs {
+    fn verbosity(self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to a picture
     #[command(
-        after_help = "Mrays/s of a kind are the rays of that kind divided by the wall seconds of the whole render, \
+        after_help = "Example: phalanx render standard:street -o street.png --size 1280x960 --spp 4",
+        after_long_help = "Mrays/s of a kind (--verbose) are the rays of that kind divided by the wall seconds of the whole render, \
                       so that the kinds add up to the total.\n\n\
-                      Example: phalanx render scene.test -o picture.png --size 1280x960 --threads 4"
+                      Examples:\n  \
+                      phalanx render standard:street -o street.png --size 1280x960 --spp 4\n  \
+                      phalanx render dragon.ply --camera 0,.15,.4 0,.1,0 0,1,0 35 --light 1,2,2\n  \
+                      phalanx render scene.test -o poster.png --size 40000x30000 --checkpoint poster.ckpt"
     )]
     Render(RenderArgs),
     /// Render with both engines and compare every bit
@@ -123,6 +160,7 @@ pub enum Command {
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
     let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
+    output::set_verbosity(arguments.told.verbosity());
     let done = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Verify(args) => verify::run(&args),
@@ -147,11 +185,15 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Ends the process with clap's message, without colours if an argument could contain its own.
+/// Ends the process with clap's message, without colours if an argument could contain its own:
+/// these are shown then.
 fn refuse(error: &clap::Error) -> ! {
     let steers = |text: OsString| text.to_string_lossy().contains(char::is_control);
     if error.use_stderr() && std::env::args_os().any(steers) {
-        output::note(error.render().to_string().trim_end());
+        let plain = Arguments::command().styles(Styles::plain());
+        if let Err(error) = plain.try_get_matches() {
+            output::message(error.render().ansi().to_string().trim_end());
+        }
         std::process::exit(error.exit_code());
     }
     error.exit()

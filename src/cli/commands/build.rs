@@ -1,6 +1,8 @@
 //! `phalanx build`.
 
-use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, WantedPicture, parse_thread_count};
+use crate::cli::options::{
+    MACHINE, OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, parse_thread_count,
+};
 use crate::cli::output::{
     self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, bytes, interrupt, lines,
 };
@@ -16,20 +18,24 @@ use std::time::Instant;
 
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    #[arg(help = "Scene file, standard:NAME[:SIZE], or - for stdin")]
+    /// Scene file, standard:NAME[:SIZE], or -
+    ///
+    /// Scene file, standard scene as standard:NAME[:SIZE], or - for stdin (see --format).
     pub scene: PathBuf,
     /// Cache to write
-    #[arg(short, long, value_name = "OUT.phx")]
+    #[arg(short, long, value_name = "OUT.phx", help_heading = OUTPUT)]
     pub output: PathBuf,
     #[command(flatten)]
     pub beside: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
-    /// Threads that read and build [default: one per CPU this process may use]
-    #[arg(long, value_name = "N", value_parser = parse_thread_count)]
+    /// Threads [default: one per CPU]
+    ///
+    /// Threads that read and build [default: one per CPU that this process may use]
+    #[arg(long, value_name = "N", help_heading = MACHINE, value_parser = parse_thread_count)]
     pub threads: Option<usize>,
     /// Print one JSON document instead of lines
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 

@@ -40,7 +40,7 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     }
     let (a, b) = (load(&args.a)?, load(&args.b)?);
     let found = compare(&a, &b).map_err(|sizes| {
-        output::note(&format!("error: {sizes}"));
+        output::error(&sizes.to_string());
         CliError::Mismatch
     })?;
     if let Some(path) = &args.heat

@@ -15,14 +15,18 @@ use std::sync::atomic::Ordering;
 pub struct GenerateArgs {
     /// Name of a standard scene, as `phalanx scenes` lists them
     pub name: String,
-    /// Its size, a whole number; k and M may follow for thousands and millions
+    /// Its size, as in 50k or 2M [default: the scene's]
+    ///
+    /// Its size, a whole number; k and M may follow for thousands and millions.
     /// [default: the scene's]
     #[arg(long, value_name = "N")]
     pub size: Option<String>,
     /// File to write: .nff, .ply (binary) or .test
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Make spheres and cones of triangles first: 12 N² for a sphere, 8 N for a cone
+    /// Make spheres and cones of triangles first
+    ///
+    /// Make spheres and cones of triangles first: 12 N² for a sphere, 8 N for a cone.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1000))]
     pub tessellate: Option<u32>,
     /// Print one JSON document instead of lines
@@ -61,7 +65,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
         false => write(args, spec, format, &Control::default())?,
     };
     for loss in &losses {
-        output::note(&format!("note: {}: {loss}", shown_path(&args.output)));
+        output::note(&format!("{}: {loss}", shown_path(&args.output)));
     }
     let document = GenerateDocument {
         scene: spec.scene.name,

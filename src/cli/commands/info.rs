@@ -1,6 +1,6 @@
 //! `phalanx info`.
 
-use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, WantedPicture};
+use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture};
 use crate::cli::output::{
     self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped, interrupt, lines,
     origin_row, to_file_coordinates,
@@ -13,14 +13,17 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    #[arg(help = "Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin")]
+    /// Scene file, cache (.phx), standard:NAME[:SIZE], or -
+    ///
+    /// Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see
+    /// --format).
     pub scene: PathBuf,
     #[command(flatten)]
     pub beside: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
     /// Print one JSON document instead of lines
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 

@@ -44,7 +44,10 @@ pub fn man(args: &ManArgs, program: &clap::Command) -> Result<(), CliError> {
         .filter(|command| !command.is_hide_set())
     {
         let name = format!("phalanx-{}", command.get_name());
-        write(folder, &command.clone().name(leaked(name)))?;
+        // Options of all commands are the program's own until it parses.
+        let shared = program.get_arguments().filter(|arg| arg.is_global_set());
+        let command = command.clone().args(shared.cloned());
+        write(folder, &command.name(leaked(name)))?;
         written += 1;
     }
     output::print(&format!("{written} pages in {}\n", shown_path(folder)))

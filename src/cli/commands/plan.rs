@@ -129,7 +129,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
     if plan.picture_path(&args.plan).is_err() {
         let picture = shown_path(&args.output);
         output::note(&format!(
-            "note: {picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
+            "{picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
         ));
         merge.push_str(&format!(" -o {picture}"));
     }

@@ -1,5 +1,6 @@
 //! Sequences: their frames, the camera's path, and the names of the files.
 
+use super::headings::LONG_RENDERS;
 use super::picture_args::PictureArgs;
 use super::scene_args::WantedPicture;
 use crate::cli::output::{CliError, bytes};
@@ -13,17 +14,30 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = LONG_RENDERS)]
 pub struct FrameArgs {
+    /// A sequence: frames A to B, both included
+    ///
     /// Render frames A to B, both included; the scene is read and its tree is built once. Each has
-    /// its number in its name, where `#`s stand, or before the ending
+    /// its number in its name, where `#`s stand, or before the ending.
     #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "path")]
     pub frames: Option<RangeInclusive<u32>>,
-    /// Go around what the camera looks at, once in N frames
+    /// The camera goes around, once in N frames
+    ///
+    /// The camera goes around what it looks at, once in N frames.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..), group = "path", requires = "frames")]
     pub turntable: Option<u32>,
-    /// Go through the views of this file, smoothly: a line each, of a frame's number, from X Y Z,
-    /// at X Y Z, up X Y Z, and the field of view
-    #[arg(long, value_name = "FILE", group = "path", requires = "frames")]
+    /// The camera goes through the views of this file
+    ///
+    /// The camera goes through the views of this file, smoothly: a line each, of a frame's number,
+    /// from X Y Z, at X Y Z, up X Y Z, and the field of view.
+    #[arg(
+        long,
+        value_name = "FILE",
+        hide_short_help = true,
+        group = "path",
+        requires = "frames"
+    )]
     pub keyframes: Option<PathBuf>,
 }
 

@@ -1,5 +1,6 @@
 //! The options that say how samples for a screen are made of radiance.
 
+use super::headings::OUTPUT;
 use super::parsers::parse_number;
 use super::picture_args::PictureArgs;
 use crate::cli::output::{CliError, OutputFile};
@@ -11,12 +12,15 @@ use std::path::PathBuf;
 
 /// How samples for a screen are made of radiance.
 #[derive(Debug, Args)]
+#[command(next_help_heading = OUTPUT)]
 pub struct GradeArgs {
-    /// Stops by which PNG and JPEG pictures are lighter (or darker, as in --exposure=-1.5)
-    #[arg(long, value_name = "STOPS", value_parser = parse_exposure)]
+    /// Stops by which PNG and JPEG are lighter
+    ///
+    /// Stops by which PNG and JPEG pictures are lighter (or darker, as in --exposure=-1.5).
+    #[arg(long, value_name = "STOPS", hide_short_help = true, value_parser = parse_exposure)]
     pub exposure: Option<f32>,
     /// Bits of a PNG's samples: 8 or 16 [default: 8]
-    #[arg(long, value_name = "N", value_parser = parse_depth)]
+    #[arg(long, value_name = "N", hide_short_help = true, value_parser = parse_depth)]
     pub bits: Option<Depth>,
 }
 

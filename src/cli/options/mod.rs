@@ -6,6 +6,7 @@ mod bus_error;
 mod format_args;
 mod frames;
 mod grade_args;
+mod headings;
 #[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
 mod heap;
 mod parsers;
@@ -17,6 +18,7 @@ mod work_args;
 pub use budget::film_bytes;
 pub use frames::{FrameArgs, Sequence};
 pub use grade_args::GradeArgs;
+pub use headings::{LONG_RENDERS, MACHINE, OUTPUT};
 pub use parsers::{name_parser, parse_number};
 pub use picture_args::{PictureArgs, parse_size};
 pub use scene_args::{SceneArgs, WantedPicture};

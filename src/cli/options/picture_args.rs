@@ -1,6 +1,7 @@
 //! The options that change the picture. `render` has them and `verify`, because all of them are
 //! verified.
 
+use super::headings::{CAMERA, MACHINE, OUTPUT, QUALITY};
 use super::parsers::{described_name_parser, name_parser, parse_number};
 use super::scene_args::WantedPicture;
 use crate::cli::output::CliError;
@@ -21,68 +22,96 @@ const THRESHOLD: f32 = 0.002;
 
 /// Options that change the picture, or the order in which it is made.
 #[derive(Debug, Args)]
+#[command(next_help_heading = QUALITY)]
 pub struct PictureArgs {
-    /// Image size in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Render only this part of the picture: column and row of its upper left pixel, width and
-    /// height
-    #[arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"])]
-    pub region: Option<Vec<u32>>,
-    /// Bounces after the primary ray [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
-    pub max_depth: Option<u32>,
-    /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt
-    /// along the way, each divided by Ks + Kt where that is more than 1, in its largest component.
-    /// 0 has all traced [default: 0 for up to 10 bounces, 1/4096 for more, and where surfaces are
-    /// only partly there]
-    #[arg(long, value_name = "W", value_parser = parse_weight)]
-    pub min_weight: Option<f32>,
+    /// Samples per pixel (anti-aliasing) [default: 1]
+    ///
     /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of
-    /// two): one goes through the pixel's centre, more are spread over the filter
+    /// two): one goes through the pixel's centre, more are spread over the filter.
     /// [default: 1; with --aa adaptive 256]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
     pub spp: Option<u32>,
-    /// Which pixels get them
-    #[arg(long, value_enum, default_value_t = AntiAliasing::Uniform)]
+    /// Anti-aliasing: uniform (default), or adaptive
+    ///
+    /// Which pixels get the samples: all alike (uniform), or those where more help most (adaptive),
+    /// at edges, highlights and reflections.
+    #[arg(long, value_name = "MODE", value_enum, default_value_t = AntiAliasing::Uniform, hide_possible_values = true, hide_default_value = true)]
     pub aa: AntiAliasing,
+    /// Noise at which --aa adaptive stops [default: 0.002]
+    ///
     /// With --aa adaptive, how much a sample must still help: less is better and takes longer,
-    /// 0.001 is about as good as 64 uniform samples a pixel
-    #[arg(long, value_name = "T", default_value_t = THRESHOLD, value_parser = parse_threshold)]
+    /// 0.001 is about as good as 64 uniform samples per pixel. [default: 0.002]
+    #[arg(long, value_name = "T", hide_short_help = true, default_value_t = THRESHOLD, hide_default_value = true, value_parser = parse_threshold)]
     pub threshold: f32,
-    /// Pixel filter, where a pixel has several camera rays: its square, a tent over its
-    /// neighbours, or Mitchell's cubic, which is sharper
-    #[arg(long, value_name = "NAME", default_value = "box", value_parser = name_parser(&Filter::ALL))]
+    /// Pixel filter: box (default), tent or mitchell
+    ///
+    /// The weight of a pixel's samples: its square (box, the default), a tent over its neighbours,
+    /// or Mitchell's cubic, which is sharper.
+    #[arg(long, value_name = "NAME", default_value = "box", hide_possible_values = true, hide_default_value = true, value_parser = name_parser(&Filter::ALL))]
     pub filter: Filter,
+    /// Most bounces of a ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
+    pub max_depth: Option<u32>,
+    /// Least weight of mirror and refracted rays
+    ///
+    /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt
+    /// along the path, each divided by Ks + Kt where that is more than 1, in its largest component.
+    /// 0 has all traced. [default: 0 for up to 10 bounces, 1/4096 for more, and where surfaces are
+    /// only partly there]
+    #[arg(long, value_name = "W", hide_short_help = true, value_parser = parse_weight)]
+    pub min_weight: Option<f32>,
+    /// Depth of field: diameter of the lens
+    ///
     /// Diameter of the lens that camera rays come through, in the scene's units: what is not in
-    /// focus is blurred, the better the more --spp [default: a pinhole]
-    #[arg(long, value_name = "DIAMETER", requires = "focus", value_parser = parse_aperture)]
+    /// focus is blurred, with less noise the more --spp. [default: a pinhole]
+    #[arg(long, value_name = "DIAMETER", help_heading = CAMERA, requires = "focus", value_parser = parse_aperture)]
     pub aperture: Option<f32>,
-    /// Distance of the plane that is in focus, along the direction of view
-    #[arg(long, value_name = "DISTANCE", requires = "aperture", value_parser = parse_distance)]
+    /// Depth of field: distance that is in focus
+    ///
+    /// Distance of the plane that is in focus, along the direction of view.
+    #[arg(long, value_name = "DISTANCE", help_heading = CAMERA, requires = "aperture", value_parser = parse_distance)]
     pub focus: Option<f32>,
-    /// Radiance of what camera rays hit: whitted, the light that falls on it; ao (ambient
-    /// occlusion), how much of the sky is open above it, for which --spp 64 and more is meant
-    #[arg(long, default_value = "whitted", value_parser = described_name_parser(INTEGRATORS))]
+    /// whitted (default), or ao: ambient occlusion
+    ///
+    /// Radiance of what camera rays hit: whitted (the default), the light that falls on it, with
+    /// shadows, mirror and refracted rays; ao (ambient occlusion), how much of the sky is open
+    /// above it, for which --spp 64 and more is meant.
+    #[arg(long, value_name = "NAME", default_value = "whitted", hide_possible_values = true, hide_default_value = true, value_parser = described_name_parser(INTEGRATORS))]
     pub integrator: Integrator,
-    /// Reach of --integrator ao in the scene's units: hits beyond do not count
+    /// Reach of --integrator ao
+    ///
+    /// Reach of --integrator ao in the scene's units: hits beyond do not count.
     /// [default: everything counts]
-    #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
+    #[arg(long, value_name = "DISTANCE", hide_short_help = true, value_parser = parse_distance)]
     pub ao_distance: Option<f32>,
-    /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
-    pub tile: u32,
-    /// AOVs of each pixel, in an OpenEXR file, names separated by commas: depth,
-    /// position, ng, ns (normals), albedo, material, primitive, direct, reflection, refraction,
-    /// samples; or all of these; or cost (nodes that the first camera ray visits, by the build)
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]
+    /// Picture size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", help_heading = OUTPUT, value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Only this part of the picture
+    ///
+    /// Column and row of its upper left pixel, width and height.
+    #[arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"], help_heading = OUTPUT, hide_short_help = true)]
+    pub region: Option<Vec<u32>>,
+    /// AOVs in an EXR: depth, ns, albedo, …, all
+    ///
+    /// AOVs (arbitrary output variables) of each pixel, in an OpenEXR file, names separated by
+    /// commas: depth, position, ng, ns (normals), albedo, material, primitive, direct, reflection,
+    /// refraction, samples; or all of these; or cost (nodes that the first camera ray visits, by
+    /// the build).
+    #[arg(long, value_name = "NAMES", help_heading = OUTPUT, value_delimiter = ',', hide_possible_values = true, value_parser = aov_parser())]
     pub aov: Vec<Aovs>,
     /// Transfer curve of the written samples [default: the scene format's]
-    #[arg(long, value_parser = described_name_parser(TRANSFERS))]
+    #[arg(long, help_heading = OUTPUT, hide_short_help = true, value_parser = described_name_parser(TRANSFERS))]
     pub transfer: Option<Transfer>,
     /// Quantisation of the written samples [default: the scene format's]
-    #[arg(long, value_parser = described_name_parser(QUANTIZERS))]
+    #[arg(long, help_heading = OUTPUT, hide_short_help = true, value_parser = described_name_parser(QUANTIZERS))]
     pub quantize: Option<Quantize>,
+    /// Tile size in pixels [default: 32]
+    ///
+    /// Side of a tile, the part of a picture that a thread renders at a time, in pixels: 8 to 1024,
+    /// rounded up to a multiple of 8. No picture depends on it. [default: 32]
+    #[arg(long, value_name = "N", help_heading = MACHINE, hide_short_help = true, default_value_t = DEFAULT_TILE, hide_default_value = true, value_parser = value_parser!(u32).range(8..=1024))]
+    pub tile: u32,
 }
 
 impl PictureArgs {

@@ -2,6 +2,7 @@
 //! file has.
 
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
+use super::headings::{CAMERA, SCENE};
 use super::parsers::name_parser;
 use crate::cli::output::CliError;
 use clap::Args;
@@ -13,53 +14,74 @@ use std::path::PathBuf;
 
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = SCENE)]
 pub struct SceneArgs {
-    /// Camera instead of the file's: where it stands, what it looks at, which way is up, and its
-    /// vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
-    #[arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], allow_hyphen_values = true)]
-    pub camera: Option<Vec<String>>,
-    /// Axis that points up where the file has no camera, and one that frames everything is used
-    /// [default: y; z for STL]
-    #[arg(long, value_name = "AXIS", value_parser = name_parser(&UpAxis::ALL), allow_hyphen_values = true)]
-    pub up: Option<UpAxis>,
-    /// Parallel rays instead of a perspective: the visible height in the file's units, as in
-    /// --ortho=3.5. Without a height a camera that was made up shows everything, and with another
-    /// what it looks at keeps its size
-    #[arg(long, value_name = "HEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = parse_ortho)]
-    pub ortho: Option<OrthoHeight>,
-    /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with
-    /// `dir:` one from that direction. May be given several times, as in --light 4,4,4 --light
-    /// dir:-1,1,0,.2,.2,.3
-    #[arg(long, value_name = "[dir:]X,Y,Z[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
+    /// Light at X,Y,Z, or a sun from dir:X,Y,Z
+    ///
+    /// Light instead of the file's: a point light at X,Y,Z, or with `dir:` one from that direction;
+    /// X,Y,Z,R,G,B gives it a colour, else it is white. May be given several times, as in
+    /// --light 4,4,4 --light dir:-1,1,0,.2,.2,.3
+    #[arg(long, value_name = "LIGHT", value_parser = parse_light, allow_hyphen_values = true)]
     pub light: Vec<AddedLight>,
-    /// Background instead of the file's: linear red, green and blue, or one number for a grey
+    /// Colour of the background, linear
+    ///
+    /// Background instead of the file's: linear red, green and blue, or one number for a grey.
     #[arg(long, value_name = "R,G,B", value_parser = parse_color)]
     pub background: Option<Vec3>,
+    /// As in "kd=.8,.2,.1 ks=.3 shininess=80"
+    ///
     /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess,
     /// ior, gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but
-    /// ka a fifth of kd, and shininess and ior 1
-    #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
+    /// ka a fifth of kd, and shininess and ior 1.
+    #[arg(long, value_name = "MATERIAL", value_parser = parse_material)]
     pub material: Option<Material>,
+    /// Origin of the scene's coordinates: auto, none or X,Y,Z
+    ///
     /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far
-    /// away (auto), where the file's do (none), or at X,Y,Z. All places that are given or told are
-    /// in the file's coordinates whatever this is
-    #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
+    /// away (auto, the default), where the file's do (none), or at X,Y,Z. All places that are given
+    /// or told are in the file's coordinates whatever this is.
+    #[arg(long, value_name = "ORIGIN", hide_short_help = true, default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
     pub origin: Origin,
+    /// Another folder with files that the scene names
+    ///
     /// A folder beside the scene's own in which material files, textures and buffers that the
     /// scene names may lie, as in --allow-path ../textures. May be given several times; nothing
-    /// else outside the scene's folder is read
-    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    /// else outside the scene's folder is read.
+    #[arg(long, value_name = "DIR", hide_short_help = true, value_parser = parse_folder)]
     pub allow_path: Vec<PathBuf>,
-    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or
-    /// 2GiB (powers of 1024): an estimate from the sizes of the named file and those it refers to,
-    /// the scene and the picture, no limit
-    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
-    pub max_memory: Option<u64>,
+    /// Format of the scene or the picture
+    ///
     /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it.
     /// Where a picture is written, the name of a picture format says what is written, whatever the
     /// picture's name ends in: one of each may be given, as in --format obj --format exr
-    #[arg(long, value_name = "NAME", value_parser = format_parser())]
+    #[arg(long, value_name = "NAME", hide_short_help = true, value_parser = format_parser())]
     pub format: Vec<FormatName>,
+    /// Refuse scenes that need more memory, as in 2G
+    ///
+    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or
+    /// 2GiB (powers of 1024): an estimate from the sizes of the named file and those it refers to,
+    /// the scene and the picture, no limit.
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub max_memory: Option<u64>,
+    /// FROM AT UP FOV, as in 0,1,5 0,0,0 0,1,0 45
+    ///
+    /// Camera instead of the file's, four values: where it stands, what it looks at, which way is
+    /// up, and its vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
+    #[arg(long, num_args = 4, value_name = "V", help_heading = CAMERA, allow_hyphen_values = true)]
+    pub camera: Option<Vec<String>>,
+    /// Axis that points up, where no camera says so
+    ///
+    /// Axis that points up where the file has no camera, and one that frames everything is used:
+    /// x, y, z, -x, -y or -z. [default: y; z for STL]
+    #[arg(long, value_name = "AXIS", help_heading = CAMERA, hide_possible_values = true, value_parser = name_parser(&UpAxis::ALL), allow_hyphen_values = true)]
+    pub up: Option<UpAxis>,
+    /// Parallel camera rays, no perspective
+    ///
+    /// Parallel camera rays instead of a perspective: the visible height in the file's units, as in
+    /// --ortho=3.5. Without a height a camera that was made up shows everything, and with another
+    /// what it looks at keeps its size.
+    #[arg(long, value_name = "HEIGHT", help_heading = CAMERA, num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = parse_ortho)]
+    pub ortho: Option<OrthoHeight>,
 }
 
 /// The picture that a scene is opened for, as far as a made-up camera depends on it.

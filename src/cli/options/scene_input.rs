@@ -127,7 +127,7 @@ impl SceneInput {
         if let Some(bvh) = self.bvh.take() {
             if tree.quality.is_some() {
                 output::note(
-                    "note: the scene cache has its tree: --quality changes nothing; give it to the phalanx build that \
+                    "the scene cache has its tree: --quality changes nothing; give it to the phalanx build that \
                      makes the cache",
                 );
             }

@@ -1,5 +1,6 @@
 //! The options that say how a scene's tree is built, and who traces it.
 
+use super::headings::MACHINE;
 use super::parsers::{described_name_parser, name_parser, parse_number};
 use crate::cli::output;
 use clap::Args;
@@ -8,10 +9,13 @@ use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Setti
 
 /// How the packet engine's tree is built.
 #[derive(Debug, Args)]
+#[command(next_help_heading = MACHINE)]
 pub struct TreeArgs {
-    /// BVH quality: better trees take longer to build and less time to trace
-    /// [default: medium]
-    #[arg(long, value_name = "NAME", value_parser = name_parser(&Quality::ALL))]
+    /// BVH quality: fastest, fast, medium (default), best
+    ///
+    /// BVH quality: better trees take longer to build and less time to trace. No picture depends on
+    /// it. [default: medium]
+    #[arg(long, value_name = "NAME", hide_possible_values = true, value_parser = name_parser(&Quality::ALL))]
     pub quality: Option<Quality>,
 }
 
@@ -39,18 +43,21 @@ const ENGINES: &[(&str, &str, Engine)] = &[
 
 /// Who does the work.
 #[derive(Debug, Args)]
+#[command(next_help_heading = MACHINE)]
 pub struct WorkArgs {
-    /// Worker threads [default: one per CPU this process may use]
+    /// Worker threads [default: one per CPU]
+    ///
+    /// Worker threads [default: one per CPU that this process may use]
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
     /// Bind workers to cores [default: cores if there is a worker for each, else none]
-    #[arg(long, value_name = "MODE", value_parser = described_name_parser(PINS))]
+    #[arg(long, value_name = "MODE", hide_short_help = true, value_parser = described_name_parser(PINS))]
     pub pin: Option<CoreAffinity>,
     /// Which tracer makes the picture; both give the same bits
-    #[arg(long, default_value = "simd", value_parser = described_name_parser(ENGINES))]
+    #[arg(long, hide_short_help = true, default_value = "simd", value_parser = described_name_parser(ENGINES))]
     pub engine: Engine,
     /// Traversal kernel of the packet engine
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = name_parser(&Kernel::ALL))]
+    #[arg(long, value_name = "NAME", hide_short_help = true, default_value = "auto", value_parser = name_parser(&Kernel::ALL))]
     pub kernel: Kernel,
 }
 
@@ -62,7 +69,7 @@ impl WorkArgs {
         let threads = self.threads.unwrap_or(available);
         if threads > available {
             output::note(&format!(
-                "note: --threads {threads} is more than this process may use CPUs, {available}: they take turns"
+                "--threads {threads} is more than this process may use CPUs, {available}: they take turns"
             ));
         }
         // With fewer workers than cores, several runs side by side would all be pinned to the first

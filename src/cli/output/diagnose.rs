@@ -3,7 +3,7 @@
 //! Each error is one line, `error: file:line:column: message`, that tools can read, followed by the
 //! span in the source as miette draws it. Warnings are one line each.
 
-use super::stderr::{note, note_raw};
+use super::stderr::{self, error_label, message_raw, takes_color};
 use miette::{
     Diagnostic as Drawable, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
     MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
@@ -17,11 +17,11 @@ use std::path::Path;
 /// Prints the reason why a file gave no scene.
 pub fn print_error(error: &LoadError) {
     match error {
-        LoadError::Io { .. } | LoadError::Memory { .. } => note(&format!("error: {error}")),
+        LoadError::Io { .. } | LoadError::Memory { .. } => stderr::error(&error.to_string()),
         LoadError::UnknownFormat { .. } => {
             let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
-            note(&format!(
-                "error: {error} (known: {}; --format says which)",
+            stderr::error(&format!(
+                "{error} (known: {}; --format says which)",
                 known.join(", ")
             ));
         }
@@ -29,7 +29,7 @@ pub fn print_error(error: &LoadError) {
             path,
             text,
             diagnostics,
-        } => note_raw(draw(path, text, diagnostics, theme()).trim_end()),
+        } => message_raw(draw(path, text, diagnostics, theme(), &error_label()).trim_end()),
     }
 }
 
@@ -38,15 +38,15 @@ pub fn print_warnings(path: &Path, warnings: &[Diagnostic]) {
     for warning in warnings {
         let help = warning.help.as_deref();
         let help = help.map_or(String::new(), |h| format!(" ({h})"));
-        let line = format!("warning: {}{help}", headline(path, warning));
-        note(&printable(&line));
+        let line = format!("{}{help}", headline(path, warning));
+        stderr::warning(&printable(&line));
     }
 }
 
 /// Prints notes on what was added because the file has none.
 pub fn print_notes(notes: &[String]) {
     for made_up in notes {
-        note(&format!("note: {}", printable(made_up)));
+        stderr::note(&printable(made_up));
     }
 }
 
@@ -59,13 +59,12 @@ fn headline(path: &Path, d: &Diagnostic) -> String {
     }
 }
 
-/// Colours and lines only on a terminal; NO_COLOR as in <https://no-color.org>.
+/// Lines only on a terminal, and colours where stderr takes them.
 fn theme() -> GraphicalTheme {
-    let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-    match (std::io::stderr().is_terminal(), plain) {
-        (false, _) => GraphicalTheme::none(),
-        (true, true) => GraphicalTheme::unicode_nocolor(),
-        (true, false) => GraphicalTheme::unicode(),
+    match (std::io::stderr().is_terminal(), takes_color()) {
+        (_, true) => GraphicalTheme::unicode(),
+        (true, false) => GraphicalTheme::unicode_nocolor(),
+        (false, false) => GraphicalTheme::none(),
     }
 }
 
@@ -73,14 +72,20 @@ fn theme() -> GraphicalTheme {
 /// file.
 const LONGEST_LINE: usize = 240;
 
-fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalTheme) -> String {
+fn draw(
+    path: &Path,
+    text: &str,
+    diagnostics: &[Diagnostic],
+    theme: GraphicalTheme,
+    label: &str,
+) -> String {
     // Unwrapped, so that `file:line:column` stays in one piece.
     let handler = GraphicalReportHandler::new_themed(theme)
         .with_wrap_lines(false)
         .with_links(false);
     let mut out = String::new();
     for d in diagnostics {
-        out.push_str(&format!("error: {}\n", printable(&headline(path, d))));
+        out.push_str(&format!("{label} {}\n", printable(&headline(path, d))));
         let problem = DrawnDiagnostic {
             place: SourceLine::of(path, text, d),
             help: d.help.as_deref().map(printable),
@@ -236,6 +241,7 @@ mod tests {
             text,
             diagnostics,
             GraphicalTheme::none(),
+            "error:",
         )
     }
 

@@ -1,7 +1,7 @@
 //! Errors of commands, and their exit codes.
 
 use super::diagnose;
-use super::stderr::note;
+use super::stderr::{self, message};
 use phalanx::bench::BenchError;
 use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
@@ -109,31 +109,29 @@ impl CliError {
     pub fn report(&self) {
         match self {
             CliError::Runtime(message) | CliError::Scene(message) | CliError::Missing(message) => {
-                note(&format!("error: {message}"));
+                stderr::error(message);
             }
             CliError::Usage(message) => {
-                note(&format!(
-                    "error: {message}\n\nFor more information, try '--help'."
-                ));
+                stderr::error(&format!("{message}\n\nFor more information, try '--help'."));
             }
             CliError::Load(error) => diagnose::print_error(error),
             CliError::Cache(error) => report_cache(error),
             CliError::Mismatch | CliError::Slower => {}
-            CliError::Bench(wrong) => note(&format!(
-                "error: {wrong}\n  help: no rate is given for a wrong answer"
+            CliError::Bench(wrong) => stderr::error(&format!(
+                "{wrong}\n  help: no rate is given for a wrong answer"
             )),
-            CliError::Interrupted => note("interrupted"),
-            CliError::Resumable(what) => note(&format!("interrupted: {what}")),
+            CliError::Interrupted => message("interrupted"),
+            CliError::Resumable(what) => message(&format!("interrupted: {what}")),
         }
     }
 }
 
 /// Prints the fault of a cache, with advice.
 fn report_cache(error: &CacheError) {
-    note(&format!("error: {error}"));
+    stderr::error(&error.to_string());
     if let CacheError::Refused { path, .. } = error {
         let path = shown_path(path);
-        note(&format!(
+        message(&format!(
             "  help: build it again from its scene: phalanx build SCENE -o {path}"
         ));
     }

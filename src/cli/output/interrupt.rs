@@ -12,7 +12,7 @@ use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};
 #[cfg(unix)]
 use super::process_status::process_status;
-use super::stderr::note;
+use super::stderr::message;
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
 use std::io::{self, Write};
@@ -74,7 +74,7 @@ fn on_signal(number: u8) {
         }
         WAIT | CAME => ANSWER.store(CAME, Ordering::SeqCst),
         _ => {
-            note("interrupted");
+            message("interrupted");
             std::process::exit(signal_exit_code().into());
         }
     }

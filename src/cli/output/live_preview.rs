@@ -4,7 +4,7 @@
 use super::destination::is_replaced;
 use super::error::CliError;
 use super::preview::Preview;
-use super::stderr::note;
+use super::stderr::warning;
 use phalanx::frame::Tile;
 use phalanx::image::{Exposure, Picture, encode, save_png};
 use phalanx::jobs::Thumbnail;
@@ -120,6 +120,6 @@ impl<'a> PreviewWriter<'a> {
 /// up a picture that takes hours.
 fn save(path: &Path, picture: &Picture) {
     if let Err(error) = save_png(path, picture) {
-        note(&format!("warning: {error}"));
+        warning(&error.to_string());
     }
 }

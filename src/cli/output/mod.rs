@@ -17,6 +17,7 @@ mod stats;
 mod stderr;
 mod stdout;
 mod table;
+mod verbosity;
 
 pub use destination::{
     absolute_path, check_distinct, check_kind, check_picture_place, check_place, check_png_place,
@@ -34,6 +35,7 @@ pub use render_summary::{PictureWindow, RenderSummary};
 pub use stats::{
     PrimitiveCounts, TreeFigures, mrays_per_s, rays_by_kind, serialize_rates, serialize_rays,
 };
-pub use stderr::{advise, note, printable};
+pub use stderr::{advise, error, message, note, printable, status, warning};
 pub use stdout::{Output, print, print_json, print_output, print_raw};
 pub use table::{aligned, bytes, grouped, lines};
+pub use verbosity::{Verbosity, set_verbosity, verbosity};

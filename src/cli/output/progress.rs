@@ -5,7 +5,8 @@ use super::error::CliError;
 use super::interrupt;
 use super::live_preview::{LivePreview, PreviewWriter};
 use super::stats::mrays_per_s;
-use super::stderr::note;
+use super::stderr::message;
+use super::verbosity::{Verbosity, verbosity};
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use phalanx::frame::{self, Accel, Control, Frame, Settings};
@@ -208,7 +209,7 @@ impl<'a> ProgressReporter<'a> {
         let preview = options.live_preview.map(PreviewWriter::of);
         let covered = preview.as_ref().is_some_and(PreviewWriter::draws);
         let drawn = match options.mode {
-            ProgressMode::Auto => terminal && !covered,
+            ProgressMode::Auto => terminal && !covered && verbosity() != Verbosity::Quiet,
             ProgressMode::Bar => !covered,
             ProgressMode::Json | ProgressMode::None => false,
         };
@@ -235,7 +236,7 @@ impl<'a> ProgressReporter<'a> {
         if self.json
             && let Ok(line) = serde_json::to_string(state)
         {
-            note(&line);
+            message(&line);
         }
         if let Some(preview) = &mut self.preview {
             preview.show(&state.words(), end, stop);

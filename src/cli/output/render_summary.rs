@@ -94,13 +94,21 @@ impl RenderSummary {
         }
     }
 
+    /// The samples in words.
+    pub fn samples_words(&self) -> String {
+        match self.spp {
+            1 => "1 sample per pixel".to_owned(),
+            more => format!("{more} samples per pixel"),
+        }
+    }
+
     /// The settings in words; the filter only where it matters, and the least weight where there is
     /// one.
     pub fn words(&self) -> String {
-        let mut words = match self.spp {
-            1 => "one sample a pixel".to_owned(),
-            more => format!("{more} samples a pixel ({})", self.filter),
-        };
+        let mut words = self.samples_words();
+        if self.spp > 1 {
+            words.push_str(&format!(" ({})", self.filter));
+        }
         if let Some(threshold) = self.aa_threshold {
             words = format!("up to {words}, adaptive to {threshold}");
         }
@@ -138,9 +146,9 @@ mod tests {
             max_depth: 11,
             ..default.clone()
         };
-        let words = "one sample a pixel, rays of weight 0.00024414063 and more";
+        let words = "1 sample per pixel, rays of weight 0.00024414063 and more";
         assert_eq!(of(&deep).words(), words);
-        assert_eq!(of(&default).words(), "one sample a pixel");
+        assert_eq!(of(&default).words(), "1 sample per pixel");
         let pinhole = Lens {
             aperture: 0.0,
             focus: 3.0,
@@ -149,7 +157,7 @@ mod tests {
             lens: Some(pinhole),
             ..default
         };
-        assert_eq!(of(&settings).words(), "one sample a pixel");
+        assert_eq!(of(&settings).words(), "1 sample per pixel");
         let settings = Settings {
             sampling: Sampling {
                 spp: 4,
@@ -164,7 +172,7 @@ mod tests {
             ..settings
         };
         let words =
-            "4 samples a pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
+            "4 samples per pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
         assert_eq!(of(&settings).words(), words);
         let endless = Settings {
             integrator: Integrator::Occlusion {

@@ -1,17 +1,72 @@
 //! Messages on stderr.
 
+use super::verbosity::{Verbosity, verbosity};
+use anstream::{AutoStream, ColorChoice};
 use phalanx::scene::escaped;
 use std::borrow::Cow;
 use std::io::{self, Write};
 
+/// ANSI sequences of a label: bold, in a colour.
+const RED: &str = "\u{1b}[1;31m";
+const YELLOW: &str = "\u{1b}[1;33m";
+const CYAN: &str = "\u{1b}[1;36m";
+const RESET: &str = "\u{1b}[0m";
+
+/// Writes why a command fails.
+pub fn error(text: &str) {
+    labelled("error", RED, text);
+}
+
+/// Writes that something is likely not as the user wants it.
+pub fn warning(text: &str) {
+    labelled("warning", YELLOW, text);
+}
+
+/// Writes that something is worth knowing. `--quiet` leaves it out.
+pub fn note(text: &str) {
+    if verbosity() != Verbosity::Quiet {
+        labelled("note", CYAN, text);
+    }
+}
+
+/// Writes how work goes on. `--quiet` leaves it out.
+pub fn status(line: &str) {
+    if verbosity() != Verbosity::Quiet {
+        message(line);
+    }
+}
+
 /// Writes a line to stderr. A closed stderr is no error.
-pub fn note(line: &str) {
-    note_raw(&printable(line));
+pub fn message(line: &str) {
+    message_raw(&printable(line));
 }
 
 /// Writes a line that may contain control sequences to stderr, for drawings in colour.
-pub fn note_raw(line: &str) {
+pub fn message_raw(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+fn labelled(label: &str, color: &str, text: &str) {
+    message_raw(&format!("{} {}", colored(label, color), printable(text)));
+}
+
+/// A label and its colon, in colour where stderr takes it.
+fn colored(label: &str, color: &str) -> String {
+    match takes_color() {
+        true => format!("{color}{label}:{RESET}"),
+        false => format!("{label}:"),
+    }
+}
+
+/// The label of an error, as [`error`] writes it.
+pub fn error_label() -> String {
+    colored("error", RED)
+}
+
+/// Returns true if stderr takes colours, by the rules of <https://bixense.com/clicolors>: NO_COLOR,
+/// then CLICOLOR_FORCE, then CLICOLOR and whether it is a terminal.
+pub fn takes_color() -> bool {
+    AutoStream::choice(&io::stderr()) != ColorChoice::Never
 }
 
 /// A text for people, with all control characters escaped but those of lines and columns: foreign
@@ -28,7 +83,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 /// Prints a line on stderr if this build leaves instructions of this CPU unused.
 pub fn advise() {
     if let Some(advice) = phalanx::isa::advice() {
-        note(&format!("note: {advice}"));
+        note(&advice.to_string());
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::CliError;
 use super::stderr::printable;
+use super::verbosity::{Verbosity, verbosity};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -45,15 +46,21 @@ pub fn print_raw(text: &str) -> Result<(), CliError> {
 
 /// Result of a command, that programs and people read.
 pub trait Output: Serialize {
-    /// The text for people.
+    /// The text for people, with every figure.
     fn table(&self) -> String;
+    /// The text for people who did not ask for every figure.
+    fn short(&self) -> String {
+        self.table()
+    }
 }
 
-/// Writes a result to the place of results: as JSON, or its table.
+/// Writes a result to the place of results: as JSON, or its text as `--quiet` and `--verbose` ask.
 pub fn print_output(output: &impl Output, json: bool) -> Result<(), CliError> {
-    match json {
-        true => print_json(output),
-        false => print(&output.table()),
+    match (json, verbosity()) {
+        (true, _) => print_json(output),
+        (false, Verbosity::Quiet) => Ok(()),
+        (false, Verbosity::Normal) => print(&output.short()),
+        (false, Verbosity::Verbose) => print(&output.table()),
     }
 }
 

@@ -124,7 +124,7 @@ fn the_move_is_told_in_words_and_numbers_and_bounds_are_the_files() {
     assert_eq!(near["origin"], json!([0.0, 0.0, 0.0]));
     let line = format!("render far.obj -o far.png {}", given(PLACE));
     assert!(
-        room.ok(&line)
+        room.ok(&format!("{line} -v"))
             .contains("moved to a local origin: 500000, 0, -4012344\n")
     );
     assert_eq!(

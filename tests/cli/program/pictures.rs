@@ -7,7 +7,7 @@ use std::fs;
 #[test]
 fn render_writes_a_picture_and_a_table() {
     let room = TestFolder::new();
-    let table = room.ok("render a.test");
+    let table = room.ok("render a.test -v");
     for part in [
         "40x24",
         "2 spheres, 1 triangle",

@@ -1,4 +1,5 @@
-//! The README's sessions: every line that one shows is a line that the program prints.
+//! Sessions of the README and the manual: every line that one shows is a line that the program
+//! prints.
 
 use super::{TestFolder, ran};
 use std::os::unix::fs::symlink;
@@ -8,15 +9,32 @@ use std::process::Command;
 /// Added where pictures are verified: the lines name no size, and `.ci/run` verifies whole ones.
 const SMALL: &str = " --size 64x36";
 
+const README: &str = include_str!("../../../README.md");
+const MANUAL: &str = include_str!("../../../docs/manual.md");
+
+/// Most words of the README: what takes more belongs into the manual.
+const MOST_WORDS: usize = 1500;
+
+#[test]
+fn the_readme_is_short() {
+    let words = README.split_whitespace().count();
+    assert!(words <= MOST_WORDS, "{words} words");
+}
+
 #[test]
 fn sessions_print_what_they_show() {
-    let readme = include_str!("../../../README.md");
+    let shown: usize = [README, MANUAL].into_iter().map(sessions_of).sum();
+    assert!(shown > 10, "{shown} lines");
+}
+
+/// Runs the sessions of a text, and returns how many lines they show.
+fn sessions_of(text: &str) -> usize {
     let folder = TestFolder::new();
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     symlink(scenes, folder.path().join("scenes")).unwrap();
     let (mut inside, mut shown) = (false, 0);
     let mut printed: Vec<String> = Vec::new();
-    for line in readme.lines() {
+    for line in text.lines() {
         if line.starts_with("```") {
             inside = line == "```console";
         } else if let Some(command) = line.strip_prefix("$ ").filter(|_| inside) {
@@ -38,19 +56,18 @@ fn sessions_print_what_they_show() {
             shown += 1;
         }
     }
-    assert!(shown > 10, "{shown} lines");
+    shown
 }
 
 /// Checks that no output stands where the test above does not look, and that the program knows the
 /// options of every other command that is shown.
 #[test]
 fn commands_are_known_and_outputs_are_sessions() {
-    let readme = include_str!("../../../README.md");
     let binary = Path::new(env!("CARGO_BIN_EXE_phalanx"));
     let folder = binary.parent().expect("a folder").display();
     let path = std::env::var("PATH").unwrap_or_default();
     let (mut fence, mut commands) = (None, 0);
-    for line in readme.lines() {
+    for line in README.lines().chain(MANUAL.lines()) {
         if let Some(language) = line.strip_prefix("```") {
             fence = match fence {
                 Some(_) => None,

@@ -225,7 +225,7 @@ fn memory_is_told_part_by_part() {
     let render = room.json("render a.test -o a.png --json");
     assert_eq!(render["memory"]["film_bytes"], 40 * 24 * (12 + 12));
     assert_eq!(render["memory"]["scene_bytes"], memory["scene_bytes"]);
-    for line in ["render a.test -o a.png", "info a.test"] {
+    for line in ["render a.test -o a.png -v", "info a.test"] {
         let table = room.ok(line);
         for part in ["tree nodes", "vertices", "bytes each"] {
             assert!(table.contains(part), "{line}: {part} in\n{table}");

@@ -83,7 +83,7 @@ impl Baseline {
     ) -> Result<BenchRecord, CliError> {
         let of = |scene: &&BenchScene| suspects.iter().any(|s| s.scene == scene.info.name);
         let scenes: Vec<&BenchScene> = scenes.iter().filter(of).collect();
-        output::note(&format!(
+        output::status(&format!(
             "{} rates look slower: measuring {} scenes again",
             suspects.len(),
             scenes.len()
@@ -109,7 +109,7 @@ impl Baseline {
         let [old, new] = [&self.0, now].map(|record| &record.run.quality);
         if old != new {
             output::note(&format!(
-                "note: the baseline counts trees of quality {old}, this run of {new}: see --quality"
+                "the baseline counts trees of quality {old}, this run of {new}: see --quality"
             ));
         }
         let changes = counters(&self.0, now);

@@ -34,7 +34,7 @@ pub fn measure_scene(
     let measured = measure(&scene_input.scene, &info, plan, bar).map_err(CliError::Bench)?;
     bar.hidden(|| {
         for note in &measured.notes {
-            output::note(&format!("note: {note}"));
+            output::note(note);
         }
         output::print(&table::scene(&measured))
     })?;

@@ -10,8 +10,8 @@ pub use args::RenderArgs;
 
 use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
 use crate::cli::output::{
-    self, CliError, EvenColor, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of,
-    interrupt, mrays_per_s, progress,
+    self, CliError, EvenColor, LivePreview, MemoryStats, OutputFile, ProgressOptions, Verbosity,
+    format_of, interrupt, mrays_per_s, progress,
 };
 use phalanx::frame::{Accel, Aov, Engine, Integrator, Settings};
 use phalanx::image::ImageFormat;
@@ -54,7 +54,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let scene = &scene_input.scene;
     if matches!(settings.integrator, Integrator::Occlusion { .. }) && !args.beside.light.is_empty()
     {
-        output::note("note: ambient occlusion needs no lamps: --light changes nothing");
+        output::note("ambient occlusion needs no lamps: --light changes nothing");
     }
     let output = (args.grade).output_file(path, format, &args.picture, scene, &settings)?;
     let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
@@ -146,9 +146,7 @@ fn check_frames(
     scene: &Scene,
 ) -> Result<(), CliError> {
     if args.beside.camera.is_some() && args.frames.keyframes.is_some() {
-        output::note(
-            "note: the camera goes through the views of --keyframes: --camera changes nothing",
-        );
+        output::note("the camera goes through the views of --keyframes: --camera changes nothing");
     }
     for frame in sequence.frames.clone() {
         sequence.view(frame, &scene.view)?;
@@ -199,7 +197,7 @@ impl Job<'_> {
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
             let work = self.render(scene, &output, checkpoint.as_deref())?;
             let RenderSeconds { render, write, .. } = work.seconds;
-            if !self.args.json {
+            if !self.args.json && output::verbosity() != Verbosity::Quiet {
                 output::print(&format!(
                     "frame {frame}: {render:.3} seconds, {:.3} Mrays/s, {}\n",
                     mrays_per_s(work.stats.rays.total(), render),
@@ -258,7 +256,7 @@ impl Job<'_> {
             None => written?,
         };
         if let Some(reason) = color.explain(scene, (settings.width, settings.height)) {
-            output::note(&format!("warning: {reason}"));
+            output::warning(&reason);
         }
         let seconds = RenderSeconds {
             render: seconds,
@@ -275,7 +273,7 @@ fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Cl
     shard::warn_damaged(&file, path);
     if file.pixels() > 0 {
         let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
-        output::note(&format!(
+        output::status(&format!(
             "resuming from {}, {share:.1} % done",
             shown_path(path)
         ));

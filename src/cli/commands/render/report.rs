@@ -130,6 +130,41 @@ impl RenderDocument {
 }
 
 impl Output for RenderDocument {
+    /// The scene, the speed, and the file.
+    fn short(&self) -> String {
+        let PictureWindow { width, height, .. } = self.image.window;
+        let region = self.image.window.region_words();
+        let samples = self.summary.samples_words();
+        let RenderSeconds {
+            load,
+            build,
+            render,
+            write,
+        } = self.seconds;
+        let all = load + build + render + write;
+        let rays = self.rays.total() as f64 / 1e6;
+        let speed = mrays_per_s(self.rays.total(), render);
+        let plural = if self.threads == 1 { "" } else { "s" };
+        lines(&[
+            (
+                "scene",
+                format!(
+                    "{}: {}, {width}x{height}{region}, {samples}",
+                    self.scene,
+                    self.primitives.words()
+                ),
+            ),
+            (
+                "speed",
+                format!(
+                    "{speed:.1} Mrays/s, {rays:.1} million rays in {render:.2} s of {all:.2} s, {} thread{plural}",
+                    self.threads
+                ),
+            ),
+            ("written", self.image.written()),
+        ])
+    }
+
     fn table(&self) -> String {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
@@ -242,7 +277,7 @@ mod tests {
     fn the_table_says_the_same() {
         let table = report().table();
         for part in [
-            "scene        a.test, 640x480, one sample a pixel\n",
+            "scene        a.test, 640x480, 1 sample per pixel\n",
             "simd/auto on ",
             ", 2 threads\n",
             "4,711 nodes, depth 17",

@@ -32,7 +32,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let (shard, found) = shard_index::resolve(asked, |name| std::env::var(name).ok())?;
     let share = plan.share(shard)?;
     if let Some(name) = found {
-        output::note(&format!("shard {shard} of {}, by {name}", plan.shards));
+        output::status(&format!("shard {shard} of {}, by {name}", plan.shards));
     }
     interrupt::listen()?;
     output::advise();
@@ -87,8 +87,8 @@ impl Output for ShardDocument<'_> {
 /// Warns on stderr of the tiles of a file that must be rendered again.
 pub fn warn_damaged(file: &TileFile, name: &Path) {
     if file.damaged() > 0 {
-        output::note(&format!(
-            "warning: {}: {} tiles are damaged, and are rendered again",
+        output::warning(&format!(
+            "{}: {} tiles are damaged, and are rendered again",
             shown_path(name),
             grouped(file.damaged() as u64)
         ));

@@ -6,8 +6,8 @@ mod pixel_diff;
 mod pixel_hashes;
 
 use crate::cli::options::{
-    FrameArgs, KernelSet, PictureArgs, SceneArgs, SceneInput, TreeArgs, kernels_parser,
-    parse_thread_count,
+    FrameArgs, KernelSet, MACHINE, OUTPUT, PictureArgs, SceneArgs, SceneInput, TreeArgs,
+    kernels_parser, parse_thread_count,
 };
 use crate::cli::output::{
     self, CliError, PictureWindow, ProgressMode, RenderSummary, interrupt, progress, rays_by_kind,
@@ -25,11 +25,11 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    #[arg(
-        required = true,
-        value_name = "SCENE",
-        help = "Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin"
-    )]
+    /// Scene files, caches (.phx), standard:NAME[:SIZE], or -
+    ///
+    /// Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin
+    /// (see --format).
+    #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -39,23 +39,30 @@ pub struct VerifyArgs {
     pub tree: TreeArgs,
     #[command(flatten)]
     pub frames: FrameArgs,
-    /// Thread counts to render with, separated by commas
-    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
+    /// Thread counts to render with
+    ///
+    /// Thread counts to render with, one after the other, separated by commas.
+    #[arg(long, value_name = "N,…", help_heading = MACHINE, value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
     pub threads: Vec<usize>,
-    /// Traversal kernel of the packet engine, or all of them in turn
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernels_parser())]
+    /// Traversal kernel, or all of them in turn
+    ///
+    /// Traversal kernel of the packet engine, or all of them in turn: auto (the default), packet8,
+    /// packet16, beam8, beam16, single, or all.
+    #[arg(long, value_name = "NAME", help_heading = MACHINE, hide_possible_values = true, hide_default_value = true, default_value = "auto", value_parser = kernels_parser())]
     pub kernel: KernelSet,
-    /// Keep per-pixel hashes of hits and radiance in this file
-    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
+    /// Keep hashes of hits and radiance in this file
+    ///
+    /// Keep the hashes of each pixel's hit and radiance in this file, for --against.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "frames")]
     pub record: Option<PathBuf>,
     /// Compare with the hashes kept in this file
-    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "frames")]
     pub against: Option<PathBuf>,
     /// How progress is told
-    #[arg(long, value_enum, value_name = "MODE", default_value_t = ProgressMode::Auto)]
+    #[arg(long, value_enum, value_name = "MODE", help_heading = OUTPUT, hide_short_help = true, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
     /// Print one JSON document instead of lines
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
