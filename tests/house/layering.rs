@@ -169,18 +169,19 @@ const OWNERS: [(&str, &[&str], &str); 16] = [
     ),
     (
         "exr",
-        &["io/image/exr.rs"],
-        "files of linear radiance are written in one file",
+        &["io/image/exr.rs", "io/image/read/exr.rs"],
+        "files of linear radiance are written in one file, and read in another",
     ),
     (
         "png",
         &[
             "io/image/png.rs",
             "io/image/mod.rs",
+            "io/image/read/",
             "io/formats/picture/",
             "io/formats/texture.rs",
         ],
-        "pictures are written row by row in one file, and textures read so in another",
+        "pictures are written row by row in one file, and read so in another; textures have their own",
     ),
     (
         "signal_hook",
@@ -189,8 +190,8 @@ const OWNERS: [(&str, &[&str], &str); 16] = [
     ),
     (
         "jpeg_decoder",
-        &["io/formats/picture/jpeg.rs"],
-        "one decoder, without SIMD, gives every build the same texels",
+        &["io/formats/picture/jpeg.rs", "io/image/read/jpeg.rs"],
+        "one decoder, without SIMD, gives every build the same texels and samples",
     ),
     (
         "base64",

@@ -1,85 +1,340 @@
 //! `phalanx compare`.
 
-use crate::cli::output::{self, CliError, Output, grouped, lines};
+use crate::cli::options::{MaxDiffering, parse_max_differing, parse_tolerance};
+use crate::cli::output::{self, CliError, Output, aligned, grouped, lines};
 use clap::Args;
-use phalanx::image::{compare, heat, load, save_png};
+use phalanx::image::{
+    CompareError, DifferentSizes, LayerComparison, NotFinite, PictureComparison, PictureReader,
+    compare_pictures, save_heat, save_side_by_side,
+};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// First picture
+    /// First picture: PNG, JPEG, EXR, HDR or PFM
     pub a: PathBuf,
-    /// Second picture
+    /// Second picture, of any format that holds samples of the same meaning
     pub b: PathBuf,
-    /// Write a picture of the differences: black where equal, then red, yellow, white
+    /// Largest difference of a channel that still counts as equal: in steps of an 8-bit sample for
+    /// PNG and JPEG, in the file's own numbers for EXR, HDR and PFM [default: every bit counts]
+    #[arg(long, value_name = "T", value_parser = parse_tolerance)]
+    pub tolerance: Option<f64>,
+    /// Pixels that may differ beyond the tolerance: a number, or a share as in 0.1%
+    #[arg(long, value_name = "N|P%", value_parser = parse_max_differing, default_value = "0")]
+    pub max_differing: MaxDiffering,
+    /// Write a picture of the differences of the colours: black where equal, then red, yellow,
+    /// white; cyan where only one of them is a finite number
     #[arg(long, value_name = "OUT.png")]
     pub heat: Option<PathBuf>,
+    /// Write the first picture, the second and their differences beside each other
+    #[arg(long, value_name = "OUT.png")]
+    pub side_by_side: Option<PathBuf>,
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,
+}
+
+/// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
+pub fn run(args: &CompareArgs) -> Result<(), CliError> {
+    let pictures = [
+        ("--heat", args.heat.as_deref()),
+        ("--side-by-side", args.side_by_side.as_deref()),
+    ];
+    for (option, path) in pictures {
+        path.map_or(Ok(()), |path| output::check_png_place(path, option))?;
+    }
+    output::check_distinct(&pictures)?;
+    let (mut a, mut b) = (PictureReader::open(&args.a)?, PictureReader::open(&args.b)?);
+    let found = compare_pictures(&mut a, &mut b, args.tolerance).map_err(refusal)?;
+    if let Some(path) = &args.heat {
+        save_heat(path, &mut a, &mut b, &found).map_err(refusal)?;
+    }
+    if let Some(path) = &args.side_by_side {
+        save_side_by_side(path, &mut a, &mut b, &found).map_err(refusal)?;
+    }
+    let verdict = Verdict::of(&found, args);
+    output::print_output(&CompareDocument::of(args, &found, verdict), args.json)?;
+    match verdict {
+        Verdict::Different => Err(CliError::Mismatch),
+        Verdict::Identical | Verdict::WithinTolerance => Ok(()),
+    }
+}
+
+/// The error of pictures that were not compared.
+fn refusal(error: CompareError) -> CliError {
+    match error {
+        CompareError::Picture(error) => error.into(),
+        CompareError::Sizes(sizes @ DifferentSizes(..)) => {
+            output::error(&sizes.to_string());
+            CliError::Mismatch
+        }
+        CompareError::Meaning { .. } => CliError::Usage(error.to_string()).with_hint(
+            "compare PNG and JPEG with each other, and EXR, HDR and PFM with each other",
+        ),
+        other => CliError::Runtime(other.to_string()),
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Verdict {
+    Identical,
+    WithinTolerance,
+    Different,
+}
+
+impl Verdict {
+    fn of(found: &PictureComparison, args: &CompareArgs) -> Verdict {
+        let allowed = args.max_differing.pixels(found.pixels());
+        match found.only_in.iter().all(Vec::is_empty) && found.differing <= allowed {
+            _ if found.identical() => Verdict::Identical,
+            true => Verdict::WithinTolerance,
+            false => Verdict::Different,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
 struct CompareDocument {
     a: String,
     b: String,
+    verdict: Verdict,
     exact: bool,
+    width: u32,
+    height: u32,
+    /// Unit of differences: steps of an 8-bit sample, or the file's own numbers.
+    unit: &'static str,
+    tolerance: Option<f64>,
+    max_differing: u64,
+    /// Largest difference of all layers.
     largest_difference: f64,
+    /// Of the first layer: colours, if both have them.
     rmse: f64,
     differing_pixels: u64,
     share: f64,
+    layers: Vec<LayerRow>,
+    only_in_a: Vec<String>,
+    only_in_b: Vec<String>,
+    not_compared: Vec<String>,
     /// The picture of the differences, if one was requested.
     heat: Option<String>,
+    side_by_side: Option<String>,
 }
 
-/// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
-pub fn run(args: &CompareArgs) -> Result<(), CliError> {
-    if let Some(path) = &args.heat {
-        output::check_png_place(path, "--heat")?;
+/// Figures of a layer.
+#[derive(Debug, Serialize)]
+struct LayerRow {
+    name: String,
+    channels: Vec<String>,
+    exact: bool,
+    largest_difference: f64,
+    /// The first sample with the largest difference.
+    at: Option<SamplePlace>,
+    rmse: f64,
+    psnr: Option<f64>,
+    ssim: Option<f64>,
+    differing_pixels: u64,
+    share: f64,
+    nan: [u64; 2],
+    infinite: [u64; 2],
+    differing_not_finite: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct SamplePlace {
+    x: u32,
+    y: u32,
+    channel: String,
+}
+
+impl CompareDocument {
+    fn of(args: &CompareArgs, found: &PictureComparison, verdict: Verdict) -> CompareDocument {
+        let name = |path: &Path| path.to_string_lossy().into_owned();
+        let share = |pixels: u64| pixels as f64 / found.pixels().max(1) as f64;
+        let layers = found.layers.iter();
+        let layers: Vec<LayerRow> = layers
+            .map(|layer| LayerRow::of(layer, share(layer.differing)))
+            .collect();
+        let [only_in_a, only_in_b] = found.only_in.clone();
+        CompareDocument {
+            a: name(&args.a),
+            b: name(&args.b),
+            verdict,
+            exact: verdict == Verdict::Identical,
+            width: found.width,
+            height: found.height,
+            unit: if found.display {
+                "8-bit steps"
+            } else {
+                "linear"
+            },
+            tolerance: args.tolerance,
+            max_differing: args.max_differing.pixels(found.pixels()),
+            largest_difference: layers.iter().fold(0.0, |m, l| l.largest_difference.max(m)),
+            rmse: layers.first().map_or(0.0, |layer| layer.rmse),
+            differing_pixels: found.differing,
+            share: share(found.differing),
+            layers,
+            only_in_a,
+            only_in_b,
+            not_compared: found.left_out.clone(),
+            heat: args.heat.as_deref().map(name),
+            side_by_side: args.side_by_side.as_deref().map(name),
+        }
     }
-    let (a, b) = (load(&args.a)?, load(&args.b)?);
-    let found = compare(&a, &b).map_err(|sizes| {
-        output::error(&sizes.to_string());
-        CliError::Mismatch
-    })?;
-    if let Some(path) = &args.heat
-        && let Ok(picture) = heat(&a, &b)
-    {
-        save_png(path, &picture)?;
+
+    /// Lines about layers that only one picture has, and about samples that are not finite.
+    fn remarks(&self) -> Vec<(&'static str, String)> {
+        let mut rows = Vec::new();
+        for (label, names) in [
+            ("only in first", &self.only_in_a),
+            ("only in second", &self.only_in_b),
+            ("not compared", &self.not_compared),
+        ] {
+            if !names.is_empty() {
+                rows.push((label, names.join(", ")));
+            }
+        }
+        for layer in &self.layers {
+            rows.extend(layer.not_finite().map(|text| ("not finite", text)));
+        }
+        rows
     }
-    let name = |path: &PathBuf| path.to_string_lossy().into_owned();
-    let document = CompareDocument {
-        a: name(&args.a),
-        b: name(&args.b),
-        exact: found.exact,
-        largest_difference: found.largest,
-        rmse: found.rmse,
-        differing_pixels: found.differing,
-        share: found.share,
-        heat: args.heat.as_ref().map(name),
-    };
-    output::print_output(&document, args.json)?;
-    match found.exact {
-        true => Ok(()),
-        false => Err(CliError::Mismatch),
+}
+
+impl LayerRow {
+    fn of(layer: &LayerComparison, share: f64) -> LayerRow {
+        let NotFinite {
+            nan,
+            infinite,
+            different,
+        } = layer.not_finite;
+        LayerRow {
+            name: layer.name.clone(),
+            channels: layer.channels.clone(),
+            exact: layer.identical,
+            largest_difference: layer.largest.as_ref().map_or(0.0, |largest| largest.value),
+            at: layer.largest.as_ref().map(|largest| SamplePlace {
+                x: largest.x,
+                y: largest.y,
+                channel: largest.channel.clone(),
+            }),
+            rmse: layer.rmse,
+            psnr: layer.psnr,
+            ssim: layer.ssim,
+            differing_pixels: layer.differing,
+            share,
+            nan,
+            infinite,
+            differing_not_finite: different,
+        }
+    }
+
+    fn not_finite(&self) -> Option<String> {
+        let ([nan_a, nan_b], [infinite_a, infinite_b]) = (self.nan, self.infinite);
+        let all = nan_a + nan_b + infinite_a + infinite_b;
+        (all > 0).then(|| {
+            format!(
+                "{}: NaN {} and {}, infinite {} and {}, {} of them different",
+                self.name,
+                grouped(nan_a),
+                grouped(nan_b),
+                grouped(infinite_a),
+                grouped(infinite_b),
+                grouped(self.differing_not_finite)
+            )
+        })
+    }
+
+    /// The pixel of the largest difference, and its channel.
+    fn place(&self) -> String {
+        self.at.as_ref().map_or("-".to_owned(), |at| {
+            format!("{},{} {}", at.x, at.y, at.channel)
+        })
+    }
+
+    fn differing(&self) -> String {
+        let share = 100.0 * self.share;
+        format!("{} ({share:.4} %)", grouped(self.differing_pixels))
+    }
+
+    /// The row of a table of several layers.
+    fn cells(&self) -> Vec<String> {
+        let mut cells = vec![self.name.clone()];
+        if self.exact {
+            cells.push("identical".to_owned());
+            return cells;
+        }
+        let optional = |value: Option<f64>, decimals: usize| {
+            value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+        };
+        cells.extend([
+            float(self.largest_difference),
+            self.place(),
+            float(self.rmse),
+            optional(self.psnr, 2),
+            optional(self.ssim, 4),
+            grouped(self.differing_pixels),
+        ]);
+        cells
+    }
+}
+
+/// A number of linear samples, which may be of any size.
+fn float(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-3..1e5).contains(&size) => format!("{value:.6}"),
+        _ => format!("{value:.3e}"),
     }
 }
 
 impl Output for CompareDocument {
     fn table(&self) -> String {
-        if self.exact {
-            return "identical\n".to_owned();
+        let mut text = match self.verdict {
+            Verdict::Identical => "identical\n",
+            Verdict::WithinTolerance => "within the tolerance\n",
+            Verdict::Different => "different\n",
         }
-        // The largest difference of 8-bit pictures is a whole number, and is written as one.
-        let largest = (self.largest_difference * 1000.0).round() / 1000.0;
-        let share = 100.0 * self.share;
-        let differing = format!("{} ({share:.4} %)", grouped(self.differing_pixels));
-        let rows = [
-            ("largest difference", format!("{largest} of 255")),
-            ("root mean square", format!("{:.6}", self.rmse)),
-            ("differing pixels", differing),
-        ];
-        format!("different\n{}", lines(&rows))
+        .to_owned();
+        match &self.layers[..] {
+            _ if self.exact => {}
+            [layer] => text.push_str(&self.figures(layer)),
+            layers => {
+                let head = ["layer", "largest", "at", "RMS", "PSNR", "SSIM", "pixels"];
+                let head = head.map(str::to_owned).to_vec();
+                let rows = layers.iter().map(LayerRow::cells);
+                let rows: Vec<_> = std::iter::once(head).chain(rows).collect();
+                let rows = aligned(&rows);
+                rows.iter().for_each(|row| text.extend([row, "\n"]));
+            }
+        }
+        text + &lines(&self.remarks())
+    }
+}
+
+impl CompareDocument {
+    /// Lines of the figures of a single layer.
+    fn figures(&self, layer: &LayerRow) -> String {
+        let screen = self.unit == "8-bit steps";
+        let largest = match screen {
+            // The largest difference of 8-bit pictures is a whole number, and is written as one.
+            true => format!(
+                "{} of 255",
+                (layer.largest_difference * 1000.0).round() / 1000.0
+            ),
+            false => float(layer.largest_difference),
+        };
+        let rms = match screen {
+            true => format!("{:.6}", layer.rmse),
+            false => float(layer.rmse),
+        };
+        let mut rows = vec![("largest difference", largest), ("at pixel", layer.place())];
+        rows.push(("root mean square", rms));
+        rows.extend(layer.psnr.map(|psnr| ("PSNR", format!("{psnr:.2} dB"))));
+        rows.extend(layer.ssim.map(|ssim| ("SSIM", format!("{ssim:.4}"))));
+        rows.push(("differing pixels", layer.differing()));
+        lines(&rows)
     }
 }

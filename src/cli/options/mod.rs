@@ -13,6 +13,7 @@ mod parsers;
 mod picture_args;
 mod scene_args;
 mod scene_input;
+mod tolerance;
 mod work_args;
 
 pub use budget::film_bytes;
@@ -23,4 +24,5 @@ pub use parsers::{name_parser, parse_number};
 pub use picture_args::{PictureArgs, parse_size};
 pub use scene_args::{SceneArgs, WantedPicture};
 pub use scene_input::{SceneInput, stem};
+pub use tolerance::{MaxDiffering, parse_max_differing, parse_tolerance};
 pub use work_args::{KernelSet, TreeArgs, WorkArgs, kernels_parser, parse_thread_count};

@@ -3,12 +3,13 @@
 
 use super::description::{BAND_ROWS, Depth, PictureFile};
 use super::encoder::Encoder;
+use super::error::PictureError;
 use super::exr::write_exr;
 use super::file::{WriteSeek, in_memory, replace_file, replace_file_seeking};
 use super::format::ImageFormat;
 use super::hdr_pfm::{write_hdr, write_pfm};
 use super::jpeg::write_jpeg;
-use super::png::{PictureError, write_png, write_png_16};
+use super::png::{write_png, write_png_16};
 use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
 use std::path::Path;

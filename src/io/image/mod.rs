@@ -2,9 +2,9 @@
 //!
 //! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples
 //! ([`encode`]), and a picture becomes a file ([`save_png`]). Films that lie one below the other
-//! become a file of any [`ImageFormat`] ([`save_bands`]). Files become [`Raster`]s ([`load`]), and
-//! two of them are compared ([`compare()`], [`heat`]). Every step gives the same bytes on every
-//! machine and in every build, however the film was cut.
+//! become a file of any [`ImageFormat`] ([`save_bands`]). Files are read by rows ([`PictureReader`]) or
+//! as a whole ([`load`]), and two of them are compared ([`compare_pictures`]). Every step gives the
+//! same bytes on every machine and in every build, however the film was cut.
 
 mod bands;
 mod compare;
@@ -16,6 +16,7 @@ mod description;
 mod descriptor;
 mod destination;
 mod encoder;
+mod error;
 mod exr;
 mod false_color;
 mod file;
@@ -24,17 +25,23 @@ mod format;
 mod hdr_pfm;
 mod jpeg;
 mod png;
+mod read;
 mod temporary;
 #[cfg(test)]
 mod test_film;
 
 pub use bands::{save_bands, write_bands};
-pub use compare::{Comparison, DifferentSizes, compare, heat};
+pub use compare::{
+    LargestDifference, LayerComparison, NotFinite, PictureComparison, compare_pictures, save_heat,
+    save_side_by_side,
+};
 pub use description::{BAND_ROWS, Depth, PictureFile};
 pub use destination::Destination;
 pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
+pub use error::{CompareError, DifferentSizes, PictureError};
 pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
 pub use folder::folder_of;
 pub use format::ImageFormat;
-pub use png::{PictureError, Raster, load, png_bytes, save_png};
+pub use png::{png_bytes, save_png};
+pub use read::{PictureChannel, PictureLayout, PictureReader, Planes, Raster, SampleKind, load};

@@ -1,42 +1,11 @@
-//! PNG files, in and out.
+//! PNG files, for output.
 
 use super::encoder::Picture;
+use super::error::PictureError;
 use super::file::replace_file;
-use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use ::png::{BitDepth, ColorType, DeflateCompression, EncodingError, Filter};
-use phalanx_scene::shown_path;
-use std::fs::File;
-use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
-
-/// The reason why a picture could not be read or written.
-#[derive(Debug, thiserror::Error)]
-pub enum PictureError {
-    /// The file could not be written; a regular file that was there is still there.
-    #[error("cannot write {}: {source}", shown_path(path))]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
-    /// The file could not be read.
-    #[error("cannot read {}: {source}", shown_path(path))]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
-    /// The file is no PNG, or a broken one, or one too large.
-    #[error("{}: not a PNG picture that can be read: {reason}", shown_path(path))]
-    Decode {
-        /// The file.
-        path: PathBuf,
-        /// The decoder's message.
-        reason: String,
-    },
-}
+use std::io::{self, Write};
+use std::path::Path;
 
 /// Saves a picture as an 8-bit RGB PNG: whole, or not at all (see [`replace_file`]).
 ///
@@ -129,101 +98,9 @@ pub(super) fn io_error(error: ::image::ImageError) -> io::Error {
     }
 }
 
-/// A picture in the form in which it is compared: RGBA, 16 bits a sample. An 8-bit sample s becomes
-/// 257 s, and missing alpha becomes opaque.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Raster {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Pixels, row by row from the top left.
-    pub pixels: Vec<[u16; 4]>,
-}
-
-/// Reads a PNG of 8 or 16 bits a sample (grey, colour, palette, with alpha or without).
-///
-/// # Errors
-/// [`PictureError::Read`] and [`PictureError::Decode`].
-pub fn load(path: &Path) -> Result<Raster, PictureError> {
-    let unreadable = |source| PictureError::Read {
-        path: path.to_path_buf(),
-        source,
-    };
-    let broken = |reason: String| PictureError::Decode {
-        path: path.to_path_buf(),
-        reason,
-    };
-    let bytes = read(path).map_err(unreadable)?;
-    check_palette(&bytes).map_err(broken)?;
-    let mut reader = ImageReader::with_format(io::Cursor::new(&bytes), ImageFormat::Png);
-    reader.limits(limits());
-    let decoder = reader.into_decoder().map_err(|e| broken(e.to_string()))?;
-    let (width, height) = decoder.dimensions();
-    // Checked before anything is allocated by that size.
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(broken(format!(
-            "{width}x{height} pixels are more than {MAX_PIXELS}"
-        )));
-    }
-    let picture = DynamicImage::from_decoder(decoder).map_err(|e| broken(e.to_string()))?;
-    let pixels = picture.into_rgba16().pixels().map(|p| p.0).collect();
-    Ok(Raster {
-        width,
-        height,
-        pixels,
-    })
-}
-
-/// The bytes of a file, read only as long as it may be a PNG. A device that never ends is not read
-/// beyond its first bytes.
-fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
-    let mut bytes = Vec::new();
-    (&mut file)
-        .take(SIGNATURE.len() as u64)
-        .read_to_end(&mut bytes)?;
-    if bytes == SIGNATURE {
-        file.take(MAX_BYTES).read_to_end(&mut bytes)?;
-    }
-    Ok(bytes)
-}
-
-/// First bytes of every PNG.
-const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
-
-/// Bound on the bytes of a file: more than the largest picture takes, even where nothing can be
-/// compressed.
-const MAX_BYTES: u64 = MAX_PIXELS * 9;
-
-/// Refuses a palette that is not whole colours, 1 to 256: the decoder takes its length to be right.
-/// The decoder reports all other faults.
-fn check_palette(bytes: &[u8]) -> Result<(), String> {
-    let mut decoder = ::png::Decoder::new(io::Cursor::new(bytes));
-    decoder.set_ignore_text_chunk(true);
-    decoder.set_ignore_iccp_chunk(true);
-    let reader = decoder.read_info().ok();
-    let info = reader.as_ref().map(|reader| reader.info());
-    let indexed = info.filter(|info| info.color_type == ColorType::Indexed);
-    let bytes = indexed.map_or(3, |info| info.palette.as_ref().map_or(0, |p| p.len()));
-    match (3..=3 * 256).contains(&bytes) && bytes.is_multiple_of(3) {
-        true => Ok(()),
-        false => Err("its palette (PLTE) does not hold whole colours, 1 to 256".into()),
-    }
-}
-
-/// Most pixels of a picture that is read: all of it is held in memory.
-const MAX_PIXELS: u64 = 1 << 28;
-
-/// Limits that leave memory for the largest picture, RGBA of 16 bits.
-fn limits() -> Limits {
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MAX_PIXELS * 8);
-    limits
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::read::load;
     use super::*;
     use std::fs;
 
@@ -264,59 +141,4 @@ mod tests {
     }
 
     const PIN: u64 = 17_519_977_720_008_669_062;
-
-    #[test]
-    fn sixteen_bits_and_grey_are_read() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("grey.png");
-        let grey =
-            ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(2, 1, vec![3u16, 40_000]);
-        grey.unwrap().save(&path).unwrap();
-        let expected = [[3, 3, 3, 65_535], [40_000, 40_000, 40_000, 65_535]];
-        assert_eq!(load(&path).unwrap().pixels, expected);
-    }
-
-    #[test]
-    fn broken_files_are_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let whole = folder.path().join("whole.png");
-        save_png(&whole, &ramp()).unwrap();
-        let bytes = fs::read(&whole).unwrap();
-        let path = folder.path().join("broken.png");
-        for broken in [&b""[..], b"not a picture", &bytes[..bytes.len() / 2]] {
-            fs::write(&path, broken).unwrap();
-            let message = load(&path).unwrap_err().to_string();
-            assert!(
-                message.contains("broken.png: not a PNG picture"),
-                "{message}"
-            );
-        }
-        let missing = load(&folder.path().join("missing.png")).unwrap_err();
-        assert!(matches!(missing, PictureError::Read { .. }));
-        let folder_itself = load(folder.path()).unwrap_err();
-        assert!(matches!(folder_itself, PictureError::Read { .. }));
-    }
-
-    #[test]
-    fn a_picture_too_large_is_refused_by_its_header() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("huge.png");
-        save_png(&path, &ramp()).unwrap();
-        let mut bytes = fs::read(&path).unwrap();
-        // IHDR: width and height at 16 and 20, then its checksum at 29.
-        bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
-        let crc = crc32(&bytes[12..29]);
-        bytes[29..33].copy_from_slice(&crc.to_be_bytes());
-        fs::write(&path, bytes).unwrap();
-        let message = load(&path).unwrap_err().to_string();
-        assert!(message.contains("65536x65536"), "{message}");
-    }
-
-    fn crc32(bytes: &[u8]) -> u32 {
-        !bytes.iter().fold(!0, |crc, &b| {
-            (0..8).fold(crc ^ u32::from(b), |c, _| {
-                c >> 1 ^ (0xedb8_8320 & (c & 1).wrapping_neg())
-            })
-        })
-    }
 }

@@ -189,7 +189,11 @@ fn devices_are_neither_pictures_nor_records_nor_keyframes() {
     let room = TestFolder::new();
     room.ok("render a.test -o b.png");
     for (line, code, part) in [
-        ("compare /dev/zero b.png", 1, "not a PNG picture"),
+        (
+            "compare /dev/zero b.png",
+            1,
+            "not a picture that can be read",
+        ),
         ("verify a.test --against /dev/zero", 1, "not a record"),
         (
             "render a.test -o c.png --frames 0..1 --keyframes /dev/zero",

@@ -138,7 +138,7 @@ fn files_that_cannot_be_read_are_1() {
     room.refused(
         "compare a.test a.test",
         1,
-        &["error: a.test: not a PNG picture"],
+        &["error: a.test: not a picture that can be read: it is none of PNG, JPEG"],
     );
     room.refused(
         "verify a.test --against none.json",

@@ -1,0 +1,85 @@
+//! The same rows of two pictures, band by band.
+
+use super::super::error::{CompareError, PictureError};
+use super::super::read::{PictureLayout, PictureReader, Planes};
+
+/// Bytes of a band of both pictures, unless a few rows take more.
+const BAND_BYTES: u64 = 64 << 20;
+/// Most bytes of a band of both pictures.
+const MAX_BAND_BYTES: u64 = 1 << 30;
+/// Least number of rows of a band.
+const MIN_ROWS: u64 = 16;
+/// Rows of the blocks of most files.
+const BLOCK_ROWS: u64 = 64;
+
+/// Some rows of two pictures.
+pub(super) struct BandPair {
+    /// The first row.
+    pub(super) top: u32,
+    /// Number of rows.
+    pub(super) rows: u32,
+    /// Samples of each picture.
+    pub(super) planes: [Planes; 2],
+}
+
+/// Reads two pictures of the same size from the top.
+pub(super) struct BandPairs<'a> {
+    a: &'a mut PictureReader,
+    b: &'a mut PictureReader,
+    rows: u32,
+    next: u32,
+}
+
+impl<'a> BandPairs<'a> {
+    pub(super) fn new(
+        a: &'a mut PictureReader,
+        b: &'a mut PictureReader,
+    ) -> Result<BandPairs<'a>, CompareError> {
+        let rows = rows_at_once(a.layout(), b.layout())?;
+        Ok(BandPairs {
+            a,
+            b,
+            rows,
+            next: 0,
+        })
+    }
+}
+
+/// Number of rows that are read at once.
+fn rows_at_once(a: &PictureLayout, b: &PictureLayout) -> Result<u32, CompareError> {
+    let samples = |layout: &PictureLayout| u64::from(layout.width) * layout.channels.len() as u64;
+    let row = 4 * (samples(a) + samples(b)).max(1);
+    let rows = match BAND_BYTES / row {
+        few @ 0..BLOCK_ROWS => few.max(MIN_ROWS),
+        many => many / BLOCK_ROWS * BLOCK_ROWS,
+    };
+    let rows = rows.min(u64::from(a.height.max(1)));
+    match rows * row > MAX_BAND_BYTES {
+        false => Ok(rows as u32),
+        true => Err(CompareError::Memory {
+            rows: rows as u32,
+            bytes: rows * row,
+            most: MAX_BAND_BYTES,
+        }),
+    }
+}
+
+impl Iterator for BandPairs<'_> {
+    type Item = Result<BandPair, PictureError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (top, height) = (self.next, self.a.layout().height);
+        if top >= height {
+            return None;
+        }
+        let end = height.min(top + self.rows);
+        self.next = end;
+        let (a, b) = (&mut self.a, &mut self.b);
+        let planes = a.read(top..end).and_then(|a| Ok([a, b.read(top..end)?]));
+        Some(planes.map(|planes| BandPair {
+            top,
+            rows: end - top,
+            planes,
+        }))
+    }
+}

@@ -1,0 +1,191 @@
+//! Comparison of two pictures, layer by layer.
+
+use super::super::error::CompareError;
+use super::super::read::{PictureReader, SampleKind};
+use super::band_pairs::{BandPair, BandPairs};
+use super::difference::{LargestDifference, LayerDifference, NotFinite, row_difference};
+use super::layers::{LayerPair, LayerPairs, pair_layers};
+use super::ssim::SsimChannel;
+use rayon::prelude::*;
+
+/// Differences of two pictures of one size. Samples for a screen are in steps of an 8-bit sample,
+/// 0 to 255, of which 16-bit files give fractions; linear samples are as they are in the files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PictureComparison {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// True if the samples are for a screen, and in steps of an 8-bit sample.
+    pub display: bool,
+    /// Layers that both pictures have, colours first.
+    pub layers: Vec<LayerComparison>,
+    /// Layers, and channels of layers, that only the first picture has, and those that only the
+    /// second has.
+    pub only_in: [Vec<String>; 2],
+    /// Layers and channels that are not compared, because the other picture's format holds colours
+    /// only.
+    pub left_out: Vec<String>,
+    /// Pixels that differ beyond the tolerance in some layer.
+    pub differing: u64,
+}
+
+/// Differences of one layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerComparison {
+    /// Its name; that of red, green, blue and alpha is `color`.
+    pub name: String,
+    /// Names of its channels.
+    pub channels: Vec<String>,
+    /// True if no bit of a sample differs.
+    pub identical: bool,
+    /// Largest difference of finite samples; `None` if there is none above 0.
+    pub largest: Option<LargestDifference>,
+    /// Root mean square difference of finite samples. Alpha of the colours is left out, as opaque
+    /// pictures would dilute it.
+    pub rmse: f64,
+    /// Largest absolute value of a finite sample of both pictures.
+    pub peak: f64,
+    /// Peak signal-to-noise ratio in decibels, of a peak of 255 for a screen, and for linear
+    /// samples of the largest in both pictures, at least 1. `None` if the error is 0.
+    pub psnr: Option<f64>,
+    /// Mean structural similarity of red, green and blue as a screen shows them. `None` for other
+    /// layers, and for pictures smaller than 11x11.
+    pub ssim: Option<f64>,
+    /// Pixels that differ beyond the tolerance.
+    pub differing: u64,
+    /// Samples that are not finite.
+    pub not_finite: NotFinite,
+}
+
+impl PictureComparison {
+    /// Returns true if no bit differs, and both have the same layers.
+    pub fn identical(&self) -> bool {
+        self.layers.iter().all(|layer| layer.identical) && self.only_in.iter().all(Vec::is_empty)
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+}
+
+/// Compares two pictures. Samples differ if they are farther apart than the tolerance, in the unit
+/// of the samples; without one, if any of their bits differ. Those that are not finite equal none
+/// but their like.
+///
+/// # Errors
+/// [`CompareError`]: pictures of different sizes, of samples of different meaning, without a common
+/// layer, or that cannot be read.
+pub fn compare_pictures(
+    a: &mut PictureReader,
+    b: &mut PictureReader,
+    tolerance: Option<f64>,
+) -> Result<PictureComparison, CompareError> {
+    let pairs = pair_layers(a, b)?;
+    let layout = a.layout();
+    let (width, height) = (layout.width, layout.height);
+    let display = !layout.format.is_linear();
+    let mut gathered = Gathered::new(&pairs);
+    for band in BandPairs::new(a, b)? {
+        gathered.add(&pairs, &band?, width as usize, tolerance);
+    }
+    let differing = gathered.differing;
+    let layers = pairs.common.iter().zip(gathered.layers);
+    Ok(PictureComparison {
+        width,
+        height,
+        display,
+        layers: layers
+            .map(|(pair, found)| found.finish(pair, display))
+            .collect(),
+        only_in: pairs.only_in,
+        left_out: pairs.left_out,
+        differing,
+    })
+}
+
+/// Figures of the rows so far.
+struct Gathered {
+    layers: Vec<LayerFigures>,
+    differing: u64,
+}
+
+/// Figures of one layer.
+struct LayerFigures {
+    difference: LayerDifference,
+    /// One for each of red, green and blue.
+    ssim: Vec<SsimChannel>,
+}
+
+impl Gathered {
+    fn new(pairs: &LayerPairs) -> Gathered {
+        let layers = pairs.common.iter().map(|layer| {
+            let rgb = layer.rgb().into_iter().flatten();
+            let floats = rgb.filter(|channel| !channel.kind.contains(&SampleKind::Integer));
+            LayerFigures {
+                difference: LayerDifference::default(),
+                ssim: floats
+                    .map(|channel| SsimChannel::new(channel.kind))
+                    .collect(),
+            }
+        });
+        Gathered {
+            layers: layers.collect(),
+            differing: 0,
+        }
+    }
+
+    fn add(&mut self, pairs: &LayerPairs, band: &BandPair, width: usize, tolerance: Option<f64>) {
+        let rows: Vec<(Vec<LayerDifference>, u64)> = (0..band.rows)
+            .into_par_iter()
+            .map(|row| {
+                let mut marks = vec![false; width];
+                let layers = pairs.common.iter();
+                let found = layers
+                    .map(|layer| row_difference(layer, band, row, tolerance, &mut marks))
+                    .collect();
+                (found, marks.iter().filter(|mark| **mark).count() as u64)
+            })
+            .collect();
+        for (found, differing) in rows {
+            self.differing += differing;
+            for (layer, row) in self.layers.iter_mut().zip(found) {
+                layer.difference.add(row);
+            }
+        }
+        let layers = pairs.common.par_iter().zip(&mut self.layers);
+        layers.for_each(|(pair, layer)| layer.add_ssim(pair, band, width));
+    }
+}
+
+impl LayerFigures {
+    fn add_ssim(&mut self, pair: &LayerPair, band: &BandPair, width: usize) {
+        let Some(rgb) = pair.rgb() else { return };
+        let channels = rgb.into_par_iter().zip(&mut self.ssim);
+        channels.for_each(|(channel, ssim)| {
+            let [a, b] = [0, 1].map(|side| &band.planes[side][channel.index[side]]);
+            let rows = a.chunks_exact(width).zip(b.chunks_exact(width));
+            rows.for_each(|(a, b)| ssim.push(a, b));
+        });
+    }
+
+    fn finish(self, pair: &LayerPair, display: bool) -> LayerComparison {
+        let found = self.difference;
+        let rmse = found.rmse();
+        let peak = if display { 255.0 } else { found.peak.max(1.0) };
+        let means: Vec<f64> = self.ssim.iter().filter_map(SsimChannel::mean).collect();
+        LayerComparison {
+            name: pair.name.clone(),
+            channels: pair.channels.iter().map(|c| c.name.clone()).collect(),
+            identical: !found.bits_differ,
+            rmse,
+            peak: found.peak,
+            psnr: (rmse > 0.0).then(|| 20.0 * libm::log10(peak / rmse)),
+            ssim: (means.len() == 3).then(|| means.iter().sum::<f64>() / 3.0),
+            largest: found.largest,
+            differing: found.differing,
+            not_finite: found.not_finite,
+        }
+    }
+}

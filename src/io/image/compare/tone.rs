@@ -1,0 +1,26 @@
+//! Samples as shares of a screen's brightness.
+
+use super::super::read::SampleKind;
+
+/// A sample as a screen shows it, in \[0, 1\]: radiance through the curve of sRGB, clamped, and not
+/// a number as black.
+pub(super) fn on_screen(kind: SampleKind, bits: u32) -> f64 {
+    let value = kind.value(bits);
+    match kind {
+        SampleKind::Display => value / 255.0,
+        SampleKind::Float | SampleKind::Integer => linear_to_srgb(unit(value)),
+    }
+}
+
+/// Clamped to \[0, 1\]; not a number gives 0.
+pub(super) fn unit(value: f64) -> f64 {
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
+}
+
+/// Encoded value of a linear one in \[0, 1\], by IEC 61966-2-1.
+fn linear_to_srgb(linear: f64) -> f64 {
+    match linear {
+        dark if dark <= 0.003_130_8 => 12.92 * dark,
+        light => 1.055 * libm::pow(light, 1.0 / 2.4) - 0.055,
+    }
+}

@@ -1,0 +1,92 @@
+//! Radiance RGBE, decoded by bands: the decoder reads whole files, so that each band is given to it
+//! behind a header of its own.
+
+use super::super::format::ImageFormat;
+use super::bytes::{PictureBytes, ReadSeek};
+use super::layout::{PictureLayout, Planes, RowReader, TOO_SHORT, check_sides};
+use ::image::codecs::hdr::HdrDecoder;
+use ::image::{ImageDecoder, ImageError};
+use std::io::{ErrorKind, Read};
+use std::ops::Range;
+
+/// Most bytes of a header.
+const MAX_HEADER: u64 = 1 << 16;
+/// Rows that are decoded at once.
+const BAND: u32 = 64;
+
+/// Reads the rows of a Radiance RGBE file.
+pub(super) struct HdrRows {
+    bytes: PictureBytes,
+    reader: Box<dyn ReadSeek>,
+    width: u32,
+    /// The row that comes next.
+    next: u32,
+}
+
+/// Reads the header of a Radiance RGBE file.
+pub(super) fn open_hdr(bytes: PictureBytes) -> Result<(PictureLayout, HdrRows), String> {
+    let mut reader = bytes.reader()?;
+    let (width, height) = skip_header(&mut *reader)?;
+    let (width, height) = check_sides(width.into(), height.into())?;
+    let rows = HdrRows {
+        bytes,
+        reader,
+        width,
+        next: 0,
+    };
+    Ok((PictureLayout::rgb(ImageFormat::Hdr, (width, height)), rows))
+}
+
+/// Reads a header, after which the first row begins.
+fn skip_header(reader: &mut dyn ReadSeek) -> Result<(u32, u32), String> {
+    let decoder = HdrDecoder::new(reader.take(MAX_HEADER)).map_err(plain)?;
+    Ok(decoder.dimensions())
+}
+
+impl HdrRows {
+    /// The next rows, three floats a pixel.
+    fn band(&mut self, rows: u32) -> Result<Vec<[u32; 3]>, String> {
+        let header = format!(
+            "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {rows} +X {}\n",
+            self.width
+        );
+        let file = header.as_bytes().chain(&mut self.reader);
+        let decoder = HdrDecoder::new(file).map_err(plain)?;
+        let mut pixels = vec![[0u32; 3]; rows as usize * self.width as usize];
+        decoder
+            .read_image(bytemuck::cast_slice_mut(&mut pixels))
+            .map_err(plain)?;
+        self.next += rows;
+        Ok(pixels)
+    }
+}
+
+impl RowReader for HdrRows {
+    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String> {
+        if rows.start < self.next {
+            self.reader = self.bytes.reader()?;
+            skip_header(&mut *self.reader)?;
+            self.next = 0;
+        }
+        while self.next < rows.end {
+            let wanted = self.next >= rows.start;
+            let end = if wanted { rows.end } else { rows.start };
+            let band = self.band(BAND.min(end - self.next))?;
+            if wanted {
+                for (c, plane) in planes.iter_mut().enumerate() {
+                    plane.extend(band.iter().map(|pixel| pixel[c]));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The crate's message in plain words.
+fn plain(error: ImageError) -> String {
+    match error {
+        ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => TOO_SHORT.into(),
+        ImageError::IoError(e) => e.to_string(),
+        other => format!("it is broken: {other}"),
+    }
+}

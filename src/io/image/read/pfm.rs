@@ -1,0 +1,109 @@
+//! Portable float maps. Their rows go upward, and each of them is found by its position.
+
+use super::super::format::ImageFormat;
+use super::bytes::PictureBytes;
+use super::layout::{PictureLayout, Planes, RowReader, TOO_SHORT, check_sides};
+use std::io::{Read, SeekFrom};
+use std::ops::Range;
+
+/// Most bytes of a header.
+const MAX_HEADER: usize = 256;
+
+/// Reads the rows of a portable float map.
+pub(super) struct PfmRows {
+    bytes: PictureBytes,
+    width: usize,
+    height: u32,
+    /// Position of the lowest row.
+    start: u64,
+    /// Samples of a pixel: one or three.
+    samples: usize,
+    big_endian: bool,
+}
+
+/// Reads the header of a portable float map: its kind, width, height and scale, of which the sign
+/// tells the order of bytes.
+pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), String> {
+    let mut head = vec![0; MAX_HEADER];
+    let mut reader = bytes.reader()?;
+    let mut length = 0;
+    loop {
+        match reader
+            .read(&mut head[length..])
+            .map_err(|e| e.to_string())?
+        {
+            0 => break,
+            more => length += more,
+        }
+    }
+    head.truncate(length);
+    let mut at = 0;
+    let mut word = || {
+        let space = |b: &u8| b.is_ascii_whitespace();
+        let start = at + head[at..].iter().position(|b| !space(b))?;
+        let end = start + head[start..].iter().position(space)?;
+        at = end;
+        std::str::from_utf8(&head[start..end]).ok()
+    };
+    let fields = (word(), word(), word(), word());
+    let (Some(kind), Some(width), Some(height), Some(scale)) = fields else {
+        return Err("its header is broken: it has too few numbers".into());
+    };
+    let number = |text: &str| text.parse::<u64>().ok();
+    let sides = number(width).zip(number(height));
+    let (width, height) = sides.ok_or("its header is broken: its size is no number")?;
+    let scale: f32 = scale.parse().unwrap_or(0.0);
+    if scale == 0.0 || !scale.is_finite() {
+        return Err("its header is broken: its scale is no number".into());
+    }
+    let (width, height) = check_sides(width, height)?;
+    let rows = PfmRows {
+        width: width as usize,
+        height,
+        // One character of white space ends the header.
+        start: at as u64 + 1,
+        samples: if kind == "PF" { 3 } else { 1 },
+        big_endian: scale > 0.0,
+        bytes,
+    };
+    if rows.bytes.len()? < rows.start + rows.row_bytes() as u64 * u64::from(height) {
+        return Err(TOO_SHORT.into());
+    }
+    Ok((PictureLayout::rgb(ImageFormat::Pfm, (width, height)), rows))
+}
+
+impl PfmRows {
+    fn row_bytes(&self) -> usize {
+        self.width * self.samples * size_of::<f32>()
+    }
+}
+
+impl RowReader for PfmRows {
+    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String> {
+        let mut reader = self.bytes.reader()?;
+        let below = u64::from(self.height - rows.end);
+        let start = self.start + below * self.row_bytes() as u64;
+        reader
+            .seek(SeekFrom::Start(start))
+            .map_err(|e| e.to_string())?;
+        let mut data = vec![0; self.row_bytes() * rows.len()];
+        reader.read_exact(&mut data).map_err(|_| TOO_SHORT)?;
+        for row in data.chunks_exact(self.row_bytes()).rev() {
+            let words = row
+                .as_chunks::<4>()
+                .0
+                .iter()
+                .map(|word| match self.big_endian {
+                    true => u32::from_be_bytes(*word),
+                    false => u32::from_le_bytes(*word),
+                });
+            for (k, bits) in words.enumerate() {
+                match self.samples {
+                    1 => planes.iter_mut().for_each(|plane| plane.push(bits)),
+                    samples => planes[k % samples].push(bits),
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,273 @@
+//! Pictures that are read: the samples of every format, and files that are broken.
+
+use super::super::bands::save_bands;
+use super::super::description::{Depth, PictureFile};
+use super::super::encoder::{Exposure, Picture};
+use super::super::error::PictureError;
+use super::super::format::ImageFormat;
+use super::super::png::save_png;
+use super::super::test_film::{bits, film};
+use super::raster::load;
+use super::{PictureReader, SampleKind};
+use phalanx_scene::OutputEncoding;
+use phalanx_scene::film::{Aov, Aovs};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn ramp() -> Picture {
+    let rgb = (0..7 * 5 * 3).map(|i| (i * 37 % 256) as u8).collect();
+    Picture {
+        width: 7,
+        height: 5,
+        rgb,
+    }
+}
+
+#[test]
+fn sixteen_bits_and_grey_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grey.png");
+    let grey = ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(2, 1, vec![3u16, 40_000]);
+    grey.unwrap().save(&path).unwrap();
+    let expected = [[3, 3, 3, 65_535], [40_000, 40_000, 40_000, 65_535]];
+    assert_eq!(load(&path).unwrap().pixels, expected);
+}
+
+#[test]
+fn broken_files_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = folder.path().join("whole.png");
+    save_png(&whole, &ramp()).unwrap();
+    let bytes = fs::read(&whole).unwrap();
+    let path = folder.path().join("broken.png");
+    let half = &bytes[..bytes.len() / 2];
+    for (broken, said) in [
+        (&b""[..], "not a picture that can be read: it is empty"),
+        (
+            b"not a picture",
+            "not a picture that can be read: it is none of",
+        ),
+        (
+            half,
+            "not a PNG picture that can be read: it ends too early",
+        ),
+    ] {
+        fs::write(&path, broken).unwrap();
+        let message = load(&path).unwrap_err().to_string();
+        let said = format!("broken.png: {said}");
+        assert!(message.contains(&said), "{message}");
+    }
+    let missing = load(&folder.path().join("missing.png")).unwrap_err();
+    assert!(matches!(missing, PictureError::Read { .. }));
+    let folder_itself = load(folder.path()).unwrap_err();
+    assert!(matches!(folder_itself, PictureError::Read { .. }));
+}
+
+#[test]
+fn a_picture_too_large_is_refused_by_its_header() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("huge.png");
+    save_png(&path, &ramp()).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    // IHDR: width and height at 16 and 20, then its checksum at 29.
+    bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+    let crc = crc32(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+    fs::write(&path, bytes).unwrap();
+    let message = load(&path).unwrap_err().to_string();
+    assert!(message.contains("65536x65536"), "{message}");
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &b| {
+        (0..8).fold(crc ^ u32::from(b), |c, _| {
+            c >> 1 ^ (0xedb8_8320 & (c & 1).wrapping_neg())
+        })
+    })
+}
+
+/// Saves the film of the writers' tests, with layers where the format has them.
+fn saved(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    let format = ImageFormat::of(&path).unwrap();
+    let aovs = match format {
+        ImageFormat::Exr => Aovs::NONE.with(Aov::Material).with(Aov::Ns),
+        _ => Aovs::NONE,
+    };
+    let mut film = film().with_aovs(aovs);
+    for (c, plane) in film.aov_planes.iter_mut().enumerate() {
+        let numbered = plane.iter_mut().enumerate();
+        numbered.for_each(|(k, sample)| *sample = f32::from_bits((k * (c + 1)) as u32));
+    }
+    let file = PictureFile {
+        width: film.width,
+        height: film.height,
+        format,
+        aovs,
+        origin: [0.0; 3],
+        exposure: Exposure {
+            stops: 0.0,
+            encoding: OutputEncoding::SRGB,
+        },
+        depth: Depth::Sixteen,
+    };
+    save_bands(&path, &file, [Ok(film)]).unwrap();
+    path
+}
+
+/// Rows may come in any order, and as often as they are asked for.
+#[test]
+fn linear_formats_give_every_bit_from_any_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = film();
+    for name in ["a.exr", "a.pfm"] {
+        let mut reader = PictureReader::open(&saved(folder.path(), name)).unwrap();
+        let channels = reader.layout().channels.clone();
+        let index = |name: &str| channels.iter().position(|c| c.name == name).unwrap();
+        let rgb = ["R", "G", "B"].map(index);
+        for rows in [0..1, 5..66, 66..67, 0..67, 63..65] {
+            let planes = reader.read(rows.clone()).unwrap();
+            for (k, y) in rows.enumerate() {
+                for x in 0..70 {
+                    let got = rgb.map(|c| planes[c][k * 70 + x as usize]);
+                    assert_eq!(got, bits(&film, x, y), "{name} {x},{y}");
+                }
+            }
+        }
+        if name == "a.exr" {
+            let material = index("material.id");
+            assert_eq!(channels[material].kind, SampleKind::Integer);
+            assert_eq!(channels.len(), 7);
+            let planes = reader.read(0..67).unwrap();
+            assert!(
+                planes[material]
+                    .iter()
+                    .zip(0..)
+                    .all(|(&got, k)| got == 4 * k)
+            );
+        }
+        assert!(reader.read(60..68).is_err());
+    }
+}
+
+#[test]
+fn radiance_pictures_are_decoded_by_bands_as_a_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = saved(folder.path(), "a.hdr");
+    let decoder =
+        ::image::codecs::hdr::HdrDecoder::new(std::io::Cursor::new(fs::read(&path).unwrap()));
+    let whole = ::image::DynamicImage::from_decoder(decoder.unwrap()).unwrap();
+    let whole = whole.into_rgb32f();
+    let mut reader = PictureReader::open(&path).unwrap();
+    for rows in [3..67, 0..67, 66..67] {
+        let planes = reader.read(rows.clone()).unwrap();
+        for (k, y) in rows.enumerate() {
+            for x in 0..70u32 {
+                let want = whole.get_pixel(x, y).0.map(f32::to_bits);
+                let got = [0, 1, 2].map(|c| planes[c][k * 70 + x as usize]);
+                assert_eq!(got, want, "{x},{y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_for_a_screen_are_read_as_others_read_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let png = saved(folder.path(), "a.png");
+    let whole = ::image::open(&png).unwrap().into_rgba16();
+    let want: Vec<[u16; 4]> = whole.pixels().map(|pixel| pixel.0).collect();
+    assert_eq!(load(&png).unwrap().pixels, want);
+    // Decoders of JPEG round differently.
+    let jpeg = saved(folder.path(), "a.jpg");
+    let whole = ::image::open(&jpeg).unwrap().into_rgba16();
+    for (got, want) in load(&jpeg).unwrap().pixels.iter().zip(whole.pixels()) {
+        let near = got
+            .iter()
+            .zip(want.0)
+            .all(|(&s, t)| s.abs_diff(t) <= 3 * 257);
+        assert!(near, "{got:?} {want:?}");
+    }
+    // Interlaced files are decoded as a whole; alpha and palettes become RGBA.
+    let pictures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/pictures");
+    let interlaced = pictures.join("interlaced.png");
+    let whole = ::image::open(&interlaced).unwrap().into_rgba16();
+    let want: Vec<[u16; 4]> = whole.pixels().map(|pixel| pixel.0).collect();
+    assert_eq!(load(&interlaced).unwrap().pixels, want);
+    let exr = saved(folder.path(), "a.exr");
+    let refused = load(&exr).unwrap_err().to_string();
+    assert!(refused.contains("linear radiance"), "{refused}");
+}
+
+/// Reads all of a file. An error is as good as a picture; a panic is not.
+fn read_whole(path: &Path) -> Result<(), PictureError> {
+    let mut reader = PictureReader::open(path)?;
+    let height = reader.layout().height;
+    // Mutated headers may claim many rows, of which the first are enough.
+    reader.read(0..height.min(256)).map(drop)
+}
+
+#[test]
+fn broken_files_of_every_format_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("broken");
+    let mut random = 1u64;
+    for ending in ["png", "jpg", "exr", "hdr", "pfm"] {
+        let whole = fs::read(saved(folder.path(), &format!("a.{ending}"))).unwrap();
+        fs::write(&path, &whole).unwrap();
+        read_whole(&path).unwrap();
+        for k in 0..40 {
+            fs::write(&path, &whole[..whole.len() * k / 41]).unwrap();
+            // A decoder of JPEG fills up what is missing.
+            assert!(
+                read_whole(&path).is_err() || ending == "jpg",
+                "{ending} {k}"
+            );
+        }
+        for k in 0..MUTANTS {
+            let mut mutant = whole.clone();
+            for _ in 0..1 + k % 4 {
+                random = random
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                let header = (random >> 20) % 2 == 0;
+                let length = if header {
+                    mutant.len().min(512)
+                } else {
+                    mutant.len()
+                };
+                let at = (random >> 33) as usize % length;
+                mutant[at] = match random >> 30 & 3 {
+                    0 => 0,
+                    1 => 255,
+                    2 => mutant[at] ^ 1 << (random >> 25 & 7),
+                    _ => (random >> 56) as u8,
+                };
+            }
+            fs::write(&path, &mutant).unwrap();
+            let _ = read_whole(&path);
+        }
+    }
+}
+
+/// Mutants of each format.
+const MUTANTS: usize = 300;
+
+#[test]
+fn sizes_without_samples_are_refused_before_they_are_allocated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("claim");
+    for (claim, said) in [
+        (&b"PF\n65536 65536\n-1.0\n"[..], "it ends too early"),
+        (b"PF\n70000 2\n-1.0\n", "70000x2 is out of range"),
+        (b"PF\n2 2\n0\n", "its scale is no number"),
+        (b"PF\n2\n", "too few numbers"),
+        (b"#?RADIANCE\n\n-Y 4000000000 +X 2\n", "out of range"),
+        (b"#?RADIANCE\n\n-Y 2 +X 0\n", "out of range"),
+        (b"\x76\x2f\x31\x01\x02\0\0\0\0", "not an OpenEXR picture"),
+    ] {
+        fs::write(&path, claim).unwrap();
+        let message = read_whole(&path).unwrap_err().to_string();
+        assert!(message.contains(said), "{message}");
+    }
+}
