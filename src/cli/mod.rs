@@ -121,8 +121,8 @@ pub enum Command {
                       if a layer of one EXR file is missing in the other. PNG and JPEG hold samples for a screen; EXR, HDR and PFM \
                       hold linear radiance. Formats of one kind can be compared with each other; against HDR and PFM, which hold \
                       colours only, other layers are left out.\n\n\
-                      PSNR is that of a peak of 255, or of the largest linear sample, at least 1. SSIM is that of red, green and blue \
-                      as a screen shows them (sRGB). NaN equals NaN alone, and infinity the same infinity; both are counted, and left \
+                      PSNR is that of a peak of 255, or of the largest linear sample, at least 1. SSIM and FLIP (at 67 pixels a degree; \
+                      0 is equal) are those of red, green and blue as a screen shows them (sRGB). NaN equals NaN alone, and infinity the same infinity; both are counted, and left \
                       out of the other figures.\n\n\
                       Example, after phalanx render standard:balls -o a.exr and phalanx render standard:balls -o b.exr --spp 4:\n  \
                       phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5% --side-by-side both.png\n\n\

@@ -134,6 +134,7 @@ struct LayerRow {
     rmse: f64,
     psnr: Option<f64>,
     ssim: Option<f64>,
+    flip: Option<f64>,
     differing_pixels: u64,
     share: f64,
     nan: [u64; 2],
@@ -223,6 +224,7 @@ impl LayerRow {
             rmse: layer.rmse,
             psnr: layer.psnr,
             ssim: layer.ssim,
+            flip: layer.flip,
             differing_pixels: layer.differing,
             share,
             nan,
@@ -275,6 +277,7 @@ impl LayerRow {
             float(self.rmse),
             optional(self.psnr, 2),
             optional(self.ssim, 4),
+            optional(self.flip, 4),
             grouped(self.differing_pixels),
         ]);
         cells
@@ -302,7 +305,9 @@ impl Output for CompareDocument {
             _ if self.exact => {}
             [layer] => text.push_str(&self.figures(layer)),
             layers => {
-                let head = ["layer", "largest", "at", "RMS", "PSNR", "SSIM", "pixels"];
+                let head = [
+                    "layer", "largest", "at", "RMS", "PSNR", "SSIM", "FLIP", "pixels",
+                ];
                 let head = head.map(str::to_owned).to_vec();
                 let rows = layers.iter().map(LayerRow::cells);
                 let rows: Vec<_> = std::iter::once(head).chain(rows).collect();
@@ -334,6 +339,7 @@ impl CompareDocument {
         rows.push(("root mean square", rms));
         rows.extend(layer.psnr.map(|psnr| ("PSNR", format!("{psnr:.2} dB"))));
         rows.extend(layer.ssim.map(|ssim| ("SSIM", format!("{ssim:.4}"))));
+        rows.extend(layer.flip.map(|flip| ("FLIP", format!("{flip:.4}"))));
         rows.push(("differing pixels", layer.differing()));
         lines(&rows)
     }

@@ -4,7 +4,8 @@ use super::super::error::CompareError;
 use super::super::read::{PictureReader, SampleKind};
 use super::band_pairs::{BandPair, BandPairs};
 use super::difference::{LargestDifference, LayerDifference, NotFinite, row_difference};
-use super::layers::{LayerPair, LayerPairs, pair_layers};
+use super::flip::{FlipSum, RgbRow};
+use super::layers::{ChannelPair, LayerPair, LayerPairs, pair_layers};
 use super::ssim::SsimChannel;
 use rayon::prelude::*;
 
@@ -52,6 +53,9 @@ pub struct LayerComparison {
     /// Mean structural similarity of red, green and blue as a screen shows them. `None` for other
     /// layers, and for pictures smaller than 11x11.
     pub ssim: Option<f64>,
+    /// Mean FLIP of red, green and blue as a screen shows them, 0 to 1, at 67 pixels a degree. `None`
+    /// for other layers.
+    pub flip: Option<f64>,
     /// Pixels that differ beyond the tolerance.
     pub differing: u64,
     /// Samples that are not finite.
@@ -86,7 +90,7 @@ pub fn compare_pictures(
     let layout = a.layout();
     let (width, height) = (layout.width, layout.height);
     let display = !layout.format.is_linear();
-    let mut gathered = Gathered::new(&pairs);
+    let mut gathered = Gathered::new(&pairs, height);
     for band in BandPairs::new(a, b)? {
         gathered.add(&pairs, &band?, width as usize, tolerance);
     }
@@ -111,23 +115,28 @@ struct Gathered {
     differing: u64,
 }
 
+/// Rows that are handed on at once, as they are copied.
+const FLIP_ROWS: usize = 64;
+
 /// Figures of one layer.
 struct LayerFigures {
     difference: LayerDifference,
     /// One for each of red, green and blue.
     ssim: Vec<SsimChannel>,
+    flip: Option<FlipSum>,
 }
 
 impl Gathered {
-    fn new(pairs: &LayerPairs) -> Gathered {
+    fn new(pairs: &LayerPairs, height: u32) -> Gathered {
         let layers = pairs.common.iter().map(|layer| {
-            let rgb = layer.rgb().into_iter().flatten();
-            let floats = rgb.filter(|channel| !channel.kind.contains(&SampleKind::Integer));
+            let whole = |channel: &ChannelPair| channel.kind.contains(&SampleKind::Integer);
+            let rgb = layer.rgb().filter(|rgb| !rgb.iter().any(|c| whole(c)));
+            let kinds = |rgb: [&ChannelPair; 3]| [0, 1].map(|side| rgb.map(|c| c.kind[side]));
+            let ssim = rgb.iter().flatten();
             LayerFigures {
                 difference: LayerDifference::default(),
-                ssim: floats
-                    .map(|channel| SsimChannel::new(channel.kind))
-                    .collect(),
+                ssim: ssim.map(|c| SsimChannel::new(c.kind)).collect(),
+                flip: rgb.map(|rgb| FlipSum::new(kinds(rgb), height)),
             }
         });
         Gathered {
@@ -155,19 +164,30 @@ impl Gathered {
             }
         }
         let layers = pairs.common.par_iter().zip(&mut self.layers);
-        layers.for_each(|(pair, layer)| layer.add_ssim(pair, band, width));
+        layers.for_each(|(pair, layer)| layer.add_seen(pair, band, width));
     }
 }
 
 impl LayerFigures {
-    fn add_ssim(&mut self, pair: &LayerPair, band: &BandPair, width: usize) {
+    fn add_seen(&mut self, pair: &LayerPair, band: &BandPair, width: usize) {
         let Some(rgb) = pair.rgb() else { return };
-        let channels = rgb.into_par_iter().zip(&mut self.ssim);
+        let channels = rgb.par_iter().zip(&mut self.ssim);
         channels.for_each(|(channel, ssim)| {
             let [a, b] = [0, 1].map(|side| &band.planes[side][channel.index[side]]);
             let rows = a.chunks_exact(width).zip(b.chunks_exact(width));
             rows.for_each(|(a, b)| ssim.push(a, b));
         });
+        let Some(flip) = &mut self.flip else { return };
+        let row = |side: usize, row: usize| -> RgbRow {
+            rgb.map(|channel| {
+                let plane = &band.planes[side][channel.index[side]];
+                plane[row * width..(row + 1) * width].to_vec()
+            })
+        };
+        for top in (0..band.rows as usize).step_by(FLIP_ROWS) {
+            let end = (top + FLIP_ROWS).min(band.rows as usize);
+            flip.push((top..end).map(|y| [row(0, y), row(1, y)]).collect());
+        }
     }
 
     fn finish(self, pair: &LayerPair, display: bool) -> LayerComparison {
@@ -183,6 +203,7 @@ impl LayerFigures {
             peak: found.peak,
             psnr: (rmse > 0.0).then(|| 20.0 * libm::log10(peak / rmse)),
             ssim: (means.len() == 3).then(|| means.iter().sum::<f64>() / 3.0),
+            flip: self.flip.as_ref().and_then(FlipSum::mean),
             largest: found.largest,
             differing: found.differing,
             not_finite: found.not_finite,

@@ -110,11 +110,10 @@ pub(super) fn row_difference(
 
 impl LayerDifference {
     fn note_largest(&mut self, value: f64, x: u32, y: u32, channel: &str) {
-        if self
-            .largest
-            .as_ref()
-            .is_none_or(|there| value > there.value)
-        {
+        let before = |there: &LargestDifference| {
+            value > there.value || (value == there.value && x < there.x)
+        };
+        if self.largest.as_ref().is_none_or(before) {
             let channel = channel.to_owned();
             self.largest = Some(LargestDifference {
                 value,

@@ -3,6 +3,8 @@
 mod band_pairs;
 mod comparison;
 mod difference;
+mod flip;
+mod flip_filters;
 mod layers;
 mod pictures;
 mod ssim;

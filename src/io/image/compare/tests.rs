@@ -1,4 +1,5 @@
-//! Figures of pictures whose differences are known, held against scikit-image 0.26 and numpy.
+//! Figures of pictures whose differences are known, held against scikit-image 0.26, numpy, and
+//! flip-evaluator 1.7.
 
 use super::super::bands::save_bands;
 use super::super::description::{Depth, PictureFile};
@@ -108,6 +109,9 @@ fn figures_of_a_screen_are_those_of_scikit_image() {
     close(layer.rmse, 2.967_196_230_825_022_6);
     close(layer.psnr.unwrap(), 38.683_878_235_787_4);
     close(layer.ssim.unwrap(), 0.998_223_152_282_098);
+    // The evaluator of its authors computes in single precision.
+    let flip = layer.flip.unwrap();
+    assert!((flip - 0.059_993).abs() < 2e-5, "{flip}");
     assert_eq!(compared(&a, &b, Some(3.0)).differing, 377);
     assert_eq!(compared(&a, &b, Some(6.0)).differing, 0);
     let same = compared(&a, &a, None);
@@ -138,6 +142,8 @@ fn figures_of_radiance_are_those_of_numpy_in_every_format() {
             close(layer.rmse, 0.046_362_441_106_640_98);
             close(layer.psnr.unwrap(), 38.683_878_235_787_4);
             close(layer.ssim.unwrap(), 0.992_222_868_115_071_5);
+            let flip = layer.flip.unwrap();
+            assert!((flip - 0.058_126).abs() < 2e-5, "{flip}");
             assert_eq!(found.differing, 528);
         }
         assert!((layer.rmse - 0.046).abs() < 0.01, "{}", layer.rmse);

@@ -1,6 +1,7 @@
 //! Samples as shares of a screen's brightness.
 
 use super::super::read::SampleKind;
+use phalanx_scene::sampling::srgb_to_linear;
 
 /// A sample as a screen shows it, in \[0, 1\]: radiance through the curve of sRGB, clamped, and not
 /// a number as black.
@@ -9,6 +10,15 @@ pub(super) fn on_screen(kind: SampleKind, bits: u32) -> f64 {
     match kind {
         SampleKind::Display => value / 255.0,
         SampleKind::Float | SampleKind::Integer => linear_to_srgb(unit(value)),
+    }
+}
+
+/// The linear brightness that a screen gives to a sample, in \[0, 1\].
+pub(super) fn linear_on_screen(kind: SampleKind, bits: u32) -> f64 {
+    let value = kind.value(bits);
+    match kind {
+        SampleKind::Display => srgb_to_linear(value / 255.0),
+        SampleKind::Float | SampleKind::Integer => unit(value),
     }
 }
 
