@@ -4,8 +4,8 @@ use crate::cli::options::{MaxDiffering, parse_max_differing, parse_tolerance};
 use crate::cli::output::{self, CliError, Output, aligned, grouped, lines};
 use clap::Args;
 use phalanx::image::{
-    CompareError, DifferentSizes, LayerComparison, NotFinite, PictureComparison, PictureReader,
-    compare_pictures, save_heat, save_side_by_side,
+    CompareError, DifferentSizes, LayerComparison, NotFiniteCounts, PictureComparison,
+    PictureReader, compare_pictures, save_heat, save_side_by_side,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ struct CompareDocument {
     max_differing: u64,
     /// Largest difference of all layers.
     largest_difference: f64,
-    /// Of the first layer: colours, if both have them.
+    /// That of the first layer: colours, if both have them.
     rmse: f64,
     differing_pixels: u64,
     share: f64,
@@ -206,7 +206,7 @@ impl CompareDocument {
 
 impl LayerRow {
     fn of(layer: &LayerComparison, share: f64) -> LayerRow {
-        let NotFinite {
+        let NotFiniteCounts {
             nan,
             infinite,
             different,

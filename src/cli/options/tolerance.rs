@@ -1,4 +1,4 @@
-//! What still counts as equal where pictures are compared.
+//! Options for what still counts as equal where pictures are compared.
 
 use super::parsers::parse_number;
 
@@ -6,17 +6,17 @@ use super::parsers::parse_number;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaxDiffering {
     /// Pixels.
-    Pixels(u64),
+    Count(u64),
     /// Share of all pixels, in \[0, 1\].
-    Share(f64),
+    Fraction(f64),
 }
 
 impl MaxDiffering {
     /// Number of pixels that may differ in a picture of this many.
     pub fn pixels(self, all: u64) -> u64 {
         match self {
-            MaxDiffering::Pixels(pixels) => pixels,
-            MaxDiffering::Share(share) => (share * all as f64) as u64,
+            MaxDiffering::Count(pixels) => pixels,
+            MaxDiffering::Fraction(share) => (share * all as f64) as u64,
         }
     }
 }
@@ -26,8 +26,8 @@ pub fn parse_max_differing(text: &str) -> Result<MaxDiffering, String> {
     let expected = "a number of pixels, or a share of them from 0% to 100%, as in 0.1%";
     match text.strip_suffix('%') {
         Some(percent) => parse_number(percent.trim_end(), |p| (0.0..=100.0).contains(p), expected)
-            .map(|percent: f64| MaxDiffering::Share(percent / 100.0)),
-        None => parse_number(text, |_| true, expected).map(MaxDiffering::Pixels),
+            .map(|percent: f64| MaxDiffering::Fraction(percent / 100.0)),
+        None => parse_number(text, |_| true, expected).map(MaxDiffering::Count),
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples
 //! ([`encode`]), and a picture becomes a file ([`save_png`]). Films that lie one below the other
-//! become a file of any [`ImageFormat`] ([`save_bands`]). Files are read by rows ([`PictureReader`]) or
-//! as a whole ([`load`]), and two of them are compared ([`compare_pictures`]). Every step gives the
-//! same bytes on every machine and in every build, however the film was cut.
+//! become a file of any [`ImageFormat`] ([`save_bands`]). Files are read by rows
+//! ([`PictureReader`]) or as a whole ([`load`]), and two of them are compared
+//! ([`compare_pictures`]). Every step gives the same bytes on every machine and in every build,
+//! however the film was cut.
 
 mod bands;
 mod compare;
@@ -32,8 +33,8 @@ mod test_film;
 
 pub use bands::{save_bands, write_bands};
 pub use compare::{
-    LargestDifference, LayerComparison, NotFinite, PictureComparison, compare_pictures, save_heat,
-    save_side_by_side,
+    LargestDifference, LayerComparison, NotFiniteCounts, PictureComparison, compare_pictures,
+    save_heat, save_side_by_side,
 };
 pub use description::{BAND_ROWS, Depth, PictureFile};
 pub use destination::Destination;
@@ -44,4 +45,6 @@ pub use file::{check_writable, replace_file};
 pub use folder::folder_of;
 pub use format::ImageFormat;
 pub use png::{png_bytes, save_png};
-pub use read::{PictureChannel, PictureLayout, PictureReader, Planes, Raster, SampleKind, load};
+pub use read::{
+    PictureChannel, PictureLayout, PictureReader, Raster, SampleKind, SamplePlanes, load,
+};

@@ -3,6 +3,7 @@
 
 mod bench;
 mod caches;
+mod compare;
 mod formats;
 mod guide;
 mod jobs;

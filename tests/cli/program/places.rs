@@ -32,6 +32,10 @@ fn writers() -> Vec<(String, &'static str)> {
         ("merge plan.json -o @".to_owned(), "png"),
         ("verify a.test --threads 1 --record @".to_owned(), "json"),
         ("compare one.png other.png --heat @".to_owned(), "png"),
+        (
+            "compare one.png other.png --side-by-side @".to_owned(),
+            "png",
+        ),
     ];
     for option in ["json", "csv", "html", "dump-rays"] {
         all.push((format!("{BENCH} --{option} @"), "out"));

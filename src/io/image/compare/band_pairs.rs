@@ -1,7 +1,7 @@
 //! The same rows of two pictures, band by band.
 
 use super::super::error::{CompareError, PictureError};
-use super::super::read::{PictureLayout, PictureReader, Planes};
+use super::super::read::{PictureLayout, PictureReader, SamplePlanes};
 
 /// Bytes of a band of both pictures, unless a few rows take more.
 const BAND_BYTES: u64 = 64 << 20;
@@ -19,7 +19,7 @@ pub(super) struct BandPair {
     /// Number of rows.
     pub(super) rows: u32,
     /// Samples of each picture.
-    pub(super) planes: [Planes; 2],
+    pub(super) planes: [SamplePlanes; 2],
 }
 
 /// Reads two pictures of the same size from the top.

@@ -3,9 +3,9 @@
 use super::super::error::CompareError;
 use super::super::read::{PictureReader, SampleKind};
 use super::band_pairs::{BandPair, BandPairs};
-use super::difference::{LargestDifference, LayerDifference, NotFinite, row_difference};
+use super::difference::{LargestDifference, LayerDifference, NotFiniteCounts, row_difference};
 use super::flip::{FlipSum, RgbRow};
-use super::layers::{ChannelPair, LayerPair, LayerPairs, pair_layers};
+use super::layer_pairs::{ChannelPair, LayerPair, LayerPairs, pair_layers};
 use super::ssim::SsimChannel;
 use rayon::prelude::*;
 
@@ -53,13 +53,13 @@ pub struct LayerComparison {
     /// Mean structural similarity of red, green and blue as a screen shows them. `None` for other
     /// layers, and for pictures smaller than 11x11.
     pub ssim: Option<f64>,
-    /// Mean FLIP of red, green and blue as a screen shows them, 0 to 1, at 67 pixels a degree. `None`
-    /// for other layers.
+    /// Mean FLIP of red, green and blue as a screen shows them, 0 to 1, at 67 pixels a degree.
+    /// `None` for other layers.
     pub flip: Option<f64>,
     /// Pixels that differ beyond the tolerance.
     pub differing: u64,
     /// Samples that are not finite.
-    pub not_finite: NotFinite,
+    pub not_finite: NotFiniteCounts,
 }
 
 impl PictureComparison {
@@ -90,12 +90,12 @@ pub fn compare_pictures(
     let layout = a.layout();
     let (width, height) = (layout.width, layout.height);
     let display = !layout.format.is_linear();
-    let mut gathered = Gathered::new(&pairs, height);
+    let mut sums = ComparisonSums::new(&pairs, height);
     for band in BandPairs::new(a, b)? {
-        gathered.add(&pairs, &band?, width as usize, tolerance);
+        sums.add(&pairs, &band?, width as usize, tolerance);
     }
-    let differing = gathered.differing;
-    let layers = pairs.common.iter().zip(gathered.layers);
+    let differing = sums.differing;
+    let layers = pairs.common.iter().zip(sums.layers);
     Ok(PictureComparison {
         width,
         height,
@@ -110,7 +110,7 @@ pub fn compare_pictures(
 }
 
 /// Figures of the rows so far.
-struct Gathered {
+struct ComparisonSums {
     layers: Vec<LayerFigures>,
     differing: u64,
 }
@@ -126,8 +126,8 @@ struct LayerFigures {
     flip: Option<FlipSum>,
 }
 
-impl Gathered {
-    fn new(pairs: &LayerPairs, height: u32) -> Gathered {
+impl ComparisonSums {
+    fn new(pairs: &LayerPairs, height: u32) -> ComparisonSums {
         let layers = pairs.common.iter().map(|layer| {
             let whole = |channel: &ChannelPair| channel.kind.contains(&SampleKind::Integer);
             let rgb = layer.rgb().filter(|rgb| !rgb.iter().any(|c| whole(c)));
@@ -139,7 +139,7 @@ impl Gathered {
                 flip: rgb.map(|rgb| FlipSum::new(kinds(rgb), height)),
             }
         });
-        Gathered {
+        ComparisonSums {
             layers: layers.collect(),
             differing: 0,
         }

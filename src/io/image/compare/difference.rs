@@ -1,8 +1,8 @@
-//! Differences of a layer, gathered row by row: sums do not depend on how a picture is cut.
+//! Differences of a layer, sums row by row: sums do not depend on how a picture is cut.
 
 use super::super::read::SampleKind;
 use super::band_pairs::BandPair;
-use super::layers::{COLOR, LayerPair};
+use super::layer_pairs::{COLOR, LayerPair};
 
 /// Largest difference of a sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct LargestDifference {
 
 /// Numbers of samples that are not finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NotFinite {
+pub struct NotFiniteCounts {
     /// Samples that are not a number, in the first picture and in the second.
     pub nan: [u64; 2],
     /// Infinite samples, in the first picture and in the second.
@@ -43,7 +43,7 @@ pub(super) struct LayerDifference {
     pub(super) peak: f64,
     /// Pixels of which a sample differs beyond the tolerance.
     pub(super) differing: u64,
-    pub(super) not_finite: NotFinite,
+    pub(super) not_finite: NotFiniteCounts,
 }
 
 impl LayerDifference {

@@ -1,12 +1,12 @@
-//! FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020): the difference that
-//! a person sees who flips between two pictures on a screen, 0 to 1, at 67 pixels a degree.
+//! FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020): the difference
+//! that a person sees who flips between two pictures on a screen, 0 to 1, at 67 pixels a degree.
 //!
 //! Colours are blurred as the eye blurs them and compared in Hunt-adjusted CIELAB; edges and points
 //! that only one of the pictures has raise the difference. Numbers are those of the paper.
 
 use super::super::read::SampleKind;
 use super::flip_filters::{COLOR_RADIUS, Features, FlipFilters, FlipRow};
-use super::tone::linear_on_screen;
+use super::on_screen::linear_on_screen;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::VecDeque;

@@ -56,7 +56,8 @@ impl FlipFilters {
         }
     }
 
-    /// Filters a row of linear colours along itself. Beyond its ends, the pixels there are repeated.
+    /// Filters a row of linear colours along itself. Beyond its ends, the pixels there are
+    /// repeated.
     pub(super) fn along(&self, linear: Vec<DVec3>) -> FlipRow {
         let opponent = |rgb: DVec3| {
             let xyz = self.to_xyz * rgb / self.white;

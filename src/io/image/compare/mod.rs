@@ -5,13 +5,13 @@ mod comparison;
 mod difference;
 mod flip;
 mod flip_filters;
-mod layers;
+mod layer_pairs;
+mod on_screen;
 mod pictures;
 mod ssim;
 #[cfg(test)]
 mod tests;
-mod tone;
 
 pub use comparison::{LayerComparison, PictureComparison, compare_pictures};
-pub use difference::{LargestDifference, NotFinite};
+pub use difference::{LargestDifference, NotFiniteCounts};
 pub use pictures::{save_heat, save_side_by_side};

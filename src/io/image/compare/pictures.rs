@@ -8,8 +8,8 @@ use super::super::read::{PictureReader, SampleKind};
 use super::band_pairs::{BandPair, BandPairs};
 use super::comparison::PictureComparison;
 use super::difference::SamplePair;
-use super::layers::{LayerPair, pair_layers};
-use super::tone::{on_screen, unit};
+use super::layer_pairs::{LayerPair, pair_layers};
+use super::on_screen::{on_screen, unit};
 use std::io;
 use std::path::Path;
 

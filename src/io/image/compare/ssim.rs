@@ -3,7 +3,7 @@
 //! lies within the picture.
 
 use super::super::read::SampleKind;
-use super::tone::on_screen;
+use super::on_screen::on_screen;
 use std::collections::VecDeque;
 
 /// Side of the window.

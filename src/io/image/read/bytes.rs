@@ -14,7 +14,7 @@ const MAX_PIPE_BYTES: u64 = 2 << 30;
 pub(super) enum PictureBytes {
     /// A regular file, read as it is needed.
     File(File),
-    /// What a pipe or device gave.
+    /// All bytes of a pipe or device.
     Memory(Arc<[u8]>),
 }
 

@@ -3,7 +3,7 @@
 
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
-use super::layout::{PictureLayout, Planes, RowReader, TOO_SHORT, check_sides};
+use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides};
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::{ImageDecoder, ImageError};
 use std::io::{ErrorKind, Read};
@@ -62,7 +62,7 @@ impl HdrRows {
 }
 
 impl RowReader for HdrRows {
-    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String> {
+    fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String> {
         if rows.start < self.next {
             self.reader = self.bytes.reader()?;
             skip_header(&mut *self.reader)?;

@@ -3,7 +3,7 @@
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
 use super::layout::{
-    PictureLayout, Planes, RowReader, TOO_SHORT, check_sides, check_whole, push_display,
+    PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides, check_whole, push_display,
 };
 use jpeg_decoder::{Error, PixelFormat};
 use std::io::{ErrorKind, Read};
@@ -63,7 +63,7 @@ pub(super) fn open_jpeg(bytes: PictureBytes) -> Result<(PictureLayout, JpegRows)
 }
 
 impl RowReader for JpegRows {
-    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String> {
+    fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String> {
         let row = self.width * self.samples;
         let range = rows.start as usize * row..rows.end as usize * row;
         let samples = self.decoded.get(range).ok_or(TOO_SHORT)?;

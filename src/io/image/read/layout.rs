@@ -79,12 +79,12 @@ impl PictureLayout {
 }
 
 /// Samples of some rows: for each channel its bits, row by row.
-pub type Planes = Vec<Vec<u32>>;
+pub type SamplePlanes = Vec<Vec<u32>>;
 
 /// A decoder that gives rows from the top, and from earlier ones again when asked for them.
 pub(super) trait RowReader {
     /// Appends rows to the planes, which are empty, and one for each channel.
-    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String>;
+    fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String>;
 }
 
 /// The message for a file that ends before its last row.
@@ -118,7 +118,7 @@ pub(super) fn check_whole(width: u32, height: u32) -> Result<(), String> {
 
 /// Appends rows of a picture of samples for a screen that is held as a whole, 1 to 4 of them a
 /// pixel.
-pub(super) fn push_display(planes: &mut Planes, pixel: &[u16]) {
+pub(super) fn push_display(planes: &mut SamplePlanes, pixel: &[u16]) {
     let [r, g, b, a] = match *pixel {
         [grey] => [grey, grey, grey, u16::MAX],
         [grey, alpha] => [grey, grey, grey, alpha],

@@ -12,6 +12,6 @@ mod reader;
 #[cfg(test)]
 mod tests;
 
-pub use layout::{PictureChannel, PictureLayout, Planes, SampleKind};
+pub use layout::{PictureChannel, PictureLayout, SampleKind, SamplePlanes};
 pub use raster::{Raster, load};
 pub use reader::PictureReader;

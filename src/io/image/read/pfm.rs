@@ -2,7 +2,7 @@
 
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
-use super::layout::{PictureLayout, Planes, RowReader, TOO_SHORT, check_sides};
+use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides};
 use std::io::{Read, SeekFrom};
 use std::ops::Range;
 
@@ -79,7 +79,7 @@ impl PfmRows {
 }
 
 impl RowReader for PfmRows {
-    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String> {
+    fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String> {
         let mut reader = self.bytes.reader()?;
         let below = u64::from(self.height - rows.end);
         let start = self.start + below * self.row_bytes() as u64;

@@ -3,7 +3,7 @@
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
 use super::layout::{
-    PictureLayout, Planes, RowReader, TOO_SHORT, check_sides, check_whole, push_display,
+    PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides, check_whole, push_display,
 };
 use ::png::{BitDepth, ColorType, DecodingError, Transformations};
 use std::io::ErrorKind;
@@ -89,7 +89,7 @@ impl PngRows {
 }
 
 impl RowReader for PngRows {
-    fn read(&mut self, rows: Range<u32>, planes: &mut Planes) -> Result<(), String> {
+    fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String> {
         let (samples, wide) = self.pixel();
         if self.decoder.info().interlaced {
             let whole = match self.whole.take() {
@@ -117,7 +117,7 @@ impl RowReader for PngRows {
     }
 }
 
-fn push_row(planes: &mut Planes, row: &[u8], samples: usize, wide: bool) {
+fn push_row(planes: &mut SamplePlanes, row: &[u8], samples: usize, wide: bool) {
     let mut pixel = [0; 4];
     let bytes = samples * if wide { 2 } else { 1 };
     for encoded in row.chunks_exact(bytes) {

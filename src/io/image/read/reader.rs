@@ -6,7 +6,7 @@ use super::bytes::open_bytes;
 use super::exr::open_exr;
 use super::hdr::open_hdr;
 use super::jpeg::open_jpeg;
-use super::layout::{PictureLayout, Planes, RowReader, TOO_SHORT};
+use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT};
 use super::pfm::open_pfm;
 use super::png::open_png;
 use std::ops::Range;
@@ -95,10 +95,10 @@ impl PictureReader {
     ///
     /// # Errors
     /// [`PictureError::Decode`].
-    pub fn read(&mut self, rows: Range<u32>) -> Result<Planes, PictureError> {
+    pub fn read(&mut self, rows: Range<u32>) -> Result<SamplePlanes, PictureError> {
         let samples = rows.len() * self.layout.width as usize;
         let plane = || Vec::with_capacity(samples);
-        let mut planes: Planes = self.layout.channels.iter().map(|_| plane()).collect();
+        let mut planes: SamplePlanes = self.layout.channels.iter().map(|_| plane()).collect();
         let read = match rows.end <= self.layout.height {
             true => self.rows.read(rows, &mut planes),
             false => Err(TOO_SHORT.into()),
