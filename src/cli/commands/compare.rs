@@ -193,9 +193,7 @@ impl CompareDocument {
             ("only in second", &self.only_in_b),
             ("not compared", &self.not_compared),
         ] {
-            if !names.is_empty() {
-                rows.push((label, names.join(", ")));
-            }
+            rows.extend(wrapped(names).into_iter().map(|line| (label, line)));
         }
         for layer in &self.layers {
             rows.extend(layer.not_finite().map(|text| ("not finite", text)));
@@ -282,6 +280,19 @@ impl LayerRow {
         ]);
         cells
     }
+}
+
+/// Names in lines that fit a terminal beside their label.
+fn wrapped(names: &[String]) -> Vec<String> {
+    const WIDTH: usize = 64;
+    let mut lines: Vec<String> = Vec::new();
+    for name in names {
+        match lines.last_mut() {
+            Some(line) if line.len() + 2 + name.len() <= WIDTH => line.extend([", ", &name[..]]),
+            _ => lines.push(name.clone()),
+        }
+    }
+    lines
 }
 
 /// A number of linear samples, which may be of any size.
