@@ -117,16 +117,18 @@ pub enum Command {
     Merge(MergeArgs),
     /// Compare two pictures: PNG, JPEG, EXR layer by layer, HDR, PFM
     #[command(
-        after_help = "Exit code 0 if the pictures are identical, or differ within --tolerance and --max-differing; 4 beyond these, and \
+        after_help = "Example: phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5%",
+        after_long_help = "Exit code 0 if the pictures are identical, or differ within --tolerance and --max-differing; 4 beyond these, and \
                       if a layer of one EXR file is missing in the other. PNG and JPEG hold samples for a screen; EXR, HDR and PFM \
                       hold linear radiance. Formats of one kind can be compared with each other; against HDR and PFM, which hold \
                       colours only, other layers are left out.\n\n\
                       PSNR is that of a peak of 255, or of the largest linear sample, at least 1. SSIM and FLIP (at 67 pixels a degree; \
-                      0 is equal) are those of red, green and blue as a screen shows them (sRGB). NaN equals NaN alone, and infinity the same infinity; both are counted, and left \
-                      out of the other figures.\n\n\
-                      Example, after phalanx render standard:balls -o a.exr and phalanx render standard:balls -o b.exr --spp 4:\n  \
-                      phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5% --side-by-side both.png\n\n\
-                      Example: phalanx compare a.exr a.exr"
+                      0 is equal) are those of red, green and blue as a screen shows them (sRGB). NaN equals NaN alone, and infinity \
+                      the same infinity; both are counted, and left out of the other figures.\n\n\
+                      Two pictures to try it on:\n  \
+                      phalanx render standard:balls -o a.exr\n  \
+                      phalanx render standard:balls -o b.exr --spp 4\n\n\
+                      Example: phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5% --side-by-side both.png"
     )]
     Compare(CompareArgs),
     /// Tell what is in a scene

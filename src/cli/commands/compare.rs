@@ -14,20 +14,28 @@ use std::path::{Path, PathBuf};
 pub struct CompareArgs {
     /// First picture: PNG, JPEG, EXR, HDR or PFM
     pub a: PathBuf,
-    /// Second picture, of any format that holds samples of the same meaning
+    /// Second picture, also for a screen, or also linear
     pub b: PathBuf,
-    /// Largest difference of a channel that still counts as equal: in steps of an 8-bit sample for
-    /// PNG and JPEG, in the file's own numbers for EXR, HDR and PFM [default: every bit counts]
+    /// Largest difference that still counts as equal
+    ///
+    /// It is that of a channel: in steps of an 8-bit sample (0 to 255) for PNG and JPEG, also of 16
+    /// bits, and in the file's own numbers for EXR, HDR and PFM. Without it every bit counts.
     #[arg(long, value_name = "T", value_parser = parse_tolerance)]
     pub tolerance: Option<f64>,
-    /// Pixels that may differ beyond the tolerance: a number, or a share as in 0.1%
+    /// Pixels that may differ beyond it
+    ///
+    /// A number, or a share of all pixels as in 0.1%. A pixel differs if its difference is beyond
+    /// the tolerance in any layer.
     #[arg(long, value_name = "N|P%", value_parser = parse_max_differing, default_value = "0")]
     pub max_differing: MaxDiffering,
-    /// Write a picture of the differences of the colours: black where equal, then red, yellow,
-    /// white; cyan where only one of them is a finite number
+    /// Write a picture of the differences
+    ///
+    /// It is of the colours, or of the first layer if there are none: black where they are equal,
+    /// then red, yellow, white, and cyan where only one of them is a finite number. White is 255
+    /// steps for a screen, 1 for linear colours, and the largest value of another layer.
     #[arg(long, value_name = "OUT.png")]
     pub heat: Option<PathBuf>,
-    /// Write the first picture, the second and their differences beside each other
+    /// Write both and their differences side by side
     #[arg(long, value_name = "OUT.png")]
     pub side_by_side: Option<PathBuf>,
     /// Print one JSON document instead of lines
