@@ -57,20 +57,23 @@ impl Oracle<'_> {
                     first[row as usize][column as usize] = Some((traced.ray, traced.hit));
                 }
                 cells.add_result(k, &answer);
+                cells.add_surfaces(k, traced.surfaces);
             }
             if !cells.next_round() {
                 break;
             }
         }
-        let sums = cells.sums();
+        let (sums, coverage) = (cells.sums(), cells.coverage());
         let places = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
         let pixel = |(column, row): (u32, u32)| {
-            let sum = &sums[(row * BLOCK + column) as usize];
+            let at = (row * BLOCK + column) as usize;
+            let sum = &sums[at];
             OraclePixel {
                 radiance: sum.radiance.mean().into(),
                 light: sum.light.map(|way| way.mean().into()),
                 first: first[row as usize][column as usize],
                 samples: sum.samples,
+                coverage: coverage[at].clone(),
             }
         };
         places.map(pixel).collect()
@@ -86,7 +89,8 @@ impl Oracle<'_> {
         (x, y): (u32, u32),
         size: (u32, u32),
     ) -> Vec<OraclePixel> {
-        let mut block = [[OraclePixelAccumulator::default(); BLOCK as usize]; BLOCK as usize];
+        let mut block: [[OraclePixelAccumulator; BLOCK as usize]; BLOCK as usize] =
+            Default::default();
         let places = || (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
         let (mut open, mut samples) = (!0, 0);
         while open != 0 && samples < sampling.spp {
@@ -103,7 +107,8 @@ impl Oracle<'_> {
                 }
             }
             samples = next;
-            let gathered = block.map(|row| row.map(|pixel| pixel.radiance()));
+            let gathered =
+                (block.each_ref()).map(|row| row.each_ref().map(OraclePixelAccumulator::radiance));
             open = adaptive.still_active(open, samples, &gathered, size);
         }
         places()

@@ -27,8 +27,8 @@ pub use tree::{OracleTree, TwoLevelBvh};
 
 use glam::Vec3;
 use phalanx_scene::camera::Camera;
-use phalanx_scene::sampling::{Dimension, FilmSamples, Sampling, concentric_disk};
-use phalanx_scene::{RayCounts, Scene};
+use phalanx_scene::sampling::{Dimension, FilmSamples, Sampling, SurfaceShare, concentric_disk};
+use phalanx_scene::{MatteIds, RayCounts, Scene};
 use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
 use search::SceneSearch;
 use shading::{OracleMaterial, SampleSeed};
@@ -57,6 +57,8 @@ pub struct Oracle<'a> {
     integrator: WhittedIntegrator<'a>,
     /// Reach of ambient occlusion rays, if it is rendered in place of shading.
     ao_distance: Option<f32>,
+    /// Identifiers of the surfaces that camera rays see, if these surfaces are wanted.
+    mattes: Option<&'a MatteIds>,
 }
 
 /// A camera ray of a pixel, and its filter weight.
@@ -89,7 +91,19 @@ impl<'a> Oracle<'a> {
         Oracle {
             integrator: WhittedIntegrator::new(SceneSearch::new(scene, search), max_depth),
             ao_distance: None,
+            mattes: None,
         }
+    }
+
+    /// Makes the background black to camera rays.
+    pub fn with_hidden_background(mut self, hidden: bool) -> Oracle<'a> {
+        self.integrator.hides_background = hidden;
+        self
+    }
+
+    /// Collects all surfaces that camera rays see, with these identifiers.
+    pub fn with_mattes(self, mattes: Option<&'a MatteIds>) -> Oracle<'a> {
+        Oracle { mattes, ..self }
     }
 
     /// Replaces shading by ambient occlusion: a hit is white if one ray from it hits nothing within
@@ -154,7 +168,22 @@ impl<'a> Oracle<'a> {
             hit,
             light,
             weight,
+            surfaces: self.surfaces_along(&ray, hit),
         }
+    }
+
+    /// The surfaces that a camera ray sees, from its hit on. To ambient occlusion, all are whole.
+    fn surfaces_along(&self, ray: &OracleRay, hit: Option<OracleHit>) -> Vec<SurfaceShare> {
+        let Some(mattes) = self.mattes else {
+            return Vec::new();
+        };
+        let whole = self.ao_distance.is_some();
+        let shares = self.integrator.search.shares_along(ray, hit, whole);
+        let surface = |(prim_id, share)| SurfaceShare {
+            ids: mattes.find(self.scene(), prim_id),
+            share,
+        };
+        shares.into_iter().map(surface).collect()
     }
 
     /// The surface at a ray's hit, for callers that need more than its light: the surface point,
@@ -175,7 +204,7 @@ impl<'a> Oracle<'a> {
         reach: f32,
     ) -> Vec3 {
         let Some(hit) = hit else {
-            return self.scene().background;
+            return self.integrator.camera_background();
         };
         let at = OracleSurface::new(self.scene(), ray, &hit);
         self.integrator.ray_counts.shadow += 1;

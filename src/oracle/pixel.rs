@@ -2,7 +2,7 @@
 
 use super::intersect::{OracleHit, OracleRay};
 use glam::Vec3;
-use phalanx_scene::sampling::PixelAccumulator;
+use phalanx_scene::sampling::{PixelAccumulator, PixelCoverage, SurfaceShare};
 
 /// Radiance by the path along which it came.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,10 +41,12 @@ pub(super) struct OracleSample {
     pub(super) hit: Option<OracleHit>,
     pub(super) light: RadianceParts,
     pub(super) weight: f32,
+    /// All surfaces that the ray sees, if they are wanted.
+    pub(super) surfaces: Vec<SurfaceShare>,
 }
 
 /// A finished pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct OraclePixel {
     /// Mean radiance.
     pub radiance: Vec3,
@@ -54,15 +56,18 @@ pub struct OraclePixel {
     pub first: Option<(OracleRay, Option<OracleHit>)>,
     /// Number of camera rays.
     pub samples: u32,
+    /// Surfaces that all camera rays see; without any where they are not wanted.
+    pub coverage: PixelCoverage,
 }
 
 /// Accumulates a pixel's samples.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct OraclePixelAccumulator {
     radiance: PixelAccumulator,
     light: [PixelAccumulator; 3],
     first: Option<(OracleRay, Option<OracleHit>)>,
     samples: u32,
+    coverage: PixelCoverage,
     /// Result of the first camera ray, which is the whole result of a pixel with one ray.
     first_samples: [Vec3; 4],
 }
@@ -74,7 +79,9 @@ impl OraclePixelAccumulator {
             hit,
             light,
             weight,
+            surfaces,
         } = sample;
+        self.coverage.add(surfaces, weight, 1.0);
         let parts = light.all();
         self.radiance.add(light.sum().to_array(), weight);
         for (gathered, part) in self.light.iter_mut().zip(parts) {
@@ -107,6 +114,7 @@ impl OraclePixelAccumulator {
             light,
             first: self.first,
             samples: self.samples,
+            coverage: self.coverage.clone(),
         }
     }
 }

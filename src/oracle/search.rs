@@ -6,7 +6,7 @@ use super::instance::{instance_boxes, to_object, world_objects};
 use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
 use super::tree::TwoLevelBvh;
 use glam::Vec3;
-use phalanx_scene::{Bounds, Scene, SurfaceHit};
+use phalanx_scene::{Bounds, MIN_SURFACE_SHARE, Scene, SurfaceHit};
 use std::borrow::Cow;
 
 /// Search method of the oracle. Both give the same bits.
@@ -81,6 +81,31 @@ impl<'a> SceneSearch<'a> {
             hit = self.closest_after(ray, Some(&on));
         }
         hit
+    }
+
+    /// The surfaces that end a ray from a hit on, and the part of it that ends on each.
+    pub(super) fn shares_along(
+        &self,
+        ray: &OracleRay,
+        first: Option<OracleHit>,
+        whole: bool,
+    ) -> Vec<(u32, f32)> {
+        let (mut open, mut next) = (1.0f32, first);
+        let mut shares = Vec::new();
+        while let Some(hit) = next {
+            let on = hit.on_surface();
+            let coverage = match whole || !self.has_coverage {
+                true => 1.0,
+                false => self.scene.coverage(on),
+            };
+            shares.push((hit.prim_id, open * coverage));
+            open *= 1.0 - coverage;
+            if open < MIN_SURFACE_SHARE {
+                break;
+            }
+            next = self.closest_there(ray, Some(on));
+        }
+        shares
     }
 
     /// Share of a lamp's light that passes all surfaces before `tmax`: V.

@@ -20,6 +20,8 @@ pub(super) struct WhittedIntegrator<'a> {
     /// Least share of its camera ray that a ray must have in some component to be traced; if 0, all
     /// rays are traced.
     pub(super) min_weight: f32,
+    /// True if camera rays do not see the background.
+    pub(super) hides_background: bool,
     /// The bounces between a camera ray and the ray that is traced.
     path: Vec<PathLevel>,
     /// Rays cast so far.
@@ -90,8 +92,17 @@ impl<'a> WhittedIntegrator<'a> {
             search,
             max_depth,
             min_weight: 0.0,
+            hides_background: false,
             path: Vec::new(),
             ray_counts: RayCounts::default(),
+        }
+    }
+
+    /// Radiance of a camera ray that hits nothing.
+    pub(super) fn camera_background(&self) -> Vec3 {
+        match self.hides_background {
+            true => Vec3::ZERO,
+            false => self.search.scene.background,
         }
     }
 
@@ -170,8 +181,11 @@ impl<'a> WhittedIntegrator<'a> {
         let scene = self.search.scene;
         let mut parts = RadianceParts::default();
         let Some(hit) = hit else {
-            let sky = scene.sky.filter(|_| segment.depth > 0);
-            parts.direct = sky.map_or(scene.background, |sky| sky.radiance(segment.ray.dir));
+            parts.direct = match (segment.depth, scene.sky) {
+                (0, _) => self.camera_background(),
+                (_, Some(sky)) => sky.radiance(segment.ray.dir),
+                (_, None) => scene.background,
+            };
             return (parts, [None, None, None].into_iter().flatten());
         };
         let at = OracleSurface::new(scene, &segment.ray, &hit);

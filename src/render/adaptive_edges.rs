@@ -2,6 +2,7 @@
 //! Each round halves the cells that the earlier rounds left active.
 
 use super::blocks::{corners, size_of, within};
+use super::coverage_layers::write_coverage;
 use super::sample_tracer::SampleTracer;
 use super::wavefront::{CAMERA_RAYS, RefineRequest, ShadowFilter, push_samples};
 use phalanx_scene::camera::Camera;
@@ -63,7 +64,7 @@ impl EdgeSampler {
                     break;
                 }
             }
-            for cells in &self.cells {
+            for cells in &mut self.cells {
                 finish(cells, tile, pixels);
             }
         }
@@ -98,7 +99,8 @@ impl EdgeSampler {
             });
             traced.write_hits(pixels, within(whole, tile));
             let results = traced.outcomes().zip(&self.visibility);
-            for (&(block, request), (outcome, visibility)) in requests.iter().zip(results) {
+            let results = results.zip(traced.seen());
+            for (&(block, request), ((outcome, visibility), seen)) in requests.iter().zip(results) {
                 let (radiance, light, weight) = outcome;
                 let result = SampleResult {
                     radiance,
@@ -106,7 +108,9 @@ impl EdgeSampler {
                     weight,
                     visibility: *visibility,
                 };
-                self.cells[block as usize].add_result(request as usize, &result);
+                let cells = &mut self.cells[block as usize];
+                cells.add_result(request as usize, &result);
+                cells.add_surfaces(request as usize, seen);
             }
         }
     }
@@ -145,8 +149,12 @@ fn push_requests(
 }
 
 /// Writes the sums that a block has accumulated to the pixels of a tile.
-fn finish(cells: &Cells, tile: Tile, pixels: &mut TileBuffer) {
+fn finish(cells: &mut Cells, tile: Tile, pixels: &mut TileBuffer) {
     let ((right, down), aovs) = (cells.corner(), pixels.aovs());
+    let coverage = match aovs.of_coverage() {
+        true => cells.coverage(),
+        false => Vec::new(),
+    };
     for (at, sum) in (0..).zip(&cells.sums()) {
         let x = (right + at % BLOCK).checked_sub(tile.x);
         let y = (down + at / BLOCK).checked_sub(tile.y);
@@ -156,6 +164,9 @@ fn finish(cells: &Cells, tile: Tile, pixels: &mut TileBuffer) {
         pixels.set(x, y, sum.radiance.mean());
         if aovs.of_light() {
             pixels.set_light(x, y, &RadianceAovs(sum.light.map(|way| way.mean())));
+        }
+        if let Some(coverage) = coverage.get(at as usize) {
+            write_coverage(pixels, (x, y), coverage);
         }
         if aovs.has(Aov::Samples) {
             pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(sum.samples)]);

@@ -8,6 +8,7 @@
 mod adaptive_edges;
 mod adaptive_noise;
 mod blocks;
+mod coverage_layers;
 pub mod frame;
 mod heatmap;
 #[doc(hidden)]

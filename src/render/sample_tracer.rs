@@ -3,16 +3,17 @@
 use super::stats::RenderStats;
 use super::traced_samples::TracedSamples;
 use super::wavefront::{
-    AovBuffer, Levels, QueueSlice, RadianceX8, ShadowFilter, Wave, WavefrontContext,
-    trace_ambient_occlusion, trace_waves,
+    AovBuffer, FragmentSink, Levels, QueueSlice, RadianceX8, RayFragment, ShadowFilter, Wave,
+    WavefrontContext, trace_ambient_occlusion, trace_waves,
 };
 use bumpalo::Bump;
-use phalanx_scene::Scene;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aov, Aovs};
 use phalanx_scene::sampling::Sampling;
+use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{RayQueue, packets_for};
+use phalanx_trace::simd::LANES;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
 
 /// Traces camera rays with everything that follows from them.
@@ -33,6 +34,8 @@ pub(super) struct SampleTracer<'a> {
     tile_arena: Bump,
     scratch: Bump,
     levels: Levels,
+    /// Surfaces that the rays of a group see, where an AOV needs them.
+    fragments: Vec<RayFragment>,
 }
 
 impl<'a> SampleTracer<'a> {
@@ -59,6 +62,8 @@ impl<'a> SampleTracer<'a> {
                 min_weight: 0.0,
                 has_coverage: scene.has_coverage(),
                 has_clear_shadows: scene.has_clear_shadows(),
+                mattes: None,
+                hides_background: false,
                 columns: levels.columns(),
             },
             seeded: scene.is_stochastic(),
@@ -66,6 +71,7 @@ impl<'a> SampleTracer<'a> {
             tile_arena: Bump::new(),
             scratch: Bump::new(),
             levels,
+            fragments: Vec::new(),
         }
     }
 
@@ -77,9 +83,11 @@ impl<'a> SampleTracer<'a> {
         self.context.columns = self.levels.columns();
     }
 
-    /// Sets the further outputs of each pixel.
-    pub(super) fn set_aovs(&mut self, aovs: Aovs) {
+    /// Sets the further outputs of each pixel, and the identifiers of surfaces that they need.
+    pub(super) fn set_aovs(&mut self, aovs: Aovs, mattes: Option<&'a MatteIds>) {
         self.aovs = aovs;
+        self.context.hides_background = aovs.has(Aov::Alpha);
+        self.context.mattes = mattes.filter(|_| aovs.of_coverage());
         self.counter = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
     }
 
@@ -123,12 +131,19 @@ impl<'a> SampleTracer<'a> {
         let radiance = arena.alloc_slice_fill_copy(packets, RadianceX8::BLACK);
         let first = sample == 0 && (record_hits || self.aovs.of_surface());
         let mut aovs = AovBuffer::new(arena, packets, self.aovs, first);
+        self.fragments.clear();
         let most = self.levels.camera_packets();
         for start in (0..packets).step_by(most) {
             let part = start..packets.min(start + most);
+            let collects = self.context.mattes.is_some();
+            let sink = FragmentSink {
+                all: &mut self.fragments,
+                first: (start * LANES) as u32,
+            };
             let wave = Wave {
                 radiance: &mut radiance[part.clone()],
                 aovs: aovs.part(part.clone()),
+                fragments: collects.then_some(sink),
                 shadow_filter: shadow_filter.reborrow(),
                 rays: QueueSlice {
                     queue: &rays,
@@ -143,10 +158,21 @@ impl<'a> SampleTracer<'a> {
                 None => trace_waves(context, scratch, &mut self.levels, wave),
             }
         }
+        let AovBuffer {
+            hits,
+            surfaces,
+            light,
+            ..
+        } = aovs;
+        // Those of a packet are collected surface by surface.
+        self.fragments.sort_by_key(|fragment| fragment.ray);
         TracedSamples {
             rays,
             radiance,
-            aovs,
+            hits,
+            surfaces,
+            light: light.map(|way| &*way),
+            fragments: &self.fragments,
             counter: &mut self.counter,
         }
     }

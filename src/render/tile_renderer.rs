@@ -7,10 +7,10 @@ use super::stats::RenderStats;
 use super::traced_samples::{PixelAccumulators, TracedSamples};
 use super::wavefront::{ShadowFilter, push_camera_rays};
 use super::workers::TileRenderer;
-use phalanx_scene::Scene;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aovs, Tile, TileBuffer};
 use phalanx_scene::sampling::Sampling;
+use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Bvh;
 
@@ -54,9 +54,10 @@ impl<'a> WavefrontRenderer<'a> {
         self
     }
 
-    /// Sets the further outputs of each pixel.
-    pub fn with_aovs(mut self, aovs: Aovs) -> Self {
-        self.tracer.set_aovs(aovs);
+    /// Sets the further outputs of each pixel. Layers of coverage need the identifiers of surfaces,
+    /// and are 0 without them.
+    pub fn with_aovs(mut self, aovs: Aovs, mattes: Option<&'a MatteIds>) -> Self {
+        self.tracer.set_aovs(aovs, mattes);
         self
     }
 

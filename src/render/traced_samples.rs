@@ -1,19 +1,26 @@
 //! Results of camera rays, and how they become pixels: written as they are, or accumulated first.
 
+use super::coverage_layers::write_coverage;
 use super::ray_cost::{RayCost, count_cost};
-use super::wavefront::{AovBuffer, RadianceX8, block_of, pixel_of};
-use phalanx_scene::film::{Aov, Aovs, RadianceAovs, TileBuffer};
-use phalanx_scene::sampling::PixelAccumulator;
+use super::wavefront::{RadianceX8, RayFragment, block_of, pixel_of};
+use phalanx_scene::film::{Aov, Aovs, RadianceAovs, SurfaceAov, TileBuffer};
+use phalanx_scene::sampling::{PixelAccumulator, PixelCoverage, SurfaceShare};
 use phalanx_trace::PacketTracer;
-use phalanx_trace::packet::{NO_PRIM, RayQueue};
+use phalanx_trace::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx_trace::simd::{LANES, LaneMask};
 
 /// Results of some camera rays.
 pub(super) struct TracedSamples<'t, 'a> {
     pub(super) rays: RayQueue<'t>,
     pub(super) radiance: &'t [RadianceX8],
-    /// Other outputs; hits and surfaces only of rays that are the first of their pixels.
-    pub(super) aovs: AovBuffer<'t>,
+    /// Hits, one per packet, and surfaces, eight a packet, of rays that are the first of their
+    /// pixels. These and the other outputs are empty where they are not wanted.
+    pub(super) hits: &'t [HitPacket],
+    pub(super) surfaces: &'t [SurfaceAov],
+    /// Direct, reflected and refracted light.
+    pub(super) light: [&'t [RadianceX8]; 3],
+    /// All surfaces that the rays see, ray by ray.
+    pub(super) fragments: &'t [RayFragment],
     /// Tracer that counts nodes, if an AOV needs their count.
     pub(super) counter: &'t mut Option<PacketTracer<'a>>,
 }
@@ -31,14 +38,26 @@ impl TracedSamples<'_, '_> {
     /// Per ray: its radiance, the direct, reflected and refracted parts, which are black if no AOV
     /// needs them, and its filter weight.
     pub(super) fn outcomes(&self) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3], f32)> {
-        let parts = !self.aovs.light[0].is_empty();
+        let parts = !self.light[0].is_empty();
         lanes(&self.rays).map(move |(packet, lane, _)| {
             let light = match parts {
-                true => self.aovs.light.each_ref().map(|way| way[packet].lane(lane)),
+                true => self.light.each_ref().map(|way| way[packet].lane(lane)),
                 false => [[0.0; 3]; 3],
             };
             let weight = self.rays.payload(packet).0[0][lane];
             (self.radiance[packet].lane(lane), light, weight)
+        })
+    }
+
+    /// Per ray: the surfaces that it sees, in their order.
+    pub(super) fn seen(&self) -> impl Iterator<Item = impl Iterator<Item = SurfaceShare>> {
+        let mut rest = self.fragments;
+        lanes(&self.rays).map(move |(packet, lane, _)| {
+            let ray = (packet * LANES + lane) as u32;
+            let own = rest.iter().take_while(|fragment| fragment.ray == ray);
+            let (own, later) = rest.split_at(own.count());
+            rest = later;
+            own.iter().map(|fragment| fragment.surface)
         })
     }
 
@@ -49,21 +68,21 @@ impl TracedSamples<'_, '_> {
         pixels: &mut TileBuffer,
         pixel: impl Fn((u32, u32)) -> Option<(u32, u32)>,
     ) {
-        if self.aovs.hits.is_empty() {
+        if self.hits.is_empty() {
             return;
         }
         for (packet, lane, place) in lanes(&self.rays) {
             let Some((x, y)) = pixel(place) else {
                 continue;
             };
-            let hit = &self.aovs.hits[packet];
+            let hit = &self.hits[packet];
             let prim_id = hit.prim_id.lane(lane);
             let t = match prim_id {
                 NO_PRIM => 0.0,
                 _ => hit.t.lane(lane),
             };
             pixels.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
-            if let Some(surface) = self.aovs.surfaces.get(packet * LANES + lane) {
+            if let Some(surface) = self.surfaces.get(packet * LANES + lane) {
                 pixels.set_surface(x, y, surface);
             }
             if let Some(counter) = self.counter {
@@ -90,12 +109,21 @@ impl TracedSamples<'_, '_> {
             }
         }
         let aovs = pixels.aovs();
+        if aovs.of_coverage() {
+            let mut coverage = PixelCoverage::default();
+            for ((packet, lane, place), seen) in lanes(&self.rays).zip(self.seen()) {
+                let weight = self.rays.payload(packet).0[0][lane];
+                coverage.clear();
+                coverage.add(seen, weight, 1.0);
+                write_coverage(pixels, place, &coverage);
+            }
+        }
         if !aovs.of_light() && !aovs.has(Aov::Samples) {
             return;
         }
         for (packet, lane, (x, y)) in lanes(&self.rays) {
             if aovs.of_light() {
-                let light = self.aovs.light.each_ref().map(|way| way[packet].lane(lane));
+                let light = self.light.each_ref().map(|way| way[packet].lane(lane));
                 pixels.set_light(x, y, &RadianceAovs(light));
             }
             if aovs.has(Aov::Samples) {
@@ -111,11 +139,16 @@ pub(super) struct PixelAccumulators {
     pub(super) radiance: Vec<PixelAccumulator>,
     /// Direct, reflected and refracted light; empty where no AOV needs it.
     light: [Vec<PixelAccumulator>; 3],
+    /// Surfaces that the pixels show; empty where no AOV needs them.
+    coverage: Vec<PixelCoverage>,
 }
 
 impl PixelAccumulators {
     /// Clears the accumulators and resizes them to the given number of pixels.
     pub(super) fn fit(&mut self, count: usize, aovs: Aovs) {
+        let covered = if aovs.of_coverage() { count } else { 0 };
+        self.coverage.resize_with(covered, PixelCoverage::default);
+        self.coverage.iter_mut().for_each(PixelCoverage::clear);
         let clear = |all: &mut Vec<PixelAccumulator>, count: usize| {
             all.clear();
             all.resize(count, PixelAccumulator::default());
@@ -132,10 +165,17 @@ impl PixelAccumulators {
             let weight = traced.rays.payload(packet).0[0][lane];
             self.radiance[at].add(traced.radiance[packet].lane(lane), weight);
             if !self.light[0].is_empty() {
-                for (sum, radiance) in self.light.iter_mut().zip(&traced.aovs.light) {
+                for (sum, radiance) in self.light.iter_mut().zip(&traced.light) {
                     sum[at].add(radiance[packet].lane(lane), weight);
                 }
             }
+        }
+        if self.coverage.is_empty() {
+            return;
+        }
+        for ((packet, lane, (x, y)), seen) in lanes(&traced.rays).zip(traced.seen()) {
+            let weight = traced.rays.payload(packet).0[0][lane];
+            self.coverage[(y * width + x) as usize].add(seen, weight, 1.0);
         }
     }
 
@@ -149,6 +189,9 @@ impl PixelAccumulators {
         if aovs.of_light() {
             let light = self.light.each_ref().map(|all| all[at].mean());
             pixels.set_light(x, y, &RadianceAovs(light));
+        }
+        if aovs.of_coverage() {
+            write_coverage(pixels, (x, y), &self.coverage[at]);
         }
         if aovs.has(Aov::Samples) {
             let count = self.radiance[at].count() as u32;

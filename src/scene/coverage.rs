@@ -19,6 +19,10 @@ use glam::{Vec2, Vec3};
 /// is not there at all does not count.
 pub const MAX_PASSES: u32 = 64;
 
+/// Least part of a camera ray that is followed to the surfaces that it sees through others, 2⁻²⁰.
+/// A dense thicket ends it soon.
+pub const MIN_SURFACE_SHARE: f32 = 1.0 / 1_048_576.0;
+
 /// A surface that a ray meets, as the functions here take it.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceHit {

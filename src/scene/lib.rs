@@ -12,6 +12,7 @@
 
 mod bounds;
 pub mod camera;
+mod camera_matrices;
 mod column;
 mod coverage;
 mod encoding;
@@ -22,6 +23,7 @@ mod instances;
 mod lights;
 mod made_up;
 mod materials;
+mod mattes;
 mod memory;
 mod origin;
 mod path;
@@ -43,8 +45,9 @@ pub use bounds::{
     Bounds, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE, PAD,
     PLANE_ROUNDING,
 };
+pub use camera_matrices::CameraMatrices;
 pub use column::Column;
-pub use coverage::{MAX_PASSES, SurfaceHit};
+pub use coverage::{MAX_PASSES, MIN_SURFACE_SHARE, SurfaceHit};
 pub use encoding::{OutputEncoding, Quantize, Transfer};
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;
@@ -52,6 +55,7 @@ pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::{LightShape, Lights};
 pub use made_up::MadeUpParts;
 pub use materials::{Material, MaterialTable, Materials};
+pub use mattes::{MatteIds, material_names, matte_id, murmur3_32, object_names};
 pub use origin::FileView;
 pub use path::{CameraKey, CameraPath};
 pub use prim::{NO_PRIM, Prim, PrimKind};

@@ -6,7 +6,7 @@ use phalanx::formats::read_test;
 use phalanx::frame::{
     Accel, Adaptive, Aov, Aovs, Control, Engine, Sampling, Settings, Tile, render,
 };
-use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, save_bands};
+use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands};
 use phalanx::render::Film;
 use phalanx::scene::Scene;
 
@@ -166,6 +166,7 @@ fn the_file_has_them_by_name() {
         origin: [0.0; 3],
         exposure: Exposure::from(scene().encoding),
         depth: Depth::Eight,
+        header: PictureHeader::NONE,
     };
     save_bands(&path, &file, [Ok(film.clone())]).unwrap();
     let read = exr::image::read::read()

@@ -15,6 +15,7 @@ mod instances;
 mod isa_guard;
 mod lanes;
 mod layers;
+mod mattes;
 mod oracle_truth;
 mod peers;
 mod random_scenes;

@@ -169,8 +169,12 @@ const OWNERS: [(&str, &[&str], &str); 16] = [
     ),
     (
         "exr",
-        &["io/image/exr.rs", "io/image/read/exr.rs"],
-        "files of linear radiance are written in one file, and read in another",
+        &[
+            "io/image/exr.rs",
+            "io/image/exr_header.rs",
+            "io/image/read/exr.rs",
+        ],
+        "files of linear radiance are written in one file, their headers in another, and read in a third",
     ),
     (
         "png",

@@ -1,6 +1,6 @@
 //! `phalanx plan`: a picture cut into shards, for many machines.
 
-use crate::cli::options::{GradeArgs, PictureArgs, SceneArgs, SceneInput};
+use crate::cli::options::{GradeArgs, NamedScene, PictureArgs, SceneArgs, SceneInput, set_header};
 use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
@@ -89,6 +89,13 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let output = text(&absolute_path(&args.output)?)?;
     let picture = &args.picture;
     let target = (args.grade).output_file(output.into(), format, picture, scene, &settings)?;
+    let named = NamedScene {
+        name: &args.scene,
+        args: &args.beside,
+        scene,
+        is_moved: false,
+    };
+    let header = named.header(&settings)?;
     let name = match standard_name(&args.scene) {
         Some(name) => name.to_owned(),
         None => text(&absolute_path(&args.scene)?)?,
@@ -102,7 +109,8 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         tile_encoding(&target),
         RenderKey::of(scene, &settings),
         args.shards,
-    );
+    )
+    .with_header(header);
     plan.check()
         .map_err(|error| CliError::Usage(format!("the plan's {error}")))?;
     interrupt::write_file(&args.plan, |out| {
@@ -255,12 +263,14 @@ pub fn target(
         stops: exposure,
         encoding: OutputEncoding { transfer, quantize },
     };
-    OutputFile::for_picture(
+    let mut output = OutputFile::for_picture(
         path,
         format,
         exposure,
         depth,
         plan.picture.window(),
         (plan.aovs(), plan.picture.origin),
-    )
+    )?;
+    set_header(&mut output, plan.header.clone());
+    Ok(output)
 }

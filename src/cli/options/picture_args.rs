@@ -5,7 +5,7 @@ use super::headings::{CAMERA, MACHINE, OUTPUT, QUALITY};
 use super::parsers::{described_name_parser, name_parser, parse_number};
 use super::scene_args::WantedPicture;
 use crate::cli::output::CliError;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
 use phalanx::frame::{
     Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
@@ -92,12 +92,13 @@ pub struct PictureArgs {
     /// Column and row of its upper left pixel, width and height.
     #[arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"], help_heading = OUTPUT, hide_short_help = true)]
     pub region: Option<Vec<u32>>,
-    /// AOVs in an EXR: depth, ns, albedo, …, all
+    /// AOVs in an EXR: Z, N, albedo, alpha, …, all
     ///
     /// AOVs (arbitrary output variables) of each pixel, in an OpenEXR file, names separated by
-    /// commas: depth, position, ng, ns (normals), albedo, material, primitive, direct, reflection,
-    /// refraction, samples; or all of these; or cost (nodes that the first camera ray visits, by
-    /// the build).
+    /// commas: depth (or Z), position (P), ng (Ng), ns (N: normals), albedo, material, primitive,
+    /// direct, reflection, refraction, samples, crypto_object, crypto_material (Cryptomatte); or
+    /// all of these; or alpha (A), which makes the background black and transparent; or cost (nodes
+    /// that the first camera ray visits, by the build).
     #[arg(long, value_name = "NAMES", help_heading = OUTPUT, value_delimiter = ',', hide_possible_values = true, value_parser = aov_parser())]
     pub aov: Vec<Aovs>,
     /// Transfer curve of the written samples [default: the scene format's]
@@ -231,10 +232,17 @@ pub enum AntiAliasing {
 }
 
 fn aov_parser() -> impl TypedValueParser<Value = Aovs> {
-    let names = Aov::ALL.iter().map(|(name, _)| *name);
-    PossibleValuesParser::new(names.chain(["all"])).map(|name| {
-        let named = Aov::ALL.iter().find(|(n, _)| *n == name);
-        named.map_or(Aovs::all(), |(_, aov)| Aovs::default().with(*aov))
+    let value = |(name, aov): &(&'static str, Aov)| {
+        let mut others = Aov::OTHER_NAMES.iter();
+        let other = others.find(|(_, of)| of == aov).map(|(other, _)| *other);
+        PossibleValue::new(*name).aliases(other)
+    };
+    let names = Aov::ALL.iter().map(value);
+    let all = names.chain([PossibleValue::new("all")]);
+    PossibleValuesParser::new(all).map(|name| match Aov::named(&name) {
+        Some(aov) => Aovs::default().with(aov),
+        // Alpha changes radiance, so that it is there only if it is asked for by name.
+        None => Aovs::all().without(Aov::Alpha),
     })
 }
 

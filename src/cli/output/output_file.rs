@@ -4,7 +4,9 @@
 use super::destination::{is_dash, is_replaced};
 use super::error::CliError;
 use phalanx::frame::{Aovs, Control, Tile};
-use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, save_bands, write_bands};
+use phalanx::image::{
+    Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands,
+};
 use phalanx::jobs::BandsError;
 use phalanx::render::Film;
 use phalanx::scene::shown_path;
@@ -45,8 +47,8 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// The file of a window with AOVs, of a scene with this origin. The format must be able to hold
-    /// the AOVs.
+    /// The file of a window with AOVs, of a scene with this origin, with an empty header. The format
+    /// must be able to hold the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,
@@ -77,6 +79,7 @@ impl OutputFile {
             origin,
             exposure,
             depth,
+            header: PictureHeader::NONE,
         };
         Ok(OutputFile { path, file })
     }

@@ -9,7 +9,7 @@ use super::file::{WriteSeek, in_memory, replace_file, replace_file_seeking};
 use super::format::ImageFormat;
 use super::hdr_pfm::{write_hdr, write_pfm};
 use super::jpeg::write_jpeg;
-use super::png::{write_png, write_png_16};
+use super::png::{PngInfo, write_png, write_png_16};
 use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
 use std::path::Path;
@@ -78,20 +78,24 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
     fn write(&mut self, out: &mut dyn Write, file: &PictureFile) -> io::Result<()> {
         let encoder = Encoder::new(file.exposure);
         let (width, height) = (file.width, file.height);
+        let info = PngInfo {
+            transfer: file.exposure.encoding.transfer,
+            header: &file.header,
+        };
         let bands = self.by_ref();
         match (file.format, file.depth) {
             (ImageFormat::Jpeg, _) => {
                 let rows = bands.map(|film| Ok(encoder.encode(&film?)));
-                write_jpeg(out, width, height, rows)?;
+                write_jpeg(out, (width, height), &file.header, rows)?;
             }
-            (ImageFormat::Hdr, _) => write_hdr(out, width, height, bands)?,
+            (ImageFormat::Hdr, _) => write_hdr(out, (width, height), &file.header, bands)?,
             (_, Depth::Eight) => {
                 let rows = bands.map(|film| Ok(encoder.encode(&film?).rgb));
-                write_png(out, width, height, rows)?;
+                write_png(out, (width, height), info, rows)?;
             }
             (_, Depth::Sixteen) => {
                 let rows = bands.map(|film| Ok(encoder.encode_16(&film?).rgb));
-                write_png_16(out, width, height, rows)?;
+                write_png_16(out, (width, height), info, rows)?;
             }
         }
         self.end()
@@ -148,6 +152,7 @@ impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<I> {
 mod tests {
     use super::*;
     use crate::image::encoder::Exposure;
+    use crate::image::header::PictureHeader;
     use phalanx_scene::{OutputEncoding, Quantize, Transfer};
     use std::fs;
 
@@ -189,6 +194,11 @@ mod tests {
                 },
             },
             depth,
+            header: PictureHeader {
+                scene: "a.test".to_owned(),
+                command: "phalanx render a.test".to_owned(),
+                ..PictureHeader::NONE
+            },
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::encoder::Exposure;
 use super::format::ImageFormat;
+use super::header::PictureHeader;
 use phalanx_scene::film::{Aovs, Film};
 use std::io;
 
@@ -21,7 +22,7 @@ pub enum Depth {
 
 /// Description of a picture file to be written. Linear formats store the film's radiance as it is.
 /// JPEG uses the exposure; PNG uses the exposure and the depth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PictureFile {
     /// Width in pixels.
     pub width: u32,
@@ -40,6 +41,8 @@ pub struct PictureFile {
     pub exposure: Exposure,
     /// Bits a sample.
     pub depth: Depth,
+    /// Texts and numbers about the picture, as far as the format has room for them.
+    pub header: PictureHeader,
 }
 
 /// Films in the form that writers take.

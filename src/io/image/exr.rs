@@ -1,24 +1,17 @@
 //! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly
 //! compressed.
 
-use super::description::{BAND_ROWS, Films, PictureFile};
+use super::description::{Films, PictureFile};
+use super::exr_header::{ExrChannel, TILE, header, sorted_header};
 use super::file::WriteSeek;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
-use exr::math::{RoundingMode, Vec2};
-use exr::meta::attribute::{
-    AttributeValue, ChannelDescription, LevelMode, LineOrder, SampleType, Text, TileDescription,
-};
-use exr::meta::header::Header;
-use exr::meta::{BlockDescription, MetaData};
-use exr::prelude::{Compression, SmallVec};
-use phalanx_scene::film::{Aov, Aovs, Film};
+use exr::math::Vec2;
+use exr::meta::MetaData;
+use exr::prelude::SmallVec;
+use phalanx_scene::film::{Aovs, Film};
 use rayon::prelude::*;
-use std::io::{self, BufWriter};
-
-/// Side of a tile in pixels. Bands are multiples of it in height, so that no tile lies in two
-/// bands.
-const TILE: usize = BAND_ROWS as usize;
+use std::io::{self, BufWriter, SeekFrom};
 
 /// Writes films, one below the other, as they come. All threads compress their tiles, which are
 /// written in order.
@@ -29,10 +22,11 @@ pub(super) fn write_exr(
 ) -> io::Result<()> {
     let channels = channels(file.aovs);
     let header = header(file, &channels);
+    let sorted = sorted_header(&header)?;
     // The error of a band is kept here, so that it is not lost among the crate's own errors.
     let mut failed = None;
     let written = exr::block::write(
-        BufWriter::new(out),
+        BufWriter::new(&mut *out),
         SmallVec::from_iter([header]),
         true,
         |meta, chunks| {
@@ -52,13 +46,13 @@ pub(super) fn write_exr(
     match (failed, written) {
         (Some(error), _) => Err(error),
         (None, Err(exr::error::Error::Io(error))) => Err(error),
-        (None, other) => other.map_err(io::Error::other),
+        (None, Err(other)) => Err(io::Error::other(other)),
+        (None, Ok(())) => {
+            out.seek(SeekFrom::Start(0))?;
+            out.write_all(&sorted)
+        }
     }
 }
-
-/// A channel of the file: its name, true if it holds whole numbers, and the index of its plane in a
-/// film.
-type ExrChannel = (&'static str, bool, usize);
 
 /// Radiance and the layers, named as OpenEXR names those of a single part. They are in the order of
 /// their names, as the format demands.
@@ -71,41 +65,6 @@ fn channels(aovs: Aovs) -> Vec<ExrChannel> {
         .collect();
     all.sort_unstable();
     all
-}
-
-/// Name of the attribute for the scene's origin in the coordinates of its file, as three decimals,
-/// in a picture file with positions. Far from the origin, positions in the file's coordinates are
-/// rounded to single precision; positions in the scene were not.
-const ORIGIN: &str = "phalanx.origin";
-
-fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
-    let channels = channels.iter().map(|&(name, id, _)| ChannelDescription {
-        name: Text::from(name),
-        sample_type: if id { SampleType::U32 } else { SampleType::F32 },
-        quantize_linearly: false,
-        sampling: Vec2(1, 1),
-    });
-    let blocks = BlockDescription::Tiles(TileDescription {
-        tile_size: Vec2(TILE, TILE),
-        level_mode: LevelMode::Singular,
-        rounding_mode: RoundingMode::Down,
-    });
-    let size = Vec2(file.width as usize, file.height as usize);
-    let name = Text::default();
-    let mut header = Header::new(name, size, channels.collect()).with_encoding(
-        Compression::ZIP16,
-        blocks,
-        LineOrder::Increasing,
-    );
-    header.own_attributes.layer_name = None;
-    header.own_attributes.software_name = Text::new_or_none("phalanx");
-    if file.aovs.has(Aov::Position) && file.origin != [0.0; 3] {
-        let [x, y, z] = file.origin;
-        let origin = AttributeValue::Text(Text::from(&format!("{x} {y} {z}")[..]));
-        let others = &mut header.own_attributes.other;
-        others.insert(Text::from(ORIGIN), origin);
-    }
-    header
 }
 
 /// Writes the tiles of a film that begins in this row of the picture; returns its height.
@@ -167,7 +126,7 @@ fn tile(
 mod tests {
     use super::super::test_film::{bits, film};
     use super::*;
-    use crate::image::{Depth, Exposure, ImageFormat};
+    use crate::image::{Depth, Exposure, ImageFormat, PictureHeader};
     use exr::prelude::{ReadChannels, ReadLayers};
     use phalanx_scene::OutputEncoding;
     use std::io::Cursor;
@@ -183,35 +142,8 @@ mod tests {
             encoding: OutputEncoding::LINEAR,
         },
         depth: Depth::Eight,
+        header: PictureHeader::NONE,
     };
-
-    #[test]
-    fn only_a_moved_scene_with_positions_has_its_origin_in_the_header() {
-        let far = PictureFile {
-            aovs: Aovs::NONE.with(Aov::Position),
-            origin: [500_000.5, 0.0, -4e6],
-            ..PLAIN
-        };
-        let told = |file: &PictureFile| {
-            let header = header(file, &channels(file.aovs));
-            let value = header
-                .own_attributes
-                .other
-                .get(&Text::from(ORIGIN))
-                .cloned();
-            value.map(|value| value.into_text().unwrap().to_string())
-        };
-        assert_eq!(told(&far).as_deref(), Some("500000.5 0 -4000000"));
-        let without = PictureFile {
-            aovs: Aovs::NONE,
-            ..far
-        };
-        let near = PictureFile {
-            origin: [0.0; 3],
-            ..far
-        };
-        assert_eq!([told(&without), told(&near)], [None, None]);
-    }
 
     #[test]
     fn exr_keeps_every_bit() {

@@ -2,6 +2,7 @@
 
 use super::description::Films;
 use super::file::WriteSeek;
+use super::header::PictureHeader;
 use super::png::io_error;
 use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
@@ -11,14 +12,15 @@ use std::io::{self, SeekFrom, Write};
 /// component. Negative components and NaN become 0.
 pub(super) fn write_hdr(
     out: &mut dyn Write,
-    width: u32,
-    height: u32,
+    (width, height): (u32, u32),
+    header: &PictureHeader,
     bands: Films,
 ) -> io::Result<()> {
-    write!(
-        out,
-        "#?RADIANCE\n# phalanx\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n"
-    )?;
+    writeln!(out, "#?RADIANCE")?;
+    for (_, text) in header.texts() {
+        writeln!(out, "# {text}")?;
+    }
+    write!(out, "FORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n")?;
     for film in bands {
         let film = film?;
         let [r, g, b] = &film.planes;
@@ -119,7 +121,19 @@ mod tests {
     fn hdr_is_within_a_step_of_the_largest_sample() {
         let film = film();
         let mut bytes = Cursor::new(Vec::new());
-        write_hdr(&mut bytes, 70, 67, &mut [Ok(film.clone())].into_iter()).unwrap();
+        let header = PictureHeader {
+            scene: "a\n-Y 1 +X 1".to_owned(),
+            command: "phalanx render ä".to_owned(),
+            ..PictureHeader::NONE
+        };
+        let mut films = [Ok(film.clone())].into_iter();
+        write_hdr(&mut bytes, (70, 67), &header, &mut films).unwrap();
+        let text = String::from_utf8_lossy(bytes.get_ref());
+        let lines: Vec<&str> = text.lines().take(5).collect();
+        let version = concat!("# phalanx ", env!("CARGO_PKG_VERSION"));
+        let [scene, command] = ["# a-Y 1 +X 1", "# phalanx render ä"];
+        let format = "FORMAT=32-bit_rle_rgbe";
+        assert_eq!(lines, ["#?RADIANCE", version, scene, command, format]);
         let decoder = HdrDecoder::new(Cursor::new(bytes.into_inner())).unwrap();
         assert_eq!(decoder.dimensions(), (70, 67));
         let read = DynamicImage::from_decoder(decoder).unwrap().into_rgb32f();

@@ -1,20 +1,21 @@
 //! JPEG files, for output only.
 
 use super::encoder::Picture;
+use super::header::PictureHeader;
 use super::png::io_error;
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::{GenericImageView, Rgb};
 use std::cell::RefCell;
-use std::io;
+use std::io::{self, Write};
 
 /// Quality, out of 100: differences can be measured, but hardly seen.
 const QUALITY: u8 = 95;
 
 /// Writes pictures of whole blocks of eight rows, one below the other, as they come.
 pub(super) fn write_jpeg(
-    out: &mut dyn io::Write,
-    width: u32,
-    height: u32,
+    out: &mut dyn Write,
+    (width, height): (u32, u32),
+    header: &PictureHeader,
     bands: impl Iterator<Item = io::Result<Picture>>,
 ) -> io::Result<()> {
     let view = JpegSource {
@@ -27,10 +28,62 @@ pub(super) fn write_jpeg(
             failed: None,
         }),
     };
+    let out = CommentWriter {
+        out,
+        ahead: JFIF_BYTES,
+        comment: comment(header),
+    };
     let written = JpegEncoder::new_with_quality(out, QUALITY).encode_image(&view);
     match view.present.into_inner().failed {
         Some(error) => Err(error),
         None => written.map_err(io_error),
+    }
+}
+
+/// Bytes of the two segments that the encoder begins with, SOI and APP0, which other programs look
+/// for in this place.
+const JFIF_BYTES: usize = 20;
+
+/// Most bytes of a comment: its length has 16 bits.
+const MAX_COMMENT: usize = 65_533;
+
+/// The texts of a header as a comment segment, a line each. What does not fit is left out.
+fn comment(header: &PictureHeader) -> Vec<u8> {
+    let texts = header.texts();
+    let lines: Vec<&str> = texts.iter().map(|(_, text)| &text[..]).collect();
+    let mut text = lines.join("\n");
+    while text.len() > MAX_COMMENT {
+        text.pop();
+    }
+    let mut segment = vec![0xff, 0xfe];
+    segment.extend((text.len() as u16 + 2).to_be_bytes());
+    segment.extend(text.bytes());
+    segment
+}
+
+/// Inserts a comment into the bytes of an encoder that has none.
+struct CommentWriter<'a> {
+    out: &'a mut dyn Write,
+    /// Bytes that come before the comment.
+    ahead: usize,
+    comment: Vec<u8>,
+}
+
+impl Write for CommentWriter<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.ahead == 0 {
+            return self.out.write(bytes);
+        }
+        let count = self.out.write(&bytes[..bytes.len().min(self.ahead)])?;
+        self.ahead -= count;
+        if self.ahead == 0 {
+            self.out.write_all(&self.comment)?;
+        }
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
     }
 }
 
@@ -86,5 +139,51 @@ impl<I: Iterator<Item = io::Result<Picture>>> BandWindow<I> {
             Some(Err(error)) => self.failed = Some(error),
             None => self.failed = Some(io::Error::other("rows are missing")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::image::ImageFormat;
+
+    #[test]
+    fn the_comment_follows_the_head_and_the_picture_stays() {
+        let picture = Picture {
+            width: 9,
+            height: 8,
+            rgb: (0..9 * 8 * 3).map(|k| k as u8).collect(),
+        };
+        let written = |command: String| {
+            let header = PictureHeader {
+                command,
+                ..PictureHeader::NONE
+            };
+            let mut bytes = Vec::new();
+            write_jpeg(
+                &mut bytes,
+                (9, 8),
+                &header,
+                [Ok(picture.clone())].into_iter(),
+            )
+            .unwrap();
+            bytes
+        };
+        let bytes = written("phalanx render ä".to_owned());
+        assert_eq!(bytes[6..11], *b"JFIF\0");
+        let text = format!("{}\nphalanx render ä", super::super::header::SOFTWARE);
+        assert_eq!(bytes[20..24], [0xff, 0xfe, 0, text.len() as u8 + 2]);
+        assert_eq!(bytes[24..24 + text.len()], *text.as_bytes());
+        let mut plain = Vec::new();
+        let encoder = JpegEncoder::new_with_quality(&mut plain, QUALITY);
+        let rgb = ::image::RgbImage::from_raw(9, 8, picture.rgb.clone()).unwrap();
+        encoder.encode_image(&rgb).unwrap();
+        assert_eq!(bytes[..20], plain[..20]);
+        assert!(bytes[24 + text.len()..] == plain[20..]);
+        // The longest comment is cut between two characters, and the file is still read.
+        let long = written("ä".repeat(40_000));
+        assert_eq!(long[20..22], [0xff, 0xfe]);
+        let read = ::image::load_from_memory_with_format(&long, ImageFormat::Jpeg).unwrap();
+        assert_eq!((read.width(), read.height()), (9, 8));
     }
 }

@@ -19,11 +19,13 @@ mod destination;
 mod encoder;
 mod error;
 mod exr;
+mod exr_header;
 mod false_color;
 mod file;
 mod folder;
 mod format;
 mod hdr_pfm;
+mod header;
 mod jpeg;
 mod png;
 mod read;
@@ -44,6 +46,7 @@ pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
 pub use folder::folder_of;
 pub use format::ImageFormat;
+pub use header::PictureHeader;
 pub use png::{png_bytes, save_png};
 pub use read::{
     PictureChannel, PictureLayout, PictureReader, Raster, SampleKind, SamplePlanes, load,

@@ -14,6 +14,7 @@ pub use phalanx_trace::Kernel;
 pub use phalanx_trace::bvh::{BuildSettings, Quality};
 pub use settings::{DEFAULT_TILE, Engine, FULL_DEPTH, Integrator, MIN_WEIGHT, Settings};
 
+use crate::coverage_layers::mattes_for;
 use crate::{
     Film, HeatmapRenderer, RenderStats, RenderedTiles, SharedFilm, TileSink, WavefrontRenderer,
     render_on_workers, tiles,
@@ -98,6 +99,7 @@ pub fn render_tiles(
     let camera = settings.camera(scene)?;
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let sky = settings.ao_distance(scene);
+    let mattes = mattes_for(scene, settings.aovs);
     Ok(match tree {
         AccelRef::Packets(bvh) => {
             let kernel = build_wide_bvh(bvh, settings);
@@ -106,7 +108,7 @@ pub fn render_tiles(
                     WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
                         .with_min_weight(settings.min_path_weight())
                         .with_sampling(settings.sampling)
-                        .with_aovs(settings.aovs);
+                        .with_aovs(settings.aovs, mattes.as_ref());
                 match sky {
                     Some(reach) => renderer.with_ambient_occlusion(reach),
                     None => renderer,
@@ -115,7 +117,9 @@ pub fn render_tiles(
         }
         AccelRef::Oracle(forest) => render_on_workers(tiles, sink, threads, pin, control, || {
             let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
-                .with_min_weight(settings.min_path_weight());
+                .with_min_weight(settings.min_path_weight())
+                .with_mattes(mattes.as_ref())
+                .with_hidden_background(settings.aovs.has(Aov::Alpha));
             OracleRenderer {
                 camera: &camera,
                 scene,

@@ -1,5 +1,6 @@
 //! The oracle as a renderer of tiles.
 
+use crate::coverage_layers::write_coverage;
 use crate::{Aov, RadianceAovs, RenderStats, SurfaceAov, Tile, TileBuffer, TileRenderer, tiles};
 use glam::Vec3;
 use phalanx_oracle::{Oracle, OracleHit, OraclePixel, OracleRay};
@@ -30,6 +31,9 @@ impl OracleRenderer<'_> {
         let look = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
         pixels.set_surface(x, y, &look);
         pixels.set_light(x, y, &RadianceAovs(pixel.light.map(Vec3::into)));
+        if aovs.of_coverage() {
+            write_coverage(pixels, (x, y), &pixel.coverage);
+        }
         if aovs.has(Aov::Samples) {
             pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(pixel.samples)]);
         }

@@ -78,6 +78,13 @@ impl PictureSettings {
         }
     }
 
+    /// Each setting that is given, or has a default of its own, as its option and its value.
+    pub fn given_options(&self) -> Vec<(&'static str, String)> {
+        let mut options = self.options();
+        options.retain(|(_, value)| value != NOT_GIVEN);
+        options
+    }
+
     /// Each setting as its option and its value. Different settings have different values.
     pub(super) fn options(&self) -> Vec<(&'static str, String)> {
         let PictureSettings {
@@ -110,10 +117,13 @@ impl PictureSettings {
     }
 }
 
+/// Value of an option that is not given.
+const NOT_GIVEN: &str = "not given";
+
 fn given(value: Option<f32>) -> String {
     // For very small and very large numbers `Debug` prints fewer digits than `Display`, and loses
     // no bits.
-    value.map_or_else(|| "not given".to_owned(), |value| format!("{value:?}"))
+    value.map_or_else(|| NOT_GIVEN.to_owned(), |value| format!("{value:?}"))
 }
 
 #[cfg(test)]

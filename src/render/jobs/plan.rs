@@ -4,7 +4,7 @@
 use super::output_path;
 use super::render_key::{FieldError, RenderKey};
 use crate::frame::{Aovs, Tile};
-use phalanx_io::image::MAX_EXPOSURE;
+use phalanx_io::image::{MAX_EXPOSURE, PictureHeader};
 use phalanx_scene::film::tiles;
 use phalanx_scene::{quoted_text, shown_path, shown_text};
 use serde::{Deserialize, Serialize};
@@ -51,6 +51,9 @@ pub struct RenderPlan {
     pub shards: u32,
     /// Side in pixels of the tiles that are dealt out.
     pub tile: u32,
+    /// Header of the output picture's file; empty in plans of earlier builds.
+    #[serde(default)]
+    pub header: PictureHeader,
 }
 
 /// Conversion of radiance to samples, where the picture's format has samples.
@@ -149,7 +152,13 @@ impl RenderPlan {
             picture,
             shards,
             tile,
+            header: PictureHeader::NONE,
         }
+    }
+
+    /// The plan with a header for its picture's file.
+    pub fn with_header(self, header: PictureHeader) -> RenderPlan {
+        RenderPlan { header, ..self }
     }
 
     /// Reads a plan, which may come from anybody.
@@ -207,12 +216,15 @@ impl RenderPlan {
         self.picture.check()?;
         let output = self.output.to_str().unwrap_or("\0");
         let arguments = self.arguments.iter().map(|text| ("arguments", &text[..]));
-        for (field, text) in [("scene", &self.scene[..]), ("output", output)]
-            .into_iter()
-            .chain(arguments)
-        {
+        let header = [
+            ("header.scene", &self.header.scene[..]),
+            ("header.command", &self.header.command[..]),
+        ];
+        let named = [("scene", &self.scene[..]), ("output", output)];
+        for (field, text) in named.into_iter().chain(arguments).chain(header) {
             // Plans are quoted in scripts and messages.
-            if text.contains(char::is_control) || text.is_empty() && field != "arguments" {
+            let may_be_empty = !["scene", "output"].contains(&field);
+            if text.contains(char::is_control) || text.is_empty() && !may_be_empty {
                 let value = quoted_text(text);
                 return wrong(field, value, "a text without control characters");
             }
@@ -415,6 +427,8 @@ mod tests {
             ("/output", json!(""), "output"),
             ("/output", json!("a\u{7}.png"), "output"),
             ("/arguments", json!(["plan", "a\r"]), "arguments"),
+            ("/header/scene", json!("a\r"), "header.scene"),
+            ("/header/command", json!("\u{1b}"), "header.command"),
             ("/developing/bits", json!(7), "developing.bits"),
             ("/developing/bits", json!(0), "developing.bits"),
             ("/developing/exposure", json!(1e38), "developing.exposure"),

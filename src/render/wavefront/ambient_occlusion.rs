@@ -2,7 +2,7 @@
 //! finds the surfaces, and sends one ray from each.
 
 use super::closest_hits::{handle_escaped_rays, intersect_closest};
-use super::coverage::pass_absent_surfaces;
+use super::coverage::{WaveCoverage, collect_fragments, pass_absent_surfaces};
 use super::hit_grouping::group_hits;
 use super::shadow_rays::add_unoccluded;
 use super::wavefront_context::{Wave, WavefrontContext};
@@ -26,11 +26,15 @@ pub(crate) fn trace_ambient_occlusion(
         bounced: _,
         radiance,
         mut aovs,
+        mut fragments,
         shadow_filter: _,
     } = wave;
     let hits = intersect_closest(context, arena, &rays);
     pass_absent_surfaces(context, arena, &rays, hits);
-    handle_escaped_rays(context.scene, &rays, false, hits, radiance);
+    if let Some(fragments) = &mut fragments {
+        collect_fragments(context, &rays, hits, WaveCoverage::WHOLE, fragments);
+    }
+    handle_escaped_rays(context, &rays, false, hits, radiance);
     let groups = group_hits(arena, context.scene, &rays, hits);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
     for at in groups.surfaces {

@@ -4,7 +4,6 @@ use super::ray_batch::{QueueSlice, RadianceX8};
 use super::wavefront_context::WavefrontContext;
 use bumpalo::Bump;
 use glam::Vec3;
-use phalanx_scene::Scene;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{LANES, LaneMask, LaneU32, U32x8};
 
@@ -29,15 +28,19 @@ pub(super) fn intersect_closest<'arena>(
 }
 
 /// Gives rays that hit nothing the background, or the sky if they have been `bounced` and there is
-/// one.
+/// one. Others are camera rays, to which the background may be black.
 pub(super) fn handle_escaped_rays(
-    scene: &Scene,
+    context: &WavefrontContext,
     rays: &QueueSlice,
     bounced: bool,
     hits: &[HitPacket],
     radiance: &mut [RadianceX8],
 ) {
-    let background = scene.background.to_array();
+    let scene = context.scene;
+    let background = match bounced || !context.hides_background {
+        true => scene.background.to_array(),
+        false => [0.0; 3],
+    };
     for (packet, (hit, radiance)) in hits.iter().zip(radiance).enumerate() {
         let escaped = rays.active(packet) & hit.prim_id.eq(U32x8::splat(NO_PRIM));
         if let (true, Some(sky)) = (bounced, scene.sky) {

@@ -6,13 +6,14 @@
 //! such surfaces pay one branch a wave for it.
 
 use super::bounce_queue::BounceQueue;
+use super::fragments::FragmentSink;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::{WavefrontContext, is_worth_tracing};
 use crate::shade::Surface;
 use bumpalo::Bump;
 use glam::Vec3;
-use phalanx_scene::SurfaceHit;
-use phalanx_scene::sampling::{BounceKind, child_seed};
+use phalanx_scene::sampling::{BounceKind, SurfaceShare, child_seed};
+use phalanx_scene::{MIN_SURFACE_SHARE, SurfaceHit};
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 
@@ -21,6 +22,9 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, 
 pub(super) struct WaveCoverage<'arena>(&'arena [[f32; LANES]]);
 
 impl WaveCoverage<'_> {
+    /// Coverage of a wave whose surfaces are all whole, or count as such.
+    pub(super) const WHOLE: WaveCoverage<'static> = WaveCoverage(&[]);
+
     /// Coverage of eight surfaces; `None` where all of a scene's surfaces are whole.
     #[inline]
     pub(super) fn of(self, at: &Surface) -> Option<F32x8> {
@@ -50,7 +54,7 @@ pub(super) fn pass_absent_surfaces<'arena>(
     hits: &mut [HitPacket],
 ) -> WaveCoverage<'arena> {
     if !context.has_coverage {
-        return WaveCoverage(&[]);
+        return WaveCoverage::WHOLE;
     }
     let shares = arena.alloc_slice_fill_copy(hits.len(), [1.0; LANES]);
     for (packet, (hits, shares)) in hits.iter_mut().zip(&mut *shares).enumerate() {
@@ -77,6 +81,57 @@ pub(super) fn pass_absent_surfaces<'arena>(
         }
     }
     WaveCoverage(shares)
+}
+
+/// Collects the surfaces that camera rays see: of each ray the one that it hits, and those that it
+/// meets behind where these are only partly there, in the order of (t, prim_id).
+pub(super) fn collect_fragments(
+    context: &mut WavefrontContext,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+    coverage: WaveCoverage,
+    fragments: &mut FragmentSink,
+) {
+    let Some(mattes) = context.mattes else {
+        return;
+    };
+    for (packet, hit) in hits.iter().enumerate() {
+        let (ray, active) = rays.packet(packet);
+        let mut shares = coverage.0.get(packet).copied().unwrap_or([1.0; LANES]);
+        // What is left of each ray, and the last surface that a part of it ended on.
+        let mut open = [1.0f32; LANES];
+        let mut counted = [None; LANES];
+        let (mut hits, mut followed) = (*hit, active);
+        loop {
+            followed = followed & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
+            let mut goes_on = 0;
+            for lane in followed.lanes() {
+                if shares[lane] > 0.0 {
+                    let on = surface_hit(&hits, lane);
+                    let surface = SurfaceShare {
+                        ids: mattes.find(context.scene, on.prim_id),
+                        share: open[lane] * shares[lane],
+                    };
+                    fragments.push(packet * LANES + lane, surface);
+                    open[lane] *= 1.0 - shares[lane];
+                    counted[lane] = Some(on);
+                }
+                goes_on |= u32::from(open[lane] >= MIN_SURFACE_SHARE) << lane;
+            }
+            if goes_on == 0 {
+                break;
+            }
+            followed = Mask8::from_bits(goes_on);
+            hits = context.traversal.next(&ray, followed, &hits);
+            for lane in (followed & !hits.prim_id.eq(U32x8::splat(NO_PRIM))).lanes() {
+                let on = surface_hit(&hits, lane);
+                shares[lane] = match counted[lane] {
+                    Some(counted) if context.scene.is_same_surface(counted, on) => 0.0,
+                    _ => context.scene.coverage(on),
+                };
+            }
+        }
+    }
 }
 
 /// Queues the rays that go on through partly covered surfaces, except those that are not worth

@@ -136,6 +136,7 @@ fn trace_slice(
         bounced: level.depth > 0,
         radiance: &mut radiance,
         aovs: AovBuffer::default(),
+        fragments: None,
     };
     trace_wavefront(context, arena, &mut wave, level.queues(max_depth));
     level.radiance = radiance;

@@ -15,7 +15,7 @@
 //! | `ambient_occlusion` | the other integrator: the same wave with one ray to the sky per hit |
 //!
 //! In the queues travel `ray_batch` (slices of rays, radiance of eight) and `bounce_queue`. Beside
-//! radiance, a wave has the outputs of `aov_buffer`. `wave_sizes` bounds its memory.
+//! radiance, a wave has the outputs of `aov_buffer`, and collects `fragments`. `wave_sizes` bounds its memory.
 
 mod ambient_occlusion;
 mod aov_buffer;
@@ -24,6 +24,7 @@ mod camera_rays;
 mod closest_hits;
 mod coverage;
 mod emission;
+mod fragments;
 mod hit_grouping;
 mod levels;
 mod ray_batch;
@@ -37,6 +38,7 @@ pub(super) use ambient_occlusion::trace_ambient_occlusion;
 pub(super) use aov_buffer::AovBuffer;
 pub use camera_rays::push_camera_rays;
 pub(super) use camera_rays::{block_of, pixel_of, push_block, push_samples};
+pub(super) use fragments::{FragmentSink, RayFragment};
 pub(super) use hit_grouping::group_hits;
 pub(super) use levels::{Levels, trace_waves};
 pub(super) use ray_batch::{QueueSlice, RadianceX8};
@@ -48,7 +50,7 @@ pub(super) use wavefront_context::{Wave, WavefrontContext};
 use bounce_queue::SecondaryQueues;
 use bumpalo::Bump;
 use closest_hits::{handle_escaped_rays, intersect_closest};
-use coverage::{pass_absent_surfaces, queue_passes};
+use coverage::{collect_fragments, pass_absent_surfaces, queue_passes};
 use emission::add_ambient_and_emission;
 use secondary_rays::spawn_secondary_rays;
 use shadow_rays::trace_shadow_rays;
@@ -66,11 +68,15 @@ fn trace_wavefront(
         bounced,
         radiance,
         aovs,
+        fragments,
         shadow_filter,
     } = wave;
     let hits = intersect_closest(context, arena, rays);
     let coverage = pass_absent_surfaces(context, arena, rays, hits);
-    handle_escaped_rays(context.scene, rays, *bounced, hits, radiance);
+    if let Some(fragments) = fragments {
+        collect_fragments(context, rays, hits, coverage, fragments);
+    }
+    handle_escaped_rays(context, rays, *bounced, hits, radiance);
     let groups = group_hits(arena, context.scene, rays, hits);
     add_ambient_and_emission(context.scene, &groups, coverage, radiance);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);

@@ -1,10 +1,11 @@
 //! State that all waves of a worker share, and what one of them reads and fills.
 
 use super::aov_buffer::AovBuffer;
+use super::fragments::FragmentSink;
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::shadow_filter::ShadowFilter;
 use crate::stats::RenderStats;
-use phalanx_scene::Scene;
+use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::Traversal;
 use phalanx_trace::packet::QueueColumns;
 use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
@@ -23,6 +24,10 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) has_coverage: bool,
     /// True if light may pass some surface: see [`Scene::has_clear_shadows`].
     pub(crate) has_clear_shadows: bool,
+    /// Identifiers of the surfaces that camera rays see, where an AOV needs these surfaces.
+    pub(crate) mattes: Option<&'a MatteIds>,
+    /// True if camera rays do not see the background.
+    pub(crate) hides_background: bool,
     /// The columns of the queues of bounces.
     pub(crate) columns: QueueColumns,
 }
@@ -36,6 +41,8 @@ pub(crate) struct Wave<'w, 'arena> {
     pub(crate) radiance: &'w mut [RadianceX8],
     /// The rays' other outputs.
     pub(crate) aovs: AovBuffer<'w>,
+    /// Collects the surfaces that camera rays see, where an AOV needs them.
+    pub(crate) fragments: Option<FragmentSink<'w>>,
     pub(crate) shadow_filter: ShadowFilter<'w>,
 }
 

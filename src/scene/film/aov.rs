@@ -33,6 +33,17 @@ pub enum Aov {
     /// Nodes that the first camera ray visits. It depends on the engine's tree, and a little on the
     /// instruction set, so it is not part of the promise of equal bits.
     Cost,
+    /// Part of the pixel that is not background: the mean over all camera rays of the part that
+    /// ends on surfaces. With this layer, camera rays do not see the background: radiance is that of
+    /// the surfaces alone, already weighed by this part (associated alpha).
+    Alpha,
+    /// Cryptomatte of objects: for each of the [`RANKS`] that cover most of the pixel its
+    /// identifier, and the part that it covers.
+    ///
+    /// [`RANKS`]: crate::sampling::RANKS
+    CryptoObject,
+    /// Cryptomatte of materials.
+    CryptoMaterial,
 }
 
 /// The number that stands for no material or primitive.
@@ -46,7 +57,7 @@ const XYZ: usize = 3;
 
 impl Aov {
     /// All layers with their names, in the order in which they are stored.
-    pub const ALL: [(&'static str, Aov); 12] = [
+    pub const ALL: [(&'static str, Aov); 15] = [
         ("depth", Aov::Depth),
         ("position", Aov::Position),
         ("ng", Aov::Ng),
@@ -59,19 +70,33 @@ impl Aov {
         ("refraction", Aov::Refraction),
         ("samples", Aov::Samples),
         ("cost", Aov::Cost),
+        ("alpha", Aov::Alpha),
+        ("crypto_object", Aov::CryptoObject),
+        ("crypto_material", Aov::CryptoMaterial),
     ];
 
-    /// The layer's channels, named as OpenEXR names those of layers.
+    /// Further names of layers: those of their channels, as other programs have them.
+    pub const OTHER_NAMES: [(&'static str, Aov); 5] = [
+        ("Z", Aov::Depth),
+        ("P", Aov::Position),
+        ("Ng", Aov::Ng),
+        ("N", Aov::Ns),
+        ("A", Aov::Alpha),
+    ];
+
+    /// The layer of a name of [`Aov::ALL`] or [`Aov::OTHER_NAMES`].
+    pub fn named(name: &str) -> Option<Aov> {
+        let mut all = Aov::ALL.iter().chain(&Aov::OTHER_NAMES);
+        all.find(|(known, _)| *known == name).map(|(_, aov)| *aov)
+    }
+
+    /// The layer's channels, named as other programs look for them in OpenEXR files.
     pub fn channels(self) -> &'static [AovChannel] {
         match self {
-            Aov::Depth => &[("depth.Z", false)],
-            Aov::Position => &[
-                ("position.X", false),
-                ("position.Y", false),
-                ("position.Z", false),
-            ],
-            Aov::Ng => &[("ng.X", false), ("ng.Y", false), ("ng.Z", false)],
-            Aov::Ns => &[("ns.X", false), ("ns.Y", false), ("ns.Z", false)],
+            Aov::Depth => &[("Z", false)],
+            Aov::Position => &[("P.X", false), ("P.Y", false), ("P.Z", false)],
+            Aov::Ng => &[("Ng.X", false), ("Ng.Y", false), ("Ng.Z", false)],
+            Aov::Ns => &[("N.X", false), ("N.Y", false), ("N.Z", false)],
             Aov::Albedo => &[
                 ("albedo.R", false),
                 ("albedo.G", false),
@@ -96,8 +121,66 @@ impl Aov {
             ],
             Aov::Samples => &[("samples.count", true)],
             Aov::Cost => &[("cost.nodes", false)],
+            Aov::Alpha => &[("A", false)],
+            Aov::CryptoObject => &[
+                ("CryptoObject00.R", false),
+                ("CryptoObject00.G", false),
+                ("CryptoObject00.B", false),
+                ("CryptoObject00.A", false),
+                ("CryptoObject01.R", false),
+                ("CryptoObject01.G", false),
+                ("CryptoObject01.B", false),
+                ("CryptoObject01.A", false),
+                ("CryptoObject02.R", false),
+                ("CryptoObject02.G", false),
+                ("CryptoObject02.B", false),
+                ("CryptoObject02.A", false),
+            ],
+            Aov::CryptoMaterial => &[
+                ("CryptoMaterial00.R", false),
+                ("CryptoMaterial00.G", false),
+                ("CryptoMaterial00.B", false),
+                ("CryptoMaterial00.A", false),
+                ("CryptoMaterial01.R", false),
+                ("CryptoMaterial01.G", false),
+                ("CryptoMaterial01.B", false),
+                ("CryptoMaterial01.A", false),
+                ("CryptoMaterial02.R", false),
+                ("CryptoMaterial02.G", false),
+                ("CryptoMaterial02.B", false),
+                ("CryptoMaterial02.A", false),
+            ],
         }
     }
+}
+
+/// Names that channels had in files of version 0.1 and earlier, with their names now.
+const RENAMED_CHANNELS: [(&str, &str); 10] = [
+    ("depth.Z", "Z"),
+    ("position.X", "P.X"),
+    ("position.Y", "P.Y"),
+    ("position.Z", "P.Z"),
+    ("ng.X", "Ng.X"),
+    ("ng.Y", "Ng.Y"),
+    ("ng.Z", "Ng.Z"),
+    ("ns.X", "N.X"),
+    ("ns.Y", "N.Y"),
+    ("ns.Z", "N.Z"),
+];
+
+/// The name that a channel of a file has now, for readers of files with the names that channels had
+/// earlier. All other names stay as they are.
+///
+/// ```
+/// use phalanx_scene::film::current_channel_name;
+///
+/// assert_eq!(current_channel_name("ns.X"), "N.X");
+/// assert_eq!(current_channel_name("albedo.R"), "albedo.R");
+/// ```
+pub fn current_channel_name(name: &str) -> &str {
+    let mut renamed = RENAMED_CHANNELS.iter();
+    let found = renamed.find(|(before, _)| *before == name);
+    found.map_or(name, |(_, now)| now)
 }
 
 /// A set of layers.
@@ -114,7 +197,8 @@ impl Aovs {
         Aovs(self.0 | 1 << aov as u8)
     }
 
-    /// The set of all layers that are part of the promise of equal bits.
+    /// The set of all layers that are part of the promise of equal bits. It has [`Aov::Alpha`],
+    /// which changes radiance.
     #[inline]
     pub fn all() -> Aovs {
         let all = Aov::ALL.iter().filter(|(_, aov)| *aov != Aov::Cost);
@@ -157,6 +241,18 @@ impl Aovs {
     #[inline]
     pub fn of_light(self) -> bool {
         RadianceAovs::AOVS.into_iter().any(|aov| self.has(aov))
+    }
+
+    /// Returns true if the set has a layer of the surfaces that all camera rays see.
+    #[inline]
+    pub fn of_coverage(self) -> bool {
+        self.has(Aov::Alpha) || self.of_mattes()
+    }
+
+    /// Returns true if the set has a layer of identifiers.
+    #[inline]
+    pub fn of_mattes(self) -> bool {
+        self.has(Aov::CryptoObject) || self.has(Aov::CryptoMaterial)
     }
 
     /// The layers of the set, in their order.
@@ -247,13 +343,17 @@ mod tests {
             .with(Aov::Ns)
             .with(Aov::Depth);
         let names: Vec<_> = set.channels().map(|(name, _)| name).collect();
-        assert_eq!(names, ["depth.Z", "ns.X", "ns.Y", "ns.Z", "material.id"]);
+        assert_eq!(names, ["Z", "N.X", "N.Y", "N.Z", "material.id"]);
         assert_eq!(
             [Aov::Depth, Aov::Ns, Aov::Material].map(|aov| set.before(aov)),
             [0, 1, 4]
         );
         for (k, (_, aov)) in Aov::ALL.into_iter().enumerate() {
             assert_eq!(aov as usize, k);
+        }
+        for (before, now) in RENAMED_CHANNELS {
+            assert!(Aovs::all().channels().any(|(name, _)| name == now), "{now}");
+            assert!(Aovs::all().channels().all(|(name, _)| name != before));
         }
         let all = Aovs::all();
         assert!(all.of_light() && all.of_surface() && !all.has(Aov::Cost));

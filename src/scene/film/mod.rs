@@ -6,7 +6,7 @@
 mod aov;
 mod tiles;
 
-pub use aov::{Aov, AovChannel, Aovs, NO_ID, RadianceAovs, SurfaceAov};
+pub use aov::{Aov, AovChannel, Aovs, NO_ID, RadianceAovs, SurfaceAov, current_channel_name};
 pub use tiles::{Tile, tiles};
 
 use std::sync::{Mutex, PoisonError};

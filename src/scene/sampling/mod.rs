@@ -8,6 +8,7 @@
 //! | `filter` | reconstruction filters of pixels |
 //! | `pixel` | positions of a pixel's camera rays |
 //! | `pixel_accumulator` | sum, mean and variance of a pixel's samples |
+//! | `pixel_coverage` | surfaces that a pixel's samples see |
 //! | `adaptive` | selection of pixels that get more camera rays |
 //! | `cells` | selection of parts of pixels that do, and the shadow rays they save |
 //! | `pow` | x^s for highlights |
@@ -18,6 +19,7 @@ mod cells;
 mod filter;
 mod pixel;
 mod pixel_accumulator;
+mod pixel_coverage;
 mod pow;
 mod sobol;
 mod srgb;
@@ -30,6 +32,7 @@ pub use cells::{
 pub use filter::Filter;
 pub use pixel::{FilmSamples, MAX_SPP, Sampling};
 pub use pixel_accumulator::PixelAccumulator;
+pub use pixel_coverage::{PixelCoverage, RANKS, SurfaceShare};
 pub use sobol::{BounceKind, Dimension, child_seed, points, points_of, seeds};
 pub use srgb::{linear_of_srgb, srgb_to_linear};
 pub use warps::{concentric_disk, cosine_hemisphere, phong_lobe, to_frame, uniform_sphere};

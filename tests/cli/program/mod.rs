@@ -6,6 +6,7 @@ mod caches;
 mod compare;
 mod formats;
 mod guide;
+mod headers;
 mod jobs;
 mod made_up;
 mod memory;

@@ -8,7 +8,7 @@ mod shard_index;
 
 pub use args::RenderArgs;
 
-use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
+use crate::cli::options::{NamedScene, SceneInput, Sequence, film_bytes, set_header, stem};
 use crate::cli::output::{
     self, CliError, EvenColor, LivePreview, MemoryStats, OutputFile, ProgressOptions, Verbosity,
     format_of, interrupt, mrays_per_s, progress,
@@ -68,11 +68,15 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let job = Job {
         args,
+        name,
         prepared: &prepared,
         settings: &settings,
     };
     let work = match &sequence {
-        None => job.render(&scene_input.scene, &output, args.keep.checkpoint.as_deref())?,
+        None => {
+            let checkpoint = args.keep.checkpoint.as_deref();
+            job.render(&scene_input.scene, false, &output, checkpoint)?
+        }
         Some(sequence) => job.sequence(sequence, &mut scene_input.scene, &output)?,
     };
     let scene = &scene_input.scene;
@@ -165,6 +169,8 @@ fn check_frames(
 /// Inputs shared by all frames of a sequence.
 struct Job<'a> {
     args: &'a RenderArgs,
+    /// The scene's name.
+    name: &'a Path,
     prepared: &'a Accel,
     settings: &'a Settings,
 }
@@ -195,7 +201,8 @@ impl Job<'_> {
             };
             let checkpoint = self.args.keep.checkpoint.as_deref();
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
-            let work = self.render(scene, &output, checkpoint.as_deref())?;
+            let is_moved = scene.view != start || scene.made_up.view;
+            let work = self.render(scene, is_moved, &output, checkpoint.as_deref())?;
             let RenderSeconds { render, write, .. } = work.seconds;
             if !self.args.json && output::verbosity() != Verbosity::Quiet {
                 output::print(&format!(
@@ -211,18 +218,29 @@ impl Job<'_> {
         Ok(all)
     }
 
-    /// Renders a picture, and writes it as it is made.
+    /// Renders a picture, and writes it as it is made. `is_moved` is true if the scene's view is
+    /// that of a frame.
     fn render(
         &self,
         scene: &Scene,
+        is_moved: bool,
         output: &OutputFile,
         checkpoint: Option<&Path>,
     ) -> Result<RenderTotals, CliError> {
         let Job {
             args,
+            name,
             prepared,
             settings,
         } = *self;
+        let named = NamedScene {
+            name,
+            args: &args.beside,
+            scene,
+            is_moved,
+        };
+        let mut output = output.clone();
+        set_header(&mut output, named.header(settings)?);
         let preview = LivePreview::of(
             args.sight.preview,
             args.sight.snapshot.as_deref(),

@@ -43,6 +43,7 @@ pub use visibility::{LightVisibility, MAX_HITS, MIN_AGREEING, path_id};
 use super::adaptive::{Adaptive, BLOCK, FIRST_SAMPLES};
 use super::pixel::MAX_SPP;
 use super::pixel_accumulator::PixelAccumulator;
+use super::pixel_coverage::{PixelCoverage, SurfaceShare};
 use super::sobol::{Dimension, points_of, seeds};
 use libm::exp2;
 use pixel::{CellPixel, CellSample, PIXEL_SIDE, column_and_row, in_packets, index};
@@ -111,6 +112,8 @@ pub struct Cells {
     visibility: Vec<[LightVisibility; MAX_HITS]>,
     /// Radiance by path, one entry per sample, if it is requested.
     light: Option<Vec<[[f32; 3]; 3]>>,
+    /// Surfaces with the numbers of the samples that see them, if they are requested.
+    surfaces: Vec<(u32, SurfaceShare)>,
     requests: Vec<SampleRequest>,
     near: Vec<u32>,
     fresh: Vec<u32>,
@@ -142,6 +145,7 @@ impl Cells {
         self.visibility.clear();
         self.light = by_way.then(|| self.light.take().unwrap_or_default());
         self.light.iter_mut().for_each(Vec::clear);
+        self.surfaces.clear();
         self.fresh.clear();
         self.clear_requests();
         self.request_all(0..1);
@@ -169,6 +173,14 @@ impl Cells {
         if let Some(light) = &mut self.light {
             light[sample] = result.light;
         }
+    }
+
+    /// Stores the surfaces that a requested sample sees.
+    #[inline]
+    pub fn add_surfaces(&mut self, ask: usize, surfaces: impl IntoIterator<Item = SurfaceShare>) {
+        let sample = (self.samples.len() - self.requests.len() + ask) as u32;
+        let surfaces = surfaces.into_iter().map(|surface| (sample, surface));
+        self.surfaces.extend(surfaces);
     }
 
     /// The lights whose visibility is known at a hit of a requested sample, and those of them that
@@ -222,6 +234,22 @@ impl Cells {
             sum.samples += 1;
         }
         sums
+    }
+
+    /// The surfaces that the pixels show, in the order of [`Cells::sums`].
+    pub fn coverage(&mut self) -> Vec<PixelCoverage> {
+        let mut pixels = vec![PixelCoverage::default(); (BLOCK * BLOCK) as usize];
+        self.surfaces.sort_by_key(|(sample, _)| *sample);
+        let mut rest = &self.surfaces[..];
+        for (number, sample) in (0..).zip(&self.samples) {
+            let own = rest.iter().take_while(|(of, _)| *of == number).count();
+            let (own, later) = rest.split_at(own);
+            rest = later;
+            let area = 1.0 / f64::from(1u32 << sample.level);
+            let surfaces = own.iter().map(|(_, surface)| *surface);
+            pixels[usize::from(sample.pixel)].add(surfaces, sample.weight, area);
+        }
+        pixels
     }
 
     fn clear_requests(&mut self) {

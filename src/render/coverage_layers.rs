@@ -1,0 +1,35 @@
+//! The layers of a pixel that tell which surfaces cover it.
+
+use phalanx_scene::film::{Aov, Aovs, TileBuffer};
+use phalanx_scene::sampling::PixelCoverage;
+use phalanx_scene::{MatteIds, Scene};
+
+/// Writes the layers of coverage that the tile has.
+pub(super) fn write_coverage(
+    pixels: &mut TileBuffer,
+    (x, y): (u32, u32),
+    coverage: &PixelCoverage,
+) {
+    let aovs = pixels.aovs();
+    if aovs.has(Aov::Alpha) {
+        pixels.set_layer(x, y, Aov::Alpha, &[coverage.alpha()]);
+    }
+    for (table, aov) in [Aov::CryptoObject, Aov::CryptoMaterial]
+        .into_iter()
+        .enumerate()
+    {
+        if aovs.has(aov) {
+            pixels.set_layer(x, y, aov, &coverage.ranks(table));
+        }
+    }
+}
+
+/// Identifiers of surfaces for layers of coverage, if there are any: those of the scene, or none
+/// where only their parts are needed.
+pub(super) fn mattes_for(scene: &Scene, aovs: Aovs) -> Option<MatteIds> {
+    let ids = || match aovs.of_mattes() {
+        true => MatteIds::of(scene),
+        false => MatteIds::default(),
+    };
+    aovs.of_coverage().then(ids)
+}

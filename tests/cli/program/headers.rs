@@ -1,0 +1,131 @@
+//! Texts in picture files: the scene, the program, and a command that makes the picture again.
+
+use super::TestFolder;
+use exr::prelude::{ReadChannels, ReadLayers};
+use std::fs;
+
+/// The texts of a PNG by their keywords, and its gamma.
+fn texts(bytes: &[u8]) -> (Vec<(String, String)>, Option<u32>) {
+    let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
+    let reader = reader.unwrap();
+    let info = reader.info();
+    let latin = &info.uncompressed_latin1_text;
+    let latin = latin
+        .iter()
+        .map(|chunk| (chunk.keyword.clone(), chunk.text.clone()));
+    let utf8 = info.utf8_text.iter();
+    let utf8 = utf8.map(|chunk| (chunk.keyword.clone(), chunk.get_text().unwrap()));
+    let gamma = info.gama_chunk.map(|gamma| gamma.into_scaled());
+    (latin.chain(utf8).collect(), gamma)
+}
+
+fn text(bytes: &[u8], keyword: &str) -> String {
+    let (texts, _) = texts(bytes);
+    let found = texts.into_iter().find(|(other, _)| other == keyword);
+    found.unwrap_or_else(|| panic!("no {keyword}")).1
+}
+
+/// Runs a command of a picture, as a shell would, with another name for the result.
+fn again(room: &TestFolder, command: &str, output: &str) {
+    let program = env!("CARGO_BIN_EXE_phalanx");
+    let line = command.replacen("phalanx", program, 1);
+    let mut shell = std::process::Command::new("sh");
+    shell.current_dir(room.path());
+    let ran = super::ran(shell.args(["-c", &format!("{line} -o {output}")]));
+    assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+}
+
+#[test]
+fn the_command_in_a_picture_makes_it_again() {
+    let room = TestFolder::new();
+    fs::create_dir(room.path().join("ä b")).unwrap();
+    fs::copy(room.path().join("a.test"), room.path().join("it\'s ä.test")).unwrap();
+    let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    for (options, words) in [
+        (
+            "",
+            "--size 40x24 --max-depth 5 --min-weight 0.0 --transfer none --quantize floor",
+        ),
+        (
+            "--spp 4 --filter tent --aa adaptive --threshold .01 --region 3 4 20 11 --bits 16 --exposure=-.5",
+            "--region 3 4 20 11",
+        ),
+        (
+            "--camera 0.1,1,5 0,0,0 0,1,0 45 --light dir:1,2,3,.5,.25,1 --light 1,1,7 --background .1,.2,.3 \
+             --integrator ao --ao-distance 3 --spp 2 --transfer srgb --origin 1,2,3 --ortho=5.5",
+            "--light dir:1,2,3,0.5,0.25,1 --light 1,1,7,1,1,1 --background 0.1,0.2,0.3",
+        ),
+    ] {
+        room.ok(&format!("render a.test -o one.png {options}"));
+        let one = bytes("one.png");
+        let command = text(&one, "Comment");
+        assert!(command.contains(words), "{command}");
+        again(&room, &command, "two.png");
+        assert!(bytes("two.png") == one, "{command}");
+        assert_eq!(text(&one, "Title"), "a.test");
+        let version = concat!("phalanx ", env!("CARGO_PKG_VERSION"));
+        assert_eq!(text(&one, "Software"), version);
+        let gamma = match options.contains("srgb") {
+            true => 45_455,
+            false => 100_000,
+        };
+        assert_eq!(texts(&one).1, Some(gamma));
+    }
+    // A name that a shell would take apart, and frames: each has its own camera.
+    let mut render = room.command("render -o three.png");
+    let ran = super::ran(render.arg("it\'s ä.test"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let three = bytes("three.png");
+    assert_eq!(text(&three, "Title"), "it\'s ä.test");
+    again(&room, &text(&three, "Comment"), "four.png");
+    assert!(bytes("four.png") == three);
+    room.ok("render a.test -o f#.exr --frames 1..2 --turntable 5 --aov depth");
+    let command = attribute(&bytes("f2.exr"), "phalanx.command");
+    again(&room, &command, "two.exr");
+    assert!(bytes("two.exr") == bytes("f2.exr"), "{command}");
+    assert!(bytes("f1.exr") != bytes("f2.exr"));
+}
+
+/// A text of an OpenEXR file's header.
+fn attribute(bytes: &[u8], name: &str) -> String {
+    let read = exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(bytes))
+        .unwrap();
+    let others = &read.layer_data.attributes.other;
+    let found = others.iter().find(|(other, _)| other.to_string() == name);
+    let (_, value) = found.unwrap_or_else(|| panic!("no {name}"));
+    value.clone().into_text().unwrap().to_string()
+}
+
+#[test]
+fn layers_have_the_names_and_attributes_that_programs_look_for() {
+    let room = TestFolder::new();
+    let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    room.ok("render a.test -o a.exr --aov N,Ng,P,Z,A,crypto_object,crypto_material");
+    room.ok(
+        "render a.test -o b.exr --aov ns,ng,position,depth,alpha,crypto_object,crypto_material",
+    );
+    assert!(bytes("a.exr") == bytes("b.exr"), "old names of layers");
+    let a = bytes("a.exr");
+    // Keys of the layers are seven digits of the hashes of their names.
+    for (key, layer, name, id) in [
+        ("3ae39a5", "CryptoObject", "sphere1", "c6d20800"),
+        ("be359d6", "CryptoMaterial", "material0", "66933a1b"),
+    ] {
+        let attribute = |end: &str| attribute(&a, &format!("cryptomatte/{key}/{end}"));
+        assert_eq!(attribute("name"), layer);
+        assert_eq!(attribute("hash"), "MurmurHash3_32");
+        assert_eq!(attribute("conversion"), "uint32_to_float32");
+        let manifest: serde_json::Value = serde_json::from_str(&attribute("manifest")).unwrap();
+        assert_eq!(manifest[name], id, "{manifest}");
+    }
+    // Many objects: identifiers without names.
+    room.ok("render standard:balls:5 -o c.exr --size 8x8 --aov crypto_object");
+    assert!(memchr::memmem::find(&bytes("c.exr"), b"/conversion").is_some());
+    assert!(memchr::memmem::find(&bytes("c.exr"), b"/manifest").is_none());
+}
