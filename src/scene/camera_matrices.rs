@@ -59,9 +59,9 @@ fn combine(a: [f64; 4], ka: f64, b: [f64; 4], kb: f64) -> [f64; 4] {
     std::array::from_fn(|k| a[k] * ka + b[k] * kb)
 }
 
-/// The matrix with these columns.
+/// The matrix with these columns; a zero has no sign.
 fn matrix(columns: [[f64; 4]; 4]) -> [f32; 16] {
-    std::array::from_fn(|at| columns[at % 4][at / 4] as f32)
+    std::array::from_fn(|at| columns[at % 4][at / 4] as f32 + 0.0)
 }
 
 #[cfg(test)]
@@ -78,7 +78,7 @@ mod tests {
         })
     }
 
-    /// Checks that points along camera rays land on the pixel positions of the rays, at their depth.
+    /// Checks that points along camera rays land on the rays' pixel positions, at their depth.
     #[test]
     fn points_on_camera_rays_land_where_the_rays_pass_the_picture() {
         for ortho in [None, Some(6.0)] {

@@ -47,8 +47,8 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// The file of a window with AOVs, of a scene with this origin, with an empty header. The format
-    /// must be able to hold the AOVs.
+    /// The file of a window with AOVs, of a scene with this origin, with an empty header. The
+    /// format must be able to hold the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,

@@ -15,7 +15,8 @@
 //! | `ambient_occlusion` | the other integrator: the same wave with one ray to the sky per hit |
 //!
 //! In the queues travel `ray_batch` (slices of rays, radiance of eight) and `bounce_queue`. Beside
-//! radiance, a wave has the outputs of `aov_buffer`, and collects `fragments`. `wave_sizes` bounds its memory.
+//! radiance, a wave has the outputs of `aov_buffer`, and collects `fragments`. `wave_sizes` bounds
+//! its memory.
 
 mod ambient_occlusion;
 mod aov_buffer;

@@ -34,8 +34,8 @@ pub enum Aov {
     /// instruction set, so it is not part of the promise of equal bits.
     Cost,
     /// Part of the pixel that is not background: the mean over all camera rays of the part that
-    /// ends on surfaces. With this layer, camera rays do not see the background: radiance is that of
-    /// the surfaces alone, already weighed by this part (associated alpha).
+    /// ends on surfaces. With this layer, camera rays do not see the background: radiance is that
+    /// of the surfaces alone, already weighed by this part (associated alpha).
     Alpha,
     /// Cryptomatte of objects: for each of the [`RANKS`] that cover most of the pixel its
     /// identifier, and the part that it covers.
