@@ -14,6 +14,8 @@ pub struct Suite {
     pub size: [u32; 2],
     /// Number of samples of each row.
     pub repeat: usize,
+    /// Number of samples of each row with `--quick`.
+    pub quick_repeat: usize,
     /// Least total time of the samples of a row, in seconds.
     pub min_time: f64,
     /// The scenes, in the order in which they are measured.
@@ -86,6 +88,7 @@ mod tests {
     fn the_suite_of_this_repository_expects_answers_of_every_scene() {
         let suite = Suite::parse(include_str!("../../perf/suite.toml")).expect("perf/suite.toml");
         assert!(suite.scene.iter().any(|scene| scene.quick));
+        assert!(suite.quick_repeat <= suite.repeat);
         for scene in &suite.scene {
             assert!(
                 crate::RayKind::ALL
@@ -105,7 +108,7 @@ mod tests {
         assert!(error.to_string().contains("line 2"), "{error}");
         assert!(
             Suite::parse(
-                "size = [512, 512]\nrepeat = 7\nmin_time = 0.1\nscenes = []\nscene = []\n"
+                "size = [512, 512]\nrepeat = 7\nquick_repeat = 5\nmin_time = 0.1\nscenes = []\nscene = []\n"
             )
             .is_err()
         );
