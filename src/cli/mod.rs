@@ -151,7 +151,8 @@ pub enum Command {
     Build(BuildArgs),
     /// Measure rays per second, beside other tracers, for the right answers only
     #[command(
-        after_help = "Rays of every kind but primary start where the primary rays hit, whatever the material there; see perf/README.md. \
+        after_help = "Example: phalanx bench --quick --against embree --html report.html",
+        after_long_help = "Rays of every kind but primary start where the primary rays hit, whatever the material there; see perf/README.md. \
                       An answer that differs from the oracle's, or from the suite's, ends the run with exit code 4; a regression \
                       beyond --fail-above with 5.\n\n\
                       Example: phalanx bench --quick --against embree --html report.html"

@@ -93,32 +93,54 @@ pub fn to_json(record: &BenchRecord) -> String {
     text.expect("a record's keys are text, and writing to memory does not fail") + "\n"
 }
 
-const CSV_HEAD: &str = "scene,rays,engine,kernel,threads,mrays_per_s,mad,low,high,rays_timed,hits,difference,exact,same_as,samples";
+const CSV_HEAD: &str = "scene,rays,engine,kernel,threads,sample,mrays_per_s,median,low,high,\
+                        rays_timed,hits,difference,exact,same_as,cpu,hardware_threads,isa,version,\
+                        commit,dirty,started";
 
-/// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks;
-/// unknown values are empty.
+/// A record as CSV (RFC 4180, but lines end in LF), one sample a line. Columns of the row, of the
+/// machine and of the program are repeated in each line, so that files of several runs can be put
+/// together. Unknown values are empty.
 pub fn to_csv(record: &BenchRecord) -> String {
+    let origin = csv_origin(record);
     let mut text = String::from(CSV_HEAD) + "\n";
     for row in &record.rows {
-        text += &csv_line(row);
-        text.push('\n');
+        let (key, rest) = csv_row(row);
+        for (i, sample) in row.samples.iter().enumerate() {
+            text += &format!("{key},{},{sample},{rest},{origin}\n", i + 1);
+        }
     }
     text
 }
 
-fn csv_line(row: &RateRow) -> String {
+/// The columns before and after a row's sample.
+fn csv_row(row: &RateRow) -> (String, String) {
     let rate = &row.mrays_per_s;
-    let numbers = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>();
-    let mut cells = [&row.scene, &row.rays, &row.engine, &row.kernel]
-        .map(|t| quoted(t))
+    let mut key = [&row.scene, &row.rays, &row.engine, &row.kernel]
+        .map(|text| quoted(text))
         .to_vec();
-    cells.push(row.threads.to_string());
-    cells.extend(numbers(&[rate.median, rate.mad, rate.low, rate.high]));
-    cells.extend([row.rays_timed.to_string(), row.hits.to_string()]);
-    cells.push(row.difference.map_or(String::new(), |d| d.to_string()));
-    cells.push(row.exact.to_string());
-    cells.push(quoted(row.same_as.as_deref().unwrap_or_default()));
-    cells.push(numbers(&row.samples).join(" "));
+    key.push(row.threads.to_string());
+    let mut rest = [rate.median, rate.low, rate.high]
+        .map(|number| number.to_string())
+        .to_vec();
+    rest.extend([row.rays_timed.to_string(), row.hits.to_string()]);
+    rest.push(row.difference.map_or(String::new(), |d| d.to_string()));
+    rest.push(row.exact.to_string());
+    rest.push(quoted(row.same_as.as_deref().unwrap_or_default()));
+    (key.join(","), rest.join(","))
+}
+
+/// The columns of machine and program.
+fn csv_origin(record: &BenchRecord) -> String {
+    let (machine, program) = (&record.machine, &record.program);
+    let cells = [
+        quoted(&machine.cpu),
+        machine.threads.to_string(),
+        quoted(&program.isa_compiled),
+        quoted(&program.version),
+        quoted(program.git_revision.as_deref().unwrap_or_default()),
+        program.git_dirty.map_or(String::new(), |d| d.to_string()),
+        quoted(&record.run.started),
+    ];
     cells.join(",")
 }
 

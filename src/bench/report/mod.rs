@@ -1,7 +1,8 @@
 //! Records of benchmark runs: their layout, statistics, comparison, and presentation as a page.
 
 mod baseline;
-mod compare_table;
+mod best_rows;
+mod comparison;
 mod files;
 pub mod html;
 mod machine;
@@ -15,8 +16,13 @@ pub use baseline::{
     Normalisation, RETAKES, RateChange, Regression, RowChange, RowKey, changes_table, compare,
     counters, counters_table, regressions_table,
 };
-pub use compare_table::compare_table;
+pub use best_rows::{AUTO, BestRows, SharedMean, is_peer, kinds_frame_first, quotable_line};
+pub use comparison::{
+    ComparedRate, ComparedRecord, ComparisonOptions, ComparisonTable, EngineRank, MeanRates,
+    MeanRatios, RecordComparison, comparison_markdown, comparison_tables, comparison_text,
+};
 pub use files::{RecordError, load, to_csv, to_json};
 pub use readme_table::{readme_table, scene_table};
 pub use record::*;
 pub use statistics::{geometric_mean, median};
+pub use text::{ColumnLayout, fitted_table, wrapped};

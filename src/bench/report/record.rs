@@ -207,6 +207,13 @@ pub struct RateRow {
     pub samples: Vec<f64>,
 }
 
+impl RateRow {
+    /// Name for filters: scene, kind of rays, engine and kernel, with a blank between them.
+    pub fn name(&self) -> String {
+        [&*self.scene, &*self.rays, &*self.engine, &*self.kernel].join(" ")
+    }
+}
+
 /// A rate and its uncertainty, by a bootstrap of the rounds; each piece of the work counts with its
 /// fastest visit ([`Estimate::of_fastest`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -25,6 +25,82 @@ pub(super) fn aligned(head: &[&str], rows: &[Vec<String>], left: usize) -> Strin
     text
 }
 
+/// Layout of a table that may be wider than the terminal.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ColumnLayout<'c> {
+    /// Number of columns that are flush left.
+    pub left: usize,
+    /// Number of columns that every block of the table begins with.
+    pub names: usize,
+    /// Columns that stay in one block with the column before them.
+    pub joined: &'c [usize],
+}
+
+/// Columns under their heads, in blocks below each other where they are wider than `width`.
+pub fn fitted_table(
+    head: &[&str],
+    rows: &[Vec<String>],
+    layout: ColumnLayout,
+    width: usize,
+) -> String {
+    let ColumnLayout {
+        left,
+        names,
+        joined,
+    } = layout;
+    let cells = |column: usize| {
+        let below = rows.iter().filter_map(move |row| row.get(column));
+        std::iter::once(head[column]).chain(below.map(String::as_str))
+    };
+    let wide = |column: usize| 2 + cells(column).map(|c| c.chars().count()).max().unwrap_or(0);
+    let always: usize = (0..names.min(head.len())).map(wide).sum();
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut used = 0;
+    for column in names..head.len() {
+        let followers = column + 1..head.len();
+        let group = followers.take_while(|next| joined.contains(next));
+        let needed = wide(column) + group.map(wide).sum::<usize>();
+        let may_begin = !joined.contains(&column);
+        if blocks.is_empty() || may_begin && used + needed > width {
+            blocks.push((0..names).collect());
+            used = always;
+        }
+        used += wide(column);
+        if let Some(block) = blocks.last_mut() {
+            block.push(column);
+        }
+    }
+    let block_text = |columns: &Vec<usize>| {
+        let head: Vec<&str> = columns.iter().map(|&column| head[column]).collect();
+        let pick = |row: &Vec<String>| {
+            let cells = columns.iter().map(|&column| row.get(column));
+            cells
+                .map(|cell| cell.cloned().unwrap_or_default())
+                .collect()
+        };
+        let rows: Vec<Vec<String>> = rows.iter().map(pick).collect();
+        aligned(&head, &rows, left)
+    };
+    let blocks: Vec<String> = blocks.iter().map(block_text).collect();
+    blocks.join("\n")
+}
+
+/// A paragraph of at most `width` columns, each line after an indent; empty where there are no
+/// words. A word that is longer has a line of its own.
+pub fn wrapped(text: &str, indent: &str, width: usize) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(format!("{indent}{word}")),
+        }
+    }
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
 /// A share as a signed percentage: -0.148 is `-14.8 %`.
 pub(super) fn percent(share: f64) -> String {
     // A number that rounds to zero has no sign.
@@ -67,6 +143,30 @@ mod tests {
             text,
             "  scene             rate\n  terrain – hügel      7\n  a                12.25\n"
         );
+    }
+
+    #[test]
+    fn columns_that_do_not_fit_go_into_further_blocks() {
+        let rows = [vec!["a".into(), "11111".into(), "22222".into()]];
+        let head = ["x", "one", "two"];
+        let mut layout = ColumnLayout {
+            left: 1,
+            names: 1,
+            joined: &[],
+        };
+        let wide = fitted_table(&head, &rows, layout, 17);
+        assert_eq!(wide, "  x    one    two\n  a  11111  22222\n");
+        let narrow = fitted_table(&head, &rows, layout, 16);
+        assert_eq!(narrow, "  x    one\n  a  11111\n\n  x    two\n  a  22222\n");
+        layout.joined = &[2];
+        assert_eq!(fitted_table(&head, &rows, layout, 16), wide);
+    }
+
+    #[test]
+    fn paragraphs_are_wrapped() {
+        assert_eq!(wrapped("one two three", "  ", 9), "  one two\n  three\n");
+        assert_eq!(wrapped("one two three", "  ", 8), "  one\n  two\n  three\n");
+        assert_eq!(wrapped(" ", "  ", 9), "");
     }
 
     #[test]

@@ -36,6 +36,6 @@ pub use stats::{
     PrimitiveCounts, TreeFigures, mrays_per_s, rays_by_kind, serialize_rates, serialize_rays,
 };
 pub use stderr::{advise, error, message, note, printable, status, warning};
-pub use stdout::{Output, print, print_json, print_output, print_raw};
+pub use stdout::{Output, print, print_json, print_output, print_raw, stdout_columns};
 pub use table::{aligned, bytes, grouped, lines};
 pub use verbosity::{Verbosity, set_verbosity, verbosity};

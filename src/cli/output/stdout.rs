@@ -6,10 +6,20 @@ use super::verbosity::{Verbosity, verbosity};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use terminal_size::{Width, terminal_size_of};
 
 /// Version of every JSON document of the command line; it rises when a key changes its meaning or
 /// is removed.
 const SCHEMA_VERSION: u32 = 1;
+
+/// Columns of a table where stdout is no terminal.
+const COLUMNS: usize = 80;
+
+/// Columns of the terminal that results are shown on; 80 where there is none, so that what a pipe
+/// gets is the same everywhere.
+pub fn stdout_columns() -> usize {
+    terminal_size_of(io::stdout()).map_or(COLUMNS, |(Width(columns), _)| columns.max(20).into())
+}
 
 /// True if a file's bytes go to stdout: other text there would get mixed with them.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);

@@ -8,8 +8,8 @@ use crate::report::fixture;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use devtools::Browser;
-use phalanx::report::BenchRecord;
-use phalanx::report::html::page;
+use phalanx::report::html::{PageBaseline, comparison_page, page, page_against};
+use phalanx::report::{BenchRecord, ComparisonOptions, RecordComparison, compare};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -102,14 +102,18 @@ fn keep_shot(browser: &mut Browser, name: &str) {
     fs::write(file, bytes.expect("base64")).expect("a screenshot");
 }
 
-/// The page in both widths and schemes, every fold open in the second look.
+/// The page of a record.
 fn look(browser: &mut Browser, name: &str, record: &BenchRecord) {
+    look_at(browser, name, &page(record, &fixture::pictures(record)));
+}
+
+/// A page in both widths and schemes, every fold open in the second look.
+fn look_at(browser: &mut Browser, name: &str, text: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("report.html");
-    let text = page(record, &fixture::pictures(record));
-    fs::write(&file, &text).expect("a page");
+    fs::write(&file, text).expect("a page");
     if let Some(folder) = kept() {
-        fs::write(folder.join(format!("{name}.html")), &text).expect("a page");
+        fs::write(folder.join(format!("{name}.html")), text).expect("a page");
     }
     for window in WINDOWS {
         for scheme in SCHEMES {
@@ -147,4 +151,29 @@ fn the_page_is_readable_narrow_and_wide_light_and_dark() {
     look(&mut browser, "few", &fixture::few());
     look(&mut browser, "minimal", &fixture::minimal());
     look(&mut browser, "odd", &fixture::odd());
+    look_at(
+        &mut browser,
+        "machines",
+        &machines_page(&fixture::machines()),
+    );
+    let (old, new) = (fixture::few(), fixture::few());
+    let changes = compare(&old, &new, false).expect("comparable");
+    let baseline = PageBaseline {
+        record: &old,
+        changes: &changes,
+    };
+    look_at(
+        &mut browser,
+        "baseline",
+        &page_against(&new, &[], Some(&baseline)),
+    );
+}
+
+fn machines_page(records: &[(&str, BenchRecord)]) -> String {
+    let pairs: Vec<(&str, &BenchRecord)> = records.iter().map(|(name, r)| (*name, r)).collect();
+    let options = ComparisonOptions {
+        threshold: 0.03,
+        all: false,
+    };
+    comparison_page(&pairs, &RecordComparison::of(&pairs, options))
 }

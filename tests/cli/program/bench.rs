@@ -25,9 +25,26 @@ fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
         "bench a.test standard:balls:2 {FAST} --json r.json --csv r.csv --html r.html"
     ));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    for part in ["a.test: 1 triangles", "auto/oracle", "reflection", "frame"] {
+    for part in ["a.test: 1 triangles", "× oracle", "reflection", "frame"] {
         assert!(ran.stdout.contains(part), "{part} in {}", ran.stdout);
     }
+    let too_long = ran.stdout.lines().find(|line| line.chars().count() > 80);
+    assert_eq!(too_long, None, "{}", ran.stdout);
+    let heads = ran
+        .stdout
+        .lines()
+        .position(|line| line.contains("× oracle"));
+    let first_row = ran.stdout.lines().nth(heads.unwrap() + 1).unwrap();
+    assert!(first_row.trim_start().starts_with("frame"), "{first_row}");
+    let last = ran.stdout.lines().last().unwrap();
+    assert!(
+        last.starts_with("phalanx ") && last.contains("Mrays/s primary, "),
+        "{last}"
+    );
+    assert!(
+        last.ends_with("× its scalar oracle (2 threads, 2 scenes)"),
+        "{last}"
+    );
     let record = record(&room, "r.json");
     // Two scenes, six kinds and the frame, two numbers of threads.
     for (engine, kernel) in [
@@ -49,10 +66,9 @@ fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
     assert_eq!(scene["primary"]["rays"], 48 * 32);
     assert_eq!(scene["diffuse"]["rays"], scene["primary"]["hits"]);
     let csv = fs::read_to_string(room.path().join("r.csv")).unwrap();
-    assert_eq!(
-        csv.lines().count(),
-        1 + record["rows"].as_array().unwrap().len()
-    );
+    let samples = record["rows"].as_array().unwrap().iter();
+    let samples = samples.map(|row| row["samples"].as_array().unwrap().len());
+    assert_eq!(csv.lines().count(), 1 + samples.sum::<usize>());
     let page = fs::read_to_string(room.path().join("r.html")).unwrap();
     assert!(page.contains("standard:balls:2") && page.contains("data:image/png;base64,"));
     assert_eq!(room.names(), ["r.csv", "r.html", "r.json"]);
@@ -64,7 +80,7 @@ fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
     let count = "bench standard:balls:2 --size 48x32 --counters-only";
     let ran = room.run(&format!("{count} --json a.json"));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    assert!(ran.stdout.contains("nodes/ray"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("per ray"), "{}", ran.stdout);
     let again = room.run(&format!("{count} --baseline a.json --fail-above 0%"));
     assert_eq!(again.code, Some(0), "{}{}", again.stdout, again.stderr);
     let mut less = record(&room, "a.json");
@@ -141,9 +157,50 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     );
     let other = room.run(&rays.replacen("--size 48x32 ", "", 1));
     assert_eq!(other.code, Some(2), "{}", other.stderr);
-    let table = room.run("bench compare a.json elsewhere.json");
-    assert_eq!(table.code, Some(0), "{}", table.stderr);
-    assert!(table.stdout.contains("a.json"), "{}", table.stdout);
+    records_are_compared_and_put_on_a_page(&room);
+}
+
+/// `a.json` and `elsewhere.json` have the same rates, `faster.json` others.
+fn records_are_compared_and_put_on_a_page(room: &TestFolder) {
+    let same = room.ok("bench compare a.json elsewhere.json");
+    let at = |part: &str| {
+        same.find(part)
+            .unwrap_or_else(|| panic!("{part} in {same}"))
+    };
+    assert!(at("  B  elsewhere.json") < at("ranks over"), "{same}");
+    assert!(at("ranks over") < at("geometric means"), "{same}");
+    assert!(same.contains("None of "), "{same}");
+    let all = room.ok("bench compare a.json faster.json --all --filter primary.oracle");
+    assert!(
+        all.contains("oracle scalar") && !all.contains("shadow"),
+        "{all}"
+    );
+    let markdown = room.ok("bench compare a.json faster.json --markdown --html c.html");
+    assert!(markdown.contains("| rank | record |"), "{markdown}");
+    let json = room.ok("bench compare a.json faster.json --json --threshold 5%");
+    let document: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(document["threshold"], 0.05);
+    assert_eq!(document["ranks"][0]["record"], 1, "{json}");
+    assert_eq!(document["rates"][0]["engine"], "phalanx", "{json}");
+    room.ok("bench report a.json -o one.html");
+    room.ok("bench report a.json faster.json -o two.html");
+    let page = |name: &str| fs::read_to_string(room.path().join(name)).unwrap();
+    assert_eq!(page("c.html"), page("two.html"));
+    assert!(
+        page("one.html").contains("id=\"roofline\"")
+            && page("two.html").contains("id=\"machines\"")
+    );
+    room.refused(
+        "bench compare a.json faster.json --filter a(",
+        2,
+        &["--filter", "closing", "pattern"],
+    );
+    room.refused(
+        "bench compare a.json faster.json --filter nothing",
+        2,
+        &["SCENE RAYS ENGINE KERNEL"],
+    );
+    room.refused("bench compare a.json", 2, &["2"]);
 }
 
 #[test]

@@ -245,34 +245,6 @@ fn counters_are_compared_exactly() {
     );
 }
 
-#[test]
-fn several_side_by_side() {
-    let (first, mut second) = (record(2), record(2));
-    scale(&mut second, 1.25, |row| row.kernel == "packet8");
-    second.machine.cpu = "Other".into();
-    second.run.quality = "fast".into();
-    second
-        .rows
-        .retain(|row| row.rays != "ao" && row.rays != "shadow");
-    let table = compare_table(&[("a.json", &first), ("b.json", &second)]);
-    assert!(!table.contains("shadow"), "{table}");
-    let means: Vec<&str> = table
-        .lines()
-        .filter(|line| line.contains("geometric mean"))
-        .collect();
-    // Six kernels and modes of all engines, on one thread and on two.
-    assert_eq!(means.len(), 12, "{table}");
-    let faster = means
-        .iter()
-        .filter(|line| line.ends_with("+25.0 %"))
-        .count();
-    assert_eq!(faster, 2, "{table}");
-    assert!(table.contains("b.json: another CPU, Other\n"), "{table}");
-    assert!(table.contains("b.json: trees of quality fast\n"), "{table}");
-    assert!(table.contains("left out"), "{table}");
-    assert_eq!(compare_table(&[]), "");
-}
-
 /// Checks that kinds of rays, scenes and kernels stand below their names.
 fn assert_heads(table: &str) {
     let mut lines = table.lines();

@@ -81,22 +81,27 @@ fn bad_files_are_told_apart() {
 }
 
 #[test]
-fn rows_as_csv() {
+fn samples_as_csv() {
     let mut record = fixture::record(1);
     record.rows.truncate(1);
     let row = &mut record.rows[0];
     row.scene = "a \"fine\" one.test".into();
     row.kernel = "scalar, plain".into();
     row.samples = vec![1.5, 2.5];
+    record.machine.cpu = "Imaginary, 9000".into();
     let text = to_csv(&record);
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines.len(), 2);
-    assert!(lines[0].starts_with("scene,rays,engine,kernel,threads,mrays_per_s,"));
-    let start = "\"a \"\"fine\"\" one.test\",primary,oracle,\"scalar, plain\",1,";
-    assert!(lines[1].starts_with(start), "{}", lines[1]);
-    assert!(
-        lines[1].ends_with(",1000,700,,true,,1.5 2.5"),
-        "{}",
-        lines[1]
-    );
+    assert_eq!(lines.len(), 3, "a sample a line");
+    assert!(lines[0].starts_with("scene,rays,engine,kernel,threads,sample,mrays_per_s,median,"));
+    let columns = lines[0].split(',').count();
+    for (line, sample) in lines[1..].iter().zip(["1,1.5,", "2,2.5,"]) {
+        let start = "\"a \"\"fine\"\" one.test\",primary,oracle,\"scalar, plain\",1,";
+        let rest = line.strip_prefix(start);
+        assert!(rest.is_some_and(|rest| rest.starts_with(sample)), "{line}");
+        let origin = ",1000,700,,true,,\"Imaginary, 9000\",2,x86-64-v4,0.1.0,0123abc,false,";
+        assert!(line.contains(origin), "{line}");
+        assert!(line.ends_with(&record.run.started), "{line}");
+        // Two commas stand within quotes.
+        assert_eq!(line.split(',').count(), columns + 2, "{line}");
+    }
 }

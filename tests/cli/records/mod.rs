@@ -1,6 +1,7 @@
 //! Benchmark records: their schema, their files, and one against another.
 
 mod baseline;
+mod comparison;
 mod files;
 mod fixture;
 mod markers;

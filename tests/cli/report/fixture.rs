@@ -317,6 +317,38 @@ pub fn few() -> BenchRecord {
     record
 }
 
+/// A shorter suite, then the same on two other machines, one of them twice as fast at some rays.
+pub fn machines() -> Vec<(&'static str, BenchRecord)> {
+    let mut first = suite();
+    let kept = |scene: &str| !scene.ends_with("medium") && scene < "standard:mount";
+    first.scenes.retain(|s| kept(&s.name));
+    first.rows.retain(|r| kept(&r.scene));
+    let scaled = |cpu: &str, by: &dyn Fn(&RateRow) -> f64| {
+        let mut record = first.clone();
+        record.machine.cpu = cpu.to_owned();
+        record.run.started = "2026-11-23T08:00:00Z".to_owned();
+        for row in &mut record.rows {
+            let by = by(row);
+            let rate = &mut row.mrays_per_s;
+            for figure in [&mut rate.median, &mut rate.low, &mut rate.high] {
+                *figure *= by;
+            }
+        }
+        record
+    };
+    let faster = |row: &RateRow| match (&*row.engine, &*row.rays) {
+        ("phalanx", "primary" | "shadow") => 2.0,
+        _ => 1.01,
+    };
+    let second = scaled("Intel(R) Xeon(R) Platinum 8481C CPU @ 2.70GHz", &faster);
+    let third = scaled("Neoverse-N1", &|_| 0.6);
+    vec![
+        ("perf/records/2026-11-21-epyc-2core.json", first),
+        ("b.json", second),
+        ("c.json", third),
+    ]
+}
+
 /// Nothing at all.
 pub fn empty() -> BenchRecord {
     BenchRecord {

@@ -2,8 +2,8 @@
 
 use super::fixture::{self, FAMILIES};
 use super::parsed::{Parsed, parse};
-use phalanx::report::BenchRecord;
-use phalanx::report::html::{ScenePictures, page};
+use phalanx::report::html::{PageBaseline, ScenePictures, comparison_page, page, page_against};
+use phalanx::report::{BenchRecord, ComparisonOptions, RecordComparison, compare};
 use std::sync::LazyLock;
 
 fn parsed(record: &BenchRecord) -> Parsed {
@@ -127,6 +127,88 @@ fn what_to_beware_of_is_said_at_the_top() {
         assert!(text.contains(words), "{words}");
     }
     assert!(!text.contains("embree single is inexact"));
+}
+
+fn side_by_side(records: &[(&'static str, BenchRecord)]) -> Parsed {
+    let pairs: Vec<(&str, &BenchRecord)> = records.iter().map(|(name, r)| (*name, r)).collect();
+    let options = ComparisonOptions {
+        threshold: 0.03,
+        all: false,
+    };
+    parse(&comparison_page(
+        &pairs,
+        &RecordComparison::of(&pairs, options),
+    ))
+}
+
+#[test]
+fn machines_stand_side_by_side() {
+    let page = side_by_side(&fixture::machines());
+    for words in [
+        "Machines and programs",
+        "Neoverse-N1",
+        "perf/records/2026-11-21-epyc-2core.json",
+        "The baseline is A: AMD EPYC 9B45 96-Core Processor, 2026-11-21",
+        "against embree",
+    ] {
+        assert!(page.text.contains(words), "{words}");
+    }
+    let ids: Vec<&str> = page.values("id").collect();
+    assert_eq!(page.named("a").count(), 6);
+    for link in page.named("a") {
+        assert!(ids.contains(&link.attributes["href"].trim_start_matches('#')));
+    }
+    assert_eq!(page.named("table").count(), page.named("caption").count());
+    assert_eq!(page.named("script").count(), 0);
+}
+
+/// All of a chart's markers are in groups with a name, in every kind of chart.
+#[test]
+fn every_dot_has_a_name() {
+    for page in [&*SUITE, &side_by_side(&fixture::machines())] {
+        let names = page.named("g").count();
+        let charts = page
+            .named("svg")
+            .filter(|svg| svg.attributes["width"] == "360");
+        assert!(charts.count() > 10 && names > 300, "{names}");
+        // The page's own title, then one for each group.
+        assert_eq!(page.named("title").count(), 1 + names);
+        let keys = page
+            .named("svg")
+            .filter(|svg| svg.attributes["width"] == "14");
+        let markers = page.named("circle").count() + page.named("polygon").count();
+        assert!(markers <= names + keys.count(), "{markers} of {names}");
+    }
+    let text = &SUITE.text;
+    assert!(text.contains("phalanx auto, balls small: "), "{text}");
+}
+
+#[test]
+fn a_baseline_has_a_section() {
+    let record = fixture::suite();
+    let mut earlier = fixture::suite();
+    for row in earlier
+        .rows
+        .iter_mut()
+        .filter(|row| row.engine == "phalanx")
+    {
+        for figure in [
+            &mut row.mrays_per_s.median,
+            &mut row.mrays_per_s.low,
+            &mut row.mrays_per_s.high,
+        ] {
+            *figure *= 1.25;
+        }
+    }
+    let changes = compare(&earlier, &record, false).expect("comparable");
+    let baseline = PageBaseline {
+        record: &earlier,
+        changes: &changes,
+    };
+    let page = parse(&page_against(&record, &[], Some(&baseline)));
+    assert_eq!(page.named("a").count(), 7);
+    assert!(page.text.contains("-20.0\u{202f}%"), "{}", page.text);
+    assert!(!SUITE.text.contains("Against the run"));
 }
 
 /// The headline is the geometric mean of ours over the best exact peer: an inexact mode is no

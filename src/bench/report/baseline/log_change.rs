@@ -2,6 +2,7 @@
 
 use crate::report::RateRow;
 use crate::report::statistics::{NORMAL, student};
+use serde::Serialize;
 
 /// Least number of rounds from which the uncertainty of a rate can be estimated.
 const MIN_ROUNDS: usize = 3;
@@ -15,7 +16,7 @@ const REACH: f64 = 1.644_853_626_951_472_7 * std::f64::consts::SQRT_2;
 const LEAST_FREE: usize = 3;
 
 /// A change of a rate as a share of it: -0.1 is 10 % slower.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RateChange {
     /// The change itself.
     pub by: f64,

@@ -135,6 +135,11 @@ pub struct Changes {
     pub forced: Vec<Mismatch>,
 }
 
+/// Change of a rate as it was measured, from one row to another; `None` where one has no rate.
+pub(super) fn rate_change(old: &RateRow, new: &RateRow) -> Option<RateChange> {
+    Some(LogRate::of(new)?.over(LogRate::of(old)?).change())
+}
+
 /// Compares a run with its baseline. `force` overrides another machine or instruction set, never
 /// other rays.
 ///

@@ -3,12 +3,16 @@
 
 use super::axis::{LogAxis, TICK, paint_axis};
 use super::number_format;
-use super::svg::{MarkerShape, Tint, draw, line, marker, text};
+use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
 use maud::{Markup, html};
 
 /// A value with its interval.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Dot {
+    /// Name and value in words, shown when the pointer is over the dot.
+    pub(super) name: String,
+    /// Letter beside the dot, where there is room; empty for none.
+    pub(super) letter: String,
     pub(super) value: f64,
     pub(super) low: f64,
     pub(super) high: f64,
@@ -80,6 +84,9 @@ fn paint_line(line: &Line, axis: &LogAxis, top: f64) -> Markup {
     let middle = 0.5 * (line.dots.len() as f64 - 1.0);
     html! {
         (text((LABELS - 8.0, y), "end", (Tint::Ink, 11.0), &label))
+        @for (letter, position) in letters(line, axis, y) {
+            (text(position.0, position.1, (Tint::Muted, LETTER_SIZE), letter))
+        }
         // Phalanx comes first and is painted last, on top.
         @for (k, dot) in line.dots.iter().enumerate().rev() {
             (paint_dot(dot, axis, y + DODGE * (k as f64 - middle)))
@@ -87,13 +94,50 @@ fn paint_line(line: &Line, axis: &LogAxis, top: f64) -> Markup {
     }
 }
 
+/// Size of letters beside dots, and the room that one takes, in pixels.
+const LETTER_SIZE: f64 = 10.5;
+const LETTER_ROOM: f64 = 13.0;
+
+/// Letters of a line's dots, each with its position and its end there: to the right of the dot, or
+/// to the left where another dot is in the way. Where both sides are taken there is none.
+fn letters<'l>(line: &'l Line, axis: &LogAxis, y: f64) -> Vec<(&'l str, (Point, &'static str))> {
+    let mut taken: Vec<(f64, f64)> = line
+        .dots
+        .iter()
+        .map(|dot| (axis.at(dot.value) - 4.0, axis.at(dot.value) + 4.0))
+        .collect();
+    let mut all = Vec::new();
+    for (i, dot) in line
+        .dots
+        .iter()
+        .enumerate()
+        .filter(|(_, dot)| !dot.letter.is_empty())
+    {
+        let x = axis.at(dot.value);
+        let sides = [
+            ((x + 4.5, x + LETTER_ROOM), x + 5.5, "start"),
+            ((x - LETTER_ROOM, x - 4.5), x - 5.5, "end"),
+        ];
+        let is_free = |&((from, to), ..): &((f64, f64), f64, &str)| {
+            let mut others = taken.iter().enumerate().filter(|(k, _)| *k != i);
+            from > LABELS && to < WIDTH && others.all(|(_, other)| to < other.0 || other.1 < from)
+        };
+        if let Some((room, at, anchor)) = sides.into_iter().find(is_free) {
+            taken.push(room);
+            all.push((dot.letter.as_str(), ((at, y), anchor)));
+        }
+    }
+    all
+}
+
 fn paint_dot(dot: &Dot, axis: &LogAxis, y: f64) -> Markup {
     let tint = Tint::Series(dot.style);
     let (low, high) = (axis.at(dot.low), axis.at(dot.high));
-    html! {
+    let picture = html! {
         @if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
             (line(&[(low, y), (high, y)], tint, 1.25))
         }
         (marker((axis.at(dot.value), y), (tint, MarkerShape::of(dot.style)), 3.2))
-    }
+    };
+    named(&dot.name, picture)
 }

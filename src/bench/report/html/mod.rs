@@ -1,9 +1,12 @@
-//! A record as a page to look at: one HTML file that needs no network and no script.
+//! Records as pages to look at, one or several side by side: an HTML file that needs no network and
+//! no script.
 //!
 //! Charts are SVG in the page's own colours, so that they follow the reader's choice of light or
 //! dark.
 
 mod axis;
+mod baseline;
+mod comparison;
 mod dots;
 mod number_format;
 mod operations;
@@ -17,18 +20,102 @@ mod tables;
 mod threads;
 mod view;
 
+pub use baseline::PageBaseline;
 pub use scenes::ScenePictures;
 
-use super::BenchRecord;
+use super::{BenchRecord, RecordComparison};
+use comparison::ComparedRecords;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use view::RecordView;
+use view::{RecordView, day};
 
 const STYLE: &str = include_str!("style.css");
 
 /// The page of a record. Where the record lacks data, the section has a note or is left out. No
 /// record is rejected.
 pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
+    page_against(record, pictures, None)
+}
+
+/// The page of a record, with the changes from a baseline where there is one.
+pub fn page_against(
+    record: &BenchRecord,
+    pictures: &[ScenePictures],
+    baseline: Option<&PageBaseline<'_>>,
+) -> String {
     let view = RecordView::new(record);
+    let mut sections = sections(&view, pictures);
+    if let Some(baseline) = baseline {
+        let section = PageSection::new("baseline", "Baseline", baseline::section(baseline));
+        sections.insert(1, section);
+    }
+    let header = html! {
+        h1 { "phalanx bench " span.day { (day(record)) } }
+        (summary::facts(record))
+    };
+    document(day(record), header, summary::warnings(&view), &sections)
+}
+
+/// The page of several records, which come with a name each. The first is the baseline.
+pub fn comparison_page(records: &[(&str, &BenchRecord)], comparison: &RecordComparison) -> String {
+    let of = ComparedRecords::new(records, comparison);
+    let sections = [
+        PageSection::new("headline", "In short", comparison::headline(&of)),
+        PageSection::new("machines", "Machines", comparison::machines(&of)),
+        PageSection::new("rates", "Rates", comparison::rates(&of)),
+        PageSection::new("tracers", "Other tracers", comparison::ratios(&of)),
+        PageSection::new("scenes", "Scenes", comparison::scenes(&of)),
+        PageSection::new("baseline", "Baseline", comparison::baseline(&of)),
+    ];
+    let count = number_format::plural(records.len(), "record");
+    let header = html! { h1 { "phalanx bench " span.day { (count) } } };
+    document(&count, header, html! {}, &sections)
+}
+
+/// A section, and its name in the navigation.
+struct PageSection {
+    id: &'static str,
+    name: &'static str,
+    title: &'static str,
+    content: Markup,
+}
+
+impl PageSection {
+    fn new(id: &'static str, name: &'static str, content: Markup) -> PageSection {
+        PageSection {
+            id,
+            name,
+            title: name,
+            content,
+        }
+    }
+}
+
+fn sections(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Vec<PageSection> {
+    let titled = |id, name, title, content| PageSection {
+        title,
+        ..PageSection::new(id, name, content)
+    };
+    vec![
+        PageSection::new("headline", "In short", summary::headline(view)),
+        PageSection::new("rates", "Rates", rates::section(view)),
+        titled(
+            "threads",
+            "Threads",
+            "Scaling over threads",
+            threads::section(view),
+        ),
+        titled(
+            "sizes",
+            "Sizes",
+            "Scaling over scene size",
+            sizes::section(view),
+        ),
+        PageSection::new("roofline", "Roofline", roofline::section(view)),
+        PageSection::new("scenes", "Scenes", scenes::section(view, pictures)),
+    ]
+}
+
+fn document(title: &str, header: Markup, before: Markup, sections: &[PageSection]) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -38,58 +125,26 @@ pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
                 meta name="color-scheme" content="light dark";
                 // Browsers ask for an icon otherwise.
                 link rel="icon" href="data:,";
-                title { "phalanx bench " (day(record)) }
+                title { "phalanx bench " (title) }
                 style { (PreEscaped(STYLE)) }
             }
-            body { (body(&view, pictures)) }
+            body {
+                header {
+                    (header)
+                    nav aria-label="Sections" {
+                        @for section in sections { a href={ "#" (section.id) } { (section.name) } }
+                    }
+                }
+                main {
+                    (before)
+                    @for section in sections {
+                        section id=(section.id) { h2 { (section.title) } (section.content) }
+                    }
+                }
+            }
         }
     };
     printable(&markup.into_string())
-}
-
-fn body(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {
-    let sections = [
-        ("headline", "In short", "In short", summary::headline(view)),
-        ("rates", "Rates", "Rates", rates::section(view)),
-        (
-            "threads",
-            "Threads",
-            "Scaling over threads",
-            threads::section(view),
-        ),
-        (
-            "sizes",
-            "Sizes",
-            "Scaling over scene size",
-            sizes::section(view),
-        ),
-        ("roofline", "Roofline", "Roofline", roofline::section(view)),
-        (
-            "scenes",
-            "Scenes",
-            "Scenes",
-            scenes::section(view, pictures),
-        ),
-    ];
-    html! {
-        header {
-            h1 { "phalanx bench " span.day { (day(view.record)) } }
-            (summary::facts(view.record))
-            nav aria-label="Sections" {
-                @for (id, name, ..) in &sections { a href={ "#" (id) } { (name) } }
-            }
-        }
-        main {
-            (summary::warnings(view))
-            @for (id, _, title, content) in &sections {
-                section id=(id) { h2 { (title) } (content) }
-            }
-        }
-    }
-}
-
-fn day(record: &BenchRecord) -> &str {
-    record.run.started.split('T').next().unwrap_or_default()
 }
 
 /// Control characters, which HTML forbids, replaced.

@@ -5,7 +5,7 @@ use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{cell, folded, folded_table};
 use super::view::{RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
-use crate::report::{PHALANX, RateRow};
+use crate::report::{Estimate, PHALANX, RateRow};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -101,6 +101,8 @@ fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &st
         let row = view.stands_for(engine, scene, kind, threads)?;
         let rate = row.mrays_per_s;
         Some(Dot {
+            letter: String::new(),
+            name: rate_name(&format!("{engine} {}, {label}", row.kernel), rate),
             value: rate.median,
             low: rate.low,
             high: rate.high,
@@ -113,6 +115,12 @@ fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &st
         group: family.unwrap_or_default(),
         dots: dots.collect(),
     }
+}
+
+/// Name of a dot, with its rate and interval.
+pub(super) fn rate_name(name: &str, rate: Estimate) -> String {
+    let [median, low, high] = [rate.median, rate.low, rate.high].map(number_format::measured);
+    format!("{name}: {median} Mrays/s ({low}–{high})")
 }
 
 /// One kind on the given number of threads: a row per scene, a column per engine and kernel.

@@ -3,7 +3,7 @@
 
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
-use super::svg::{MarkerShape, Tint, draw, key, line, marker, text};
+use super::svg::{MarkerShape, Point, Tint, draw, key, line, marker, named, text};
 use super::tables::{cell, folded_table};
 use super::view::{RecordView, kind_text, row_name, threads_text};
 use super::{number_format, operations};
@@ -28,6 +28,8 @@ const STEPS: [&str; 3] = ["small", "medium", "large"];
 /// A scene's point in the roofline.
 struct Spot<'a> {
     scene: &'a str,
+    /// Name of the scene beside its marker.
+    short: String,
     kind: &'a str,
     /// Operations per ray; `bytes` are the bytes per ray.
     operations: f64,
@@ -106,6 +108,7 @@ fn spot<'a>(
     let bytes = counters.work.bytes as f64 / rays;
     let spot = Spot {
         scene,
+        short: view.short_name(scene),
         kind,
         operations,
         bytes,
@@ -185,11 +188,20 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
         "Roofline of {}, a marker for each scene; the table below holds the numbers.",
         kind_text(kind)
     );
+    let points: Vec<Point> = spots
+        .iter()
+        .map(|spot| (x.at(spot.intensity), y.at(spot.rate)))
+        .collect();
     let content = html! {
         (paint_axes((&x, &y), "operations per byte", FLOOR))
         (paint_roofs((&x, &y), limits.gflops, levels))
-        @for spot in &spots {
-            (marker((x.at(spot.intensity), y.at(spot.rate)), look(spot.style), 3.4))
+        @for (spot, &point) in spots.iter().zip(&points) {
+            (named(&spot.name(), marker(point, look(spot.style), 3.4)))
+        }
+        @for (spot, position) in spots.iter().zip(name_positions(&spots, &points)) {
+            @if let Some((at, anchor)) = position {
+                (text(at, anchor, (Tint::Muted, NAME_SIZE), &spot.short))
+            }
         }
     };
     html! {
@@ -197,6 +209,62 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
             figcaption { strong { (kind) } ", Gop/s" }
             (draw((WIDTH, FLOOR + 40.0), &label, content))
         }
+    }
+}
+
+impl Spot<'_> {
+    fn name(&self) -> String {
+        let (rate, intensity) = (
+            number_format::measured(self.rate),
+            number_format::measured(self.intensity),
+        );
+        format!(
+            "{}: {rate} Gop/s, {intensity} operations a byte",
+            self.scene
+        )
+    }
+}
+
+/// Size of names in the chart, in pixels, and the width of a letter.
+const NAME_SIZE: f64 = 10.5;
+const LETTER: f64 = 6.2;
+
+/// Most names in a chart. Where there are more scenes, the pointer shows their names.
+const MAX_NAMES: usize = 10;
+
+/// Position of a name, and the end of it that is there.
+type NamePosition = (Point, &'static str);
+
+/// Positions of names beside their markers, where they are clear of other markers and names and of
+/// the chart's edges.
+fn name_positions(spots: &[&Spot<'_>], points: &[Point]) -> Vec<Option<NamePosition>> {
+    let mut taken: Vec<[f64; 4]> = points
+        .iter()
+        .map(|&(x, y)| [x - 4.0, y - 4.0, x + 4.0, y + 4.0])
+        .collect();
+    let mut position = |(spot, &(x, y)): (&&Spot<'_>, &Point)| {
+        let wide = LETTER * spot.short.chars().count() as f64;
+        let candidates = [0.0, -9.0, 9.0].into_iter().flat_map(|dy| {
+            let right = ((x + 6.0, y + dy), "start", x + 6.0);
+            let left = ((x - 6.0, y + dy), "end", x - 6.0 - wide);
+            [right, left]
+        });
+        let mut candidates = candidates
+            .map(|(at, anchor, from)| (at, anchor, [from, at.1 - 5.5, from + wide, at.1 + 5.5]));
+        let free = |area: &[f64; 4]| {
+            let inside = area[0] > LEFT && area[2] < WIDTH && area[1] > TOP && area[3] < FLOOR;
+            let meets = |other: &[f64; 4]| {
+                area[0] < other[2] && other[0] < area[2] && area[1] < other[3] && other[1] < area[3]
+            };
+            inside && !taken.iter().any(meets)
+        };
+        let (at, anchor, area) = candidates.find(|(.., area)| free(area))?;
+        taken.push(area);
+        Some((at, anchor))
+    };
+    match spots.len() <= MAX_NAMES {
+        true => spots.iter().zip(points).map(&mut position).collect(),
+        false => Vec::new(),
     }
 }
 

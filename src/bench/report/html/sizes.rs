@@ -3,7 +3,7 @@
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
 use super::number_format;
-use super::svg::{MarkerShape, Point, Tint, draw, line, marker, text};
+use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
 use super::view::{RecordView, kind_text, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -11,7 +11,15 @@ use std::collections::BTreeMap;
 /// A family's rates by number of primitives.
 struct FamilyCurve<'a> {
     family: &'a str,
-    points: Vec<(f64, f64)>,
+    points: Vec<SizePoint<'a>>,
+}
+
+/// A scene: its number of primitives, and its rate.
+#[derive(Clone, Copy)]
+struct SizePoint<'a> {
+    scene: &'a str,
+    primitives: f64,
+    rate: f64,
 }
 
 /// The section; a note where the record has no data for it.
@@ -36,7 +44,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
 
 /// Families with two sizes at least, fastest at the largest size first.
 fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<FamilyCurve<'a>> {
-    let mut families: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
+    let mut families: BTreeMap<&str, Vec<SizePoint<'a>>> = BTreeMap::new();
     for scene in &view.record.scenes {
         let Some(family) = &scene.family else {
             continue;
@@ -45,23 +53,38 @@ fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<Fam
             continue;
         };
         if scene.primitive_count > 0 {
-            let point = (scene.primitive_count as f64, row.mrays_per_s.median);
+            let point = SizePoint {
+                scene: &scene.name,
+                primitives: scene.primitive_count as f64,
+                rate: row.mrays_per_s.median,
+            };
             families.entry(family).or_default().push(point);
         }
     }
     let curves = families.into_iter().map(|(family, mut points)| {
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points.dedup_by_key(|p| p.0);
+        points.sort_by(|a, b| a.primitives.total_cmp(&b.primitives));
+        points.dedup_by_key(|p| p.primitives);
         FamilyCurve { family, points }
     });
     let mut curves: Vec<_> = curves.filter(|c| c.points.len() > 1).collect();
-    curves.sort_by(|a, b| b.end().1.total_cmp(&a.end().1));
+    curves.sort_by(|a, b| b.end_rate().total_cmp(&a.end_rate()));
     curves
 }
 
+impl SizePoint<'_> {
+    fn name(&self) -> String {
+        let (primitives, rate) = (
+            number_format::short(self.primitives),
+            number_format::measured(self.rate),
+        );
+        format!("{}, {primitives} primitives: {rate} Mrays/s", self.scene)
+    }
+}
+
 impl FamilyCurve<'_> {
-    fn end(&self) -> Point {
-        self.points.last().copied().unwrap_or_default()
+    /// Rate of the largest scene.
+    fn end_rate(&self) -> f64 {
+        self.points.last().map_or(0.0, |point| point.rate)
     }
 }
 
@@ -71,8 +94,8 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
     // Every label needs its line of text.
     let floor = (14.0 * curves.len() as f64 + 20.0).max(200.0);
     let points = || curves.iter().flat_map(|c| &c.points);
-    let x = LogAxis::over(points().map(|p| p.0), LEFT, RIGHT);
-    let y = LogAxis::over(points().map(|p| p.1), floor, 12.0);
+    let x = LogAxis::over(points().map(|p| p.primitives), LEFT, RIGHT);
+    let y = LogAxis::over(points().map(|p| p.rate), floor, 12.0);
     let (Some(x), Some(y)) = (x, y) else {
         return html! {};
     };
@@ -80,16 +103,18 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
         "{}: rate against number of primitives, a line for each family of scenes.",
         kind_text(kind)
     );
-    let heights = curves.iter().map(|c| y.at(c.end().1)).collect();
+    let heights = curves.iter().map(|c| y.at(c.end_rate())).collect();
     let heights = apart(heights, 13.0, (12.0, floor));
     let content = html! {
         (paint_axes((&x, &y), "primitives", floor))
         @for (i, (curve, &height)) in curves.iter().zip(&heights).enumerate() {
             @let tint = Tint::Series([0, 2, 3, 4][i % 4]);
-            @let points: Vec<Point> = curve.points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
+            @let points: Vec<Point> = curve.points.iter().map(|p| (x.at(p.primitives), y.at(p.rate))).collect();
             @let end = points.last().copied().unwrap_or_default();
             (line(&points, tint, 1.25))
-            @for point in &points { (marker(*point, (tint, MarkerShape::Disc), 2.4)) }
+            @for (point, of) in points.iter().zip(&curve.points) {
+                (named(&of.name(), marker(*point, (tint, MarkerShape::Disc), 2.8)))
+            }
             (line(&[(end.0 + 3.0, end.1), (RIGHT + 12.0, height)], Tint::Grid, 1.0))
             (text((RIGHT + 15.0, height), "start", (tint, 11.0), &number_format::shortened(curve.family, 13)))
         }

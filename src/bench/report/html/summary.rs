@@ -5,7 +5,7 @@ use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{TableRows, cell, folded_table, table};
 use super::view::{RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text};
-use crate::report::{BenchRecord, Cache, ORACLE, PHALANX, RateRow};
+use crate::report::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -63,15 +63,20 @@ fn machine_text(record: &BenchRecord) -> String {
     if machine.threads > 0 {
         parts.push(threads_text(machine.threads));
     }
-    let caches = machine.caches.iter().filter(|c| c.kind != "instruction");
-    let mut caches: Vec<_> = caches.collect();
-    caches.sort_by_key(|c| c.level);
-    let size = |c: &&Cache| format!("L{} {}", c.level, number_format::binary_bytes(c.bytes));
-    parts.extend(caches.iter().map(size));
+    parts.extend(cache_text(machine));
     if let Some(bytes) = machine.memory_bytes {
         parts.push(format!("{} memory", number_format::binary_bytes(bytes)));
     }
     parts.join(", ")
+}
+
+/// Sizes of the caches of data, first level first.
+pub(super) fn cache_text(machine: &Machine) -> Vec<String> {
+    let caches = machine.caches.iter().filter(|c| c.kind != "instruction");
+    let mut caches: Vec<_> = caches.collect();
+    caches.sort_by_key(|c| c.level);
+    let size = |c: &&Cache| format!("L{} {}", c.level, number_format::binary_bytes(c.bytes));
+    caches.iter().map(size).collect()
 }
 
 /// Warnings; nothing where there are none.
@@ -255,7 +260,11 @@ fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
     let lines = view.kinds.iter().map(|kind| {
         let dots = others(view).filter_map(|(style, engine)| {
             let ratio = over_engine(view, engine, kind, threads)?;
+            let [mean, least, most] =
+                [ratio.mean, ratio.least, ratio.most].map(number_format::times);
             Some(Dot {
+                letter: String::new(),
+                name: format!("{kind}: {mean} as fast as {engine} ({least} to {most} by scene)"),
                 value: ratio.mean,
                 low: ratio.least,
                 high: ratio.most,

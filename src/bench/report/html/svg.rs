@@ -102,11 +102,18 @@ pub(super) fn marker((x, y): Point, (tint, shape): (Tint, MarkerShape), radius: 
         MarkerShape::Cross => html! {
             (line(&around(&[(-0.85, -0.85), (0.85, 0.85)]), tint, 1.5))
             (line(&around(&[(-0.85, 0.85), (0.85, -0.85)]), tint, 1.5))
+            // The pointer would have to be on a line otherwise.
+            circle cx=(rounded(x)) cy=(rounded(y)) r=(rounded(radius)) fill="none" pointer-events="all" {}
         },
         MarkerShape::Square => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
         MarkerShape::Triangle => polygon(&[(0.0, -1.15), (1.1, 0.85), (-1.1, 0.85)]),
         MarkerShape::Diamond => polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),
     }
+}
+
+/// Part of a chart that shows its name when the pointer is over it.
+pub(super) fn named(name: &str, content: Markup) -> Markup {
+    html! { g { title { (name) } (content) } }
 }
 
 /// An entry of a legend: marker and meaning.

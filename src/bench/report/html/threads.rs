@@ -3,17 +3,20 @@
 use super::axis::{LinearAxis, paint_axis};
 use super::dots::WIDTH;
 use super::number_format;
-use super::svg::{MarkerShape, Tint, draw, line, marker, text};
+use super::svg::{MarkerShape, Tint, draw, line, marker, named, text};
 use super::tables::{cell, folded_table};
 use super::view::{RecordView, geometric_mean, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
+/// A scene and its speedup.
+type SceneSpeedup<'a> = (&'a str, f64);
+
 /// Speedups of one kind: of every scene at every thread count, against the fewest threads.
 struct Speedups<'a> {
     kind: &'a str,
-    /// Speedups of all scenes, by thread count.
-    of: BTreeMap<u32, Vec<f64>>,
+    /// Scenes and their speedups, by thread count.
+    of: BTreeMap<u32, Vec<SceneSpeedup<'a>>>,
 }
 
 /// The section; a note where the record has no data for it.
@@ -42,13 +45,18 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
     }
 }
 
-fn speedups(view: &RecordView<'_>, kind: &str, base: u32, more: &[u32]) -> BTreeMap<u32, Vec<f64>> {
-    let mut of: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+fn speedups<'a>(
+    view: &RecordView<'a>,
+    kind: &str,
+    base: u32,
+    more: &[u32],
+) -> BTreeMap<u32, Vec<SceneSpeedup<'a>>> {
+    let mut of: BTreeMap<u32, Vec<SceneSpeedup<'a>>> = BTreeMap::new();
     for &threads in more {
         for scene in &view.scenes {
             let rate = |threads| Some(view.auto(scene, kind, threads)?.mrays_per_s.median);
             if let (Some(one), Some(all)) = (rate(base), rate(threads)) {
-                of.entry(threads).or_default().push(all / one);
+                of.entry(threads).or_default().push((*scene, all / one));
             }
         }
     }
@@ -65,7 +73,8 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
     let ideal = f64::from(threads) / f64::from(base.max(1));
     let all = kinds.iter().filter_map(|k| k.of.get(&threads)).flatten();
     let marks = [1.0, ideal];
-    let Some(axis) = LinearAxis::over(all.copied().chain(marks), LEFT, RIGHT) else {
+    let all = all.map(|speedup| speedup.1);
+    let Some(axis) = LinearAxis::over(all.chain(marks), LEFT, RIGHT) else {
         return html! {};
     };
     let label = format!(
@@ -93,15 +102,17 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
 }
 
 /// Scenes as dots in three tracks, so that few hide each other, and their geometric mean as a bar.
-fn paint_strip(axis: &LinearAxis, values: &[f64], y: f64) -> Markup {
+fn paint_strip(axis: &LinearAxis, speedups: &[SceneSpeedup<'_>], y: f64) -> Markup {
     let disc = (Tint::Series(0), MarkerShape::Disc);
     html! {
-        @for (i, value) in values.iter().enumerate() {
-            (marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), disc, 2.0))
+        @for (i, (scene, value)) in speedups.iter().enumerate() {
+            @let dot = marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), disc, 2.0);
+            (named(&format!("{scene}: {}", number_format::times(*value)), dot))
         }
-        @if let Some((mean, _)) = geometric_mean(values.iter().copied()) {
+        @if let Some((mean, _)) = geometric_mean(speedups.iter().map(|speedup| speedup.1)) {
             @let x = axis.at(mean);
-            (line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5))
+            @let bar = line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5);
+            (named(&format!("geometric mean: {}", number_format::times(mean)), bar))
         }
     }
 }
@@ -113,6 +124,7 @@ fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Markup {
             let Some(values) = speedups.of.get(threads) else {
                 continue;
             };
+            let values: Vec<f64> = values.iter().map(|speedup| speedup.1).collect();
             let ends = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
             let times = |value: Option<f64>| cell(number_format::times(value.unwrap_or(f64::NAN)));
             rows.push(vec![

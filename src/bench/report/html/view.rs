@@ -3,7 +3,7 @@
 
 use super::number_format;
 use crate::ray_kind::{FRAME, RayKind};
-use crate::report::{self, BenchRecord, ORACLE, PHALANX, RateRow, SceneRecord};
+use crate::report::{self, BenchRecord, ORACLE, PHALANX, Program, RateRow, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -122,14 +122,8 @@ impl<'a> RecordView<'a> {
         self.record.scenes.iter().find(|s| s.name == name)
     }
 
-    /// A scene's name as the axes have it: family and step where it has any.
+    /// A scene's name as the axes have it: a standard scene's family and size.
     pub(super) fn short_name(&self, name: &str) -> String {
-        let scene = self.scene(name);
-        if let Some((family, step)) =
-            scene.and_then(|s| Some((s.family.as_ref()?, s.step.as_ref()?)))
-        {
-            return format!("{family} {step}");
-        }
         let plain = name.strip_prefix("standard:").unwrap_or(name);
         number_format::shortened(&plain.replace(':', " "), 18)
     }
@@ -159,6 +153,23 @@ pub(super) fn kind_text(kind: &str) -> String {
     match kind {
         FRAME => "whole frames".to_owned(),
         _ => format!("{kind} rays"),
+    }
+}
+
+/// The day of a run.
+pub(super) fn day(record: &BenchRecord) -> &str {
+    record.run.started.split('T').next().unwrap_or_default()
+}
+
+/// The first letters of a program's commit, and whether files differed from it.
+pub(super) fn commit_text(program: &Program) -> String {
+    let Some(commit) = &program.git_revision else {
+        return "not known".to_owned();
+    };
+    let short: String = commit.chars().take(8).collect();
+    match program.git_dirty {
+        Some(true) => format!("{short}, changed"),
+        _ => short,
     }
 }
 

@@ -6,13 +6,13 @@ use super::measure::{BenchScene, measure_scene, record};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, RayKind};
 use phalanx::report::{
-    BenchRecord, CountDifference, CounterChange, RETAKES, RecordError, RowKey, changes_table,
-    counters, counters_table, regressions_table,
+    BenchRecord, Changes, CountDifference, CounterChange, RETAKES, RecordError, RowKey,
+    changes_table, counters, counters_table, regressions_table,
 };
 use std::path::Path;
 
 /// An earlier run.
-pub struct Baseline(BenchRecord);
+pub struct Baseline(pub BenchRecord);
 
 /// Reads a record.
 pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
@@ -26,6 +26,12 @@ impl Baseline {
     /// Reads a record to compare with.
     pub fn load(path: &Path) -> Result<Baseline, CliError> {
         load(path).map(Baseline)
+    }
+
+    /// The changes to a run, for its page; `None` where they cannot be compared, which
+    /// [`Baseline::judge`] says.
+    pub fn changes(&self, args: &RunArgs, now: &BenchRecord) -> Option<Changes> {
+        phalanx::report::compare(&self.0, now, args.force).ok()
     }
 
     /// Prints the changes; exit code 5 if something is slower (or more work) than `--fail-above`

@@ -36,7 +36,7 @@ pub fn measure_scene(
         for note in &measured.notes {
             output::note(note);
         }
-        output::print(&table::scene(&measured))
+        output::print(&table::scene(&measured, output::stdout_columns()))
     })?;
     Ok((measured, scene_input))
 }

@@ -6,6 +6,7 @@ mod baseline;
 mod measure;
 mod pictures;
 mod program;
+mod saved;
 mod table;
 
 pub use args::BenchArgs;
@@ -19,10 +20,11 @@ use measure::{BenchScene, measure_scene, record};
 use phalanx::bench::{BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScene, dump};
 use phalanx::peers::Peer;
 use phalanx::peers::embree::EmbreeLibrary;
-use phalanx::report::html::{ScenePictures, page};
-use phalanx::report::{BenchRecord, compare_table, to_csv, to_json};
+use phalanx::report::html::{PageBaseline, ScenePictures, page_against};
+use phalanx::report::{BenchRecord, to_csv, to_json};
 use phalanx::scene::shown_path;
 use phalanx::trace::Kernel;
+use saved::save;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
@@ -32,7 +34,8 @@ const SUITE: &str = include_str!("../../../../perf/suite.toml");
 /// Measures, or compares records.
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.command {
-        Some(BenchCommand::Compare { records }) => compare(records),
+        Some(BenchCommand::Compare(args)) => saved::compare(args),
+        Some(BenchCommand::Page(args)) => saved::report(args),
         None => measure_all(&args.run),
     }
 }
@@ -49,6 +52,9 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     let scenes = bench_scenes(args, &suite, &plan)?;
     if let Some(path) = &args.dump_rays {
         return dump_rays(path, args, &plan, &scenes);
+    }
+    if args.quick && plan.timed {
+        output::print(&coverage(&suite, &plan, scenes.len()))?;
     }
     let start = Instant::now();
     // A clock before 1970 has no such text.
@@ -68,11 +74,22 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         return update_suite(path, suite, &all);
     }
     let record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
-    write_files(args, &record, &shown)?;
+    output::print(&table::summary(&record, output::stdout_columns()))?;
+    write_files(args, &record, &shown, baseline.as_ref())?;
     match &baseline {
         Some(baseline) => baseline.judge(args, &plan, &scenes, &record),
         None => Ok(()),
     }
+}
+
+/// Statement of the part of the suite that a quick run measures.
+fn coverage(suite: &Suite, plan: &BenchPlan, scenes: usize) -> String {
+    format!(
+        "quick: {scenes} of the suite's {} scenes, {} samples a rate (the suite has {})\n\n",
+        suite.scene.len(),
+        plan.repeat,
+        suite.repeat
+    )
 }
 
 /// Refuses files that cannot be written, and scenes that cannot be read as often as needed.
@@ -104,6 +121,7 @@ fn write_files(
     args: &RunArgs,
     record: &BenchRecord,
     pictures: &[ScenePictures],
+    baseline: Option<&Baseline>,
 ) -> Result<(), CliError> {
     if let Some(path) = &args.json {
         save(path, &to_json(record))?;
@@ -112,7 +130,14 @@ fn write_files(
         save(path, &to_csv(record))?;
     }
     if let Some(path) = &args.html {
-        save(path, &page(record, pictures))?;
+        let changes = baseline.and_then(|baseline| baseline.changes(args, record));
+        let baseline = baseline
+            .zip(changes.as_ref())
+            .map(|(baseline, changes)| PageBaseline {
+                record: &baseline.0,
+                changes,
+            });
+        save(path, &page_against(record, pictures, baseline.as_ref()))?;
     }
     Ok(())
 }
@@ -150,6 +175,10 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
     let size = args
         .size
         .map_or(suite.size, |(width, height)| [width, height]);
+    let usual_repeat = match args.quick {
+        true => suite.quick_repeat,
+        false => suite.repeat,
+    };
     BenchPlan {
         kinds: args.kinds(),
         frames: args.frames(),
@@ -157,7 +186,7 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
         quality: args.quality,
         threads: args.thread_counts(),
         size,
-        repeat: args.repeat.map_or(suite.repeat, |n| n as usize),
+        repeat: args.repeat.map_or(usual_repeat, |n| n as usize),
         min_time: args.min_time.unwrap_or(suite.min_time),
         pin: args.pin,
         peers,
@@ -237,22 +266,6 @@ fn bench_scenes(
         )
     };
     Ok(args.scenes.iter().map(named).collect())
-}
-
-/// Shows records side by side.
-fn compare(paths: &[PathBuf]) -> Result<(), CliError> {
-    let records = paths.iter().map(|path| baseline::load(path));
-    let records = records.collect::<Result<Vec<BenchRecord>, CliError>>()?;
-    let names: Vec<String> = paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    let pairs: Vec<(&str, &BenchRecord)> = names.iter().map(String::as_str).zip(&records).collect();
-    output::print(&compare_table(&pairs))
-}
-
-fn save(path: &Path, text: &str) -> Result<(), CliError> {
-    interrupt::write_file(path, |file| file.write_all(text.as_bytes()))
 }
 
 /// Writes the suite with the answers found in place of the expected ones.

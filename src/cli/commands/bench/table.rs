@@ -1,138 +1,169 @@
-//! The rates of one scene, for the terminal.
+//! Rates for the terminal: of one scene, and of all of them together.
 
-use crate::cli::output::{aligned, grouped};
+use crate::cli::output::grouped;
 use phalanx::bench::Measured;
-use phalanx::report::{RateRow, SceneRecord};
-use std::collections::BTreeSet;
+use phalanx::report::{
+    AUTO, BenchRecord, BestRows, ColumnLayout, RateRow, SceneRecord, fitted_table, is_peer,
+    quotable_line, wrapped,
+};
 
-/// A heading line and the table of a scene's rates, or of its work if nothing was timed.
-pub fn scene(measured: &Measured) -> String {
-    let mut text = heading(&measured.scene);
+/// Width from which on the peers' own rates and modes are shown, too.
+const WIDE: usize = 120;
+
+/// Words between a ratio and the number of scenes that it is over, where it is not over all.
+const OF: &str = " of ";
+
+/// The heading and the table of a scene's rates, or of its work if nothing was timed, in `width`
+/// columns.
+pub fn scene(measured: &Measured, width: usize) -> String {
     let table = match measured.rows.is_empty() {
-        true => work(measured),
-        false => rates(&measured.rows),
+        true => work(measured, width),
+        false => rates(&measured.rows, width),
     };
-    for line in aligned(&table) {
-        text.push_str(&format!("  {}\n", line.trim_end()));
-    }
-    text.push('\n');
-    text
+    heading(&measured.scene, width) + &table + "\n"
 }
 
-fn heading(scene: &SceneRecord) -> String {
+/// Geometric means over several scenes, the machine, and a line to quote. Empty where nothing was
+/// timed.
+pub fn summary(record: &BenchRecord, width: usize) -> String {
+    let Some(line) = quotable_line(record) else {
+        return String::new();
+    };
+    let mut text = String::new();
+    if record.scenes.len() > 1 {
+        text += &format!("geometric means over {} scenes\n", record.scenes.len());
+        let means = rates(&record.rows, width);
+        text += &means;
+        if means.contains(OF) {
+            text += "  of N: over the N scenes that this tracer traces, too\n";
+        }
+        text.push('\n');
+    }
+    let (machine, run) = (&record.machine, &record.run);
+    let threads = format!("{} hardware threads", machine.threads);
+    let build = format!("built for {}", record.program.isa_compiled);
+    let mut facts = vec![machine.cpu.clone(), threads, build];
+    facts.extend(run.peers.iter().cloned());
+    facts.push(format!("{:.0} s", run.seconds));
+    text + &wrapped(&facts.join(", "), "", width) + &line + "\n"
+}
+
+fn heading(scene: &SceneRecord, width: usize) -> String {
     let kinds = scene.primitives.iter().rev();
     let kinds: Vec<String> = kinds
         .map(|(kind, count)| format!("{} {kind}", grouped(*count)))
         .collect();
-    let built = |engine: &str| scene.build_seconds.get(engine).copied().unwrap_or(0.0);
-    let others = scene.build_seconds.iter();
-    let others = others.filter(|(engine, _)| *engine != "phalanx");
-    let others: Vec<String> = others
-        .map(|(engine, seconds)| format!("{engine} {seconds:.3} s"))
-        .collect();
-    format!(
-        "{}: {}; loaded in {:.3} s, built in {:.3} s ({})\n",
-        scene.name,
-        kinds.join(", "),
-        scene.load_seconds,
-        built("phalanx"),
-        others.join(", ")
-    )
+    let built = scene.build_seconds.iter();
+    let built = built.map(|(engine, seconds)| format!("{engine} {}", short_time(*seconds)));
+    let times = format!(
+        "loaded in {}, built in: {}",
+        short_time(scene.load_seconds),
+        built.collect::<Vec<_>>().join(", ")
+    );
+    let name = format!("{}: {}\n", scene.name, kinds.join(", "));
+    name + &wrapped(&times, "  ", width)
 }
 
-fn rates(rows: &[RateRow]) -> Vec<Vec<String>> {
-    let ours = names(rows, |row| row.engine == "phalanx" && row.kernel != "auto");
-    let peers = names(rows, |row| row.difference.is_some());
-    let mut head = vec![
-        "Mrays/s".to_owned(),
-        "threads".to_owned(),
-        "auto".to_owned(),
-    ];
-    head.extend(ours.iter().cloned());
-    head.extend(["oracle".to_owned(), "auto/oracle".to_owned()]);
-    for peer in &peers {
-        head.extend([format!("{peer}, best mode"), format!("auto/{peer}")]);
+/// Seconds, or milliseconds below one.
+fn short_time(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.0995 => format!("{:.1} ms", 1e3 * s),
+        s if s < 0.9995 => format!("{:.0} ms", 1e3 * s),
+        s => format!("{s:.2} s"),
     }
-    let mut table = vec![head];
-    let mut seen: Vec<(&str, u32)> = Vec::new();
-    for row in rows {
-        let group = (row.rays.as_str(), row.threads);
-        if seen.contains(&group) {
-            continue;
+}
+
+/// Rates of `auto` by kind of rays and threads, whole frames first, and how many times as fast it
+/// is as each other entrant. Over several scenes these are geometric means.
+fn rates(rows: &[RateRow], width: usize) -> String {
+    let best = BestRows::of(rows);
+    let wide = width >= WIDE && best.scenes.len() == 1;
+    let peers = || best.engines.iter().filter(|engine| wide && is_peer(engine));
+    let mut head = vec!["rays", "threads", "Mrays/s"]
+        .into_iter()
+        .map(str::to_owned)
+        .collect::<Vec<_>>();
+    head.extend(best.others.iter().map(|name| format!("× {name}")));
+    head.extend(peers().map(|peer| format!("{peer}, best mode")));
+    let mut table = Vec::new();
+    for kind in &best.kinds {
+        for &threads in &best.threads {
+            let Some(ours) = ours(&best, kind, threads) else {
+                continue;
+            };
+            let mut cells = vec![(*kind).to_owned(), threads.to_string(), ours];
+            cells.extend(
+                best.others
+                    .iter()
+                    .map(|name| ratio(&best, name, kind, threads)),
+            );
+            cells.extend(peers().map(|peer| best_mode(&best, peer, kind, threads)));
+            table.push(cells);
         }
-        seen.push(group);
-        let of_group: Vec<&RateRow> = rows
-            .iter()
-            .filter(|r| (r.rays.as_str(), r.threads) == group)
-            .collect();
-        table.push(line(&of_group, &ours, &peers));
     }
-    table
+    let head: Vec<&str> = head.iter().map(String::as_str).collect();
+    let layout = ColumnLayout {
+        left: 1,
+        names: 2,
+        joined: &[],
+    };
+    fitted_table(&head, &table, layout, width)
 }
 
-/// Names of the kernels, or of the engines of peers, that occur in the wanted rows.
-fn names(rows: &[RateRow], wanted: impl Fn(&RateRow) -> bool) -> Vec<String> {
-    let name = |row: &RateRow| match row.difference {
-        None => row.kernel.clone(),
-        Some(_) => row.engine.clone(),
+/// The rate of `auto`; of one scene with half its interval.
+fn ours(best: &BestRows, kind: &str, threads: u32) -> Option<String> {
+    let rate = best.mean(AUTO, kind, threads)?;
+    let spread = |scene: &str| {
+        let rate = best.get(AUTO, scene, kind, threads)?.mrays_per_s;
+        Some(50.0 * (rate.high - rate.low) / rate.median)
     };
-    let names: BTreeSet<String> = rows.iter().filter(|row| wanted(row)).map(name).collect();
-    names.into_iter().collect()
+    let spread = match best.scenes[..] {
+        [scene] => spread(scene),
+        _ => None,
+    };
+    let spread = spread.map_or(String::new(), |spread| format!(" ±{spread:>2.0} %"));
+    Some(three_digits(rate) + &spread)
 }
 
-fn line(rows: &[&RateRow], ours: &[String], peers: &[String]) -> Vec<String> {
-    let find = |engine: &str, kernel: &str| {
-        let found = rows
-            .iter()
-            .find(|r| r.engine == engine && r.kernel == kernel);
-        found.map(|row| row.mrays_per_s)
+fn ratio(best: &BestRows, name: &str, kind: &str, threads: u32) -> String {
+    let Some(over) = best.over(name, kind, threads) else {
+        return "-".to_owned();
     };
-    let auto = find("phalanx", "auto");
-    let median = |rate: Option<phalanx::report::Estimate>| {
-        rate.map_or("-".to_owned(), |rate| format!("{:.2}", rate.median))
+    // A peer that cannot trace every scene is compared on the others.
+    let of = match over.scenes < best.scenes.len() {
+        true => format!("{OF}{}", over.scenes),
+        false => String::new(),
     };
-    let ratio = |other: f64| {
-        let ratio = auto
-            .map(|auto| auto.median / other)
-            .filter(|r| r.is_finite());
-        ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"))
-    };
-    let spread = auto.map_or(0.0, |a| 50.0 * (a.high - a.low) / a.median);
-    let mut cells = vec![
-        rows[0].rays.clone(),
-        rows[0].threads.to_string(),
-        format!("{} ±{spread:.0}%", median(auto)),
-    ];
-    cells.extend(ours.iter().map(|kernel| median(find("phalanx", kernel))));
-    let oracle = find("oracle", "scalar");
-    cells.push(median(oracle));
-    cells.push(ratio(oracle.map_or(f64::NAN, |rate| rate.median)));
-    for peer in peers {
-        let modes = rows.iter().filter(|r| r.engine == *peer && r.exact);
-        let best = modes.max_by(|a, b| a.mrays_per_s.median.total_cmp(&b.mrays_per_s.median));
-        cells.extend(match best {
-            Some(best) => [
-                format!("{:.2} {}", best.mrays_per_s.median, best.kernel),
-                ratio(best.mrays_per_s.median),
-            ],
-            None => ["-".to_owned(), "-".to_owned()],
-        });
-    }
-    cells
+    format!("{:.2}{of}", over.ratio)
 }
 
-fn work(measured: &Measured) -> Vec<Vec<String>> {
+/// A peer's own rate in a scene, and the mode it was reached by.
+fn best_mode(best: &BestRows, peer: &str, kind: &str, threads: u32) -> String {
+    let row = best
+        .scenes
+        .first()
+        .and_then(|scene| best.get(peer, scene, kind, threads));
+    row.map_or("-".to_owned(), |row| {
+        format!("{} {}", three_digits(row.mrays_per_s.median), row.kernel)
+    })
+}
+
+/// A rate with three digits, which is what it is worth.
+fn three_digits(rate: f64) -> String {
+    let decimals = match rate {
+        r if r >= 99.95 => 0,
+        r if r >= 9.995 => 1,
+        _ => 2,
+    };
+    format!("{rate:.decimals$}")
+}
+
+/// Counted work of every kernel by kind of rays.
+fn work(measured: &Measured, width: usize) -> String {
     let head = [
-        "rays",
-        "kernel",
-        "rays traced",
-        "occupancy",
-        "nodes/ray",
-        "boxes/ray",
-        "prims/ray",
-        "bytes/ray",
+        "rays", "kernel", "traced", "lanes", "nodes", "boxes", "prims", "bytes",
     ];
-    let mut table = vec![head.map(str::to_owned).to_vec()];
+    let mut table = Vec::new();
     for row in &measured.counters {
         let per_ray = |count: u64| format!("{:.2}", count as f64 / row.ray_count.max(1) as f64);
         let lanes = (8 * row.work.packets).max(1);
@@ -150,5 +181,11 @@ fn work(measured: &Measured) -> Vec<Vec<String>> {
             per_ray(row.work.bytes),
         ]);
     }
-    table
+    let layout = ColumnLayout {
+        left: 2,
+        names: 2,
+        joined: &[],
+    };
+    let title = "  counted work; nodes, boxes, prims and bytes are per ray\n";
+    title.to_owned() + &fitted_table(&head, &table, layout, width)
 }

@@ -1,0 +1,163 @@
+//! Several records side by side: who is fastest, geometric means, and the rates that differ beyond
+//! noise.
+//!
+//! Records may be of different machines, so rates are compared as measured. `baseline` compares two
+//! runs of one machine in units of the oracle's rates instead.
+
+mod rates;
+mod summary;
+mod tables;
+
+pub use rates::ComparedRate;
+pub use summary::{EngineRank, MeanRates, MeanRatios};
+pub(super) use tables::differing;
+pub use tables::{ComparisonTable, comparison_markdown, comparison_tables, comparison_text};
+
+use super::baseline::of_rays;
+use super::{BenchRecord, BestRows, RateRow};
+use serde::Serialize;
+
+/// Settings of a comparison.
+#[derive(Clone, Copy, Debug)]
+pub struct ComparisonOptions {
+    /// Rates differ where the whole interval of the difference is beyond this share, such as 0.03.
+    pub threshold: f64,
+    /// True if every rate of every kernel is listed, not just the best of each engine that differ.
+    pub all: bool,
+}
+
+/// Records side by side. All rates are millions of rays a second.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordComparison {
+    /// Rates differ where the whole interval of the difference is beyond this share.
+    pub threshold: f64,
+    /// The records; everything else has an entry for each, in this order.
+    pub records: Vec<ComparedRecord>,
+    /// Number of rates of each entry of `ranks`: those that all of them have.
+    pub ranked_rates: usize,
+    /// Number of scenes of these rates.
+    pub ranked_scenes: usize,
+    /// Engines of all records, fastest first.
+    pub ranks: Vec<EngineRank>,
+    /// Geometric means of our rates over the scenes that all records have.
+    pub means: Vec<MeanRates>,
+    /// Our rates as a multiple of the others'.
+    pub ratios: Vec<MeanRatios>,
+    /// The rates that differ, largest difference first; with [`ComparisonOptions::all`] every rate.
+    pub rates: Vec<ComparedRate>,
+    /// True if `rates` has every rate.
+    pub all: bool,
+    /// Number of rates that all records have.
+    pub compared: usize,
+    /// Number of these that differ.
+    pub differing: usize,
+    /// Largest number of rates of a record that the others lack.
+    pub left_out: usize,
+}
+
+/// A record of a comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ComparedRecord {
+    /// Letter that stands for the record in tables: A, B, C.
+    pub label: String,
+    /// Name of the record, such as its file's.
+    pub name: String,
+    /// CPU model.
+    pub cpu: String,
+    /// Hardware threads.
+    pub threads: u32,
+    /// Instruction-set level of the build.
+    pub isa: String,
+    /// Version of the program.
+    pub version: String,
+    /// Commit of the program.
+    pub commit: Option<String>,
+    /// Start of the run.
+    pub started: String,
+    /// Quality of our trees.
+    pub quality: String,
+    /// Peers that took part.
+    pub peers: Vec<String>,
+    /// Differences in what was measured, from the first record.
+    pub remarks: Vec<String>,
+}
+
+impl RecordComparison {
+    /// Compares records, which come with a name each. Differences are from the first.
+    pub fn of(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
+        let rows: Vec<&[RateRow]> = records.iter().map(|(_, r)| r.rows.as_slice()).collect();
+        let best: Vec<BestRows> = rows.iter().map(|rows| BestRows::of(rows)).collect();
+        let ranking = summary::ranking(&rows);
+        let engines = rates::best_of_engines(&rows, options.threshold);
+        let kernels = rates::every_kernel(&rows, options.threshold);
+        let compared = match options.all {
+            true => &kernels,
+            false => &engines,
+        };
+        let (compared, differing) = (
+            compared.len(),
+            compared.iter().filter(|rate| rate.differs).count(),
+        );
+        let most = rows.iter().map(|rows| rows.len()).max().unwrap_or(0);
+        RecordComparison {
+            threshold: options.threshold,
+            records: compared_records(records),
+            ranked_rates: ranking.rates,
+            ranked_scenes: ranking.scenes,
+            ranks: ranking.ranks,
+            means: summary::means(&best),
+            ratios: summary::ratios(&best),
+            left_out: most - kernels.len().min(most),
+            rates: match options.all {
+                true => kernels,
+                false => rates::largest_first(engines),
+            },
+            all: options.all,
+            compared,
+            differing,
+        }
+    }
+}
+
+fn compared_records(records: &[(&str, &BenchRecord)]) -> Vec<ComparedRecord> {
+    let of = |(i, (name, record)): (usize, &(&str, &BenchRecord))| ComparedRecord {
+        label: label(i),
+        name: (*name).to_owned(),
+        cpu: record.machine.cpu.clone(),
+        threads: record.machine.threads,
+        isa: record.program.isa_compiled.clone(),
+        version: record.program.version.clone(),
+        commit: record.program.git_revision.clone(),
+        started: record.run.started.clone(),
+        quality: record.run.quality.clone(),
+        peers: record.run.peers.clone(),
+        remarks: remarks(records[0].1, record),
+    };
+    records.iter().enumerate().map(of).collect()
+}
+
+/// A, B, … Z, then numbers.
+fn label(i: usize) -> String {
+    match u8::try_from(i) {
+        Ok(i @ 0..26) => char::from(b'A' + i).to_string(),
+        _ => format!("R{}", i + 1),
+    }
+}
+
+/// Differences that make a record's rates incomparable with the first one's, or less so.
+fn remarks(first: &BenchRecord, record: &BenchRecord) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if first.run.quality != record.run.quality {
+        let (ours, theirs) = (&record.run.quality, &first.run.quality);
+        remarks.push(format!("trees of quality {ours}, {theirs} in A"));
+    }
+    let differ = of_rays(first, record);
+    if let Some(one) = differ.first() {
+        let more = match differ.len() {
+            1 => String::new(),
+            count => format!(", and {} more", count - 1),
+        };
+        remarks.push(format!("not the same rays: {one}{more}"));
+    }
+    remarks
+}

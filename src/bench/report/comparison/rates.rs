@@ -1,0 +1,130 @@
+//! The rates that all records have, with their differences from the first record.
+
+use crate::report::baseline::rate_change;
+use crate::report::{AUTO, Estimate, PHALANX, RateChange, RateRow};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A rate that all records have.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ComparedRate {
+    /// Name of the scene.
+    pub scene: String,
+    /// Kind of rays.
+    pub rays: String,
+    /// Engine.
+    pub engine: String,
+    /// Threads.
+    pub threads: u32,
+    /// Kernel or mode in each record. The best exact mode of a peer need not be the same in all.
+    pub kernels: Vec<String>,
+    /// The rate in each record.
+    pub rates: Vec<Estimate>,
+    /// Difference of each further record from the first, with its 95 % interval. The interval is
+    /// unknown where there are too few samples.
+    pub changes: Vec<RateChange>,
+    /// True if the whole interval of any of them is beyond the threshold.
+    pub differs: bool,
+}
+
+impl ComparedRate {
+    /// Size of the largest difference, as a logarithm.
+    pub fn size(&self) -> f64 {
+        let sizes = self.changes.iter();
+        sizes
+            .map(|change| libm::log(1.0 + change.by).abs())
+            .fold(0.0, f64::max)
+    }
+}
+
+type RateKey<'a> = (&'a str, &'a str, &'a str, u32);
+type RowsByKey<'a> = BTreeMap<RateKey<'a>, &'a RateRow>;
+
+/// The best row of every engine that all records have: ours is `auto`, a peer's its fastest exact
+/// mode.
+pub(super) fn best_of_engines(records: &[&[RateRow]], threshold: f64) -> Vec<ComparedRate> {
+    let best: Vec<RowsByKey> = records.iter().map(|rows| best_rows(rows)).collect();
+    let Some(first) = best.first() else {
+        return Vec::new();
+    };
+    let rate = |key: &RateKey| {
+        let rows: Option<Vec<&RateRow>> = best.iter().map(|of| of.get(key).copied()).collect();
+        compared(&rows?, threshold)
+    };
+    first.keys().filter_map(rate).collect()
+}
+
+/// Best row of each engine in a record.
+pub(super) fn best_rows(rows: &[RateRow]) -> RowsByKey<'_> {
+    let mut best = RowsByKey::new();
+    let stands = |row: &&RateRow| row.exact && (row.engine != PHALANX || row.kernel == AUTO);
+    for row in rows.iter().filter(stands).filter(|row| has_rate(row)) {
+        let key = (&*row.scene, &*row.rays, &*row.engine, row.threads);
+        let kept = best.entry(key).or_insert(row);
+        if row.mrays_per_s.median > kept.mrays_per_s.median {
+            *kept = row;
+        }
+    }
+    best
+}
+
+type KernelKey<'a> = (RateKey<'a>, &'a str);
+
+fn kernel_key(row: &RateRow) -> KernelKey<'_> {
+    let rate = (&*row.scene, &*row.rays, &*row.engine, row.threads);
+    (rate, &row.kernel)
+}
+
+/// A record's rows by their keys.
+fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
+    let usable = rows.iter().filter(|row| has_rate(row));
+    usable.map(|row| (kernel_key(row), row)).collect()
+}
+
+/// Every row that all records have, in the order of the first.
+pub(super) fn every_kernel(records: &[&[RateRow]], threshold: f64) -> Vec<ComparedRate> {
+    let Some((first, others)) = records.split_first() else {
+        return Vec::new();
+    };
+    let others: Vec<_> = others.iter().map(|rows| by_kernel(rows)).collect();
+    let rate = |row: &RateRow| {
+        let mut rows = vec![row];
+        for of in &others {
+            rows.push(of.get(&kernel_key(row))?);
+        }
+        compared(&rows, threshold)
+    };
+    let usable = first.iter().filter(|row| has_rate(row));
+    usable.filter_map(rate).collect()
+}
+
+fn has_rate(row: &RateRow) -> bool {
+    row.mrays_per_s.median > 0.0
+}
+
+/// RowsByKey of one rate, one of each record.
+fn compared(rows: &[&RateRow], threshold: f64) -> Option<ComparedRate> {
+    let (first, others) = rows.split_first()?;
+    let changes = others.iter().map(|row| rate_change(first, row));
+    let changes: Vec<RateChange> = changes.collect::<Option<_>>()?;
+    let differs = changes
+        .iter()
+        .any(|change| change.slower_than(threshold) || change.faster_than(threshold));
+    Some(ComparedRate {
+        scene: first.scene.clone(),
+        rays: first.rays.clone(),
+        engine: first.engine.clone(),
+        threads: first.threads,
+        kernels: rows.iter().map(|row| row.kernel.clone()).collect(),
+        rates: rows.iter().map(|row| row.mrays_per_s).collect(),
+        changes,
+        differs,
+    })
+}
+
+/// The rates that differ, largest difference first.
+pub(super) fn largest_first(rates: Vec<ComparedRate>) -> Vec<ComparedRate> {
+    let mut differing: Vec<ComparedRate> = rates.into_iter().filter(|rate| rate.differs).collect();
+    differing.sort_by(|a, b| b.size().total_cmp(&a.size()));
+    differing
+}

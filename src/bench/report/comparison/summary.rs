@@ -1,0 +1,169 @@
+//! Ranks and geometric means of several records.
+
+use super::rates::best_rows;
+use crate::report::{AUTO, BestRows, ORACLE, RateRow, geometric_mean, is_peer};
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// An engine of a record, by how fast it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EngineRank {
+    /// Position, from 1.
+    pub rank: usize,
+    /// Index of the record.
+    pub record: usize,
+    /// Engine: ours by its kernel `auto`, a peer by its best exact mode of each measurement.
+    pub engine: String,
+    /// Geometric mean of the fastest rate of each measurement divided by this engine's: 1 for an
+    /// engine that is always the fastest.
+    pub slowdown: f64,
+    /// Geometric mean of its rates.
+    pub mrays_per_s: f64,
+}
+
+/// Geometric means of our rates over scenes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeanRates {
+    /// Kind of rays.
+    pub rays: String,
+    /// Threads.
+    pub threads: u32,
+    /// Number of scenes that all records have.
+    pub scenes: usize,
+    /// The mean of each record.
+    pub mrays_per_s: Vec<f64>,
+}
+
+/// Our rates divided by another engine's.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeanRatios {
+    /// The other engine.
+    pub engine: String,
+    /// Threads.
+    pub threads: u32,
+    /// Geometric mean over all scenes and kinds of rays of each record that it took part in.
+    pub ratios: Vec<Option<f64>>,
+}
+
+/// Ranks, and what they are of.
+#[derive(Default)]
+pub(super) struct Ranking {
+    pub rates: usize,
+    pub scenes: usize,
+    pub ranks: Vec<EngineRank>,
+}
+
+/// Ranks the engines of all records on the measurements that all of them have, as rebar does for
+/// regex engines.
+pub(super) fn ranking(records: &[&[RateRow]]) -> Ranking {
+    type SharedRate<'a> = (&'a str, &'a str, u32);
+    let best: Vec<_> = records.iter().map(|rows| best_rows(rows)).collect();
+    let mut entrants: Vec<(usize, &str)> = Vec::new();
+    let mut shared: Option<BTreeSet<SharedRate>> = None;
+    for (record, rows) in best.iter().enumerate() {
+        let engines: BTreeSet<&str> = rows.keys().map(|key| key.2).collect();
+        if engines.is_empty() {
+            return Ranking::default();
+        }
+        for engine in engines {
+            let own = rows.keys().filter(|key| key.2 == engine);
+            let own: BTreeSet<SharedRate> = own.map(|key| (key.0, key.1, key.3)).collect();
+            shared = Some(match shared {
+                None => own,
+                Some(shared) => shared.intersection(&own).copied().collect(),
+            });
+            entrants.push((record, engine));
+        }
+    }
+    let shared = shared.unwrap_or_default();
+    if shared.is_empty() {
+        return Ranking::default();
+    }
+    let rate = |&(record, engine): &(usize, &str), of: &SharedRate| {
+        let row = best[record].get(&(of.0, of.1, engine, of.2));
+        row.map_or(f64::NAN, |row| row.mrays_per_s.median)
+    };
+    let fastest = |of: &SharedRate| entrants.iter().map(|e| rate(e, of)).fold(0.0, f64::max);
+    let rank = |entrant: &(usize, &str)| {
+        let slowdown = geometric_mean(shared.iter().map(|of| fastest(of) / rate(entrant, of)))?;
+        Some(EngineRank {
+            rank: 0,
+            record: entrant.0,
+            engine: entrant.1.to_owned(),
+            slowdown,
+            mrays_per_s: geometric_mean(shared.iter().map(|of| rate(entrant, of)))?,
+        })
+    };
+    let mut ranks: Vec<EngineRank> = entrants.iter().filter_map(rank).collect();
+    ranks.sort_by(|a, b| a.slowdown.total_cmp(&b.slowdown));
+    for (i, rank) in ranks.iter_mut().enumerate() {
+        rank.rank = i + 1;
+    }
+    let scenes: BTreeSet<&str> = shared.iter().map(|of| of.0).collect();
+    Ranking {
+        rates: shared.len(),
+        scenes: scenes.len(),
+        ranks,
+    }
+}
+
+/// Means of our rates by kind of rays and threads, over the scenes that all records have.
+pub(super) fn means(records: &[BestRows]) -> Vec<MeanRates> {
+    let Some(first) = records.first() else {
+        return Vec::new();
+    };
+    let of = |kind: &str, threads: u32| {
+        let shared = first.scenes.iter().filter(|scene| {
+            let has = |best: &BestRows| best.get(AUTO, scene, kind, threads).is_some();
+            records.iter().all(has)
+        });
+        let shared: Vec<&str> = shared.copied().collect();
+        let mean = |best: &BestRows| {
+            let rows = shared.iter();
+            let rows = rows.filter_map(|scene| best.get(AUTO, scene, kind, threads));
+            geometric_mean(rows.map(|row| row.mrays_per_s.median))
+        };
+        Some(MeanRates {
+            rays: kind.to_owned(),
+            threads,
+            scenes: shared.len(),
+            mrays_per_s: records.iter().map(mean).collect::<Option<_>>()?,
+        })
+    };
+    let kinds = first.kinds.iter();
+    let all = kinds.flat_map(|kind| first.threads.iter().map(move |&threads| (*kind, threads)));
+    all.filter_map(|(kind, threads)| of(kind, threads))
+        .collect()
+}
+
+/// Our rates over those of the oracle and of each peer, by threads.
+pub(super) fn ratios(records: &[BestRows]) -> Vec<MeanRatios> {
+    let is_engine = |name: &&str| *name == ORACLE || is_peer(name);
+    let engines: BTreeSet<&str> = records
+        .iter()
+        .flat_map(|best| best.engines.iter().copied())
+        .filter(is_engine)
+        .collect();
+    let threads: BTreeSet<u32> = records
+        .iter()
+        .flat_map(|best| best.threads.clone())
+        .collect();
+    let mut all = Vec::new();
+    for engine in engines {
+        for &threads in &threads {
+            let ratios: Vec<Option<f64>> = records
+                .iter()
+                .map(|best| best.over_all(engine, threads))
+                .collect();
+            if ratios.iter().any(Option::is_some) {
+                let engine = engine.to_owned();
+                all.push(MeanRatios {
+                    engine,
+                    threads,
+                    ratios,
+                });
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,107 @@
+//! `bench compare` and `bench report`: records that were saved before, side by side.
+
+use super::args::{RecordCompareArgs, RecordReportArgs};
+use super::baseline::load;
+use crate::cli::output::{self, CliError, Output, interrupt};
+use phalanx::report::html::{comparison_page, page};
+use phalanx::report::{
+    BenchRecord, ComparisonOptions, RecordComparison, comparison_markdown, comparison_text,
+};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Change from which on rates count as different in a report.
+const REPORT_THRESHOLD: f64 = 0.03;
+
+/// Prints a comparison, and writes its page.
+pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
+    if let Some(path) = &args.html {
+        output::check_place(path)?;
+    }
+    let mut records = NamedRecords::load(&args.records)?;
+    if let Some(filter) = &args.filter {
+        for record in &mut records.records {
+            record.rows.retain(|row| filter.is_match(&row.name()));
+        }
+    }
+    let compared = |all| {
+        let options = ComparisonOptions {
+            threshold: args.threshold,
+            all,
+        };
+        RecordComparison::of(&records.pairs(), options)
+    };
+    let shown = compared(args.all);
+    if shown.compared == 0 {
+        return Err(nothing_in_common(args.filter.is_some()));
+    }
+    if let Some(path) = &args.html {
+        save(path, &comparison_page(&records.pairs(), &compared(false)))?;
+    }
+    match args.markdown {
+        true => output::print(&comparison_markdown(&shown)),
+        false => output::print_output(&ComparisonDocument(shown), args.json),
+    }
+}
+
+/// Writes the page of one record, or of several side by side.
+pub fn report(args: &RecordReportArgs) -> Result<(), CliError> {
+    output::check_place(&args.output)?;
+    let records = NamedRecords::load(&args.records)?;
+    if let [record] = &records.records[..] {
+        return save(&args.output, &page(record, &[]));
+    }
+    let options = ComparisonOptions {
+        threshold: REPORT_THRESHOLD,
+        all: false,
+    };
+    let compared = RecordComparison::of(&records.pairs(), options);
+    save(&args.output, &comparison_page(&records.pairs(), &compared))
+}
+
+fn nothing_in_common(filtered: bool) -> CliError {
+    let error = CliError::Usage("no rate stands in all of these records".to_owned());
+    match filtered {
+        true => error.with_hint("--filter matches against SCENE RAYS ENGINE KERNEL, such as: standard:room:200k primary phalanx auto"),
+        false => error,
+    }
+}
+
+/// Records, and the names that they have on the command line.
+struct NamedRecords {
+    names: Vec<String>,
+    records: Vec<BenchRecord>,
+}
+
+impl NamedRecords {
+    fn load(paths: &[PathBuf]) -> Result<NamedRecords, CliError> {
+        let records = paths.iter().map(|path| load(path));
+        Ok(NamedRecords {
+            records: records.collect::<Result<_, CliError>>()?,
+            names: paths
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect(),
+        })
+    }
+
+    fn pairs(&self) -> Vec<(&str, &BenchRecord)> {
+        let names = self.names.iter().map(String::as_str);
+        names.zip(&self.records).collect()
+    }
+}
+
+/// A comparison as a result of the program.
+#[derive(Serialize)]
+struct ComparisonDocument(RecordComparison);
+
+impl Output for ComparisonDocument {
+    fn table(&self) -> String {
+        comparison_text(&self.0, output::stdout_columns())
+    }
+}
+
+/// Writes a text to a file.
+pub fn save(path: &Path, text: &str) -> Result<(), CliError> {
+    interrupt::write_file(path, |file| file.write_all(text.as_bytes()))
+}

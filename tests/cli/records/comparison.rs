@@ -1,0 +1,146 @@
+//! Several records side by side.
+
+use super::fixture::{record, scale};
+use phalanx::report::*;
+
+fn comparison(records: &[&BenchRecord], all: bool) -> RecordComparison {
+    let names = ["a.json", "b.json", "c.json"];
+    let records: Vec<(&str, &BenchRecord)> =
+        names.into_iter().zip(records.iter().copied()).collect();
+    let options = ComparisonOptions {
+        threshold: 0.03,
+        all,
+    };
+    RecordComparison::of(&records, options)
+}
+
+/// The text, which must fit into the width.
+fn text(of: &RecordComparison, width: usize) -> String {
+    let text = comparison_text(of, width);
+    for line in text.lines() {
+        assert!(line.chars().count() <= width, "{width}: {line}");
+    }
+    text
+}
+
+#[test]
+fn ranks_come_first_and_then_what_differs() {
+    let (first, mut second) = (record(2), record(2));
+    scale(&mut second, 1.25, |row| row.engine == "phalanx");
+    scale(&mut second, 0.5, |row| {
+        row.kernel == "packet8 coherent" && row.rays == "primary"
+    });
+    second.machine.cpu = "Other".into();
+    second.run.quality = "fast".into();
+    let compared = comparison(&[&first, &second], false);
+    let ranks: Vec<(usize, &str)> = compared
+        .ranks
+        .iter()
+        .map(|rank| (rank.record, rank.engine.as_str()))
+        .collect();
+    // Ours in B, ours in A, then Embree, which B has slower.
+    assert_eq!(
+        ranks[..4],
+        [(1, "phalanx"), (0, "phalanx"), (0, "embree"), (1, "embree")]
+    );
+    let slowdown = |i: usize| compared.ranks[i].slowdown;
+    assert!((slowdown(0) - 1.0).abs() < 1e-9 && (slowdown(1) - 1.25).abs() < 1e-9);
+    // Two scenes, three kinds, two numbers of threads.
+    assert_eq!((compared.ranked_rates, compared.ranked_scenes), (12, 2));
+    // Ours in all of them, and Embree's primary rays; the oracle has not changed.
+    assert_eq!((compared.differing, compared.compared), (12 + 4, 36));
+    assert_eq!(
+        compared.rates[0].engine, "embree",
+        "the largest difference first"
+    );
+    assert_eq!(compared.means[0].mrays_per_s.len(), 2);
+    let text = text(&compared, 80);
+    let at = |part: &str| {
+        text.find(part)
+            .unwrap_or_else(|| panic!("{part} in\n{text}"))
+    };
+    assert!(
+        at("ranks over 12 rates of 2 scenes") < at("16 of 36 rates differ"),
+        "{text}"
+    );
+    for part in [
+        "Other, 2 hardware threads",
+        "trees of quality fast, best in A",
+        "+25.0 ±",
+    ] {
+        at(part);
+    }
+}
+
+#[test]
+fn rates_that_do_not_differ_are_listed_on_request() {
+    let (first, second) = (record(2), record(2));
+    let brief = text(&comparison(&[&first, &second], false), 80);
+    assert!(brief.contains("None of 36 rates differs"), "{brief}");
+    assert!(!brief.contains("packet8 coherent"), "{brief}");
+    let all = comparison(&[&first, &second], true);
+    assert_eq!(all.rates.len(), first.rows.len());
+    let all = text(&all, 80);
+    assert_eq!(all.matches("packet8 coherent").count(), 12, "{all}");
+}
+
+#[test]
+fn records_without_a_rate_in_common_have_no_tables() {
+    let (first, mut second) = (record(2), record(2));
+    second.rows.clear();
+    let compared = comparison(&[&first, &second], false);
+    assert!(compared.ranks.is_empty() && compared.means.is_empty());
+    assert!(compared.rates.is_empty());
+    text(&compared, 80);
+}
+
+#[test]
+fn more_records_than_fit_get_further_blocks() {
+    let records = [record(1), record(1), record(1)];
+    let compared = comparison(&records.each_ref(), true);
+    let narrow = text(&compared, 80);
+    assert!(narrow.contains("\n  C  c.json"), "{narrow}");
+    text(&compared, 60);
+    text(&compared, 200);
+}
+
+/// Rates that one of them lacks are left out, and counted.
+#[test]
+fn records_of_other_rays_share_what_they_have() {
+    let (first, mut second) = (record(2), record(2));
+    second.rows.retain(|row| row.rays != "shadow");
+    second.scenes[0].hash = "deadbeef".into();
+    let compared = comparison(&[&first, &second], false);
+    assert!(compared.means.iter().all(|mean| mean.rays != "shadow"));
+    assert_eq!(compared.left_out, first.rows.len() / 3);
+    let text = text(&compared, 80);
+    assert!(text.contains("not the same rays"), "{text}");
+    assert!(text.contains("left out: up to"), "{text}");
+}
+
+#[test]
+fn markdown_has_the_same_tables() {
+    let (first, mut second) = (record(2), record(2));
+    scale(&mut second, 0.5, |row| row.engine == "phalanx");
+    second.machine.cpu = "A|B".into();
+    let compared = comparison(&[&first, &second], false);
+    let text = comparison_markdown(&compared);
+    assert!(
+        text.contains("| rank | record | tracer | slowdown | Mrays/s |\n|---|---|---|---:|---:|\n"),
+        "{text}"
+    );
+    assert!(
+        text.contains("A\\|B") && text.contains("| -50.0 ± "),
+        "{text}"
+    );
+    assert_eq!(
+        text.matches("\n|---").count(),
+        comparison_tables(&compared).len()
+    );
+}
+
+#[test]
+fn nothing_is_nothing() {
+    let compared = comparison(&[], false);
+    assert!(compared.ranks.is_empty() && comparison_tables(&compared).is_empty());
+}
