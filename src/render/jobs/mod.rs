@@ -16,11 +16,20 @@
 //! | `stored_tiles` | finished tiles on their way into the file and the thumbnail |
 //! | `thumbnail` | a small picture of it while it is made |
 //! | `plan` | assignment of tiles to machines |
+//! | `sequence_plan` | the frames of a plan, and the camera's path |
+//! | `planned_frames` | their views, keys, shards and files |
+//! | `finished_frames` | the list of a shard's finished frames |
+//! | `frame_view`, `frame_name` | a view as text, names of the files |
+//! | `file_lock` | files that one process at a time adds to |
 //! | `output_path` | the paths that a plan's picture may have |
 //!
 //! One kind of file serves both purposes: a checkpoint is the tile file of a render on one machine,
 //! and the share of each of many machines is a tile file, too. So an interrupted share resumes like
 //! any render, and merging is rendering with nothing left to do.
+//!
+//! A sequence is cut into whole frames or into the tiles of each. A shard of whole frames writes
+//! pictures, and a list of them with a checksum of each; the frame that it is at has a tile file
+//! until its picture is written.
 //!
 //! Plans and tile files may come from others, and are data. Every number that is read from one is
 //! checked against the file's length and the picture's size before memory or time is spent on it. A
@@ -29,23 +38,36 @@
 mod bands;
 mod coverage;
 mod file_header;
+mod file_lock;
+mod finished_frames;
+mod frame_name;
+mod frame_view;
 mod open_bands;
 mod output_path;
 mod picture_settings;
 mod plan;
+mod planned_frames;
 mod recovery;
 mod render_key;
+mod sequence_plan;
 mod stored_tiles;
 mod thumbnail;
 mod tile_file;
 mod tile_record;
 
 pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_to_file};
+pub use finished_frames::{FinishedFrames, FrameIdentity, FrameListError, FrameState};
+pub use frame_name::frame_name;
+pub use frame_view::FrameView;
 pub use open_bands::open_bands;
 pub use output_path::kept_output;
 pub use picture_settings::PictureSettings;
 pub use plan::{MAX_SHARDS, PlanError, RenderPlan, TileEncoding};
+pub use planned_frames::PlannedFrames;
 pub use render_key::{FieldError, KeyDifference, RenderKey};
+pub use sequence_plan::{
+    MAX_FRAME, MAX_KEYFRAMES, PlannedCamera, PlannedKey, SequencePlan, ShardBy,
+};
 pub use stored_tiles::TileOutputs;
 pub use thumbnail::Thumbnail;
 pub use tile_file::{TileFile, TileFileError};

@@ -12,7 +12,8 @@ const OUTSIDE: &str = "lies outside the plan's folder";
 /// why the plan may not name it.
 pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static str> {
     let folder = folder_of(plan);
-    let path = folder.join(output);
+    // Without a `./` before it, where the plan's folder is the current one.
+    let path = plan.with_file_name(output);
     if path.file_name().is_none() {
         return Err("is no name of a file");
     }

@@ -1,12 +1,13 @@
-//! A plan for rendering a picture on several machines: the assignment of tiles, written down once
+//! A plan for rendering a picture or a sequence on several machines: the assignment of tiles, written down once
 //! for all of them.
 
 use super::output_path;
 use super::render_key::{FieldError, RenderKey};
+use super::sequence_plan::SequencePlan;
 use crate::frame::{Aovs, Tile};
 use phalanx_io::image::{MAX_EXPOSURE, PictureHeader};
 use phalanx_scene::film::tiles;
-use phalanx_scene::{quoted_text, shown_path, shown_text};
+use phalanx_scene::{ViewError, quoted_text, shown_path, shown_text};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
@@ -15,6 +16,10 @@ use std::path::{Path, PathBuf};
 /// Version of the layout of plans. Version 1 had its settings as one text, and an output of any
 /// name.
 const SCHEMA_VERSION: u32 = 2;
+
+/// Version of the layout of plans for sequences. All others keep the version before, so that
+/// programs before this one can read them.
+const SEQUENCE_VERSION: u32 = 3;
 
 /// Longest plan that is read: several times the longest command line that systems take.
 const MAX_BYTES: u64 = 16 << 20;
@@ -54,6 +59,9 @@ pub struct RenderPlan {
     /// Header of the output picture's file; empty in plans of earlier builds.
     #[serde(default)]
     pub header: PictureHeader,
+    /// The frames of a sequence; `None` for one picture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<SequencePlan>,
 }
 
 /// Conversion of radiance to samples, where the picture's format has samples.
@@ -91,7 +99,7 @@ pub enum PlanError {
     },
     /// A program with another layout made the file.
     #[error(
-        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}",
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}, and {SEQUENCE_VERSION} for sequences",
         shown_path(path)
     )]
     Version {
@@ -121,6 +129,14 @@ pub enum PlanError {
         output: PathBuf,
         /// The reason why it may not go there.
         reason: &'static str,
+    },
+    /// A frame has no view.
+    #[error("frame {frame}: {error}")]
+    Frame {
+        /// Number of the frame.
+        frame: u32,
+        /// The reason why it has none.
+        error: ViewError,
     },
     /// The plan has no such shard.
     #[error("there is no shard {shard}: the plan has {shards}, from 0 to {}", shards - 1)]
@@ -153,6 +169,16 @@ impl RenderPlan {
             shards,
             tile,
             header: PictureHeader::NONE,
+            sequence: None,
+        }
+    }
+
+    /// The plan for a sequence of such pictures.
+    pub fn with_sequence(self, sequence: SequencePlan) -> RenderPlan {
+        RenderPlan {
+            schema_version: SEQUENCE_VERSION,
+            sequence: Some(sequence),
+            ..self
         }
     }
 
@@ -180,14 +206,15 @@ impl RenderPlan {
         if read.map_err(io)? as u64 > MAX_BYTES {
             return Err(malformed("it is longer than any"));
         }
+        let known = [SCHEMA_VERSION, SEQUENCE_VERSION].map(u64::from);
         match serde_json::from_slice::<Version>(&bytes) {
-            Ok(version) if version.schema_version != u64::from(SCHEMA_VERSION) => {
+            Ok(version) if known.contains(&version.schema_version) => {}
+            Ok(version) => {
                 return Err(PlanError::Version {
                     path: path.into(),
                     found: version.schema_version,
                 });
             }
-            Ok(_) => {}
             Err(error) => return Err(malformed(&error.to_string())),
         }
         let plan: RenderPlan =
@@ -220,10 +247,12 @@ impl RenderPlan {
             ("header.scene", &self.header.scene[..]),
             ("header.command", &self.header.command[..]),
         ];
-        let named = [("scene", &self.scene[..]), ("output", output)];
-        for (field, text) in named.into_iter().chain(arguments).chain(header) {
+        let keyframes = self.sequence.iter().filter_map(SequencePlan::keyframes);
+        let keyframes = keyframes.map(|file| ("sequence.camera.keyframes", file));
+        let named = [("scene", &self.scene[..]), ("output", output)].into_iter();
+        for (field, text) in named.chain(keyframes).chain(arguments).chain(header) {
             // Plans are quoted in scripts and messages.
-            let may_be_empty = !["scene", "output"].contains(&field);
+            let may_be_empty = field == "arguments" || field.starts_with("header.");
             if text.contains(char::is_control) || text.is_empty() && !may_be_empty {
                 let value = quoted_text(text);
                 return wrong(field, value, "a text without control characters");
@@ -240,6 +269,17 @@ impl RenderPlan {
         if !(1..=MAX_SHARDS).contains(&self.shards) {
             let range = format!("1 to {MAX_SHARDS}");
             return wrong("shards", self.shards.to_string(), &range);
+        }
+        let version = match &self.sequence {
+            Some(_) => SEQUENCE_VERSION,
+            None => SCHEMA_VERSION,
+        };
+        if self.schema_version != version {
+            let value = self.schema_version.to_string();
+            return wrong("schema_version", value, "3 with a sequence, 2 without");
+        }
+        if let Some(sequence) = &self.sequence {
+            sequence.check(self.shards)?;
         }
         // No more tiles than this program would have dealt out: smaller tiles could be more than
         // memory has room for.
@@ -275,12 +315,7 @@ impl RenderPlan {
     /// # Errors
     /// [`PlanError::NoShard`].
     pub fn share(&self, shard: u32) -> Result<Vec<Tile>, PlanError> {
-        if shard >= self.shards {
-            return Err(PlanError::NoShard {
-                shard,
-                shards: self.shards,
-            });
-        }
+        self.check_shard(shard)?;
         Ok(self.share_of(&self.tiles(), shard).collect())
     }
 
@@ -291,19 +326,43 @@ impl RenderPlan {
     /// plan may come from anybody, and must not choose which files are replaced. The user who
     /// merges it may name any path instead.
     pub fn picture_path(&self, plan: &Path) -> Result<PathBuf, PlanError> {
-        output_path::allowed(plan, &self.output).map_err(|reason| PlanError::Output {
+        RenderPlan::path_in_folder(plan, &self.output)
+    }
+
+    /// The path of a picture `output` of a plan in the file `plan`.
+    pub(super) fn path_in_folder(plan: &Path, output: &Path) -> Result<PathBuf, PlanError> {
+        output_path::allowed(plan, output).map_err(|reason| PlanError::Output {
             path: plan.into(),
-            output: self.output.clone(),
+            output: output.into(),
             reason,
         })
     }
 
     /// The file of a shard's tiles, beside the plan.
     pub fn shard_file(&self, plan: &Path, shard: u32) -> PathBuf {
+        self.shard_path(plan, shard, "tiles")
+    }
+
+    /// A file of a shard, beside the plan, whose name ends so.
+    pub(super) fn shard_path(&self, plan: &Path, shard: u32, ending: &str) -> PathBuf {
         let digits = (self.shards - 1).to_string().len();
         let mut name = plan.file_stem().unwrap_or(plan.as_os_str()).to_os_string();
-        name.push(format!(".shard-{shard:0digits$}.tiles"));
+        name.push(format!(".shard-{shard:0digits$}.{ending}"));
         plan.with_file_name(name)
+    }
+
+    /// Refuses a shard that the plan does not have.
+    ///
+    /// # Errors
+    /// [`PlanError::NoShard`].
+    pub fn check_shard(&self, shard: u32) -> Result<(), PlanError> {
+        match shard < self.shards {
+            true => Ok(()),
+            false => Err(PlanError::NoShard {
+                shard,
+                shards: self.shards,
+            }),
+        }
     }
 }
 
@@ -329,158 +388,6 @@ fn side(window: Tile, shards: u32) -> u32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frame::Settings;
-    use phalanx_scene::Scene;
-    use serde_json::json;
-
-    fn plan(width: u32, height: u32, shards: u32) -> RenderPlan {
-        let scene = Scene::default();
-        let settings = Settings {
-            width,
-            height,
-            ..Settings::of(&scene)
-        };
-        let key = RenderKey::of(&scene, &settings);
-        let developing = TileEncoding {
-            exposure: 0.5,
-            srgb: true,
-            round: false,
-            bits: 8,
-        };
-        let (scene, output) = ("a.test".into(), "a.png".into());
-        RenderPlan::new(scene, Vec::new(), output, developing, key, shards)
-    }
-
-    #[test]
-    fn every_pixel_is_of_one_shard_and_shares_are_alike() {
-        for (width, height, shards, side) in [
-            (640, 480, 1, 64),
-            (640, 480, 7, 32),
-            (641, 479, 64, 16),
-            (40, 24, 64, 8),
-        ] {
-            let plan = plan(width, height, shards);
-            assert_eq!(plan.tile, side, "{width}x{height} in {shards}");
-            let mut seen = vec![0u8; (width * height) as usize];
-            let mut counts = Vec::new();
-            for shard in 0..shards {
-                let share = plan.share(shard).unwrap();
-                counts.push(share.len());
-                for tile in share {
-                    for y in tile.y..tile.y + tile.height {
-                        for x in tile.x..tile.x + tile.width {
-                            seen[(y * width + x) as usize] += 1;
-                        }
-                    }
-                }
-            }
-            assert!(seen.iter().all(|&n| n == 1));
-            let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
-            assert!(most - least <= 1, "{counts:?}");
-            assert!(plan.share(shards).is_err());
-        }
-    }
-
-    #[test]
-    fn shard_files_stand_beside_the_plan_in_order() {
-        let plan = plan(640, 480, 64);
-        let file = |shard| plan.shard_file(Path::new("jobs/a.json"), shard);
-        assert_eq!(file(3), Path::new("jobs/a.shard-03.tiles"));
-        assert_eq!(file(63), Path::new("jobs/a.shard-63.tiles"));
-    }
-
-    #[test]
-    fn what_is_no_plan_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plan.json");
-        let good = serde_json::to_value(plan(640, 480, 4)).unwrap();
-        std::fs::write(&path, good.to_string()).unwrap();
-        assert_eq!(RenderPlan::read(&path).unwrap(), plan(640, 480, 4));
-        let refused = |bad: &str| {
-            std::fs::write(&path, bad).unwrap();
-            let refused = RenderPlan::read(&path).unwrap_err();
-            let said = refused.to_string();
-            assert!(!said.contains(char::is_control), "{said:?}");
-            refused
-        };
-        let field = |pointer: &str, value: serde_json::Value| {
-            let mut bad = good.clone();
-            *bad.pointer_mut(pointer).unwrap() = value;
-            match refused(&bad.to_string()) {
-                PlanError::Field { error, .. } => error.field,
-                other => panic!("{pointer}: {other}"),
-            }
-        };
-        let far = u32::MAX - 5;
-        for (pointer, value, name) in [
-            ("/shards", json!(0), "shards"),
-            ("/shards", json!(100_001), "shards"),
-            ("/tile", json!(0), "tile"),
-            ("/tile", json!(7), "tile"),
-            // A side that tiles may have, but not in this plan: there would be more tiles than
-            // anybody deals out.
-            ("/tile", json!(8), "tile"),
-            ("/scene", json!(""), "scene"),
-            ("/scene", json!("a\nb"), "scene"),
-            ("/output", json!(""), "output"),
-            ("/output", json!("a\u{7}.png"), "output"),
-            ("/arguments", json!(["plan", "a\r"]), "arguments"),
-            ("/header/scene", json!("a\r"), "header.scene"),
-            ("/header/command", json!("\u{1b}"), "header.command"),
-            ("/developing/bits", json!(7), "developing.bits"),
-            ("/developing/bits", json!(0), "developing.bits"),
-            ("/developing/exposure", json!(1e38), "developing.exposure"),
-            ("/developing/exposure", json!(-100.5), "developing.exposure"),
-            ("/picture/width", json!(0), "picture.width"),
-            ("/picture/height", json!(70_000), "picture.height"),
-            ("/picture/region", json!([0, 0, 641, 480]), "picture.region"),
-            ("/picture/region", json!([far, far, 9, 9]), "picture.region"),
-            ("/picture/region", json!([9, 9, 0, 9]), "picture.region"),
-            ("/picture/layers", json!(["x"]), "picture.layers"),
-            ("/picture/scene", json!("\u{1b}[2J"), "picture.scene"),
-            ("/picture/version", json!("\n"), "picture.version"),
-        ] {
-            assert_eq!(field(pointer, value), name);
-        }
-        for (pointer, value) in [
-            ("/picture/settings", json!("Settings { width: 0 }")),
-            ("/picture/region", json!([0, 0, 0.5, 1])),
-            ("/picture/width", json!(-1)),
-            ("/developing/bits", json!(264)),
-            ("/developing/exposure", json!(null)),
-            ("/arguments", json!("plan")),
-        ] {
-            let mut bad = good.clone();
-            *bad.pointer_mut(pointer).unwrap() = value;
-            let refused = refused(&bad.to_string());
-            assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
-        }
-        let mut more = good.clone();
-        more["picture"]["settings"]["\u{1b}[2J"] = json!(1);
-        for bad in ["{}", "", "7", "{\"schema_version\": 2}", &more.to_string()] {
-            let refused = refused(bad);
-            assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
-        }
-        // The version decides, whatever else is in the plan.
-        for version in [1u64, 3, u64::MAX] {
-            let refused = refused(&json!({"schema_version": version, "x": 1}).to_string());
-            let PlanError::Version { found, .. } = refused else {
-                panic!("{refused}");
-            };
-            assert_eq!(found, version);
-        }
-        assert!(RenderPlan::read(folder.path()).is_err());
-    }
-
-    #[test]
-    fn a_file_without_end_is_no_plan() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plan.json");
-        let file = File::create(&path).unwrap();
-        file.set_len(1 << 40).unwrap();
-        let refused = RenderPlan::read(&path).unwrap_err();
-        assert!(refused.to_string().contains("longer than any"), "{refused}");
-    }
-}
+mod sequence_tests;
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,11 @@
 //! Key of a picture. Its pixels depend on this and nothing else: two renders with the same key may
 //! share their tiles.
 
+use super::frame_view::FrameView;
 use super::picture_settings::PictureSettings;
 use crate::frame::{Aov, Aovs, Settings, Tile};
 use phalanx_io::cache::fingerprint;
-use phalanx_scene::{MAX_SIDE, Scene, check_image_size, quoted_text};
+use phalanx_scene::{MAX_SIDE, Scene, View, check_image_size, quoted_text};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -29,6 +30,10 @@ pub struct RenderKey {
     pub layers: Vec<String>,
     /// All other settings.
     pub settings: PictureSettings,
+    /// The view of a frame of a plan's sequence; `None` for the scene's own, which its fingerprint
+    /// covers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view: Option<FrameView>,
 }
 
 /// A field of a plan or a key that holds a value that it may not have.
@@ -86,6 +91,15 @@ impl RenderKey {
             region: [x, y, width, height],
             layers: layers.map(|(name, _)| (*name).to_owned()).collect(),
             settings: PictureSettings::of(settings),
+            view: None,
+        }
+    }
+
+    /// The key of the same picture from another view.
+    pub fn with_view(&self, view: View) -> RenderKey {
+        RenderKey {
+            view: Some(view.into()),
+            ..self.clone()
         }
     }
 
@@ -140,6 +154,10 @@ impl RenderKey {
                 "names of layers, each once and in their order",
             ));
         }
+        if let Some(Err(error)) = self.view.map(|view| view.checked()) {
+            let value = format!("none ({error})");
+            return Err(wrong("picture.view", value, "a view that has axes"));
+        }
         Ok(())
     }
 
@@ -189,6 +207,7 @@ impl RenderKey {
             region,
             layers,
             settings,
+            view,
         } = self;
         let [x, y, columns, rows] = region;
         let region = match self.window() == Tile::whole(*width, *height) {
@@ -209,10 +228,30 @@ impl RenderKey {
             ("--size", format!("{width}x{height}")),
             ("--region", region),
             ("--aov", layers),
+            (
+                "the frame's view",
+                view.map_or_else(|| "not given".to_owned(), describe_view),
+            ),
         ];
         words.extend(settings.options());
         words
     }
+}
+
+/// A view in the words of `--camera`, in the scene's coordinates. Different views have different
+/// words.
+fn describe_view(view: FrameView) -> String {
+    let FrameView {
+        eye,
+        center,
+        up,
+        fovy,
+        ortho,
+    } = view;
+    let triple = |v: [f32; 3]| v.map(|x| format!("{x:?}")).join(",");
+    let [eye, center, up] = [eye, center, up].map(triple);
+    let ortho = ortho.map_or(String::new(), |height| format!(" --ortho={height:?}"));
+    format!("{eye} {center} {up} {fovy:?}{ortho}")
 }
 
 #[cfg(test)]
@@ -313,6 +352,28 @@ mod tests {
     }
 
     #[test]
+    fn a_frame_has_a_key_of_its_own_and_a_picture_the_text_that_it_had() {
+        let scene = Scene::default();
+        let plain = RenderKey::of(&scene, &Settings::of(&scene));
+        assert!(!plain.json().contains("view"), "{}", plain.json());
+        let view = |x| View {
+            eye: Vec3::new(x, 0.0, 5.0),
+            ..scene.view
+        };
+        let frame = plain.with_view(view(1.0));
+        frame.check().unwrap();
+        assert_ne!(frame.checksum(), plain.checksum());
+        let said = list_differences(&frame.differences(&plain.with_view(view(1.5))));
+        assert!(
+            said.starts_with("the frame's view is 1.0,0.0,5.0 "),
+            "{said}"
+        );
+        assert!(said.contains(" there and 1.5,0.0,5.0 "), "{said}");
+        let again: RenderKey = serde_json::from_str(&frame.json()).unwrap();
+        assert_eq!(again, frame);
+    }
+
+    #[test]
     fn differences_are_told_with_their_options_and_both_values() {
         let scene = Scene::default();
         let with = |spp| {
@@ -357,6 +418,11 @@ mod tests {
             let layers: Vec<String> = layers.iter().map(|l| (*l).to_owned()).collect();
             refused("picture.layers", &|i| i.layers = layers.clone());
         }
+        let nowhere = View {
+            eye: scene.view.center,
+            ..scene.view
+        };
+        refused("picture.view", &|i| i.view = Some(nowhere.into()));
         for text in ["", "1.0\n", "\x1b[2J", &"1".repeat(65)] {
             refused("picture.version", &|i| i.version = text.to_owned());
             refused("picture.scene", &|i| i.scene = text.to_owned());

@@ -8,6 +8,7 @@
 
 use super::coverage::Coverage;
 use super::file_header::{self, FileOwner, LAYOUT_VERSION};
+use super::file_lock::lock_exclusive;
 use super::recovery::Recovery;
 use super::render_key::{KeyDifference, RenderKey, list_differences};
 use super::tile_record::{self, HEADER_BYTES, MAX_SIDE, RecordHeader};
@@ -15,7 +16,7 @@ use crate::frame::Tile;
 use phalanx_io::image::Destination;
 use phalanx_scene::film::{Film, TileBuffer};
 use phalanx_scene::shown_path;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -110,7 +111,9 @@ impl TileFile {
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(false);
         let file = file.open(path).map_err(io)?;
-        lock(&file, path)?;
+        if !lock_exclusive(&file) {
+            return Err(TileFileError::InUse { path: path.into() });
+        }
         let mut opened = TileFile::scan(path, file, key)?;
         let AppendPosition { file, at, .. } = opened
             .append
@@ -303,15 +306,6 @@ fn io_error(path: &Path, source: io::Error) -> TileFileError {
     TileFileError::Io {
         path: path.into(),
         source,
-    }
-}
-
-fn lock(file: &File, path: &Path) -> Result<(), TileFileError> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(TileFileError::InUse { path: path.into() }),
-        // Some network file systems have no locks; tiles that two renders add to one file are still
-        // sound.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 

@@ -1,0 +1,455 @@
+//! The list of a shard's finished frames: which pictures it has written, and a checksum of each, so
+//! that a file of the same name and other content is not taken for one of them.
+//!
+//! The list is a text that only ever grows. Its first line says whose frames they are; each other
+//! line is a frame. A line that is cut off or damaged costs the frame that it names, which is
+//! rendered again. Whoever renders a shard holds a lock on its list.
+
+use super::file_lock::lock_exclusive;
+use super::render_key::{KeyDifference, RenderKey, list_differences};
+use phalanx_io::image::Destination;
+use phalanx_scene::shown_path;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Version of the layout of lists.
+const LIST_VERSION: u32 = 1;
+
+/// Longest line that is read: many times the length of a key.
+const MAX_LINE: u64 = 1 << 20;
+
+/// The reason why a list of frames cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FrameListError {
+    /// The file could not be read or written.
+    #[error("cannot use {}: {source}", shown_path(path))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// Another process renders the shard.
+    #[error("{}: another render is using it", shown_path(path))]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is of another kind.
+    #[error("{}: not a list of finished frames", shown_path(path))]
+    Other {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A program with another layout made the file.
+    #[error(
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LIST_VERSION}",
+        shown_path(path)
+    )]
+    Layout {
+        /// The file.
+        path: PathBuf,
+        /// Version of the file's layout.
+        found: u32,
+    },
+    /// The list is of another sequence.
+    #[error(
+        "{}: lists frames of another sequence: {}",
+        shown_path(path),
+        list_differences(differences)
+    )]
+    Different {
+        /// The file.
+        path: PathBuf,
+        /// Differences, at least one.
+        differences: Vec<KeyDifference>,
+    },
+}
+
+/// A frame's number, with a checksum of all that its file depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrameIdentity {
+    /// Number of the frame.
+    pub frame: u32,
+    /// Checksum of the picture's key, its encoding and its format.
+    pub checksum: u32,
+}
+
+/// State of a frame's picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameState {
+    /// It is there, as the shard has written it.
+    Finished,
+    /// There is no file.
+    Absent,
+    /// There is a file that the shard has not written.
+    Unlisted,
+    /// There is a file that is no longer as the shard has written it.
+    Changed,
+}
+
+/// The first line.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ListHeader {
+    finished_frames: u32,
+    picture: RenderKey,
+    camera_path: String,
+}
+
+/// The version alone, of a first line whose other fields may have any names.
+#[derive(Deserialize)]
+struct ListVersion {
+    finished_frames: u32,
+}
+
+/// Any other line: a frame, and the length and checksum of its file.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FinishedFrame {
+    frame: u32,
+    identity: u32,
+    bytes: u64,
+    crc32: u32,
+}
+
+/// Finished frames of a shard, by number.
+#[derive(Debug)]
+pub struct FinishedFrames {
+    path: PathBuf,
+    file: File,
+    frames: HashMap<u32, FinishedFrame>,
+}
+
+impl FinishedFrames {
+    /// Opens the list of a shard to add to it, or creates it if it does not exist. The shard is this
+    /// process's own until the list is dropped. `key` and `camera_path` are those of the sequence.
+    ///
+    /// # Errors
+    /// [`FrameListError`]: also where the list is another sequence's, and where another process
+    /// renders the shard.
+    pub fn open(
+        path: &Path,
+        key: &RenderKey,
+        camera_path: &str,
+    ) -> Result<FinishedFrames, FrameListError> {
+        let io = |source| io_error(path, source);
+        check_place(path)?;
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create(true).truncate(false);
+        let file = file.open(path).map_err(io)?;
+        if !lock_exclusive(&file) {
+            return Err(FrameListError::InUse { path: path.into() });
+        }
+        let (mut list, end) = FinishedFrames::scan(path, file, key, camera_path)?;
+        // Bytes behind the last whole line are part of an unfinished one.
+        list.file.set_len(end).map_err(io)?;
+        list.file.seek(SeekFrom::Start(end)).map_err(io)?;
+        if end == 0 {
+            let header = header(key, camera_path);
+            list.file.write_all(header.as_bytes()).map_err(io)?;
+        }
+        Ok(list)
+    }
+
+    /// Opens the list of a shard to read it.
+    ///
+    /// # Errors
+    /// [`FrameListError`].
+    pub fn read(
+        path: &Path,
+        key: &RenderKey,
+        camera_path: &str,
+    ) -> Result<FinishedFrames, FrameListError> {
+        check_place(path)?;
+        let file = File::open(path).map_err(|source| io_error(path, source))?;
+        FinishedFrames::scan(path, file, key, camera_path).map(|(list, _)| list)
+    }
+
+    /// State of a frame whose file is `picture`; all of the file is read.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn state(&self, frame: FrameIdentity, picture: &Path) -> io::Result<FrameState> {
+        let found = match std::fs::metadata(picture) {
+            Ok(found) => found,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return Ok(FrameState::Absent);
+            }
+            Err(error) => return Err(error),
+        };
+        let listed = self.frames.get(&frame.frame);
+        let Some(listed) = listed.filter(|listed| listed.identity == frame.checksum) else {
+            return Ok(FrameState::Unlisted);
+        };
+        let same = found.is_file() && found.len() == listed.bytes;
+        match same && checksum(picture)? == (listed.bytes, listed.crc32) {
+            true => Ok(FrameState::Finished),
+            false => Ok(FrameState::Changed),
+        }
+    }
+
+    /// Adds a frame whose file `picture` has been written.
+    ///
+    /// # Errors
+    /// [`FrameListError::Io`].
+    pub fn add(&mut self, frame: FrameIdentity, picture: &Path) -> Result<(), FrameListError> {
+        let (bytes, crc32) = checksum(picture).map_err(|source| io_error(picture, source))?;
+        let finished = FinishedFrame {
+            frame: frame.frame,
+            identity: frame.checksum,
+            bytes,
+            crc32,
+        };
+        let mut line = serde_json::to_string(&finished).unwrap_or_default();
+        line.push('\n');
+        let written = self.file.write_all(line.as_bytes());
+        let synced = written.and_then(|()| self.file.sync_data());
+        synced.map_err(|source| io_error(&self.path, source))?;
+        self.frames.insert(finished.frame, finished);
+        Ok(())
+    }
+
+    /// Reads every line. Returns the offset behind the last whole one, too.
+    fn scan(
+        path: &Path,
+        file: File,
+        key: &RenderKey,
+        camera_path: &str,
+    ) -> Result<(FinishedFrames, u64), FrameListError> {
+        let io = |source| io_error(path, source);
+        let mut reader = BufReader::new(&file);
+        let mut line = Vec::new();
+        let mut next = |line: &mut Vec<u8>| {
+            line.clear();
+            let read = reader.by_ref().take(MAX_LINE).read_until(b'\n', line);
+            read.map_err(io)?;
+            Ok(line.ends_with(b"\n"))
+        };
+        let mut frames = HashMap::new();
+        let mut end = 0;
+        if next(&mut line)? {
+            check_header(path, &line, key, camera_path)?;
+            end += line.len() as u64;
+        } else if !header(key, camera_path).as_bytes().starts_with(&line) {
+            return Err(FrameListError::Other { path: path.into() });
+        }
+        while end > 0 && next(&mut line)? {
+            end += line.len() as u64;
+            if let Ok(frame) = serde_json::from_slice::<FinishedFrame>(&line) {
+                frames.insert(frame.frame, frame);
+            }
+        }
+        let path = path.into();
+        Ok((FinishedFrames { path, file, frames }, end))
+    }
+}
+
+/// Refuses a path that no list can be at, without opening it: pipes would be waited for.
+fn check_place(path: &Path) -> Result<(), FrameListError> {
+    let refused = || io::Error::other("finished frames are listed in a regular file only");
+    match Destination::of(path) {
+        Ok(Destination::File(_)) => Ok(()),
+        Ok(Destination::Stream(_) | Destination::Open(_)) => Err(io_error(path, refused())),
+        Err(error) => Err(io_error(path, error)),
+    }
+}
+
+/// The first line of a list.
+fn header(key: &RenderKey, camera_path: &str) -> String {
+    let header = ListHeader {
+        finished_frames: LIST_VERSION,
+        picture: key.clone(),
+        camera_path: camera_path.to_owned(),
+    };
+    let mut line = serde_json::to_string(&header).unwrap_or_default();
+    line.push('\n');
+    line
+}
+
+/// Refuses a list with a first line of another sequence.
+fn check_header(
+    path: &Path,
+    line: &[u8],
+    key: &RenderKey,
+    camera_path: &str,
+) -> Result<(), FrameListError> {
+    let path = || path.to_path_buf();
+    match serde_json::from_slice::<ListVersion>(line) {
+        Ok(list) if list.finished_frames == LIST_VERSION => {}
+        Ok(list) => {
+            return Err(FrameListError::Layout {
+                path: path(),
+                found: list.finished_frames,
+            });
+        }
+        Err(_) => return Err(FrameListError::Other { path: path() }),
+    }
+    let Ok(there) = serde_json::from_slice::<ListHeader>(line) else {
+        return Err(FrameListError::Other { path: path() });
+    };
+    let hexadecimal = there.camera_path.chars().all(|c| c.is_ascii_hexdigit());
+    if there.picture.check().is_err() || !hexadecimal {
+        return Err(FrameListError::Other { path: path() });
+    }
+    let mut differences = there.picture.differences(key);
+    if there.camera_path != camera_path {
+        differences.push(KeyDifference {
+            what: "the checksum of the camera's path",
+            there: there.camera_path,
+            here: camera_path.to_owned(),
+        });
+    }
+    match differences.is_empty() {
+        true => Ok(()),
+        false => Err(FrameListError::Different {
+            path: path(),
+            differences,
+        }),
+    }
+}
+
+/// Length and checksum of a file.
+fn checksum(path: &Path) -> io::Result<(u64, u32)> {
+    let mut file = File::open(path)?;
+    let mut hasher = crc32fast::Hasher::new();
+    let mut bytes = vec![0; 1 << 20];
+    let mut length = 0;
+    loop {
+        match file.read(&mut bytes)? {
+            0 => return Ok((length, hasher.finalize())),
+            read => {
+                length += read as u64;
+                hasher.update(&bytes[..read]);
+            }
+        }
+    }
+}
+
+fn io_error(path: &Path, source: io::Error) -> FrameListError {
+    FrameListError::Io {
+        path: path.into(),
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Settings;
+    use phalanx_scene::Scene;
+    use std::fs;
+
+    fn key(width: u32) -> RenderKey {
+        let scene = Scene::default();
+        let settings = Settings {
+            width,
+            ..Settings::of(&scene)
+        };
+        RenderKey::of(&scene, &settings)
+    }
+
+    const FIRST: FrameIdentity = FrameIdentity {
+        frame: 7,
+        checksum: 1,
+    };
+
+    #[test]
+    fn a_frame_is_finished_while_its_file_is_what_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, picture) = (folder.path().join("a.frames"), folder.path().join("a.png"));
+        let mut list = FinishedFrames::open(&path, &key(8), "0").unwrap();
+        assert_eq!(list.state(FIRST, &picture).unwrap(), FrameState::Absent);
+        fs::write(&picture, "pixels").unwrap();
+        assert_eq!(list.state(FIRST, &picture).unwrap(), FrameState::Unlisted);
+        list.add(FIRST, &picture).unwrap();
+        drop(list);
+        let state = |frame| {
+            let list = FinishedFrames::read(&path, &key(8), "0").unwrap();
+            list.state(frame, &picture).unwrap()
+        };
+        assert_eq!(state(FIRST), FrameState::Finished);
+        let other = FrameIdentity {
+            checksum: 2,
+            ..FIRST
+        };
+        assert_eq!(state(other), FrameState::Unlisted);
+        for changed in ["pixelS", "pixel", ""] {
+            fs::write(&picture, changed).unwrap();
+            assert_eq!(state(FIRST), FrameState::Changed, "{changed}");
+        }
+        fs::remove_file(&picture).unwrap();
+        assert_eq!(state(FIRST), FrameState::Absent);
+    }
+
+    #[test]
+    fn a_list_that_is_cut_off_anywhere_keeps_its_whole_lines() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, picture) = (folder.path().join("a.frames"), folder.path().join("a.png"));
+        fs::write(&picture, "pixels").unwrap();
+        let second = FrameIdentity { frame: 8, ..FIRST };
+        let mut list = FinishedFrames::open(&path, &key(8), "0").unwrap();
+        list.add(FIRST, &picture).unwrap();
+        list.add(second, &picture).unwrap();
+        drop(list);
+        let whole = fs::read(&path).unwrap();
+        let ends: Vec<usize> = (1..=whole.len())
+            .filter(|&n| whole[n - 1] == b'\n')
+            .collect();
+        for length in 0..=whole.len() {
+            fs::write(&path, &whole[..length]).unwrap();
+            let mut list = FinishedFrames::open(&path, &key(8), "0").unwrap();
+            let finished = |list: &FinishedFrames, frame| {
+                list.state(frame, &picture).unwrap() == FrameState::Finished
+            };
+            assert_eq!(finished(&list, FIRST), length >= ends[1], "{length}");
+            assert_eq!(finished(&list, second), length >= ends[2], "{length}");
+            list.add(second, &picture).unwrap();
+            drop(list);
+            let list = FinishedFrames::read(&path, &key(8), "0").unwrap();
+            assert!(finished(&list, second), "{length}");
+        }
+        // A damaged line costs its own frame alone.
+        let mut damaged = whole.clone();
+        damaged[ends[0] + 2] = b'!';
+        fs::write(&path, damaged).unwrap();
+        let list = FinishedFrames::read(&path, &key(8), "0").unwrap();
+        assert_eq!(list.state(FIRST, &picture).unwrap(), FrameState::Unlisted);
+        assert_eq!(list.state(second, &picture).unwrap(), FrameState::Finished);
+    }
+
+    #[test]
+    fn lists_of_others_are_refused_and_left_as_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.frames");
+        let ours = FinishedFrames::open(&path, &key(8), "0").unwrap();
+        let refused = || FinishedFrames::open(&path, &key(8), "0").unwrap_err();
+        assert!(matches!(refused(), FrameListError::InUse { .. }));
+        drop(ours);
+        let other = FinishedFrames::open(&path, &key(9), "1").unwrap_err();
+        let said = other.to_string();
+        assert!(
+            said.contains("--size is 8x480 there and 9x480 here"),
+            "{said}"
+        );
+        assert!(said.contains("path is 0 there and 1 here"), "{said}");
+        for text in [
+            "my notes",
+            "my notes\n",
+            "{}\n",
+            "{\"finished_frames\": 1}\n",
+        ] {
+            fs::write(&path, text).unwrap();
+            assert!(matches!(refused(), FrameListError::Other { .. }), "{text}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        fs::write(&path, "{\"finished_frames\": 2, \"x\": 1}\n").unwrap();
+        assert!(matches!(refused(), FrameListError::Layout { found: 2, .. }));
+        // A file without an end has no line either.
+        File::create(&path).unwrap().set_len(1 << 40).unwrap();
+        assert!(matches!(refused(), FrameListError::Other { .. }));
+    }
+}

@@ -1,0 +1,108 @@
+//! The camera's view of a frame, as plans and keys store it.
+
+use glam::Vec3;
+use phalanx_scene::{View, ViewError};
+use serde::{Deserialize, Serialize};
+
+/// A [`View`] with named fields, in the scene's coordinates. JSON gives its numbers back to the
+/// bit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameView {
+    /// Eye position.
+    pub eye: [f32; 3],
+    /// The point looked at.
+    pub center: [f32; 3],
+    /// Up vector.
+    pub up: [f32; 3],
+    /// Vertical field of view in degrees.
+    pub fovy: f32,
+    /// Visible height of an orthographic view; `None` for a perspective view.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ortho: Option<f32>,
+}
+
+impl FrameView {
+    /// The view with its axes checked: it may come from a file of anybody.
+    ///
+    /// # Errors
+    /// The reason why it has no axes.
+    pub fn checked(&self) -> Result<View, ViewError> {
+        let view = View::from(*self);
+        view.basis().map(|_| view)
+    }
+}
+
+impl From<View> for FrameView {
+    fn from(view: View) -> FrameView {
+        let View {
+            eye,
+            center,
+            up,
+            fovy,
+            ortho,
+        } = view;
+        FrameView {
+            eye: eye.to_array(),
+            center: center.to_array(),
+            up: up.to_array(),
+            fovy,
+            ortho,
+        }
+    }
+}
+
+impl From<FrameView> for View {
+    fn from(view: FrameView) -> View {
+        let FrameView {
+            eye,
+            center,
+            up,
+            fovy,
+            ortho,
+        } = view;
+        View {
+            eye: Vec3::from_array(eye),
+            center: Vec3::from_array(center),
+            up: Vec3::from_array(up),
+            fovy,
+            ortho,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_gives_a_view_back_to_the_bit() {
+        let view = View {
+            eye: Vec3::new(0.1, -0.0, 7.038_531e-26),
+            center: Vec3::new(f32::from_bits(1), 1.0 / 3.0, 16_777_217.0),
+            up: Vec3::Y,
+            fovy: 44.999_996,
+            ortho: Some(0.3),
+        };
+        for view in [
+            view,
+            View {
+                ortho: None,
+                ..view
+            },
+        ] {
+            let kept = FrameView::from(view);
+            let text = serde_json::to_string(&kept).unwrap();
+            let again: FrameView = serde_json::from_str(&text).unwrap();
+            let bits = |v: [f32; 3]| v.map(f32::to_bits);
+            assert_eq!(bits(again.eye), bits(kept.eye), "{text}");
+            assert_eq!(View::from(again), view, "{text}");
+            assert!(again.checked().is_ok());
+        }
+        let bad = FrameView {
+            center: view.eye.to_array(),
+            ..view.into()
+        };
+        assert!(bad.checked().is_err());
+    }
+}

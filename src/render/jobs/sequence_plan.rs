@@ -1,0 +1,190 @@
+//! The frames of a plan, and the camera's path through them.
+
+use super::frame_view::FrameView;
+use super::render_key::FieldError;
+use phalanx_scene::{CameraKey, CameraPath, View};
+use serde::{Deserialize, Serialize};
+
+/// Greatest number of a frame.
+pub const MAX_FRAME: u32 = 10_000_000;
+
+/// Most key frames of a plan: as many as a plan of the greatest length has room for.
+pub const MAX_KEYFRAMES: usize = 20_000;
+
+/// The sequence that a plan is for. It holds everything that the frames' views depend on, so that
+/// no other file decides about them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SequencePlan {
+    /// The first and the last frame, both included.
+    pub frames: [u32; 2],
+    /// What a shard is.
+    pub shard_by: ShardBy,
+    /// The scene's own view, which a turntable begins with.
+    pub view: FrameView,
+    /// The camera's path.
+    pub camera: PlannedCamera,
+}
+
+/// How a sequence is cut into shards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShardBy {
+    /// Whole frames to a shard, dealt out like cards: frame A + k belongs to shard k modulo the
+    /// number of shards. What a frame costs changes slowly along a path, so every shard has some of
+    /// the cheap frames and some of the dear ones; runs of consecutive frames would not. Nothing is
+    /// lost by it, because a frame takes nothing from the one before.
+    Frame,
+    /// Tiles to a shard, the same in each frame: for few frames that take long.
+    Tile,
+}
+
+impl ShardBy {
+    /// Names and values of both.
+    pub const ALL: [(&'static str, ShardBy); 2] =
+        [("frame", ShardBy::Frame), ("tile", ShardBy::Tile)];
+
+    /// Name of the value.
+    pub fn name(self) -> &'static str {
+        match self {
+            ShardBy::Frame => "frame",
+            ShardBy::Tile => "tile",
+        }
+    }
+}
+
+/// A path of the camera, as plans store it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum PlannedCamera {
+    /// A turntable.
+    Turntable {
+        /// Frames of a full turn.
+        frames: u32,
+    },
+    /// Views at given frames.
+    Keyframes {
+        /// Absolute path of the file that they were read from.
+        file: String,
+        /// The views, in the order of their frames.
+        keys: Vec<PlannedKey>,
+    },
+}
+
+/// A view at a frame, as plans store it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannedKey {
+    /// Frame number.
+    pub frame: u32,
+    /// View at that frame.
+    pub view: FrameView,
+}
+
+impl PlannedCamera {
+    /// A path, of which key frames were read from `file`.
+    pub fn new(path: &CameraPath, file: String) -> PlannedCamera {
+        let kept = |key: &CameraKey| PlannedKey {
+            frame: key.frame,
+            view: key.view.into(),
+        };
+        match path {
+            CameraPath::Turntable { frames } => PlannedCamera::Turntable { frames: *frames },
+            CameraPath::Keys(keys) => PlannedCamera::Keyframes {
+                file,
+                keys: keys.iter().map(kept).collect(),
+            },
+        }
+    }
+
+    /// The path.
+    pub fn path(&self) -> CameraPath {
+        let key = |key: &PlannedKey| CameraKey {
+            frame: key.frame,
+            view: key.view.into(),
+        };
+        match self {
+            PlannedCamera::Turntable { frames } => CameraPath::Turntable { frames: *frames },
+            PlannedCamera::Keyframes { keys, .. } => {
+                CameraPath::Keys(keys.iter().map(key).collect())
+            }
+        }
+    }
+}
+
+impl SequencePlan {
+    /// Number of frames.
+    pub fn count(&self) -> u32 {
+        let [first, last] = self.frames;
+        last - first + 1
+    }
+
+    /// The file that key frames were read from, if there are any.
+    pub fn keyframes(&self) -> Option<&str> {
+        match &self.camera {
+            PlannedCamera::Keyframes { file, .. } => Some(file),
+            PlannedCamera::Turntable { .. } => None,
+        }
+    }
+
+    /// The scene's own view.
+    pub fn scene_view(&self) -> View {
+        self.view.into()
+    }
+
+    /// Checks every field; the plan is for this number of shards.
+    ///
+    /// # Errors
+    /// The first field that holds a value that it may not have.
+    pub(super) fn check(&self, shards: u32) -> Result<(), FieldError> {
+        let wrong = |field, value: String, expected: String| FieldError {
+            field,
+            value,
+            expected,
+        };
+        let [first, last] = self.frames;
+        if first > last || last > MAX_FRAME {
+            let expected = format!("two frames in order, of {MAX_FRAME} at most");
+            return Err(wrong(
+                "sequence.frames",
+                format!("{first} {last}"),
+                expected,
+            ));
+        }
+        if self.shard_by == ShardBy::Frame && shards > self.count() {
+            let count = self.count();
+            let expected = format!("no more than the {count} frames, or shards by tile");
+            return Err(wrong("shards", shards.to_string(), expected));
+        }
+        let files = u64::from(self.count()) * u64::from(shards);
+        if self.shard_by == ShardBy::Tile && files > u64::from(MAX_FRAME) {
+            let value = format!("{shards} by tile of {} frames", self.count());
+            let expected = format!("no more than {MAX_FRAME} files of tiles in all");
+            return Err(wrong("shards", value, expected));
+        }
+        let view = |field, view: &FrameView| match view.checked() {
+            Ok(_) => Ok(()),
+            Err(error) => {
+                let expected = "a view that has axes".to_owned();
+                Err(wrong(field, format!("none ({error})"), expected))
+            }
+        };
+        view("sequence.view", &self.view)?;
+        let keys = match &self.camera {
+            PlannedCamera::Turntable { frames: 0 } => {
+                let expected = "a number of frames above 0".to_owned();
+                return Err(wrong("sequence.camera.turntable", "0".to_owned(), expected));
+            }
+            PlannedCamera::Turntable { .. } => return Ok(()),
+            PlannedCamera::Keyframes { keys, .. } => keys,
+        };
+        let rise = keys.windows(2).all(|pair| pair[0].frame < pair[1].frame);
+        if keys.is_empty() || keys.len() > MAX_KEYFRAMES || !rise {
+            let value = format!("a list of {}", keys.len());
+            let expected = format!("1 to {MAX_KEYFRAMES} views, of frames that rise");
+            return Err(wrong("sequence.camera.keyframes", value, expected));
+        }
+        let mut keys = keys.iter();
+        keys.try_for_each(|key| view("sequence.camera.keyframes", &key.view))
+    }
+}
