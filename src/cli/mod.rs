@@ -44,7 +44,7 @@ static VERSION: LazyLock<String> =
     arg_required_else_help = true,
     max_term_width = 100,
     after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower,\n\
-                  6 shards missing, 129, 130 and 143 interrupted.\n\n\
+                  6 shards or frames missing, 129, 130 and 143 interrupted.\n\n\
                   Example, which makes balls.png of a scene that needs no file:\n  phalanx render standard:balls"
 )]
 pub struct Arguments {
@@ -100,18 +100,20 @@ pub enum Command {
         after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
     )]
     Verify(VerifyArgs),
-    /// Cut a picture into shards, which many machines render
+    /// Cut a picture or a sequence into shards, which many machines render
     #[command(
         after_help = "Every machine has to see the scene and the plan's folder under the same names.\n\n\
-                      Example: phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000"
+                      Examples:\n  phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000\n  \
+                      phalanx plan scene.test --shards 5 -o turn.png --plan turn.json --frames 0..119 --turntable 120"
     )]
     Plan(PlanArgs),
     /// Hand a plan to a scheduler
     #[command(subcommand, after_help = "Example: phalanx submit slurm poster.json")]
     Submit(SubmitTo),
-    /// Put the shards of a plan together
+    /// Put the shards of a plan together, or check its frames
     #[command(
-        after_help = "The picture is that of phalanx render to the last byte. Exit code 6 if there are shards missing, which are named.\n\n\
+        after_help = "The picture is that of phalanx render to the last byte, and so is each frame. Exit code 6 if there are shards or \
+                      frames missing, which are named.\n\n\
                       Example: phalanx merge poster.json"
     )]
     Merge(MergeArgs),

@@ -1,15 +1,21 @@
-//! `phalanx plan`: a picture cut into shards, for many machines.
+//! `phalanx plan`: a picture or a sequence cut into shards, for many machines.
 
-use crate::cli::options::{GradeArgs, NamedScene, PictureArgs, SceneArgs, SceneInput, set_header};
+use crate::cli::options::{
+    FrameArgs, GradeArgs, NamedScene, PictureArgs, SceneArgs, SceneInput, Sequence, name_parser,
+    read_keys, set_header,
+};
 use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
 use clap::{Args, FromArgMatches, value_parser};
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat};
-use phalanx::jobs::{KeyDifference, MAX_SHARDS, RenderKey, RenderPlan, TileEncoding, kept_output};
+use phalanx::jobs::{
+    KeyDifference, MAX_SHARDS, PlannedCamera, PlannedFrames, RenderKey, RenderPlan, SequencePlan,
+    ShardBy, TileEncoding, kept_output,
+};
 use phalanx::open::standard_name;
-use phalanx::scene::{OutputEncoding, Quantize, Transfer, shown_path};
+use phalanx::scene::{CameraPath, OutputEncoding, Quantize, Scene, Transfer, shown_path};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,16 +24,23 @@ use std::path::{Path, PathBuf};
 pub struct PlanArgs {
     #[arg(help = "Scene file, cache (.phx), or standard:NAME[:SIZE]")]
     pub scene: PathBuf,
-    /// How many shards to cut the picture into
+    /// How many shards to cut the picture or the sequence into
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
     pub shards: u32,
     /// Picture that the shards will be merged into; its ending says what is written. If it lies
-    /// outside the plan's folder, merge wants to be told again
+    /// outside the plan's folder, merge wants to be told again. Shards of whole frames write them
+    /// there themselves, and nowhere outside
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
     /// Plan to write; shards are rendered into files beside it
     #[arg(long, value_name = "PLAN.json")]
     pub plan: PathBuf,
+    #[command(flatten)]
+    pub frames: FrameArgs,
+    /// What a shard of a sequence is: whole frames, dealt out in turn; or tiles, the same in each
+    /// frame, for few frames that take long [default: frame]
+    #[arg(long, value_name = "frame|tile", value_parser = name_parser(&ShardBy::ALL), requires = "frames")]
+    pub shard_by: Option<ShardBy>,
     #[command(flatten)]
     pub picture: PictureArgs,
     #[command(flatten)]
@@ -58,6 +71,10 @@ struct PlanDocument<'a> {
     tile: u32,
     output: &'a Path,
     scene_hash: &'a str,
+    /// The first and the last frame of a sequence.
+    frames: Option<[u32; 2]>,
+    /// What a shard of a sequence is.
+    shard_by: Option<&'static str>,
     /// All shards in Slurm's notation.
     array: String,
     /// The command that merges them.
@@ -82,7 +99,8 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     ])?;
     interrupt::listen()?;
     refuse_special(&args.scene)?;
-    let scene_input = SceneInput::load(&args.scene, &args.beside, args.picture.wanted(), 0)?;
+    let wanted = args.frames.wanted(&args.picture);
+    let scene_input = SceneInput::load(&args.scene, &args.beside, wanted, 0)?;
     let scene = &scene_input.scene;
     let settings = args.picture.settings(scene);
     args.picture.check_region(&settings)?;
@@ -111,12 +129,60 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         args.shards,
     )
     .with_header(header);
+    let sequence = args.frames.sequence(scene)?;
+    let plan = match &sequence {
+        Some(sequence) => plan.with_sequence(sequence_plan(args, sequence, scene)?),
+        None => plan,
+    };
     plan.check()
         .map_err(|error| CliError::Usage(format!("the plan's {error}")))?;
+    if let Some(frames) = PlannedFrames::of(&plan) {
+        check_frames(args, &frames)?;
+    }
     interrupt::write_file(&args.plan, |out| {
         serde_json::to_writer_pretty(out, &plan).map_err(io::Error::other)
     })?;
     print_plan(args, &plan, &target.path)
+}
+
+/// The sequence of the arguments, as it is kept in the plan.
+fn sequence_plan(
+    args: &PlanArgs,
+    sequence: &Sequence,
+    scene: &Scene,
+) -> Result<SequencePlan, CliError> {
+    args.frames.note_camera(&args.beside);
+    let file = args.frames.keyframes.as_deref();
+    let file = file.map(|file| text(&absolute_path(file)?)).transpose()?;
+    Ok(SequencePlan {
+        frames: [*sequence.frames.start(), *sequence.frames.end()],
+        shard_by: args.shard_by.unwrap_or(ShardBy::Frame),
+        view: scene.view.into(),
+        camera: PlannedCamera::new(&sequence.path, file.unwrap_or_default()),
+    })
+}
+
+/// Refuses frames without a view, and names of frames that cannot be written as files.
+fn check_frames(args: &PlanArgs, frames: &PlannedFrames) -> Result<(), CliError> {
+    for frame in frames.all() {
+        frames.view(frame)?;
+        let name = frames.name(&args.output, frame);
+        output::check_kind(&name)?;
+        output::check_distinct(&[("a frame", Some(&name)), ("--plan", Some(&args.plan))])?;
+        if frames.is_by_frame() {
+            frame_path(frames, &args.plan, frame)?;
+        }
+    }
+    Ok(())
+}
+
+/// The path of a frame that a shard writes, for a plan in the file `path`.
+pub fn frame_path(frames: &PlannedFrames, path: &Path, frame: u32) -> Result<PathBuf, CliError> {
+    frames.picture_path(path, frame).map_err(|error| {
+        CliError::Usage(format!(
+            "{error}; shards of whole frames write there and nowhere else: plan them with such a name, or --shard-by tile"
+        ))
+    })
 }
 
 /// Refuses a scene that not every shard could read again.
@@ -134,7 +200,8 @@ fn refuse_special(scene: &Path) -> Result<(), CliError> {
 fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
     let array = format!("0-{}", plan.shards - 1);
     let mut merge = format!("phalanx merge {}", shown_path(&args.plan));
-    if plan.picture_path(&args.plan).is_err() {
+    let by_frame = PlannedFrames::of(plan).is_some_and(|frames| frames.is_by_frame());
+    if !by_frame && plan.picture_path(&args.plan).is_err() {
         let picture = shown_path(&args.output);
         output::note(&format!(
             "{picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
@@ -147,6 +214,8 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
         tile: plan.tile,
         output: picture,
         scene_hash: &plan.picture.scene,
+        frames: plan.sequence.as_ref().map(|sequence| sequence.frames),
+        shard_by: (plan.sequence.as_ref()).map(|sequence| sequence.shard_by.name()),
         array,
         merge,
     };
@@ -160,12 +229,29 @@ impl Output for PlanDocument<'_> {
             "phalanx render --plan {path} --shard I, I from {}",
             self.array
         );
-        lines(&[
-            ("plan", format!("{path}, {} shards", self.shards)),
-            ("render", render),
-            ("merge", self.merge.clone()),
-        ])
+        let mut rows = vec![("plan", format!("{path}, {} shards", self.shards))];
+        if let Some([first, last]) = self.frames {
+            let shard = match self.shard_by {
+                Some("tile") => "each shard renders tiles of all".to_owned(),
+                _ => format!("each shard renders every {}", ordinal(self.shards)),
+            };
+            rows.push(("frames", format!("{first} to {last}, {shard}")));
+        }
+        rows.extend([("render", render), ("merge", self.merge.clone())]);
+        lines(&rows)
     }
+}
+
+/// Every frame, every 2nd, every 3rd.
+fn ordinal(shards: u32) -> String {
+    let ending = match (shards % 10, shards % 100 / 10) {
+        _ if shards == 1 => return "frame".to_owned(),
+        (1, tens) if tens != 1 => "st",
+        (2, tens) if tens != 1 => "nd",
+        (3, tens) if tens != 1 => "rd",
+        _ => "th",
+    };
+    format!("{shards}{ending}")
 }
 
 /// The arguments of this process, as they are kept in the plan.
@@ -207,19 +293,54 @@ pub fn reopen(
     })?;
     let scene = PathBuf::from(&plan.scene);
     refuse_special(&scene)?;
-    let scene_input = SceneInput::load(&scene, &asked.beside, asked.picture.wanted(), threads)?;
+    let wanted = asked.frames.wanted(&asked.picture);
+    let scene_input = SceneInput::load(&scene, &asked.beside, wanted, threads)?;
     let settings = asked.picture.settings(&scene_input.scene);
     let now = RenderKey::of(&scene_input.scene, &settings);
-    if plan.picture == now {
-        return Ok((scene_input, settings));
+    if plan.picture != now {
+        let differences = plan.picture.differences(&now);
+        let differences: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
+        return Err(other_picture(path, &differences.join(", ")));
     }
-    let differences = plan.picture.differences(&now);
-    let differences: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
-    Err(CliError::Usage(format!(
-        "{}: the plan is of another picture: {}; make the plan again",
-        shown_path(path),
-        differences.join(", ")
-    )))
+    if let Some(sequence) = &plan.sequence {
+        check_camera(path, sequence, &scene_input.scene)?;
+    }
+    Ok((scene_input, settings))
+}
+
+/// Refuses a camera's path that is no longer the plan's. The plan's own key frames are rendered;
+/// the file that they came from need not be there.
+fn check_camera(path: &Path, sequence: &SequencePlan, scene: &Scene) -> Result<(), CliError> {
+    if sequence.scene_view() != scene.view {
+        return Err(other_picture(path, "the scene's view has changed"));
+    }
+    let Some(file) = sequence.keyframes().map(Path::new) else {
+        return Ok(());
+    };
+    // Where others see the plan's folder alone, or where it was a pipe, nothing can have changed.
+    if !file.is_file() {
+        return Ok(());
+    }
+    let now = match read_keys(file, scene) {
+        Ok(keys) => PlannedCamera::new(&CameraPath::Keys(keys), file.display().to_string()),
+        Err(CliError::Runtime(_)) => return Ok(()),
+        Err(_) => PlannedCamera::Turntable { frames: 1 },
+    };
+    match now == sequence.camera {
+        true => Ok(()),
+        false => {
+            let changed = format!("the key frames in {} have changed", shown_path(file));
+            Err(other_picture(path, &changed))
+        }
+    }
+}
+
+/// Error for a plan whose picture is not the one that its scene gives now.
+fn other_picture(path: &Path, differences: &str) -> CliError {
+    CliError::Usage(format!(
+        "{}: the plan is of another picture: {differences}; make the plan again",
+        shown_path(path)
+    ))
 }
 
 fn tile_encoding(output: &OutputFile) -> TileEncoding {
@@ -273,4 +394,25 @@ pub fn target(
     )?;
     set_header(&mut output, plan.header.clone());
     Ok(output)
+}
+
+/// The file of a frame of a plan, with the frame's own header; the scene has the frame's view.
+pub fn file_of_frame(
+    frames: &PlannedFrames,
+    file: &OutputFile,
+    scene: &Scene,
+    settings: &Settings,
+) -> Result<OutputFile, CliError> {
+    let plan = frames.plan();
+    let mut file = file.clone();
+    if let Some(asked) = PlanArgs::of_words(&plan.arguments) {
+        let named = NamedScene {
+            name: Path::new(&plan.scene),
+            args: &asked.beside,
+            scene,
+            is_moved: scene.view != frames.sequence().scene_view() || scene.made_up.view,
+        };
+        set_header(&mut file, named.header(settings)?);
+    }
+    Ok(file)
 }

@@ -14,10 +14,10 @@
 //! - A merge that waits for tasks to end well (`afterok`) is lost if one ever failed, even if it
 //!   was done again. `afterany` waits as well, and `phalanx merge` itself reports missing shards.
 
-use super::merge;
+use super::{merge, plan};
 use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
 use clap::{Args, Subcommand, value_parser};
-use phalanx::jobs::RenderPlan;
+use phalanx::jobs::{PlannedFrames, RenderPlan};
 use phalanx::scene::{quoted_text, shown_path};
 use serde::Serialize;
 use std::ffi::OsString;
@@ -162,6 +162,17 @@ struct ScriptNames {
 /// The picture that the arguments name for the merge, if they do. Otherwise the plan's own must be
 /// one that the merge will write by default.
 fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
+    let frames = PlannedFrames::of(plan);
+    if let Some(frames) = frames.filter(|frames| frames.is_by_frame()) {
+        if args.output.is_some() {
+            return Err(CliError::Usage(
+                "the shards of this plan write its frames, and the merge checks them: leave out -o"
+                    .to_owned(),
+            ));
+        }
+        plan::frame_path(&frames, &args.plan, frames.sequence().frames[0])?;
+        return Ok(None);
+    }
     let Some(path) = &args.output else {
         plan.picture_path(&args.plan)?;
         return Ok(None);
@@ -237,6 +248,13 @@ fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {
     let digits = (of.shards - 1).to_string().len();
     let [program, plan_text] = [&names.program, &names.plan].map(|name| shell_quoted(name));
     let stem = shell_quoted(&stem.to_string_lossy());
+    // The size of what is finished. A frame's tiles go when its picture is listed.
+    let saved = match of.sequence {
+        None => r#"saved() { stat -c %s "$shard.tiles" 2>/dev/null || echo 0; }"#,
+        Some(_) => {
+            r#"saved() { stat -c '%n %s' "$shard.frames" "$shard".frame-*.tiles 2>/dev/null; }"#
+        }
+    };
     format!(
         r#"#!/bin/bash
 # One shard of {plan_text}, by phalanx submit.
@@ -247,9 +265,9 @@ requeue=
 renderer=
 trap : TERM
 trap 'requeue=yes; [[ -z $renderer ]] || kill -TERM "$renderer"' USR1
-tiles={stem}.shard-$(printf %0{digits}d "$SLURM_ARRAY_TASK_ID").tiles
-bytes() {{ stat -c %s "$tiles" 2>/dev/null || echo 0; }}
-before=$(bytes)
+shard={stem}.shard-$(printf %0{digits}d "$SLURM_ARRAY_TASK_ID")
+{saved}
+before=$(saved)
 {program} render --plan {plan_text} --shard auto --pin none --threads "${{SLURM_CPUS_PER_TASK:-$SLURM_CPUS_ON_NODE}}" &
 renderer=$!
 # A signal ends wait before the renderer ends.
@@ -258,7 +276,7 @@ while kill -0 "$renderer" 2>/dev/null; do
 done
 wait "$renderer"
 code=$?
-if [[ $requeue && $code == 143 && $(bytes) -gt $before ]]; then
+if [[ $requeue && $code == 143 && $(saved) != "$before" ]]; then
     scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID"
 fi
 exit "$code"

@@ -2,12 +2,12 @@
 
 use super::headings::LONG_RENDERS;
 use super::picture_args::PictureArgs;
-use super::scene_args::WantedPicture;
-use crate::cli::output::{CliError, bytes};
+use super::scene_args::{SceneArgs, WantedPicture};
+use crate::cli::output::{self, CliError, bytes};
 use clap::{Args, value_parser};
 use glam::DVec3;
+use phalanx::jobs::{MAX_FRAME, frame_name};
 use phalanx::scene::{CameraKey, CameraPath, FileView, Scene, View, shown_path};
-use std::ffi::OsString;
 use std::fs::File;
 use std::io::Read;
 use std::ops::RangeInclusive;
@@ -41,9 +41,6 @@ pub struct FrameArgs {
     pub keyframes: Option<PathBuf>,
 }
 
-/// Most frames of a sequence.
-const MAX_FRAME: u32 = 10_000_000;
-
 fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
     let ends = text.split_once("..");
     let ends = ends.and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
@@ -58,10 +55,20 @@ fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
 /// A requested sequence.
 pub struct Sequence {
     pub frames: RangeInclusive<u32>,
-    path: CameraPath,
+    /// The camera's path.
+    pub path: CameraPath,
 }
 
 impl FrameArgs {
+    /// Notes that --camera is of no use, where that is so.
+    pub fn note_camera(&self, beside: &SceneArgs) {
+        if beside.camera.is_some() && self.keyframes.is_some() {
+            output::note(
+                "the camera goes through the views of --keyframes: --camera changes nothing",
+            );
+        }
+    }
+
     /// The pictures that the scene is opened for.
     pub fn wanted(&self, picture: &PictureArgs) -> WantedPicture {
         WantedPicture {
@@ -96,34 +103,17 @@ impl Sequence {
         }
     }
 
-    /// A file name with the number of a frame in it: in place of `#`s, or else before the ending.
-    /// It has as many digits as there are `#`s, or else as the last frame has, four at least.
+    /// The file of a frame, of a sequence that goes to `path`.
     pub fn name(&self, path: &Path, frame: u32) -> PathBuf {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let digits = self.frames.end().to_string().len().max(4);
-        let name = match (name.find('#'), name.rfind('#')) {
-            (Some(first), Some(last)) => {
-                let digits = last + 1 - first;
-                format!("{}{frame:0digits$}{}", &name[..first], &name[last + 1..])
-            }
-            _ => {
-                let mut stem = OsString::from(path.file_stem().unwrap_or_default());
-                stem.push(format!(".{frame:0digits$}"));
-                if let Some(ending) = path.extension() {
-                    stem.push(".");
-                    stem.push(ending);
-                }
-                return path.with_file_name(stem);
-            }
-        };
-        path.with_file_name(name)
+        frame_name(path, *self.frames.end(), frame)
     }
 }
 
 /// Most bytes of key frames that are read; each takes a hundred. A device never ends.
 const MAX_KEYS: u64 = 16 << 20;
 
-fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
+/// Key frames of a file, for this scene.
+pub fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
     let name = shown_path(path);
     let mut text = String::new();
     let file = File::open(path);
@@ -184,23 +174,6 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_have_the_number_where_it_is_asked_for() {
-        let sequence = |end| Sequence {
-            frames: 0..=end,
-            path: CameraPath::Turntable { frames: 1 },
-        };
-        let name = |path: &str, frame| sequence(119).name(Path::new(path), frame);
-        assert_eq!(name("a/b.png", 7), Path::new("a/b.0007.png"));
-        assert_eq!(name("a/b.c.exr", 119), Path::new("a/b.c.0119.exr"));
-        assert_eq!(name("a/b-##.png", 7), Path::new("a/b-07.png"));
-        assert_eq!(name("a/###x.png", 1234), Path::new("a/1234x.png"));
-        assert_eq!(
-            sequence(123_456).name(Path::new("b.png"), 7),
-            Path::new("b.000007.png")
-        );
-    }
 
     #[test]
     fn ranges_are_two_frames_in_order() {

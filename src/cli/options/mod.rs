@@ -18,7 +18,7 @@ mod tolerance;
 mod work_args;
 
 pub use budget::film_bytes;
-pub use frames::{FrameArgs, Sequence};
+pub use frames::{FrameArgs, Sequence, read_keys};
 pub use grade_args::GradeArgs;
 pub use headings::{LONG_RENDERS, MACHINE, OUTPUT};
 pub use parsers::{name_parser, parse_number};

@@ -5,7 +5,7 @@ use super::stderr::{self, message};
 use phalanx::bench::BenchError;
 use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
-use phalanx::jobs::{BandsError, PlanError, TileFileError};
+use phalanx::jobs::{BandsError, FrameListError, PlanError, TileFileError};
 use phalanx::open::OpenError;
 use phalanx::scene::shown_path;
 use phalanx::standard::StandardError;
@@ -50,7 +50,7 @@ pub enum CliError {
     Bench(BenchError),
     /// Slower than a baseline, as reported on stdout already. Exit code 5.
     Slower,
-    /// Shards of a plan are missing. Exit code 6.
+    /// Shards or frames of a plan are missing. Exit code 6.
     Missing(String),
     /// SIGHUP, SIGINT or SIGTERM. Exit code 129, 130 or 143.
     Interrupted,
@@ -213,10 +213,22 @@ impl From<TileFileError> for CliError {
     }
 }
 
+impl From<FrameListError> for CliError {
+    fn from(error: FrameListError) -> CliError {
+        let said = error.to_string();
+        match error {
+            FrameListError::Io { .. } | FrameListError::InUse { .. } => CliError::Runtime(said),
+            _ => CliError::Usage(said).with_hint("name the plan otherwise, or remove this file"),
+        }
+    }
+}
+
 impl From<PlanError> for CliError {
     fn from(error: PlanError) -> CliError {
         match error {
-            PlanError::NoShard { .. } => CliError::Usage(error.to_string()),
+            PlanError::NoShard { .. } | PlanError::Frame { .. } => {
+                CliError::Usage(error.to_string())
+            }
             PlanError::Output { .. } => CliError::Usage(error.to_string())
                 .with_hint("where it goes is for you to say: name it with -o"),
             PlanError::Version { .. } => {

@@ -17,6 +17,7 @@ mod plans;
 mod readme;
 mod refusals;
 mod scenes;
+mod sequences;
 mod signals;
 mod standard;
 mod streams;

@@ -2,22 +2,22 @@
 
 mod args;
 pub mod heatmap;
+mod job;
+mod kept_tiles;
 mod report;
 mod shard;
+mod shard_frames;
 mod shard_index;
 
 pub use args::RenderArgs;
 
-use crate::cli::options::{NamedScene, SceneInput, Sequence, film_bytes, set_header, stem};
-use crate::cli::output::{
-    self, CliError, EvenColor, LivePreview, MemoryStats, OutputFile, ProgressOptions, Verbosity,
-    format_of, interrupt, mrays_per_s, progress,
-};
-use phalanx::frame::{Accel, Aov, Engine, Integrator, Settings};
+use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
+use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
+use job::{Job, films_in_memory};
+use phalanx::frame::{Aov, Engine, Integrator};
 use phalanx::image::ImageFormat;
-use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands};
-use phalanx::render::RenderStats;
-use phalanx::scene::{Scene, shown_path};
+use phalanx::jobs::TileFile;
+use phalanx::scene::Scene;
 use report::{RenderDocument, RenderImage, RenderSeconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -74,8 +74,10 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     };
     let work = match &sequence {
         None => {
-            let checkpoint = args.keep.checkpoint.as_deref();
-            job.render(&scene_input.scene, false, &output, checkpoint)?
+            let scene = &scene_input.scene;
+            let tiles = job.checkpoint(scene, args.keep.checkpoint.as_deref())?;
+            let output = job.with_header(scene, false, &output)?;
+            job.render(scene, &output, tiles.as_ref())?
         }
         Some(sequence) => job.sequence(sequence, &mut scene_input.scene, &output)?,
     };
@@ -149,9 +151,7 @@ fn check_frames(
     path: &Path,
     scene: &Scene,
 ) -> Result<(), CliError> {
-    if args.beside.camera.is_some() && args.frames.keyframes.is_some() {
-        output::note("the camera goes through the views of --keyframes: --camera changes nothing");
-    }
+    args.frames.note_camera(&args.beside);
     for frame in sequence.frames.clone() {
         sequence.view(frame, &scene.view)?;
         let path = sequence.name(path, frame);
@@ -164,151 +164,6 @@ fn check_frames(
         check_distinct(args, &path, checkpoint.as_deref())?;
     }
     Ok(())
-}
-
-/// Inputs shared by all frames of a sequence.
-struct Job<'a> {
-    args: &'a RenderArgs,
-    /// The scene's name.
-    name: &'a Path,
-    prepared: &'a Accel,
-    settings: &'a Settings,
-}
-
-/// Totals of rendering and writing.
-#[derive(Default)]
-struct RenderTotals {
-    stats: RenderStats,
-    seconds: RenderSeconds,
-}
-
-impl Job<'_> {
-    /// Renders one frame after the other; each is finished before the next begins.
-    fn sequence(
-        &self,
-        sequence: &Sequence,
-        scene: &mut Scene,
-        output: &OutputFile,
-    ) -> Result<RenderTotals, CliError> {
-        let start = scene.view;
-        let mut all = RenderTotals::default();
-        for frame in sequence.frames.clone() {
-            scene.view = sequence.view(frame, &start)?;
-            let path = sequence.name(&output.path, frame);
-            let output = OutputFile {
-                path,
-                ..output.clone()
-            };
-            let checkpoint = self.args.keep.checkpoint.as_deref();
-            let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
-            let is_moved = scene.view != start || scene.made_up.view;
-            let work = self.render(scene, is_moved, &output, checkpoint.as_deref())?;
-            let RenderSeconds { render, write, .. } = work.seconds;
-            if !self.args.json && output::verbosity() != Verbosity::Quiet {
-                output::print(&format!(
-                    "frame {frame}: {render:.3} seconds, {:.3} Mrays/s, {}\n",
-                    mrays_per_s(work.stats.rays.total(), render),
-                    shown_path(&output.path)
-                ))?;
-            }
-            all.stats.add(&work.stats);
-            all.seconds.render += render;
-            all.seconds.write += write;
-        }
-        Ok(all)
-    }
-
-    /// Renders a picture, and writes it as it is made. `is_moved` is true if the scene's view is
-    /// that of a frame.
-    fn render(
-        &self,
-        scene: &Scene,
-        is_moved: bool,
-        output: &OutputFile,
-        checkpoint: Option<&Path>,
-    ) -> Result<RenderTotals, CliError> {
-        let Job {
-            args,
-            name,
-            prepared,
-            settings,
-        } = *self;
-        let named = NamedScene {
-            name,
-            args: &args.beside,
-            scene,
-            is_moved,
-        };
-        let mut output = output.clone();
-        set_header(&mut output, named.header(settings)?);
-        let preview = LivePreview::of(
-            args.sight.preview,
-            args.sight.snapshot.as_deref(),
-            output.file.exposure,
-            settings.window(),
-        )?;
-        let tiles = checkpoint.map(|path| tiles(path, scene, settings));
-        let tiles = tiles.transpose()?;
-        let beside = TileOutputs {
-            file: tiles.as_ref(),
-            thumbnail: preview.as_ref().map(|preview| &preview.thumbnail),
-        };
-        let options = ProgressOptions {
-            pixels: settings.pixels(),
-            mode: args.progress,
-            live_preview: preview.as_ref(),
-        };
-        let start = Instant::now();
-        let mut color = EvenColor::default();
-        let written = progress::with_progress(Some(&output.path), options, |control| {
-            let tree = prepared.accel();
-            output.write_while(control, |take| {
-                render_bands(scene, tree, settings, control, beside, |band| {
-                    color.add(&band);
-                    take(band)
-                })
-            })
-        });
-        let BandStats { stats, seconds } = match &tiles {
-            Some(tiles) => shard::keep_tiles(tiles, written)?,
-            None => written?,
-        };
-        if let Some(reason) = color.explain(scene, (settings.width, settings.height)) {
-            output::warning(&reason);
-        }
-        let seconds = RenderSeconds {
-            render: seconds,
-            write: start.elapsed().as_secs_f64() - seconds,
-            ..RenderSeconds::default()
-        };
-        Ok(RenderTotals { stats, seconds })
-    }
-}
-
-/// The file of finished tiles.
-fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, CliError> {
-    let file = TileFile::open(path, &RenderKey::of(scene, settings))?;
-    shard::warn_damaged(&file, path);
-    if file.pixels() > 0 {
-        let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
-        output::status(&format!(
-            "resuming from {}, {share:.1} % done",
-            shown_path(path)
-        ));
-    }
-    Ok(file)
-}
-
-/// Number of films in memory at a time: those that are rendered, one that waits, and one that is
-/// written. A file that is put together in memory takes the space of all bands on top.
-fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
-    let bands = bands(settings.window(), settings.tile_side());
-    let file = if output.is_in_memory() {
-        bands.len()
-    } else {
-        0
-    };
-    (bands.len().min(open_bands(&bands) + 2) + file) as u64
 }
 
 /// The picture's path: that of the arguments, else that of the scene, else one named like the

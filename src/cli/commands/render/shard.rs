@@ -1,12 +1,13 @@
 //! `phalanx render --plan --shard`: one shard of a plan, into a file beside it.
 
 use super::args::{RenderArgs, Shard};
-use super::shard_index;
+use super::kept_tiles::{keep_tiles, warn_damaged};
+use super::{shard_frames, shard_index};
 use crate::cli::commands::plan;
 use crate::cli::output::{
     self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress,
 };
-use phalanx::jobs::{BandStats, RenderPlan, TileFile, render_to_file};
+use phalanx::jobs::{BandStats, PlannedFrames, RenderPlan, TileFile, render_to_file};
 use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::path::Path;
@@ -30,12 +31,15 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let plan = RenderPlan::read(path)?;
     let asked = args.keep.shard.unwrap_or(Shard::Auto);
     let (shard, found) = shard_index::resolve(asked, |name| std::env::var(name).ok())?;
-    let share = plan.share(shard)?;
+    plan.check_shard(shard)?;
     if let Some(name) = found {
         output::status(&format!("shard {shard} of {}, by {name}", plan.shards));
     }
     interrupt::listen()?;
     output::advise();
+    if let Some(frames) = PlannedFrames::of(&plan) {
+        return shard_frames::run(args, path, &frames, shard);
+    }
     let (mut scene_input, settings) = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
     let settings = args.work.apply(settings);
     let name = plan.shard_file(path, shard);
@@ -43,6 +47,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     warn_damaged(&file, &name);
     let prepared = scene_input.prepare_render(&settings, &args.tree, 0)?;
     let scene = &scene_input.scene;
+    let share = plan.share(shard)?;
     let tiles = share.len();
     let kept = share.iter().filter(|tile| file.has(**tile)).count();
     let pixels = share.iter().map(|tile| tile.pixels()).sum();
@@ -82,27 +87,4 @@ impl Output for ShardDocument<'_> {
         let path = shown_path(self.path);
         lines(&[("shard", shard), ("rays", rays), ("written", path)])
     }
-}
-
-/// Warns on stderr of the tiles of a file that must be rendered again.
-pub fn warn_damaged(file: &TileFile, name: &Path) {
-    if file.damaged() > 0 {
-        output::warning(&format!(
-            "{}: {} tiles are damaged, and are rendered again",
-            shown_path(name),
-            grouped(file.damaged() as u64)
-        ));
-    }
-}
-
-/// Makes sure that finished tiles are in the file, also after an interruption, which then says so.
-pub fn keep_tiles<T>(file: &TileFile, rendered: Result<T, CliError>) -> Result<T, CliError> {
-    file.sync()?;
-    rendered.map_err(|error| match error {
-        CliError::Interrupted => CliError::Resumable(format!(
-            "finished tiles are kept in {}; the same command goes on from there",
-            shown_path(file.path())
-        )),
-        other => other,
-    })
 }

@@ -1,0 +1,92 @@
+//! Files of shards: complete or not, and how the numbers of those that are not are told.
+
+use crate::cli::output::CliError;
+use phalanx::frame::Tile;
+use phalanx::jobs::{BandsError, RenderKey, TileFile, TileFileError};
+use phalanx::scene::shown_path;
+use std::path::Path;
+
+/// Most shards or frames that a message names one by one.
+pub const MAX_NAMED: usize = 10;
+
+/// Message that says how many of a plan's parts are missing, names the first of them with the
+/// reasons, and the shards that render them.
+pub fn describe_missing(
+    path: &Path,
+    (missing, of, what): (u64, u64, &str),
+    named: &[(String, String)],
+    shards: &[u32],
+) -> String {
+    let mut text = format!("{missing} of {of} {what} are missing");
+    for (name, why) in named {
+        text.push_str(&format!("\n  {name}: {why}"));
+    }
+    let more = missing - named.len() as u64;
+    if more > 0 {
+        text.push_str(&format!("\n  and {more} more"));
+    }
+    text.push_str(&format!(
+        "\n  help: render them, with phalanx render --plan {} --shard I, or as tasks of an array: --array={}",
+        shown_path(path),
+        ranges(shards)
+    ));
+    text
+}
+
+/// The file `name` of a shard's tiles, of a picture with this key, or the reason why it cannot be
+/// merged yet.
+pub fn whole(
+    name: &Path,
+    key: &RenderKey,
+    share: &[Tile],
+) -> Result<Result<TileFile, String>, CliError> {
+    let file = match TileFile::read(name, key) {
+        Ok(file) => file,
+        Err(TileFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            return Ok(Err(format!("there is no {}", shown_path(name))));
+        }
+        Err(TileFileError::Other { .. }) => {
+            return Ok(Err(format!("{} holds no tiles", shown_path(name))));
+        }
+        Err(error) => return Err(BandsError::from(error).into()),
+    };
+    let lacks = share.iter().filter(|tile| !file.has(**tile)).count();
+    let share = share.len();
+    Ok(match (lacks, file.damaged()) {
+        (0, _) => Ok(file),
+        (_, 0) => Err(format!("{lacks} of {share} tiles are not rendered yet")),
+        (_, damaged) => Err(format!(
+            "{lacks} of {share} tiles are missing, {damaged} of them damaged"
+        )),
+    })
+}
+
+/// 0, 1, 2, 5, 7, 8 as 0-2,5,7,8, in Slurm's notation.
+pub fn ranges(numbers: &[u32]) -> String {
+    let mut parts: Vec<(u32, u32)> = Vec::new();
+    for &number in numbers {
+        match parts.last_mut() {
+            Some((_, last)) if *last + 1 == number => *last = number,
+            _ => parts.push((number, number)),
+        }
+    }
+    let part = |(first, last): (u32, u32)| match last - first {
+        0 => first.to_string(),
+        1 => format!("{first},{last}"),
+        _ => format!("{first}-{last}"),
+    };
+    parts.into_iter().map(part).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_a_row_are_a_range() {
+        assert_eq!(ranges(&[0, 1, 2, 5, 7, 8]), "0-2,5,7,8");
+        assert_eq!(ranges(&[3]), "3");
+        assert_eq!(ranges(&[0, 1]), "0,1");
+        assert_eq!(ranges(&[9, 10, 11, 12]), "9-12");
+    }
+}

@@ -1,0 +1,189 @@
+//! Rendering of the pictures of a scene, one after the other, each written as it is made.
+
+use super::args::RenderArgs;
+use super::kept_tiles::{keep_tiles, open_tiles};
+use super::report::RenderSeconds;
+use crate::cli::options::{NamedScene, Sequence, set_header};
+use crate::cli::output::{
+    self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, Verbosity, mrays_per_s,
+    progress,
+};
+use phalanx::frame::{Accel, Settings};
+use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands};
+use phalanx::render::RenderStats;
+use phalanx::scene::{Scene, shown_path};
+use std::path::Path;
+use std::time::Instant;
+
+/// Inputs shared by all frames of a sequence.
+pub struct Job<'a> {
+    pub args: &'a RenderArgs,
+    /// The scene's name.
+    pub name: &'a Path,
+    pub prepared: &'a Accel,
+    pub settings: &'a Settings,
+}
+
+/// Totals of rendering and writing.
+#[derive(Default)]
+pub struct RenderTotals {
+    pub stats: RenderStats,
+    pub seconds: RenderSeconds,
+}
+
+impl RenderTotals {
+    /// Adds those of another frame.
+    pub fn add(&mut self, frame: &RenderTotals) {
+        self.stats.add(&frame.stats);
+        self.seconds.render += frame.seconds.render;
+        self.seconds.write += frame.seconds.write;
+    }
+}
+
+/// Prints what a frame took, and its file, unless little is to be told.
+pub fn print_frame(
+    frame: u32,
+    stats: &RenderStats,
+    seconds: f64,
+    path: &Path,
+) -> Result<(), CliError> {
+    if output::verbosity() == Verbosity::Quiet {
+        return Ok(());
+    }
+    output::print(&format!(
+        "frame {frame}: {seconds:.3} seconds, {:.3} Mrays/s, {}\n",
+        mrays_per_s(stats.rays.total(), seconds),
+        shown_path(path)
+    ))
+}
+
+impl Job<'_> {
+    /// Renders one frame after the other; each is finished before the next begins.
+    pub fn sequence(
+        &self,
+        sequence: &Sequence,
+        scene: &mut Scene,
+        output: &OutputFile,
+    ) -> Result<RenderTotals, CliError> {
+        let start = scene.view;
+        let mut all = RenderTotals::default();
+        for frame in sequence.frames.clone() {
+            scene.view = sequence.view(frame, &start)?;
+            let path = sequence.name(&output.path, frame);
+            let output = OutputFile {
+                path,
+                ..output.clone()
+            };
+            let checkpoint = self.args.keep.checkpoint.as_deref();
+            let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
+            let tiles = self.checkpoint(scene, checkpoint.as_deref())?;
+            let is_moved = scene.view != start || scene.made_up.view;
+            let output = self.with_header(scene, is_moved, &output)?;
+            let work = self.render(scene, &output, tiles.as_ref())?;
+            if !self.args.json {
+                print_frame(frame, &work.stats, work.seconds.render, &output.path)?;
+            }
+            all.add(&work);
+        }
+        Ok(all)
+    }
+
+    /// A file with the header of this picture. `is_moved` is true if the scene's view is that of a
+    /// frame.
+    pub fn with_header(
+        &self,
+        scene: &Scene,
+        is_moved: bool,
+        output: &OutputFile,
+    ) -> Result<OutputFile, CliError> {
+        let named = NamedScene {
+            name: self.name,
+            args: &self.args.beside,
+            scene,
+            is_moved,
+        };
+        let mut output = output.clone();
+        set_header(&mut output, named.header(self.settings)?);
+        Ok(output)
+    }
+
+    /// The file of a checkpoint, if there is to be one.
+    pub fn checkpoint(
+        &self,
+        scene: &Scene,
+        path: Option<&Path>,
+    ) -> Result<Option<TileFile>, CliError> {
+        let open = |path| {
+            let key = RenderKey::of(scene, self.settings);
+            open_tiles(path, &key, self.settings.pixels())
+        };
+        path.map(open).transpose()
+    }
+
+    /// Renders a picture, and writes it as it is made; finished tiles are kept in a file, if there
+    /// is one.
+    pub fn render(
+        &self,
+        scene: &Scene,
+        output: &OutputFile,
+        tiles: Option<&TileFile>,
+    ) -> Result<RenderTotals, CliError> {
+        let Job {
+            args,
+            prepared,
+            settings,
+            ..
+        } = *self;
+        let preview = LivePreview::of(
+            args.sight.preview,
+            args.sight.snapshot.as_deref(),
+            output.file.exposure,
+            settings.window(),
+        )?;
+        let beside = TileOutputs {
+            file: tiles,
+            thumbnail: preview.as_ref().map(|preview| &preview.thumbnail),
+        };
+        let options = ProgressOptions {
+            pixels: settings.pixels(),
+            mode: args.progress,
+            live_preview: preview.as_ref(),
+        };
+        let start = Instant::now();
+        let mut color = EvenColor::default();
+        let written = progress::with_progress(Some(&output.path), options, |control| {
+            let tree = prepared.accel();
+            output.write_while(control, |take| {
+                render_bands(scene, tree, settings, control, beside, |band| {
+                    color.add(&band);
+                    take(band)
+                })
+            })
+        });
+        let BandStats { stats, seconds } = match tiles {
+            Some(tiles) => keep_tiles(tiles, written)?,
+            None => written?,
+        };
+        if let Some(reason) = color.explain(scene, (settings.width, settings.height)) {
+            output::warning(&reason);
+        }
+        let seconds = RenderSeconds {
+            render: seconds,
+            write: start.elapsed().as_secs_f64() - seconds,
+            ..RenderSeconds::default()
+        };
+        Ok(RenderTotals { stats, seconds })
+    }
+}
+
+/// Number of films in memory at a time: those that are rendered, one that waits, and one that is
+/// written. A file that is put together in memory takes the space of all bands on top.
+pub fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
+    let bands = bands(settings.window(), settings.tile_side());
+    let file = if output.is_in_memory() {
+        bands.len()
+    } else {
+        0
+    };
+    (bands.len().min(open_bands(&bands) + 2) + file) as u64
+}

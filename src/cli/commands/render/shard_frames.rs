@@ -1,0 +1,243 @@
+//! `phalanx render --plan --shard` for a sequence: whole frames, each into its picture, or the
+//! shard's tiles of every frame, each frame's into a file beside the plan.
+//!
+//! The list of finished frames is locked first, so that two processes do not render one shard.
+
+use super::args::RenderArgs;
+use super::job::{Job, films_in_memory, print_frame};
+use super::kept_tiles::{keep_tiles, open_tiles, warn_damaged};
+use crate::cli::commands::plan;
+use crate::cli::options::SceneInput;
+use crate::cli::output::{
+    self, CliError, Output, OutputFile, ProgressOptions, format_of, grouped, lines, mrays_per_s,
+    progress,
+};
+use phalanx::frame::{Accel, Settings, Tile};
+use phalanx::jobs::{
+    BandStats, FinishedFrames, FrameState, PlannedFrames, TileFile, render_to_file,
+};
+use phalanx::scene::shown_path;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Default, Serialize)]
+struct FramesDocument {
+    shard: u32,
+    shards: u32,
+    /// Meaning of a shard: whole frames, or tiles of each.
+    shard_by: &'static str,
+    /// Frames that the shard has, or has tiles of.
+    frames: usize,
+    /// Those that had been rendered before.
+    kept: usize,
+    rays: u64,
+    seconds: f64,
+    mrays_per_s: f64,
+    /// The file of the first frame.
+    path: PathBuf,
+    /// The file of the last frame.
+    last_path: PathBuf,
+}
+
+/// A shard of a sequence, with its scene.
+struct FrameShard<'a> {
+    args: &'a RenderArgs,
+    /// File of the plan.
+    path: &'a Path,
+    frames: &'a PlannedFrames<'a>,
+    shard: u32,
+    scene_input: SceneInput,
+    settings: Settings,
+    /// Built for the first frame that is not finished yet.
+    prepared: Option<Accel>,
+    done: FramesDocument,
+}
+
+/// Renders a shard of a sequence. What an earlier try has finished is not rendered again.
+pub fn run(
+    args: &RenderArgs,
+    path: &Path,
+    frames: &PlannedFrames,
+    shard: u32,
+) -> Result<(), CliError> {
+    let plan = frames.plan();
+    let (scene_input, settings) = plan::reopen(path, plan, args.work.threads.unwrap_or(0))?;
+    let list = frames.list_file(path, shard);
+    let list = FinishedFrames::open(&list, &plan.picture, &frames.path_checksum())?;
+    let mut work = FrameShard {
+        args,
+        path,
+        frames,
+        shard,
+        scene_input,
+        settings: args.work.apply(settings),
+        prepared: None,
+        done: FramesDocument {
+            shard,
+            shards: plan.shards,
+            shard_by: frames.sequence().shard_by.name(),
+            ..FramesDocument::default()
+        },
+    };
+    match frames.is_by_frame() {
+        true => work.whole_frames(list)?,
+        false => work.tiles()?,
+    }
+    work.done.mrays_per_s = mrays_per_s(work.done.rays, work.done.seconds);
+    output::print_output(&work.done, args.json)
+}
+
+impl FrameShard<'_> {
+    /// Renders whole frames, each into its picture, and lists them.
+    fn whole_frames(&mut self, mut list: FinishedFrames) -> Result<(), CliError> {
+        let FrameShard { path, frames, .. } = *self;
+        let plan = frames.plan();
+        for frame in frames.of_shard(self.shard) {
+            let picture = plan::frame_path(frames, path, frame)?;
+            let identity = frames.identity(frame)?;
+            let tiles = frames.tile_file(path, self.shard, frame);
+            self.count(&picture);
+            if is_finished(list.state(identity, &picture), &picture)? {
+                self.done.kept += 1;
+                // A process that was killed may have left them.
+                let _ = std::fs::remove_file(tiles);
+                continue;
+            }
+            output::check_picture_place(&picture)?;
+            let format = format_of(&picture, None, "the frame")?;
+            let file = plan::target(plan, picture, format)?;
+            self.whole_frame(frame, &file, &tiles)?;
+            list.add(identity, &file.path)?;
+            std::fs::remove_file(&tiles).map_err(|e| CliError::cannot_write(&tiles, e))?;
+        }
+        Ok(())
+    }
+
+    /// Renders a frame into its picture; its tiles are kept in a file until that is written.
+    fn whole_frame(&mut self, frame: u32, file: &OutputFile, tiles: &Path) -> Result<(), CliError> {
+        self.set_frame(frame, films_in_memory(&self.settings, file))?;
+        let Some(prepared) = &self.prepared else {
+            return Ok(());
+        };
+        let kept = open_tiles(tiles, &self.frames.key(frame)?, self.settings.pixels())?;
+        let job = Job {
+            args: self.args,
+            name: self.path,
+            prepared,
+            settings: &self.settings,
+        };
+        let scene = &self.scene_input.scene;
+        let file = &plan::file_of_frame(self.frames, file, scene, &self.settings)?;
+        let work = job.render(scene, file, Some(&kept))?;
+        let seconds = work.seconds.render;
+        if !self.args.json {
+            print_frame(frame, &work.stats, seconds, &file.path)?;
+        }
+        self.done.rays += work.stats.rays.total();
+        self.done.seconds += seconds;
+        Ok(())
+    }
+
+    /// Renders the shard's tiles of every frame.
+    fn tiles(&mut self) -> Result<(), CliError> {
+        let share = self.frames.plan().share(self.shard)?;
+        for frame in self.frames.of_shard(self.shard) {
+            let name = self.frames.tile_file(self.path, self.shard, frame);
+            let file = TileFile::open(&name, &self.frames.key(frame)?)?;
+            warn_damaged(&file, &name);
+            self.count(&name);
+            match share.iter().all(|tile| file.has(*tile)) {
+                true => self.done.kept += 1,
+                false => self.tiles_of(frame, &share, &file)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn tiles_of(&mut self, frame: u32, share: &[Tile], file: &TileFile) -> Result<(), CliError> {
+        self.set_frame(frame, 0)?;
+        let Some(prepared) = &self.prepared else {
+            return Ok(());
+        };
+        let options = ProgressOptions {
+            mode: self.args.progress,
+            ..ProgressOptions::of(share.iter().map(Tile::pixels).sum())
+        };
+        let (scene, settings) = (&self.scene_input.scene, &self.settings);
+        let done = progress::with_progress(None, options, |control| {
+            render_to_file(
+                scene,
+                prepared.accel(),
+                settings,
+                control,
+                share.to_vec(),
+                file,
+            )
+        });
+        let BandStats { stats, seconds } = keep_tiles(file, done)?;
+        if !self.args.json {
+            print_frame(frame, &stats, seconds, file.path())?;
+        }
+        self.done.rays += stats.rays.total();
+        self.done.seconds += seconds;
+        Ok(())
+    }
+
+    /// Turns the camera to a frame, and builds the tree for the first, with room for `films` films.
+    fn set_frame(&mut self, frame: u32, films: u64) -> Result<(), CliError> {
+        self.scene_input.scene.view = self.frames.view(frame)?;
+        if self.prepared.is_none() {
+            let prepared =
+                (self.scene_input).prepare_render(&self.settings, &self.args.tree, films)?;
+            self.prepared = Some(prepared);
+        }
+        Ok(())
+    }
+
+    /// Counts a frame whose file is at `path`.
+    fn count(&mut self, path: &Path) {
+        if self.done.frames == 0 {
+            self.done.path = path.into();
+        }
+        self.done.frames += 1;
+        self.done.last_path = path.into();
+    }
+}
+
+/// Returns true if a picture is there as the shard has written it, and warns of one that is not.
+fn is_finished(state: std::io::Result<FrameState>, picture: &Path) -> Result<bool, CliError> {
+    let name = shown_path(picture);
+    match state.map_err(|e| CliError::cannot_read(&name, e))? {
+        FrameState::Finished => return Ok(true),
+        FrameState::Absent => {}
+        FrameState::Unlisted => output::note(&format!(
+            "{name} is not listed as a frame of this plan, and is rendered again"
+        )),
+        FrameState::Changed => output::warning(&format!(
+            "{name} is not as it was written, and is rendered again"
+        )),
+    }
+    Ok(false)
+}
+
+impl Output for FramesDocument {
+    fn table(&self) -> String {
+        let before = match self.kept {
+            0 => String::new(),
+            kept => format!(", {} of them earlier", grouped(kept as u64)),
+        };
+        let frames = grouped(self.frames as u64);
+        let frames = match self.shard_by {
+            "tile" => format!("its tiles of {frames} frames{before}"),
+            _ => format!("{frames} frames{before}"),
+        };
+        let shard = format!("{} of {}: {frames}", self.shard, self.shards);
+        let (rays, speed, seconds) = (grouped(self.rays), self.mrays_per_s, self.seconds);
+        let rays = format!("{rays}, {speed:.3} Mrays/s, {seconds:.3} seconds");
+        let mut path = shown_path(&self.path);
+        if self.last_path != self.path {
+            path.push_str(&format!(" to {}", shown_path(&self.last_path)));
+        }
+        lines(&[("shard", shard), ("rays", rays), ("written", path)])
+    }
+}
