@@ -28,8 +28,8 @@ pub struct PlanArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
     pub shards: u32,
     /// Picture that the shards will be merged into; its ending says what is written. If it lies
-    /// outside the plan's folder, merge wants to be told again. Shards of whole frames write them
-    /// there themselves, and nowhere outside
+    /// outside the plan's folder, merge wants to be told again; whole frames, which shards write
+    /// themselves, have to lie in it
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
     /// Plan to write; shards are rendered into files beside it
@@ -37,8 +37,8 @@ pub struct PlanArgs {
     pub plan: PathBuf,
     #[command(flatten)]
     pub frames: FrameArgs,
-    /// What a shard of a sequence is: whole frames, dealt out in turn; or tiles, the same in each
-    /// frame, for few frames that take long [default: frame]
+    /// Cut a sequence into whole frames, dealt out in turn, or into the tiles of each frame, for
+    /// few frames that take long [default: frame]
     #[arg(long, value_name = "frame|tile", value_parser = name_parser(&ShardBy::ALL), requires = "frames")]
     pub shard_by: Option<ShardBy>,
     #[command(flatten)]
@@ -73,7 +73,7 @@ struct PlanDocument<'a> {
     scene_hash: &'a str,
     /// The first and the last frame of a sequence.
     frames: Option<[u32; 2]>,
-    /// What a shard of a sequence is.
+    /// Meaning of a shard of a sequence.
     shard_by: Option<&'static str>,
     /// All shards in Slurm's notation.
     array: String,

@@ -125,8 +125,9 @@ pub struct FinishedFrames {
 }
 
 impl FinishedFrames {
-    /// Opens the list of a shard to add to it, or creates it if it does not exist. The shard is this
-    /// process's own until the list is dropped. `key` and `camera_path` are those of the sequence.
+    /// Opens the list of a shard to add to it, or creates it if it does not exist. The shard is
+    /// this process's own until the list is dropped. `key` and `camera_path` are those of the
+    /// sequence.
     ///
     /// # Errors
     /// [`FrameListError`]: also where the list is another sequence's, and where another process

@@ -1,5 +1,5 @@
-//! A plan for rendering a picture or a sequence on several machines: the assignment of tiles, written down once
-//! for all of them.
+//! A plan for rendering a picture or a sequence on several machines: the assignment of tiles and
+//! frames, written down once for all of them.
 
 use super::output_path;
 use super::render_key::{FieldError, RenderKey};

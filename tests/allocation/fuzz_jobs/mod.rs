@@ -1,6 +1,6 @@
-//! Mutated plans and tile files: nothing panics, hangs, or asks for memory by a number that was not
-//! checked; what a file says is either refused or leads to the right picture, because tiles that
-//! are damaged are rendered again.
+//! Mutated plans, tile files and lists of frames: nothing panics, hangs, or asks for memory by a
+//! number that was not checked; what a file says is either refused or leads to the right picture,
+//! because tiles that are damaged are rendered again.
 //!
 //! Some thousands of each by default;
 //! `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test allocation fuzz_jobs::` for more. A
@@ -14,7 +14,7 @@ use crate::allocator::{alone, forget, largest};
 use crate::common::rng::Rng;
 use crate::mutate::mutated;
 use phalanx::frame::Tile;
-use phalanx::jobs::{RenderPlan, TileFile};
+use phalanx::jobs::{FinishedFrames, FrameState, PlannedFrames, RenderPlan, ShardBy, TileFile};
 use picture::FuzzedPicture;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -110,7 +110,12 @@ fn plans(picture: &FuzzedPicture, folder: &Path) {
     let path = folder.join("mutant.json");
     let good: PathBuf = folder.join("good.tiles");
     std::fs::write(&good, &picture.tile_files(folder)[0]).unwrap();
-    let seeds = [picture.plan(1), picture.plan(3)];
+    let seeds = [
+        picture.plan(1),
+        picture.plan(3),
+        picture.sequence_plan(3, ShardBy::Frame),
+        picture.sequence_plan(2, ShardBy::Tile),
+    ];
     let seeds = seeds.map(|plan| serde_json::to_vec(&plan).unwrap());
     let count = mutants(10_000);
     let mut rng = Rng::new(!(count as u64));
@@ -143,6 +148,9 @@ fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) ->
             "{output:?}"
         );
     }
+    if let Some(frames) = PlannedFrames::of(plan) {
+        used_frames(&frames, path);
+    }
     let window = plan.picture.window();
     assert!(window.pixels() > 0 && window.within(Tile::whole(65_536, 65_536)) == window);
     assert!(plan.share(plan.shards).is_err());
@@ -161,6 +169,65 @@ fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) ->
     }
 }
 
+/// Does with the frames of a plan what `render --plan` and `merge` do before they render or write.
+fn used_frames(frames: &PlannedFrames, path: &Path) {
+    let plan = frames.plan();
+    for frame in frames.all().take(9) {
+        if let (Ok(view), Ok(key)) = (frames.view(frame), frames.key(frame)) {
+            assert!(view.basis().is_ok() && key.check().is_ok(), "{view:?}");
+            assert!(frames.identity(frame).is_ok());
+        }
+        if let Ok(output) = frames.picture_path(path, frame) {
+            let folder = path.parent().unwrap().canonicalize().unwrap();
+            let place = output.parent().unwrap().canonicalize().ok();
+            assert!(
+                place.is_none_or(|place| place.starts_with(folder)),
+                "{output:?}"
+            );
+        }
+    }
+    if frames.is_by_frame() && frames.sequence().count() < 1 << 12 {
+        let dealt = (0..plan.shards).map(|shard| frames.of_shard(shard).count());
+        assert_eq!(dealt.sum::<usize>(), frames.all().count());
+    }
+}
+
+/// Lists of finished frames.
+fn lists(picture: &FuzzedPicture, folder: &Path) {
+    let path = folder.join("mutant.frames");
+    let plan = picture.sequence_plan(2, ShardBy::Frame);
+    let frames = PlannedFrames::of(&plan).unwrap();
+    let (frame, shown) = (frames.identity(0).unwrap(), folder.join("frame.png"));
+    std::fs::write(&shown, "pixels").unwrap();
+    let open = || FinishedFrames::open(&path, &plan.picture, &frames.path_checksum());
+    let mut list = open().unwrap();
+    for number in 0..3 {
+        list.add(frames.identity(number).unwrap(), &shown).unwrap();
+    }
+    drop(list);
+    let seeds = [std::fs::read(&path).unwrap()];
+    let count = mutants(1000);
+    let mut rng = Rng::new(count as u64 + 1);
+    let (start, mut words) = (Instant::now(), BTreeMap::new());
+    for _ in 0..count {
+        let mutant = mutated(&seeds, &mut rng);
+        let word = watched(&mutant, || {
+            std::fs::write(&path, &mutant).unwrap();
+            let Ok(mut list) = open() else {
+                return "refused";
+            };
+            // Whatever was in it, a frame that is added is there.
+            list.add(frame, &shown).unwrap();
+            drop(list);
+            let list = open().unwrap();
+            assert_eq!(list.state(frame, &shown).unwrap(), FrameState::Finished);
+            "taken"
+        });
+        *words.entry(word).or_default() += 1;
+    }
+    tell("lists of frames", count, start, &words);
+}
+
 #[test]
 fn mutants_of_plans_and_of_tiles() {
     let _alone = alone();
@@ -168,4 +235,5 @@ fn mutants_of_plans_and_of_tiles() {
     let picture = FuzzedPicture::new();
     tiles(&picture, folder.path());
     plans(&picture, folder.path());
+    lists(&picture, folder.path());
 }

@@ -3,11 +3,11 @@
 
 use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
 use phalanx::jobs::{
-    RenderKey, RenderPlan, TileEncoding, TileFile, TileOutputs, merge_bands, render_bands,
-    render_to_file,
+    PlannedCamera, RenderKey, RenderPlan, SequencePlan, ShardBy, TileEncoding, TileFile,
+    TileOutputs, merge_bands, render_bands, render_to_file,
 };
 use phalanx::render::Film;
-use phalanx::scene::Scene;
+use phalanx::scene::{CameraKey, CameraPath, Scene};
 use std::path::Path;
 
 const SCENE: &str =
@@ -86,6 +86,21 @@ impl FuzzedPicture {
         let identity = self.identity.clone();
         let (scene, output) = ("a.test".to_owned(), "a.png".into());
         RenderPlan::new(scene, arguments, output, developing, identity, shards)
+    }
+
+    /// A plan for a few frames between two views.
+    pub fn sequence_plan(&self, shards: u32, shard_by: ShardBy) -> RenderPlan {
+        let mut moved = self.scene.view;
+        moved.eye.x += 0.5;
+        let key = |frame, view| CameraKey { frame, view };
+        let keys = vec![key(0, self.scene.view), key(4, moved)];
+        let path = CameraPath::Keys(keys);
+        self.plan(shards).with_sequence(SequencePlan {
+            frames: [0, 4],
+            shard_by,
+            view: self.scene.view.into(),
+            camera: PlannedCamera::new(&path, "/way".to_owned()),
+        })
     }
 
     /// Seeds: a whole file, half of one, and one of the picture with layers.
