@@ -171,7 +171,7 @@ fn missing_tiles(path: &Path, frames: &PlannedFrames) -> Result<MissingFrames, C
     let shares = shares(frames);
     let mut missing = MissingFrames::default();
     for frame in frames.all() {
-        for (shard, file) in files(path, frames, frame, &shares)? {
+        for (shard, file) in (0..).zip(files(path, frames, frame, &shares)?) {
             if let Err(why) = file {
                 missing.add(frame, shard, why);
             }
@@ -187,21 +187,19 @@ fn shares(frames: &PlannedFrames) -> Vec<Vec<Tile>> {
     (0..plan.shards).map(share).collect()
 }
 
-/// The files of a frame's tiles by shard, or the reasons why they cannot be merged yet.
+/// The files of a frame's tiles, one a shard, or the reasons why they cannot be merged yet.
 fn files(
     path: &Path,
     frames: &PlannedFrames,
     frame: u32,
     shares: &[Vec<Tile>],
-) -> Result<Vec<(u32, Result<TileFile, String>)>, CliError> {
+) -> Result<Vec<Result<TileFile, String>>, CliError> {
     let key = frames.key(frame)?;
-    (0..)
-        .zip(shares)
-        .map(|(shard, share)| {
-            let name = frames.tile_file(path, shard, frame);
-            Ok((shard, whole(&name, &key, share)?))
-        })
-        .collect()
+    let files = (0..).zip(shares).map(|(shard, share)| {
+        let name = frames.tile_file(path, shard, frame);
+        whole(&name, &key, share)
+    });
+    files.collect()
 }
 
 /// Message that names the missing frames.
@@ -243,7 +241,7 @@ fn put_together(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Resu
         scene_input.scene.view = frames.view(frame)?;
         let file = plan::file_of_frame(frames, &file, &scene_input.scene, &settings)?;
         let files = files(&args.plan, frames, frame, &shares)?;
-        let files: Result<Vec<TileFile>, String> = files.into_iter().map(|row| row.1).collect();
+        let files: Result<Vec<TileFile>, String> = files.into_iter().collect();
         let files = files.map_err(CliError::Missing)?;
         let options = ProgressOptions::of(window.pixels());
         progress::with_progress(Some(&file.path), options, |control| {
