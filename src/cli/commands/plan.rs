@@ -7,7 +7,7 @@ use crate::cli::options::{
 use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
-use clap::{Args, FromArgMatches, value_parser};
+use clap::{Arg, ArgAction, Args, FromArgMatches, value_parser};
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat};
 use phalanx::jobs::{
@@ -55,10 +55,16 @@ pub struct PlanArgs {
 impl PlanArgs {
     /// The arguments that these words of a command line, `plan` first, give.
     fn of_words(words: &[String]) -> Option<PlanArgs> {
+        // Every command has these, before its name or behind it.
+        let told = [("quiet", 'q'), ("verbose", 'v')];
+        let flag = |(name, letter)| Arg::new(name).short(letter).long(name);
+        let told = told.map(|told| flag(told).action(ArgAction::SetTrue));
+        let begin = words.iter().position(|word| !word.starts_with('-'))?;
+        let words = &words[begin..];
         if words.first()? != "plan" {
             return None;
         }
-        let command = PlanArgs::augment_args(clap::Command::new("plan"));
+        let command = PlanArgs::augment_args(clap::Command::new("plan")).args(told);
         let found = command.try_get_matches_from(words).ok()?;
         PlanArgs::from_arg_matches(&found).ok()
     }

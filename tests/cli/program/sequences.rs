@@ -455,6 +455,20 @@ fn a_plan_sends_its_frames_nowhere_but_into_its_folder() {
 }
 
 #[test]
+fn plans_are_carried_out_however_much_was_told_when_they_were_made() {
+    let room = TestFolder::new();
+    for (before, after) in [("-q", ""), ("--verbose", ""), ("", "-v"), ("", "--quiet")] {
+        let line = "--shards 1 -o m.png --plan p.json --frames 0..1 --turntable 4";
+        room.ok(&format!("{before} plan a.test {line} {after}"));
+        assert_eq!(
+            room.ok("render --plan p.json --shard 0 -q"),
+            "",
+            "{before}{after}"
+        );
+    }
+}
+
+#[test]
 fn shards_of_frames_are_tasks_of_an_array() {
     let room = TestFolder::new();
     room.ok("plan a.test --shards 3 --plan p.json -o m.png --frames 0..5 --turntable 6");
