@@ -112,3 +112,19 @@ fn the_release_profile_leaves_the_standard_library_as_it_is() {
         "{release}"
     );
 }
+
+/// Flags of `[build]` go to every target, and there is no ARM that is this machine's CPU.
+#[test]
+fn builds_for_other_targets_are_not_for_this_cpu() {
+    let config = include_str!("../../.cargo/config.toml");
+    let mut asked = Vec::new();
+    let mut section = "";
+    for line in config.lines() {
+        if line.starts_with('[') {
+            section = line;
+        } else if line.starts_with("rustflags") && line.contains("native") {
+            asked.push(section);
+        }
+    }
+    assert_eq!(asked, ["[target.x86_64-unknown-linux-gnu]"]);
+}
