@@ -13,6 +13,10 @@
 //! formatting. `tests/engine/isa_guard.rs` runs it under emulated lesser CPUs.
 
 /// One instruction-set extension that the compiler may have been allowed to use.
+#[cfg_attr(
+    not(target_arch = "x86_64"),
+    allow(dead_code, reason = "only x86-64 has cpuid")
+)]
 #[derive(Clone, Copy, Debug)]
 struct Feature {
     /// Name in `-C target-feature`.
@@ -154,7 +158,8 @@ pub fn extensions() -> Vec<Extension> {
     known.iter().map(stand).collect()
 }
 
-/// Bytes of the data cache nearest to a core; `None` if the processor does not report it.
+/// Bytes of the data cache nearest to a core; `None` if neither the processor nor the system
+/// reports it.
 pub fn nearest_cache() -> Option<usize> {
     cpu::nearest_cache()
 }
@@ -170,7 +175,7 @@ pub fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
 /// uses.
 ///
 /// It must be called before anything else, from a `main` that does nothing itself. It does nothing
-/// on other architectures.
+/// on other architectures: their builds are for the least CPU, unless RUSTFLAGS ask for more.
 #[inline(never)]
 pub fn guard() {
     for feature in FEATURES {
@@ -294,7 +299,7 @@ mod cpu {
     }
 
     pub fn nearest_cache() -> Option<usize> {
-        None
+        crate::cpu_caches::nearest_data_cache()
     }
 
     pub fn level() -> u8 {

@@ -16,8 +16,12 @@ pub mod traverse;
 // One ray, or columns of them: what embedders call.
 pub mod cast;
 
-// Instruction sets of the build and the CPU.
+// Instruction sets of the build and the CPU, and its caches.
+pub mod cpu_caches;
 pub mod isa;
+
+// Time, also where there is no clock.
+pub mod stopwatch;
 
 pub use cast::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
 #[cfg(feature = "counters")]

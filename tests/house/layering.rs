@@ -59,7 +59,7 @@ const ROOMS: [(&str, &[&str], &str); 17] = [
     ),
     (
         "trace/traverse",
-        &["simd", "packet", "bvh", "intersect", "isa"],
+        &["simd", "packet", "bvh", "intersect", "isa", "stopwatch"],
         "asks packets and trees, and nothing above",
     ),
     (

@@ -110,24 +110,47 @@ mod cpu {
     }
 }
 
+/// Processors that do not describe themselves to programs: the system is asked.
 #[cfg(not(target_arch = "x86_64"))]
 mod cpu {
     use super::Cache;
+    use phalanx_trace::cpu_caches::cpu_caches;
+    use std::fs::read_to_string;
+    use sysinfo::{CpuRefreshKind, System};
 
     pub fn model() -> Option<String> {
-        None
+        let mut system = System::new();
+        system.refresh_cpu_list(CpuRefreshKind::nothing());
+        let brand = system.cpus().first()?.brand().trim().to_owned();
+        Some(brand).filter(|name| !name.is_empty())
     }
 
     pub fn smt() -> Option<bool> {
-        None
+        let active = read_to_string("/sys/devices/system/cpu/smt/active").ok()?;
+        Some(active.trim() == "1")
     }
 
-    pub fn caches(_: u32) -> Vec<Cache> {
-        Vec::new()
+    pub fn caches(threads: u32) -> Vec<Cache> {
+        let found = cpu_caches().into_iter();
+        found
+            .map(|cache| Cache {
+                level: cache.level,
+                kind: cache.kind,
+                bytes: cache.bytes,
+                shared_by: cache.shared_by.min(threads),
+            })
+            .collect()
     }
 
+    /// The hypervisor, where it names itself; the silence of others is no answer.
     pub fn hypervisor() -> Option<String> {
-        None
+        let files = [
+            "/sys/hypervisor/type",
+            "/proc/device-tree/hypervisor/compatible",
+        ];
+        let mut named = files.iter().filter_map(|file| read_to_string(file).ok());
+        let name = named.next()?;
+        Some(name.trim_matches(['\0', '\n']).to_owned())
     }
 }
 

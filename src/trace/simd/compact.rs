@@ -41,6 +41,15 @@ impl LaneMove {
         }
     }
 
+    /// The move of the lanes set in `lanes` to the first lanes, in descending order if `reversed`.
+    #[cfg(target_arch = "aarch64")]
+    #[inline(always)]
+    pub(crate) fn to_front(lanes: u32, reversed: bool) -> LaneMove {
+        LaneMove {
+            order: COMPACT_LUT[usize::from(reversed)][lanes as usize % 256],
+        }
+    }
+
     /// The lanes after the move. Those that nothing is moved to are copies of others.
     #[inline(always)]
     pub(crate) fn floats(self, from: F32x8) -> F32x8 {
@@ -55,7 +64,10 @@ impl LaneMove {
 }
 
 #[cfg_attr(
-    all(target_arch = "x86_64", target_feature = "avx2"),
+    any(
+        all(target_arch = "x86_64", target_feature = "avx2"),
+        all(target_arch = "aarch64", target_endian = "little")
+    ),
     allow(dead_code, reason = "another replaces it, and is tested against it")
 )]
 #[inline(always)]
@@ -63,7 +75,10 @@ fn permute_scalar(from: [u32; LANES], order: [u8; LANES]) -> [u32; LANES] {
     order.map(|lane| from[lane as usize % LANES])
 }
 
-#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+#[cfg(not(any(
+    all(target_arch = "x86_64", target_feature = "avx2"),
+    all(target_arch = "aarch64", target_endian = "little")
+)))]
 use permute_scalar as permute;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
@@ -77,6 +92,28 @@ fn permute(from: [u32; LANES], order: [u8; LANES]) -> [u32; LANES] {
         let from = _mm256_loadu_si256(from.as_ptr().cast());
         let moved = _mm256_permutevar8x32_epi32(from, order);
         _mm256_storeu_si256(to.as_mut_ptr().cast(), moved);
+    }
+    to
+}
+
+/// A look-up of bytes in two registers: four bytes of a lane have the indices from four times its
+/// number on.
+#[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+#[inline(always)]
+fn permute(from: [u32; LANES], order: [u8; LANES]) -> [u32; LANES] {
+    use std::arch::aarch64::*;
+    let mut to = [0; LANES];
+    // SAFETY: every 64-bit ARM has the instructions; the arrays are eight long.
+    unsafe {
+        let from = vld1q_u8_x2(from.as_ptr().cast());
+        let order = vmovl_u8(vld1_u8(order.as_ptr()));
+        let halves = [vget_low_u16(order), vget_high_u16(order)];
+        for (k, half) in halves.into_iter().enumerate() {
+            let first = vdupq_n_u32(0x0302_0100);
+            let bytes = vmlaq_n_u32(first, vmovl_u16(half), 0x0404_0404);
+            let moved = vqtbl2q_u8(from, vreinterpretq_u8_u32(bytes));
+            vst1q_u32(to.as_mut_ptr().add(4 * k), vreinterpretq_u32_u8(moved));
+        }
     }
     to
 }

@@ -153,3 +153,39 @@ pub trait LaneMask<F, U>:
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAN: f32 = f32::NAN;
+
+    /// Pairs that machines' own minimum and maximum treat in different ways.
+    const LEFT: [f32; LANES] = [NAN, 1.0, 0.0, -0.0, NAN, 2.0, f32::INFINITY, -NAN];
+    const RIGHT: [f32; LANES] = [1.0, NAN, -0.0, 0.0, -NAN, 3.0, NAN, 0.0];
+
+    fn bits<F: Lanes>(lanes: F) -> [u32; LANES] {
+        lanes.octet(F::PACKETS - 1).to_bits().to_array()
+    }
+
+    fn compare<F: Lanes>() {
+        let (left, right) = (F::from_octets(|_| LEFT), F::from_octets(|_| RIGHT));
+        let lanes = || LEFT.into_iter().zip(RIGHT);
+        let least = lanes().map(|(a, b)| if a < b { a } else { b }.to_bits());
+        assert!(least.eq(bits(left.min(right))));
+        let greatest = lanes().map(|(a, b)| if a > b { a } else { b }.to_bits());
+        assert!(greatest.eq(bits(left.max(right))));
+    }
+
+    #[test]
+    fn minimum_and_maximum_are_those_of_a_comparison() {
+        compare::<F32x8>();
+        compare::<F32x16>();
+        let doubles = |lanes: [f32; LANES]| F64x8::from(F32x8::new(lanes));
+        let found = doubles(LEFT).max(doubles(RIGHT)).rounded().to_array();
+        for ((a, b), found) in LEFT.into_iter().zip(RIGHT).zip(found) {
+            let want = if a > b { a } else { b };
+            assert!(want.to_bits() == found.to_bits() || want.is_nan() && found.is_nan());
+        }
+    }
+}

@@ -21,6 +21,11 @@ fn fold<const N: usize>(
     pick(pick(a, c), pick(b, d))
 }
 
+/// True if `wide`'s fastest minimum and maximum are those of [`Lanes::min`] and [`Lanes::max`], as
+/// `minps` is. NEON's give NaN where either operand is one, and zeros of different sign an order;
+/// those of WebAssembly return the other operand than `minps` where the two do not compare.
+const HAS_ORDERED_MIN_MAX: bool = cfg!(target_arch = "x86_64");
+
 /// Defines the types of one lane count. It is a macro and not a generic, because `wide`'s types
 /// share no trait.
 macro_rules! lane_types {
@@ -171,12 +176,18 @@ macro_rules! lane_types {
 
             #[inline(always)]
             fn min(self, other: $F) -> $F {
-                $F(self.0.fast_min(other.0))
+                match HAS_ORDERED_MIN_MAX {
+                    true => $F(self.0.fast_min(other.0)),
+                    false => self.lt(other).select(self, other),
+                }
             }
 
             #[inline(always)]
             fn max(self, other: $F) -> $F {
-                $F(self.0.fast_max(other.0))
+                match HAS_ORDERED_MIN_MAX {
+                    true => $F(self.0.fast_max(other.0)),
+                    false => self.gt(other).select(self, other),
+                }
             }
 
             #[inline(always)]
@@ -429,7 +440,10 @@ impl F64x8 {
     /// `if self > other { self } else { other }`.
     #[inline(always)]
     pub fn max(self, other: F64x8) -> F64x8 {
-        F64x8(self.0.fast_max(other.0))
+        F64x8(match HAS_ORDERED_MIN_MAX {
+            true => self.0.fast_max(other.0),
+            false => self.0.simd_gt(other.0).bitselect(self.0, other.0),
+        })
     }
 
     /// Clears the sign bit.

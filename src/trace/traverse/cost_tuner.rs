@@ -8,8 +8,8 @@
 
 use super::batch_slice::BatchSlice;
 use super::kernel_tuner::PerClassTuner;
+use crate::stopwatch::Stopwatch;
 use std::ops::Range;
-use std::time::Instant;
 
 /// Number of classes of cost: less than [`LEAST_COST`], twice as much, four times, and so on.
 pub(super) const COST_CLASSES: usize = 9;
@@ -78,7 +78,7 @@ impl<const N: usize> CostTuner<N> {
         }
         self.unprobed = 0;
         let rest = batch.start + PROBE..batch.end;
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let second = self.both_probe && self.last;
         by(second, &BatchSlice::all(batch.start..rest.start));
         let seconds = start.elapsed().as_secs_f32() / PROBE as f32;

@@ -9,8 +9,8 @@
 //! adjust the others. Either kernel gives the same bits.
 
 use super::batch_slice::BatchSlice;
+use crate::stopwatch::Stopwatch;
 use std::ops::Range;
-use std::time::Instant;
 
 /// Time from one trial to the next, in units of a trial's time and of the logarithm of the kernels'
 /// speed ratio. So a much slower kernel is tried seldom, and a trial of one that is nearly as fast
@@ -105,7 +105,7 @@ impl KernelTuner {
     ) -> bool {
         let packets = batch.len();
         let mut timed = |second: bool, part: &BatchSlice| {
-            let start = Instant::now();
+            let start = Stopwatch::start();
             by(second, part);
             start.elapsed().as_secs_f32()
         };

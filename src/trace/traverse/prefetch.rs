@@ -90,8 +90,8 @@ fn node_at(row: usize) {
     }
 }
 
-/// Prefetches the lines of a row into the first cache. It does nothing if the architecture is not
-/// x86-64.
+/// Prefetches the lines of a row into the first cache. It does nothing on
+/// architectures other than x86-64 and 64-bit ARM.
 #[inline(always)]
 pub(super) fn prefetch<T>(rows: &[T], index: u32) {
     let row = rows.as_ptr().wrapping_add(index as usize).addr();
@@ -110,6 +110,16 @@ fn line_at(address: usize) {
         // the address.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
     }
-    #[cfg(not(target_arch = "x86_64"))]
+    #[cfg(target_arch = "aarch64")]
+    // SAFETY: the instruction has no effect but on caches, whatever the address. It has no stable
+    // name in the standard library.
+    unsafe {
+        std::arch::asm!(
+            "prfm pldl1keep, [{}]",
+            in(reg) address,
+            options(nostack, preserves_flags, readonly)
+        );
+    }
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     let _ = address;
 }

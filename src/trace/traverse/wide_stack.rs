@@ -130,7 +130,10 @@ fn compact(lanes: u32, from: &[u32; NATIVE], to: &mut [u32; NATIVE]) {
 }
 
 #[cfg_attr(
-    all(target_arch = "x86_64", target_feature = "avx2"),
+    any(
+        all(target_arch = "x86_64", target_feature = "avx2"),
+        target_arch = "aarch64"
+    ),
     allow(dead_code, reason = "another replaces it, and is tested against it")
 )]
 #[inline(always)]
@@ -155,8 +158,29 @@ fn push_scalar(
     count
 }
 
-#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+#[cfg(not(any(
+    all(target_arch = "x86_64", target_feature = "avx2"),
+    target_arch = "aarch64"
+)))]
 use push_scalar as push_simd;
+
+#[cfg(target_arch = "aarch64")]
+#[inline(always)]
+fn push_simd(
+    reversed: bool,
+    crossing: &TInterval<Native>,
+    best: f32,
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
+    let enter = crossing.tnear.max(Native::ZERO);
+    let limit = crossing.tfar.min(Native::splat(best));
+    let met = enter.le(limit).bits();
+    let to_front = LaneMove::to_front(met, reversed);
+    *to_enter = to_front.floats(enter).to_array();
+    *to_code = to_front.numbers(codes);
+    met.count_ones() as usize
+}
 
 #[cfg(all(
     target_arch = "x86_64",
