@@ -13,8 +13,8 @@ use phalanx_scene::sampling::Sampling;
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use phalanx_trace::simd::LaneMask;
+use phalanx_trace::stopwatch::Stopwatch;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
-use std::time::Instant;
 
 /// Timed repeats of each pair of packets. The least time counts: whatever interrupts a thread only
 /// adds to it.
@@ -92,7 +92,7 @@ fn measure_time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Rang
     let lanes = packets.clone().map(|p| rays.active(p).bits().count_ones());
     let lanes: u32 = lanes.sum();
     let times = (0..REPEATS).map(|_| {
-        let start = Instant::now();
+        let start = Stopwatch::start();
         tracer.closest(rays, packets.clone(), &mut hits[..packets.len()]);
         std::hint::black_box(&hits);
         start.elapsed().as_nanos()

@@ -3,8 +3,8 @@
 use super::stats::RenderStats;
 use phalanx_scene::film::Tile;
 use phalanx_scene::film::{TileBuffer, TileSink};
+use phalanx_trace::stopwatch::Stopwatch;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
-use std::time::Instant;
 
 /// Binding of workers to cores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,9 +102,10 @@ pub fn render_on_workers<P: TileRenderer>(
             let Some(&tile) = tiles.get(k) else {
                 break;
             };
-            let start = Instant::now();
+            let start = Stopwatch::start();
             pixels.fit(tile);
             renderer.render_tile(tile, &mut pixels);
+            pixels.unify_nans();
             sink.put(tile, &pixels);
             took.push((k, start.elapsed().as_secs_f64()));
             let rays = renderer.stats().rays.total();

@@ -24,7 +24,7 @@ use oracle_renderer::OracleRenderer;
 use phalanx_oracle::{Oracle, OracleSearch};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::Bvh;
-use std::time::Instant;
+use phalanx_trace::stopwatch::Stopwatch;
 
 /// A finished render.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ pub fn render_with(
     let mut film = film.with_aovs(settings.aovs);
     let shared = SharedFilm::of(&mut film, window, side);
     let tiles = tiles(window, side);
-    let start = Instant::now();
+    let start = Stopwatch::start();
     let painted = render_tiles(scene, tree, settings, control, &tiles, &shared)?;
     let seconds = start.elapsed().as_secs_f64();
     Ok(Frame {

@@ -32,6 +32,9 @@ pub enum BandsError {
     /// A finished tile could not be stored, or could not be read.
     #[error(transparent)]
     Tiles(#[from] TileFileError),
+    /// The system has no thread to render on while bands are taken.
+    #[error("no thread could be started: {0}")]
+    Thread(#[source] std::io::Error),
     /// The consumer of the bands wants no more.
     #[error("the caller stopped the picture")]
     Abandoned,
@@ -100,13 +103,14 @@ pub fn render_bands(
         BandStats::render(scene, tree, settings, control, &missing, &open)
     };
     let (filled, wanted) = std::thread::scope(|scope| {
-        let filling = scope.spawn(fill);
+        let filling = std::thread::Builder::new().spawn_scoped(scope, fill);
+        let filling = filling.map_err(BandsError::Thread)?;
         let closed = OnDrop(|| open.close());
         let wanted = open.give_all(&mut take);
         drop(closed);
         let filled = filling.join();
-        (filled.unwrap_or_else(|panic| resume_unwind(panic)), wanted)
-    });
+        Ok::<_, BandsError>((filled.unwrap_or_else(|panic| resume_unwind(panic)), wanted))
+    })?;
     if let Some(error) = open.take_error() {
         return Err(error.into());
     }

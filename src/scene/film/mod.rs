@@ -4,6 +4,7 @@
 //! A renderer fills its own [`TileBuffer`]. The worker copies each finished tile to the film.
 
 mod aov;
+mod nan;
 mod tiles;
 
 pub use aov::{Aov, AovChannel, Aovs, NO_ID, RadianceAovs, SurfaceAov, current_channel_name};
