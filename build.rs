@@ -1,5 +1,5 @@
 //! Facts about the build for the program's records: compiler, profile, revision. None of it is
-//! needed to build.
+//! needed to build. For static builds also a library that their C library has no file for.
 
 use std::env;
 use std::path::Path;
@@ -15,6 +15,7 @@ fn main() {
     {
         println!("cargo::rerun-if-changed={source}");
     }
+    link_without_libdl();
     // For a custom profile, this is the profile that it inherits from.
     tell("PROFILE", &env::var("PROFILE").unwrap_or_default());
     if let Some(version) =
@@ -27,6 +28,20 @@ fn main() {
         from_git();
     } else if let Ok(info) = std::fs::read_to_string(".cargo_vcs_info.json") {
         from_package(&info);
+    }
+}
+
+/// `libloading` asks for `libdl`. With musl its functions are in the C library itself, and Rust's own
+/// copy of that comes without the empty archive that C compilers have in its place.
+fn link_without_libdl() {
+    let musl = env::var("CARGO_CFG_TARGET_ENV").is_ok_and(|env| env == "musl");
+    let Some(folder) = env::var_os("OUT_DIR").filter(|_| musl) else {
+        return;
+    };
+    let folder = Path::new(&folder);
+    match std::fs::write(folder.join("libdl.a"), "!<arch>\n") {
+        Ok(()) => println!("cargo::rustc-link-search=native={}", folder.display()),
+        Err(error) => println!("cargo::warning=no libdl.a for musl: {error}"),
     }
 }
 
