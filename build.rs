@@ -31,8 +31,8 @@ fn main() {
     }
 }
 
-/// `libloading` asks for `libdl`. With musl its functions are in the C library itself, and Rust's own
-/// copy of that comes without the empty archive that C compilers have in its place.
+/// Makes an empty `libdl`: `libloading` asks for one. With musl its functions are in the C library
+/// itself, and Rust's copy of that comes without the empty archive that C compilers have.
 fn link_without_libdl() {
     let musl = env::var("CARGO_CFG_TARGET_ENV").is_ok_and(|env| env == "musl");
     let Some(folder) = env::var_os("OUT_DIR").filter(|_| musl) else {

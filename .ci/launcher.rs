@@ -1,7 +1,7 @@
 //! `bin/phalanx` of a release: starts the build for the highest x86-64 level that this CPU has.
 //!
 //! The builds lie beside it, in `../lib/phalanx/phalanx-LEVEL`. `PHALANX_LEVEL` names another one. Compiled by `.ci/release` for plain
-//! x86-64, where `is_x86_feature_detected!` asks the CPU and the system.
+//! x86-64, where `is_x86_feature_detected!` asks the CPU and the system. A release for 64-bit ARM has one build and no launcher.
 
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
