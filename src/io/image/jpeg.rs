@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(bytes[20..24], [0xff, 0xfe, 0, text.len() as u8 + 2]);
         assert_eq!(bytes[24..24 + text.len()], *text.as_bytes());
         let mut plain = Vec::new();
-        let encoder = JpegEncoder::new_with_quality(&mut plain, QUALITY);
+        let mut encoder = JpegEncoder::new_with_quality(&mut plain, QUALITY);
         let rgb = ::image::RgbImage::from_raw(9, 8, picture.rgb.clone()).unwrap();
         encoder.encode_image(&rgb).unwrap();
         assert_eq!(bytes[..20], plain[..20]);

@@ -45,6 +45,15 @@ fn write_picture(out: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
     write_samples(out, (*width, *height), BitDepth::Eight, None, samples)
 }
 
+/// Writes samples of a picture that is no render, as they come.
+pub(super) fn write_plain_png(
+    out: &mut dyn io::Write,
+    size: (u32, u32),
+    bands: impl Iterator<Item = io::Result<Vec<u8>>>,
+) -> io::Result<()> {
+    write_samples(out, size, BitDepth::Eight, None, bands)
+}
+
 /// Facts about samples that a file tells beside them: their transfer curve, and texts.
 #[derive(Clone, Copy)]
 pub(super) struct PngInfo<'a> {
@@ -161,7 +170,7 @@ mod tests {
 
     /// The chunks of a file before its samples: their types and contents.
     fn chunks(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
-        let mut rest = &bytes[SIGNATURE.len()..];
+        let mut rest = &bytes[b"\x89PNG\r\n\x1a\n".len()..];
         let mut all = Vec::new();
         loop {
             let length = u32::from_be_bytes(*rest.first_chunk().unwrap()) as usize;

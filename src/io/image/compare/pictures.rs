@@ -3,7 +3,7 @@
 
 use super::super::error::{CompareError, PictureError};
 use super::super::file::replace_file;
-use super::super::png::write_png;
+use super::super::png::write_plain_png;
 use super::super::read::{PictureReader, SampleKind};
 use super::band_pairs::{BandPair, BandPairs};
 use super::comparison::PictureComparison;
@@ -99,7 +99,7 @@ fn save(
         (0..band.rows as usize).for_each(|row| draw(&drawing, &band, row, &mut rgb));
         Ok(rgb)
     });
-    let written = replace_file(path, |out| write_png(out, columns, height, bands));
+    let written = replace_file(path, |out| write_plain_png(out, (columns, height), bands));
     written.map_err(|source| {
         CompareError::Picture(PictureError::Write {
             path: path.to_path_buf(),

@@ -13,6 +13,7 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use exr::prelude::{Compression, f16};
+use phalanx_scene::film::current_channel_name;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::io::ErrorKind;
@@ -115,7 +116,8 @@ fn push_channels(header: &Header, channels: &mut Vec<PictureChannel>) -> Result<
                 channel.name
             ));
         }
-        let own = channel.name.to_string();
+        // Files of earlier versions have other names for the same layers.
+        let own = current_channel_name(&channel.name.to_string()).to_owned();
         let name = match &part {
             Some(part) if !own.starts_with(&part[..]) => format!("{part}{own}"),
             _ => own,

@@ -110,6 +110,7 @@ fn saved(folder: &Path, name: &str) -> PathBuf {
             encoding: OutputEncoding::SRGB,
         },
         depth: Depth::Sixteen,
+        header: Default::default(),
     };
     save_bands(&path, &file, [Ok(film)]).unwrap();
     path
