@@ -102,7 +102,8 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Cut a picture or a sequence into shards, which many machines render
     #[command(
-        after_help = "Every machine has to see the scene and the plan's folder under the same names.\n\n\
+        after_help = "Example: phalanx plan scene.test --shards 8 -o poster.png --plan poster.json",
+        after_long_help = "Every machine has to see the scene and the plan's folder under the same names.\n\n\
                       Examples:\n  phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000\n  \
                       phalanx plan scene.test --shards 5 -o turn.png --plan turn.json --frames 0..119 --turntable 120"
     )]
@@ -112,7 +113,8 @@ pub enum Command {
     Submit(SubmitTo),
     /// Put the shards of a plan together, or check its frames
     #[command(
-        after_help = "The picture is that of phalanx render to the last byte, and so is each frame. Exit code 6 if there are shards or \
+        after_help = "Example: phalanx merge poster.json",
+        after_long_help = "The picture is that of phalanx render to the last byte, and so is each frame. Exit code 6 if there are shards or \
                       frames missing, which are named.\n\n\
                       Example: phalanx merge poster.json"
     )]

@@ -26,7 +26,8 @@ pub fn cpu_caches() -> Vec<CpuCache> {
     caches
 }
 
-/// Bytes of the data cache nearest to the first CPU.
+/// Bytes of the data cache nearest to the first CPU. Processors of x86-64 describe it themselves.
+#[cfg(any(test, not(target_arch = "x86_64")))]
 pub(crate) fn nearest_data_cache() -> Option<usize> {
     let mut caches = cpu_caches().into_iter();
     let nearest = caches.find(|cache| cache.kind != "instruction")?;

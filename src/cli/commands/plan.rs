@@ -1,8 +1,8 @@
 //! `phalanx plan`: a picture or a sequence cut into shards, for many machines.
 
 use crate::cli::options::{
-    FrameArgs, GradeArgs, NamedScene, PictureArgs, SceneArgs, SceneInput, Sequence, name_parser,
-    read_keys, set_header,
+    FrameArgs, GradeArgs, LONG_RENDERS, NamedScene, OUTPUT, PictureArgs, SceneArgs, SceneInput,
+    Sequence, name_parser, read_keys, set_header,
 };
 use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
@@ -22,24 +22,30 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    #[arg(help = "Scene file, cache (.phx), or standard:NAME[:SIZE]")]
+    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
     pub scene: PathBuf,
-    /// How many shards to cut the picture or the sequence into
+    /// Number of shards
+    ///
+    /// How many shards to cut the picture or the sequence into.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
     pub shards: u32,
+    /// Picture that the shards are merged into
+    ///
     /// Picture that the shards will be merged into; its ending says what is written. If it lies
     /// outside the plan's folder, merge wants to be told again; whole frames, which shards write
-    /// themselves, have to lie in it
-    #[arg(short, long, value_name = "OUT.png")]
+    /// themselves, have to lie in it.
+    #[arg(short, long, value_name = "OUT.png", help_heading = OUTPUT, display_order = 0)]
     pub output: PathBuf,
-    /// Plan to write; shards are rendered into files beside it
-    #[arg(long, value_name = "PLAN.json")]
+    /// Plan to write; shards become files beside it
+    #[arg(long, value_name = "PLAN.json", help_heading = OUTPUT, display_order = 1)]
     pub plan: PathBuf,
     #[command(flatten)]
     pub frames: FrameArgs,
-    /// Cut a sequence into whole frames, dealt out in turn, or into the tiles of each frame, for
-    /// few frames that take long [default: frame]
-    #[arg(long, value_name = "frame|tile", value_parser = name_parser(&ShardBy::ALL), requires = "frames")]
+    /// Shards of whole frames (default), or of tiles
+    ///
+    /// Cut a sequence into whole frames, dealt out in turn (frame, the default), or into the tiles
+    /// of each frame, for few frames that take long (tile).
+    #[arg(long, value_name = "BY", hide_possible_values = true, help_heading = LONG_RENDERS, value_parser = name_parser(&ShardBy::ALL), requires = "frames")]
     pub shard_by: Option<ShardBy>,
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -48,7 +54,7 @@ pub struct PlanArgs {
     #[command(flatten)]
     pub beside: SceneArgs,
     /// Print one JSON document instead of lines
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT, display_order = 900)]
     pub json: bool,
 }
 

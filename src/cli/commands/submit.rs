@@ -39,11 +39,15 @@ pub enum SubmitTo {
 pub struct SubmitArgs {
     /// Plan to render and to merge
     pub plan: PathBuf,
+    /// Time limit of a shard, as sbatch takes it
+    ///
     /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and
-    /// goes back into the queue
+    /// goes back into the queue.
     #[arg(long, value_name = "TIME")]
     pub time: Option<String>,
-    /// Picture that the merge writes, anywhere
+    /// Picture that the merge writes [default: the plan's]
+    ///
+    /// Picture that the merge writes, anywhere.
     /// [default: the plan's, which has to lie in the plan's folder]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 pub enum Verbosity {
     /// Warnings and errors only.
     Quiet,
-    /// What most users want to know.
+    /// The figures that most users want to know.
     Normal,
     /// All there is to tell.
     Verbose,

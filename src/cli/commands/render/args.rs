@@ -22,8 +22,8 @@ pub struct RenderArgs {
     /// PNG, JPEG, EXR, HDR or PFM; - for stdout
     ///
     /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for
-    /// stdout (a PNG, if --format does not say otherwise; the report then goes to stderr). [default:
-    /// the scene's `output`, else its stem + .png, in the current folder]
+    /// stdout (a PNG, if --format does not say otherwise; the report then goes to stderr).
+    /// [default: the scene's `output`, else its stem + .png, in the current folder]
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT, display_order = 0)]
     pub output: Option<PathBuf>,
     #[command(flatten)]
