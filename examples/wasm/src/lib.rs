@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! cargo build --release --target wasm32-unknown-unknown -p phalanx-wasm
-//! node examples/wasm/render.mjs FILE.wasm scenes/glass.test 160 120 -o glass.pfm
+//! node examples/wasm/render.mjs MODULE.wasm 160 120 -o glass.pfm scenes/glass.test
 //! ```
 //!
 //! WebAssembly has neither threads nor files here. The library does the work on the one thread that

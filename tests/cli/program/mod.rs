@@ -16,6 +16,7 @@ mod places;
 mod plans;
 mod readme;
 mod refusals;
+mod same_bytes;
 mod scenes;
 mod sequences;
 mod signals;
