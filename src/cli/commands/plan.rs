@@ -34,10 +34,10 @@ pub struct PlanArgs {
     /// Picture that the shards will be merged into; its ending says what is written. If it lies
     /// outside the plan's folder, merge wants to be told again; whole frames, which shards write
     /// themselves, have to lie in it.
-    #[arg(short, long, value_name = "OUT.png", help_heading = OUTPUT, display_order = 0)]
+    #[arg(short, long, value_name = "OUT", help_heading = OUTPUT, display_order = 0)]
     pub output: PathBuf,
     /// Plan to write; shards become files beside it
-    #[arg(long, value_name = "PLAN.json", help_heading = OUTPUT, display_order = 1)]
+    #[arg(long, value_name = "PLAN", help_heading = OUTPUT, display_order = 1)]
     pub plan: PathBuf,
     #[command(flatten)]
     pub frames: FrameArgs,
