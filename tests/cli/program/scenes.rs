@@ -3,10 +3,12 @@
 use super::{SCENE, TestFolder};
 use std::fs;
 
-/// The picture that a command line makes.
-fn picture(room: &TestFolder, line: &str) -> Vec<u8> {
+/// The pixels of the picture that a command line makes. Its file also names the scene.
+fn picture(room: &TestFolder, line: &str) -> Vec<[u16; 3]> {
     room.ok(&format!("render {line} -o out.png"));
-    fs::read(room.path().join("out.png")).unwrap()
+    let picture = phalanx::image::load(&room.path().join("out.png")).unwrap();
+    assert!(picture.width > 0 && picture.height > 0);
+    picture.pixels
 }
 
 #[test]
