@@ -97,7 +97,7 @@ fn attribute(bytes: &[u8], name: &str) -> String {
         .from_buffered(std::io::Cursor::new(bytes))
         .unwrap();
     let others = &read.layer_data.attributes.other;
-    let found = others.iter().find(|(other, _)| other.to_string() == name);
+    let found = others.iter().find(|(other, _)| *other == name);
     let (_, value) = found.unwrap_or_else(|| panic!("no {name}"));
     value.clone().into_text().unwrap().to_string()
 }

@@ -4,7 +4,7 @@ use super::{SCENE, TestFolder};
 use std::fs;
 
 /// The pixels of the picture that a command line makes. Its file also names the scene.
-fn picture(room: &TestFolder, line: &str) -> Vec<[u16; 3]> {
+fn picture(room: &TestFolder, line: &str) -> Vec<[u16; 4]> {
     room.ok(&format!("render {line} -o out.png"));
     let picture = phalanx::image::load(&room.path().join("out.png")).unwrap();
     assert!(picture.width > 0 && picture.height > 0);

@@ -249,7 +249,7 @@ fn sixteen_bits_and_jpeg_are_in_steps_of_eight_bits() {
     let mut film = linear(false, Aovs::NONE);
     film.planes.iter_mut().flatten().for_each(|s| *s /= 8.0);
     let a = save(&folder, "a.png", film.clone());
-    film.planes[1][3] = film.planes[1][3] + 1.5 / 65_535.0;
+    film.planes[1][3] += 1.5 / 65_535.0;
     let b = save(&folder, "b.png", film.clone());
     let found = compared(&a, &b, None);
     let largest = found.layers[0].largest.as_ref().unwrap();

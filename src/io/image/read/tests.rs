@@ -231,7 +231,7 @@ fn broken_files_of_every_format_are_errors() {
                 random = random
                     .wrapping_mul(6_364_136_223_846_793_005)
                     .wrapping_add(1);
-                let header = (random >> 20) % 2 == 0;
+                let header = (random >> 20).is_multiple_of(2);
                 let length = if header {
                     mutant.len().min(512)
                 } else {
