@@ -18,9 +18,10 @@ use std::time::Instant;
 
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    /// Scene file, standard:NAME[:SIZE], or -
-    ///
-    /// Scene file, standard scene as standard:NAME[:SIZE], or - for stdin (see --format).
+    #[arg(
+        help = "Scene file, standard:NAME[:SIZE], or -",
+        long_help = "Scene file, standard scene as standard:NAME[:SIZE], or - for stdin (see --format)."
+    )]
     pub scene: PathBuf,
     /// Cache to write
     #[arg(short, long, value_name = "OUT.phx", help_heading = OUTPUT)]

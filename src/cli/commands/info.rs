@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file, cache (.phx), standard:NAME[:SIZE], or -
-    ///
-    /// Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see
-    /// --format).
+    #[arg(
+        help = "Scene file, cache (.phx), standard:NAME[:SIZE], or -",
+        long_help = "Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see --format)."
+    )]
     pub scene: PathBuf,
     #[command(flatten)]
     pub beside: SceneArgs,

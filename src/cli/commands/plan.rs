@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
+    #[arg(help = "Scene file, cache (.phx), or standard:NAME[:SIZE]")]
     pub scene: PathBuf,
     /// Number of shards
     ///

@@ -84,11 +84,11 @@ const BASELINE: &str = "Baseline";
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Scene files, caches, standard:NAME[:SIZE], or -
-    ///
-    /// Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin.
-    /// [default: the standard suite]
-    #[arg(value_name = "SCENE")]
+    #[arg(
+        value_name = "SCENE",
+        help = "Scene files, caches, standard:NAME[:SIZE], or -",
+        long_help = "Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin. [default: the standard suite]"
+    )]
     pub scenes: Vec<PathBuf>,
     /// About a minute: seven scenes of the suite
     ///

@@ -9,11 +9,11 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, cache (.phx), standard:NAME[:SIZE], or -
-    ///
-    /// Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see
-    /// --format).
-    #[arg(required_unless_present = "plan")]
+    #[arg(
+        required_unless_present = "plan",
+        help = "Scene file, cache (.phx), standard:NAME[:SIZE], or -",
+        long_help = "Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see --format)."
+    )]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub beside: SceneArgs,

@@ -25,11 +25,12 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Scene files, caches (.phx), standard:NAME[:SIZE], or -
-    ///
-    /// Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin
-    /// (see --format).
-    #[arg(required = true, value_name = "SCENE")]
+    #[arg(
+        required = true,
+        value_name = "SCENE",
+        help = "Scene files, caches (.phx), standard:NAME[:SIZE], or -",
+        long_help = "Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin (see --format)."
+    )]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArgs,
