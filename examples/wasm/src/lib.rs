@@ -15,7 +15,7 @@
 
 use phalanx::formats::Options;
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
-use phalanx::image::{Depth, ImageFormat, PictureFile, write_bands};
+use phalanx::image::{Depth, ImageFormat, PictureFile, PictureHeader, write_bands};
 use phalanx::open::{open, open_bytes, standard_name};
 use phalanx::scene::Scene;
 use std::error::Error;
@@ -121,6 +121,7 @@ fn picture(
         origin: scene.origin,
         exposure: scene.encoding.into(),
         depth: Depth::default(),
+        header: PictureHeader::NONE,
     };
     let mut bytes = Vec::new();
     write_bands(&mut bytes, &file, [Ok(frame.film)])?;
