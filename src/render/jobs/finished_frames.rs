@@ -386,13 +386,27 @@ mod tests {
         assert_eq!(state(FIRST), FrameState::Absent);
     }
 
+    /// Opens a list. A process that another test is starting has its files until it begins its
+    /// program, locks included, so one that is in use is asked for again.
+    fn open(path: &Path) -> FinishedFrames {
+        for _ in 0..200 {
+            match FinishedFrames::open(path, &key(8), "0") {
+                Err(FrameListError::InUse { .. }) => {
+                    std::thread::sleep(std::time::Duration::from_millis(10));
+                }
+                opened => return opened.unwrap(),
+            }
+        }
+        panic!("in use for two seconds");
+    }
+
     #[test]
     fn a_list_that_is_cut_off_anywhere_keeps_its_whole_lines() {
         let folder = tempfile::tempdir().unwrap();
         let (path, picture) = (folder.path().join("a.frames"), folder.path().join("a.png"));
         fs::write(&picture, "pixels").unwrap();
         let second = FrameIdentity { frame: 8, ..FIRST };
-        let mut list = FinishedFrames::open(&path, &key(8), "0").unwrap();
+        let mut list = open(&path);
         list.add(FIRST, &picture).unwrap();
         list.add(second, &picture).unwrap();
         drop(list);
@@ -402,7 +416,7 @@ mod tests {
             .collect();
         for length in 0..=whole.len() {
             fs::write(&path, &whole[..length]).unwrap();
-            let mut list = FinishedFrames::open(&path, &key(8), "0").unwrap();
+            let mut list = open(&path);
             let finished = |list: &FinishedFrames, frame| {
                 list.state(frame, &picture).unwrap() == FrameState::Finished
             };
