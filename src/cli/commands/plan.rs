@@ -290,13 +290,31 @@ fn text(path: &Path) -> Result<String, CliError> {
     })
 }
 
+/// A plan's picture, opened again.
+pub struct ReopenedPicture {
+    pub scene_input: SceneInput,
+    pub settings: Settings,
+    /// Options beside the scene.
+    beside: SceneArgs,
+}
+
+impl ReopenedPicture {
+    /// A file with the header of a frame, whose view the scene has.
+    pub fn with_frame_header(
+        &self,
+        frames: &PlannedFrames,
+        file: &OutputFile,
+    ) -> Result<OutputFile, CliError> {
+        let (name, start) = (&frames.plan().scene, frames.sequence().scene_view());
+        let scene = &self.scene_input.scene;
+        let named = NamedScene::of_frame(name.as_ref(), &self.beside, scene, &start);
+        named.with_header(file, &self.settings)
+    }
+}
+
 /// Opens a plan's picture again: its scene, and its settings, which must still be those of the
 /// plan.
-pub fn reopen(
-    path: &Path,
-    plan: &RenderPlan,
-    threads: usize,
-) -> Result<(SceneInput, Settings), CliError> {
+pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<ReopenedPicture, CliError> {
     let asked = PlanArgs::of_words(&plan.arguments).ok_or_else(|| {
         CliError::Runtime(format!(
             "{}: its arguments are not those of phalanx plan",
@@ -317,7 +335,11 @@ pub fn reopen(
     if let Some(sequence) = &plan.sequence {
         check_camera(path, sequence, &scene_input.scene)?;
     }
-    Ok((scene_input, settings))
+    Ok(ReopenedPicture {
+        scene_input,
+        settings,
+        beside: asked.beside,
+    })
 }
 
 /// Refuses a camera's path that is no longer the plan's. The plan's own key frames are rendered;
@@ -406,25 +428,4 @@ pub fn target(
     )?;
     set_header(&mut output, plan.header.clone());
     Ok(output)
-}
-
-/// The file of a frame of a plan, with the frame's own header; the scene has the frame's view.
-pub fn file_of_frame(
-    frames: &PlannedFrames,
-    file: &OutputFile,
-    scene: &Scene,
-    settings: &Settings,
-) -> Result<OutputFile, CliError> {
-    let plan = frames.plan();
-    let mut file = file.clone();
-    if let Some(asked) = PlanArgs::of_words(&plan.arguments) {
-        let named = NamedScene {
-            name: Path::new(&plan.scene),
-            args: &asked.beside,
-            scene,
-            is_moved: scene.view != frames.sequence().scene_view() || scene.made_up.view,
-        };
-        set_header(&mut file, named.header(settings)?);
-    }
-    Ok(file)
 }

@@ -36,7 +36,33 @@ pub struct NamedScene<'a> {
     pub is_moved: bool,
 }
 
-impl NamedScene<'_> {
+impl<'a> NamedScene<'a> {
+    /// The scene of a frame of a sequence that began with the view `start`.
+    pub fn of_frame(
+        name: &'a Path,
+        args: &'a SceneArgs,
+        scene: &'a Scene,
+        start: &View,
+    ) -> NamedScene<'a> {
+        NamedScene {
+            name,
+            args,
+            scene,
+            is_moved: scene.view != *start || scene.made_up.view,
+        }
+    }
+
+    /// A file with the header of this picture.
+    pub fn with_header(
+        &self,
+        output: &OutputFile,
+        settings: &Settings,
+    ) -> Result<OutputFile, CliError> {
+        let mut output = output.clone();
+        set_header(&mut output, self.header(settings)?);
+        Ok(output)
+    }
+
     /// The header of a file of this picture, whose command lacks the file's own options:
     /// [`set_header`] adds them.
     pub fn header(&self, settings: &Settings) -> Result<PictureHeader, CliError> {

@@ -124,26 +124,10 @@ fn tile(
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_film::{bits, film};
+    use super::super::test_film::{PLAIN_EXR, bits, film};
     use super::*;
-    use crate::image::{Depth, Exposure, ImageFormat, PictureHeader};
     use exr::prelude::{ReadChannels, ReadLayers};
-    use phalanx_scene::OutputEncoding;
     use std::io::Cursor;
-
-    const PLAIN: PictureFile = PictureFile {
-        width: 2,
-        height: 2,
-        format: ImageFormat::Exr,
-        aovs: Aovs::NONE,
-        origin: [0.0; 3],
-        exposure: Exposure {
-            stops: 0.0,
-            encoding: OutputEncoding::LINEAR,
-        },
-        depth: Depth::Eight,
-        header: PictureHeader::NONE,
-    };
 
     #[test]
     fn exr_keeps_every_bit() {
@@ -153,7 +137,7 @@ mod tests {
             let file = PictureFile {
                 width: 70,
                 height: 67,
-                ..PLAIN
+                ..PLAIN_EXR
             };
             write_exr(&mut bytes, &file, &mut [Ok(film.clone())].into_iter()).unwrap();
             bytes.into_inner()

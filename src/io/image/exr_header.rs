@@ -160,24 +160,10 @@ fn sort_attributes(bytes: &[u8]) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::test_film::PLAIN_EXR;
     use super::*;
-    use crate::image::{Depth, Exposure, ImageFormat, PictureHeader};
-    use phalanx_scene::OutputEncoding;
+    use crate::image::PictureHeader;
     use phalanx_scene::film::Aovs;
-
-    const PLAIN: PictureFile = PictureFile {
-        width: 2,
-        height: 2,
-        format: ImageFormat::Exr,
-        aovs: Aovs::NONE,
-        origin: [0.0; 3],
-        exposure: Exposure {
-            stops: 0.0,
-            encoding: OutputEncoding::LINEAR,
-        },
-        depth: Depth::Eight,
-        header: PictureHeader::NONE,
-    };
 
     const RED: &[ExrChannel] = &[("R", false, 0)];
 
@@ -186,7 +172,7 @@ mod tests {
         let far = PictureFile {
             aovs: Aovs::NONE.with(Aov::Position),
             origin: [500_000.5, 0.0, -4e6],
-            ..PLAIN
+            ..PLAIN_EXR
         };
         let told = |file: &PictureFile| {
             let header = header(file, RED);
@@ -221,7 +207,7 @@ mod tests {
                 objects: vec!["sphere0".to_owned()],
                 materials: vec!["hello".to_owned(), "b".to_owned()],
             },
-            ..PLAIN
+            ..PLAIN_EXR
         };
         let first = sorted_header(&header(&file, RED)).unwrap();
         for _ in 0..8 {

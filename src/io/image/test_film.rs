@@ -1,6 +1,23 @@
-//! A film for tests of formats that hold radiance as it is.
+//! A film for tests of formats that hold radiance as it is, and a file for one.
 
-use phalanx_scene::film::Film;
+use super::{Depth, Exposure, ImageFormat, PictureFile, PictureHeader};
+use phalanx_scene::OutputEncoding;
+use phalanx_scene::film::{Aovs, Film};
+
+/// A small OpenEXR file without layers, origin and header.
+pub(super) const PLAIN_EXR: PictureFile = PictureFile {
+    width: 2,
+    height: 2,
+    format: ImageFormat::Exr,
+    aovs: Aovs::NONE,
+    origin: [0.0; 3],
+    exposure: Exposure {
+        stops: 0.0,
+        encoding: OutputEncoding::LINEAR,
+    },
+    depth: Depth::Eight,
+    header: PictureHeader::NONE,
+};
 
 /// Wider and higher than a tile, with sides that are no round numbers. Radiance is small and large,
 /// negative, and not a number.

@@ -98,7 +98,7 @@ pub(super) fn collect_fragments(
     for (packet, hit) in hits.iter().enumerate() {
         let (ray, active) = rays.packet(packet);
         let mut shares = coverage.0.get(packet).copied().unwrap_or([1.0; LANES]);
-        // What is left of each ray, and the last surface that a part of it ended on.
+        // Each ray's share that no surface has stopped yet, and the last surface that stopped some.
         let mut open = [1.0f32; LANES];
         let mut counted = [None; LANES];
         let (mut hits, mut followed) = (*hit, active);

@@ -326,7 +326,7 @@ fn a_sequence_that_has_changed_meanwhile_is_refused() {
     let parts = ["another sequence: --spp is 1 there and 2 here"];
     room.refused("render --plan p.json --shard 0", 2, &parts);
     room.refused("submit slurm p.json --dry-run", 2, &parts);
-    // By tile, too.
+    // The same holds for shards of tiles.
     room.ok(&format!("{plan} --shard-by tile").replace("p.json", "t.json"));
     room.ok("render --plan t.json --shard 0");
     room.write("way", &moved);

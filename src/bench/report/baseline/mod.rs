@@ -21,6 +21,7 @@ pub use compatibility::{IncompatibleRecords, Mismatch};
 pub use counters::{CountDifference, CounterChange, counters};
 pub use log_change::RateChange;
 pub use regressions::{RETAKES, Regression};
+pub(super) use text::BY_RAYS_HEAD;
 pub use text::{changes_table, counters_table, regressions_table};
 
 use super::{BenchRecord, ORACLE, PHALANX, RateRow};

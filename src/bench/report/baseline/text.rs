@@ -9,7 +9,8 @@ use crate::report::text::{aligned, counted, percent, rate};
 /// Most rows of a table: those that matter come first.
 const MAX_ROWS: usize = 12;
 
-const BY_RAYS_HEAD: [&str; 6] = [
+/// Columns of the changes by kind of rays.
+pub(in crate::report) const BY_RAYS_HEAD: [&str; 6] = [
     "rays",
     "kernel",
     "threads",

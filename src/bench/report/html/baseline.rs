@@ -4,6 +4,7 @@ use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::tables::{cell, folded_table, table};
 use super::view::{commit_text, day, threads_text};
+use crate::report::baseline::BY_RAYS_HEAD;
 use crate::report::{AUTO, BenchRecord, Changes, GroupChange, Grouping, RateChange};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
@@ -125,17 +126,9 @@ fn group_table(changes: &Changes) -> Markup {
             rows.push(cells);
         }
     }
-    let head = [
-        "rays",
-        "kernel",
-        "threads",
-        "scenes",
-        "change",
-        "95 % interval",
-    ];
     table(
         "Kernels by kind of rays, geometric means over scenes",
-        &head,
+        &BY_RAYS_HEAD,
         2,
         rows,
     )

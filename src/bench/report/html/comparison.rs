@@ -8,7 +8,9 @@ use super::tables::{cell, folded_table, table};
 use super::view::{commit_text, day, kind_text, threads_text};
 use super::{number_format, summary};
 use crate::report::comparison::{self, ComparisonTable};
-use crate::report::{AUTO, BenchRecord, BestRows, Estimate, RecordComparison, quotable_line};
+use crate::report::{
+    AUTO, BenchRecord, BestRows, Estimate, MeanRates, RecordComparison, quotable_line,
+};
 use maud::{Markup, html};
 
 /// The records of a page.
@@ -167,6 +169,29 @@ pub(super) fn machines(of: &ComparedRecords<'_>) -> Markup {
     }
 }
 
+/// A chart of our means by kind of rays: a dot for each record that has a value, which comes with
+/// its words. Its title is followed by more, by the caption of the axis, and by the value to mark.
+fn means_chart(
+    of: &ComparedRecords<'_>,
+    threads: u32,
+    (more, caption, mark): (&str, &str, Option<f64>),
+    value: impl Fn(&MeanRates, usize) -> Option<(f64, String)>,
+) -> Markup {
+    let means = of.comparison.means.iter();
+    let lines = means
+        .filter(|mean| mean.threads == threads)
+        .map(|mean| Line {
+            label: mean.rays.clone(),
+            group: String::new(),
+            dots: of.dots(|record| {
+                let (value, words) = value(mean, record)?;
+                Some((exact(value), format!("{}, {words}", mean.rays)))
+            }),
+        });
+    let lines: Vec<Line> = lines.collect();
+    figure("phalanx auto", more, caption, &lines, mark)
+}
+
 /// Geometric means by kind of rays.
 pub(super) fn rates(of: &ComparedRecords<'_>) -> Markup {
     let mut threads: Vec<u32> = of
@@ -178,21 +203,13 @@ pub(super) fn rates(of: &ComparedRecords<'_>) -> Markup {
     threads.sort_unstable();
     threads.dedup();
     let chart = |threads: u32| {
-        let means = of.comparison.means.iter();
-        let lines = means
-            .filter(|mean| mean.threads == threads)
-            .map(|mean| Line {
-                label: mean.rays.clone(),
-                group: String::new(),
-                dots: of.dots(|record| {
-                    let rate = *mean.mrays_per_s.get(record)?;
-                    let shown = number_format::measured(rate);
-                    Some((exact(rate), format!("{}, {shown} Mrays/s", mean.rays)))
-                }),
-            });
-        let lines: Vec<Line> = lines.collect();
         let on = format!(", {}", threads_text(threads));
-        figure("phalanx auto", &on, "Mrays/s", &lines, None)
+        let value = |mean: &MeanRates, record: usize| {
+            let rate = *mean.mrays_per_s.get(record)?;
+            let shown = number_format::measured(rate);
+            Some((rate, format!("{shown} Mrays/s")))
+        };
+        means_chart(of, threads, (&on, "Mrays/s", None), value)
     };
     html! {
         @if threads.is_empty() { p.note { "The records have no rates in common." } }
@@ -287,27 +304,16 @@ pub(super) fn baseline(of: &ComparedRecords<'_>) -> Markup {
         return html! {};
     };
     let chart = |threads: u32| {
-        let means = of.comparison.means.iter();
-        let lines = means
-            .filter(|mean| mean.threads == threads)
-            .map(|mean| Line {
-                label: mean.rays.clone(),
-                group: String::new(),
-                dots: of.dots(|record| {
-                    let change =
-                        mean.mrays_per_s.get(record).filter(|_| record > 0)? / mean.mrays_per_s[0];
-                    let words = super::baseline::signed_percent(change - 1.0);
-                    Some((exact(change), format!("{}, {words}", mean.rays)))
-                }),
-            });
         let on = format!(" over {}, {}", first.label, threads_text(threads));
-        let lines: Vec<Line> = lines.collect();
-        figure(
-            "phalanx auto",
-            &on,
-            "times the baseline's rate",
-            &lines,
-            Some(1.0),
+        let value = |mean: &MeanRates, record: usize| {
+            let change = mean.mrays_per_s.get(record).filter(|_| record > 0)? / mean.mrays_per_s[0];
+            Some((change, super::baseline::signed_percent(change - 1.0)))
+        };
+        means_chart(
+            of,
+            threads,
+            (&on, "times the baseline's rate", Some(1.0)),
+            value,
         )
     };
     let differing = comparison::differing(of.comparison, usize::MAX);

@@ -226,7 +226,7 @@ fn put_together(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Resu
     let format = format_of(output, args.format, "the picture")?;
     let target = plan::target(plan, output.into(), format)?;
     // Headers of frames tell their cameras, in the coordinates of the scene's file.
-    let (mut scene_input, settings) = plan::reopen(&args.plan, plan, 0)?;
+    let mut reopened = plan::reopen(&args.plan, plan, 0)?;
     let (window, shares) = (plan.picture.window(), shares(frames));
     for frame in frames.all() {
         let path = match args.output {
@@ -238,8 +238,8 @@ fn put_together(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Resu
             path,
             ..target.clone()
         };
-        scene_input.scene.view = frames.view(frame)?;
-        let file = plan::file_of_frame(frames, &file, &scene_input.scene, &settings)?;
+        reopened.scene_input.scene.view = frames.view(frame)?;
+        let file = reopened.with_frame_header(frames, &file)?;
         let files = files(&args.plan, frames, frame, &shares)?;
         let files: Result<Vec<TileFile>, String> = files.into_iter().collect();
         let files = files.map_err(CliError::Missing)?;

@@ -3,7 +3,7 @@
 use super::args::RenderArgs;
 use super::kept_tiles::{keep_tiles, open_tiles};
 use super::report::RenderSeconds;
-use crate::cli::options::{NamedScene, Sequence, set_header};
+use crate::cli::options::{NamedScene, Sequence};
 use crate::cli::output::{
     self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, Verbosity, mrays_per_s,
     progress,
@@ -18,8 +18,6 @@ use std::time::Instant;
 /// Inputs shared by all frames of a sequence.
 pub struct Job<'a> {
     pub args: &'a RenderArgs,
-    /// The scene's name.
-    pub name: &'a Path,
     pub prepared: &'a Accel,
     pub settings: &'a Settings,
 }
@@ -58,9 +56,11 @@ pub fn print_frame(
 }
 
 impl Job<'_> {
-    /// Renders one frame after the other; each is finished before the next begins.
+    /// Renders one frame after the other; each is finished before the next begins. `name` is the
+    /// scene's.
     pub fn sequence(
         &self,
+        name: &Path,
         sequence: &Sequence,
         scene: &mut Scene,
         output: &OutputFile,
@@ -77,8 +77,8 @@ impl Job<'_> {
             let checkpoint = self.args.keep.checkpoint.as_deref();
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
             let tiles = self.checkpoint(scene, checkpoint.as_deref())?;
-            let is_moved = scene.view != start || scene.made_up.view;
-            let output = self.with_header(scene, is_moved, &output)?;
+            let named = NamedScene::of_frame(name, &self.args.beside, scene, &start);
+            let output = named.with_header(&output, self.settings)?;
             let work = self.render(scene, &output, tiles.as_ref())?;
             if !self.args.json {
                 print_frame(frame, &work.stats, work.seconds.render, &output.path)?;
@@ -86,25 +86,6 @@ impl Job<'_> {
             all.add(&work);
         }
         Ok(all)
-    }
-
-    /// A file with the header of this picture. `is_moved` is true if the scene's view is that of a
-    /// frame.
-    pub fn with_header(
-        &self,
-        scene: &Scene,
-        is_moved: bool,
-        output: &OutputFile,
-    ) -> Result<OutputFile, CliError> {
-        let named = NamedScene {
-            name: self.name,
-            args: &self.args.beside,
-            scene,
-            is_moved,
-        };
-        let mut output = output.clone();
-        set_header(&mut output, named.header(self.settings)?);
-        Ok(output)
     }
 
     /// The file of a checkpoint, if there is to be one.
@@ -132,7 +113,6 @@ impl Job<'_> {
             args,
             prepared,
             settings,
-            ..
         } = *self;
         let preview = LivePreview::of(
             args.sight.preview,

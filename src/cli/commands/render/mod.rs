@@ -11,7 +11,7 @@ mod shard_index;
 
 pub use args::RenderArgs;
 
-use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
+use crate::cli::options::{NamedScene, SceneInput, Sequence, film_bytes, stem};
 use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
 use job::{Job, films_in_memory};
 use phalanx::frame::{Aov, Engine, Integrator};
@@ -68,7 +68,6 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let job = Job {
         args,
-        name,
         prepared: &prepared,
         settings: &settings,
     };
@@ -76,10 +75,16 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
         None => {
             let scene = &scene_input.scene;
             let tiles = job.checkpoint(scene, args.keep.checkpoint.as_deref())?;
-            let output = job.with_header(scene, false, &output)?;
+            let named = NamedScene {
+                name,
+                args: &args.beside,
+                scene,
+                is_moved: false,
+            };
+            let output = named.with_header(&output, &settings)?;
             job.render(scene, &output, tiles.as_ref())?
         }
-        Some(sequence) => job.sequence(sequence, &mut scene_input.scene, &output)?,
+        Some(sequence) => job.sequence(name, sequence, &mut scene_input.scene, &output)?,
     };
     let scene = &scene_input.scene;
     if let Some(heatmap) = heatmap {

@@ -86,6 +86,12 @@ pub struct RenderSeconds {
     pub write: f64,
 }
 
+impl RenderSeconds {
+    fn total(self) -> f64 {
+        self.load + self.build + self.render + self.write
+    }
+}
+
 impl RenderDocument {
     /// A report of a render with its tree, its memory, and the seconds of each part.
     pub fn new(
@@ -119,6 +125,11 @@ impl RenderDocument {
         }
     }
 
+    fn threads_words(&self) -> String {
+        let plural = if self.threads == 1 { "" } else { "s" };
+        format!("{} thread{plural}", self.threads)
+    }
+
     fn ray_table(&self) -> String {
         let mut text = format!("{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
         for ((kind, rays), (_, speed)) in rays_by_kind(&self.rays).iter().zip(self.mrays_per_s) {
@@ -135,16 +146,9 @@ impl Output for RenderDocument {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
         let samples = self.summary.samples_words();
-        let RenderSeconds {
-            load,
-            build,
-            render,
-            write,
-        } = self.seconds;
-        let all = load + build + render + write;
+        let (render, all) = (self.seconds.render, self.seconds.total());
         let rays = self.rays.total() as f64 / 1e6;
         let speed = mrays_per_s(self.rays.total(), render);
-        let plural = if self.threads == 1 { "" } else { "s" };
         lines(&[
             (
                 "scene",
@@ -157,8 +161,8 @@ impl Output for RenderDocument {
             (
                 "speed",
                 format!(
-                    "{speed:.1} Mrays/s, {rays:.1} million rays in {render:.2} s of {all:.2} s, {} thread{plural}",
-                    self.threads
+                    "{speed:.1} Mrays/s, {rays:.1} million rays in {render:.2} s of {all:.2} s, {}",
+                    self.threads_words()
                 ),
             ),
             ("written", self.image.written()),
@@ -169,9 +173,8 @@ impl Output for RenderDocument {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
         let asked = self.summary.words();
-        let (engine, isa, threads) = (self.engine, self.isa, self.threads);
+        let (engine, isa, threads) = (self.engine, self.isa, self.threads_words());
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
-        let plural = if threads == 1 { "" } else { "s" };
         let RenderSeconds {
             load,
             build,
@@ -183,10 +186,7 @@ impl Output for RenderDocument {
                 "scene",
                 format!("{}, {width}x{height}{region}, {asked}", self.scene),
             ),
-            (
-                "engine",
-                format!("{engine}{kernel} on {isa}, {threads} thread{plural}"),
-            ),
+            ("engine", format!("{engine}{kernel} on {isa}, {threads}")),
             ("primitives", self.primitives.words()),
             ("tree", self.bvh.words()),
             (

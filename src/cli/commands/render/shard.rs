@@ -40,8 +40,8 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     if let Some(frames) = PlannedFrames::of(&plan) {
         return shard_frames::run(args, path, &frames, shard);
     }
-    let (mut scene_input, settings) = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
-    let settings = args.work.apply(settings);
+    let picture = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
+    let (mut scene_input, settings) = (picture.scene_input, args.work.apply(picture.settings));
     let name = plan.shard_file(path, shard);
     let file = TileFile::open(&name, &plan.picture)?;
     warn_damaged(&file, &name);

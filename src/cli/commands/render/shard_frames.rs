@@ -6,13 +6,12 @@
 use super::args::RenderArgs;
 use super::job::{Job, films_in_memory, print_frame};
 use super::kept_tiles::{keep_tiles, open_tiles, warn_damaged};
-use crate::cli::commands::plan;
-use crate::cli::options::SceneInput;
+use crate::cli::commands::plan::{self, ReopenedPicture};
 use crate::cli::output::{
     self, CliError, Output, OutputFile, ProgressOptions, format_of, grouped, lines, mrays_per_s,
     progress,
 };
-use phalanx::frame::{Accel, Settings, Tile};
+use phalanx::frame::{Accel, Tile};
 use phalanx::jobs::{
     BandStats, FinishedFrames, FrameState, PlannedFrames, TileFile, render_to_file,
 };
@@ -46,8 +45,7 @@ struct FrameShard<'a> {
     path: &'a Path,
     frames: &'a PlannedFrames<'a>,
     shard: u32,
-    scene_input: SceneInput,
-    settings: Settings,
+    picture: ReopenedPicture,
     /// Built for the first frame that is not finished yet.
     prepared: Option<Accel>,
     done: FramesDocument,
@@ -61,7 +59,8 @@ pub fn run(
     shard: u32,
 ) -> Result<(), CliError> {
     let plan = frames.plan();
-    let (scene_input, settings) = plan::reopen(path, plan, args.work.threads.unwrap_or(0))?;
+    let mut picture = plan::reopen(path, plan, args.work.threads.unwrap_or(0))?;
+    picture.settings = args.work.apply(picture.settings);
     let list = frames.list_file(path, shard);
     let list = FinishedFrames::open(&list, &plan.picture, &frames.path_checksum())?;
     let mut work = FrameShard {
@@ -69,8 +68,7 @@ pub fn run(
         path,
         frames,
         shard,
-        scene_input,
-        settings: args.work.apply(settings),
+        picture,
         prepared: None,
         done: FramesDocument {
             shard,
@@ -115,20 +113,22 @@ impl FrameShard<'_> {
 
     /// Renders a frame into its picture; its tiles are kept in a file until that is written.
     fn whole_frame(&mut self, frame: u32, file: &OutputFile, tiles: &Path) -> Result<(), CliError> {
-        self.set_frame(frame, films_in_memory(&self.settings, file))?;
+        self.set_frame(frame, films_in_memory(&self.picture.settings, file))?;
         let Some(prepared) = &self.prepared else {
             return Ok(());
         };
-        let kept = open_tiles(tiles, &self.frames.key(frame)?, self.settings.pixels())?;
+        let kept = open_tiles(
+            tiles,
+            &self.frames.key(frame)?,
+            self.picture.settings.pixels(),
+        )?;
         let job = Job {
             args: self.args,
-            name: self.path,
             prepared,
-            settings: &self.settings,
+            settings: &self.picture.settings,
         };
-        let scene = &self.scene_input.scene;
-        let file = &plan::file_of_frame(self.frames, file, scene, &self.settings)?;
-        let work = job.render(scene, file, Some(&kept))?;
+        let file = &self.picture.with_frame_header(self.frames, file)?;
+        let work = job.render(&self.picture.scene_input.scene, file, Some(&kept))?;
         let seconds = work.seconds.render;
         if !self.args.json {
             print_frame(frame, &work.stats, seconds, &file.path)?;
@@ -163,7 +163,7 @@ impl FrameShard<'_> {
             mode: self.args.progress,
             ..ProgressOptions::of(share.iter().map(Tile::pixels).sum())
         };
-        let (scene, settings) = (&self.scene_input.scene, &self.settings);
+        let (scene, settings) = (&self.picture.scene_input.scene, &self.picture.settings);
         let done = progress::with_progress(None, options, |control| {
             render_to_file(
                 scene,
@@ -185,10 +185,13 @@ impl FrameShard<'_> {
 
     /// Turns the camera to a frame, and builds the tree for the first, with room for `films` films.
     fn set_frame(&mut self, frame: u32, films: u64) -> Result<(), CliError> {
-        self.scene_input.scene.view = self.frames.view(frame)?;
+        self.picture.scene_input.scene.view = self.frames.view(frame)?;
         if self.prepared.is_none() {
-            let prepared =
-                (self.scene_input).prepare_render(&self.settings, &self.args.tree, films)?;
+            let prepared = (self.picture.scene_input).prepare_render(
+                &self.picture.settings,
+                &self.args.tree,
+                films,
+            )?;
             self.prepared = Some(prepared);
         }
         Ok(())

@@ -53,7 +53,7 @@ fn every_frame_is_of_one_shard_and_shares_are_alike() {
         assert!(all.into_iter().eq(planned.all()), "{shards}");
         assert!(counts.iter().max().unwrap() - counts.iter().min().unwrap() <= 1);
     }
-    // By tile every shard has a part of every frame.
+    // With `ShardBy::Tile` each shard renders its tiles of all frames.
     let plan = turntable(30, [3, 5], ShardBy::Tile);
     plan.check().unwrap();
     let planned = PlannedFrames::of(&plan).unwrap();
