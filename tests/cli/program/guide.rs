@@ -129,9 +129,12 @@ fn a_render_ends_with_three_lines_unless_asked_for_more_or_less() {
     assert_eq!(three.lines().count(), 3, "{three}");
     for (line, part) in three
         .lines()
-        .zip(["scene ", "speed ", "written      a.png"])
+        .zip(["scene ", "speed ", "written      a.png: 40x24"])
     {
-        assert!(line.starts_with(part), "{three}");
+        assert!(
+            line.starts_with(part) && line.chars().count() <= 80,
+            "{three}"
+        );
     }
     let all = room.ok("render a.test -o a.png --verbose");
     assert!(all.lines().count() > 12 && all.contains("\ntree "), "{all}");

@@ -375,7 +375,8 @@ fn a_sequence_is_its_frames_one_by_one() {
     room.ok("render a.test -o one.png");
     let said = room.ok("render a.test -o b.png --frames 0..3 --turntable 4 --checkpoint b.tiles");
     assert!(
-        said.contains("frame 3: ") && said.contains("written      b.0000.png to b.0003.png\n"),
+        said.contains("frame 3: ")
+            && said.contains("written      b.0000.png to b.0003.png: 40x24, 1 sample per pixel\n"),
         "{said}"
     );
     let frames: Vec<_> = (0..4)

@@ -44,7 +44,7 @@ fn pictures_are_those_of_every_platform() {
     for (scene, hashes) in rows {
         assert_eq!(hashes.len(), heads.1.len(), "{scene}");
         assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{scene}");
-        folder.ok(&format!("render {scene} --size 96x72 -o picture.pfm"));
+        folder.ok(&format!("render {scene} --size 64x48 -o picture.pfm"));
         let Some(hash) = hash_of(&folder.path().join("picture.pfm")) else {
             return;
         };

@@ -47,7 +47,8 @@ fn the_report_of_frames_names_files_that_are_there() {
         let row = stdout
             .lines()
             .find_map(|line| line.strip_prefix("written "));
-        row.expect("a row").trim_start().to_owned()
+        let (files, _) = row.expect("a row").split_once(": ").expect("a size");
+        files.trim_start().to_owned()
     };
     let line = "render a.test -o b.png --turntable 9 --frames";
     let several = written(&room.ok(&format!("{line} 3..5")));
@@ -129,7 +130,9 @@ fn a_name_stays_on_its_line() {
     let mut render = room.command("render a.test --size 8x8");
     let written = ran(render.args(["-o", "we\nird.png"]));
     assert!(
-        written.stdout.contains("written      we\\nird.png\n"),
+        written
+            .stdout
+            .contains("written      we\\nird.png: 8x8, 1 sample per pixel\n"),
         "{}",
         written.stdout
     );

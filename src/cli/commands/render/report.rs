@@ -141,7 +141,7 @@ impl RenderDocument {
 }
 
 impl Output for RenderDocument {
-    /// The scene, the speed, and the file.
+    /// The scene, the speed, and the file: lines of 80 columns, if names are short.
     fn short(&self) -> String {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
@@ -152,11 +152,7 @@ impl Output for RenderDocument {
         lines(&[
             (
                 "scene",
-                format!(
-                    "{}: {}, {width}x{height}{region}, {samples}",
-                    self.scene,
-                    self.primitives.words()
-                ),
+                format!("{}: {}", self.scene, self.primitives.words()),
             ),
             (
                 "speed",
@@ -165,7 +161,13 @@ impl Output for RenderDocument {
                     self.threads_words()
                 ),
             ),
-            ("written", self.image.written()),
+            (
+                "written",
+                format!(
+                    "{}: {width}x{height}{region}, {samples}",
+                    self.image.written()
+                ),
+            ),
         ])
     }
 
