@@ -3,6 +3,7 @@
 mod binaries;
 mod circles;
 mod comments;
+mod features;
 mod imports;
 mod layering;
 mod names;
