@@ -136,7 +136,8 @@ pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, NotInvertible, 
 pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
 #[doc(inline)]
 pub use phalanx_trace::cast::{
-    BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax,
+    BatchError, Hit, HitBuffer, HitColumns, HitLists, Ray, RayBatch, RayBuffer, RayColumns,
+    RayRows, RefinedHit, TMax, refine,
 };
 
 // Vectors and maps, in the version that the interfaces take.

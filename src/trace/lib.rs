@@ -23,7 +23,10 @@ pub mod isa;
 // Time, also where there is no clock.
 pub mod stopwatch;
 
-pub use cast::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
+pub use cast::{
+    BatchError, Hit, HitBuffer, HitColumns, HitLists, Ray, RayBatch, RayBuffer, RayColumns,
+};
+pub use cast::{RayRows, RefinedHit, TMax, refine};
 #[cfg(feature = "counters")]
 #[doc(hidden)]
 pub use traverse::isolated;

@@ -2,9 +2,11 @@
 //! packets, has them traced and copies the answers back.
 
 use super::columns::same_length;
-use super::{BatchError, HitColumns, RayColumns, TMax};
+use super::hit_lists::{FoundHit, HitLists};
+use super::rows::TurnedRows;
+use super::{BatchError, HitColumns, RayBatch, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
-use crate::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue, packets_for};
+use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::{Kernel, Traversal};
 use std::sync::{Mutex, PoisonError};
@@ -53,19 +55,25 @@ impl Bvh {
     /// assert_eq!(hits.get(1), None);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn intersect_batch(
+    pub fn intersect_batch<'r>(
         &self,
-        rays: &RayColumns,
+        rays: impl Into<RayBatch<'r>>,
+        hits: &mut HitColumns,
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        self.closest_of(rays.into(), hits, threads)
+    }
+
+    fn closest_of(
+        &self,
+        rays: RayBatch,
         hits: &mut HitColumns,
         threads: usize,
     ) -> Result<(), BatchError> {
         rays.check()?;
         hits.check(rays.len())?;
-        let jobs = ray_chunks(*rays).zip(hits.chunks(CHUNK));
-        let work = |worker: &mut Worker, (rays, hits): (RayColumns, HitColumns)| {
-            worker.closest(&rays, hits);
-        };
-        run(self, rays.len(), threads, jobs, work);
+        let work = |worker: &mut Worker, rays: &RayColumns, hits| worker.closest(rays, hits);
+        run(self, rays, threads, hits.chunks(CHUNK), work);
         Ok(())
     }
 
@@ -94,55 +102,159 @@ impl Bvh {
     /// assert_eq!(blocked, [true, false, false]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn occluded_batch(
+    pub fn occluded_batch<'r>(
         &self,
-        rays: &RayColumns,
+        rays: impl Into<RayBatch<'r>>,
+        blocked: &mut [bool],
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        self.occluded_of(rays.into(), blocked, threads)
+    }
+
+    fn occluded_of(
+        &self,
+        rays: RayBatch,
         blocked: &mut [bool],
         threads: usize,
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("blocked", blocked.len(), rays.len())?;
-        let jobs = ray_chunks(*rays).zip(blocked.chunks_mut(CHUNK));
-        let work = |worker: &mut Worker, (rays, blocked): (RayColumns, &mut [bool])| {
-            worker.occluded(&rays, blocked);
+        let work = |worker: &mut Worker, rays: &RayColumns, blocked: &mut [bool]| {
+            worker.occluded(rays, blocked);
         };
-        run(self, rays.len(), threads, jobs, work);
+        run(self, rays, threads, blocked.chunks_mut(CHUNK), work);
+        Ok(())
+    }
+
+    /// Finds everything that each ray meets before its `tmax`, not only the closest: see
+    /// [`HitLists`]. Threads as with [`Bvh::intersect_batch`]. Each hit costs about as much as a
+    /// closest hit.
+    ///
+    /// # Errors
+    /// [`BatchError`] where columns differ in length.
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    /// use phalanx_trace::{Ray, RayBuffer, bvh::Bvh};
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    /// for z in [1.0, 2.0, 3.0] {
+    ///     scene.add_mesh(&corners.map(|[x, y, _]| [x, y, z]), &[[0, 1, 2]])?;
+    /// }
+    /// let bvh = Bvh::build(&scene);
+    /// let rays: RayBuffer = [[1.0, 1.0, 0.0], [9.0, 9.0, 0.0], [1.0, 1.0, 2.5]]
+    ///     .map(|origin| Ray::new(origin, [0.0, 0.0, 1.0]))
+    ///     .into_iter()
+    ///     .collect();
+    /// let lists = bvh.all_hits_batch(&rays.columns(), 0)?;
+    /// assert_eq!(lists.starts, [0, 3, 3, 4]);
+    /// assert_eq!(lists.t, [1.0, 2.0, 3.0, 0.5]);
+    /// assert_eq!(lists.prim_id, [0, 1, 2, 2]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn all_hits_batch<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        threads: usize,
+    ) -> Result<HitLists, BatchError> {
+        self.all_hits_of(rays.into(), threads)
+    }
+
+    fn all_hits_of(&self, rays: RayBatch, threads: usize) -> Result<HitLists, BatchError> {
+        rays.check()?;
+        let mut parts = vec![HitLists::default(); rays.len().div_ceil(CHUNK)];
+        let work = |worker: &mut Worker, rays: &RayColumns, part: &mut HitLists| {
+            let lists = worker.all_hits(rays);
+            part.fill(&lists, worker.geometries);
+        };
+        run(self, rays, threads, parts.iter_mut(), work);
+        Ok(HitLists::joined(&parts))
+    }
+
+    /// Counts what each ray meets before its `tmax`: the lengths of [`Bvh::all_hits_batch`]'s
+    /// lists, without the lists.
+    ///
+    /// # Errors
+    /// [`BatchError`] where columns differ in length; then nothing is written.
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    /// use phalanx_trace::{Ray, RayBuffer, bvh::Bvh};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3], [0.0, 0.0, 5.0]], &[1.0, 1.0])?;
+    /// let bvh = Bvh::build(&scene);
+    /// let rays: RayBuffer = [-3.0, 3.0]
+    ///     .map(|z| Ray::new([0.0, 0.0, z], [0.0, 0.0, 1.0]))
+    ///     .into_iter()
+    ///     .collect();
+    /// let mut counts = [0; 2];
+    /// bvh.count_batch(&rays.columns(), &mut counts, 0)?;
+    /// // A sphere counts once, though a line may cross it twice.
+    /// assert_eq!(counts, [2, 1]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn count_batch<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        counts: &mut [u32],
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        self.count_of(rays.into(), counts, threads)
+    }
+
+    fn count_of(
+        &self,
+        rays: RayBatch,
+        counts: &mut [u32],
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        rays.check()?;
+        same_length("counts", counts.len(), rays.len())?;
+        let work = |worker: &mut Worker, rays: &RayColumns, counts: &mut [u32]| {
+            let lists = worker.all_hits(rays);
+            for (count, list) in counts.iter_mut().zip(lists.iter()) {
+                *count = list.len() as u32;
+            }
+        };
+        run(self, rays, threads, counts.chunks_mut(CHUNK), work);
         Ok(())
     }
 }
 
-fn ray_chunks(rays: RayColumns) -> impl Iterator<Item = RayColumns> + Send {
-    let starts = (0..rays.len()).step_by(CHUNK);
-    starts.map(move |from| rays.slice(from, (from + CHUNK).min(rays.len())))
-}
-
-/// Does all jobs on at most `threads` threads; the caller's is one of them.
-fn run<'a, J: Send>(
+/// Does all of a batch, chunk by chunk, on at most `threads` threads; the caller's is one of them.
+/// `outputs` has a place for the answers of each chunk.
+fn run<'a, O: Send>(
     bvh: &'a Bvh,
-    rays: usize,
+    rays: RayBatch,
     threads: usize,
-    jobs: impl Iterator<Item = J> + Send,
-    work: impl Fn(&mut Worker<'a>, J) + Sync,
+    outputs: impl Iterator<Item = O> + Send,
+    work: impl Fn(&mut Worker<'a>, &RayColumns, O) + Sync,
 ) {
-    if rays == 0 {
+    let count = rays.len();
+    if count == 0 {
         return;
     }
     let threads = match threads {
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         some => some,
     };
-    let threads = threads.min(rays.div_ceil(CHUNK));
-    let kernel = Kernel::Auto.for_frame(bvh, rays as u64);
+    let threads = threads.min(count.div_ceil(CHUNK));
+    let kernel = Kernel::Auto.for_frame(bvh, count as u64);
     if kernel.is_wide() {
         bvh.build_wide(threads);
     }
-    let jobs = Mutex::new(jobs);
+    let starts = (0..count).step_by(CHUNK);
+    let chunks = starts.map(|from| rays.slice(from, (from + CHUNK).min(count)));
+    let jobs = Mutex::new(chunks.zip(outputs));
     let drain = || {
         let mut worker = Worker::new(bvh, kernel);
+        let mut turned = TurnedRows::default();
         loop {
             let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let Some(job) = job else { break };
-            work(&mut worker, job);
+            let Some((rays, output)) = job else { break };
+            work(&mut worker, &turned.columns(&rays), output);
         }
     };
     std::thread::scope(|scope| {
@@ -185,8 +297,20 @@ impl<'a> Worker<'a> {
     }
 
     fn closest(&mut self, rays: &RayColumns, mut hits: HitColumns) {
+        self.find_closest(rays, false);
+        let mut run = self.geometries.run_of(0);
+        for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
+            let found = if_able(packet, able);
+            let geom_id = self.geometries.find_eight(found.prim_id, &mut run);
+            write_rows(&found, geom_id, &mut hits, k * LANES);
+        }
+    }
+
+    /// The closest hits of all rays, in `hits`; those of lanes that are not able mean nothing.
+    /// Packets have their limits where they are asked for, or needed.
+    fn find_closest(&mut self, rays: &RayColumns, with_limits: bool) {
         let endless = rays.common_tmax() == Some(f32::INFINITY);
-        let any_able = self.packets.fill(rays, !endless);
+        let any_able = self.packets.fill(rays, !endless || with_limits);
         let count = packets_for(rays.len());
         self.hits.resize(count, HitPacket::miss());
         let queue = self.packets.queue.queue();
@@ -198,12 +322,30 @@ impl<'a> Worker<'a> {
                 .packets()
                 .closest_below(&queue, tmax, &mut self.hits);
         }
-        let mut run = self.geometries.run_of(0);
-        for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
-            let found = if_able(packet, able);
-            let geom_id = self.geometries.find_eight(found.prim_id, &mut run);
-            write_rows(&found, geom_id, &mut hits, k * LANES);
+    }
+
+    /// The hits of each ray, by (t, prim_id): the closest one, the next one after it, and so on.
+    fn all_hits(&mut self, rays: &RayColumns) -> Vec<Vec<FoundHit>> {
+        self.find_closest(rays, true);
+        let mut lists = vec![Vec::new(); rays.len()];
+        let queue = self.packets.queue.queue();
+        let packets = self.hits.iter().zip(&self.packets.able);
+        for (k, ((closest, &able), lists)) in packets.zip(lists.chunks_mut(LANES)).enumerate() {
+            let (mut packet, _) = queue.packet::<F32x8>(k, f32::INFINITY);
+            packet.tmax = F32x8::new(self.packets.tmax[k]);
+            let mut found = if_able(closest, able);
+            loop {
+                let live = !found.prim_id.eq(U32x8::splat(NO_PRIM));
+                if !live.any() {
+                    break;
+                }
+                for lane in (0..lists.len()).filter(|lane| live.bits() >> lane & 1 == 1) {
+                    lists[lane].push(FoundHit::of(&found, lane));
+                }
+                found = self.traversal.next(&packet, live, &found);
+            }
         }
+        lists
     }
 
     fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool]) {

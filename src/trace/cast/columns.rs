@@ -28,6 +28,16 @@ pub enum TMax<'a> {
     Each(&'a [f32]),
 }
 
+impl TMax<'_> {
+    /// The distances of some of the rays.
+    pub(super) fn slice(&self, from: usize, to: usize) -> Self {
+        match self {
+            TMax::Each(each) => TMax::Each(&each[from..to]),
+            TMax::All(tmax) => TMax::All(*tmax),
+        }
+    }
+}
+
 /// Rays of a batch: x, y and z of origins and directions in slices of their own.
 ///
 /// Origins are in scene units, directions of any length: distances count in units of it. A ray with
@@ -167,10 +177,7 @@ impl RayColumns<'_> {
         RayColumns {
             origin: self.origin.map(|column| &column[from..to]),
             direction: self.direction.map(|column| &column[from..to]),
-            tmax: match self.tmax {
-                TMax::Each(each) => TMax::Each(&each[from..to]),
-                all => all,
-            },
+            tmax: self.tmax.slice(from, to),
         }
     }
 

@@ -1,18 +1,29 @@
 //! The front door of the tracer: [`Bvh::intersect`] and [`Bvh::occluded`] for one ray,
-//! [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] for columns of them.
+//! [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] for many, [`Bvh::all_hits_batch`] and
+//! [`Bvh::count_batch`] for all that they meet.
 //!
 //! | file | what |
 //! |---|---|
 //! | `columns` | rays and hits of a batch: slices, and buffers of one's own |
+//! | `rows` | rays whose numbers lie side by side |
+//! | `hit_lists` | all hits of each ray |
 //! | `batch` | chunks, threads, packets |
+//! | `refine` | a hit in double precision |
 //!
 //! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
-//! Hits count where 0 < t < `tmax`; ties go to the smaller `prim_id`. All four give the same bits
+//! Hits count where 0 < t < `tmax`; ties go to the smaller `prim_id`. All give the same bits
 //! as the scalar oracle, ray by ray. They meet every surface, whatever its material's opacity:
 //! coverage is a matter of pictures (`phalanx_scene::Scene::coverage` gives that of a hit).
 
 mod batch;
 mod columns;
+mod hit_lists;
+mod refine;
+mod rows;
+
+pub use hit_lists::HitLists;
+pub use refine::{RefinedHit, refine};
+pub use rows::{RayBatch, RayRows};
 
 pub use columns::{BatchError, HitBuffer, HitColumns, RayBuffer, RayColumns, TMax};
 

@@ -1,0 +1,115 @@
+//! All hits of each ray, list after list.
+
+use super::Hit;
+use crate::bvh::GeometryStarts;
+use crate::packet::HitPacket;
+use std::ops::Range;
+
+/// All that rays meet, in columns: the list of ray `i` is in rows `starts[i]` to `starts[i + 1]`.
+///
+/// Each list is in the order of (t, prim_id). A primitive stands in it once at most, an edge or a
+/// vertex that a ray goes through once for each triangle that the rules of
+/// [`Bvh::intersect`](crate::bvh::Bvh::intersect) give it to, and surfaces that coincide once each.
+/// A sphere stands in it with the point where the ray enters it, or leaves it if it starts inside.
+/// 20 bytes a hit. What the columns mean is told at [`Hit`].
+///
+/// [`Bvh::all_hits_batch`](crate::bvh::Bvh::all_hits_batch) makes them, and has an example.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HitLists {
+    /// Row at which the list of each ray begins; the last entry is the number of hits.
+    pub starts: Vec<usize>,
+    /// Distances in units of the rays' directions.
+    pub t: Vec<f32>,
+    /// Barycentric weights of triangles' second corners.
+    pub u: Vec<f32>,
+    /// Barycentric weights of triangles' third corners.
+    pub v: Vec<f32>,
+    /// Primitives.
+    pub prim_id: Vec<u32>,
+    /// Geometries.
+    pub geom_id: Vec<u32>,
+}
+
+impl HitLists {
+    /// Rows of the hits of ray `i`.
+    ///
+    /// # Panics
+    /// If there is no ray `i`.
+    pub fn rows(&self, i: usize) -> Range<usize> {
+        self.starts[i]..self.starts[i + 1]
+    }
+
+    /// Iterates over the hits of ray `i`, nearest first.
+    ///
+    /// # Panics
+    /// If there is no ray `i`.
+    pub fn of(&self, i: usize) -> impl ExactSizeIterator<Item = Hit> + '_ {
+        self.rows(i).map(|row| Hit {
+            t: self.t[row],
+            u: self.u[row],
+            v: self.v[row],
+            prim_id: self.prim_id[row],
+            geom_id: self.geom_id[row],
+        })
+    }
+
+    /// Takes over the lists of a chunk of rays.
+    pub(super) fn fill(&mut self, lists: &[Vec<FoundHit>], geometries: &GeometryStarts) {
+        self.starts.push(0);
+        for list in lists {
+            for hit in list {
+                self.t.push(hit.t);
+                self.u.push(hit.u);
+                self.v.push(hit.v);
+                self.prim_id.push(hit.prim_id);
+                self.geom_id.push(geometries.find(hit.prim_id));
+            }
+            self.starts.push(self.t.len());
+        }
+    }
+
+    /// The lists of all chunks, one after the other.
+    pub(super) fn joined(parts: &[HitLists]) -> HitLists {
+        let mut all = HitLists {
+            starts: vec![0],
+            t: concat(parts, |part| &part.t),
+            u: concat(parts, |part| &part.u),
+            v: concat(parts, |part| &part.v),
+            prim_id: concat(parts, |part| &part.prim_id),
+            geom_id: concat(parts, |part| &part.geom_id),
+        };
+        let mut before = 0;
+        for part in parts {
+            all.starts
+                .extend(part.starts[1..].iter().map(|row| before + row));
+            before += part.t.len();
+        }
+        all
+    }
+}
+
+fn concat<T: Copy>(parts: &[HitLists], column: impl Fn(&HitLists) -> &Vec<T>) -> Vec<T> {
+    let mut all = Vec::with_capacity(parts.iter().map(|part| column(part).len()).sum());
+    parts.iter().for_each(|part| all.extend(column(part)));
+    all
+}
+
+/// One hit of a ray, before its geometry is looked up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FoundHit {
+    t: f32,
+    u: f32,
+    v: f32,
+    prim_id: u32,
+}
+
+impl FoundHit {
+    pub(super) fn of(hits: &HitPacket, lane: usize) -> FoundHit {
+        FoundHit {
+            t: hits.t.to_array()[lane],
+            u: hits.u.to_array()[lane],
+            v: hits.v.to_array()[lane],
+            prim_id: hits.prim_id.to_array()[lane],
+        }
+    }
+}
