@@ -89,6 +89,18 @@ impl Film {
         all.map(Vec::as_slice).collect()
     }
 
+    /// The planes of a layer, one for each of its channels; none if the film does not have it.
+    #[inline]
+    pub fn layer(&self, aov: Aov) -> &[Vec<f32>] {
+        let first = self.aovs.before(aov);
+        let channels = if self.aovs.has(aov) {
+            aov.channels().len()
+        } else {
+            0
+        };
+        &self.aov_planes[first..first + channels]
+    }
+
     /// The planes of [`Film::all_planes`], to be written to.
     #[inline]
     pub fn planes_mut(&mut self) -> Vec<&mut [f32]> {

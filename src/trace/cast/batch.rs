@@ -163,7 +163,7 @@ impl Bvh {
 
     fn all_hits_of(&self, rays: RayBatch, threads: usize) -> Result<HitLists, BatchError> {
         rays.check()?;
-        let mut parts = vec![HitLists::default(); rays.len().div_ceil(CHUNK)];
+        let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
         let work = |worker: &mut Worker, rays: &RayColumns, part: &mut HitLists| {
             let lists = worker.all_hits(rays);
             part.fill(&lists, worker.geometries);

@@ -14,7 +14,7 @@ use std::ops::Range;
 /// 20 bytes a hit. What the columns mean is told at [`Hit`].
 ///
 /// [`Bvh::all_hits_batch`](crate::bvh::Bvh::all_hits_batch) makes them, and has an example.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct HitLists {
     /// Row at which the list of each ray begins; the last entry is the number of hits.
     pub starts: Vec<usize>,
@@ -55,7 +55,6 @@ impl HitLists {
 
     /// Takes over the lists of a chunk of rays.
     pub(super) fn fill(&mut self, lists: &[Vec<FoundHit>], geometries: &GeometryStarts) {
-        self.starts.push(0);
         for list in lists {
             for hit in list {
                 self.t.push(hit.t);
@@ -70,28 +69,43 @@ impl HitLists {
 
     /// The lists of all chunks, one after the other.
     pub(super) fn joined(parts: &[HitLists]) -> HitLists {
-        let mut all = HitLists {
-            starts: vec![0],
-            t: concat(parts, |part| &part.t),
-            u: concat(parts, |part| &part.u),
-            v: concat(parts, |part| &part.v),
-            prim_id: concat(parts, |part| &part.prim_id),
-            geom_id: concat(parts, |part| &part.geom_id),
-        };
-        let mut before = 0;
-        for part in parts {
-            all.starts
-                .extend(part.starts[1..].iter().map(|row| before + row));
-            before += part.t.len();
+        let mut all = HitLists::empty();
+        let hits = parts.iter().map(|part| part.t.len()).sum();
+        all.starts
+            .reserve(parts.iter().map(|part| part.starts.len() - 1).sum());
+        for column in [&mut all.t, &mut all.u, &mut all.v] {
+            column.reserve(hits);
         }
+        for column in [&mut all.prim_id, &mut all.geom_id] {
+            column.reserve(hits);
+        }
+        parts.iter().for_each(|part| all.append(part));
         all
     }
-}
 
-fn concat<T: Copy>(parts: &[HitLists], column: impl Fn(&HitLists) -> &Vec<T>) -> Vec<T> {
-    let mut all = Vec::with_capacity(parts.iter().map(|part| column(part).len()).sum());
-    parts.iter().for_each(|part| all.extend(column(part)));
-    all
+    /// Lists of no ray.
+    pub fn empty() -> HitLists {
+        HitLists {
+            starts: vec![0],
+            t: Vec::new(),
+            u: Vec::new(),
+            v: Vec::new(),
+            prim_id: Vec::new(),
+            geom_id: Vec::new(),
+        }
+    }
+
+    /// Adds the lists of further rays after these.
+    pub fn append(&mut self, more: &HitLists) {
+        let before = self.t.len();
+        self.starts
+            .extend(more.starts[1..].iter().map(|row| before + row));
+        self.t.extend(&more.t);
+        self.u.extend(&more.u);
+        self.v.extend(&more.v);
+        self.prim_id.extend(&more.prim_id);
+        self.geom_id.extend(&more.geom_id);
+    }
 }
 
 /// One hit of a ray, before its geometry is looked up.

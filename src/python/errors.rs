@@ -1,0 +1,64 @@
+//! The library's errors as Python's exceptions.
+
+use phalanx::GeometryError;
+use phalanx::frame::FrameError;
+use phalanx::open::OpenError;
+use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyValueError};
+use pyo3::prelude::*;
+use std::fmt::Display;
+
+/// An `ImportError` where this CPU lacks instructions of this build.
+pub(crate) fn refuse_lesser_cpu() -> PyResult<()> {
+    let lacking = |extension: &&phalanx::isa::Extension| extension.compiled && !extension.present;
+    let extensions = phalanx::isa::extensions();
+    match extensions.iter().find(lacking) {
+        Some(extension) => Err(PyImportError::new_err(format!(
+            "this build of phalanx is for {} and needs {}, which this CPU lacks",
+            phalanx::isa::compiled_level(),
+            extension.name
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// A `ValueError`.
+pub(crate) fn value_error(why: impl Display) -> PyErr {
+    PyValueError::new_err(why.to_string())
+}
+
+/// `IndexError` for an index beyond the vertices, `ValueError` for all else.
+pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
+    match error {
+        GeometryError::IndexOutOfRange { .. } => PyIndexError::new_err(error.to_string()),
+        other => value_error(other),
+    }
+}
+
+/// `OSError` with the file's name for what the system refused, `ValueError` for what a file holds.
+pub(crate) fn open_error(path: &str, error: OpenError) -> PyErr {
+    let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(&error);
+    let mut words = error.to_string();
+    while let Some(inner) = cause {
+        if let Some(system) = inner.downcast_ref::<std::io::Error>()
+            && let Some(code) = system.raw_os_error()
+        {
+            return PyOSError::new_err((code, system.to_string(), path.to_owned()));
+        }
+        cause = inner.source();
+        if let Some(inner) = cause {
+            let more = inner.to_string();
+            if !words.contains(&more) {
+                words = format!("{words}: {more}");
+            }
+        }
+    }
+    value_error(words)
+}
+
+/// `KeyboardInterrupt` where the user has stopped it.
+pub(crate) fn frame_error(error: FrameError) -> PyErr {
+    match error {
+        FrameError::Interrupted(_) => PyKeyboardInterrupt::new_err(()),
+        other => value_error(other),
+    }
+}

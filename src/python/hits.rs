@@ -1,0 +1,272 @@
+//! Answers: columns of numpy arrays.
+
+use crate::arrays::{as_contiguous, shaped};
+use crate::frame::Frame;
+use numpy::{PyArrayDyn, PyArrayMethods};
+use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// The closest hits of rays, a row for each ray, in arrays of the rays' shape without its last
+/// side.
+///
+/// t : float32
+///     Distance in units of the ray's direction; inf for a miss.
+/// u, v : float32
+///     Barycentric weights of a triangle's second and third corner; 0 for anything else.
+/// prim_id : int32
+///     The primitive, counted over the whole scene; -1 for a miss. Scene.first_prim(geom_id) tells
+///     where those of a geometry begin.
+/// geom_id : int32
+///     What add_mesh, add_spheres or add_instance returned; -1 for a miss, and for scenes that came
+///     from a file.
+/// hit : bool
+///     Whether there is a hit.
+/// normal : float32, with a last side of 3
+///     Outward unit normal of the surface (of a triangle, that of its plane); 0 for a miss. Computed
+///     when it is first asked for, from the rays as they are then: do not change them before.
+#[pyclass(frozen, module = "phalanx")]
+pub(crate) struct Hits {
+    #[pyo3(get)]
+    t: Py<PyArrayDyn<f32>>,
+    #[pyo3(get)]
+    u: Py<PyArrayDyn<f32>>,
+    #[pyo3(get)]
+    v: Py<PyArrayDyn<f32>>,
+    #[pyo3(get)]
+    prim_id: Py<PyArrayDyn<i32>>,
+    #[pyo3(get)]
+    geom_id: Py<PyArrayDyn<i32>>,
+    shape: Vec<usize>,
+    from: RaySource,
+    normal: pyo3::sync::PyOnceLock<Py<PyArrayDyn<f32>>>,
+}
+
+/// The rays and the scene that hits are of.
+pub(crate) struct RaySource {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) frame: Frame,
+    pub(crate) origins: Py<PyAny>,
+    pub(crate) directions: Option<Py<PyAny>>,
+}
+
+/// Columns of hits, before Python owns them.
+pub(crate) struct HitVectors {
+    pub(crate) t: Vec<f32>,
+    pub(crate) u: Vec<f32>,
+    pub(crate) v: Vec<f32>,
+    pub(crate) prim_id: Vec<u32>,
+    pub(crate) geom_id: Vec<u32>,
+}
+
+impl HitVectors {
+    /// Zeros, which the system gives without touching them.
+    pub(crate) fn new(rays: usize) -> HitVectors {
+        HitVectors {
+            t: vec![0.0; rays],
+            u: vec![0.0; rays],
+            v: vec![0.0; rays],
+            prim_id: vec![0; rays],
+            geom_id: vec![0; rays],
+        }
+    }
+}
+
+/// An array of double precision.
+type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// Numbers as Python has them, where 2³² − 1 is −1.
+fn signed(ids: Vec<u32>) -> Vec<i32> {
+    bytemuck::cast_vec(ids)
+}
+
+impl Hits {
+    pub(crate) fn new(
+        py: Python<'_>,
+        columns: HitVectors,
+        shape: Vec<usize>,
+        from: RaySource,
+    ) -> PyResult<Hits> {
+        Ok(Hits {
+            t: shaped(py, columns.t, &shape)?.unbind(),
+            u: shaped(py, columns.u, &shape)?.unbind(),
+            v: shaped(py, columns.v, &shape)?.unbind(),
+            prim_id: shaped(py, signed(columns.prim_id), &shape)?.unbind(),
+            geom_id: shaped(py, signed(columns.geom_id), &shape)?.unbind(),
+            shape,
+            from,
+            normal: pyo3::sync::PyOnceLock::new(),
+        })
+    }
+
+    /// All hits in double precision; `None` for a miss.
+    fn in_double(&self, py: Python<'_>) -> PyResult<Vec<Option<RefinedHit>>> {
+        let [origins, directions] = self.from.rays(py, &self.shape)?;
+        let t = self.t.bind(py).to_vec()?;
+        let prim_id = self.prim_id.bind(py).to_vec()?;
+        let (scene, frame) = (&self.from.scene, self.from.frame);
+        let count = scene.prim_count() as u64 + scene.visible_count();
+        let refined = |k: usize| {
+            // The caller may have written into the columns.
+            let prim_id = u32::try_from(prim_id[k]).ok()?;
+            (u64::from(prim_id) < count).then(|| {
+                let [origin, direction] = frame.ray(origins[k], directions[k]);
+                let hit = Hit {
+                    t: t[k],
+                    u: 0.0,
+                    v: 0.0,
+                    prim_id,
+                    geom_id: NO_PRIM,
+                };
+                refine(scene, origin, direction, &hit)
+            })
+        };
+        Ok(py.detach(|| (0..t.len()).map(refined).collect()))
+    }
+}
+
+impl RaySource {
+    /// The rays in double precision, for answers of this shape.
+    fn rays(&self, py: Python<'_>, shape: &[usize]) -> PyResult<[Vec<[f64; 3]>; 2]> {
+        let numpy = py.import("numpy")?;
+        let (origins, directions) = match &self.directions {
+            Some(directions) => (self.origins.bind(py).clone(), directions.bind(py).clone()),
+            None => {
+                let halves = numpy.call_method1("split", (self.origins.bind(py), 2, -1))?;
+                (halves.get_item(0)?, halves.get_item(1)?)
+            }
+        };
+        let mut shape = shape.to_vec();
+        shape.push(3);
+        let rows = |name, array: Bound<'_, PyAny>| {
+            let whole = numpy.call_method1("broadcast_to", (array, shape.clone()))?;
+            let whole = as_contiguous(name, &whole, "float64")?;
+            let numbers = whole.cast_into::<PyArrayDyn<f64>>()?.to_vec()?;
+            Ok::<_, PyErr>(numbers.as_chunks().0.to_vec())
+        };
+        Ok([rows("origins", origins)?, rows("directions", directions)?])
+    }
+}
+
+#[pymethods]
+impl Hits {
+    #[getter]
+    fn hit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.prim_id.bind(py).as_any().call_method1("__ge__", (0,))
+    }
+
+    #[getter]
+    fn normal(&self, py: Python<'_>) -> PyResult<Py<PyArrayDyn<f32>>> {
+        let make = || {
+            let refined = self.in_double(py)?;
+            let normals = refined.iter().flat_map(|hit| match hit {
+                Some(hit) => hit.normal.map(|c| c as f32),
+                None => [0.0; 3],
+            });
+            let mut shape = self.shape.clone();
+            shape.push(3);
+            Ok::<_, PyErr>(shaped(py, normals.collect(), &shape)?.unbind())
+        };
+        self.normal
+            .get_or_try_init(py, make)
+            .map(|n| n.clone_ref(py))
+    }
+
+    /// Distances and points in double precision: (t, points), float64, of the hits' shape, points
+    /// with a last side of 3. Misses are inf and nan.
+    ///
+    /// Each is computed again from the ray, as it was given (in float64, if it was), and the
+    /// primitive that was hit. Points are in the coordinates of the rays.
+    fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+        let refined = self.in_double(py)?;
+        let t = refined
+            .iter()
+            .map(|hit| hit.map_or(f64::INFINITY, |hit| hit.t));
+        let points = refined.iter().flat_map(|hit| match hit {
+            Some(hit) => self.from.frame.outside(hit.point),
+            None => [f64::NAN; 3],
+        });
+        let mut shape = self.shape.clone();
+        let t = shaped(py, t.collect(), &shape)?;
+        shape.push(3);
+        Ok((t, shaped(py, points.collect(), &shape)?))
+    }
+
+    fn __len__(&self) -> PyResult<usize> {
+        match self.shape.first() {
+            Some(&rows) => Ok(rows),
+            None => Err(pyo3::exceptions::PyTypeError::new_err(
+                "hits of a single ray have no length",
+            )),
+        }
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let met = self.hit(py)?.call_method0("sum")?;
+        Ok(format!(
+            "<phalanx.Hits: {met} of {} rays hit>",
+            self.shape.iter().product::<usize>()
+        ))
+    }
+}
+
+/// All hits of each ray, list after list: ray i has rows starts[i] to starts[i + 1].
+///
+/// starts : int64, one more than there are rays
+/// ray_id : int64
+///     The ray of each hit.
+/// t, u, v, prim_id, geom_id
+///     As in Hits. Each list is in the order of (t, prim_id), and a primitive stands in it once.
+#[pyclass(frozen, module = "phalanx")]
+pub(crate) struct AllHits {
+    #[pyo3(get)]
+    starts: Py<PyArrayDyn<i64>>,
+    #[pyo3(get)]
+    ray_id: Py<PyArrayDyn<i64>>,
+    #[pyo3(get)]
+    t: Py<PyArrayDyn<f32>>,
+    #[pyo3(get)]
+    u: Py<PyArrayDyn<f32>>,
+    #[pyo3(get)]
+    v: Py<PyArrayDyn<f32>>,
+    #[pyo3(get)]
+    prim_id: Py<PyArrayDyn<i32>>,
+    #[pyo3(get)]
+    geom_id: Py<PyArrayDyn<i32>>,
+    hits: usize,
+    rays: usize,
+}
+
+impl AllHits {
+    pub(crate) fn new(py: Python<'_>, lists: HitLists) -> PyResult<AllHits> {
+        let (hits, rays) = (lists.t.len(), lists.starts.len() - 1);
+        let of_ray = |ray: usize| std::iter::repeat_n(ray as i64, lists.rows(ray).len());
+        let ray_id: Vec<i64> = (0..rays).flat_map(of_ray).collect();
+        let starts: Vec<i64> = lists.starts.iter().map(|&row| row as i64).collect();
+        Ok(AllHits {
+            starts: shaped(py, starts, &[rays + 1])?.unbind(),
+            ray_id: shaped(py, ray_id, &[hits])?.unbind(),
+            t: shaped(py, lists.t, &[hits])?.unbind(),
+            u: shaped(py, lists.u, &[hits])?.unbind(),
+            v: shaped(py, lists.v, &[hits])?.unbind(),
+            prim_id: shaped(py, signed(lists.prim_id), &[hits])?.unbind(),
+            geom_id: shaped(py, signed(lists.geom_id), &[hits])?.unbind(),
+            hits,
+            rays,
+        })
+    }
+}
+
+#[pymethods]
+impl AllHits {
+    fn __len__(&self) -> usize {
+        self.hits
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<phalanx.AllHits: {} hits of {} rays>",
+            self.hits, self.rays
+        )
+    }
+}

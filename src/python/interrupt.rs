@@ -1,0 +1,41 @@
+//! Ctrl-C: long work is done piece by piece, and Python's signals are looked at in between.
+
+use pyo3::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Rays of a piece: about a second of work where rays are slowest. Threads are started anew for
+/// each.
+const PIECE: usize = 1 << 20;
+
+/// Time between two looks at Python's signals.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// Beginnings and ends of the pieces of so many rays.
+pub(crate) fn pieces(rays: usize) -> impl Iterator<Item = (usize, usize)> {
+    let starts = (0..rays).step_by(PIECE);
+    starts.map(move |from| (from, (from + PIECE).min(rays)))
+}
+
+/// Does `work` on a thread of its own, without the interpreter's lock. A signal sets `stop`, and is
+/// raised when the work has ended.
+pub(crate) fn stoppable<T: Send>(
+    py: Python<'_>,
+    stop: &AtomicBool,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
+    std::thread::scope(|scope| {
+        let worker = scope.spawn(work);
+        let mut raised = Ok(());
+        while !worker.is_finished() {
+            py.detach(|| std::thread::sleep(LOOK));
+            if raised.is_ok() {
+                raised = py.check_signals();
+                stop.store(raised.is_err(), Ordering::Relaxed);
+            }
+        }
+        let done = worker.join();
+        raised?;
+        done.map_err(|_| pyo3::panic::PanicException::new_err("a worker of phalanx panicked"))
+    })
+}

@@ -1,0 +1,171 @@
+//! Pictures of a scene: arrays of pixels.
+
+use crate::arrays::shaped;
+use crate::errors::{frame_error, value_error};
+use crate::interrupt::stoppable;
+use crate::scene::PyScene;
+use phalanx::formats::{Options, override_scene};
+use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
+use phalanx::scene::film::{Aov, Aovs, Film};
+use phalanx::scene::{FileView, check_image_size};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A camera as Python gives it: from, at, up, and the vertical field of view in degrees.
+type PyCamera = ((f64, f64, f64), (f64, f64, f64), (f32, f32, f32), f32);
+
+#[pymethods]
+impl PyScene {
+    /// Renders a picture: float32, (height, width, 3), linear radiance, the first row on top.
+    ///
+    /// camera : (from, at, up, fov)
+    ///     Three points or vectors of three numbers, and the vertical field of view in degrees; None
+    ///     for the file's camera, or one that shows everything.
+    /// size : (width, height) in pixels; None for the file's, or 640 by 480
+    /// spp : samples per pixel
+    /// max_depth : most bounces of a ray; None for the scene's
+    /// aovs : names of further layers, as 'depth', 'ns', 'albedo', 'primitive'
+    ///     With them the answer is a dictionary: 'color', and a layer for each name. Layers of one
+    ///     number are (height, width), layers of primitives and materials are int32.
+    ///
+    /// The same bits as the program `phalanx render` writes to an OpenEXR file.
+    #[pyo3(signature = (camera=None, size=None, spp=1, max_depth=None, aovs=None, threads=None))]
+    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
+    fn render<'py>(
+        &mut self,
+        py: Python<'py>,
+        camera: Option<PyCamera>,
+        size: Option<(u32, u32)>,
+        spp: u32,
+        max_depth: Option<u32>,
+        aovs: Option<Vec<String>>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let names = aovs.unwrap_or_default();
+        let layers = names.iter().map(|name| layer(name));
+        let layers: Vec<Aov> = layers.collect::<PyResult<_>>()?;
+        let asked = layers
+            .iter()
+            .fold(Aovs::default(), |all, aov| all.with(*aov));
+        let frame = self.frame_of(py, (camera, size), spp, max_depth, (asked, threads))?;
+        let color = color(py, &frame.film)?;
+        if names.is_empty() {
+            return Ok(color.into_any());
+        }
+        let pictures = PyDict::new(py);
+        pictures.set_item("color", color)?;
+        for (name, aov) in names.iter().zip(layers) {
+            pictures.set_item(name, plane(py, &frame.film, aov)?)?;
+        }
+        Ok(pictures.into_any())
+    }
+
+    /// Distances along the camera's rays: float32, (height, width), inf where there is nothing.
+    /// Arguments as in render().
+    #[pyo3(signature = (camera=None, size=None, threads=None))]
+    fn depth<'py>(
+        &mut self,
+        py: Python<'py>,
+        camera: Option<PyCamera>,
+        size: Option<(u32, u32)>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let asked = Aovs::default().with(Aov::Depth);
+        let frame = self.frame_of(py, (camera, size), 1, Some(0), (asked, threads))?;
+        plane(py, &frame.film, Aov::Depth)
+    }
+}
+
+impl PyScene {
+    fn frame_of(
+        &mut self,
+        py: Python<'_>,
+        (camera, size): (Option<PyCamera>, Option<(u32, u32)>),
+        spp: u32,
+        max_depth: Option<u32>,
+        (aovs, threads): (Aovs, Option<i64>),
+    ) -> PyResult<Frame> {
+        let threads = match crate::scene::threads(threads)? {
+            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            some => some,
+        };
+        if let Some((width, height)) = size {
+            check_image_size(width.into(), height.into()).map_err(value_error)?;
+        }
+        let options = Options {
+            view: camera.map(view_of),
+            size,
+            ..Options::default()
+        };
+        let bvh = self.tree(py)?;
+        // A copy shares the columns of a scene that was opened; others are copied.
+        let mut scene = (*self.scene).clone();
+        if let Some((width, height)) = size {
+            (scene.width, scene.height) = (width, height);
+        }
+        override_scene(&mut scene, &options).map_err(value_error)?;
+        scene.validate().map_err(value_error)?;
+        let mut settings = Settings {
+            threads,
+            aovs,
+            ..Settings::of(&scene)
+        };
+        settings.sampling.spp = spp;
+        if let Some(depth) = max_depth {
+            settings.max_depth = depth;
+        }
+        let control = Control::default();
+        let work = || render_with(&scene, AccelRef::Packets(&bvh), &settings, &control);
+        stoppable(py, &control.stop, work)?.map_err(frame_error)
+    }
+}
+
+fn view_of((from, at, up, fovy): PyCamera) -> FileView {
+    FileView {
+        eye: from.into(),
+        center: at.into(),
+        up: up.into(),
+        fovy,
+        ortho: None,
+    }
+}
+
+fn layer(name: &str) -> PyResult<Aov> {
+    Aov::named(name).ok_or_else(|| {
+        let names: Vec<&str> = Aov::ALL.iter().map(|(name, _)| *name).collect();
+        value_error(format!(
+            "there is no layer {name:?}; layers are {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// The picture, pixel after pixel.
+fn color<'py>(py: Python<'py>, film: &Film) -> PyResult<Bound<'py, PyAny>> {
+    interleaved(py, film, &film.planes)
+}
+
+/// A layer as an array.
+fn plane<'py>(py: Python<'py>, film: &Film, aov: Aov) -> PyResult<Bound<'py, PyAny>> {
+    let planes = film.layer(aov);
+    if aov.channels().iter().any(|(_, is_id)| *is_id) {
+        let ids = planes[0].iter().map(|id| id.to_bits() as i32);
+        let shape = [film.height as usize, film.width as usize];
+        return Ok(shaped(py, ids.collect(), &shape)?.into_any());
+    }
+    interleaved(py, film, planes)
+}
+
+fn interleaved<'py>(
+    py: Python<'py>,
+    film: &Film,
+    planes: &[Vec<f32>],
+) -> PyResult<Bound<'py, PyAny>> {
+    let pixels = film.width as usize * film.height as usize;
+    let numbers = (0..pixels).flat_map(|k| planes.iter().map(move |plane| plane[k]));
+    let mut shape = vec![film.height as usize, film.width as usize];
+    if planes.len() > 1 {
+        shape.push(planes.len());
+    }
+    Ok(shaped(py, numbers.collect(), &shape)?.into_any())
+}

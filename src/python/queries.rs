@@ -1,0 +1,162 @@
+//! Rays through a scene: the closest hit, any hit, all hits.
+
+use crate::arrays::{Rays, shaped};
+use crate::errors::value_error;
+use crate::frame::Frame;
+use crate::hits::{AllHits, HitVectors, Hits, RaySource};
+use crate::interrupt::pieces;
+use crate::scene::PyScene;
+use numpy::PyArrayDyn;
+use phalanx::{Bvh, HitColumns, HitLists, Scene};
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// A query: rays, and the scene as it is when it begins.
+struct Query<'py> {
+    rays: Rays<'py>,
+    scene: Arc<Scene>,
+    bvh: Arc<Bvh>,
+    threads: usize,
+}
+
+impl<'py> Query<'py> {
+    fn of(
+        scene: &Bound<'py, PyScene>,
+        [origins, directions, tmax]: [Option<&Bound<'py, PyAny>>; 3],
+        threads: Option<i64>,
+    ) -> PyResult<Query<'py>> {
+        let threads = crate::scene::threads(threads)?;
+        let mut own = scene.try_borrow_mut()?;
+        let origins = origins.ok_or_else(|| value_error("no rays"))?;
+        let rays = Rays::of(origins, directions, tmax, &own.frame())?;
+        Ok(Query {
+            rays,
+            bvh: own.tree(scene.py())?,
+            scene: own.scene.clone(),
+            threads,
+        })
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    /// The closest hit of each ray, as Hits.
+    ///
+    /// origins, directions : (…, 3)
+    ///     Either may be a single row for all. Or origins alone, as (…, 6): origin and direction
+    ///     side by side. float32, C-contiguous arrays are used as they are. Directions have any
+    ///     length but zero: distances are in units of it.
+    /// tmax : a number, or an array with one for each ray
+    ///     Hits count where 0 < t < tmax.
+    /// threads : None for one per CPU
+    ///
+    /// Of hits at the same distance the one of the smallest prim_id counts. No ray slips through an
+    /// edge or a vertex that triangles share. Rays with a number that is not finite, with a
+    /// direction of zero, or a tmax that is not positive, hit nothing. Rays that lie beside each
+    /// other in the arrays should go nearly the same way, if there is a choice: that is fast.
+    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    fn intersect(
+        slf: &Bound<'_, PyScene>,
+        origins: &Bound<'_, PyAny>,
+        directions: Option<&Bound<'_, PyAny>>,
+        tmax: Option<&Bound<'_, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Hits> {
+        let py = slf.py();
+        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let mut hits = HitVectors::new(query.rays.len());
+        for (from, to) in pieces(query.rays.len()) {
+            let rows = query.rays.rows(from, to)?;
+            let mut columns = HitColumns {
+                t: &mut hits.t[from..to],
+                u: &mut hits.u[from..to],
+                v: &mut hits.v[from..to],
+                prim_id: &mut hits.prim_id[from..to],
+                geom_id: &mut hits.geom_id[from..to],
+            };
+            let (bvh, threads) = (&query.bvh, query.threads);
+            py.detach(|| bvh.intersect_batch(&rows, &mut columns, threads))
+                .map_err(value_error)?;
+            py.check_signals()?;
+        }
+        let from = RaySource {
+            frame: Frame::of(&query.scene),
+            scene: query.scene,
+            origins: origins.clone().unbind(),
+            directions: directions.map(|directions| directions.clone().unbind()),
+        };
+        Hits::new(py, hits, query.rays.shape, from)
+    }
+
+    /// Whether each ray meets anything before its tmax: bool, of the rays' shape. Arguments as in
+    /// intersect(), which is slower.
+    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    fn occluded<'py>(
+        slf: &Bound<'py, PyScene>,
+        origins: &Bound<'py, PyAny>,
+        directions: Option<&Bound<'py, PyAny>>,
+        tmax: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+        let py = slf.py();
+        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let mut blocked = vec![false; query.rays.len()];
+        for (from, to) in pieces(query.rays.len()) {
+            let rows = query.rays.rows(from, to)?;
+            let (bvh, threads, blocked) = (&query.bvh, query.threads, &mut blocked[from..to]);
+            py.detach(|| bvh.occluded_batch(&rows, blocked, threads))
+                .map_err(value_error)?;
+            py.check_signals()?;
+        }
+        shaped(py, blocked, &query.rays.shape)
+    }
+
+    /// How many primitives each ray meets before its tmax: uint32, of the rays' shape. Arguments as
+    /// in intersect().
+    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    fn count<'py>(
+        slf: &Bound<'py, PyScene>,
+        origins: &Bound<'py, PyAny>,
+        directions: Option<&Bound<'py, PyAny>>,
+        tmax: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<u32>>> {
+        let py = slf.py();
+        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let mut counts = vec![0; query.rays.len()];
+        for (from, to) in pieces(query.rays.len()) {
+            let rows = query.rays.rows(from, to)?;
+            let (bvh, threads, counts) = (&query.bvh, query.threads, &mut counts[from..to]);
+            py.detach(|| bvh.count_batch(&rows, counts, threads))
+                .map_err(value_error)?;
+            py.check_signals()?;
+        }
+        shaped(py, counts, &query.rays.shape)
+    }
+
+    /// Everything that each ray meets before its tmax, in order, as AllHits. Arguments as in
+    /// intersect().
+    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    fn all_hits<'py>(
+        slf: &Bound<'py, PyScene>,
+        origins: &Bound<'py, PyAny>,
+        directions: Option<&Bound<'py, PyAny>>,
+        tmax: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<AllHits> {
+        let py = slf.py();
+        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let mut all = HitLists::empty();
+        for (from, to) in pieces(query.rays.len()) {
+            let rows = query.rays.rows(from, to)?;
+            let (bvh, threads, all) = (&query.bvh, query.threads, &mut all);
+            py.detach(|| {
+                bvh.all_hits_batch(&rows, threads)
+                    .map(|more| all.append(&more))
+            })
+            .map_err(value_error)?;
+            py.check_signals()?;
+        }
+        AllHits::new(py, all)
+    }
+}

@@ -1,0 +1,307 @@
+//! The class `Scene`.
+
+use crate::arrays::{shaped, wrong_shape};
+use crate::errors::{geometry_error, open_error, value_error};
+use crate::frame::Frame;
+use numpy::PyArrayDyn;
+use phalanx::bvh::Quality;
+use phalanx::formats::Options;
+use phalanx::scene::GeomId;
+use phalanx::{BuildSettings, Bvh, Scene};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Things to cast rays at: triangles, spheres, instances of meshes, or a whole scene from a file.
+///
+/// Scene(origin=(0, 0, 0))
+///
+/// Arrays are numpy's, or anything that numpy takes for one. Numbers are float32 inside; float64 is
+/// rounded once. Where coordinates are large, as in maps, give an `origin` near the geometry: it is
+/// subtracted from every position in double precision, and answers come back in your coordinates.
+///
+/// The tree over the primitives is built by the first query, or by build().
+///
+/// >>> import numpy as np, phalanx
+/// >>> scene = phalanx.Scene()
+/// >>> scene.add_mesh([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+/// 0
+/// >>> hits = scene.intersect([[1, 2, 5], [9, 9, 5]], [0, 0, -1])
+/// >>> hits.t
+/// array([ 5., inf], dtype=float32)
+/// >>> hits.prim_id
+/// array([ 0, -1], dtype=int32)
+#[pyclass(name = "Scene", module = "phalanx")]
+pub(crate) struct PyScene {
+    pub(crate) scene: Arc<Scene>,
+    bvh: Option<Arc<Bvh>>,
+    settings: BuildSettings,
+}
+
+/// Most primitives, so that each has a number of 31 bits.
+const MAX_PRIMS: u64 = i32::MAX as u64;
+
+impl PyScene {
+    fn of(scene: Scene, bvh: Option<Bvh>) -> PyScene {
+        PyScene {
+            scene: Arc::new(scene),
+            bvh: bvh.map(Arc::new),
+            settings: BuildSettings::default(),
+        }
+    }
+
+    /// Changes the scene; its tree is no longer of it.
+    fn change<T>(&mut self, change: impl FnOnce(&mut Scene) -> PyResult<T>) -> PyResult<T> {
+        self.bvh = None;
+        change(Arc::make_mut(&mut self.scene))
+    }
+
+    pub(crate) fn frame(&self) -> Frame {
+        Frame::of(&self.scene)
+    }
+
+    /// The tree, built now if there is none.
+    pub(crate) fn tree(&mut self, py: Python<'_>) -> PyResult<Arc<Bvh>> {
+        if let Some(bvh) = &self.bvh {
+            return Ok(bvh.clone());
+        }
+        let (scene, settings) = (self.scene.clone(), self.settings);
+        let prims = scene.prim_count() as u64 + scene.visible_count();
+        if prims > MAX_PRIMS {
+            let why =
+                format!("{prims} primitives, those of instances among them: at most {MAX_PRIMS}");
+            return Err(value_error(why));
+        }
+        let bvh = py.detach(|| {
+            scene.validate().map_err(value_error)?;
+            Ok::<_, PyErr>(Arc::new(Bvh::build_with(&scene, &settings)))
+        })?;
+        self.bvh = Some(bvh.clone());
+        Ok(bvh)
+    }
+}
+
+/// `threads` of a call: all where none is given.
+///
+/// # Errors
+/// `ValueError` for less than one.
+pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
+    match asked {
+        None => Ok(0),
+        Some(n) if n >= 1 => Ok(n as usize),
+        Some(n) => Err(value_error(format!(
+            "threads is {n}: give 1 or more, or None for one per CPU"
+        ))),
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    #[new]
+    #[pyo3(signature = (origin=(0.0, 0.0, 0.0)))]
+    fn new(origin: (f64, f64, f64)) -> PyResult<PyScene> {
+        let origin = [origin.0, origin.1, origin.2];
+        if !origin.iter().all(|c| c.is_finite()) {
+            return Err(value_error(format!("the origin {origin:?} is not finite")));
+        }
+        let scene = Scene {
+            origin,
+            made_up: phalanx::scene::MadeUpParts {
+                view: true,
+                light: true,
+            },
+            ..Scene::new()
+        };
+        Ok(PyScene::of(scene, None))
+    }
+
+    /// Reads a scene: OBJ, PLY, STL, glTF, NFF, .test, a scene that save() wrote (.phx), or a
+    /// standard one, as in 'standard:room:50k'.
+    ///
+    /// Its camera, materials and lights come with it. Remarks of the reader become warnings.
+    ///
+    /// Raises OSError where the system cannot read the file, ValueError for what it holds.
+    #[staticmethod]
+    #[pyo3(signature = (path, threads=None))]
+    fn load(py: Python<'_>, path: PathBuf, threads: Option<i64>) -> PyResult<PyScene> {
+        let options = Options {
+            threads: self::threads(threads)?,
+            ..Options::default()
+        };
+        let opened = py.detach(|| phalanx::open::open(&path, &options));
+        let opened = opened.map_err(|error| open_error(&path.to_string_lossy(), error))?;
+        let warnings = py.import("warnings")?;
+        for warning in &opened.warnings {
+            let place = match warning.line {
+                0 => format!("{}: byte {}", path.display(), warning.offset),
+                line => format!("{}:{line}:{}", path.display(), warning.column),
+            };
+            let words = format!("{place}: {}", warning.message);
+            warnings.call_method1("warn", (words,))?;
+        }
+        Ok(PyScene::of(opened.scene, opened.bvh))
+    }
+
+    /// Opens a scene that save() wrote. It is mapped, not read: the tree is there at once, and
+    /// several processes share it. The file must not change meanwhile.
+    ///
+    /// Geometries have no numbers any more: geom_id is -1.
+    #[staticmethod]
+    fn open(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
+        let cached = py.detach(|| phalanx::cache::open(&path));
+        let cached = cached.map_err(|error| open_error(&path.to_string_lossy(), error.into()))?;
+        Ok(PyScene::of(cached.scene, Some(cached.bvh)))
+    }
+
+    /// Writes the scene and its tree to a file, for open(). The ending is .phx.
+    ///
+    /// A file that is there already is replaced when all is written.
+    fn save(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        if !phalanx::open::is_cache(&path) {
+            let why = format!("{}: the ending of a saved scene is .phx", path.display());
+            return Err(value_error(why));
+        }
+        let (scene, bvh) = (self.scene.clone(), self.tree(py)?);
+        let write = || {
+            phalanx::image::replace_file(&path, |out| {
+                let written = phalanx::cache::write(out, &scene, &bvh);
+                written.map(drop).map_err(std::io::Error::other)
+            })
+        };
+        py.detach(write)
+            .map_err(|error| match error.raw_os_error() {
+                Some(code) => pyo3::exceptions::PyOSError::new_err((
+                    code,
+                    error.to_string(),
+                    path.to_string_lossy().into_owned(),
+                )),
+                None => value_error(error),
+            })
+    }
+
+    /// Adds triangles: vertices of (n, 3), faces of (m, 3) integers. Returns the geometry's number,
+    /// geom_id.
+    ///
+    /// Corners are counter-clockwise, seen from outside; rays hit both sides. Both arrays may be
+    /// empty.
+    ///
+    /// Raises ValueError for shapes and vertices that are not finite, IndexError for faces that name
+    /// no vertex, TypeError for what holds no numbers.
+    fn add_mesh(
+        &mut self,
+        vertices: &Bound<'_, PyAny>,
+        faces: &Bound<'_, PyAny>,
+    ) -> PyResult<GeomId> {
+        let vertices = self.frame().points("vertices", vertices)?;
+        let faces = crate::arrays::faces(faces)?;
+        let vertices = vertices.threes("vertices")?;
+        self.change(|scene| scene.add_mesh(vertices, &faces).map_err(geometry_error))
+    }
+
+    /// Adds spheres: centers of (n, 3), radii of (n,) or one for all. Returns the geometry's number,
+    /// geom_id.
+    ///
+    /// Raises ValueError for shapes, and for radii that are not positive and finite.
+    fn add_spheres(
+        &mut self,
+        centers: &Bound<'_, PyAny>,
+        radii: &Bound<'_, PyAny>,
+    ) -> PyResult<GeomId> {
+        let centers = self.frame().points("centers", centers)?;
+        let radii = self.frame().differences("radii", radii)?;
+        let centers = centers.threes("centers")?;
+        let radii = match radii.shape() {
+            [] => vec![radii.numbers()?[0]; centers.len()],
+            [_] => radii.numbers()?.to_vec(),
+            shape => return Err(wrong_shape("radii", "(n,)", shape)),
+        };
+        self.change(|scene| scene.add_spheres(centers, &radii).map_err(geometry_error))
+    }
+
+    /// Adds a mesh that only its instances show, in coordinates of its own, and returns the number
+    /// that add_instance() takes. Arrays as in add_mesh(), with one face at least.
+    fn add_prototype(
+        &mut self,
+        vertices: &Bound<'_, PyAny>,
+        faces: &Bound<'_, PyAny>,
+    ) -> PyResult<u32> {
+        let vertices = self.frame().differences("vertices", vertices)?;
+        let faces = crate::arrays::faces(faces)?;
+        let vertices = vertices.threes("vertices")?;
+        self.change(|scene| {
+            scene
+                .add_prototype(vertices, &faces)
+                .map_err(geometry_error)
+        })
+    }
+
+    /// Places a prototype: transform is (4, 4), or its first three rows, and maps columns (x, y, z,
+    /// 1) of the prototype to the world. Returns the geometry's number, geom_id.
+    ///
+    /// Raises IndexError for a prototype that is not there, ValueError for a transform that has no
+    /// inverse.
+    fn add_instance(&mut self, prototype: u32, transform: &Bound<'_, PyAny>) -> PyResult<GeomId> {
+        if prototype as usize >= self.scene.meshes.len() {
+            let why = format!("there is no prototype {prototype}");
+            return Err(pyo3::exceptions::PyIndexError::new_err(why));
+        }
+        let to_world = crate::arrays::transform(transform, &self.frame())?;
+        self.change(|scene| scene.add_instance(prototype, to_world).map_err(value_error))
+    }
+
+    /// Builds the tree now. quality is 'fastest', 'fast', 'medium' or 'best': how long it may take
+    /// to build, and how fast rays are then.
+    ///
+    /// Answers do not depend on it.
+    #[pyo3(signature = (quality="medium", threads=None))]
+    fn build(&mut self, py: Python<'_>, quality: &str, threads: Option<i64>) -> PyResult<()> {
+        let known = Quality::ALL.iter().find(|(name, _)| *name == quality);
+        let &(_, quality) = known.ok_or_else(|| {
+            let names = Quality::ALL.map(|(name, _)| name).join(", ");
+            value_error(format!("quality is {quality:?}, not one of {names}"))
+        })?;
+        let threads = self::threads(threads)?;
+        self.settings = BuildSettings { quality, threads };
+        self.bvh = None;
+        let bvh = self.tree(py)?;
+        py.detach(|| bvh.build_wide(threads));
+        Ok(())
+    }
+
+    /// The prim_id of a geometry's first primitive, or None: hits.prim_id less this is the row of
+    /// the face or sphere in the arrays that were added.
+    fn first_prim(&mut self, py: Python<'_>, geom_id: i64) -> PyResult<Option<u32>> {
+        let bvh = self.tree(py)?;
+        Ok(u32::try_from(geom_id)
+            .ok()
+            .and_then(|id| bvh.first_prim(id)))
+    }
+
+    /// Number of primitives, those of instances counted once for each.
+    fn __len__(&self) -> usize {
+        self.scene.visible_count() as usize
+    }
+
+    /// Smallest and largest coordinates: float64, (2, 3), in your coordinates; inf and -inf where
+    /// there is nothing.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let bounds = self.scene.bounds();
+        let frame = self.frame();
+        let corner = |corner: phalanx::glam::Vec3| frame.outside(corner.as_dvec3().into());
+        let both = [corner(bounds.lo), corner(bounds.hi)];
+        shaped(py, both.as_flattened().to_vec(), &[2, 3])
+    }
+
+    fn __repr__(&self) -> String {
+        let built = if self.bvh.is_some() {
+            "built"
+        } else {
+            "not built"
+        };
+        format!(
+            "<phalanx.Scene: {} primitives, {built}>",
+            self.scene.visible_count()
+        )
+    }
+}
