@@ -1,7 +1,7 @@
 //! Answers: columns of numpy arrays.
 
 use crate::arrays::{as_contiguous, shaped};
-use crate::frame::Frame;
+use crate::coordinates::Coordinates;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
 use pyo3::prelude::*;
@@ -23,10 +23,10 @@ use std::sync::Arc;
 /// hit : bool
 ///     Whether there is a hit.
 /// normal : float32, with a last side of 3
-///     Outward unit normal of the surface (of a triangle, that of its plane); 0 for a miss. Computed
-///     when it is first asked for, from the rays as they are then: do not change them before.
-#[pyclass(frozen, module = "phalanx")]
-pub(crate) struct Hits {
+///     Outward unit normal of the surface (of a triangle, that of its plane); 0 for a miss.
+///     Computed when it is first asked for, from the rays as they are then: do not change them before.
+#[pyclass(name = "Hits", frozen, module = "phalanx")]
+pub(crate) struct PyHits {
     #[pyo3(get)]
     t: Py<PyArrayDyn<f32>>,
     #[pyo3(get)]
@@ -45,7 +45,7 @@ pub(crate) struct Hits {
 /// The rays and the scene that hits are of.
 pub(crate) struct RaySource {
     pub(crate) scene: Arc<Scene>,
-    pub(crate) frame: Frame,
+    pub(crate) coordinates: Coordinates,
     pub(crate) origins: Py<PyAny>,
     pub(crate) directions: Option<Py<PyAny>>,
 }
@@ -80,14 +80,14 @@ fn signed(ids: Vec<u32>) -> Vec<i32> {
     bytemuck::cast_vec(ids)
 }
 
-impl Hits {
+impl PyHits {
     pub(crate) fn new(
         py: Python<'_>,
         columns: HitVectors,
         shape: Vec<usize>,
         from: RaySource,
-    ) -> PyResult<Hits> {
-        Ok(Hits {
+    ) -> PyResult<PyHits> {
+        Ok(PyHits {
             t: shaped(py, columns.t, &shape)?.unbind(),
             u: shaped(py, columns.u, &shape)?.unbind(),
             v: shaped(py, columns.v, &shape)?.unbind(),
@@ -104,13 +104,13 @@ impl Hits {
         let [origins, directions] = self.from.rays(py, &self.shape)?;
         let t = self.t.bind(py).to_vec()?;
         let prim_id = self.prim_id.bind(py).to_vec()?;
-        let (scene, frame) = (&self.from.scene, self.from.frame);
+        let (scene, coordinates) = (&self.from.scene, self.from.coordinates);
         let count = scene.prim_count() as u64 + scene.visible_count();
         let refined = |k: usize| {
             // The caller may have written into the columns.
             let prim_id = u32::try_from(prim_id[k]).ok()?;
             (u64::from(prim_id) < count).then(|| {
-                let [origin, direction] = frame.ray(origins[k], directions[k]);
+                let [origin, direction] = coordinates.ray(origins[k], directions[k]);
                 let hit = Hit {
                     t: t[k],
                     u: 0.0,
@@ -149,7 +149,7 @@ impl RaySource {
 }
 
 #[pymethods]
-impl Hits {
+impl PyHits {
     #[getter]
     fn hit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.prim_id.bind(py).as_any().call_method1("__ge__", (0,))
@@ -183,7 +183,7 @@ impl Hits {
             .iter()
             .map(|hit| hit.map_or(f64::INFINITY, |hit| hit.t));
         let points = refined.iter().flat_map(|hit| match hit {
-            Some(hit) => self.from.frame.outside(hit.point),
+            Some(hit) => self.from.coordinates.outside(hit.point),
             None => [f64::NAN; 3],
         });
         let mut shape = self.shape.clone();
@@ -217,8 +217,8 @@ impl Hits {
 ///     The ray of each hit.
 /// t, u, v, prim_id, geom_id
 ///     As in Hits. Each list is in the order of (t, prim_id), and a primitive stands in it once.
-#[pyclass(frozen, module = "phalanx")]
-pub(crate) struct AllHits {
+#[pyclass(name = "AllHits", frozen, module = "phalanx")]
+pub(crate) struct PyAllHits {
     #[pyo3(get)]
     starts: Py<PyArrayDyn<i64>>,
     #[pyo3(get)]
@@ -237,13 +237,13 @@ pub(crate) struct AllHits {
     rays: usize,
 }
 
-impl AllHits {
-    pub(crate) fn new(py: Python<'_>, lists: HitLists) -> PyResult<AllHits> {
+impl PyAllHits {
+    pub(crate) fn new(py: Python<'_>, lists: HitLists) -> PyResult<PyAllHits> {
         let (hits, rays) = (lists.t.len(), lists.starts.len() - 1);
         let of_ray = |ray: usize| std::iter::repeat_n(ray as i64, lists.rows(ray).len());
         let ray_id: Vec<i64> = (0..rays).flat_map(of_ray).collect();
         let starts: Vec<i64> = lists.starts.iter().map(|&row| row as i64).collect();
-        Ok(AllHits {
+        Ok(PyAllHits {
             starts: shaped(py, starts, &[rays + 1])?.unbind(),
             ray_id: shaped(py, ray_id, &[hits])?.unbind(),
             t: shaped(py, lists.t, &[hits])?.unbind(),
@@ -258,7 +258,7 @@ impl AllHits {
 }
 
 #[pymethods]
-impl AllHits {
+impl PyAllHits {
     fn __len__(&self) -> usize {
         self.hits
     }

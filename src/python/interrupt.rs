@@ -11,7 +11,7 @@ const PIECE: usize = 1 << 20;
 /// Time between two looks at Python's signals.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Beginnings and ends of the pieces of so many rays.
+/// Beginnings and ends of the pieces of a number of rays.
 pub(crate) fn pieces(rays: usize) -> impl Iterator<Item = (usize, usize)> {
     let starts = (0..rays).step_by(PIECE);
     starts.map(move |from| (from, (from + PIECE).min(rays)))

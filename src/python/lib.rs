@@ -8,12 +8,13 @@
 //! interpreter's lock while it traces.
 
 mod arrays;
+mod coordinates;
 mod errors;
-mod frame;
 mod hits;
 mod interrupt;
 mod pictures;
 mod queries;
+mod rays;
 mod scene;
 
 use pyo3::prelude::*;
@@ -41,6 +42,6 @@ fn _phalanx(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(isa, module)?)?;
     module.add_function(wrap_pyfunction!(cpu_level, module)?)?;
     module.add_class::<scene::PyScene>()?;
-    module.add_class::<hits::Hits>()?;
-    module.add_class::<hits::AllHits>()
+    module.add_class::<hits::PyHits>()?;
+    module.add_class::<hits::PyAllHits>()
 }

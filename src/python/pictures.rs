@@ -19,8 +19,8 @@ impl PyScene {
     /// Renders a picture: float32, (height, width, 3), linear radiance, the first row on top.
     ///
     /// camera : (from, at, up, fov)
-    ///     Three points or vectors of three numbers, and the vertical field of view in degrees; None
-    ///     for the file's camera, or one that shows everything.
+    ///     Three points or vectors of three numbers, and the vertical field of view in degrees;
+    ///     None for the file's camera, or one that shows everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
     /// spp : samples per pixel
     /// max_depth : most bounces of a ray; None for the scene's

@@ -1,10 +1,11 @@
 //! Rays through a scene: the closest hit, any hit, all hits.
 
-use crate::arrays::{Rays, shaped};
+use crate::arrays::shaped;
+use crate::coordinates::Coordinates;
 use crate::errors::value_error;
-use crate::frame::Frame;
-use crate::hits::{AllHits, HitVectors, Hits, RaySource};
+use crate::hits::{HitVectors, PyAllHits, PyHits, RaySource};
 use crate::interrupt::pieces;
+use crate::rays::Rays;
 use crate::scene::PyScene;
 use numpy::PyArrayDyn;
 use phalanx::{Bvh, HitColumns, HitLists, Scene};
@@ -12,24 +13,24 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 
 /// A query: rays, and the scene as it is when it begins.
-struct Query<'py> {
+struct RayQuery<'py> {
     rays: Rays<'py>,
     scene: Arc<Scene>,
     bvh: Arc<Bvh>,
     threads: usize,
 }
 
-impl<'py> Query<'py> {
+impl<'py> RayQuery<'py> {
     fn of(
         scene: &Bound<'py, PyScene>,
         [origins, directions, tmax]: [Option<&Bound<'py, PyAny>>; 3],
         threads: Option<i64>,
-    ) -> PyResult<Query<'py>> {
+    ) -> PyResult<RayQuery<'py>> {
         let threads = crate::scene::threads(threads)?;
         let mut own = scene.try_borrow_mut()?;
         let origins = origins.ok_or_else(|| value_error("no rays"))?;
-        let rays = Rays::of(origins, directions, tmax, &own.frame())?;
-        Ok(Query {
+        let rays = Rays::of(origins, directions, tmax, &own.coordinates())?;
+        Ok(RayQuery {
             rays,
             bvh: own.tree(scene.py())?,
             scene: own.scene.clone(),
@@ -61,9 +62,9 @@ impl PyScene {
         directions: Option<&Bound<'_, PyAny>>,
         tmax: Option<&Bound<'_, PyAny>>,
         threads: Option<i64>,
-    ) -> PyResult<Hits> {
+    ) -> PyResult<PyHits> {
         let py = slf.py();
-        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut hits = HitVectors::new(query.rays.len());
         for (from, to) in pieces(query.rays.len()) {
             let rows = query.rays.rows(from, to)?;
@@ -80,16 +81,16 @@ impl PyScene {
             py.check_signals()?;
         }
         let from = RaySource {
-            frame: Frame::of(&query.scene),
+            coordinates: Coordinates::of(&query.scene),
             scene: query.scene,
             origins: origins.clone().unbind(),
             directions: directions.map(|directions| directions.clone().unbind()),
         };
-        Hits::new(py, hits, query.rays.shape, from)
+        PyHits::new(py, hits, query.rays.shape, from)
     }
 
-    /// Whether each ray meets anything before its tmax: bool, of the rays' shape. Arguments as in
-    /// intersect(), which is slower.
+    /// True for each ray that meets anything before its tmax: bool, of the rays' shape. Arguments
+    /// as in intersect(), which is slower.
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn occluded<'py>(
         slf: &Bound<'py, PyScene>,
@@ -99,7 +100,7 @@ impl PyScene {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let py = slf.py();
-        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut blocked = vec![false; query.rays.len()];
         for (from, to) in pieces(query.rays.len()) {
             let rows = query.rays.rows(from, to)?;
@@ -122,7 +123,7 @@ impl PyScene {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u32>>> {
         let py = slf.py();
-        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut counts = vec![0; query.rays.len()];
         for (from, to) in pieces(query.rays.len()) {
             let rows = query.rays.rows(from, to)?;
@@ -143,9 +144,9 @@ impl PyScene {
         directions: Option<&Bound<'py, PyAny>>,
         tmax: Option<&Bound<'py, PyAny>>,
         threads: Option<i64>,
-    ) -> PyResult<AllHits> {
+    ) -> PyResult<PyAllHits> {
         let py = slf.py();
-        let query = Query::of(slf, [Some(origins), directions, tmax], threads)?;
+        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut all = HitLists::empty();
         for (from, to) in pieces(query.rays.len()) {
             let rows = query.rays.rows(from, to)?;
@@ -157,6 +158,6 @@ impl PyScene {
             .map_err(value_error)?;
             py.check_signals()?;
         }
-        AllHits::new(py, all)
+        PyAllHits::new(py, all)
     }
 }

@@ -1,8 +1,8 @@
 //! The class `Scene`.
 
 use crate::arrays::{shaped, wrong_shape};
+use crate::coordinates::Coordinates;
 use crate::errors::{geometry_error, open_error, value_error};
-use crate::frame::Frame;
 use numpy::PyArrayDyn;
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
@@ -56,8 +56,8 @@ impl PyScene {
         change(Arc::make_mut(&mut self.scene))
     }
 
-    pub(crate) fn frame(&self) -> Frame {
-        Frame::of(&self.scene)
+    pub(crate) fn coordinates(&self) -> Coordinates {
+        Coordinates::of(&self.scene)
     }
 
     /// The tree, built now if there is none.
@@ -185,21 +185,21 @@ impl PyScene {
     /// Corners are counter-clockwise, seen from outside; rays hit both sides. Both arrays may be
     /// empty.
     ///
-    /// Raises ValueError for shapes and vertices that are not finite, IndexError for faces that name
-    /// no vertex, TypeError for what holds no numbers.
+    /// Raises ValueError for shapes and vertices that are not finite, IndexError for faces that
+    /// name no vertex, TypeError for what holds no numbers.
     fn add_mesh(
         &mut self,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
     ) -> PyResult<GeomId> {
-        let vertices = self.frame().points("vertices", vertices)?;
+        let vertices = self.coordinates().points("vertices", vertices)?;
         let faces = crate::arrays::faces(faces)?;
         let vertices = vertices.threes("vertices")?;
         self.change(|scene| scene.add_mesh(vertices, &faces).map_err(geometry_error))
     }
 
-    /// Adds spheres: centers of (n, 3), radii of (n,) or one for all. Returns the geometry's number,
-    /// geom_id.
+    /// Adds spheres: centers of (n, 3), radii of (n,) or one for all. Returns the geometry's
+    /// number, geom_id.
     ///
     /// Raises ValueError for shapes, and for radii that are not positive and finite.
     fn add_spheres(
@@ -207,8 +207,8 @@ impl PyScene {
         centers: &Bound<'_, PyAny>,
         radii: &Bound<'_, PyAny>,
     ) -> PyResult<GeomId> {
-        let centers = self.frame().points("centers", centers)?;
-        let radii = self.frame().differences("radii", radii)?;
+        let centers = self.coordinates().points("centers", centers)?;
+        let radii = self.coordinates().differences("radii", radii)?;
         let centers = centers.threes("centers")?;
         let radii = match radii.shape() {
             [] => vec![radii.numbers()?[0]; centers.len()],
@@ -225,7 +225,7 @@ impl PyScene {
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
     ) -> PyResult<u32> {
-        let vertices = self.frame().differences("vertices", vertices)?;
+        let vertices = self.coordinates().differences("vertices", vertices)?;
         let faces = crate::arrays::faces(faces)?;
         let vertices = vertices.threes("vertices")?;
         self.change(|scene| {
@@ -245,7 +245,7 @@ impl PyScene {
             let why = format!("there is no prototype {prototype}");
             return Err(pyo3::exceptions::PyIndexError::new_err(why));
         }
-        let to_world = crate::arrays::transform(transform, &self.frame())?;
+        let to_world = crate::coordinates::transform(transform, &self.coordinates())?;
         self.change(|scene| scene.add_instance(prototype, to_world).map_err(value_error))
     }
 
@@ -287,8 +287,8 @@ impl PyScene {
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let bounds = self.scene.bounds();
-        let frame = self.frame();
-        let corner = |corner: phalanx::glam::Vec3| frame.outside(corner.as_dvec3().into());
+        let coordinates = self.coordinates();
+        let corner = |corner: phalanx::glam::Vec3| coordinates.outside(corner.as_dvec3().into());
         let both = [corner(bounds.lo), corner(bounds.hi)];
         shaped(py, both.as_flattened().to_vec(), &[2, 3])
     }

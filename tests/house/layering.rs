@@ -122,7 +122,7 @@ const FLOORS: [(&str, &[&str], &str); 3] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 16] = [
+const OWNERS: [(&str, &[&str], &str); 18] = [
     (
         "libc",
         &[
@@ -216,6 +216,12 @@ const OWNERS: [(&str, &[&str], &str); 16] = [
         "raw_cpuid",
         &["trace/isa.rs", "bench/report/machine.rs"],
         "what the CPU has, and what it is",
+    ),
+    ("pyo3", &["python/"], "the library knows no interpreter"),
+    (
+        "numpy",
+        &["python/"],
+        "the library takes slices, whoever owns them",
     ),
     (
         "sysinfo",

@@ -7,6 +7,13 @@ use std::path::{Path, PathBuf};
 /// Files of `src` that are no Rust source.
 const OTHERS: [&str; 1] = ["bench/report/html/style.css"];
 
+/// The Python package, but for its extension.
+const PYTHON: [&str; 3] = [
+    "python/phalanx/",
+    "python/pyproject.toml",
+    "python/README.md",
+];
+
 /// One Rust file.
 pub struct SourceFile {
     /// Relative to `src`, with forward slashes; to the repository, if it comes from
@@ -124,7 +131,9 @@ pub fn sources() -> Vec<SourceFile> {
     let found = files_below(&root, &root);
     assert!(found.len() > 20, "only {} sources found", found.len());
     let rust = |path: &str| path.ends_with(".rs");
-    let other = |path: &str| OTHERS.contains(&path) || path.ends_with("/Cargo.toml");
+    let package = |path: &str| PYTHON.iter().any(|folder| path.starts_with(folder));
+    let other =
+        |path: &str| OTHERS.contains(&path) || package(path) || path.ends_with("/Cargo.toml");
     for path in &found {
         assert!(rust(path) || other(path), "{path} is no Rust source");
     }

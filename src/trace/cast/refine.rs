@@ -46,7 +46,7 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     let prim = scene.prims[resolved.prim as usize];
     let instance = resolved
         .instance
-        .map(|i| Maps::of_instance(scene, i as usize));
+        .map(|i| AffinePair::of_instance(scene, i as usize));
     let t = f64::from(hit.t);
     let (t, normal) = match prim.kind() {
         PrimKind::Triangle => {
@@ -74,24 +74,24 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     }
 }
 
-/// The two maps of an instance or an ellipsoid.
-struct Maps {
+/// The two maps of an instance or an ellipsoid, each the inverse of the other.
+struct AffinePair {
     world: DMat3,
     world_offset: DVec3,
     object: DMat3,
     object_offset: DVec3,
 }
 
-impl Maps {
-    fn of_instance(scene: &Scene, i: usize) -> Maps {
+impl AffinePair {
+    fn of_instance(scene: &Scene, i: usize) -> AffinePair {
         let instances = &scene.instances;
-        Maps::of(instances.world_columns(i), instances.object_columns(i))
+        AffinePair::of(instances.world_columns(i), instances.object_columns(i))
     }
 
-    fn of(world: [glam::Vec3; 4], object: [glam::Vec3; 4]) -> Maps {
+    fn of(world: [glam::Vec3; 4], object: [glam::Vec3; 4]) -> AffinePair {
         let [wx, wy, wz, world_offset] = world.map(|c| c.as_dvec3());
         let [ox, oy, oz, object_offset] = object.map(|c| c.as_dvec3());
-        Maps {
+        AffinePair {
             world: DMat3::from_cols(wx, wy, wz),
             world_offset,
             object: DMat3::from_cols(ox, oy, oz),
@@ -140,7 +140,7 @@ fn curved(
             let ellipsoids = &scene.ellipsoids;
             let column =
                 |columns: &[phalanx_scene::Vec3s; 4]| std::array::from_fn(|k| columns[k].get(row));
-            let maps = Maps::of(column(&ellipsoids.to_world), column(&ellipsoids.to_object));
+            let maps = AffinePair::of(column(&ellipsoids.to_world), column(&ellipsoids.to_object));
             let (from, along) = (maps.to_object(origin), maps.object * direction);
             let t = sphere(from, along, 1.0, t);
             (t, maps.normal(from + t * along))

@@ -105,43 +105,43 @@ impl<'a> RayRows<'a> {
 #[derive(Clone, Copy, Debug)]
 pub enum RayBatch<'a> {
     /// A slice for each number.
-    Columns(RayColumns<'a>),
+    InColumns(RayColumns<'a>),
     /// Numbers of a ray side by side.
-    Rows(RayRows<'a>),
+    InRows(RayRows<'a>),
 }
 
 impl<'a> From<&RayColumns<'a>> for RayBatch<'a> {
     fn from(columns: &RayColumns<'a>) -> RayBatch<'a> {
-        RayBatch::Columns(*columns)
+        RayBatch::InColumns(*columns)
     }
 }
 
 impl<'a> From<&RayRows<'a>> for RayBatch<'a> {
     fn from(rows: &RayRows<'a>) -> RayBatch<'a> {
-        RayBatch::Rows(*rows)
+        RayBatch::InRows(*rows)
     }
 }
 
 impl<'a> RayBatch<'a> {
     pub(super) fn len(&self) -> usize {
         match self {
-            RayBatch::Columns(columns) => columns.len(),
-            RayBatch::Rows(rows) => rows.len(),
+            RayBatch::InColumns(columns) => columns.len(),
+            RayBatch::InRows(rows) => rows.len(),
         }
     }
 
     pub(super) fn check(&self) -> Result<(), BatchError> {
         match self {
-            RayBatch::Columns(columns) => columns.check(),
-            RayBatch::Rows(rows) => rows.check(),
+            RayBatch::InColumns(columns) => columns.check(),
+            RayBatch::InRows(rows) => rows.check(),
         }
     }
 
     /// Some of the rays, one at least.
     pub(super) fn slice(&self, from: usize, to: usize) -> RayBatch<'a> {
         match self {
-            RayBatch::Columns(columns) => RayBatch::Columns(columns.slice(from, to)),
-            RayBatch::Rows(rows) => RayBatch::Rows(rows.slice(from, to)),
+            RayBatch::InColumns(columns) => RayBatch::InColumns(columns.slice(from, to)),
+            RayBatch::InRows(rows) => RayBatch::InRows(rows.slice(from, to)),
         }
     }
 }
@@ -159,8 +159,8 @@ impl TurnedRows {
     /// The rays in columns.
     pub(super) fn columns<'b>(&'b mut self, rays: &RayBatch<'b>) -> RayColumns<'b> {
         let rows = match rays {
-            RayBatch::Columns(columns) => return *columns,
-            RayBatch::Rows(rows) => rows,
+            RayBatch::InColumns(columns) => return *columns,
+            RayBatch::InRows(rows) => rows,
         };
         turn(rows.origin, rows.stride, &mut self.origin);
         turn(rows.direction, rows.stride, &mut self.direction);

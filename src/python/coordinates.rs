@@ -1,19 +1,22 @@
 //! The caller's coordinates and the scene's: a scene may have an origin and a scale of its own.
 
-use crate::arrays::{Floats, as_contiguous};
+use crate::arrays::{Floats, as_contiguous, wrong_shape};
+use crate::errors::value_error;
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use phalanx::Scene;
+use phalanx::glam::{DAffine3, DMat3, DVec3};
 use pyo3::prelude::*;
 
 /// The map from the caller's coordinates to the scene's, (p − origin) · scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Frame {
+pub(crate) struct Coordinates {
     pub(crate) origin: [f64; 3],
     pub(crate) scale: f64,
 }
 
-impl Frame {
-    pub(crate) fn of(scene: &Scene) -> Frame {
-        Frame {
+impl Coordinates {
+    pub(crate) fn of(scene: &Scene) -> Coordinates {
+        Coordinates {
             origin: scene.origin,
             scale: f64::from(scene.scale),
         }
@@ -68,4 +71,30 @@ impl Frame {
     pub(crate) fn outside(&self, point: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| point[axis] / self.scale + self.origin[axis])
     }
+}
+
+/// A map of (3, 4) or (4, 4) from a prototype, in its own coordinates, to the scene's.
+///
+/// # Errors
+/// `ValueError` for any other shape, and for a last row that is not (0, 0, 0, 1).
+pub(crate) fn transform(
+    object: &Bound<'_, PyAny>,
+    coordinates: &Coordinates,
+) -> PyResult<DAffine3> {
+    let array = as_contiguous("transform", object, "float64")?;
+    let array = array.cast_into::<PyArrayDyn<f64>>()?;
+    if !matches!(array.shape(), [3 | 4, 4]) {
+        return Err(wrong_shape("transform", "(4, 4) or (3, 4)", array.shape()));
+    }
+    let numbers = array.to_vec().map_err(value_error)?;
+    let rows: &[[f64; 4]] = numbers.as_chunks().0;
+    if rows.get(3).is_some_and(|row| *row != [0.0, 0.0, 0.0, 1.0]) {
+        return Err(value_error("the last row of transform is not (0, 0, 0, 1)"));
+    }
+    let column = |k: usize| DVec3::new(rows[0][k], rows[1][k], rows[2][k]);
+    let [offset, _] = coordinates.ray(column(3).into(), [0.0; 3]);
+    Ok(DAffine3 {
+        matrix3: DMat3::from_cols(column(0), column(1), column(2)),
+        translation: offset.into(),
+    })
 }

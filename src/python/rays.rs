@@ -1,0 +1,140 @@
+//! Rays of the caller: two arrays, or one of both.
+
+use crate::arrays::{Floats, wrong_shape};
+use crate::coordinates::Coordinates;
+use crate::errors::value_error;
+use phalanx::{RayRows, TMax};
+use pyo3::prelude::*;
+
+/// Rays as the caller has them, one to a row.
+pub(crate) struct Rays<'py> {
+    /// Shape of the answers: that of the rays without the last side.
+    pub(crate) shape: Vec<usize>,
+    origins: Floats<'py>,
+    /// `None` where origin and direction lie side by side.
+    directions: Option<Floats<'py>>,
+    tmax: TMaxArray<'py>,
+}
+
+enum TMaxArray<'py> {
+    All(f32),
+    Each(Floats<'py>),
+}
+
+impl<'py> Rays<'py> {
+    /// Takes `origins` and `directions` of (…, 3), either of which may be one row for all, or
+    /// `origins` of (…, 6) alone; `tmax` is a number, or an array with one for each ray.
+    pub(crate) fn of(
+        origins: &Bound<'py, PyAny>,
+        directions: Option<&Bound<'py, PyAny>>,
+        tmax: Option<&Bound<'py, PyAny>>,
+        frame: &Coordinates,
+    ) -> PyResult<Rays<'py>> {
+        let (origins, directions) = match directions {
+            None if frame.is_identity() => (side_by_side(origins)?, None),
+            None => {
+                let [origins, directions] = halves(&side_by_side(origins)?)?;
+                let origins = frame.points("origins", &origins)?;
+                (origins, Some(frame.differences("directions", &directions)?))
+            }
+            Some(directions) => {
+                let origins = frame.points("origins", origins)?;
+                let directions = frame.differences("directions", directions)?;
+                let [origins, directions] = of_one_shape(origins, directions)?;
+                (origins, Some(directions))
+            }
+        };
+        let sides = origins.shape().len();
+        let shape = origins.shape()[..sides - 1].to_vec();
+        let tmax = TMaxArray::of(tmax, &shape)?;
+        Ok(Rays {
+            shape,
+            origins,
+            directions,
+            tmax,
+        })
+    }
+
+    /// Number of rays.
+    pub(crate) fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Some of the rays, one at least.
+    pub(crate) fn rows(&self, from: usize, to: usize) -> PyResult<RayRows<'_>> {
+        let origin = self.origins.numbers()?;
+        let (stride, direction) = match &self.directions {
+            Some(directions) => (3, directions.numbers()?),
+            None => (6, origin.get(3..).unwrap_or_default()),
+        };
+        let part = |all| {
+            let all: &[f32] = all;
+            &all[from * stride..][..(to - from - 1) * stride + 3]
+        };
+        Ok(RayRows {
+            origin: part(origin),
+            direction: part(direction),
+            stride,
+            tmax: match &self.tmax {
+                TMaxArray::All(tmax) => TMax::All(*tmax),
+                TMaxArray::Each(each) => TMax::Each(&each.numbers()?[from..to]),
+            },
+        })
+    }
+}
+
+impl<'py> TMaxArray<'py> {
+    fn of(tmax: Option<&Bound<'py, PyAny>>, shape: &[usize]) -> PyResult<TMaxArray<'py>> {
+        let Some(tmax) = tmax else {
+            return Ok(TMaxArray::All(f32::INFINITY));
+        };
+        let each = Floats::of("tmax", tmax)?;
+        if let (true, [all]) = (each.shape().is_empty(), each.numbers()?) {
+            return Ok(TMaxArray::All(*all));
+        }
+        if each.shape() != shape {
+            let wanted = format!("that of the rays, {shape:?}, and it is no single number");
+            return Err(wrong_shape("tmax", &wanted, each.shape()));
+        }
+        Ok(TMaxArray::Each(each))
+    }
+}
+
+/// Rays of (…, 6): an origin and a direction to each row.
+pub(crate) fn side_by_side<'py>(rays: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
+    let rays = Floats::of("rays", rays)?;
+    if rays.shape().last() != Some(&6) {
+        let wanted = "(…, 6): without directions, each row is an origin and a direction";
+        return Err(wrong_shape("rays", wanted, rays.shape()));
+    }
+    Ok(rays)
+}
+
+/// The two halves of rows of six.
+fn halves<'py>(rays: &Floats<'py>) -> PyResult<[Bound<'py, PyAny>; 2]> {
+    let numpy = rays.array.py().import("numpy")?;
+    let halves = numpy.call_method1("split", (rays.array.as_any(), 2, -1))?;
+    Ok([halves.get_item(0)?, halves.get_item(1)?])
+}
+
+/// Two arrays of (…, 3), of which one may have fewer sides: numpy's rules of broadcasting.
+fn of_one_shape<'py>(a: Floats<'py>, b: Floats<'py>) -> PyResult<[Floats<'py>; 2]> {
+    for (name, array) in [("origins", &a), ("directions", &b)] {
+        if array.shape().last() != Some(&3) {
+            return Err(wrong_shape(name, "(…, 3)", array.shape()));
+        }
+    }
+    if a.shape() == b.shape() {
+        return Ok([a, b]);
+    }
+    let numpy = a.array.py().import("numpy")?;
+    let both = numpy.call_method1("broadcast_arrays", (a.array.as_any(), b.array.as_any()));
+    let both = both.map_err(|_| {
+        let shapes = format!("{:?} and {:?}", a.shape(), b.shape());
+        value_error(format!("origins and directions differ in shape: {shapes}"))
+    })?;
+    Ok([
+        Floats::of("origins", &both.get_item(0)?)?,
+        Floats::of("directions", &both.get_item(1)?)?,
+    ])
+}
