@@ -24,7 +24,8 @@ use std::sync::Arc;
 ///     Whether there is a hit.
 /// normal : float32, with a last side of 3
 ///     Outward unit normal of the surface (of a triangle, that of its plane); 0 for a miss.
-///     Computed when it is first asked for, from the rays as they are then: do not change them before.
+///     Computed when it is first asked for, from the rays as they are then: do not change them
+///     before.
 #[pyclass(name = "Hits", frozen, module = "phalanx")]
 pub(crate) struct PyHits {
     #[pyo3(get)]
