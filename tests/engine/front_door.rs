@@ -12,7 +12,7 @@ use phalanx::{BatchError, Hit, HitBuffer, Ray, RayBuffer, RayColumns, TMax};
 const LENGTHS: [usize; 12] = [0, 1, 7, 8, 9, 15, 17, 511, 513, 1000, 4097, 9001];
 
 /// Triangles that share vertices, half of them large.
-fn soup(random: &mut Rng, triangles: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+pub(super) fn soup(random: &mut Rng, triangles: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let mut vertices: Vec<[f32; 3]> = (0..40).map(|_| random.point(1.0).to_array()).collect();
     let mut indices = Vec::new();
     for k in 0..triangles {
@@ -29,7 +29,7 @@ fn soup(random: &mut Rng, triangles: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
 }
 
 /// A mesh, spheres, a cone that belongs to no geometry, and two instances of another mesh.
-fn mixed_scene(seed: u64) -> Scene {
+pub(super) fn mixed_scene(seed: u64) -> Scene {
     let mut random = Rng::new(seed);
     let mut scene = Scene::new();
     let (vertices, indices) = soup(&mut random, 300);
@@ -69,7 +69,7 @@ fn mesh_scene(seed: u64) -> Scene {
 
 /// Kinds of rays, by the hundred: from one point, from everywhere, along axes, toward one point;
 /// and, now and then, rays that are none.
-fn rays(seed: u64, count: usize) -> Vec<Ray> {
+pub(super) fn rays(seed: u64, count: usize) -> Vec<Ray> {
     let mut random = Rng::new(seed);
     let eye = [0.3, 0.2, 4.0];
     let ray = |k: usize| {

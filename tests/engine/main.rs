@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod all_hits;
 mod beams;
 mod bit_identity;
 mod coverage;

@@ -1,0 +1,268 @@
+//! All hits of rays, and rays in rows, against the oracle: what it finds on each primitive alone is
+//! what a list must hold, in order.
+
+use crate::common::rng::Rng;
+use crate::front_door::{mixed_scene, rays, soup};
+use glam::{DAffine3, DQuat, DVec3};
+use phalanx::bvh::Bvh;
+use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
+use phalanx::scene::Scene;
+use phalanx::{Hit, HitBuffer, HitLists, Ray, RayBuffer, RayRows, TMax, refine};
+
+/// A hit as bits: distance, weights, primitive.
+type HitBits = [u32; 4];
+
+fn bits(hit: &Hit) -> HitBits {
+    [
+        hit.t.to_bits(),
+        hit.u.to_bits(),
+        hit.v.to_bits(),
+        hit.prim_id,
+    ]
+}
+
+/// What is added to a scene, one piece a primitive.
+#[derive(Clone)]
+enum Piece {
+    Triangle([[f32; 3]; 3]),
+    Sphere([f32; 3], f32),
+    Instance([[f32; 3]; 3], DAffine3),
+}
+
+fn pieces(seed: u64) -> Vec<Piece> {
+    let mut random = Rng::new(seed);
+    let (vertices, indices) = soup(&mut random, 30);
+    let corners = |row: &[u32; 3]| row.map(|index| vertices[index as usize]);
+    let mut pieces: Vec<Piece> = indices
+        .iter()
+        .map(|row| Piece::Triangle(corners(row)))
+        .collect();
+    // Surfaces that coincide, and share every distance.
+    pieces.extend(pieces[..5].to_vec());
+    for k in 0..10 {
+        let center = random.point(1.0).to_array();
+        pieces.push(Piece::Sphere(center, 0.1 + 0.05 * k as f32));
+    }
+    for (k, row) in indices.iter().enumerate().take(8) {
+        let turn = DQuat::from_rotation_y(k as f64);
+        let map =
+            DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), turn, DVec3::X * 0.1);
+        pieces.push(Piece::Instance(corners(row), map));
+    }
+    pieces
+}
+
+/// A scene of pieces. Instances come last, so that the number of a primitive is its place.
+fn scene_of(pieces: &[Piece]) -> (Scene, u32) {
+    let mut scene = Scene::new();
+    let mut prototypes = 0;
+    for piece in pieces {
+        match piece {
+            Piece::Triangle(corners) => scene.add_mesh(corners, &[[0, 1, 2]]).map(drop).unwrap(),
+            Piece::Sphere(center, radius) => {
+                scene.add_spheres(&[*center], &[*radius]).map(drop).unwrap()
+            }
+            Piece::Instance(corners, map) => {
+                let mesh = scene.add_prototype(corners, &[[0, 1, 2]]).unwrap();
+                scene.add_instance(mesh, *map).unwrap();
+                prototypes += 1;
+            }
+        }
+    }
+    (scene, prototypes)
+}
+
+/// The hits of rays on one piece, by the oracle.
+fn alone(piece: &Piece, prim_id: u32, rays: &[Ray]) -> Vec<Option<HitBits>> {
+    let (scene, _) = scene_of(std::slice::from_ref(piece));
+    let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+    let hit = |ray: &Ray| {
+        let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
+        let hit = oracle.closest(&asked).filter(|hit| hit.t < ray.tmax)?;
+        Some([hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), prim_id])
+    };
+    rays.iter().map(hit).collect()
+}
+
+#[test]
+fn lists_hold_what_each_primitive_alone_is_hit_at() {
+    for seed in 1..4 {
+        let pieces = pieces(seed);
+        let (scene, prototypes) = scene_of(&pieces);
+        let all = rays(seed, 6000);
+        // Prototypes are stored primitives, too, which nothing meets.
+        let number = |place: usize| match pieces[place] {
+            Piece::Instance(..) => place as u32 + prototypes,
+            _ => place as u32,
+        };
+        let columns = pieces.iter().enumerate();
+        let columns = columns.map(|(place, piece)| alone(piece, number(place), &all));
+        let columns: Vec<_> = columns.collect();
+        let bvh = Bvh::build(&scene);
+        let buffer: RayBuffer = all.iter().copied().collect();
+        let lists = bvh.all_hits_batch(&buffer.columns(), 2).unwrap();
+        let mut counts = vec![7; all.len()];
+        bvh.count_batch(&buffer.columns(), &mut counts, 2).unwrap();
+        for (i, ray) in all.iter().enumerate() {
+            let met = columns.iter().filter_map(|column| column[i]);
+            let mut expected: Vec<HitBits> = met.collect();
+            expected.sort_by_key(|hit| (hit[0], hit[3]));
+            let found: Vec<HitBits> = lists.of(i).map(|hit| bits(&hit)).collect();
+            assert_eq!(found, expected, "ray {i}: {ray:?}");
+            assert_eq!(counts[i] as usize, expected.len(), "ray {i}: {ray:?}");
+            assert_eq!(lists.of(i).next(), bvh.intersect(ray), "ray {i}: {ray:?}");
+        }
+        assert!(lists.t.len() > all.len() / 4, "{} hits", lists.t.len());
+        assert!(
+            lists.t.windows(2).any(|two| two[0] == two[1]),
+            "no distance is shared"
+        );
+    }
+}
+
+#[test]
+fn lists_do_not_depend_on_threads_or_on_how_rays_are_split() {
+    let bvh = Bvh::build(&mixed_scene(3));
+    let all = rays(5, 9000);
+    let lists = |rays: &[Ray], threads| {
+        let buffer: RayBuffer = rays.iter().copied().collect();
+        bvh.all_hits_batch(&buffer.columns(), threads).unwrap()
+    };
+    let whole = lists(&all, 1);
+    assert_eq!(whole, lists(&all, 3));
+    let mut parts = HitLists::empty();
+    for part in all.chunks(1234) {
+        parts.append(&lists(part, 2));
+    }
+    assert_eq!(whole, parts);
+    assert_eq!(lists(&[], 0), HitLists::empty());
+}
+
+#[test]
+fn rows_give_the_same_bits_as_columns() {
+    let bvh = Bvh::build(&mixed_scene(7));
+    for (length, stride) in [(0, 3), (1, 6), (8, 7), (2049, 3), (5000, 6), (4097, 11)] {
+        let all = rays(11, length);
+        let buffer: RayBuffer = all.iter().copied().collect();
+        let mut expected = HitBuffer::new(length);
+        bvh.intersect_batch(&buffer.columns(), &mut expected.columns(), 2)
+            .unwrap();
+        let tmax: Vec<f32> = all.iter().map(|ray| ray.tmax).collect();
+        let numbers = |of: fn(&Ray) -> [f32; 3]| -> Vec<f32> {
+            let mut rows = vec![f32::NAN; (length * stride).saturating_sub(stride - 3)];
+            for (row, ray) in rows.chunks_mut(stride).zip(&all) {
+                row[..3].copy_from_slice(&of(ray));
+            }
+            rows
+        };
+        let (origin, direction) = (numbers(|ray| ray.origin), numbers(|ray| ray.direction));
+        let rows = RayRows {
+            origin: &origin,
+            direction: &direction,
+            stride,
+            tmax: TMax::Each(&tmax),
+        };
+        assert_eq!(rows.len(), length);
+        let mut found = HitBuffer::new(length);
+        bvh.intersect_batch(&rows, &mut found.columns(), 2).unwrap();
+        assert!(
+            found.iter().eq(expected.iter()),
+            "{length} rays, stride {stride}"
+        );
+        let (mut dark, mut blocked) = (vec![true; length], vec![false; length]);
+        bvh.occluded_batch(&rows, &mut dark, 2).unwrap();
+        bvh.occluded_batch(&buffer.columns(), &mut blocked, 2)
+            .unwrap();
+        assert_eq!(dark, blocked);
+    }
+}
+
+#[test]
+fn rows_that_are_none_are_refused() {
+    let bvh = Bvh::build(&mixed_scene(7));
+    let numbers = [0.5; 30];
+    let rows = |origin, direction, stride, tmax| RayRows {
+        origin,
+        direction,
+        stride,
+        tmax,
+    };
+    let all = TMax::All(1.0);
+    for (rows, column) in [
+        (rows(&numbers[..30], &numbers[..27], 3, all), "direction"),
+        (rows(&numbers[..30], &numbers[..30], 2, all), "stride"),
+        (rows(&numbers[..30], &numbers[..30], 0, all), "stride"),
+        (
+            rows(&numbers[..30], &numbers[..30], 3, TMax::Each(&numbers[..9])),
+            "tmax",
+        ),
+    ] {
+        let error = bvh.all_hits_batch(&rows, 1).unwrap_err();
+        assert_eq!(error.column, column);
+    }
+}
+
+/// Largest relative error of a distance that is refined: a few roundings of f64, times the
+/// conditions of the triangles and spheres of these tests.
+const REFINED: f64 = 1e-9;
+
+#[test]
+fn refined_hits_lie_on_their_surfaces() {
+    let pieces = pieces(9);
+    let (scene, _) = scene_of(&pieces);
+    let bvh = Bvh::build(&scene);
+    let mut tested = 0;
+    for ray in rays(21, 8000) {
+        let Some(hit) = bvh.intersect(&ray) else {
+            continue;
+        };
+        let refined = refine(
+            &scene,
+            ray.origin.map(f64::from),
+            ray.direction.map(f64::from),
+            &hit,
+        );
+        assert!(
+            (refined.t - f64::from(hit.t)).abs() <= 1e-3 * (1.0 + refined.t.abs()),
+            "{ray:?}"
+        );
+        let place = match hit.prim_id as usize {
+            stored if stored < 45 => stored,
+            shown => shown - 8,
+        };
+        let point = DVec3::from(refined.point);
+        let normal = DVec3::from(refined.normal);
+        let off = match &pieces[place] {
+            Piece::Sphere(center, radius) => {
+                let center = DVec3::from(center.map(f64::from));
+                (point - center).dot(normal) - f64::from(*radius)
+            }
+            Piece::Triangle(corners) => plane_distance(point, normal, corners.map(world)),
+            Piece::Instance(corners, map) => {
+                // The scene holds the map in single precision.
+                let map = DAffine3 {
+                    matrix3: map.matrix3.as_mat3().as_dmat3(),
+                    translation: map.translation.as_vec3().as_dvec3(),
+                };
+                plane_distance(
+                    point,
+                    normal,
+                    corners.map(|c| map.transform_point3(world(c))),
+                )
+            }
+        };
+        assert!(off.abs() < REFINED, "{off} off: {ray:?} {hit:?}");
+        tested += 1;
+    }
+    assert!(tested > 3000, "only {tested} hits");
+}
+
+fn world(corner: [f32; 3]) -> DVec3 {
+    DVec3::from(corner.map(f64::from))
+}
+
+/// Distance of a point from a triangle's plane, which has this normal.
+fn plane_distance(point: DVec3, normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    assert!(normal.dot((b - a).cross(c - a)) >= 0.0);
+    (point - a).dot(normal)
+}
