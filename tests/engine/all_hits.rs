@@ -266,3 +266,36 @@ fn plane_distance(point: DVec3, normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     assert!(normal.dot((b - a).cross(c - a)) >= 0.0);
     (point - a).dot(normal)
 }
+
+#[test]
+fn pictures_give_the_same_bits_ray_by_ray() {
+    let scene = mixed_scene(13);
+    let bvh = Bvh::build(&scene);
+    // Whole bands and blocks, parts of both, and rays after the last row.
+    for (width, rows, more) in [(100, 83, 37), (64, 16, 0), (33, 9, 5)] {
+        let ray = |k: usize| {
+            let (x, y) = (
+                (k % width) as f32 / width as f32,
+                (k / width) as f32 / rows as f32,
+            );
+            let ray = Ray::new([0.3, 0.2, 4.0], [x - 0.5, y - 0.5, -1.0]);
+            let tmax = if k % 3 == 0 { 3.5 } else { f32::INFINITY };
+            Ray { tmax, ..ray }
+        };
+        let all: Vec<Ray> = (0..width * rows + more).map(ray).collect();
+        let buffer: RayBuffer = all.iter().copied().collect();
+        for threads in [1, 2] {
+            let mut hits = HitBuffer::new(all.len());
+            let mut blocked = vec![false; all.len()];
+            bvh.intersect_batch(&buffer.columns(), &mut hits.columns(), threads)
+                .unwrap();
+            bvh.occluded_batch(&buffer.columns(), &mut blocked, threads)
+                .unwrap();
+            for (i, ray) in all.iter().enumerate() {
+                assert_eq!(hits.get(i), bvh.intersect(ray), "ray {i}");
+                assert_eq!(blocked[i], bvh.occluded(ray), "ray {i}");
+            }
+            assert!(hits.iter().flatten().count() > all.len() / 10);
+        }
+    }
+}

@@ -4,7 +4,8 @@
 use super::columns::same_length;
 use super::hit_lists::{FoundHit, HitLists};
 use super::rows::TurnedRows;
-use super::{BatchError, HitColumns, RayBatch, RayColumns, TMax};
+use super::scan_order::ScanOrder;
+use super::{BatchError, HitBuffer, HitColumns, RayBatch, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
 use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
@@ -72,8 +73,16 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         hits.check(rays.len())?;
-        let work = |worker: &mut Worker, rays: &RayColumns, hits| worker.closest(rays, hits);
-        run(self, rays, threads, hits.chunks(CHUNK), work);
+        let order = ScanOrder::of(&rays);
+        let chunk = chunk_of(&order);
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, hits: &mut HitColumns, places: Places| {
+                match places {
+                    None => worker.closest(rays, hits),
+                    Some(places) => worker.closest_at(rays, hits, places),
+                }
+            };
+        run(self, (rays, &order), threads, hits.chunks(chunk), work);
         Ok(())
     }
 
@@ -119,10 +128,22 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("blocked", blocked.len(), rays.len())?;
-        let work = |worker: &mut Worker, rays: &RayColumns, blocked: &mut [bool]| {
-            worker.occluded(rays, blocked);
-        };
-        run(self, rays, threads, blocked.chunks_mut(CHUNK), work);
+        let order = ScanOrder::of(&rays);
+        let chunk = chunk_of(&order);
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, out: &mut &mut [bool], places: Places| {
+                match places {
+                    None => worker.occluded(rays, out),
+                    Some(places) => worker.occluded_at(rays, out, places),
+                }
+            };
+        run(
+            self,
+            (rays, &order),
+            threads,
+            blocked.chunks_mut(chunk),
+            work,
+        );
         Ok(())
     }
 
@@ -164,11 +185,11 @@ impl Bvh {
     fn all_hits_of(&self, rays: RayBatch, threads: usize) -> Result<HitLists, BatchError> {
         rays.check()?;
         let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
-        let work = |worker: &mut Worker, rays: &RayColumns, part: &mut HitLists| {
+        let work = |worker: &mut Worker, rays: &RayColumns, part: &mut &mut HitLists, _: Places| {
             let lists = worker.all_hits(rays);
             part.fill(&lists, worker.geometries);
         };
-        run(self, rays, threads, parts.iter_mut(), work);
+        run(self, (rays, &None), threads, parts.iter_mut(), work);
         Ok(HitLists::joined(&parts))
     }
 
@@ -212,27 +233,35 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("counts", counts.len(), rays.len())?;
-        let work = |worker: &mut Worker, rays: &RayColumns, counts: &mut [u32]| {
+        let work = |worker: &mut Worker, rays: &RayColumns, counts: &mut &mut [u32], _: Places| {
             let lists = worker.all_hits(rays);
             for (count, list) in counts.iter_mut().zip(lists.iter()) {
                 *count = list.len() as u32;
             }
         };
-        run(self, rays, threads, counts.chunks_mut(CHUNK), work);
+        run(self, (rays, &None), threads, counts.chunks_mut(CHUNK), work);
         Ok(())
     }
+}
+
+/// Places of a chunk's answers, where its rays are traced in another order than they came.
+type Places<'p> = Option<&'p [u32]>;
+
+/// Rays of a chunk.
+fn chunk_of(order: &Option<ScanOrder>) -> usize {
+    order.as_ref().map_or(CHUNK, ScanOrder::band)
 }
 
 /// Does all of a batch, chunk by chunk, on at most `threads` threads; the caller's is one of them.
 /// `outputs` has a place for the answers of each chunk.
 fn run<'a, O: Send>(
     bvh: &'a Bvh,
-    rays: RayBatch,
+    (rays, order): (RayBatch, &Option<ScanOrder>),
     threads: usize,
     outputs: impl Iterator<Item = O> + Send,
-    work: impl Fn(&mut Worker<'a>, &RayColumns, O) + Sync,
+    work: impl Fn(&mut Worker<'a>, &RayColumns, &mut O, Places) + Sync,
 ) {
-    let count = rays.len();
+    let (count, chunk) = (rays.len(), chunk_of(order));
     if count == 0 {
         return;
     }
@@ -240,21 +269,29 @@ fn run<'a, O: Send>(
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         some => some,
     };
-    let threads = threads.min(count.div_ceil(CHUNK));
+    let threads = threads.min(count.div_ceil(chunk));
     let kernel = Kernel::Auto.for_frame(bvh, count as u64);
     if kernel.is_wide() {
         bvh.build_wide(threads);
     }
-    let starts = (0..count).step_by(CHUNK);
-    let chunks = starts.map(|from| rays.slice(from, (from + CHUNK).min(count)));
+    let starts = (0..count).step_by(chunk);
+    let chunks = starts.map(|from| rays.slice(from, (from + chunk).min(count)));
     let jobs = Mutex::new(chunks.zip(outputs));
     let drain = || {
         let mut worker = Worker::new(bvh, kernel);
         let mut turned = TurnedRows::default();
         loop {
             let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let Some((rays, output)) = job else { break };
-            work(&mut worker, &turned.columns(&rays), output);
+            let Some((rays, mut output)) = job else { break };
+            let places = order.as_ref().and_then(|order| order.places(rays.len()));
+            let Some(places) = places else {
+                work(&mut worker, &turned.columns(&rays), &mut output, None);
+                continue;
+            };
+            for places in places.chunks(CHUNK) {
+                let picked = turned.picked(&rays, places);
+                work(&mut worker, &picked, &mut output, Some(places));
+            }
         }
     };
     std::thread::scope(|scope| {
@@ -273,6 +310,9 @@ struct Worker<'a> {
     packets: PacketStorage,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
+    /// Answers in the order in which rays are traced.
+    answers: HitBuffer,
+    flags: Vec<bool>,
 }
 
 /// Rays of a batch as packets.
@@ -293,16 +333,38 @@ impl<'a> Worker<'a> {
             packets: PacketStorage::default(),
             hits: Vec::new(),
             blocked: Vec::new(),
+            answers: HitBuffer::default(),
+            flags: Vec::new(),
         }
     }
 
-    fn closest(&mut self, rays: &RayColumns, mut hits: HitColumns) {
+    /// The closest hits of rays whose answers belong to these places.
+    fn closest_at(&mut self, rays: &RayColumns, hits: &mut HitColumns, places: &[u32]) {
+        let mut answers = std::mem::take(&mut self.answers);
+        answers.resize(rays.len());
+        self.closest(rays, &mut answers.columns());
+        answers.columns().put_at(hits, places);
+        self.answers = answers;
+    }
+
+    /// As [`Worker::closest_at`], of flags.
+    fn occluded_at(&mut self, rays: &RayColumns, blocked: &mut [bool], places: &[u32]) {
+        let mut flags = std::mem::take(&mut self.flags);
+        flags.resize(rays.len(), false);
+        self.occluded(rays, &mut flags);
+        for (&place, &flag) in places.iter().zip(&flags) {
+            blocked[place as usize] = flag;
+        }
+        self.flags = flags;
+    }
+
+    fn closest(&mut self, rays: &RayColumns, hits: &mut HitColumns) {
         self.find_closest(rays, false);
         let mut run = self.geometries.run_of(0);
         for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
             let found = if_able(packet, able);
             let geom_id = self.geometries.find_eight(found.prim_id, &mut run);
-            write_rows(&found, geom_id, &mut hits, k * LANES);
+            write_rows(&found, geom_id, hits, k * LANES);
         }
     }
 

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `columns` | rays and hits of a batch: slices, and buffers of one's own |
 //! | `rows` | rays whose numbers lie side by side |
+//! | `scan_order` | pictures, row of pixels by row of pixels, in blocks |
 //! | `hit_lists` | all hits of each ray |
 //! | `batch` | chunks, threads, packets |
 //! | `refine` | a hit in double precision |
@@ -20,6 +21,7 @@ mod columns;
 mod hit_lists;
 mod refine;
 mod rows;
+mod scan_order;
 
 pub use hit_lists::HitLists;
 pub use refine::{RefinedHit, refine};

@@ -130,10 +130,32 @@ impl<'a> RayBatch<'a> {
         }
     }
 
+    fn tmax(&self) -> TMax<'a> {
+        match self {
+            RayBatch::InColumns(columns) => columns.tmax,
+            RayBatch::InRows(rows) => rows.tmax,
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), BatchError> {
         match self {
             RayBatch::InColumns(columns) => columns.check(),
             RayBatch::InRows(rows) => rows.check(),
+        }
+    }
+
+    /// Origin and direction of a ray.
+    pub(super) fn ray(&self, k: usize) -> ([f32; 3], [f32; 3]) {
+        match self {
+            RayBatch::InColumns(columns) => (
+                columns.origin.map(|column| column[k]),
+                columns.direction.map(|column| column[k]),
+            ),
+            RayBatch::InRows(rows) => {
+                let row =
+                    |numbers: &[f32]| std::array::from_fn(|axis| numbers[k * rows.stride + axis]);
+                (row(rows.origin), row(rows.direction))
+            }
         }
     }
 
@@ -173,6 +195,37 @@ impl TurnedRows {
                     self.tmax.clear();
                     self.tmax.extend_from_slice(each);
                     TMax::Each(&self.tmax)
+                }
+            },
+        }
+    }
+}
+
+impl TurnedRows {
+    /// The rays at some places, in columns.
+    pub(super) fn picked<'b>(&'b mut self, rays: &RayBatch<'b>, places: &[u32]) -> RayColumns<'b> {
+        let TurnedRows {
+            origin,
+            direction,
+            tmax,
+        } = self;
+        let all = origin.iter_mut().chain(direction.iter_mut());
+        all.chain([&mut *tmax]).for_each(Vec::clear);
+        for &place in places {
+            let (org, dir) = rays.ray(place as usize);
+            for axis in 0..3 {
+                origin[axis].push(org[axis]);
+                direction[axis].push(dir[axis]);
+            }
+        }
+        RayColumns {
+            origin: origin.each_ref().map(Vec::as_slice),
+            direction: direction.each_ref().map(Vec::as_slice),
+            tmax: match rays.tmax() {
+                TMax::All(limit) => TMax::All(limit),
+                TMax::Each(each) => {
+                    tmax.extend(places.iter().map(|&place| each[place as usize]));
+                    TMax::Each(tmax)
                 }
             },
         }
