@@ -204,18 +204,25 @@ impl TurnedRows {
 impl TurnedRows {
     /// The rays at some places, in columns.
     pub(super) fn picked<'b>(&'b mut self, rays: &RayBatch<'b>, places: &[u32]) -> RayColumns<'b> {
-        let TurnedRows {
-            origin,
-            direction,
-            tmax,
-        } = self;
-        let all = origin.iter_mut().chain(direction.iter_mut());
-        all.chain([&mut *tmax]).for_each(Vec::clear);
-        for &place in places {
-            let (org, dir) = rays.ray(place as usize);
-            for axis in 0..3 {
-                origin[axis].push(org[axis]);
-                direction[axis].push(dir[axis]);
+        let (origin, direction) = (&mut self.origin, &mut self.direction);
+        match rays {
+            RayBatch::InColumns(columns) => {
+                for axis in 0..3 {
+                    pick(columns.origin[axis], (0, 1), places, &mut origin[axis]);
+                    pick(
+                        columns.direction[axis],
+                        (0, 1),
+                        places,
+                        &mut direction[axis],
+                    );
+                }
+            }
+            RayBatch::InRows(rows) => {
+                for axis in 0..3 {
+                    let every = (axis, rows.stride);
+                    pick(rows.origin, every, places, &mut origin[axis]);
+                    pick(rows.direction, every, places, &mut direction[axis]);
+                }
             }
         }
         RayColumns {
@@ -224,22 +231,25 @@ impl TurnedRows {
             tmax: match rays.tmax() {
                 TMax::All(limit) => TMax::All(limit),
                 TMax::Each(each) => {
-                    tmax.extend(places.iter().map(|&place| each[place as usize]));
-                    TMax::Each(tmax)
+                    pick(each, (0, 1), places, &mut self.tmax);
+                    TMax::Each(&self.tmax)
                 }
             },
         }
     }
 }
 
+/// Numbers of some rays, which lie in `numbers` from `first` on, `stride` apart.
+fn pick(numbers: &[f32], (first, stride): (usize, usize), places: &[u32], column: &mut Vec<f32>) {
+    column.clear();
+    let at = |&place: &u32| numbers[place as usize * stride + first];
+    column.extend(places.iter().map(at));
+}
+
+/// Three columns of numbers that lie side by side.
 fn turn(numbers: &[f32], stride: usize, columns: &mut [Vec<f32>; 3]) {
-    let [x, y, z] = columns;
-    for column in [&mut *x, &mut *y, &mut *z] {
+    for (axis, column) in columns.iter_mut().enumerate() {
         column.clear();
-    }
-    for row in numbers.chunks(stride) {
-        x.push(row[0]);
-        y.push(row[1]);
-        z.push(row[2]);
+        column.extend(numbers[axis..].iter().step_by(stride));
     }
 }
