@@ -1,7 +1,6 @@
 //! Rays through a scene: the closest hit, any hit, all hits.
 
 use crate::arrays::shaped;
-use crate::coordinates::Coordinates;
 use crate::errors::value_error;
 use crate::hits::{HitVectors, PyAllHits, PyHits, RaySource};
 use crate::interrupt::pieces;
@@ -80,12 +79,7 @@ impl PyScene {
                 .map_err(value_error)?;
             py.check_signals()?;
         }
-        let from = RaySource {
-            coordinates: Coordinates::of(&query.scene),
-            scene: query.scene,
-            origins: origins.clone().unbind(),
-            directions: directions.map(|directions| directions.clone().unbind()),
-        };
+        let from = RaySource::of(query.scene, origins, directions);
         PyHits::new(py, hits, query.rays.shape, from)
     }
 
@@ -158,6 +152,7 @@ impl PyScene {
             .map_err(value_error)?;
             py.check_signals()?;
         }
-        PyAllHits::new(py, all)
+        let from = RaySource::of(query.scene, origins, directions);
+        PyAllHits::new(py, all, query.rays.shape, from)
     }
 }
