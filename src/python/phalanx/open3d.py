@@ -112,9 +112,7 @@ class RaycastingScene:
         for start in range(0, len(flat), _RAYS):
             part = flat[start : start + _RAYS]
             hits, rows = self._crossings(part, nthreads)
-            counts[start : start + len(part)] = np.bincount(
-                hits.ray_id[rows], minlength=len(part)
-            )
+            counts[start : start + len(part)] = np.bincount(hits.ray_id[rows], minlength=len(part))
         return wrap(counts.reshape(numbers.shape[:-1]))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
@@ -164,9 +162,7 @@ class RaycastingScene:
             table = self._table = _Table(self._meshes)
         return table
 
-    def _crossings(
-        self, flat: NDArray, nthreads: int
-    ) -> tuple[AllHits, NDArray[np.int64]]:
+    def _crossings(self, flat: NDArray, nthreads: int) -> tuple[AllHits, NDArray[np.int64]]:
         table = self._built()
         hits = self._scene.all_hits(flat, threads=_threads(nthreads))
 

@@ -27,9 +27,9 @@ __all__ = ["RayMeshIntersector"]
 # from the bounds of float32.
 _EXPONENTS = 20
 
-# Directions of the tests for points within: no planes, edges or symmetries of usual meshes lie
-# along them. Later ones are for points at which the earlier ones leave a doubt.
-_DIRECTIONS = np.array(
+# Lines of the test for points within: no planes, edges or symmetries of usual meshes lie along
+# them. Later ones are for points at which the earlier ones leave a doubt.
+_LINES = np.array(
     [
         [0.4213, 0.6071, 0.6737],
         [-0.7331, 0.2917, 0.6143],
@@ -39,8 +39,8 @@ _DIRECTIONS = np.array(
     ]
 )
 
-# Points that are tested at once, which bounds the memory.
-_POINTS = 1 << 20
+# Points that are tested at once: bounds the memory.
+_POINTS = 1 << 18
 
 # Squared lengths of directions that float32 takes as they are.
 _LENGTHS = (1e-12, 1e12)
@@ -154,48 +154,43 @@ class RayMeshIntersector:
             a, b, c = np.moveaxis(np.asarray(self.mesh.vertices)[faces], 1, 0)
             return np.cross(b - a, c - a)
 
-        return crossings(hits, directions, normals, float(self.mesh.scale) * self._scene[1])
+        return crossings(hits, directions, normals, self._size() * self._scene[1])
 
     def _within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         scene, scale = self._scene
         inside = np.zeros(len(points), dtype=bool)
-        open_points = np.arange(len(points))
-        for k, direction in enumerate(_DIRECTIONS):
-            origins = points[open_points] * scale
+        left = np.arange(len(points))
+        for line in _LINES:
             sides = []
-            for along in (direction, -direction):
-                if k == 0:
-                    # A line that touches an edge counts it twice on one side, so that the sides
-                    # disagree.
-                    number = scene.count(origins, along, threads=self._threads)
-                    sure = np.ones(len(origins), dtype=bool)
-                else:
-                    hits = scene.all_hits(origins, along, threads=self._threads)
-                    number = np.diff(hits.starts)
-                    sure = np.bincount(hits.ray_id[on_edge(hits)], minlength=len(origins)) == 0
-                sides.append((number, sure))
-            (ahead, sure_ahead), (behind, sure_behind) = sides
-            agree = (ahead % 2 == behind % 2) & sure_ahead & sure_behind
-            inside[open_points[agree]] = ahead[agree] % 2 == 1
-            free = ((ahead == 0) & sure_ahead) | ((behind == 0) & sure_behind)
-            open_points = open_points[~agree & ~free]
-            if len(open_points) == 0:
+            for direction in (line, -line):
+                hits = scene.all_hits(points[left] * scale, direction, threads=self._threads)
+                doubtful = np.zeros(len(left), dtype=bool)
+                doubtful[hits.ray_id[on_edge(hits)]] = True
+                sides.append((np.diff(hits.starts), doubtful))
+            (ahead, doubt_ahead), (behind, doubt_behind) = sides
+            agree = (ahead % 2 == behind % 2) & ~doubt_ahead & ~doubt_behind
+            inside[left[agree]] = ahead[agree] % 2 == 1
+            left = left[~agree & (ahead > 0) & (behind > 0)]
+            if len(left) == 0:
                 break
         return inside
 
     @caching.cache_decorator
     def _scene(self) -> tuple[Scene, float]:
         """The scene, and the power of two by which it is scaled."""
-        scale = 1.0
-        size = float(self.mesh.scale) if len(self.mesh.faces) > 0 else 1.0
-        if self._scale_to_box and math.isfinite(size) and size > 0.0:
-            exponent = math.frexp(size)[1]
-            if abs(exponent) > _EXPONENTS:
+        scale, center = 1.0, np.zeros(3)
+        if len(self.mesh.faces) > 0:
+            center = self.mesh.bounds.mean(axis=0)
+            exponent = math.frexp(self._size())[1]
+            if self._scale_to_box and abs(exponent) > _EXPONENTS:
                 scale = math.ldexp(1.0, -exponent)
-        center = self.mesh.bounds.mean(axis=0) if len(self.mesh.faces) > 0 else np.zeros(3)
         scene = Scene(origin=tuple(center * scale))
         scene.add_mesh(np.asarray(self.mesh.vertices) * scale, np.asarray(self.mesh.faces))
         return scene, scale
+
+    def _size(self) -> float:
+        """Length of the mesh's box; trimesh's own scale is 1 for the smallest meshes."""
+        return float(np.ptp(self.mesh.bounds, axis=0).max())
 
     def _rays(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray, NDArray]:
         """The rays in the scene's coordinates."""
