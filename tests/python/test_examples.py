@@ -36,17 +36,17 @@ def test_examples_are_short_and_say_what_they_are():
         assert text.startswith('"""') and text.count("\n") <= 60, script
 
 
-def test_ambient_occlusion_is_that_of_a_corner():
-    # Two walls at a right angle hide half of the sky at their edge, and less further away.
+def test_ambient_occlusion_before_a_wall_is_that_of_the_books():
+    # An endless wall of height h hides (1 - d / √(d² + h²)) / 2 of the sky at a distance of d.
     module = example("ambient_occlusion")
-    vertices = np.array([[0, -9, 9], [0, 9, 9], [0, 9, 0], [0, -9, 0], [9, -9, 0], [9, 9, 0]])
-    faces = np.array([[0, 2, 1], [0, 3, 2], [3, 5, 2], [3, 4, 5]])
-    ground = np.array([[0.01, 0, 0], [0.02, 0, 0], [0.01, 0.01, 0]])
-    free = module.ambient_occlusion(
-        np.concatenate([vertices, ground]), np.concatenate([faces, [[6, 7, 8]]]), rays=4096
-    )
-    assert free[6:] == pytest.approx([0.5] * 3, abs=0.02)
-    assert free[5] > 0.6
+    wall = np.array([[0, -900, 9], [0, 900, 9], [0, 900, 0], [0, -900, 0]])
+    faces = [[0, 2, 1], [0, 3, 2]]
+    for d in (0.02, 3.0, 9.0, 40.0):
+        ground = np.array([[d, 0, 0], [d + 0.01, 0, 0], [d, 0.01, 0]])
+        free = module.ambient_occlusion(
+            np.concatenate([wall, ground]), np.array([*faces, [4, 5, 6]]), rays=4096
+        )
+        assert free[4:] == pytest.approx([0.5 + 0.5 * d / np.hypot(d, 9)] * 3, abs=0.01), d
     assert "free sky" in run("ambient_occlusion.py", "--rays", 16)
 
 

@@ -61,6 +61,14 @@ def test_counts_and_lists_have_each_crossing_once(scene):
     }
 
 
+def test_a_mesh_that_is_added_after_a_query_is_hit(scene):
+    ray = np.float32([[-5, 20.2, 0.5, 1, 0, 0]])
+    assert scene.cast_rays(ray)["geometry_ids"].tolist() == [INVALID]
+    assert scene.add_triangles(CUBE_VERTICES + [0, 20, 0], CUBE_FACES) == 2
+    found = scene.cast_rays(ray)
+    assert found["geometry_ids"].tolist() == [2] and found["primitive_ids"].tolist() == [1]
+
+
 def test_occlusion_counts_between_tnear_and_tfar(scene):
     ray = np.float32([[-5, 0.2, 0.1, 1, 0, 0]])
     between = [
