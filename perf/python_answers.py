@@ -4,10 +4,10 @@
     python perf/python_answers.py differences MESH...    # closest hits that differ, by class
     python perf/python_answers.py lost MESH...           # rays from within that leave closed meshes
 
-Needs numpy, trimesh and embreex. Both tracers get the same float32 vertices and rays, neither scaled
-nor moved. Where they name different triangles, the ray is intersected with all triangles in rational
-numbers: float32 numbers are fractions, so that nothing is rounded. perf/notes/python.md has the
-tables.
+Needs numpy, trimesh and embreex. Both tracers get the same float32 vertices and rays, neither
+scaled nor moved. Where they name different triangles, the ray is intersected with all triangles in
+rational numbers: float32 numbers are fractions, so that nothing is rounded. The tables are in
+perf/notes/python.md.
 """
 
 import argparse
@@ -30,10 +30,8 @@ RIGHT = ("both", "phalanx", "embree", "neither")
 
 def load(path: str) -> trimesh.Trimesh:
     """A mesh, its vertices rounded to float32; 'sphere' is one of 20480 triangles."""
-    if path == "sphere":
-        mesh = trimesh.creation.icosphere(5)
-    else:
-        mesh = trimesh.load(path, force="mesh")
+    is_sphere = path == "sphere"
+    mesh = trimesh.creation.icosphere(5) if is_sphere else trimesh.load(path, force="mesh")
     mesh.vertices = mesh.vertices.astype(np.float32)
     return mesh
 
@@ -71,11 +69,19 @@ class Triangles:
         self.squares = (away + 1e-6 * np.ptp(mesh.bounds)) ** 2
 
     def candidates(self, origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Triangles to whose balls the ray's line comes near, with a wide margin."""
+        """Triangles that the ray's line meets, with a wide margin."""
         from_origin = self.centers - origin
         along = from_origin @ (direction / np.linalg.norm(direction))
         away = np.einsum("ij,ij->i", from_origin, from_origin) - along**2
-        return np.flatnonzero(away <= self.squares * (1 + 1e-6))
+        near = np.flatnonzero(away <= self.squares * (1 + 1e-6))
+        from_origin = self.corners[near] - origin
+        a, b, c = np.moveaxis(from_origin, 1, 0)
+        weights = [np.cross(p, q) @ direction for p, q in ((b, c), (c, a), (a, b))]
+        # Roundings of float64 are a millionth of this.
+        reach = np.abs(from_origin).max(initial=0.0)
+        margin = 1e-9 * reach**2 * np.linalg.norm(direction)
+        low, high = np.minimum.reduce(weights), np.maximum.reduce(weights)
+        return near[(low >= -margin) | (high <= margin)]
 
 
 def exact(corners, origin, direction):
@@ -101,46 +107,50 @@ def triple(a, b, c):
     )
 
 
-def judge(triangles, origin, direction, ours: int, theirs: int) -> tuple[str, str]:
-    """The class of a difference, and which of the two triangles are exactly right."""
-    hits, corners = {}, triangles.corners
+def judge(triangles: Triangles, origin, direction, ours: int, theirs: int) -> str:
+    """Which of the two triangles, or misses, are exactly right."""
+    hits = {}
     for face in triangles.candidates(origin.astype(np.float64), direction.astype(np.float64)):
-        found = exact(corners[face], origin, direction)
+        found = exact(triangles.corners[face], origin, direction)
         if found:
             hits[int(face)] = found
     nearest = min((t for t, _ in hits.values()), default=None)
     truth = {face for face, (t, _) in hits.items() if t == nearest} or {-1}
-    right = RIGHT[{(1, 1): 0, (1, 0): 1, (0, 1): 2, (0, 0): 3}[ours in truth, theirs in truth]]
-    named = [face for face in {ours, theirs} | truth if face >= 0]
-    zeros, steepest = 0, 1.0
-    for face in named:
-        a, b, c = corners[face]
-        normal = np.cross(b - a, c - a)
-        area = np.linalg.norm(normal)
-        long = np.linalg.norm(direction.astype(np.float64))
-        steepest = min(steepest, abs(normal @ direction) / max(area * long, 1e-300))
-        zeros = max(zeros, near_zero(corners[face], origin, direction))
-    if steepest < NEAR:
-        return "coplanar", right
-    return ("precision", "edge", "vertex")[min(zeros, 2)], right
+    right = (ours in truth, theirs in truth)
+    return {(True, True): "both", (True, False): "phalanx", (False, True): "embree"}.get(
+        right, "neither"
+    )
 
 
-def near_zero(corners, origin, direction) -> int:
-    """Number of corner weights that are zero but for roundings, where the ray meets the plane.
+def classes(triangles: Triangles, origins, directions, faces) -> np.ndarray:
+    """The class of each difference, a row of CLASSES, by both triangles, (n, 2); -1 for a miss.
 
-    A weight is compared with the ray's rounding in units of the triangle's height.
+    A ray meets a triangle at an edge, or a vertex, where one or two weights of the corners are zero
+    but for roundings of float32, and is coplanar where it lies in the plane but for these.
     """
-    a, b, c = (corner - origin.astype(np.float64) for corner in corners)
-    direction = direction.astype(np.float64)
-    weights = np.array([np.cross(p, q) @ direction for p, q in ((b, c), (c, a), (a, b))])
-    edges = [np.linalg.norm(p - q) for p, q in ((b, c), (c, a), (a, b))]
-    reach = max(np.abs(a).max(), np.abs(b).max(), np.abs(c).max())
-    bound = NEAR * reach * np.linalg.norm(direction) * np.array(edges)
-    return int((np.abs(weights) <= bound).sum())
+    zeros = np.zeros(len(faces), dtype=int)
+    steepest = np.ones(len(faces))
+    directions = directions.astype(np.float64)
+    length = np.linalg.norm(directions, axis=1)
+    for column in faces.T:
+        corners = triangles.corners[column] - origins[:, None].astype(np.float64)
+        a, b, c = np.moveaxis(corners, 1, 0)
+        bound = NEAR * np.abs(corners).max(axis=(1, 2)) * length
+        near = 0
+        for p, q in ((b, c), (c, a), (a, b)):
+            weight = np.einsum("ij,ij->i", np.cross(p, q), directions)
+            near = near + (abs(weight) <= bound * np.linalg.norm(p - q, axis=1))
+        zeros = np.where(column >= 0, np.maximum(zeros, near), zeros)
+        normal = np.cross(b - a, c - a)
+        slope = abs(np.einsum("ij,ij->i", normal, directions))
+        slope /= np.maximum(np.linalg.norm(normal, axis=1) * length, 1e-300)
+        steepest = np.where(column >= 0, np.minimum(steepest, slope), steepest)
+    kinds = np.array([CLASSES.index(name) for name in ("precision", "edge", "vertex", "vertex")])
+    return np.where(steepest < NEAR, CLASSES.index("coplanar"), kinds[zeros])
 
 
 def differences(mesh: trimesh.Trimesh, n: int, most: int, seed: int) -> dict:
-    """Counts of a mesh: rays, hits, differing rays, and those judged by class and by who is right."""
+    """Counts of a mesh: rays, hits, differing rays by class, and for some of them who is right."""
     ours, theirs = tracers(mesh)
     origins, directions = rays_at(mesh, n, np.random.default_rng(seed))
     mine = ours.intersect(origins, directions)
@@ -148,23 +158,23 @@ def differences(mesh: trimesh.Trimesh, n: int, most: int, seed: int) -> dict:
     differing = np.flatnonzero(mine.prim_id != other["primID"])
     triangles = Triangles(mesh)
     counts = {"rays": n, "hits": int(mine.hit.sum()), "differ": len(differing)}
+    both = np.stack([mine.prim_id, other["primID"]], axis=1)[differing]
     # Both hit, but not at one place.
-    far = abs(mine.t - other["tfar"]) * np.linalg.norm(directions, axis=1) > 1e-4 * mesh.scale
-    both = mine.hit & (other["primID"] >= 0)
-    counts["apart"] = int((far & both)[differing].sum())
-    judged = np.random.default_rng(seed).permutation(differing)[:most]
+    gap = abs(mine.t - other["tfar"])[differing] * np.linalg.norm(directions[differing], axis=1)
+    counts["apart"] = int(((gap > 1e-4 * mesh.scale) & (both >= 0).all(axis=1)).sum())
+    kinds = classes(triangles, origins[differing], directions[differing], both)
+    counts |= {name: int((kinds == k).sum()) for k, name in enumerate(CLASSES)}
+    judged = np.random.default_rng(seed).permutation(len(differing))[:most]
     counts["judged"] = len(judged)
-    table = {}
+    counts |= dict.fromkeys(RIGHT, 0)
     for k in judged:
-        ray = (origins[k], directions[k])
-        key = judge(triangles, *ray, int(mine.prim_id[k]), int(other["primID"][k]))
-        missed = "phalanx" if mine.prim_id[k] < 0 else "embree" if other["primID"][k] < 0 else ""
-        table[key] = table.get(key, 0) + 1
-        if missed:
-            table["missed", missed] = table.get(("missed", missed), 0) + 1
-            if key[1] == missed:
-                table["rightly", missed] = table.get(("rightly", missed), 0) + 1
-    counts["table"] = table
+        ray = (origins[differing[k]], directions[differing[k]])
+        counts[judge(triangles, *ray, *map(int, both[k]))] += 1
+    for name, column in zip(("phalanx misses", "embree misses"), both.T):
+        misses = differing[column < 0]
+        counts[name] = len(misses)
+        rightly = [judge(triangles, origins[k], directions[k], -1, -2) == "phalanx" for k in misses]
+        counts[f"{name} rightly"] = sum(rightly)
     return counts
 
 
@@ -192,22 +202,14 @@ def lost(mesh: trimesh.Trimesh, n: int, seed: int) -> dict:
 
 
 def print_differences(paths: list[str], n: int, most: int) -> None:
-    print("| mesh | triangles | rays | hits | differ | apart | judged | " + " | ".join(CLASSES) + " |", end="")
-    print(" both right | phalanx | embree | neither | phalanx misses (rightly) | embree misses |")
-    print("|---" + "|---:" * 16 + "|")
-    for path in paths:
+    for k, path in enumerate(paths):
         mesh = load(path)
-        found = differences(mesh, n, most, seed=1)
-        table = found["table"]
-        kinds = [sum(table.get((kind, who), 0) for who in RIGHT) for kind in CLASSES]
-        right = [sum(table.get((kind, who), 0) for kind in CLASSES) for who in RIGHT]
-        misses = [
-            f"{table.get(('missed', who), 0)} ({table.get(('rightly', who), 0)})"
-            for who in ("phalanx", "embree")
-        ]
-        first = [found[key] for key in ("rays", "hits", "differ", "apart", "judged")]
-        numbers = [f"{number:,}" for number in [len(mesh.faces), *first, *kinds, *right]]
-        print(f"| {pathlib.Path(path).name} | {' | '.join([*numbers, *misses])} |", flush=True)
+        counts = {"triangles": len(mesh.faces), **differences(mesh, n, most, seed=1)}
+        if k == 0:
+            print("| mesh | " + " | ".join(counts) + " |")
+            print("|---" + "|---:" * len(counts) + "|")
+        cells = [pathlib.Path(path).stem, *(f"{count:,}" for count in counts.values())]
+        print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def print_lost(paths: list[str], n: int) -> None:
