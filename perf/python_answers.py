@@ -2,7 +2,8 @@
 """Answers of phalanx and of Embree (embreex) on the same rays, and the truth in exact arithmetic.
 
     python perf/python_answers.py differences MESH...    # closest hits that differ, by class
-    python perf/python_answers.py lost MESH...           # rays from within that leave closed meshes
+    python perf/python_answers.py lost MESH...           # rays that leave closed meshes from within
+    python perf/python_answers.py through MESH...        # rays that enter them from outside, unseen
 
 Needs numpy, trimesh and embreex. Both tracers get the same float32 vertices and rays, neither
 scaled nor moved. Where they name different triangles, the ray is intersected with all triangles in
@@ -201,6 +202,42 @@ def lost(mesh: trimesh.Trimesh, n: int, seed: int) -> dict:
     return counts
 
 
+def through(triangles: Triangles, mine, other, origins, directions, most: int) -> list[int]:
+    """Rays of which one tracer's hit, or miss, lies behind the other's: number, and what is nearer.
+
+    By exact arithmetic: nothing; triangles from both sides, so that the ray touches an edge and
+    goes on; or triangles from one side only, so that it went through the surface.
+    """
+    behind = np.flatnonzero(mine > other * (1 + 1e-4))
+    found = [len(behind), 0, 0, 0]
+    for k in behind[:most]:
+        ray = [ends[k].astype(np.float64) for ends in (origins, directions)]
+        sides = set()
+        for face in triangles.candidates(*ray):
+            a, b, c = triangles.corners[face]
+            hit = exact((a, b, c), *ray)
+            if hit and float(hit[0]) < mine[k] * (1 - 5e-5):
+                sides.add(bool(np.cross(b - a, c - a) @ ray[1] > 0.0))
+        found[1 + (0, 2, 1)[len(sides)]] += 1
+    return found
+
+
+def print_through(paths: list[str], n: int, most: int) -> None:
+    print("| closed mesh | tracer | farther | nothing nearer | touches | goes through |")
+    print("|---|---" + "|---:" * 4 + "|")
+    for path in paths:
+        mesh = load(path)
+        ours, theirs = tracers(mesh)
+        origins, directions = rays_at(mesh, n, np.random.default_rng(1))
+        hits, other = ours.intersect(origins, directions), theirs.run(origins, directions, output=1)
+        first = hits.t.astype(np.float64)
+        second = np.where(other["primID"] >= 0, other["tfar"].astype(np.float64), np.inf)
+        for name, pair in (("phalanx", (first, second)), ("embree", (second, first))):
+            found = through(Triangles(mesh), *pair, origins, directions, most)
+            cells = [pathlib.Path(path).stem, name, *(f"{count:,}" for count in found)]
+            print("| " + " | ".join(cells) + " |", flush=True)
+
+
 def print_differences(paths: list[str], n: int, most: int) -> None:
     for k, path in enumerate(paths):
         mesh = load(path)
@@ -228,12 +265,14 @@ def print_lost(paths: list[str], n: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("what", choices=["differences", "lost"])
+    parser.add_argument("what", choices=["differences", "lost", "through"])
     parser.add_argument("meshes", nargs="+", metavar="MESH")
     parser.add_argument("--rays", type=int, help="of each mesh; of all together for lost")
     parser.add_argument("--judge", type=int, default=400, help="most differing rays to judge")
     args = parser.parse_args()
     if args.what == "lost":
         print_lost(args.meshes, args.rays or 10_000_000)
+    elif args.what == "through":
+        print_through(args.meshes, args.rays or 300_000, args.judge)
     else:
         print_differences(args.meshes, args.rays or 300_000, args.judge)
