@@ -3,7 +3,7 @@
 use crate::arrays::shaped;
 use crate::errors::value_error;
 use crate::hits::{HitVectors, PyAllHits, PyHits, RaySource};
-use crate::interrupt::pieces;
+use crate::interrupt::{PIECE, SMALL_PIECE, pieces};
 use crate::rays::Rays;
 use crate::scene::PyScene;
 use numpy::PyArrayDyn;
@@ -65,7 +65,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut hits = HitVectors::new(query.rays.len());
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), PIECE) {
             let rows = query.rays.rows(from, to)?;
             let mut columns = HitColumns {
                 t: &mut hits.t[from..to],
@@ -96,7 +96,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut blocked = vec![false; query.rays.len()];
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, blocked) = (&query.bvh, query.threads, &mut blocked[from..to]);
             py.detach(|| bvh.occluded_batch(&rows, blocked, threads))
@@ -119,7 +119,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut counts = vec![0; query.rays.len()];
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, counts) = (&query.bvh, query.threads, &mut counts[from..to]);
             py.detach(|| bvh.count_batch(&rows, counts, threads))
@@ -142,7 +142,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut all = HitLists::empty();
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, all) = (&query.bvh, query.threads, &mut all);
             py.detach(|| {

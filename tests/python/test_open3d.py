@@ -66,7 +66,7 @@ def test_a_mesh_that_is_added_after_a_query_is_hit(scene):
     assert scene.cast_rays(ray)["geometry_ids"].tolist() == [INVALID]
     assert scene.add_triangles(CUBE_VERTICES + [0, 20, 0], CUBE_FACES) == 2
     found = scene.cast_rays(ray)
-    assert found["geometry_ids"].tolist() == [2] and found["primitive_ids"].tolist() == [1]
+    assert found["geometry_ids"].tolist() == [2] and found["primitive_ids"].tolist() == [0]
 
 
 def test_occlusion_counts_between_tnear_and_tfar(scene):
