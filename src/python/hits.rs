@@ -45,10 +45,10 @@ pub(crate) struct PyHits {
 
 /// The rays and the scene that hits are of.
 pub(crate) struct RaySource {
-    pub(crate) scene: Arc<Scene>,
-    pub(crate) coordinates: Coordinates,
-    pub(crate) origins: Py<PyAny>,
-    pub(crate) directions: Option<Py<PyAny>>,
+    scene: Arc<Scene>,
+    coordinates: Coordinates,
+    origins: Py<PyAny>,
+    directions: Option<Py<PyAny>>,
 }
 
 /// Columns of hits, before Python owns them.
@@ -100,20 +100,50 @@ impl PyHits {
         })
     }
 
-    /// All hits in double precision; `None` for a miss.
     fn in_double(&self, py: Python<'_>) -> PyResult<Vec<Option<RefinedHit>>> {
-        let [origins, directions] = self.from.rays(py, &self.shape)?;
-        let t = self.t.bind(py).to_vec()?;
-        let prim_id = self.prim_id.bind(py).to_vec()?;
-        let (scene, coordinates) = (&self.from.scene, self.from.coordinates);
+        let columns = (&self.t, &self.prim_id);
+        self.from.in_double(py, &self.shape, columns, |row| row)
+    }
+}
+
+impl RaySource {
+    /// Rays as the caller gave them to a query.
+    pub(crate) fn of(
+        scene: Arc<Scene>,
+        origins: &Bound<'_, PyAny>,
+        directions: Option<&Bound<'_, PyAny>>,
+    ) -> RaySource {
+        RaySource {
+            coordinates: Coordinates::of(&scene),
+            scene,
+            origins: origins.clone().unbind(),
+            directions: directions.map(|directions| directions.clone().unbind()),
+        }
+    }
+
+    /// Hits in double precision; `None` for a miss. `shape` is that of the rays, `ray` maps a row of
+    /// the columns to its ray.
+    fn in_double(
+        &self,
+        py: Python<'_>,
+        shape: &[usize],
+        (t, prim_id): (&Py<PyArrayDyn<f32>>, &Py<PyArrayDyn<i32>>),
+        ray: impl Fn(usize) -> usize + Sync,
+    ) -> PyResult<Vec<Option<RefinedHit>>> {
+        let [origins, directions] = self.rays(py, shape)?;
+        let t = t.bind(py).to_vec()?;
+        let prim_id = prim_id.bind(py).to_vec()?;
+        let (scene, coordinates) = (&self.scene, self.coordinates);
         let count = scene.prim_count() as u64 + scene.visible_count();
-        let refined = |k: usize| {
+        let refined = |(row, (&t, &prim_id)): (usize, (&f32, &i32))| {
             // The caller may have written into the columns.
-            let prim_id = u32::try_from(prim_id[k]).ok()?;
+            let prim_id = u32::try_from(prim_id).ok()?;
+            let ray = ray(row);
+            let (&origin, &direction) = (origins.get(ray)?, directions.get(ray)?);
             (u64::from(prim_id) < count).then(|| {
-                let [origin, direction] = coordinates.ray(origins[k], directions[k]);
+                let [origin, direction] = coordinates.ray(origin, direction);
                 let hit = Hit {
-                    t: t[k],
+                    t,
                     u: 0.0,
                     v: 0.0,
                     prim_id,
@@ -122,11 +152,28 @@ impl PyHits {
                 refine(scene, origin, direction, &hit)
             })
         };
-        Ok(py.detach(|| (0..t.len()).map(refined).collect()))
+        let rows = || t.iter().zip(&prim_id).enumerate();
+        Ok(py.detach(|| rows().map(refined).collect()))
     }
-}
 
-impl RaySource {
+    /// Distances and points in double precision, for columns of this shape.
+    fn refined<'py>(
+        &self,
+        py: Python<'py>,
+        refined: &[Option<RefinedHit>],
+        shape: &[usize],
+    ) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+        let t = refined
+            .iter()
+            .map(|hit| hit.map_or(f64::INFINITY, |hit| hit.t));
+        let points = refined.iter().flat_map(|hit| match hit {
+            Some(hit) => self.coordinates.outside(hit.point),
+            None => [f64::NAN; 3],
+        });
+        let points = shaped(py, points.collect(), &[shape, &[3]].concat())?;
+        Ok((shaped(py, t.collect(), shape)?, points))
+    }
+
     /// The rays in double precision, for answers of this shape.
     fn rays(&self, py: Python<'_>, shape: &[usize]) -> PyResult<[Vec<[f64; 3]>; 2]> {
         let numpy = py.import("numpy")?;
@@ -179,18 +226,7 @@ impl PyHits {
     /// Each is computed again from the ray, as it was given (in float64, if it was), and the
     /// primitive that was hit. Points are in the coordinates of the rays.
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
-        let refined = self.in_double(py)?;
-        let t = refined
-            .iter()
-            .map(|hit| hit.map_or(f64::INFINITY, |hit| hit.t));
-        let points = refined.iter().flat_map(|hit| match hit {
-            Some(hit) => self.from.coordinates.outside(hit.point),
-            None => [f64::NAN; 3],
-        });
-        let mut shape = self.shape.clone();
-        let t = shaped(py, t.collect(), &shape)?;
-        shape.push(3);
-        Ok((t, shaped(py, points.collect(), &shape)?))
+        self.from.refined(py, &self.in_double(py)?, &self.shape)
     }
 
     fn __len__(&self) -> PyResult<usize> {
@@ -234,12 +270,20 @@ pub(crate) struct PyAllHits {
     prim_id: Py<PyArrayDyn<i32>>,
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
-    hits: usize,
-    rays: usize,
+    /// As in `starts`, which the caller may write to.
+    first_rows: Vec<usize>,
+    /// Shape of the rays.
+    shape: Vec<usize>,
+    from: RaySource,
 }
 
 impl PyAllHits {
-    pub(crate) fn new(py: Python<'_>, lists: HitLists) -> PyResult<PyAllHits> {
+    pub(crate) fn new(
+        py: Python<'_>,
+        lists: HitLists,
+        shape: Vec<usize>,
+        from: RaySource,
+    ) -> PyResult<PyAllHits> {
         let (hits, rays) = (lists.t.len(), lists.starts.len() - 1);
         let of_ray = |ray: usize| std::iter::repeat_n(ray as i64, lists.rows(ray).len());
         let ray_id: Vec<i64> = (0..rays).flat_map(of_ray).collect();
@@ -252,22 +296,33 @@ impl PyAllHits {
             v: shaped(py, lists.v, &[hits])?.unbind(),
             prim_id: shaped(py, signed(lists.prim_id), &[hits])?.unbind(),
             geom_id: shaped(py, signed(lists.geom_id), &[hits])?.unbind(),
-            hits,
-            rays,
+            first_rows: lists.starts,
+            shape,
+            from,
         })
     }
 }
 
 #[pymethods]
 impl PyAllHits {
+    /// Distances and points in double precision: (t, points), float64, (n,) and (n, 3), a row for
+    /// each hit. As Hits.refine().
+    fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+        let columns = (&self.t, &self.prim_id);
+        let ray = |row| self.first_rows.partition_point(|&first| first <= row) - 1;
+        let refined = self.from.in_double(py, &self.shape, columns, ray)?;
+        self.from.refined(py, &refined, &[refined.len()])
+    }
+
     fn __len__(&self) -> usize {
-        self.hits
+        self.first_rows[self.first_rows.len() - 1]
     }
 
     fn __repr__(&self) -> String {
         format!(
             "<phalanx.AllHits: {} hits of {} rays>",
-            self.hits, self.rays
+            self.__len__(),
+            self.first_rows.len() - 1
         )
     }
 }

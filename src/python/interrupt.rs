@@ -6,15 +6,18 @@ use std::time::Duration;
 
 /// Rays of a piece: about a second of work where rays are slowest. Threads are started anew for
 /// each.
-const PIECE: usize = 1 << 20;
+pub(crate) const PIECE: usize = 1 << 20;
+
+/// Rays of a piece where each may meet everything: up to some 50 µs a ray.
+pub(crate) const SMALL_PIECE: usize = 1 << 15;
 
 /// Time between two looks at Python's signals.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Beginnings and ends of the pieces of a number of rays.
-pub(crate) fn pieces(rays: usize) -> impl Iterator<Item = (usize, usize)> {
-    let starts = (0..rays).step_by(PIECE);
-    starts.map(move |from| (from, (from + PIECE).min(rays)))
+pub(crate) fn pieces(rays: usize, most: usize) -> impl Iterator<Item = (usize, usize)> {
+    let starts = (0..rays).step_by(most);
+    starts.map(move |from| (from, (from + most).min(rays)))
 }
 
 /// Does `work` on a thread of its own, without the interpreter's lock. A signal sets `stop`, and is

@@ -1,10 +1,9 @@
 //! Rays through a scene: the closest hit, any hit, all hits.
 
 use crate::arrays::shaped;
-use crate::coordinates::Coordinates;
 use crate::errors::value_error;
 use crate::hits::{HitVectors, PyAllHits, PyHits, RaySource};
-use crate::interrupt::pieces;
+use crate::interrupt::{PIECE, SMALL_PIECE, pieces};
 use crate::rays::Rays;
 use crate::scene::PyScene;
 use numpy::PyArrayDyn;
@@ -66,7 +65,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut hits = HitVectors::new(query.rays.len());
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), PIECE) {
             let rows = query.rays.rows(from, to)?;
             let mut columns = HitColumns {
                 t: &mut hits.t[from..to],
@@ -80,12 +79,7 @@ impl PyScene {
                 .map_err(value_error)?;
             py.check_signals()?;
         }
-        let from = RaySource {
-            coordinates: Coordinates::of(&query.scene),
-            scene: query.scene,
-            origins: origins.clone().unbind(),
-            directions: directions.map(|directions| directions.clone().unbind()),
-        };
+        let from = RaySource::of(query.scene, origins, directions);
         PyHits::new(py, hits, query.rays.shape, from)
     }
 
@@ -102,7 +96,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut blocked = vec![false; query.rays.len()];
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, blocked) = (&query.bvh, query.threads, &mut blocked[from..to]);
             py.detach(|| bvh.occluded_batch(&rows, blocked, threads))
@@ -125,7 +119,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut counts = vec![0; query.rays.len()];
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, counts) = (&query.bvh, query.threads, &mut counts[from..to]);
             py.detach(|| bvh.count_batch(&rows, counts, threads))
@@ -148,7 +142,7 @@ impl PyScene {
         let py = slf.py();
         let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
         let mut all = HitLists::empty();
-        for (from, to) in pieces(query.rays.len()) {
+        for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, all) = (&query.bvh, query.threads, &mut all);
             py.detach(|| {
@@ -158,6 +152,7 @@ impl PyScene {
             .map_err(value_error)?;
             py.check_signals()?;
         }
-        PyAllHits::new(py, all)
+        let from = RaySource::of(query.scene, origins, directions);
+        PyAllHits::new(py, all, query.rays.shape, from)
     }
 }

@@ -81,6 +81,10 @@ impl PyScene {
     }
 }
 
+/// Most threads of a call, if there are no more CPUs. The tree's builder takes seconds to start
+/// thousands.
+const MAX_THREADS: usize = 64;
+
 /// `threads` of a call: all where none is given.
 ///
 /// # Errors
@@ -88,7 +92,12 @@ impl PyScene {
 pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
     match asked {
         None => Ok(0),
-        Some(n) if n >= 1 => Ok(n as usize),
+        Some(n) if n >= 1 => {
+            let most = std::thread::available_parallelism().map_or(1, |n| n.get());
+            Ok(usize::try_from(n)
+                .unwrap_or(usize::MAX)
+                .min(most.max(MAX_THREADS)))
+        }
         Some(n) => Err(value_error(format!(
             "threads is {n}: give 1 or more, or None for one per CPU"
         ))),

@@ -1,0 +1,256 @@
+"""Rays for Open3D: RaycastingScene with the queries of open3d.t.geometry.RaycastingScene.
+
+Tensors of Open3D in, tensors out; numpy arrays in, numpy arrays out, and then Open3D need not be
+installed. Three things differ:
+
+- Hits count beyond the origin only (0 < t).
+- Arrays of any real numbers are taken, and rounded to float32; vertices and triangles are copied.
+- Where triangles coincide, all of them are counted and listed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import AllHits, Scene
+from ._crossings import crossings
+
+__all__ = ["RaycastingScene"]
+
+# Rays whose hits are listed at once, to be counted: bounds the memory.
+_RAYS = 1 << 18
+
+
+class RaycastingScene:
+    """Triangle meshes, and rays that are cast at them.
+
+    Rays are (…, 6) with two sides at least: origin and direction, of any length but zero. nthreads
+    is 0 for one thread per CPU. Queries raise ValueError for other shapes, and TypeError for what
+    holds no numbers.
+    """
+
+    INVALID_ID = 0xFFFFFFFF
+
+    def __init__(self, nthreads: int = 0) -> None:
+        """Makes an empty scene; its tree is built with nthreads, by the first query."""
+        self._scene = Scene()
+        self._build_threads = _threads(nthreads)
+        self._meshes: list[tuple[NDArray, NDArray]] = []
+        self._table: _Table | None = None
+
+    def add_triangles(
+        self, vertex_positions: Any = None, triangle_indices: Any = None, *, mesh: Any = None
+    ) -> int:
+        """Adds an open3d.t.geometry.TriangleMesh, or vertices (n, 3) and triangles (m, 3).
+
+        Returns the mesh's geometry ID. Raises ValueError for vertices that are not finite, and
+        IndexError for triangles that name no vertex.
+        """
+        vertices, triangles = vertex_positions, triangle_indices
+        if triangles is None:
+            mesh = vertices if mesh is None else mesh
+            if not hasattr(mesh, "triangle"):
+                raise TypeError("give a TriangleMesh of open3d.t, or vertices and triangles")
+            vertices, triangles = mesh.vertex["positions"], mesh.triangle["indices"]
+        vertices = np.array(_as_numpy(vertices), dtype=np.float32)
+        triangles = np.array(_as_numpy(triangles))
+        number = self._scene.add_mesh(vertices, triangles)
+        self._meshes.append((vertices, triangles.reshape(-1, 3)))
+        self._table = None
+        return number
+
+    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
+        """The first hit of each ray, in arrays of the rays' shape without its last side.
+
+        t_hit : float32, distance in units of the direction; inf for a miss
+        geometry_ids, primitive_ids : uint32; INVALID_ID for a miss
+        primitive_uvs : float32, (…, 2), weights of the triangle's second and third corner
+        primitive_normals : float32, (…, 3), unit normal of the triangle; 0 for a miss
+        """
+        numbers, wrap = _rays(rays)
+        table = self._built()
+        hits = self._scene.intersect(numbers, threads=_threads(nthreads))
+        found = {
+            "t_hit": hits.t,
+            "geometry_ids": hits.geom_id.view(np.uint32),
+            "primitive_ids": table.triangle[hits.prim_id],
+            "primitive_uvs": np.stack([hits.u, hits.v], axis=-1),
+            "primitive_normals": table.normal[hits.prim_id],
+        }
+        return {name: wrap(column) for name, column in found.items()}
+
+    def test_occlusions(
+        self, rays: Any, tnear: float = 0.0, tfar: float = math.inf, nthreads: int = 0
+    ) -> Any:
+        """Whether each ray meets anything with tnear < t < tfar: bool, of the rays' shape."""
+        numbers, wrap = _rays(rays)
+        self._built()
+        threads = _threads(nthreads)
+        if tnear <= 0.0:
+            return wrap(self._scene.occluded(numbers, tmax=tfar, threads=threads))
+        first = self._scene.intersect(numbers, tmax=tfar, threads=threads)
+        blocked = np.array(first.hit & (first.t > tnear))
+        # What lies before tnear may hide more.
+        rest = np.nonzero(first.hit & ~blocked)
+        hits = self._scene.all_hits(numbers[rest], tmax=tfar, threads=threads)
+        beyond = hits.ray_id[hits.t > tnear]
+        blocked[rest] = np.bincount(beyond, minlength=len(hits.starts) - 1) > 0
+        return wrap(blocked)
+
+    def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
+        """How often each ray crosses a surface: int32, of the rays' shape.
+
+        A crossing at an edge or a vertex counts once.
+        """
+        numbers, wrap = _rays(rays)
+        flat = numbers.reshape(-1, 6)
+        counts = np.zeros(len(flat), dtype=np.int32)
+        for start in range(0, len(flat), _RAYS):
+            part = flat[start : start + _RAYS]
+            hits, rows = self._crossings(part, nthreads)
+            counts[start : start + len(part)] = np.bincount(hits.ray_id[rows], minlength=len(part))
+        return wrap(counts.reshape(numbers.shape[:-1]))
+
+    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
+        """All crossings of each ray, in the order of (ray, distance).
+
+        ray_splits : uint32, (rays + 1,): ray i has rows ray_splits[i] to ray_splits[i + 1]
+        ray_ids : uint32, the ray of each row
+        t_hit, geometry_ids, primitive_ids, primitive_uvs : as of cast_rays()
+        """
+        numbers, wrap = _rays(rays)
+        flat = numbers.reshape(-1, 6)
+        table = self._built()
+        hits, rows = self._crossings(flat, nthreads)
+        ray = hits.ray_id[rows]
+        found = {
+            "ray_splits": np.searchsorted(ray, np.arange(len(flat) + 1)).astype(np.uint32),
+            "ray_ids": ray.astype(np.uint32),
+            "t_hit": hits.t[rows],
+            "geometry_ids": hits.geom_id[rows].view(np.uint32),
+            "primitive_ids": table.triangle[hits.prim_id[rows]],
+            "primitive_uvs": np.stack([hits.u[rows], hits.v[rows]], axis=-1),
+        }
+        return {name: wrap(column) for name, column in found.items()}
+
+    @staticmethod
+    def create_rays_pinhole(*args: Any, **kwargs: Any) -> Any:
+        """Rays of a pinhole camera: float32, (height_px, width_px, 6), through pixels' centres.
+
+        create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px)
+            Upper triangular (3, 3), and (4, 4) from the world to the camera.
+        create_rays_pinhole(fov_deg, center, eye, up, width_px, height_px)
+            Horizontal field of view in degrees, and three points or vectors of (3,).
+
+        A tensor if a matrix or a point is one, else a numpy array.
+        """
+        given = [*args, *kwargs.values()]
+        wrap = _wrapper(*given)
+        if len(given) == 4:
+            return wrap(_rays_of_matrices(*args, **kwargs))
+        return wrap(_rays_of_view(*args, **kwargs))
+
+    def _built(self) -> _Table:
+        """The table of the meshes as they are now; builds the tree."""
+        table = self._table
+        if table is None:
+            self._scene.build(threads=self._build_threads)
+            table = self._table = _Table(self._meshes)
+        return table
+
+    def _crossings(self, flat: NDArray, nthreads: int) -> tuple[AllHits, NDArray[np.int64]]:
+        table = self._built()
+        hits = self._scene.all_hits(flat, threads=_threads(nthreads))
+
+        def normals(rows: NDArray[np.int64]) -> NDArray:
+            return table.normal[hits.prim_id[rows]]
+
+        return hits, crossings(hits, flat[:, 3:], normals, table.size)
+
+
+class _Table:
+    """What belongs to each primitive; the last row is that of a miss, whose number is -1."""
+
+    def __init__(self, meshes: list[tuple[NDArray, NDArray]]) -> None:
+        corners = [vertices[triangles.astype(np.int64)] for vertices, triangles in meshes]
+        numbers = [np.arange(len(mesh), dtype=np.uint32) for mesh in corners]
+        miss = np.array([RaycastingScene.INVALID_ID], dtype=np.uint32)
+        self.triangle = np.concatenate([*numbers, miss])
+        a, b, c = np.moveaxis(
+            np.concatenate([*corners, np.zeros((1, 3, 3))]).astype(np.float64), 1, 0
+        )
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        self.normal = (normal / np.where(length > 0.0, length, 1.0)).astype(np.float32)
+        low, high = (a[:-1].min(axis=0), a[:-1].max(axis=0)) if len(a) > 1 else (0.0, 0.0)
+        self.size = float(np.linalg.norm(high - low))
+
+
+def _threads(nthreads: int) -> int | None:
+    return None if nthreads == 0 else nthreads
+
+
+def _is_tensor(value: Any) -> bool:
+    return type(value).__module__.startswith("open3d.") and hasattr(value, "numpy")
+
+
+def _as_numpy(value: Any) -> Any:
+    return value.cpu().numpy() if _is_tensor(value) else value
+
+
+def _wrapper(*values: Any) -> Any:
+    """What makes an answer: a tensor where one of the values is one."""
+    if any(map(_is_tensor, values)):
+        from open3d.core import Tensor
+
+        return lambda array: Tensor.from_numpy(np.ascontiguousarray(array))
+    return lambda array: array
+
+
+def _rays(rays: Any) -> tuple[NDArray, Any]:
+    """Rays as an array, and what makes an answer from one."""
+    numbers = np.asarray(_as_numpy(rays))
+    if numbers.ndim < 2 or numbers.shape[-1] != 6:
+        raise ValueError(f"rays have the shape {numbers.shape}, not (…, 6) with two sides or more")
+    return numbers, _wrapper(rays)
+
+
+def _rays_of_matrices(
+    intrinsic_matrix: Any, extrinsic_matrix: Any, width_px: int, height_px: int
+) -> NDArray[np.float32]:
+    intrinsic = np.asarray(_as_numpy(intrinsic_matrix), dtype=np.float64)
+    extrinsic = np.asarray(_as_numpy(extrinsic_matrix), dtype=np.float64)
+    if intrinsic.shape != (3, 3) or extrinsic.shape != (4, 4):
+        shapes = f"{intrinsic.shape} and {extrinsic.shape}"
+        raise ValueError(f"the matrices have the shapes {shapes}, not (3, 3) and (4, 4)")
+    # The camera looks along its z axis; rotated back to the world by the transpose.
+    rotation, offset = extrinsic[:3, :3], extrinsic[:3, 3]
+    x, y = np.meshgrid(np.arange(width_px) + 0.5, np.arange(height_px) + 0.5)
+    pixels = np.stack([x, y, np.ones_like(x)], axis=-1)
+    directions = pixels @ np.linalg.inv(intrinsic).T @ rotation
+    origins = np.broadcast_to(-offset @ rotation, directions.shape)
+    return np.concatenate([origins, directions], axis=-1).astype(np.float32)
+
+
+def _rays_of_view(
+    fov_deg: float, center: Any, eye: Any, up: Any, width_px: int, height_px: int
+) -> NDArray[np.float32]:
+    center, eye, up = (
+        np.asarray(_as_numpy(point), dtype=np.float64).reshape(3) for point in (center, eye, up)
+    )
+    focal = 0.5 * width_px / math.tan(0.5 * math.radians(fov_deg))
+    intrinsic = [[focal, 0.0, 0.5 * width_px], [0.0, focal, 0.5 * height_px], [0.0, 0.0, 1.0]]
+    # Rows of the picture go along `up`, as Open3D has them, and columns to its left.
+    forward = center - eye
+    left = np.cross(up, forward)
+    if not np.linalg.norm(left) > 0.0:
+        raise ValueError("the camera's up is parallel to its view")
+    axes = [left, np.cross(forward, left), forward]
+    extrinsic = np.eye(4)
+    extrinsic[:3, :3] = [axis / np.linalg.norm(axis) for axis in axes]
+    extrinsic[:3, 3] = -extrinsic[:3, :3] @ eye
+    return _rays_of_matrices(intrinsic, extrinsic, width_px, height_px)

@@ -1,0 +1,240 @@
+"""Rays for trimesh: `mesh.ray = phalanx.trimesh.RayMeshIntersector(mesh)`.
+
+Methods, arguments and results are those of trimesh.ray.ray_pyembree. Three things differ:
+
+- Hits count beyond the origin only (0 < t): a ray that starts on a surface does not hit it there.
+- All hits come from one pass through the tree, in the order of (ray, distance), and not from rays
+  that start again behind each hit. Surfaces that coincide are all hit.
+- Locations are computed in float64 from the rays as they were given.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from trimesh import caching
+
+from . import AllHits, Scene
+from ._crossings import crossings, on_edge
+
+__all__ = ["RayMeshIntersector"]
+
+# Exponents of two within which the mesh's size is left alone: products of three lengths are far
+# from the bounds of float32.
+_EXPONENTS = 20
+
+# Lines of the test for points within: no planes, edges or symmetries of usual meshes lie along
+# them. Later ones are for points at which the earlier ones leave a doubt.
+_LINES = np.array(
+    [
+        [0.4213, 0.6071, 0.6737],
+        [-0.7331, 0.2917, 0.6143],
+        [0.1543, -0.8699, 0.4684],
+        [0.8117, -0.2239, -0.5393],
+        [-0.3571, -0.4877, -0.7966],
+    ]
+)
+
+# Points that are tested at once: bounds the memory.
+_POINTS = 1 << 18
+
+# Squared lengths of directions that float32 takes as they are.
+_LENGTHS = (1e-12, 1e12)
+
+
+class RayMeshIntersector:
+    """Ray queries on a trimesh.Trimesh. They follow the mesh when it changes.
+
+    Rays are arrays of (n, 3), origins and directions; directions have any length but zero. Rays
+    with a number that is not finite hit nothing. Queries raise ValueError for other shapes and
+    TypeError for what holds no numbers.
+    """
+
+    def __init__(self, mesh: Any, scale_to_box: bool = True, threads: int | None = None) -> None:
+        """Takes a trimesh.Trimesh; the tree is built by the first query.
+
+        scale_to_box : whether meshes of extreme size are scaled by a power of two, which changes no
+            bits of others
+        threads : threads of each query; None for one per CPU
+        """
+        self.mesh = mesh
+        self._scale_to_box = scale_to_box
+        self._threads = threads
+        self._cache = caching.Cache(id_function=self.mesh.__hash__)
+
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+        """Points where rays meet the mesh: (locations, index_ray, index_tri).
+
+        locations is float64, (m, 3); index_ray and index_tri are int64, (m,). In the order of (ray,
+        distance); only the first hit of each ray without multiple_hits.
+        """
+        triangles, rays, locations = self.intersects_id(
+            ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True
+        )
+        return locations, rays, triangles
+
+    def intersects_id(
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        max_hits: int = 100,
+        return_locations: bool = False,
+    ) -> tuple[NDArray, ...]:
+        """Triangles that rays meet: (index_tri, index_ray), and locations if they are asked for.
+
+        index_tri and index_ray are int64, (m,), rows of mesh.faces and of the rays; locations is
+        float64, (m, 3). In the order of (ray, distance), max_hits at most for each ray; only the
+        first one without multiple_hits.
+
+        A ray that crosses the surface at an edge or a vertex meets one of the triangles there, that
+        of the nearest hit.
+        """
+        origins, directions = self._rays(ray_origins, ray_directions)
+        scene, scale = self._scene
+        if multiple_hits:
+            hits = scene.all_hits(origins, directions, threads=self._threads)
+            rows = self._crossings(hits, directions)
+            rank = np.arange(len(rows)) - np.searchsorted(hits.ray_id[rows], hits.ray_id[rows])
+            rows = rows[rank < max_hits]
+            rays = hits.ray_id[rows]
+        else:
+            hits = scene.intersect(origins, directions, threads=self._threads)
+            rows = rays = np.flatnonzero(hits.hit) if max_hits > 0 else np.zeros(0, np.int64)
+        triangles = hits.prim_id[rows].astype(np.int64)
+        if not return_locations:
+            return triangles, rays
+        return triangles, rays, hits.refine()[1][rows] / scale
+
+    def intersects_first(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike
+    ) -> NDArray[np.int64]:
+        """The first triangle of each ray: int64, (n,), rows of mesh.faces; -1 for a miss."""
+        origins, directions = self._rays(ray_origins, ray_directions)
+        hits = self._scene[0].intersect(origins, directions, threads=self._threads)
+        return hits.prim_id.astype(np.int64)
+
+    def intersects_any(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike
+    ) -> NDArray[np.bool_]:
+        """Whether each ray meets the mesh: bool, (n,)."""
+        origins, directions = self._rays(ray_origins, ray_directions)
+        return self._scene[0].occluded(origins, directions, threads=self._threads)
+
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether points, (n, 3), lie within the mesh: bool, (n,). On its surface: either.
+
+        A point is within if a line through it crosses the surface an odd number of times on both
+        sides. Where the two sides disagree, as at a hole, or where the line touches an edge, other
+        lines are tried; a point from which one side of a line is free is outside. Raises ValueError
+        for other shapes.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ValueError(f"points have the shape {points.shape}, not (n, 3)")
+        inside = np.zeros(len(points), dtype=bool)
+        if len(self.mesh.faces) == 0:
+            return inside
+        low, high = self.mesh.bounds
+        near = np.flatnonzero(((low <= points) & (points <= high)).all(axis=1))
+        for start in range(0, len(near), _POINTS):
+            part = near[start : start + _POINTS]
+            inside[part] = self._within(points[part])
+        return inside
+
+    def _crossings(self, hits: AllHits, directions: NDArray) -> NDArray[np.int64]:
+        def normals(rows: NDArray[np.int64]) -> NDArray[np.float64]:
+            faces = np.asarray(self.mesh.faces)[hits.prim_id[rows]]
+            a, b, c = np.moveaxis(np.asarray(self.mesh.vertices)[faces], 1, 0)
+            return np.cross(b - a, c - a)
+
+        return crossings(hits, directions, normals, self._size() * self._scene[1])
+
+    def _within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        scene, scale = self._scene
+        inside = np.zeros(len(points), dtype=bool)
+        left = np.arange(len(points))
+        for line in _LINES:
+            sides = []
+            for direction in (line, -line):
+                hits = scene.all_hits(points[left] * scale, direction, threads=self._threads)
+                doubtful = np.zeros(len(left), dtype=bool)
+                doubtful[hits.ray_id[on_edge(hits)]] = True
+                sides.append((np.diff(hits.starts), doubtful))
+            (ahead, doubt_ahead), (behind, doubt_behind) = sides
+            agree = (ahead % 2 == behind % 2) & ~doubt_ahead & ~doubt_behind
+            inside[left[agree]] = ahead[agree] % 2 == 1
+            left = left[~agree & (ahead > 0) & (behind > 0)]
+            if len(left) == 0:
+                break
+        return inside
+
+    @caching.cache_decorator
+    def _scene(self) -> tuple[Scene, float]:
+        """The scene, and the power of two by which it is scaled."""
+        scale, center = 1.0, np.zeros(3)
+        if len(self.mesh.faces) > 0:
+            center = self.mesh.bounds.mean(axis=0)
+            exponent = math.frexp(self._size())[1]
+            if self._scale_to_box and abs(exponent) > _EXPONENTS:
+                scale = math.ldexp(1.0, -exponent)
+        scene = Scene(origin=tuple(center * scale))
+        scene.add_mesh(np.asarray(self.mesh.vertices) * scale, np.asarray(self.mesh.faces))
+        return scene, scale
+
+    def _size(self) -> float:
+        """Length of the mesh's box; trimesh's own scale is 1 for the smallest meshes."""
+        return float(np.ptp(self.mesh.bounds, axis=0).max())
+
+    def _rays(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray, NDArray]:
+        """The rays in the scene's coordinates."""
+        origins, directions = np.asarray(origins), np.asarray(directions)
+        if origins.shape != directions.shape:
+            raise ValueError(f"rays differ in shape: {origins.shape} and {directions.shape}")
+        if origins.size == 0:
+            origins, directions = np.zeros((2, 0, 3))
+        if origins.ndim != 2 or origins.shape[1] != 3:
+            raise ValueError(f"rays have the shape {origins.shape}, not (n, 3)")
+        if origins.dtype.kind not in "fiu" or directions.dtype.kind not in "fiu":
+            raise TypeError(f"rays hold {origins.dtype} and {directions.dtype}, not real numbers")
+        scale = self._scene[1]
+        if scale != 1.0:
+            origins = origins * scale
+        return origins, _of_usual_length(directions)
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = self.__dict__.copy()
+        state.pop("_cache", None)
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._cache = caching.Cache(id_function=self.mesh.__hash__)
+
+    def __copy__(self) -> RayMeshIntersector:
+        return RayMeshIntersector(self.mesh, self._scale_to_box, self._threads)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> RayMeshIntersector:
+        mesh = copy.deepcopy(self.mesh, memo)
+        return RayMeshIntersector(mesh, self._scale_to_box, self._threads)
+
+
+def _of_usual_length(directions: NDArray) -> NDArray:
+    """Directions with those scaled that are too long or too short for float32."""
+    if directions.dtype.kind != "f":
+        directions = directions.astype(np.float64)
+    with np.errstate(all="ignore"):
+        squares = np.einsum("ij,ij->i", directions, directions)
+        unusual = ~((squares >= _LENGTHS[0]) & (squares <= _LENGTHS[1]))
+        if not unusual.any():
+            return directions
+        directions = directions.astype(np.float64)
+        rows = directions[unusual]
+        directions[unusual] = rows / np.abs(rows).max(axis=1, keepdims=True)
+    return directions

@@ -1,0 +1,221 @@
+"""Threads, signals and copies: an exception of the right type, or a defined answer."""
+
+import copy
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import CUBE_FACES, CUBE_VERTICES, rays_between
+
+import phalanx
+
+
+@pytest.mark.parametrize(
+    "threads, error",
+    [(0, ValueError), (-1, ValueError), (2**63, OverflowError), (1.5, TypeError), ("2", TypeError)],
+)
+def test_wrong_numbers_of_threads_are_refused(cube, threads, error):
+    rays = np.zeros((4, 6))
+    for query in (cube.intersect, cube.occluded, cube.count, cube.all_hits):
+        with pytest.raises(error):
+            query(rays, threads=threads)
+    for other in (cube.build, cube.render, cube.depth):
+        with pytest.raises(error):
+            other(threads=threads)
+
+
+@pytest.mark.parametrize("threads", [1000, 2**31, 2**63 - 1])
+def test_more_threads_than_there_are_do_no_harm(cube, threads):
+    origins, directions = rays_between(np.random.default_rng(6), 200_000)
+    hits = cube.intersect(origins, directions, threads=threads)
+    assert hits.t.tobytes() == cube.intersect(origins, directions, threads=1).t.tobytes()
+    assert cube.occluded(origins, directions, threads=threads).sum() == hits.hit.sum()
+    cube.build(threads=threads)
+
+
+def test_a_huge_picture_is_refused(cube):
+    for size in ((2**31, 2**31), (0, 5), (2**20, 2**20)):
+        with pytest.raises(ValueError):
+            cube.depth(size=size)
+    with pytest.raises(OverflowError):
+        cube.render(size=(-1, 5))
+    with pytest.raises(OverflowError):
+        cube.render(spp=2**40)
+
+
+def test_more_rays_than_fit_memory_are_a_memory_error():
+    script = """
+        import resource, numpy as np, phalanx
+        scene = phalanx.Scene()
+        scene.add_spheres([[0, 0, 0]], 1.0)
+        scene.build()
+        rays = np.broadcast_to(np.float32([0, 0, 5, 0, 0, -1]), (10**12, 6))
+        try:
+            scene.intersect(rays)
+        except MemoryError:
+            print("MemoryError")
+    """
+    done = child(script)
+    assert done.stdout.strip() == "MemoryError", done.stderr
+
+
+def test_arrays_that_another_thread_changes_give_some_answer(cube):
+    origins, directions = rays_between(np.random.default_rng(7), 300_000)
+    noise = np.random.default_rng(8).uniform(-9, 9, size=origins.shape).astype(np.float32)
+    noise[::7] = np.nan
+    going = threading.Event()
+
+    def change():
+        while not going.is_set():
+            np.copyto(origins, noise)
+            np.copyto(directions, noise[::-1])
+
+    changer = threading.Thread(target=change)
+    changer.start()
+    try:
+        for _ in range(10):
+            hits = cube.intersect(origins, directions)
+            assert ((hits.prim_id >= -1) & (hits.prim_id < 12)).all()
+            assert (hits.t[hits.hit] > 0).all() and (hits.normal**2).sum() > 0
+            lists = cube.all_hits(origins, directions)
+            assert ((lists.prim_id >= 0) & (lists.prim_id < 12)).all()
+            lists.refine()
+            cube.occluded(origins, directions)
+    finally:
+        going.set()
+        changer.join()
+
+
+def test_threads_query_a_scene_that_another_one_adds_to():
+    scene = phalanx.Scene()
+    scene.add_mesh(CUBE_VERTICES, CUBE_FACES)
+    origins, directions = rays_between(np.random.default_rng(9), 2_000)
+    ending, answers, wrong = threading.Event(), [], []
+
+    def ask(query):
+        while not ending.is_set():
+            try:
+                answers.append((query, query(origins, directions)))
+            except RuntimeError as error:
+                if "borrowed" not in str(error):
+                    wrong.append(error)
+            except BaseException as error:  # noqa: BLE001
+                wrong.append(error)
+
+    queries = (scene.intersect, scene.occluded, scene.count, scene.all_hits)
+    askers = [threading.Thread(target=ask, args=(query,)) for query in queries]
+    for asker in askers:
+        asker.start()
+    added, end = 0, time.monotonic() + 3
+    while time.monotonic() < end:
+        try:
+            scene.add_mesh(CUBE_VERTICES * (1 + added % 50 / 100), CUBE_FACES)
+            added += 1
+        except RuntimeError:
+            pass
+        time.sleep(0.003)
+    ending.set()
+    for asker in askers:
+        asker.join()
+    assert not wrong and added > 5 and len(answers) > 5
+    assert len(scene) == 12 * (1 + added)
+    for query, answer in answers:
+        if query == scene.intersect:
+            assert (answer.prim_id < len(scene)).all()
+            assert np.isfinite(answer.refine()[1][answer.hit]).all()
+
+
+def test_scenes_and_hits_cannot_be_pickled_or_copied(cube):
+    hits = cube.intersect([[0.2, 0.1, 5]], [[0, 0, -1]])
+    lists = cube.all_hits([[0.2, 0.1, 5]], [[0, 0, -1]])
+    for thing in (cube, hits, lists):
+        for change in (pickle.dumps, copy.copy, copy.deepcopy):
+            with pytest.raises(TypeError):
+                change(thing)
+    assert cube.occluded([[0.2, 0.1, 5]], [[0, 0, -1]])[0]
+
+
+def test_hits_are_made_by_queries_only():
+    for kind in (phalanx.Hits, phalanx.AllHits):
+        with pytest.raises(TypeError):
+            kind()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
+def test_a_fork_may_query_a_scene_of_its_parent(cube):
+    cube.occluded([[0.2, 0.1, 5]], [[0, 0, -1]])
+    done = child(
+        """
+        import os, numpy as np, phalanx
+        scene = phalanx.Scene()
+        scene.add_spheres([[0, 0, 0]], 1.0)
+        rays = np.tile(np.float32([0, 0, 5, 0, 0, -1]), (100000, 1))
+        assert scene.occluded(rays).all()
+        pid = os.fork()
+        if pid == 0:
+            os._exit(0 if scene.occluded(rays).all() else 3)
+        print(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
+        """
+    )
+    assert done.stdout.strip() == "0", done.stderr
+
+
+# One thread, and rays for eight seconds at the rate of the first of them.
+LONG = {
+    "intersect": "scene.intersect(rays, threads=1)",
+    "all_hits": "scene.all_hits(rays, threads=1)",
+    "count": "scene.count(rays, threads=1)",
+    "occluded": "scene.occluded(rays, threads=1)",
+    "render": "scene.render(size=(4000, 4000), spp=4000)",
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="SIGINT cannot be sent to a child on Windows")
+@pytest.mark.parametrize("work", LONG)
+def test_ctrl_c_stops_long_work_within_three_seconds(work):
+    script = f"""
+        import numpy as np, phalanx, time
+        scene = phalanx.Scene.load("standard:room:50k")
+        scene.build()
+        low, high = np.float32(scene.bounds)
+        some = np.random.default_rng(1).random(size=(300_000, 6), dtype=np.float32)
+        some[:, :3] = low + some[:, :3] * (high - low)
+        some[:, 3:] = low + some[:, 3:] * (high - low) - some[:, :3]
+        start = time.monotonic()
+        scene.{work}(some, threads=1)
+        seconds = time.monotonic() - start
+        rays = np.tile(some, (min(60, 1 + int(8 / seconds)), 1))
+        print("ready", flush=True)
+        try:
+            {LONG[work]}
+            print("whole", flush=True)
+        except KeyboardInterrupt:
+            print("KeyboardInterrupt", flush=True)
+    """
+    if work == "render":
+        script = script.replace("scene.render(some, threads=1)", "scene.occluded(some)")
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.5)
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60)
+        assert rest == "KeyboardInterrupt\n" and process.returncode == 0
+        assert time.monotonic() - sent < 3.0
+    finally:
+        process.kill()
+
+
+def child(script):
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120)

@@ -1,0 +1,100 @@
+"""What a scene is made of, and that it can be kept in a file."""
+
+import numpy as np
+import pytest
+from conftest import CUBE_FACES, CUBE_VERTICES, rays_between
+
+import phalanx
+
+
+def test_geometries_are_numbered_and_their_primitives_begin_where_first_prim_says():
+    scene = phalanx.Scene()
+    assert scene.add_mesh(CUBE_VERTICES, CUBE_FACES) == 0
+    assert scene.add_spheres([[5, 0, 0], [9, 0, 0]], 1.0) == 1
+    assert scene.add_mesh(CUBE_VERTICES + [0, 8, 0], CUBE_FACES) == 2
+    assert [scene.first_prim(geom) for geom in (0, 1, 2, 3, -1)] == [0, 12, 14, None, None]
+    hits = scene.intersect([[0.2, 0.1, 5], [9, 0, 5], [0.2, 8.1, 5], [20, 20, 5]], [0, 0, -1])
+    assert hits.geom_id.tolist() == [0, 1, 2, -1]
+    assert hits.prim_id.tolist() == [10, 13, 24, -1]
+    assert len(scene) == 26
+
+
+def test_instances_show_a_prototype_where_their_transform_puts_it():
+    scene = phalanx.Scene()
+    cube = scene.add_prototype(CUBE_VERTICES, CUBE_FACES)
+    move = np.eye(4)
+    move[:3, 3] = [10, 0, 0]
+    half = np.diag([0.5, 0.5, 0.5, 1.0])
+    assert scene.add_instance(cube, move) == 0
+    assert scene.add_instance(cube, half[:3]) == 1
+    hits = scene.intersect([[10.1, 0.2, 5], [0.1, 0.2, 5], [0.8, 0.2, 5]], [0, 0, -1])
+    np.testing.assert_array_equal(hits.t, np.float32([4.0, 4.5, np.inf]))
+    assert hits.geom_id.tolist() == [0, 1, -1]
+    np.testing.assert_allclose(scene.bounds, [[-0.5, -1, -1], [11, 1, 1]], atol=1e-4)
+    with pytest.raises(IndexError, match="prototype 7"):
+        scene.add_instance(7, move)
+    with pytest.raises(ValueError):
+        scene.add_instance(cube, np.zeros((4, 4)))
+
+
+def test_an_origin_keeps_the_precision_of_maps():
+    far = np.array([528980.0, 183526.0, 40.0])
+    scene = phalanx.Scene(origin=tuple(far))
+    scene.add_mesh(CUBE_VERTICES.astype(np.float64) * 0.01 + far, CUBE_FACES)
+    t, points = scene.intersect([far + [0.003, 0.001, 5.0]], [[0.0, 0.0, -1.0]]).refine()
+    np.testing.assert_allclose(t, [4.99], atol=1e-8)
+    np.testing.assert_allclose(points, [far + [0.003, 0.001, 0.01]], atol=1e-7)
+    np.testing.assert_allclose(scene.bounds, [far - 0.01, far + 0.01], atol=1e-7)
+
+
+def test_a_saved_scene_gives_the_same_bits(cube, tmp_path):
+    path = tmp_path / "cube.phx"
+    cube.save(path)
+    origins, directions = rays_between(np.random.default_rng(1), 5000)
+    before = cube.intersect(origins, directions)
+    for again in (phalanx.Scene.open(path), phalanx.Scene.load(path)):
+        after = again.intersect(origins, directions)
+        for column in ("t", "u", "v", "prim_id"):
+            assert getattr(before, column).tobytes() == getattr(after, column).tobytes()
+    with pytest.raises(ValueError, match=".phx"):
+        cube.save(tmp_path / "cube.obj")
+    with pytest.raises(OSError):
+        phalanx.Scene.open(tmp_path / "none.phx")
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(ValueError):
+        phalanx.Scene.open(path)
+
+
+@pytest.mark.parametrize("quality", ["fastest", "fast", "medium", "best"])
+def test_answers_do_not_depend_on_the_tree(quality):
+    scenes = [phalanx.Scene.load("standard:room:5k") for _ in range(2)]
+    scenes[1].build(quality=quality)
+    low, high = scenes[0].bounds
+    rng = np.random.default_rng(2)
+    ends = rng.uniform(low, high, size=(2, 20000, 3)).astype(np.float32)
+    first, second = (scene.intersect(ends[0], ends[1] - ends[0]) for scene in scenes)
+    assert first.hit.mean() > 0.5
+    for column in ("t", "u", "v", "prim_id"):
+        assert getattr(first, column).tobytes() == getattr(second, column).tobytes()
+    with pytest.raises(ValueError, match="quality"):
+        scenes[1].build(quality="perfect")
+
+
+def test_a_query_sees_what_was_added_before_it(cube):
+    up = ([[0.1, 0.2, 2.0]], [[0.0, 0.0, 1.0]])
+    assert not cube.occluded(*up)[0]
+    cube.add_spheres([[0, 0, 5]], [1.0])
+    assert cube.occluded(*up)[0]
+
+
+def test_pictures_have_the_size_that_was_asked_for(cube):
+    camera = ((0, 0, 5), (0, 0, 0), (0, 1, 0), 40.0)
+    depth = cube.depth(camera=camera, size=(31, 21))
+    assert depth.shape == (21, 31) and depth.dtype == np.float32
+    # The camera looks along the ray of the middle pixel.
+    assert depth[10, 15] == pytest.approx(4.0, abs=1e-6) and np.isinf(depth[0, 0])
+    layers = cube.render(camera=camera, size=(31, 21), aovs=["primitive"])
+    assert layers["color"].shape == (21, 31, 3)
+    assert layers["primitive"][10, 15] in (10, 11) and layers["primitive"][0, 0] == -1
+    with pytest.raises(ValueError, match="layer"):
+        cube.render(size=(8, 8), aovs=["smell"])
