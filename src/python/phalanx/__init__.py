@@ -1,8 +1,8 @@
-"""Rays against triangles and spheres, from numpy arrays to numpy arrays.
+"""Rays against triangles and spheres, from and to numpy arrays.
 
 Scene holds what rays meet, and casts them: help(phalanx.Scene). Answers are
-the same bits on every CPU. phalanx.trimesh and phalanx.open3d have the classes
-that programs for trimesh and Open3D use.
+the same bits on every CPU. phalanx.trimesh and phalanx.open3d have classes
+for programs that use trimesh and Open3D.
 """
 
 from ._levels import load as _load
