@@ -25,6 +25,10 @@ def load():
         if asked not in there:
             names = ", ".join([*there, least.isa()])
             raise ImportError(f"PHALANX_LEVEL is {asked}, but there are builds for {names} only")
+        # Not left to the build itself: its first instruction may be one that the CPU lacks.
+        if asked > least.cpu_level():
+            cpu = least.cpu_level()
+            raise ImportError(f"PHALANX_LEVEL is {asked}, which this CPU lacks: it is {cpu}")
         return importlib.import_module(f"phalanx.{_folder(asked)}._phalanx")
     # Names of levels grow with the level.
     fit = [level for level in there if level <= least.cpu_level()]
