@@ -25,8 +25,8 @@ use std::sync::Arc;
 /// The tree over the primitives is built by the first query, or by
 /// build(), and again after each change.
 ///
-/// One scene may be queried by several Python threads at once. A call that
-/// would wait for another that adds or builds raises RuntimeError instead.
+/// Several Python threads may query a scene at once. While one builds its
+/// tree, saves or renders it, calls of others raise RuntimeError.
 ///
 /// Raises ValueError for an origin that is not finite.
 ///
@@ -106,9 +106,8 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (origin=(0.0, 0.0, 0.0)))]
-    fn new(origin: (f64, f64, f64)) -> PyResult<PyScene> {
-        let origin = [origin.0, origin.1, origin.2];
+    #[pyo3(signature = (origin=(0.0, 0.0, 0.0)), text_signature = "(origin=(0.0, 0.0, 0.0))")]
+    fn new(origin: [f64; 3]) -> PyResult<PyScene> {
         if !origin.iter().all(|c| c.is_finite()) {
             return Err(value_error(format!("the origin {origin:?} is not finite")));
         }
