@@ -7,35 +7,25 @@ use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// The closest hits of rays, a row for each ray, in arrays of the rays' shape without its last
-/// side.
-///
-/// t : float32
-///     Distance in units of the ray's direction; inf for a miss.
-/// u, v : float32
-///     Barycentric weights of a triangle's second and third corner; 0 for anything else.
-/// prim_id : int32
-///     The primitive, counted over the whole scene; -1 for a miss. Scene.first_prim(geom_id) tells
-///     where those of a geometry begin.
-/// geom_id : int32
-///     What add_mesh, add_spheres or add_instance returned; -1 for a miss, and for scenes that came
-///     from a file.
-/// hit : bool
-///     Whether there is a hit.
-/// normal : float32, with a last side of 3
-///     Outward unit normal of the surface (of a triangle, that of its plane); 0 for a miss.
-///     Computed when it is first asked for, from the rays as they are then: do not change them
-///     before.
+/// The closest hits of rays: what Scene.intersect() returns. Each attribute
+/// is an array of the rays' shape without its last side.
 #[pyclass(name = "Hits", frozen, module = "phalanx")]
 pub(crate) struct PyHits {
+    /// float32: the distance in units of the ray's direction; inf for a miss.
     #[pyo3(get)]
     t: Py<PyArrayDyn<f32>>,
+    /// float32: the weight of a triangle's second corner; 0 for anything else.
     #[pyo3(get)]
     u: Py<PyArrayDyn<f32>>,
+    /// float32: the weight of a triangle's third corner; 0 for anything else.
     #[pyo3(get)]
     v: Py<PyArrayDyn<f32>>,
+    /// int32: the primitive, counted over the whole scene; -1 for a miss.
+    /// Scene.first_prim(geom_id) tells where those of a geometry begin.
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
+    /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
+    /// for a miss, and in scenes that came from a file.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     shape: Vec<usize>,
@@ -198,11 +188,17 @@ impl RaySource {
 
 #[pymethods]
 impl PyHits {
+    /// bool: whether there is a hit.
     #[getter]
     fn hit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.prim_id.bind(py).as_any().call_method1("__ge__", (0,))
     }
 
+    /// float32, with a last side of 3: the outward unit normal of the surface
+    /// (of a triangle, that of its plane); 0 for a miss.
+    ///
+    /// Computed when it is first asked for, from the rays as they are then: do
+    /// not change them before.
     #[getter]
     fn normal(&self, py: Python<'_>) -> PyResult<Py<PyArrayDyn<f32>>> {
         let make = || {
@@ -220,11 +216,12 @@ impl PyHits {
             .map(|n| n.clone_ref(py))
     }
 
-    /// Distances and points in double precision: (t, points), float64, of the hits' shape, points
-    /// with a last side of 3. Misses are inf and nan.
+    /// Distances and points in double precision: (t, points), float64, of the
+    /// hits' shape, points with a last side of 3. Misses are inf and nan.
     ///
-    /// Each is computed again from the ray, as it was given (in float64, if it was), and the
-    /// primitive that was hit. Points are in the coordinates of the rays.
+    /// Each is computed again from the ray, as it was given (in float64, if it
+    /// was), and the primitive that was hit. Points are in the coordinates of
+    /// the rays. Do not change the rays before.
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         self.from.refined(py, &self.in_double(py)?, &self.shape)
     }
@@ -247,27 +244,33 @@ impl PyHits {
     }
 }
 
-/// All hits of each ray, list after list: ray i has rows starts[i] to starts[i + 1].
-///
-/// starts : int64, one more than there are rays
-/// ray_id : int64
-///     The ray of each hit.
-/// t, u, v, prim_id, geom_id
-///     As in Hits. Each list is in the order of (t, prim_id), and a primitive stands in it once.
+/// All hits of each ray, list after list: what Scene.all_hits() returns.
+/// Ray i has the rows starts[i] to starts[i + 1] of all other attributes.
+/// Each list is in the order of (t, prim_id), and a primitive stands in it
+/// once.
 #[pyclass(name = "AllHits", frozen, module = "phalanx")]
 pub(crate) struct PyAllHits {
+    /// int64, one more than there are rays: where each ray's list begins.
     #[pyo3(get)]
     starts: Py<PyArrayDyn<i64>>,
+    /// int64: the ray of each hit.
     #[pyo3(get)]
     ray_id: Py<PyArrayDyn<i64>>,
+    /// float32: the distance in units of the ray's direction.
     #[pyo3(get)]
     t: Py<PyArrayDyn<f32>>,
+    /// float32: the weight of a triangle's second corner; 0 for anything else.
     #[pyo3(get)]
     u: Py<PyArrayDyn<f32>>,
+    /// float32: the weight of a triangle's third corner; 0 for anything else.
     #[pyo3(get)]
     v: Py<PyArrayDyn<f32>>,
+    /// int32: the primitive, counted over the whole scene.
+    /// Scene.first_prim(geom_id) tells where those of a geometry begin.
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
+    /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
+    /// in scenes that came from a file.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     /// As in `starts`, which the caller may write to.

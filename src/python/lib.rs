@@ -19,11 +19,12 @@ mod scene;
 
 use pyo3::prelude::*;
 
-/// The instruction set that this module was built for, as 'x86-64-v3' or 'aarch64'.
+/// The instruction set that this module was built for: 'x86-64-v3', or
+/// 'aarch64'.
 ///
-/// The wheel holds a build for each of three levels of x86-64; importing it takes the highest that
-/// this CPU has, or the one that the variable PHALANX_LEVEL of the environment names. Answers are
-/// the same bits in all of them.
+/// The wheel holds a build for each of three levels of x86-64. Importing it
+/// takes the highest that this CPU has, or the one that the environment's
+/// variable PHALANX_LEVEL names. Answers are the same bits in all of them.
 #[pyfunction]
 fn isa() -> &'static str {
     phalanx::isa::compiled_level()

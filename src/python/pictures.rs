@@ -12,23 +12,30 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// A camera as Python gives it: from, at, up, and the vertical field of view in degrees.
-type PyCamera = ((f64, f64, f64), (f64, f64, f64), (f32, f32, f32), f32);
+type PyCamera = ([f64; 3], [f64; 3], [f32; 3], f32);
 
 #[pymethods]
 impl PyScene {
-    /// Renders a picture: float32, (height, width, 3), linear radiance, the first row on top.
+    /// Renders a picture: float32, (height, width, 3), linear radiance, the
+    /// first row on top.
     ///
     /// camera : (from, at, up, fov)
-    ///     Three points or vectors of three numbers, and the vertical field of view in degrees;
+    ///     Two points, a vector, and the vertical field of view in degrees;
     ///     None for the file's camera, or one that shows everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
-    /// spp : samples per pixel
-    /// max_depth : most bounces of a ray; None for the scene's
-    /// aovs : names of further layers, as 'depth', 'ns', 'albedo', 'primitive'
-    ///     With them the answer is a dictionary: 'color', and a layer for each name. Layers of one
-    ///     number are (height, width), layers of primitives and materials are int32.
+    /// spp : int
+    ///     Samples per pixel.
+    /// max_depth : int
+    ///     Most bounces of a ray; None for the scene's.
+    /// aovs : list of str
+    ///     Further layers, as 'depth', 'ns', 'albedo', 'primitive'. The answer
+    ///     is then a dictionary: 'color', and a layer for each name. Layers of
+    ///     one number are (height, width), layers of primitives and materials
+    ///     are int32.
+    /// threads : int, or None for one per CPU
     ///
-    /// The same bits as the program `phalanx render` writes to an OpenEXR file.
+    /// The same bits as `phalanx render` writes to an OpenEXR file. Raises
+    /// ValueError for a camera, a size or a layer that cannot be.
     #[pyo3(signature = (camera=None, size=None, spp=1, max_depth=None, aovs=None, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn render<'py>(
@@ -41,6 +48,7 @@ impl PyScene {
         aovs: Option<Vec<String>>,
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let layered = aovs.is_some();
         let names = aovs.unwrap_or_default();
         let layers = names.iter().map(|name| layer(name));
         let layers: Vec<Aov> = layers.collect::<PyResult<_>>()?;
@@ -49,7 +57,7 @@ impl PyScene {
             .fold(Aovs::default(), |all, aov| all.with(*aov));
         let frame = self.frame_of(py, (camera, size), spp, max_depth, (asked, threads))?;
         let color = color(py, &frame.film)?;
-        if names.is_empty() {
+        if !layered {
             return Ok(color.into_any());
         }
         let pictures = PyDict::new(py);
@@ -60,8 +68,10 @@ impl PyScene {
         Ok(pictures.into_any())
     }
 
-    /// Distances along the camera's rays: float32, (height, width), inf where there is nothing.
-    /// Arguments as in render().
+    /// Distances along the camera's rays: float32, (height, width), inf where
+    /// there is nothing.
+    ///
+    /// Arguments and errors are those of render().
     #[pyo3(signature = (camera=None, size=None, threads=None))]
     fn depth<'py>(
         &mut self,

@@ -42,18 +42,24 @@ impl<'py> RayQuery<'py> {
 impl PyScene {
     /// The closest hit of each ray, as Hits.
     ///
-    /// origins, directions : (…, 3)
-    ///     Either may be a single row for all. Or origins alone, as (…, 6): origin and direction
-    ///     side by side. float32, C-contiguous arrays are used as they are. Directions have any
-    ///     length but zero: distances are in units of it.
+    /// origins, directions : (..., 3)
+    ///     Either may be a single row for all, or whatever else numpy would
+    ///     broadcast. Or origins alone, as (..., 6): origin and direction side
+    ///     by side. float32, C-contiguous arrays are used as they are, others
+    ///     are converted. Directions have any length but zero: distances are in
+    ///     units of it.
     /// tmax : a number, or an array with one for each ray
-    ///     Hits count where 0 < t < tmax.
-    /// threads : None for one per CPU
+    ///     Hits count where 0 < t < tmax. None is infinity.
+    /// threads : int, or None for one per CPU
     ///
-    /// Of hits at the same distance the one of the smallest prim_id counts. No ray slips through an
-    /// edge or a vertex that triangles share. Rays with a number that is not finite, with a
-    /// direction of zero, or a tmax that is not positive, hit nothing. Rays that lie beside each
-    /// other in the arrays should go nearly the same way, if there is a choice: that is fast.
+    /// Of hits at the same distance the one of the smallest prim_id counts. No
+    /// ray slips through an edge or a vertex that triangles share. Rays with a
+    /// number that is not finite, with a direction of zero, or with a tmax that
+    /// is not positive, hit nothing. Where there is a choice, put rays that go
+    /// nearly the same way side by side: that is faster.
+    ///
+    /// Raises ValueError for shapes and for threads below 1, TypeError for what
+    /// holds no numbers, KeyboardInterrupt within about a second of Ctrl-C.
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn intersect(
         slf: &Bound<'_, PyScene>,
@@ -83,8 +89,10 @@ impl PyScene {
         PyHits::new(py, hits, query.rays.shape, from)
     }
 
-    /// True for each ray that meets anything before its tmax: bool, of the rays' shape. Arguments
-    /// as in intersect(), which is slower.
+    /// True for each ray that meets anything before its tmax: bool, of the
+    /// rays' shape without the last side. Faster than intersect().
+    ///
+    /// Arguments and errors are those of intersect().
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn occluded<'py>(
         slf: &Bound<'py, PyScene>,
@@ -106,8 +114,10 @@ impl PyScene {
         shaped(py, blocked, &query.rays.shape)
     }
 
-    /// How many primitives each ray meets before its tmax: uint32, of the rays' shape. Arguments as
-    /// in intersect().
+    /// How many primitives each ray meets before its tmax: uint32, of the rays'
+    /// shape without the last side.
+    ///
+    /// Arguments and errors are those of intersect().
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn count<'py>(
         slf: &Bound<'py, PyScene>,
@@ -129,8 +139,10 @@ impl PyScene {
         shaped(py, counts, &query.rays.shape)
     }
 
-    /// Everything that each ray meets before its tmax, in order, as AllHits. Arguments as in
-    /// intersect().
+    /// Everything that each ray meets before its tmax, in order, as AllHits.
+    ///
+    /// Arguments and errors are those of intersect(). Rays of more than one row
+    /// are numbered as in their reshape(-1, 3).
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn all_hits<'py>(
         slf: &Bound<'py, PyScene>,

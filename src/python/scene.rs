@@ -12,15 +12,23 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Things to cast rays at: triangles, spheres, instances of meshes, or a whole scene from a file.
+/// Things to cast rays at: triangles, spheres, instances of meshes, or a
+/// whole scene from a file.
 ///
-/// Scene(origin=(0, 0, 0))
+/// origin : three numbers
+///     A point near the geometry, where coordinates are large, as in maps.
+///     It is subtracted from every position in double precision; answers
+///     come back in your coordinates.
 ///
-/// Arrays are numpy's, or anything that numpy takes for one. Numbers are float32 inside; float64 is
-/// rounded once. Where coordinates are large, as in maps, give an `origin` near the geometry: it is
-/// subtracted from every position in double precision, and answers come back in your coordinates.
+/// Arrays are numpy's, or anything that numpy takes for one. Numbers are
+/// float32 inside; float64 is rounded once. Lengths are in your units.
+/// The tree over the primitives is built by the first query, or by
+/// build(), and again after each change.
 ///
-/// The tree over the primitives is built by the first query, or by build().
+/// Several Python threads may query a scene at once. While one builds its
+/// tree, saves or renders it, calls of others raise RuntimeError.
+///
+/// Raises ValueError for an origin that is not finite.
 ///
 /// >>> import numpy as np, phalanx
 /// >>> scene = phalanx.Scene()
@@ -107,9 +115,8 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (origin=(0.0, 0.0, 0.0)))]
-    fn new(origin: (f64, f64, f64)) -> PyResult<PyScene> {
-        let origin = [origin.0, origin.1, origin.2];
+    #[pyo3(signature = (origin=(0.0, 0.0, 0.0)), text_signature = "(origin=(0.0, 0.0, 0.0))")]
+    fn new(origin: [f64; 3]) -> PyResult<PyScene> {
         if !origin.iter().all(|c| c.is_finite()) {
             return Err(value_error(format!("the origin {origin:?} is not finite")));
         }
@@ -124,12 +131,16 @@ impl PyScene {
         Ok(PyScene::of(scene, None))
     }
 
-    /// Reads a scene: OBJ, PLY, STL, glTF, NFF, .test, a scene that save() wrote (.phx), or a
-    /// standard one, as in 'standard:room:50k'.
+    /// Reads a scene from a file and returns it.
     ///
-    /// Its camera, materials and lights come with it. Remarks of the reader become warnings.
+    /// path : str or os.PathLike
+    ///     OBJ, PLY, STL, glTF, NFF, .test, a scene that save() wrote (.phx),
+    ///     or the name of a standard one, as in 'standard:room:50k'.
+    /// threads : int, or None for one per CPU
     ///
-    /// Raises OSError where the system cannot read the file, ValueError for what it holds.
+    /// Camera, materials and lights come with it. Remarks of the reader become
+    /// warnings. Raises OSError where the system cannot read the file,
+    /// ValueError for what it holds.
     #[staticmethod]
     #[pyo3(signature = (path, threads=None))]
     fn load(py: Python<'_>, path: PathBuf, threads: Option<i64>) -> PyResult<PyScene> {
@@ -151,10 +162,14 @@ impl PyScene {
         Ok(PyScene::of(opened.scene, opened.bvh))
     }
 
-    /// Opens a scene that save() wrote. It is mapped, not read: the tree is there at once, and
-    /// several processes share it. The file must not change meanwhile.
+    /// Opens a scene that save() wrote, and returns it.
     ///
+    /// The file (.phx) is mapped, not read: the tree is there at once, and
+    /// several processes share its memory. It must not change meanwhile.
     /// Geometries have no numbers any more: geom_id is -1.
+    ///
+    /// Raises OSError where the system cannot read the file, ValueError where
+    /// it is no saved scene, or one of another version.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
         let cached = py.detach(|| phalanx::cache::open(&path));
@@ -162,9 +177,11 @@ impl PyScene {
         Ok(PyScene::of(cached.scene, Some(cached.bvh)))
     }
 
-    /// Writes the scene and its tree to a file, for open(). The ending is .phx.
+    /// Writes the scene and its tree to a file for open(). The ending of path
+    /// is .phx. The tree is built first, if there is none.
     ///
-    /// A file that is there already is replaced when all is written.
+    /// A file that is there already is replaced when all is written. Raises
+    /// OSError where the system cannot write, ValueError for another ending.
     fn save(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         if !phalanx::open::is_cache(&path) {
             let why = format!("{}: the ending of a saved scene is .phx", path.display());
@@ -188,14 +205,17 @@ impl PyScene {
             })
     }
 
-    /// Adds triangles: vertices of (n, 3), faces of (m, 3) integers. Returns the geometry's number,
-    /// geom_id.
+    /// Adds triangles and returns the geometry's number, geom_id.
     ///
-    /// Corners are counter-clockwise, seen from outside; rays hit both sides. Both arrays may be
-    /// empty.
+    /// vertices : (n, 3)
+    ///     Positions, all of them finite.
+    /// faces : (m, 3) integers
+    ///     Rows of vertices, from 0 on. Corners are counter-clockwise, seen
+    ///     from outside; rays hit both sides.
     ///
-    /// Raises ValueError for shapes and vertices that are not finite, IndexError for faces that
-    /// name no vertex, TypeError for what holds no numbers.
+    /// Both arrays may be empty. Raises ValueError for shapes and for vertices
+    /// that are not finite, IndexError for faces that name no vertex, TypeError
+    /// for what holds no numbers.
     fn add_mesh(
         &mut self,
         vertices: &Bound<'_, PyAny>,
@@ -207,10 +227,14 @@ impl PyScene {
         self.change(|scene| scene.add_mesh(vertices, &faces).map_err(geometry_error))
     }
 
-    /// Adds spheres: centers of (n, 3), radii of (n,) or one for all. Returns the geometry's
-    /// number, geom_id.
+    /// Adds spheres and returns the geometry's number, geom_id.
     ///
-    /// Raises ValueError for shapes, and for radii that are not positive and finite.
+    /// centers : (n, 3)
+    /// radii : (n,), or one number for all
+    ///
+    /// Raises ValueError for shapes, for centers that are not finite, and for
+    /// radii that are not positive and finite; TypeError for what holds no
+    /// numbers.
     fn add_spheres(
         &mut self,
         centers: &Bound<'_, PyAny>,
@@ -227,8 +251,10 @@ impl PyScene {
         self.change(|scene| scene.add_spheres(centers, &radii).map_err(geometry_error))
     }
 
-    /// Adds a mesh that only its instances show, in coordinates of its own, and returns the number
-    /// that add_instance() takes. Arrays as in add_mesh(), with one face at least.
+    /// Adds a mesh that only its instances show, in coordinates of its own, and
+    /// returns the number that add_instance() takes.
+    ///
+    /// Arrays and errors are those of add_mesh(), with one face at least.
     fn add_prototype(
         &mut self,
         vertices: &Bound<'_, PyAny>,
@@ -244,11 +270,15 @@ impl PyScene {
         })
     }
 
-    /// Places a prototype: transform is (4, 4), or its first three rows, and maps columns (x, y, z,
-    /// 1) of the prototype to the world. Returns the geometry's number, geom_id.
+    /// Places a prototype and returns the geometry's number, geom_id.
     ///
-    /// Raises IndexError for a prototype that is not there, ValueError for a transform that has no
-    /// inverse.
+    /// prototype : int
+    ///     What add_prototype() returned.
+    /// transform : (4, 4), or its first three rows, (3, 4)
+    ///     Maps columns (x, y, z, 1) of the prototype to the world.
+    ///
+    /// Raises IndexError for a prototype that is not there, ValueError for a
+    /// shape, and for a transform that has no inverse.
     fn add_instance(&mut self, prototype: u32, transform: &Bound<'_, PyAny>) -> PyResult<GeomId> {
         if prototype as usize >= self.scene.meshes.len() {
             let why = format!("there is no prototype {prototype}");
@@ -258,10 +288,14 @@ impl PyScene {
         self.change(|scene| scene.add_instance(prototype, to_world).map_err(value_error))
     }
 
-    /// Builds the tree now. quality is 'fastest', 'fast', 'medium' or 'best': how long it may take
-    /// to build, and how fast rays are then.
+    /// Builds the tree now, where the first query would.
     ///
-    /// Answers do not depend on it.
+    /// quality : 'fastest', 'fast', 'medium' or 'best'
+    ///     How much time to spend on it, for faster rays. Answers do not depend
+    ///     on it. It holds for later trees of this scene, too.
+    /// threads : int, or None for one per CPU
+    ///
+    /// Raises ValueError for another quality, and for threads below 1.
     #[pyo3(signature = (quality="medium", threads=None))]
     fn build(&mut self, py: Python<'_>, quality: &str, threads: Option<i64>) -> PyResult<()> {
         let known = Quality::ALL.iter().find(|(name, _)| *name == quality);
@@ -277,8 +311,9 @@ impl PyScene {
         Ok(())
     }
 
-    /// The prim_id of a geometry's first primitive, or None: hits.prim_id less this is the row of
-    /// the face or sphere in the arrays that were added.
+    /// The prim_id of a geometry's first primitive; None for numbers that are
+    /// no geometry's. hits.prim_id less this is the row of the face or sphere
+    /// in the arrays that were added.
     fn first_prim(&mut self, py: Python<'_>, geom_id: i64) -> PyResult<Option<u32>> {
         let bvh = self.tree(py)?;
         Ok(u32::try_from(geom_id)
@@ -291,8 +326,8 @@ impl PyScene {
         self.scene.visible_count() as usize
     }
 
-    /// Smallest and largest coordinates: float64, (2, 3), in your coordinates; inf and -inf where
-    /// there is nothing.
+    /// Smallest and largest coordinates: float64, (2, 3), in your coordinates;
+    /// inf and -inf where there is nothing.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let bounds = self.scene.bounds();

@@ -1,7 +1,8 @@
-"""Rays against triangles and spheres: numpy arrays in, numpy arrays out, the same bits on every CPU.
+"""Rays against triangles and spheres, from and to numpy arrays.
 
-Scene holds what rays meet, and casts them. phalanx.trimesh and phalanx.open3d have the classes that
-programs for trimesh and Open3D use.
+Scene holds what rays meet, and casts them: help(phalanx.Scene). Answers are
+the same bits on every CPU. phalanx.trimesh and phalanx.open3d have classes
+for programs that use trimesh and Open3D.
 """
 
 from ._levels import load as _load
