@@ -115,7 +115,7 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (origin=(0.0, 0.0, 0.0)), text_signature = "(origin=(0.0, 0.0, 0.0))")]
+    #[pyo3(signature = (origin=[0.0, 0.0, 0.0]), text_signature = "(origin=(0.0, 0.0, 0.0))")]
     fn new(origin: [f64; 3]) -> PyResult<PyScene> {
         if !origin.iter().all(|c| c.is_finite()) {
             return Err(value_error(format!("the origin {origin:?} is not finite")));
