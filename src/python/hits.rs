@@ -111,8 +111,8 @@ impl RaySource {
         }
     }
 
-    /// Hits in double precision; `None` for a miss. `shape` is that of the rays, `ray` maps a row of
-    /// the columns to its ray.
+    /// Hits in double precision; `None` for a miss. `shape` is that of the rays, `ray` maps a row
+    /// of the columns to its ray.
     fn in_double(
         &self,
         py: Python<'_>,
@@ -308,8 +308,8 @@ impl PyAllHits {
 
 #[pymethods]
 impl PyAllHits {
-    /// Distances and points in double precision: (t, points), float64, (n,) and (n, 3), a row for
-    /// each hit. As Hits.refine().
+    /// Distances and points in double precision: (t, points), float64, (n,)
+    /// and (n, 3), a row for each hit. As Hits.refine().
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         let columns = (&self.t, &self.prim_id);
         let ray = |row| self.first_rows.partition_point(|&first| first <= row) - 1;

@@ -9,10 +9,7 @@ use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
 use phalanx::scene::Scene;
 use phalanx::{Hit, HitBuffer, HitLists, Ray, RayBuffer, RayRows, TMax, refine};
 
-/// A hit as bits: distance, weights, primitive.
-type HitBits = [u32; 4];
-
-fn bits(hit: &Hit) -> HitBits {
+fn bits(hit: &Hit) -> [u32; 4] {
     [
         hit.t.to_bits(),
         hit.u.to_bits(),
@@ -21,48 +18,48 @@ fn bits(hit: &Hit) -> HitBits {
     ]
 }
 
-/// What is added to a scene, one piece a primitive.
+/// A part of a scene, one primitive.
 #[derive(Clone)]
-enum Piece {
+enum LonePrim {
     Triangle([[f32; 3]; 3]),
     Sphere([f32; 3], f32),
     Instance([[f32; 3]; 3], DAffine3),
 }
 
-fn pieces(seed: u64) -> Vec<Piece> {
+fn pieces(seed: u64) -> Vec<LonePrim> {
     let mut random = Rng::new(seed);
     let (vertices, indices) = soup(&mut random, 30);
     let corners = |row: &[u32; 3]| row.map(|index| vertices[index as usize]);
-    let mut pieces: Vec<Piece> = indices
+    let mut pieces: Vec<LonePrim> = indices
         .iter()
-        .map(|row| Piece::Triangle(corners(row)))
+        .map(|row| LonePrim::Triangle(corners(row)))
         .collect();
     // Surfaces that coincide, and share every distance.
     pieces.extend(pieces[..5].to_vec());
     for k in 0..10 {
         let center = random.point(1.0).to_array();
-        pieces.push(Piece::Sphere(center, 0.1 + 0.05 * k as f32));
+        pieces.push(LonePrim::Sphere(center, 0.1 + 0.05 * k as f32));
     }
     for (k, row) in indices.iter().enumerate().take(8) {
         let turn = DQuat::from_rotation_y(k as f64);
         let map =
             DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), turn, DVec3::X * 0.1);
-        pieces.push(Piece::Instance(corners(row), map));
+        pieces.push(LonePrim::Instance(corners(row), map));
     }
     pieces
 }
 
 /// A scene of pieces. Instances come last, so that the number of a primitive is its place.
-fn scene_of(pieces: &[Piece]) -> (Scene, u32) {
+fn scene_of(pieces: &[LonePrim]) -> (Scene, u32) {
     let mut scene = Scene::new();
     let mut prototypes = 0;
     for piece in pieces {
         match piece {
-            Piece::Triangle(corners) => scene.add_mesh(corners, &[[0, 1, 2]]).map(drop).unwrap(),
-            Piece::Sphere(center, radius) => {
+            LonePrim::Triangle(corners) => scene.add_mesh(corners, &[[0, 1, 2]]).map(drop).unwrap(),
+            LonePrim::Sphere(center, radius) => {
                 scene.add_spheres(&[*center], &[*radius]).map(drop).unwrap()
             }
-            Piece::Instance(corners, map) => {
+            LonePrim::Instance(corners, map) => {
                 let mesh = scene.add_prototype(corners, &[[0, 1, 2]]).unwrap();
                 scene.add_instance(mesh, *map).unwrap();
                 prototypes += 1;
@@ -73,7 +70,7 @@ fn scene_of(pieces: &[Piece]) -> (Scene, u32) {
 }
 
 /// The hits of rays on one piece, by the oracle.
-fn alone(piece: &Piece, prim_id: u32, rays: &[Ray]) -> Vec<Option<HitBits>> {
+fn alone(piece: &LonePrim, prim_id: u32, rays: &[Ray]) -> Vec<Option<[u32; 4]>> {
     let (scene, _) = scene_of(std::slice::from_ref(piece));
     let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
     let hit = |ray: &Ray| {
@@ -92,7 +89,7 @@ fn lists_hold_what_each_primitive_alone_is_hit_at() {
         let all = rays(seed, 6000);
         // Prototypes are stored primitives, too, which nothing meets.
         let number = |place: usize| match pieces[place] {
-            Piece::Instance(..) => place as u32 + prototypes,
+            LonePrim::Instance(..) => place as u32 + prototypes,
             _ => place as u32,
         };
         let columns = pieces.iter().enumerate();
@@ -105,9 +102,9 @@ fn lists_hold_what_each_primitive_alone_is_hit_at() {
         bvh.count_batch(&buffer.columns(), &mut counts, 2).unwrap();
         for (i, ray) in all.iter().enumerate() {
             let met = columns.iter().filter_map(|column| column[i]);
-            let mut expected: Vec<HitBits> = met.collect();
+            let mut expected: Vec<[u32; 4]> = met.collect();
             expected.sort_by_key(|hit| (hit[0], hit[3]));
-            let found: Vec<HitBits> = lists.of(i).map(|hit| bits(&hit)).collect();
+            let found: Vec<[u32; 4]> = lists.of(i).map(|hit| bits(&hit)).collect();
             assert_eq!(found, expected, "ray {i}: {ray:?}");
             assert_eq!(counts[i] as usize, expected.len(), "ray {i}: {ray:?}");
             assert_eq!(lists.of(i).next(), bvh.intersect(ray), "ray {i}: {ray:?}");
@@ -233,12 +230,12 @@ fn refined_hits_lie_on_their_surfaces() {
         let point = DVec3::from(refined.point);
         let normal = DVec3::from(refined.normal);
         let off = match &pieces[place] {
-            Piece::Sphere(center, radius) => {
+            LonePrim::Sphere(center, radius) => {
                 let center = DVec3::from(center.map(f64::from));
                 (point - center).dot(normal) - f64::from(*radius)
             }
-            Piece::Triangle(corners) => plane_distance(point, normal, corners.map(world)),
-            Piece::Instance(corners, map) => {
+            LonePrim::Triangle(corners) => plane_distance(point, normal, corners.map(world)),
+            LonePrim::Instance(corners, map) => {
                 // The scene holds the map in single precision.
                 let map = DAffine3 {
                     matrix3: map.matrix3.as_mat3().as_dmat3(),

@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 const OTHERS: [&str; 1] = ["bench/report/html/style.css"];
 
 /// The Python package, but for its extension.
-const PYTHON: [&str; 3] = [
+const PYTHON: [&str; 4] = [
     "python/phalanx/",
     "python/pyproject.toml",
     "python/README.md",
+    "python/LICENSE-",
 ];
 
 /// One Rust file.

@@ -76,7 +76,7 @@ impl Bvh {
         let order = ScanOrder::of(&rays);
         let chunk = chunk_of(&order);
         let work =
-            |worker: &mut Worker, rays: &RayColumns, hits: &mut HitColumns, places: Places| {
+            |worker: &mut Worker, rays: &RayColumns, hits: &mut HitColumns, places: RowNumbers| {
                 match places {
                     None => worker.closest(rays, hits),
                     Some(places) => worker.closest_at(rays, hits, places),
@@ -131,7 +131,7 @@ impl Bvh {
         let order = ScanOrder::of(&rays);
         let chunk = chunk_of(&order);
         let work =
-            |worker: &mut Worker, rays: &RayColumns, out: &mut &mut [bool], places: Places| {
+            |worker: &mut Worker, rays: &RayColumns, out: &mut &mut [bool], places: RowNumbers| {
                 match places {
                     None => worker.occluded(rays, out),
                     Some(places) => worker.occluded_at(rays, out, places),
@@ -185,10 +185,11 @@ impl Bvh {
     fn all_hits_of(&self, rays: RayBatch, threads: usize) -> Result<HitLists, BatchError> {
         rays.check()?;
         let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
-        let work = |worker: &mut Worker, rays: &RayColumns, part: &mut &mut HitLists, _: Places| {
-            let lists = worker.all_hits(rays);
-            part.fill(&lists, worker.geometries);
-        };
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, part: &mut &mut HitLists, _: RowNumbers| {
+                let lists = worker.all_hits(rays);
+                part.fill(&lists, worker.geometries);
+            };
         run(self, (rays, &None), threads, parts.iter_mut(), work);
         Ok(HitLists::joined(&parts))
     }
@@ -233,19 +234,20 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("counts", counts.len(), rays.len())?;
-        let work = |worker: &mut Worker, rays: &RayColumns, counts: &mut &mut [u32], _: Places| {
-            let lists = worker.all_hits(rays);
-            for (count, list) in counts.iter_mut().zip(lists.iter()) {
-                *count = list.len() as u32;
-            }
-        };
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, counts: &mut &mut [u32], _: RowNumbers| {
+                let lists = worker.all_hits(rays);
+                for (count, list) in counts.iter_mut().zip(lists.iter()) {
+                    *count = list.len() as u32;
+                }
+            };
         run(self, (rays, &None), threads, counts.chunks_mut(CHUNK), work);
         Ok(())
     }
 }
 
-/// Places of a chunk's answers, where its rays are traced in another order than they came.
-type Places<'p> = Option<&'p [u32]>;
+/// RowNumbers of a chunk's answers, where its rays are traced in another order than they came.
+type RowNumbers<'p> = Option<&'p [u32]>;
 
 /// Rays of a chunk.
 fn chunk_of(order: &Option<ScanOrder>) -> usize {
@@ -259,7 +261,7 @@ fn run<'a, O: Send>(
     (rays, order): (RayBatch, &Option<ScanOrder>),
     threads: usize,
     outputs: impl Iterator<Item = O> + Send,
-    work: impl Fn(&mut Worker<'a>, &RayColumns, &mut O, Places) + Sync,
+    work: impl Fn(&mut Worker<'a>, &RayColumns, &mut O, RowNumbers) + Sync,
 ) {
     let (count, chunk) = (rays.len(), chunk_of(order));
     if count == 0 {
