@@ -71,6 +71,7 @@ def test_max_hits_bounds_the_hits_of_each_ray(mesh):
 
 
 def test_results_are_those_of_trimesh(mesh):
+    pytest.importorskip("rtree")
     own = trimesh.ray.ray_triangle.RayMeshIntersector(mesh)
     origins, directions = rays()
     ours, theirs = (

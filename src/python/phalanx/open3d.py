@@ -205,7 +205,7 @@ def _as_numpy(value: Any) -> Any:
 def _wrapper(*values: Any) -> Any:
     """What makes an answer: a tensor where one of the values is one."""
     if any(map(_is_tensor, values)):
-        from open3d.core import Tensor
+        from open3d.core import Tensor  # type: ignore[import-not-found, unused-ignore]
 
         return lambda array: Tensor.from_numpy(np.ascontiguousarray(array))
     return lambda array: array

@@ -194,19 +194,19 @@ class RayMeshIntersector:
 
     def _rays(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray, NDArray]:
         """The rays in the scene's coordinates."""
-        origins, directions = np.asarray(origins), np.asarray(directions)
-        if origins.shape != directions.shape:
-            raise ValueError(f"rays differ in shape: {origins.shape} and {directions.shape}")
-        if origins.size == 0:
-            origins, directions = np.zeros((2, 0, 3))
-        if origins.ndim != 2 or origins.shape[1] != 3:
-            raise ValueError(f"rays have the shape {origins.shape}, not (n, 3)")
-        if origins.dtype.kind not in "fiu" or directions.dtype.kind not in "fiu":
-            raise TypeError(f"rays hold {origins.dtype} and {directions.dtype}, not real numbers")
+        starts, along = np.asarray(origins), np.asarray(directions)
+        if starts.shape != along.shape:
+            raise ValueError(f"rays differ in shape: {starts.shape} and {along.shape}")
+        if starts.size == 0:
+            starts, along = np.zeros((0, 3)), np.zeros((0, 3))
+        if starts.ndim != 2 or starts.shape[1] != 3:
+            raise ValueError(f"rays have the shape {starts.shape}, not (n, 3)")
+        if starts.dtype.kind not in "fiu" or along.dtype.kind not in "fiu":
+            raise TypeError(f"rays hold {starts.dtype} and {along.dtype}, not real numbers")
         scale = self._scene[1]
         if scale != 1.0:
-            origins = origins * scale
-        return origins, _of_usual_length(directions)
+            starts = starts * scale
+        return starts, _of_usual_length(along)
 
     def __getstate__(self) -> dict[str, Any]:
         state = self.__dict__.copy()
