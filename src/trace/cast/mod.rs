@@ -8,7 +8,8 @@
 //! | `rows` | rays whose numbers lie side by side |
 //! | `scan_order` | pictures, row of pixels by row of pixels, in blocks |
 //! | `hit_lists` | all hits of each ray |
-//! | `batch` | chunks, threads, packets |
+//! | `batch` | chunks and threads |
+//! | `worker` | packets of a thread |
 //! | `refine` | a hit in double precision |
 //!
 //! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
@@ -22,6 +23,7 @@ mod hit_lists;
 mod refine;
 mod rows;
 mod scan_order;
+mod worker;
 
 pub use hit_lists::HitLists;
 pub use refine::{RefinedHit, refine};
