@@ -6,6 +6,7 @@ use phalanx::open::OpenError;
 use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use std::fmt::Display;
+use std::io;
 
 /// An `ImportError` where this CPU lacks instructions of this build.
 pub(crate) fn refuse_lesser_cpu() -> PyResult<()> {
@@ -34,15 +35,31 @@ pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
     }
 }
 
+/// `OSError` with the file's name, if it was the system that refused.
+fn system_error(path: &str, error: &io::Error) -> Option<PyErr> {
+    let code = error.raw_os_error()?;
+    Some(PyOSError::new_err((
+        code,
+        error.to_string(),
+        path.to_owned(),
+    )))
+}
+
+/// `OSError` where the system could not write a file, `ValueError` for all else.
+pub(crate) fn write_error(path: &str, error: io::Error) -> PyErr {
+    system_error(path, &error).unwrap_or_else(|| value_error(error))
+}
+
 /// `OSError` with the file's name for what the system refused, `ValueError` for what a file holds.
 pub(crate) fn open_error(path: &str, error: OpenError) -> PyErr {
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(&error);
     let mut words = error.to_string();
     while let Some(inner) = cause {
-        if let Some(system) = inner.downcast_ref::<std::io::Error>()
-            && let Some(code) = system.raw_os_error()
+        if let Some(error) = inner
+            .downcast_ref()
+            .and_then(|error| system_error(path, error))
         {
-            return PyOSError::new_err((code, system.to_string(), path.to_owned()));
+            return error;
         }
         cause = inner.source();
         if let Some(inner) = cause {

@@ -1,6 +1,6 @@
 //! Answers: columns of numpy arrays.
 
-use crate::arrays::{as_contiguous, shaped};
+use crate::arrays::{as_contiguous, halves, shaped};
 use crate::coordinates::Coordinates;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
@@ -69,6 +69,11 @@ type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// Numbers as Python has them, where 2³² − 1 is −1.
 fn signed(ids: Vec<u32>) -> Vec<i32> {
     bytemuck::cast_vec(ids)
+}
+
+/// The shape of vectors, one for each answer of a shape.
+fn of_vectors(shape: &[usize]) -> Vec<usize> {
+    [shape, &[3]].concat()
 }
 
 impl PyHits {
@@ -160,7 +165,7 @@ impl RaySource {
             Some(hit) => self.coordinates.outside(hit.point),
             None => [f64::NAN; 3],
         });
-        let points = shaped(py, points.collect(), &[shape, &[3]].concat())?;
+        let points = shaped(py, points.collect(), &of_vectors(shape))?;
         Ok((shaped(py, t.collect(), shape)?, points))
     }
 
@@ -169,13 +174,9 @@ impl RaySource {
         let numpy = py.import("numpy")?;
         let (origins, directions) = match &self.directions {
             Some(directions) => (self.origins.bind(py).clone(), directions.bind(py).clone()),
-            None => {
-                let halves = numpy.call_method1("split", (self.origins.bind(py), 2, -1))?;
-                (halves.get_item(0)?, halves.get_item(1)?)
-            }
+            None => halves(self.origins.bind(py))?.into(),
         };
-        let mut shape = shape.to_vec();
-        shape.push(3);
+        let shape = of_vectors(shape);
         let rows = |name, array: Bound<'_, PyAny>| {
             let whole = numpy.call_method1("broadcast_to", (array, shape.clone()))?;
             let whole = as_contiguous(name, &whole, "float64")?;
@@ -207,9 +208,8 @@ impl PyHits {
                 Some(hit) => hit.normal.map(|c| c as f32),
                 None => [0.0; 3],
             });
-            let mut shape = self.shape.clone();
-            shape.push(3);
-            Ok::<_, PyErr>(shaped(py, normals.collect(), &shape)?.unbind())
+            let normals = shaped(py, normals.collect(), &of_vectors(&self.shape))?;
+            Ok::<_, PyErr>(normals.unbind())
         };
         self.normal
             .get_or_try_init(py, make)

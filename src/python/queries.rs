@@ -52,8 +52,8 @@ impl PyScene {
     ///     Hits count where 0 < t < tmax. None is infinity.
     /// threads : int, or None for one per CPU
     ///
-    /// Of hits at the same distance the one of the smallest prim_id counts. No
-    /// ray slips through an edge or a vertex that triangles share. Rays with a
+    /// Where several hits share a distance, the smallest prim_id wins. No ray
+    /// slips through an edge or a vertex that triangles share. Rays with a
     /// number that is not finite, with a direction of zero, or with a tmax that
     /// is not positive, hit nothing. Where there is a choice, put rays that go
     /// nearly the same way side by side: that is faster.

@@ -1,6 +1,6 @@
 //! Rays of the caller: two arrays, or one of both.
 
-use crate::arrays::{Floats, wrong_shape};
+use crate::arrays::{Floats, halves, wrong_shape};
 use crate::coordinates::Coordinates;
 use crate::errors::value_error;
 use phalanx::{RayRows, TMax};
@@ -33,7 +33,7 @@ impl<'py> Rays<'py> {
         let (origins, directions) = match directions {
             None if frame.is_identity() => (side_by_side(origins)?, None),
             None => {
-                let [origins, directions] = halves(&side_by_side(origins)?)?;
+                let [origins, directions] = halves(side_by_side(origins)?.array.as_any())?;
                 let origins = frame.points("origins", &origins)?;
                 (origins, Some(frame.differences("directions", &directions)?))
             }
@@ -101,20 +101,13 @@ impl<'py> TMaxArray<'py> {
 }
 
 /// Rays of (…, 6): an origin and a direction to each row.
-pub(crate) fn side_by_side<'py>(rays: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
+fn side_by_side<'py>(rays: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
     let rays = Floats::of("rays", rays)?;
     if rays.shape().last() != Some(&6) {
         let wanted = "(…, 6): without directions, each row is an origin and a direction";
         return Err(wrong_shape("rays", wanted, rays.shape()));
     }
     Ok(rays)
-}
-
-/// The two halves of rows of six.
-fn halves<'py>(rays: &Floats<'py>) -> PyResult<[Bound<'py, PyAny>; 2]> {
-    let numpy = rays.array.py().import("numpy")?;
-    let halves = numpy.call_method1("split", (rays.array.as_any(), 2, -1))?;
-    Ok([halves.get_item(0)?, halves.get_item(1)?])
 }
 
 /// Two arrays of (…, 3), of which one may have fewer sides: numpy's rules of broadcasting.

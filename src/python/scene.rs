@@ -2,7 +2,7 @@
 
 use crate::arrays::{shaped, wrong_shape};
 use crate::coordinates::Coordinates;
-use crate::errors::{geometry_error, open_error, value_error};
+use crate::errors::{geometry_error, open_error, value_error, write_error};
 use numpy::PyArrayDyn;
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
@@ -195,14 +195,7 @@ impl PyScene {
             })
         };
         py.detach(write)
-            .map_err(|error| match error.raw_os_error() {
-                Some(code) => pyo3::exceptions::PyOSError::new_err((
-                    code,
-                    error.to_string(),
-                    path.to_string_lossy().into_owned(),
-                )),
-                None => value_error(error),
-            })
+            .map_err(|error| write_error(&path.to_string_lossy(), error))
     }
 
     /// Adds triangles and returns the geometry's number, geom_id.
