@@ -139,39 +139,44 @@ fn lists_do_not_depend_on_threads_or_on_how_rays_are_split() {
 fn rows_give_the_same_bits_as_columns() {
     let bvh = Bvh::build(&mixed_scene(7));
     for (length, stride) in [(0, 3), (1, 6), (8, 7), (2049, 3), (5000, 6), (4097, 11)] {
-        let all = rays(11, length);
-        let buffer: RayBuffer = all.iter().copied().collect();
-        let mut expected = HitBuffer::new(length);
-        bvh.intersect_batch(&buffer.columns(), &mut expected.columns(), 2)
-            .unwrap();
-        let tmax: Vec<f32> = all.iter().map(|ray| ray.tmax).collect();
-        let numbers = |of: fn(&Ray) -> [f32; 3]| -> Vec<f32> {
-            let mut rows = vec![f32::NAN; (length * stride).saturating_sub(stride - 3)];
-            for (row, ray) in rows.chunks_mut(stride).zip(&all) {
-                row[..3].copy_from_slice(&of(ray));
-            }
-            rows
-        };
-        let (origin, direction) = (numbers(|ray| ray.origin), numbers(|ray| ray.direction));
-        let rows = RayRows {
-            origin: &origin,
-            direction: &direction,
-            stride,
-            tmax: TMax::Each(&tmax),
-        };
-        assert_eq!(rows.len(), length);
-        let mut found = HitBuffer::new(length);
-        bvh.intersect_batch(&rows, &mut found.columns(), 2).unwrap();
-        assert!(
-            found.iter().eq(expected.iter()),
-            "{length} rays, stride {stride}"
-        );
-        let (mut dark, mut blocked) = (vec![true; length], vec![false; length]);
-        bvh.occluded_batch(&rows, &mut dark, 2).unwrap();
-        bvh.occluded_batch(&buffer.columns(), &mut blocked, 2)
-            .unwrap();
-        assert_eq!(dark, blocked);
+        rows_are_as_columns(&bvh, &rays(11, length), stride);
     }
+}
+
+/// Compares a batch of rays in rows, `stride` numbers apart, with the same in columns.
+fn rows_are_as_columns(bvh: &Bvh, all: &[Ray], stride: usize) {
+    let length = all.len();
+    let buffer: RayBuffer = all.iter().copied().collect();
+    let mut expected = HitBuffer::new(length);
+    bvh.intersect_batch(&buffer.columns(), &mut expected.columns(), 2)
+        .unwrap();
+    let tmax: Vec<f32> = all.iter().map(|ray| ray.tmax).collect();
+    let numbers = |of: fn(&Ray) -> [f32; 3]| -> Vec<f32> {
+        let mut rows = vec![f32::NAN; (length * stride).saturating_sub(stride - 3)];
+        for (row, ray) in rows.chunks_mut(stride).zip(all) {
+            row[..3].copy_from_slice(&of(ray));
+        }
+        rows
+    };
+    let (origin, direction) = (numbers(|ray| ray.origin), numbers(|ray| ray.direction));
+    let rows = RayRows {
+        origin: &origin,
+        direction: &direction,
+        stride,
+        tmax: TMax::Each(&tmax),
+    };
+    assert_eq!(rows.len(), length);
+    let mut found = HitBuffer::new(length);
+    bvh.intersect_batch(&rows, &mut found.columns(), 2).unwrap();
+    assert!(
+        found.iter().eq(expected.iter()),
+        "{length} rays, stride {stride}"
+    );
+    let (mut dark, mut blocked) = (vec![true; length], vec![false; length]);
+    bvh.occluded_batch(&rows, &mut dark, 2).unwrap();
+    bvh.occluded_batch(&buffer.columns(), &mut blocked, 2)
+        .unwrap();
+    assert_eq!(dark, blocked, "{length} rays, stride {stride}");
 }
 
 #[test]
@@ -297,6 +302,9 @@ fn pictures_give_the_same_bits_ray_by_ray() {
                 assert_eq!(blocked[i], bvh.occluded(ray), "ray {i}");
             }
             assert!(hits.iter().flatten().count() > all.len() / 10);
+        }
+        for stride in [3, 6, 7] {
+            rows_are_as_columns(&bvh, &all, stride);
         }
     }
 }

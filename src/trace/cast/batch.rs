@@ -4,7 +4,7 @@ use super::columns::same_length;
 use super::hit_lists::HitLists;
 use super::rows::TurnedRows;
 use super::scan_order::ScanOrder;
-use super::worker::Worker;
+use super::worker::{RowNumbers, Worker};
 use super::{BatchError, HitColumns, RayBatch, RayColumns};
 use crate::bvh::Bvh;
 use crate::traverse::Kernel;
@@ -66,10 +66,7 @@ impl Bvh {
         let chunk = chunk_of(&order);
         let work =
             |worker: &mut Worker, rays: &RayColumns, hits: &mut HitColumns, places: RowNumbers| {
-                match places {
-                    None => worker.closest(rays, hits),
-                    Some(places) => worker.closest_at(rays, hits, places),
-                }
+                worker.closest(rays, hits, places);
             };
         run(self, (rays, &order), threads, hits.chunks(chunk), work);
         Ok(())
@@ -121,10 +118,7 @@ impl Bvh {
         let chunk = chunk_of(&order);
         let work =
             |worker: &mut Worker, rays: &RayColumns, out: &mut &mut [bool], places: RowNumbers| {
-                match places {
-                    None => worker.occluded(rays, out),
-                    Some(places) => worker.occluded_at(rays, out, places),
-                }
+                worker.occluded(rays, out, places);
             };
         run(
             self,
@@ -234,9 +228,6 @@ impl Bvh {
         Ok(())
     }
 }
-
-/// Rows of a chunk's answers, where its rays are traced in another order than they came.
-type RowNumbers<'p> = Option<&'p [u32]>;
 
 /// Rays of a chunk.
 fn chunk_of(order: &Option<ScanOrder>) -> usize {

@@ -202,15 +202,6 @@ impl HitColumns<'_> {
         same_length("geom_id", self.geom_id.len(), rays)
     }
 
-    /// Copies rows to places of others.
-    pub(super) fn put_at(&self, others: &mut HitColumns, places: &[u32]) {
-        scatter(self.t, others.t, places);
-        scatter(self.u, others.u, places);
-        scatter(self.v, others.v, places);
-        scatter(self.prim_id, others.prim_id, places);
-        scatter(self.geom_id, others.geom_id, places);
-    }
-
     /// Pieces of `rows` rows, the last one shorter.
     pub(super) fn chunks(&mut self, rows: usize) -> impl Iterator<Item = HitColumns<'_>> + Send {
         let weights = self.u.chunks_mut(rows).zip(self.v.chunks_mut(rows));
@@ -224,12 +215,6 @@ impl HitColumns<'_> {
             prim_id,
             geom_id,
         })
-    }
-}
-
-fn scatter<T: Copy>(column: &[T], other: &mut [T], places: &[u32]) {
-    for (&row, &place) in column.iter().zip(places) {
-        other[place as usize] = row;
     }
 }
 
@@ -360,15 +345,6 @@ impl HitBuffer {
             prim_id: vec![NO_PRIM; rays],
             geom_id: vec![NO_GEOM; rays],
         }
-    }
-
-    /// Makes rows for the hits of another number of rays.
-    pub(super) fn resize(&mut self, rays: usize) {
-        self.t.resize(rays, f32::INFINITY);
-        self.u.resize(rays, 0.0);
-        self.v.resize(rays, 0.0);
-        self.prim_id.resize(rays, NO_PRIM);
-        self.geom_id.resize(rays, NO_GEOM);
     }
 
     /// Number of rays.

@@ -208,21 +208,13 @@ impl TurnedRows {
         match rays {
             RayBatch::InColumns(columns) => {
                 for axis in 0..3 {
-                    pick(columns.origin[axis], (0, 1), places, &mut origin[axis]);
-                    pick(
-                        columns.direction[axis],
-                        (0, 1),
-                        places,
-                        &mut direction[axis],
-                    );
+                    pick(columns.origin[axis], places, &mut origin[axis]);
+                    pick(columns.direction[axis], places, &mut direction[axis]);
                 }
             }
             RayBatch::InRows(rows) => {
-                for axis in 0..3 {
-                    let every = (axis, rows.stride);
-                    pick(rows.origin, every, places, &mut origin[axis]);
-                    pick(rows.direction, every, places, &mut direction[axis]);
-                }
+                pick_rows(rows.origin, rows.stride, places, origin);
+                pick_rows(rows.direction, rows.stride, places, direction);
             }
         }
         RayColumns {
@@ -231,7 +223,7 @@ impl TurnedRows {
             tmax: match rays.tmax() {
                 TMax::All(limit) => TMax::All(limit),
                 TMax::Each(each) => {
-                    pick(each, (0, 1), places, &mut self.tmax);
+                    pick(each, places, &mut self.tmax);
                     TMax::Each(&self.tmax)
                 }
             },
@@ -239,11 +231,59 @@ impl TurnedRows {
     }
 }
 
-/// Numbers of some rays, which lie in `numbers` from `first` on, `stride` apart.
-fn pick(numbers: &[f32], (first, stride): (usize, usize), places: &[u32], column: &mut Vec<f32>) {
+/// Numbers at some places.
+fn pick(numbers: &[f32], places: &[u32], column: &mut Vec<f32>) {
     column.clear();
-    let at = |&place: &u32| numbers[place as usize * stride + first];
-    column.extend(places.iter().map(at));
+    column.extend(places.iter().map(|&place| numbers[place as usize]));
+}
+
+/// Rows at some places, in columns. A picture's places come in runs of four side by side, which are
+/// read as one.
+fn pick_rows(numbers: &[f32], stride: usize, places: &[u32], columns: &mut [Vec<f32>; 3]) {
+    match stride {
+        3 => pick_strided(numbers, 3, places, columns),
+        6 => pick_strided(numbers, 6, places, columns),
+        _ => pick_strided(numbers, stride, places, columns),
+    }
+}
+
+/// As [`pick_rows`]: compiled once for each stride that is common.
+#[inline(always)]
+fn pick_strided(numbers: &[f32], stride: usize, places: &[u32], columns: &mut [Vec<f32>; 3]) {
+    for column in columns.iter_mut() {
+        column.resize(places.len(), 0.0);
+    }
+    let [xs, ys, zs] = columns.each_mut().map(|column| column.as_chunks_mut::<4>());
+    let (fours, rest) = places.as_chunks::<4>();
+    let (x4, y4, z4) = (xs.0.iter_mut(), ys.0.iter_mut(), zs.0.iter_mut());
+    for (four, ((x, y), z)) in fours.iter().zip(x4.zip(y4).zip(z4)) {
+        match run_of_four(four) {
+            Some(first) => {
+                let rows = &numbers[first * stride..][..3 * stride + 3];
+                let axis = |axis| std::array::from_fn(|row| rows[row * stride + axis]);
+                (*x, *y, *z) = (axis(0), axis(1), axis(2));
+            }
+            None => pick_singly(numbers, stride, four, [x, y, z]),
+        }
+    }
+    pick_singly(numbers, stride, rest, [xs.1, ys.1, zs.1]);
+}
+
+/// Rows at places that are no run.
+fn pick_singly(numbers: &[f32], stride: usize, places: &[u32], columns: [&mut [f32]; 3]) {
+    for (axis, column) in columns.into_iter().enumerate() {
+        for (number, &place) in column.iter_mut().zip(places) {
+            *number = numbers[place as usize * stride + axis];
+        }
+    }
+}
+
+/// The first of four places that lie side by side.
+#[inline(always)]
+pub(super) fn run_of_four(four: &[u32; 4]) -> Option<usize> {
+    let first = four[0];
+    let run = [first, first + 1, first + 2, first + 3];
+    (*four == run).then_some(first as usize)
 }
 
 /// Three columns of numbers that lie side by side.

@@ -2,7 +2,8 @@
 //! back.
 
 use super::hit_lists::FoundHit;
-use super::{HitBuffer, HitColumns, RayColumns, TMax};
+use super::rows::run_of_four;
+use super::{HitColumns, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
 use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
@@ -14,6 +15,15 @@ type Octet3 = [[f32; LANES]; 3];
 /// The same of rays in columns.
 type Octets<'a> = [&'a [f32; LANES]; 3];
 
+/// Rows of the answers to some rays, where those are traced in another order than they came.
+pub(super) type RowNumbers<'p> = Option<&'p [u32]>;
+
+/// Where a packet's answers go.
+enum EightRows<'p> {
+    From(usize),
+    At(&'p [u32]),
+}
+
 /// The substitute of a ray that cannot hit anything, in a packet without any that can.
 const STAND_IN: (Octet3, Octet3) = ([[0.0; LANES]; 3], [[1.0; LANES]; 3]);
 
@@ -24,9 +34,6 @@ pub(super) struct Worker<'a> {
     packets: PacketStorage,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
-    /// Answers in the order in which rays are traced.
-    answers: HitBuffer,
-    flags: Vec<bool>,
 }
 
 /// Rays of a batch as packets.
@@ -47,38 +54,22 @@ impl<'a> Worker<'a> {
             packets: PacketStorage::default(),
             hits: Vec::new(),
             blocked: Vec::new(),
-            answers: HitBuffer::default(),
-            flags: Vec::new(),
         }
     }
 
-    /// The closest hits of rays whose answers belong to these places.
-    pub(super) fn closest_at(&mut self, rays: &RayColumns, hits: &mut HitColumns, places: &[u32]) {
-        let mut answers = std::mem::take(&mut self.answers);
-        answers.resize(rays.len());
-        self.closest(rays, &mut answers.columns());
-        answers.columns().put_at(hits, places);
-        self.answers = answers;
-    }
-
-    /// As [`Worker::closest_at`], of flags.
-    pub(super) fn occluded_at(&mut self, rays: &RayColumns, blocked: &mut [bool], places: &[u32]) {
-        let mut flags = std::mem::take(&mut self.flags);
-        flags.resize(rays.len(), false);
-        self.occluded(rays, &mut flags);
-        for (&place, &flag) in places.iter().zip(&flags) {
-            blocked[place as usize] = flag;
-        }
-        self.flags = flags;
-    }
-
-    pub(super) fn closest(&mut self, rays: &RayColumns, hits: &mut HitColumns) {
+    /// The closest hits of rays, put into rows of these numbers; into the rays' own without.
+    pub(super) fn closest(&mut self, rays: &RayColumns, hits: &mut HitColumns, rows: RowNumbers) {
         self.find_closest(rays, false);
         let mut run = self.geometries.run_of(0);
         for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
             let found = if_able(packet, able);
             let geom_id = self.geometries.find_eight(found.prim_id, &mut run);
-            write_rows(&found, geom_id, hits, k * LANES);
+            let rows = EightRows::of(rows, k * LANES);
+            rows.put(hits.t, found.t.to_array());
+            rows.put(hits.u, found.u.to_array());
+            rows.put(hits.v, found.v.to_array());
+            rows.put(hits.prim_id, found.prim_id.to_array());
+            rows.put(hits.geom_id, geom_id.to_array());
         }
     }
 
@@ -124,7 +115,8 @@ impl<'a> Worker<'a> {
         lists
     }
 
-    pub(super) fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool]) {
+    /// Whether rays meet anything, put into rows as by [`Worker::closest`].
+    pub(super) fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool], rows: RowNumbers) {
         let common = rays.common_tmax();
         let any_able = self.packets.fill(rays, common.is_none());
         let count = packets_for(rays.len());
@@ -145,10 +137,9 @@ impl<'a> Worker<'a> {
             }
         }
         let lanes = self.blocked.iter().zip(&self.packets.able);
-        for (flags, (bits, able)) in blocked.chunks_mut(LANES).zip(lanes) {
-            for (lane, flag) in flags.iter_mut().enumerate() {
-                *flag = (bits & able) >> lane & 1 == 1;
-            }
+        for (k, (bits, able)) in lanes.enumerate() {
+            let flags = std::array::from_fn(|lane| (bits & able) >> lane & 1 == 1);
+            EightRows::of(rows, k * LANES).put(blocked, flags);
         }
     }
 }
@@ -167,22 +158,41 @@ fn if_able(packet: &HitPacket, able: u8) -> HitPacket {
     }
 }
 
-/// Writes eight answers into the rows from `from` on, or as many as there are rows.
-#[inline(always)]
-fn write_rows(found: &HitPacket, geom_id: U32x8, rows: &mut HitColumns, from: usize) {
-    put(rows.t, from, found.t.to_array());
-    put(rows.u, from, found.u.to_array());
-    put(rows.v, from, found.v.to_array());
-    put(rows.prim_id, from, found.prim_id.to_array());
-    put(rows.geom_id, from, geom_id.to_array());
-}
+impl<'p> EightRows<'p> {
+    /// Those of the packet whose rays begin at `from`.
+    #[inline(always)]
+    fn of(rows: RowNumbers<'p>, from: usize) -> EightRows<'p> {
+        match rows {
+            None => EightRows::From(from),
+            Some(rows) => EightRows::At(&rows[from..(from + LANES).min(rows.len())]),
+        }
+    }
 
-#[inline(always)]
-fn put<T: Copy>(column: &mut [T], from: usize, eight: [T; LANES]) {
-    let rows = &mut column[from..];
-    match rows.first_chunk_mut() {
-        Some(rows) => *rows = eight,
-        None => rows.copy_from_slice(&eight[..rows.len()]),
+    /// Writes eight answers, or as many as there are rows.
+    #[inline(always)]
+    fn put<T: Copy>(&self, column: &mut [T], eight: [T; LANES]) {
+        match *self {
+            EightRows::From(from) => {
+                let rows = &mut column[from..];
+                match rows.first_chunk_mut() {
+                    Some(rows) => *rows = eight,
+                    None => rows.copy_from_slice(&eight[..rows.len()]),
+                }
+            }
+            EightRows::At(rows) => {
+                let fours = rows.as_chunks::<4>().0;
+                if let [a, b] = fours
+                    && let (Some(a), Some(b)) = (run_of_four(a), run_of_four(b))
+                {
+                    column[a..a + 4].copy_from_slice(&eight[..4]);
+                    column[b..b + 4].copy_from_slice(&eight[4..]);
+                    return;
+                }
+                for (&row, answer) in rows.iter().zip(eight) {
+                    column[row as usize] = answer;
+                }
+            }
+        }
     }
 }
 
