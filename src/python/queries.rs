@@ -159,7 +159,7 @@ impl PyScene {
             let (bvh, threads, all) = (&query.bvh, query.threads, &mut all);
             py.detach(|| {
                 bvh.all_hits_batch(&rows, threads)
-                    .map(|more| all.append(&more))
+                    .map(|more| all.append(more))
             })
             .map_err(value_error)?;
             py.check_signals()?;

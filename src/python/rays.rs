@@ -1,6 +1,6 @@
 //! Rays of the caller: two arrays, or one of both.
 
-use crate::arrays::{Floats, halves, wrong_shape};
+use crate::arrays::{Floats, as_contiguous, halves, wrong_shape};
 use crate::coordinates::Coordinates;
 use crate::errors::value_error;
 use phalanx::{RayRows, TMax};
@@ -31,9 +31,16 @@ impl<'py> Rays<'py> {
         frame: &Coordinates,
     ) -> PyResult<Rays<'py>> {
         let (origins, directions) = match directions {
-            None if frame.is_identity() => (side_by_side(origins)?, None),
+            None if frame.is_identity() => {
+                let rays = Floats::of("rays", origins)?;
+                check_side_by_side(rays.shape())?;
+                (rays, None)
+            }
             None => {
-                let [origins, directions] = halves(side_by_side(origins)?.array.as_any())?;
+                // Halved before they are rounded: what is left of a large origin is small.
+                let rays = as_contiguous("rays", origins, "float64")?;
+                check_side_by_side(&rays.getattr("shape")?.extract::<Vec<usize>>()?)?;
+                let [origins, directions] = halves(&rays)?;
                 let origins = frame.points("origins", &origins)?;
                 (origins, Some(frame.differences("directions", &directions)?))
             }
@@ -100,14 +107,13 @@ impl<'py> TMaxArray<'py> {
     }
 }
 
-/// Rays of (…, 6): an origin and a direction to each row.
-fn side_by_side<'py>(rays: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
-    let rays = Floats::of("rays", rays)?;
-    if rays.shape().last() != Some(&6) {
+/// Refuses what is not of (…, 6).
+fn check_side_by_side(shape: &[usize]) -> PyResult<()> {
+    if shape.last() != Some(&6) {
         let wanted = "(…, 6): without directions, each row is an origin and a direction";
-        return Err(wrong_shape("rays", wanted, rays.shape()));
+        return Err(wrong_shape("rays", wanted, shape));
     }
-    Ok(rays)
+    Ok(())
 }
 
 /// Two arrays of (…, 3), of which one may have fewer sides: numpy's rules of broadcasting.

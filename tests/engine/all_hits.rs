@@ -6,7 +6,7 @@ use crate::front_door::{mixed_scene, rays, soup};
 use glam::{DAffine3, DQuat, DVec3};
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
-use phalanx::scene::Scene;
+use phalanx::scene::{Cone, Scene};
 use phalanx::{Hit, HitBuffer, HitLists, Ray, RayBuffer, RayRows, TMax, refine};
 
 fn bits(hit: &Hit) -> [u32; 4] {
@@ -23,30 +23,50 @@ fn bits(hit: &Hit) -> [u32; 4] {
 enum LonePrim {
     Triangle([[f32; 3]; 3]),
     Sphere([f32; 3], f32),
+    Round(Cone),
     Instance([[f32; 3]; 3], DAffine3),
 }
 
-fn pieces(seed: u64) -> Vec<LonePrim> {
-    let mut random = Rng::new(seed);
-    let (vertices, indices) = soup(&mut random, 30);
+/// Triangles, of which five coincide with others and share every distance, and spheres.
+fn surfaces(random: &mut Rng, triangles: usize) -> Vec<LonePrim> {
+    let (vertices, indices) = soup(random, triangles);
     let corners = |row: &[u32; 3]| row.map(|index| vertices[index as usize]);
     let mut pieces: Vec<LonePrim> = indices
         .iter()
         .map(|row| LonePrim::Triangle(corners(row)))
         .collect();
-    // Surfaces that coincide, and share every distance.
     pieces.extend(pieces[..5].to_vec());
     for k in 0..10 {
         let center = random.point(1.0).to_array();
         pieces.push(LonePrim::Sphere(center, 0.1 + 0.05 * k as f32));
     }
-    for (k, row) in indices.iter().enumerate().take(8) {
+    pieces
+}
+
+/// Adds instances of the first few triangles.
+fn add_instances(pieces: &mut Vec<LonePrim>) {
+    for k in 0..8 {
+        let LonePrim::Triangle(corners) = pieces[k] else {
+            continue;
+        };
         let turn = DQuat::from_rotation_y(k as f64);
         let map =
             DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), turn, DVec3::X * 0.1);
-        pieces.push(LonePrim::Instance(corners(row), map));
+        pieces.push(LonePrim::Instance(corners, map));
     }
-    pieces
+}
+
+fn add_cones(random: &mut Rng, pieces: &mut Vec<LonePrim>) {
+    for k in 0..8 {
+        let cone = Cone {
+            base: random.point(1.0),
+            base_radius: 0.2,
+            apex: random.point(1.0),
+            apex_radius: 0.05 * k as f32,
+            inside: false,
+        };
+        pieces.push(LonePrim::Round(cone));
+    }
 }
 
 /// A scene of pieces. Instances come last, so that the number of a primitive is its place.
@@ -59,6 +79,7 @@ fn scene_of(pieces: &[LonePrim]) -> (Scene, u32) {
             LonePrim::Sphere(center, radius) => {
                 scene.add_spheres(&[*center], &[*radius]).map(drop).unwrap()
             }
+            LonePrim::Round(cone) => drop(scene.add_cone(*cone, 0)),
             LonePrim::Instance(corners, map) => {
                 let mesh = scene.add_prototype(corners, &[[0, 1, 2]]).unwrap();
                 scene.add_instance(mesh, *map).unwrap();
@@ -84,37 +105,54 @@ fn alone(piece: &LonePrim, prim_id: u32, rays: &[Ray]) -> Vec<Option<[u32; 4]>> 
 #[test]
 fn lists_hold_what_each_primitive_alone_is_hit_at() {
     for seed in 1..4 {
-        let pieces = pieces(seed);
-        let (scene, prototypes) = scene_of(&pieces);
-        let all = rays(seed, 6000);
-        // Prototypes are stored primitives, too, which nothing meets.
-        let number = |place: usize| match pieces[place] {
-            LonePrim::Instance(..) => place as u32 + prototypes,
-            _ => place as u32,
-        };
-        let columns = pieces.iter().enumerate();
-        let columns = columns.map(|(place, piece)| alone(piece, number(place), &all));
-        let columns: Vec<_> = columns.collect();
-        let bvh = Bvh::build(&scene);
-        let buffer: RayBuffer = all.iter().copied().collect();
-        let lists = bvh.all_hits_batch(&buffer.columns(), 2).unwrap();
-        let mut counts = vec![7; all.len()];
-        bvh.count_batch(&buffer.columns(), &mut counts, 2).unwrap();
-        for (i, ray) in all.iter().enumerate() {
-            let met = columns.iter().filter_map(|column| column[i]);
-            let mut expected: Vec<[u32; 4]> = met.collect();
-            expected.sort_by_key(|hit| (hit[0], hit[3]));
-            let found: Vec<[u32; 4]> = lists.of(i).map(|hit| bits(&hit)).collect();
-            assert_eq!(found, expected, "ray {i}: {ray:?}");
-            assert_eq!(counts[i] as usize, expected.len(), "ray {i}: {ray:?}");
-            assert_eq!(lists.of(i).next(), bvh.intersect(ray), "ray {i}: {ray:?}");
-        }
-        assert!(lists.t.len() > all.len() / 4, "{} hits", lists.t.len());
-        assert!(
-            lists.t.windows(2).any(|two| two[0] == two[1]),
-            "no distance is shared"
-        );
+        let mut pieces = surfaces(&mut Rng::new(seed), 30);
+        add_instances(&mut pieces);
+        lists_are_those_of_each_alone(&pieces, &rays(seed, 6000));
     }
+}
+
+/// Rays of one limit that part are traced one by one, where the tree is wide and deep enough.
+#[test]
+fn lists_of_single_rays_hold_what_each_primitive_alone_is_hit_at() {
+    for (seed, tmax) in [(4, f32::INFINITY), (5, 0.9)] {
+        let mut random = Rng::new(seed);
+        let mut pieces = surfaces(&mut random, 400);
+        add_cones(&mut random, &mut pieces);
+        let limited = |ray| Ray { tmax, ..ray };
+        let all: Vec<Ray> = rays(seed, 6000).into_iter().map(limited).collect();
+        lists_are_those_of_each_alone(&pieces, &all);
+    }
+}
+
+fn lists_are_those_of_each_alone(pieces: &[LonePrim], all: &[Ray]) {
+    let (scene, prototypes) = scene_of(pieces);
+    // Prototypes are stored primitives, too, which nothing meets.
+    let number = |place: usize| match pieces[place] {
+        LonePrim::Instance(..) => place as u32 + prototypes,
+        _ => place as u32,
+    };
+    let columns = pieces.iter().enumerate();
+    let columns = columns.map(|(place, piece)| alone(piece, number(place), all));
+    let columns: Vec<_> = columns.collect();
+    let bvh = Bvh::build(&scene);
+    let buffer: RayBuffer = all.iter().copied().collect();
+    let lists = bvh.all_hits_batch(&buffer.columns(), 2).unwrap();
+    let mut counts = vec![7; all.len()];
+    bvh.count_batch(&buffer.columns(), &mut counts, 2).unwrap();
+    for (i, ray) in all.iter().enumerate() {
+        let met = columns.iter().filter_map(|column| column[i]);
+        let mut expected: Vec<[u32; 4]> = met.collect();
+        expected.sort_by_key(|hit| (hit[0], hit[3]));
+        let found: Vec<[u32; 4]> = lists.of(i).map(|hit| bits(&hit)).collect();
+        assert_eq!(found, expected, "ray {i}: {ray:?}");
+        assert_eq!(counts[i] as usize, expected.len(), "ray {i}: {ray:?}");
+        assert_eq!(lists.of(i).next(), bvh.intersect(ray), "ray {i}: {ray:?}");
+    }
+    assert!(lists.t.len() > all.len() / 4, "{} hits", lists.t.len());
+    assert!(
+        lists.t.windows(2).any(|two| two[0] == two[1]),
+        "no distance is shared"
+    );
 }
 
 #[test]
@@ -129,7 +167,7 @@ fn lists_do_not_depend_on_threads_or_on_how_rays_are_split() {
     assert_eq!(whole, lists(&all, 3));
     let mut parts = HitLists::empty();
     for part in all.chunks(1234) {
-        parts.append(&lists(part, 2));
+        parts.append(lists(part, 2));
     }
     assert_eq!(whole, parts);
     assert_eq!(lists(&[], 0), HitLists::empty());
@@ -210,7 +248,8 @@ const REFINED: f64 = 1e-9;
 
 #[test]
 fn refined_hits_lie_on_their_surfaces() {
-    let pieces = pieces(9);
+    let mut pieces = surfaces(&mut Rng::new(9), 30);
+    add_instances(&mut pieces);
     let (scene, _) = scene_of(&pieces);
     let bvh = Bvh::build(&scene);
     let mut tested = 0;
@@ -239,6 +278,7 @@ fn refined_hits_lie_on_their_surfaces() {
                 let center = DVec3::from(center.map(f64::from));
                 (point - center).dot(normal) - f64::from(*radius)
             }
+            LonePrim::Round(_) => unreachable!("there are no cones"),
             LonePrim::Triangle(corners) => plane_distance(point, normal, corners.map(world)),
             LonePrim::Instance(corners, map) => {
                 // The scene holds the map in single precision.

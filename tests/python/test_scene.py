@@ -47,6 +47,19 @@ def test_an_origin_keeps_the_precision_of_maps():
     np.testing.assert_allclose(scene.bounds, [far - 0.01, far + 0.01], atol=1e-7)
 
 
+def test_rays_side_by_side_keep_the_precision_of_maps_too():
+    far = np.array([528980.0, 183526.0, 40.0])
+    scene = phalanx.Scene(origin=tuple(far))
+    scene.add_mesh(CUBE_VERTICES.astype(np.float64) * 0.01 + far, CUBE_FACES)
+    origins = far + np.random.default_rng(5).uniform(-0.01, 0.01, (500, 3))
+    origins[:, 2] = 45.0
+    down = np.broadcast_to([0.0, 0.0, -1.0], origins.shape)
+    apart, together = scene.intersect(origins, down), scene.intersect(np.hstack([origins, down]))
+    assert apart.hit.all()
+    for column in ("t", "u", "v", "prim_id"):
+        assert getattr(apart, column).tobytes() == getattr(together, column).tobytes()
+
+
 def test_a_saved_scene_gives_the_same_bits(cube, tmp_path):
     path = tmp_path / "cube.phx"
     cube.save(path)

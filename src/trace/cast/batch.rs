@@ -131,8 +131,8 @@ impl Bvh {
     }
 
     /// Finds everything that each ray meets before its `tmax`, not only the closest: see
-    /// [`HitLists`]. Threads as with [`Bvh::intersect_batch`]. Each hit costs about as much as a
-    /// closest hit.
+    /// [`HitLists`]. Threads as with [`Bvh::intersect_batch`]. A list costs what a ray costs that
+    /// nothing stops, and its sorting.
     ///
     /// # Errors
     /// [`BatchError`] where columns differ in length.
@@ -170,8 +170,9 @@ impl Bvh {
         let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
         let work =
             |worker: &mut Worker, rays: &RayColumns, part: &mut &mut HitLists, _: RowNumbers| {
-                let lists = worker.all_hits(rays);
-                part.fill(&lists, self.geometries());
+                for list in worker.hit_lists(rays) {
+                    part.push(list, self.geometries());
+                }
             };
         run(self, (rays, &None), threads, parts.iter_mut(), work);
         Ok(HitLists::joined(&parts))
@@ -219,9 +220,9 @@ impl Bvh {
         same_length("counts", counts.len(), rays.len())?;
         let work =
             |worker: &mut Worker, rays: &RayColumns, counts: &mut &mut [u32], _: RowNumbers| {
-                let lists = worker.all_hits(rays);
-                for (count, list) in counts.iter_mut().zip(lists.iter()) {
-                    *count = list.len() as u32;
+                counts.fill(0);
+                for hit in worker.find_every_hit(rays) {
+                    counts[hit.ray as usize] += 1;
                 }
             };
         run(self, (rays, &None), threads, counts.chunks_mut(CHUNK), work);

@@ -2,7 +2,7 @@
 
 use super::Hit;
 use crate::bvh::GeometryStarts;
-use crate::packet::HitPacket;
+use crate::traverse::every_hit::FoundHit;
 use std::ops::Range;
 
 /// All that rays meet, in columns: the list of ray `i` is in rows `starts[i]` to `starts[i + 1]`.
@@ -53,18 +53,15 @@ impl HitLists {
         })
     }
 
-    /// Takes over the lists of a chunk of rays.
-    pub(super) fn fill(&mut self, lists: &[Vec<FoundHit>], geometries: &GeometryStarts) {
-        for list in lists {
-            for hit in list {
-                self.t.push(hit.t);
-                self.u.push(hit.u);
-                self.v.push(hit.v);
-                self.prim_id.push(hit.prim_id);
-                self.geom_id.push(geometries.find(hit.prim_id));
-            }
-            self.starts.push(self.t.len());
-        }
+    /// Adds the list of the next ray.
+    pub(super) fn push(&mut self, list: &[FoundHit], geometries: &GeometryStarts) {
+        self.t.extend(list.iter().map(|hit| hit.t));
+        self.u.extend(list.iter().map(|hit| hit.u));
+        self.v.extend(list.iter().map(|hit| hit.v));
+        self.prim_id.extend(list.iter().map(|hit| hit.prim_id));
+        let of = |hit: &FoundHit| geometries.find(hit.prim_id);
+        self.geom_id.extend(list.iter().map(of));
+        self.starts.push(self.t.len());
     }
 
     /// The lists of all chunks, one after the other.
@@ -79,7 +76,7 @@ impl HitLists {
         for column in [&mut all.prim_id, &mut all.geom_id] {
             column.reserve(hits);
         }
-        parts.iter().for_each(|part| all.append(part));
+        parts.iter().for_each(|part| all.copy(part));
         all
     }
 
@@ -96,7 +93,15 @@ impl HitLists {
     }
 
     /// Adds the lists of further rays after these.
-    pub fn append(&mut self, more: &HitLists) {
+    pub fn append(&mut self, more: HitLists) {
+        if self.starts.len() == 1 {
+            *self = more;
+        } else {
+            self.copy(&more);
+        }
+    }
+
+    fn copy(&mut self, more: &HitLists) {
         let before = self.t.len();
         self.starts
             .extend(more.starts[1..].iter().map(|row| before + row));
@@ -105,25 +110,5 @@ impl HitLists {
         self.v.extend(&more.v);
         self.prim_id.extend(&more.prim_id);
         self.geom_id.extend(&more.geom_id);
-    }
-}
-
-/// One hit of a ray, before its geometry is looked up.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FoundHit {
-    t: f32,
-    u: f32,
-    v: f32,
-    prim_id: u32,
-}
-
-impl FoundHit {
-    pub(super) fn of(hits: &HitPacket, lane: usize) -> FoundHit {
-        FoundHit {
-            t: hits.t.to_array()[lane],
-            u: hits.u.to_array()[lane],
-            v: hits.v.to_array()[lane],
-            prim_id: hits.prim_id.to_array()[lane],
-        }
     }
 }

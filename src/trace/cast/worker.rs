@@ -1,12 +1,13 @@
 //! One thread's share of a batch: copies rays into packets, has them traced and copies the answers
 //! back.
 
-use super::hit_lists::FoundHit;
 use super::rows::run_of_four;
 use super::{HitColumns, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
-use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, RayQueue, packets_for};
-use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
+use crate::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue, packets_for};
+use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, Vec3x8};
+use crate::traverse::every_hit::FoundHit;
+use crate::traverse::queue_kernel::TMaxOf;
 use crate::traverse::{Kernel, Traversal};
 
 /// Three numbers of each of eight rays.
@@ -34,6 +35,10 @@ pub(super) struct Worker<'a> {
     packets: PacketStorage,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
+    /// Every hit of all rays.
+    found: Vec<FoundHit>,
+    /// The same, ray after ray.
+    sorted: Vec<FoundHit>,
 }
 
 /// Rays of a batch as packets.
@@ -54,12 +59,14 @@ impl<'a> Worker<'a> {
             packets: PacketStorage::default(),
             hits: Vec::new(),
             blocked: Vec::new(),
+            found: Vec::new(),
+            sorted: Vec::new(),
         }
     }
 
     /// The closest hits of rays, put into rows of these numbers; into the rays' own without.
     pub(super) fn closest(&mut self, rays: &RayColumns, hits: &mut HitColumns, rows: RowNumbers) {
-        self.find_closest(rays, false);
+        self.find_closest(rays);
         let mut run = self.geometries.run_of(0);
         for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
             let found = if_able(packet, able);
@@ -74,10 +81,9 @@ impl<'a> Worker<'a> {
     }
 
     /// The closest hits of all rays, in `hits`; those of lanes that are not able mean nothing.
-    /// Packets have their limits where they are asked for, or needed.
-    fn find_closest(&mut self, rays: &RayColumns, with_limits: bool) {
+    fn find_closest(&mut self, rays: &RayColumns) {
         let endless = rays.common_tmax() == Some(f32::INFINITY);
-        let any_able = self.packets.fill(rays, !endless || with_limits);
+        let any_able = self.packets.fill(rays, !endless);
         let count = packets_for(rays.len());
         self.hits.resize(count, HitPacket::miss());
         let queue = self.packets.queue.queue();
@@ -91,31 +97,52 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// The hits of each ray, by (t, prim_id): the closest one, the next one after it, and so on.
-    pub(super) fn all_hits(&mut self, rays: &RayColumns) -> Vec<Vec<FoundHit>> {
-        self.find_closest(rays, true);
-        let mut lists = vec![Vec::new(); rays.len()];
-        let queue = self.packets.queue.queue();
-        let packets = self.hits.iter().zip(&self.packets.able);
-        for (k, ((closest, &able), lists)) in packets.zip(lists.chunks_mut(LANES)).enumerate() {
-            let (mut packet, _) = queue.packet::<F32x8>(k, f32::INFINITY);
-            packet.tmax = F32x8::new(self.packets.tmax[k]);
-            let mut found = if_able(closest, able);
-            loop {
-                let live = !found.prim_id.eq(U32x8::splat(NO_PRIM));
-                if !live.any() {
-                    break;
-                }
-                for lane in (0..lists.len()).filter(|lane| live.bits() >> lane & 1 == 1) {
-                    lists[lane].push(FoundHit::of(&found, lane));
-                }
-                found = self.traversal.next(&packet, live, &found);
-            }
+    /// Everything that rays hit: the list of each ray, sorted by (t, prim_id).
+    pub(super) fn hit_lists(&mut self, rays: &RayColumns) -> impl Iterator<Item = &[FoundHit]> {
+        self.find_every_hit(rays);
+        let mut ends = vec![0; rays.len()];
+        for hit in &self.found {
+            ends[hit.ray as usize] += 1;
         }
-        lists
+        let mut sum = 0;
+        for end in &mut ends {
+            sum += std::mem::replace(end, sum);
+        }
+        self.sorted.clone_from(&self.found);
+        for hit in &self.found {
+            let end = &mut ends[hit.ray as usize];
+            self.sorted[*end] = *hit;
+            *end += 1;
+        }
+        let mut rest = &mut self.sorted[..];
+        let mut start = 0;
+        ends.into_iter().map(move |end| {
+            let list;
+            (list, rest) = std::mem::take(&mut rest).split_at_mut(end - start);
+            start = end;
+            list.sort_unstable_by_key(FoundHit::key);
+            &*list
+        })
     }
 
-    /// Whether rays meet anything, put into rows as by [`Worker::closest`].
+    /// Everything that rays hit, in no order.
+    pub(super) fn find_every_hit(&mut self, rays: &RayColumns) -> &[FoundHit] {
+        let common = rays.common_tmax();
+        self.found.clear();
+        if self.packets.fill(rays, common.is_none()) {
+            let tmax = match common {
+                Some(tmax) => TMaxOf::All(tmax),
+                None => TMaxOf::Each(&self.packets.tmax),
+            };
+            let queue = self.packets.queue.queue();
+            self.traversal.every_hit(&queue, tmax, &mut self.found);
+            let is_able = |ray: usize| self.packets.able[ray / LANES] >> (ray % LANES) & 1 == 1;
+            self.found.retain(|hit| is_able(hit.ray as usize));
+        }
+        &self.found
+    }
+
+    /// Flags of rays that meet anything, put into rows as by [`Worker::closest`].
     pub(super) fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool], rows: RowNumbers) {
         let common = rays.common_tmax();
         let any_able = self.packets.fill(rays, common.is_none());

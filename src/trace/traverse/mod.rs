@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `query` | the closest hit or any: the work in a leaf for either |
 //! | `next_hit` | the next hit after another, for rays that go on through a surface |
+//! | `every_hit` | everything that a ray meets |
 //! | `queue_kernel` | the interface of kernels: queues in, hits or occlusion out, counters |
 //! | `packet`, `packet_pairs` | packets of rays, together through the binary tree |
 //! | `beam` | rays that share a point, together through the wide tree |
@@ -26,6 +27,7 @@ mod beam;
 mod coherence;
 mod cost_tuner;
 mod counters;
+pub(crate) mod every_hit;
 #[doc(hidden)]
 pub mod isolated;
 mod kernel;
@@ -42,7 +44,7 @@ pub(crate) mod packet_pairs;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 mod query;
-mod queue_kernel;
+pub(crate) mod queue_kernel;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"

@@ -16,6 +16,7 @@ use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::slab_conservative::ConservativeSlabs;
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LANES, LaneMask, Lanes};
+use crate::traverse::every_hit::{EveryHit, FoundHits};
 use crate::traverse::next_hit::NextHit;
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use std::ops::Range;
@@ -89,6 +90,21 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         let mut query = NextHit::new(limit, after.t, after.prim_id);
         self.run(rays, active, &mut query);
         query.hits(rays.tmax, active)
+    }
+
+    /// Everything that active lanes hit before `tmax`; the ray in the first lane has the number
+    /// `first_ray`.
+    #[inline(never)]
+    pub(super) fn every_hit(
+        &mut self,
+        rays: &RayPacket<L>,
+        active: L::Mask,
+        first_ray: usize,
+        found: &FoundHits,
+    ) {
+        let limit = active.select(rays.tmax, inactive_t());
+        let mut query = EveryHit::new(limit, first_ray, found);
+        self.run(rays, active, &mut query);
     }
 
     /// The hits of [`PacketKernel::closest`], by a call.

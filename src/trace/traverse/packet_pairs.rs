@@ -6,8 +6,9 @@
 
 use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
+use super::every_hit::FoundHits;
 use super::packet::PacketKernel;
-use super::queue_kernel::QueueKernel;
+use super::queue_kernel::{QueueKernel, TMaxOf};
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Vec3x8};
@@ -19,29 +20,6 @@ pub(super) struct PacketPairs<'a, T> {
     sixteen: PacketKernel<'a, F32x16, T>,
     /// True if two packets are traced side by side.
     pairs: bool,
-}
-
-/// Limits of the rays of some packets.
-#[derive(Clone, Copy)]
-enum TMaxOf<'r> {
-    /// One for all.
-    All(f32),
-    /// A row for each packet of a queue, from the first on.
-    Each(&'r [[f32; LANES]]),
-}
-
-impl TMaxOf<'_> {
-    /// Packet `index` of a queue, or as many from there on as `L` has room for, and the lanes with
-    /// rays.
-    #[inline(always)]
-    fn packet<L: Lanes>(self, rays: &RayQueue, index: usize) -> (RayPacket<L>, L::Mask) {
-        let (rays, active) = rays.packet(index, 0.0);
-        let tmax = match self {
-            TMaxOf::All(tmax) => L::splat(tmax),
-            TMaxOf::Each(rows) => L::from_octets(|k| rows[(index + k).min(rows.len() - 1)]),
-        };
-        (RayPacket { tmax, ..rays }, active)
-    }
 }
 
 /// Tracing with a limit for each ray.
@@ -130,6 +108,25 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
         true
     }
 
+    fn every_hit(
+        &mut self,
+        rays: &RayQueue,
+        slice: &BatchSlice,
+        tmax: TMaxOf,
+        found: &FoundHits,
+    ) -> bool {
+        let mut packets = slice.each();
+        while let Some(packet) = packets.next() {
+            if self.pairs && packet + 1 < slice.packets.end {
+                every_hit(&mut self.sixteen, rays, packet, tmax, found);
+                packets.next();
+            } else {
+                every_hit(&mut self.eight, rays, packet, tmax, found);
+            }
+        }
+        true
+    }
+
     fn counters(&self) -> T {
         let mut work = self.eight.counters;
         work.add(&self.sixteen.counters);
@@ -172,6 +169,18 @@ fn occluded<L: Lanes, T: Counters>(
 ) -> u32 {
     let (rays, active) = tmax.packet(rays, packet);
     kernel.occluded(&rays, active).bits()
+}
+
+#[inline(never)]
+fn every_hit<L: Lanes, T: Counters>(
+    kernel: &mut PacketKernel<L, T>,
+    rays: &RayQueue,
+    packet: usize,
+    tmax: TMaxOf,
+    found: &FoundHits,
+) {
+    let (rays, active) = tmax.packet(rays, packet);
+    kernel.every_hit(&rays, active, packet * LANES, found);
 }
 
 /// The closest hit of one ray below `tmax`, in lane 0.

@@ -1,7 +1,9 @@
 //! The interface of kernels: a queue of rays in, hits or occlusion out, and counters of the work.
 
 use super::batch_slice::BatchSlice;
-use crate::packet::{HitPacket, RayQueue};
+use super::every_hit::FoundHits;
+use crate::packet::{HitPacket, RayPacket, RayQueue};
+use crate::simd::{LANES, Lanes};
 use std::ops::Range;
 
 /// A kernel that traces packets of a queue, and counts by `T`. Rays that it cannot trace it leaves
@@ -22,6 +24,39 @@ pub(super) trait QueueKernel<T> {
         blocked: &mut [u8],
     ) -> bool;
 
+    /// Adds everything that the rays of a slice hit before `tmax` to `found`. Returns false, and
+    /// does nothing, if the kernel cannot trace these rays.
+    fn every_hit(
+        &mut self,
+        rays: &RayQueue,
+        slice: &BatchSlice,
+        tmax: TMaxOf,
+        found: &FoundHits,
+    ) -> bool;
+
     /// Counters since the kernel was made.
     fn counters(&self) -> T;
+}
+
+/// Limits of the rays of some packets.
+#[derive(Clone, Copy)]
+pub(crate) enum TMaxOf<'r> {
+    /// One for all.
+    All(f32),
+    /// A row for each packet of a queue, from the first on.
+    Each(&'r [[f32; LANES]]),
+}
+
+impl TMaxOf<'_> {
+    /// Packet `index` of a queue, or as many from there on as `L` has room for, and the lanes with
+    /// rays.
+    #[inline(always)]
+    pub(super) fn packet<L: Lanes>(self, rays: &RayQueue, index: usize) -> (RayPacket<L>, L::Mask) {
+        let (rays, active) = rays.packet(index, 0.0);
+        let tmax = match self {
+            TMaxOf::All(tmax) => L::splat(tmax),
+            TMaxOf::Each(rows) => L::from_octets(|k| rows[(index + k).min(rows.len() - 1)]),
+        };
+        (RayPacket { tmax, ..rays }, active)
+    }
 }

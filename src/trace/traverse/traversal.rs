@@ -5,10 +5,11 @@ use super::beam::{Beams, SIZE};
 use super::coherence::{self, DIVERGENCE_CLASSES, FIRST_DIVERGENT, OriginSpread, SPREAD_CLASSES};
 use super::cost_tuner::{COST_CLASSES, CostTuner};
 use super::counters::{Counters, PacketCount, TraversalStats};
+use super::every_hit::{FoundHit, FoundHits};
 use super::kernel::Kernel;
 use super::kernel_tuner::{KernelTuner, PerClassTuner};
 use super::packet_pairs::{LimitedRays, PacketPairs};
-use super::queue_kernel::QueueKernel;
+use super::queue_kernel::{QueueKernel, TMaxOf};
 use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
@@ -59,6 +60,7 @@ trait QueueTracer {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]);
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]);
     fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket;
+    fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits);
     fn packets(&mut self) -> &mut dyn LimitedRays;
     fn stats(&self) -> TraversalStats;
 }
@@ -103,6 +105,15 @@ impl<'a> Traversal<'a> {
         self.0.next(rays, active, after)
     }
 
+    /// Everything that the rays of a queue hit before their limits, in no order, in place of what
+    /// is in `found`.
+    pub(crate) fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &mut Vec<FoundHit>) {
+        found.clear();
+        let shared = FoundHits::new(std::mem::take(found));
+        self.0.every_hit(rays, tmax, &shared);
+        *found = shared.into_inner();
+    }
+
     /// The packet kernel, which alone takes a limit for each ray.
     pub(crate) fn packets(&mut self) -> &mut dyn LimitedRays {
         self.0.packets()
@@ -120,6 +131,7 @@ struct Kernels<'a, T> {
     /// for any hit of divergent rays, by what they cost. The third tunes packets and beams, for
     /// shadow rays, by where they start and what they cost.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
+    every_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     any_hit_tuner: CostTuner<1>,
     shadow_tuner: CostTuner<SPREAD_CLASSES>,
     /// Tuner of packets and beams, for rays that start in one point.
@@ -179,6 +191,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             divergent: divergent_kernel(bvh, kernel),
             // The initial estimates, until there are measurements.
             closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
+            every_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
             any_hit_tuner: CostTuner::new(
                 PerClassTuner::new([0.0]),
                 ANY_HIT_LOG_RATIO_BY_COST,
@@ -332,6 +345,26 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
 
     fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
         self.packets.next(rays, active, after)
+    }
+
+    fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits) {
+        let all = 0..rays.packets();
+        for first in all.clone().step_by(SIZE) {
+            let batch = first..(first + SIZE).min(all.end);
+            let packets = &mut self.packets;
+            let (Some(divergent), TMaxOf::All(_)) = (&mut self.divergent, tmax) else {
+                packets.every_hit(rays, &BatchSlice::all(batch), tmax, found);
+                continue;
+            };
+            let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
+            let tuner = &mut self.every_hit_tuner;
+            tuner.trace(class, 0.0, batch, BatchSlice::trial, |second, slice| {
+                match second {
+                    true => divergent.every_hit(rays, slice, tmax, found),
+                    false => packets.every_hit(rays, slice, tmax, found),
+                };
+            });
+        }
     }
 
     fn packets(&mut self) -> &mut dyn LimitedRays {

@@ -17,10 +17,11 @@ use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use crate::traverse::batch_slice::BatchSlice;
 use crate::traverse::counters::{Counters, PacketCount};
+use crate::traverse::every_hit::FoundHits;
 use crate::traverse::packet::PacketKernel;
 use crate::traverse::prefetch::PrefetchTable;
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
-use crate::traverse::queue_kernel::QueueKernel;
+use crate::traverse::queue_kernel::{QueueKernel, TMaxOf};
 use std::ops::Range;
 
 const _: () = assert!(SIZE <= MAX_SUB_BEAMS, "a cell for every packet, at least");
@@ -303,6 +304,11 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
         }
         blocked.copy_from_slice(&answers[..blocked.len()]);
         true
+    }
+
+    /// Beams end at the closest hits.
+    fn every_hit(&mut self, _: &RayQueue, _: &BatchSlice, _: TMaxOf, _: &FoundHits) -> bool {
+        false
     }
 
     fn counters(&self) -> T {

@@ -12,22 +12,24 @@
 mod entry_node;
 mod ray_state;
 mod ray_stream;
+mod single_query;
 
 use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
+use super::every_hit::FoundHits;
 use super::packet::PacketKernel;
 use super::prefetch::PrefetchTable;
-use super::queue_kernel::QueueKernel;
+use super::queue_kernel::{QueueKernel, TMaxOf};
 use super::wide_stack::WideStack;
 use crate::bvh::{Bvh, ChildRef, LeafKind, WideBvh, WideNode};
 use crate::intersect::ray_setup::RaySetup;
 use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
-use crate::traverse::query::{AnyHit, ClosestHit};
 use entry_node::{EntryNode, ROOT, SegmentBox};
-use ray_state::{RayState, SingleHit};
+use ray_state::RayState;
 use ray_stream::RayStream;
+use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleQuery};
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -91,8 +93,9 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 
     #[inline(always)]
-    fn trace<const ANY: bool>(
+    fn trace<S: SingleQuery>(
         &mut self,
+        query: S,
         mut source: RayStream<'_, '_, impl Iterator<Item = usize>>,
         mut done: impl FnMut(&RayState),
     ) {
@@ -113,11 +116,11 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             }
             let turn = if !nodes.is_empty() {
                 let k = nodes.take();
-                self.visit_node::<ANY>(k);
+                self.visit_node::<S>(k);
                 k
             } else if !leaves.is_empty() {
                 let k = leaves.take();
-                self.leaf::<ANY>(k);
+                self.leaf(query, k);
                 k
             } else if behind == [NO_RAY; PIPELINE_DELAY] {
                 break;
@@ -144,10 +147,10 @@ impl<'a, T: Counters> SingleRays<'a, T> {
 
     /// Pushes the children of the ray's current node that it hits, farthest first.
     #[inline(always)]
-    fn visit_node<const ANY: bool>(&mut self, k: usize) {
+    fn visit_node<S: SingleQuery>(&mut self, k: usize) {
         let state = &mut self.states[k];
         self.counters.wide_node(NATIVE as u64);
-        let node = if ANY && state.current == ChildRef::ELSEWHERE {
+        let node = if !S::FRONT_TO_BACK && state.current == ChildRef::ELSEWHERE {
             &self.entry.node
         } else {
             // SAFETY: another code of the tree refers to an existing row, and this one is a node's;
@@ -164,13 +167,13 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         // `NATIVE` more. An entry node is in the root's place, and has children of its level or
         // below.
         state.top += unsafe {
-            if ANY {
-                (self.stacks).push_any(state.top, &crossing, best, &node.children)
-            } else {
+            if S::FRONT_TO_BACK {
                 // The last child is visited first: the nearest, which is the first if the ray goes
                 // up.
                 let up = state.goes_up(node.axis);
                 (self.stacks).push_hits(state.top, up, &crossing, best, &node.children)
+            } else {
+                (self.stacks).push_any(state.top, &crossing, best, &node.children)
             }
         };
     }
@@ -202,25 +205,24 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 
     #[inline(always)]
-    fn leaf<const ANY: bool>(&mut self, k: usize) {
+    fn leaf(&mut self, query: impl SingleQuery, k: usize) {
         let state = &mut self.states[k];
         let closer = match ChildRef::of_code(state.current) {
             ChildRef::Triangles(index) => {
                 self.counters.block(LeafKind::TRIANGLE, NATIVE as u64);
                 // SAFETY: a code of the tree refers to an existing row.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
-                state.triangles::<ANY>(block)
+                let hit = state.triangles(block);
+                hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
             }
             ChildRef::Spheres(index) => {
                 self.counters.block(LeafKind::SPHERE, NATIVE as u64);
                 // SAFETY: as above.
                 let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
-                state.spheres::<ANY>(block)
+                let hit = state.spheres(block);
+                hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
             }
-            ChildRef::Other(index) => {
-                self.other::<ANY>(k, index);
-                !ANY
-            }
+            ChildRef::Other(index) => self.other(query, k, index),
             ChildRef::Node(_) => false,
         };
         if closer {
@@ -230,11 +232,11 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// Tests a leaf of a kind without blocks, by the packet's tests, in one lane.
+    /// Tests a leaf of a kind without blocks, by the packet's tests, in one lane; true if the ray's
+    /// limit is nearer than before.
     #[inline(never)]
-    fn other<const ANY: bool>(&mut self, k: usize, index: u32) {
+    fn other(&mut self, query: impl SingleQuery, k: usize, index: u32) -> bool {
         let leaf = self.wide.others()[index as usize];
-        let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
         let state = &mut self.states[k];
         let splat = |[x, y, z]: [f32; 3]| Vec3x8::splat(x, y, z);
         let ray = RayPacket {
@@ -242,24 +244,13 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             dir: splat(state.ray.dir),
             tmax: F32x8::splat(f32::INFINITY),
         };
-        let active = Mask8::first(1);
-        let prepared = RaySetup::new(&ray, active);
-        let limit = active.select(F32x8::splat(state.best.t), F32x8::splat(f32::NEG_INFINITY));
-        if ANY {
-            let mut query = AnyHit::new(limit, active);
-            self.packets
-                .intersect_leaf(&prepared, &mut query, leaf.kind, slots);
-            if query.occluded().any() {
-                state.mark_occluded();
-            }
-        } else {
-            let mut query = ClosestHit {
-                best: state.best.spread(limit),
-            };
-            self.packets
-                .intersect_leaf(&prepared, &mut query, leaf.kind, slots);
-            state.best = SingleHit::of(&query.best);
-        }
+        let leaf = LoneLeaf {
+            packets: &mut self.packets,
+            ray: RaySetup::new(&ray, Mask8::first(1)),
+            kind: leaf.kind,
+            slots: leaf.first as usize..(leaf.first + leaf.count) as usize,
+        };
+        query.other(state, leaf)
     }
 }
 
@@ -271,7 +262,7 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         }
         let start = first * LANES;
         let source = RayStream::new(rays, slice.each(), f32::INFINITY, ROOT);
-        self.trace::<false>(source, |state| {
+        self.trace(SingleClosest, source, |state| {
             let found = &state.best;
             if found.t < f32::INFINITY {
                 let at = state.number - start;
@@ -298,10 +289,25 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
             return true;
         };
         let source = RayStream::new(rays, packets, tmax, root);
-        self.trace::<true>(source, |state| {
+        self.trace(SingleAny, source, |state| {
             let at = state.number - start;
             blocked[at / LANES] |= u8::from(state.best.prim_id != NO_PRIM) << (at % LANES);
         });
+        true
+    }
+
+    fn every_hit(
+        &mut self,
+        rays: &RayQueue,
+        slice: &BatchSlice,
+        tmax: TMaxOf,
+        found: &FoundHits,
+    ) -> bool {
+        let TMaxOf::All(tmax) = tmax else {
+            return false;
+        };
+        let source = RayStream::new(rays, slice.each(), tmax, ROOT);
+        self.trace(SingleEvery(found), source, |_| {});
         true
     }
 

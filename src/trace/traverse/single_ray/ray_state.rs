@@ -2,12 +2,12 @@
 
 use crate::bvh::{SphereBlock, TriangleBlock};
 use crate::intersect::aabb::TInterval;
-use crate::intersect::hit::HitRecord;
+use crate::intersect::hit::{HitCandidate, HitRecord};
 use crate::intersect::shear::Vertices;
 use crate::intersect::sphere;
 use crate::intersect::triangle::{self, Pairing};
 use crate::packet::NO_PRIM;
-use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
+use crate::simd::{F32x8, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -125,7 +125,7 @@ impl RayState {
     }
 
     #[inline(always)]
-    pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
+    pub(super) fn triangles(&self, block: &TriangleBlock) -> Option<HitCandidate<Native>> {
         // Never larger than 2; the bound removes index checks.
         let [kx, ky, kz] = self.ray.axes.map(|axis| (axis as usize).min(2));
         let column = |corner: usize, axis: usize| Native::new(block.vertices[corner][axis]);
@@ -142,67 +142,21 @@ impl RayState {
             context: self,
             block,
         };
-        let found = triangle::intersect(corners, slopes, &pairs);
-        match found {
-            Some(hit) => {
-                self.update::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id)
-            }
-            None => false,
-        }
+        triangle::intersect(corners, slopes, &pairs)
     }
 
     #[inline(always)]
-    pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) -> bool {
+    pub(super) fn spheres(&self, block: &SphereBlock) -> Option<HitCandidate<Native>> {
         let column =
             |axis: usize| Native::splat(self.ray.org[axis]) - Native::new(block.center[axis]);
         let from_center = Vec3Native::new(column(0), column(1), column(2));
         let dir = Vec3Native::splat(self.ray.dir[0], self.ray.dir[1], self.ray.dir[2]);
-        let Some(roots) = sphere::roots(from_center, dir, Native::new(block.radius)) else {
-            return false;
-        };
+        let roots = sphere::roots(from_center, dir, Native::new(block.radius))?;
         let (valid, t) = sphere::nearest(
             roots,
             self.intersect_box(|row| Native::new(block.prim_aabb.as_flattened()[row / ROW])),
         );
-        let bare = [Native::ZERO, Native::ZERO, Native::ONE];
-        self.update::<ANY>(valid, t, bare, &block.prim_id)
-    }
-
-    /// Replaces the best hit by a closer one, or one as close with a smaller number; true if there
-    /// is any.
-    #[inline(always)]
-    fn update<const ANY: bool>(
-        &mut self,
-        valid: NativeMask,
-        t: Native,
-        weights: [Native; 3],
-        ids: &[u32; NATIVE],
-    ) -> bool {
-        let limit = Native::splat(self.best.t);
-        if ANY {
-            if (valid & t.lt(limit)).any() {
-                self.mark_occluded();
-            }
-            return false;
-        }
-        let near = valid & t.le(limit);
-        if !near.any() {
-            return false;
-        }
-        let (t, [v, w, det]) = (t.to_array(), weights.map(Native::to_array));
-        for lane in near.lanes() {
-            let id = ids[lane];
-            if t[lane] < self.best.t || (t[lane] == self.best.t && id < self.best.prim_id) {
-                self.best = SingleHit {
-                    t: t[lane],
-                    v: v[lane],
-                    w: w[lane],
-                    det: det[lane],
-                    prim_id: id,
-                };
-            }
-        }
-        true
+        Some(HitCandidate::without_uv(valid, t))
     }
 
     /// Marks the ray as occluded: nothing is left to visit.

@@ -1,0 +1,134 @@
+//! The query for everything that a ray meets, in one traversal.
+//!
+//! Nothing ends the search before the limit, so that the order of nodes does not matter, and every
+//! box along the ray is entered once. Each primitive is in one leaf of its tree, so that it is met
+//! once. What counts within instances is told at [`instance`].
+
+use super::query::Query;
+use crate::intersect::aabb::TInterval;
+use crate::intersect::hit::{HitCandidate, inactive_t};
+use crate::intersect::instance;
+use crate::intersect::leaf_prim::LeafPrim;
+use crate::intersect::ray_setup::RaySetup;
+use crate::simd::{LANES, LaneMask, Lanes};
+use std::cell::RefCell;
+
+/// One of a ray's hits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoundHit {
+    /// Number of the ray in its queue.
+    pub(crate) ray: u32,
+    pub(crate) t: f32,
+    pub(crate) u: f32,
+    pub(crate) v: f32,
+    pub(crate) prim_id: u32,
+}
+
+impl FoundHit {
+    /// A key that sorts the hits of a ray by (t, prim_id): positive numbers are in the order of
+    /// their bits.
+    pub(crate) fn key(&self) -> u64 {
+        u64::from(self.t.to_bits()) << 32 | u64::from(self.prim_id)
+    }
+}
+
+/// Hits of the rays of a queue, in no order. Queries are copied, so that their copies share it.
+pub(super) type FoundHits = RefCell<Vec<FoundHit>>;
+
+/// All hits before a limit, as they are met. Distances and numbers are those in the world, within
+/// an instance, too.
+#[derive(Clone, Copy)]
+pub(super) struct EveryHit<'f, L: Lanes> {
+    limit: L,
+    /// Interval in the box of the instance whose mesh is searched.
+    interval: TInterval<L>,
+    /// Offset of the numbers of the instance's primitives.
+    id_offset: u32,
+    /// Number of the ray in the first lane.
+    first_ray: usize,
+    found: &'f FoundHits,
+}
+
+impl<'f, L: Lanes> EveryHit<'f, L> {
+    /// A query for hits before `limit`, in lanes that are not inactive, of rays that are numbered
+    /// from `first_ray` on.
+    pub(super) fn new(limit: L, first_ray: usize, found: &'f FoundHits) -> EveryHit<'f, L> {
+        EveryHit {
+            limit,
+            interval: TInterval {
+                tnear: L::splat(f32::NEG_INFINITY),
+                tfar: L::splat(f32::INFINITY),
+            },
+            id_offset: 0,
+            first_ray,
+            found,
+        }
+    }
+
+    #[inline(never)]
+    fn push(&self, lanes: L::Mask, t: L, [u, v]: [L; 2], prim_id: u32) {
+        let mut found = self.found.borrow_mut();
+        for k in 0..L::PACKETS {
+            let [t, u, v] = [t, u, v].map(|lanes| lanes.octet(k));
+            let octet = lanes.bits() >> (k * LANES) & 0xff;
+            let hits = (0..LANES).filter(|lane| octet >> lane & 1 == 1);
+            found.extend(hits.map(|lane| FoundHit {
+                ray: (self.first_ray + k * LANES + lane) as u32,
+                t: t.lane(lane),
+                u: u.lane(lane),
+                v: v.lane(lane),
+                prim_id,
+            }));
+        }
+    }
+}
+
+impl<L: Lanes> Query<L> for EveryHit<'_, L> {
+    const FRONT_TO_BACK: bool = false;
+
+    /// Distances inside are not clamped yet, so that up to the end of the interval any may count.
+    #[inline(always)]
+    fn limit(&self) -> L {
+        let open = self.limit.lt(self.interval.tfar);
+        let live = self.limit.gt(inactive_t());
+        live.select(open.select(self.limit, L::splat(f32::MAX)), inactive_t())
+    }
+
+    #[inline(always)]
+    fn enter_instance(&self, interval: &TInterval<L>, id_offset: u32) -> Option<Self> {
+        let reached = instance::closest_limit(self.limit, interval).gt(inactive_t());
+        reached.any().then(|| EveryHit {
+            limit: reached.select(self.limit, inactive_t()),
+            interval: *interval,
+            id_offset,
+            ..*self
+        })
+    }
+
+    #[inline(always)]
+    fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool {
+        let t = hit.t.max(self.interval.tnear).min(self.interval.tfar);
+        let counts = hit.valid & t.gt(L::ZERO) & t.lt(self.limit);
+        if counts.any() {
+            let weights = [hit.v / hit.det, hit.w / hit.det];
+            self.push(counts, t, weights, id.wrapping_add(self.id_offset));
+        }
+        false
+    }
+
+    /// Hits are in the world's distances and numbers already.
+    #[inline(always)]
+    fn exit_instance(&mut self, _: Self, _: &TInterval<L>, _: u32) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
+        for prim in prims {
+            if let Some(hit) = prim.intersect(rays, self.limit()) {
+                self.update(&hit, prim.prim_id());
+            }
+        }
+        false
+    }
+}
