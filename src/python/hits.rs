@@ -25,7 +25,7 @@ pub(crate) struct PyHits {
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
     /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
-    /// for a miss, and in scenes that came from a file.
+    /// for a miss, and in scenes that load() read.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     shape: Vec<usize>,
@@ -270,7 +270,7 @@ pub(crate) struct PyAllHits {
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
     /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
-    /// in scenes that came from a file.
+    /// in scenes that load() read.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     /// As in `starts`, which the caller may write to.

@@ -8,6 +8,7 @@
 //! interpreter's lock while it traces.
 
 mod arrays;
+mod bench;
 mod coordinates;
 mod errors;
 mod hits;

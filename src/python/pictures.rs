@@ -4,6 +4,7 @@ use crate::arrays::shaped;
 use crate::errors::{frame_error, value_error};
 use crate::interrupt::stoppable;
 use crate::scene::PyScene;
+use phalanx::Scene;
 use phalanx::formats::{Options, override_scene};
 use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
 use phalanx::scene::film::{Aov, Aovs, Film};
@@ -12,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// A camera as Python gives it: from, at, up, and the vertical field of view in degrees.
-type PyCamera = ([f64; 3], [f64; 3], [f32; 3], f32);
+pub(crate) type PyCamera = ([f64; 3], [f64; 3], [f32; 3], f32);
 
 #[pymethods]
 impl PyScene {
@@ -99,22 +100,8 @@ impl PyScene {
             0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
             some => some,
         };
-        if let Some((width, height)) = size {
-            check_image_size(width.into(), height.into()).map_err(value_error)?;
-        }
-        let options = Options {
-            view: camera.map(view_of),
-            size,
-            ..Options::default()
-        };
         let bvh = self.tree(py)?;
-        // A copy shares the columns of a scene that was opened; others are copied.
-        let mut scene = (*self.scene).clone();
-        if let Some((width, height)) = size {
-            (scene.width, scene.height) = (width, height);
-        }
-        override_scene(&mut scene, &options).map_err(value_error)?;
-        scene.validate().map_err(value_error)?;
+        let scene = self.framed(camera, size)?;
         let mut settings = Settings {
             threads,
             aovs,
@@ -127,6 +114,30 @@ impl PyScene {
         let control = Control::default();
         let work = || render_with(&scene, AccelRef::Packets(&bvh), &settings, &control);
         stoppable(py, &control.stop, work)?.map_err(frame_error)
+    }
+
+    /// The scene with a camera and a size, where they are given.
+    pub(crate) fn framed(
+        &self,
+        camera: Option<PyCamera>,
+        size: Option<(u32, u32)>,
+    ) -> PyResult<Scene> {
+        if let Some((width, height)) = size {
+            check_image_size(width.into(), height.into()).map_err(value_error)?;
+        }
+        let options = Options {
+            view: camera.map(view_of),
+            size,
+            ..Options::default()
+        };
+        // A copy shares the columns of a scene that was opened; others are copied.
+        let mut scene = (*self.scene).clone();
+        if let Some((width, height)) = size {
+            (scene.width, scene.height) = (width, height);
+        }
+        override_scene(&mut scene, &options).map_err(value_error)?;
+        scene.validate().map_err(value_error)?;
+        Ok(scene)
     }
 }
 

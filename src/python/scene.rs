@@ -166,7 +166,6 @@ impl PyScene {
     ///
     /// The file (.phx) is mapped, not read: the tree is there at once, and
     /// several processes share its memory. It must not change meanwhile.
-    /// Geometries have no numbers any more: geom_id is -1.
     ///
     /// Raises OSError where the system cannot read the file, ValueError where
     /// it is no saved scene, or one of another version.

@@ -1,5 +1,7 @@
 //! The numbers by which hits name what was added together.
 
+use crate::column::Column;
+
 /// Number of a geometry, from 0 in the order in which geometries were added.
 ///
 /// A geometry is what one call of `Scene::add_mesh`, `Scene::add_spheres` or `Scene::add_instance`
@@ -18,30 +20,47 @@ pub(crate) enum Geometry {
     Instance(u32),
 }
 
-/// One entry per geometry, in the order of [`GeomId`].
+/// Count of a geometry that is an instance.
+const INSTANCE: u32 = u32::MAX;
+
+/// One row per geometry, in the order of [`GeomId`].
 #[derive(Clone, Debug, Default)]
-pub struct Geometries(Vec<Geometry>);
+pub struct Geometries {
+    /// First primitive, or number of the instance.
+    pub first: Column<u32>,
+    /// Number of primitives; 2³² − 1 for an instance.
+    pub count: Column<u32>,
+}
 
 impl Geometries {
     /// Number of geometries.
     #[inline]
     pub fn len(&self) -> usize {
-        self.0.len()
+        self.first.len()
     }
 
     /// Tells if nothing was added as a geometry.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.first.is_empty()
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (GeomId, &Geometry)> {
-        (0..).zip(&self.0)
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (GeomId, Geometry)> {
+        let rows = self.first.iter().zip(self.count.iter());
+        (0..).zip(rows.map(|(&first, &count)| match count {
+            INSTANCE => Geometry::Instance(first),
+            count => Geometry::Prims { first, count },
+        }))
     }
 
     pub(crate) fn push(&mut self, geometry: Geometry) -> GeomId {
-        let id = self.0.len() as GeomId;
-        self.0.push(geometry);
+        let id = self.len() as GeomId;
+        let (first, count) = match geometry {
+            Geometry::Prims { first, count } => (first, count),
+            Geometry::Instance(number) => (number, INSTANCE),
+        };
+        self.first.push(first);
+        self.count.push(count);
         id
     }
 }

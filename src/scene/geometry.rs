@@ -215,12 +215,12 @@ impl Scene {
             }
         };
         for (id, geometry) in self.geometries.iter() {
-            if let Geometry::Prims { first, count } = *geometry {
+            if let Geometry::Prims { first, count } = geometry {
                 push(first, count, id);
             }
         }
         for (id, geometry) in self.geometries.iter() {
-            if let Geometry::Instance(k) = *geometry {
+            if let Geometry::Instance(k) = geometry {
                 let mesh = self.instances.mesh[k as usize] as usize;
                 // validate() reports a mesh that does not exist.
                 let count = self.meshes.count.get(mesh).copied().unwrap_or(0);

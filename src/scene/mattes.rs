@@ -61,7 +61,7 @@ pub fn material_names(scene: &Scene) -> impl Iterator<Item = String> {
 fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
     let geometries = scene.geometries.iter();
     let mut geometries = geometries
-        .filter_map(|(geometry, part)| match *part {
+        .filter_map(|(geometry, part)| match part {
             Geometry::Prims { first, count } => Some((geometry, first..first + count)),
             Geometry::Instance(_) => None,
         })

@@ -5,6 +5,7 @@ use super::{
     Bounds, MAX_TEXTURE_SIDE, NO_COLORS, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, PrimKind, Scene,
     Vec3s,
 };
+use crate::geometries::Geometry;
 use glam::Vec3;
 
 /// Longest side of an image, in pixels.
@@ -92,6 +93,7 @@ impl Scene {
         self.validate_lengths()?;
         self.validate_cones()?;
         self.validate_instances()?;
+        self.validate_geometries()?;
         self.validate_textures()?;
         self.validate_materials()?;
         self.validate_lights()
@@ -202,6 +204,32 @@ impl Scene {
             }
         }
         materials("cone", &c.material, self.materials.len())
+    }
+
+    /// Checks that geometries are runs of primitives, one after another, and instances that exist.
+    fn validate_geometries(&self) -> Result<(), SceneError> {
+        let geometries = &self.geometries;
+        let rows = geometries.len();
+        same_length("geometry", "size", geometries.count.len(), rows)?;
+        let (prims, mut end, mut instances) = (self.prim_count() as u64, 0, 0);
+        for (id, geometry) in geometries.iter() {
+            let exists = match geometry {
+                Geometry::Prims { first, count } => {
+                    let begins = count == 0 || u64::from(first) >= end;
+                    end = end.max(u64::from(first) + u64::from(count));
+                    begins && end <= prims
+                }
+                Geometry::Instance(k) => {
+                    let begins = k >= instances;
+                    instances = k.saturating_add(1);
+                    begins && (k as usize) < self.instances.len()
+                }
+            };
+            if !exists {
+                return Err(column("geometry", "run", id as usize, "out of range"));
+            }
+        }
+        Ok(())
     }
 
     fn validate_instances(&self) -> Result<(), SceneError> {

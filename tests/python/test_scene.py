@@ -67,12 +67,15 @@ def test_a_saved_scene_gives_the_same_bits(cube, tmp_path):
     before = cube.intersect(origins, directions)
     for again in (phalanx.Scene.open(path), phalanx.Scene.load(path)):
         after = again.intersect(origins, directions)
-        for column in ("t", "u", "v", "prim_id"):
+        for column in ("t", "u", "v", "prim_id", "geom_id"):
             assert getattr(before, column).tobytes() == getattr(after, column).tobytes()
     with pytest.raises(ValueError, match=".phx"):
         cube.save(tmp_path / "cube.obj")
     with pytest.raises(OSError):
         phalanx.Scene.open(tmp_path / "none.phx")
+    again = phalanx.Scene.open(path)
+    assert again.add_spheres([[0, 0, 9]], 0.5) == cube.add_spheres([[0, 0, 9]], 0.5)
+    assert again.intersect([[0, 0, 20]], [0, 0, -1]).geom_id == [1]
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(ValueError):
         phalanx.Scene.open(path)

@@ -95,7 +95,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     all.add_vectors("ellipsoid maps", e.to_world.each_ref());
     all.add_vectors("ellipsoid maps", e.to_object.each_ref());
     all.add("ellipsoid materials", &e.material, material);
-    // Cones, instances, materials and lights are checked in `Scene::validate_settings`.
+    // Cones, geometries, instances, materials and lights are checked in `Scene::validate_settings`.
     all.add_vectors("cones", [&c.base, &c.apex]);
     all.add("cone radii", &c.base_radius, Any);
     all.add("cone radii", &c.apex_radius, Any);
@@ -103,6 +103,8 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     all.add("cone materials", &c.material, material);
     all.add("meshes", &scene.meshes.first, Any);
     all.add("meshes", &scene.meshes.count, Any);
+    all.add("geometries", &scene.geometries.first, Any);
+    all.add("geometries", &scene.geometries.count, Any);
     all.add("instances", &i.mesh, Below(scene.meshes.len()));
     all.add("instances", &i.first, Any);
     all.add_vectors("instance maps", i.to_world.each_ref());
@@ -163,6 +165,8 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn MapColumn> {
     all.push(&mut c.material);
     all.push(&mut scene.meshes.first);
     all.push(&mut scene.meshes.count);
+    all.push(&mut scene.geometries.first);
+    all.push(&mut scene.geometries.count);
     all.push(&mut i.mesh);
     all.push(&mut i.first);
     push_maps(&mut all, i.to_world.each_mut());

@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 from os import PathLike
-from typing import Literal, final, overload
+from typing import Any, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,6 +93,15 @@ class Scene:
         size: tuple[int, int] | None = None,
         threads: int | None = None,
     ) -> NDArray[np.float32]: ...
+    def bench(
+        self,
+        rays: list[str] | None = None,
+        camera: _Camera | None = None,
+        size: tuple[int, int] = (512, 512),
+        threads: int | None = None,
+        repeat: int = 5,
+        name: str = "scene",
+    ) -> dict[str, Any]: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
     def __len__(self) -> int: ...

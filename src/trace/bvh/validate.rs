@@ -300,7 +300,7 @@ impl UnverifiedBvh {
             depth: world + meshes,
             sah: self.arrays.sah,
             wide: OnceLock::new(),
-            geometries: GeometryStarts::default(),
+            geometries: GeometryStarts::of(scene),
         })
     }
 

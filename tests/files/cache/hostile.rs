@@ -228,6 +228,10 @@ fn each_kind_of_nonsense_is_named() {
             .map(|n| n.to_bits())
             .collect::<Vec<_>>(),
     ));
+    // Spheres first, instances after them.
+    let geometries = [&scene.geometries.first, &scene.geometries.count];
+    let [begin, size] = geometries.map(|rows| offset_of(&words(rows)));
+    let prims = (scene.prim_count() as u32).to_le_bytes();
     let levels = offset_of(
         &(bvh.depths().unwrap().iter())
             .flat_map(|l| l.to_le_bytes())
@@ -279,6 +283,26 @@ fn each_kind_of_nonsense_is_named() {
             "a sphere's radius for a directional light",
             vec![(radii + 4, &1.0f32.to_le_bytes())],
             "shape of light 1",
+        ),
+        (
+            "a geometry beyond all primitives",
+            vec![(begin, &prims[..])],
+            "run of geometry 0 is out of range",
+        ),
+        (
+            "a geometry of too many primitives",
+            vec![(size, &prims)],
+            "run of geometry 0 is out of range",
+        ),
+        (
+            "a geometry of an instance that is none",
+            vec![(begin + 4, &[7, 0, 0, 0])],
+            "run of geometry 1 is out of range",
+        ),
+        (
+            "a geometry of an instance before another",
+            vec![(begin + 8, &zero)],
+            "run of geometry 2 is out of range",
         ),
         (
             "a child out of range",

@@ -1,0 +1,158 @@
+//! Rates of a scene's rays, as `phalanx bench` measures them.
+
+use crate::errors::value_error;
+use crate::interrupt::stoppable;
+use crate::pictures::PyCamera;
+use crate::scene::PyScene;
+use phalanx::bench::{BenchPlan, Measured, ProgressListener, RayKind, SceneInfo, measure};
+use phalanx::bvh::Quality;
+use phalanx::isa;
+use phalanx::report::{BenchRecord, Machine, Program, RunInfo, SCHEMA_VERSION, to_json};
+use phalanx::trace::Kernel;
+use pyo3::prelude::*;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Least seconds of a row's samples.
+const MIN_TIME: f64 = 0.2;
+
+#[pymethods]
+impl PyScene {
+    /// Rays per second through this scene, as `phalanx bench` measures them: a
+    /// dictionary, which json.dump() makes a file of that `phalanx bench
+    /// compare` and `report` read.
+    ///
+    /// rays : list of str
+    ///     'primary', 'shadow', 'reflection', 'refraction', 'diffuse', 'ao';
+    ///     None for all of them.
+    /// camera : (from, at, up, fov), as in render()
+    /// size : (width, height) in pixels
+    /// threads : int, or None for one per CPU
+    /// repeat : int
+    ///     Least number of samples of each rate.
+    /// name : str
+    ///     What the record calls the scene.
+    ///
+    /// Entries of 'rows' have 'rays', 'engine', 'kernel', 'threads', and
+    /// 'mrays_per_s' with 'median', 'low' and 'high', in millions of rays a
+    /// second. 'machine', 'program' and 'scenes' tell of what. The tree is
+    /// built anew, by the quality 'best', and answers are checked against the
+    /// oracle before anything is timed. Takes seconds; Ctrl-C is heard at its
+    /// end.
+    ///
+    /// Raises ValueError for names, a camera or a size that cannot be.
+    #[pyo3(
+        signature = (rays=None, camera=None, size=(512, 512), threads=None, repeat=5, name="scene"),
+        text_signature = "($self, rays=None, camera=None, size=(512, 512), threads=None, \
+                          repeat=5, name='scene')"
+    )]
+    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
+    fn bench<'py>(
+        &mut self,
+        py: Python<'py>,
+        rays: Option<Vec<String>>,
+        camera: Option<PyCamera>,
+        size: (u32, u32),
+        threads: Option<i64>,
+        repeat: u32,
+        name: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let kinds = match &rays {
+            None => RayKind::ALL.to_vec(),
+            Some(names) => names.iter().map(kind).collect::<PyResult<_>>()?,
+        };
+        let threads = match crate::scene::threads(threads)? {
+            0 => BenchPlan::all_threads(),
+            some => some,
+        };
+        let scene = self.framed(camera, Some(size))?;
+        let plan = BenchPlan {
+            kinds,
+            frames: false,
+            kernels: vec![Kernel::packets()],
+            quality: Quality::Best,
+            threads: vec![threads],
+            size: size.into(),
+            repeat: repeat.max(1) as usize,
+            min_time: MIN_TIME,
+            pin: false,
+            peers: &[],
+            timed: true,
+        };
+        let info = SceneInfo {
+            name: name.to_owned(),
+            ..SceneInfo::default()
+        };
+        let (started, start) = (now(py)?, Instant::now());
+        let work = || measure(&scene, &info, &plan, &mut Silence);
+        let measured = stoppable(py, &AtomicBool::new(false), work)?.map_err(value_error)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let record = record(measured, &plan, started, seconds);
+        py.import("json")?
+            .call_method1("loads", (to_json(&record),))
+    }
+}
+
+/// Receives progress and tells nobody.
+struct Silence;
+
+impl ProgressListener for Silence {
+    fn begin_step(&mut self, _: &str) {}
+    fn progress(&mut self, _: f64) {}
+}
+
+fn kind(name: &String) -> PyResult<RayKind> {
+    let found = RayKind::ALL.into_iter().find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let names = RayKind::ALL.map(RayKind::name);
+        value_error(format!(
+            "there are no rays {name:?}; rays are {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// Date and time as RFC 3339 writes them, UTC.
+fn now(py: Python<'_>) -> PyResult<String> {
+    let datetime = py.import("datetime")?;
+    let utc = datetime.getattr("timezone")?.getattr("utc")?;
+    let now = datetime.getattr("datetime")?.call_method1("now", (utc,))?;
+    now.call_method1("strftime", ("%Y-%m-%dT%H:%M:%SZ",))?
+        .extract()
+}
+
+fn record(measured: Measured, plan: &BenchPlan, started: String, seconds: f64) -> BenchRecord {
+    BenchRecord {
+        schema_version: SCHEMA_VERSION,
+        program: Program {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            git_revision: None,
+            git_dirty: None,
+            rustc: None,
+            profile: if cfg!(debug_assertions) {
+                "debug"
+            } else {
+                "release"
+            }
+            .to_owned(),
+            isa_compiled: isa::compiled_level().to_owned(),
+            isa_available: isa::cpu_level().to_owned(),
+        },
+        machine: Machine::here(),
+        run: RunInfo {
+            started,
+            arguments: vec!["Scene.bench()".to_owned()],
+            seconds,
+            size: plan.size,
+            repeat: plan.repeat as u32,
+            min_time: plan.min_time,
+            pinned: plan.pin,
+            quality: plan.quality.name().to_owned(),
+            peers: Vec::new(),
+        },
+        scenes: vec![measured.scene],
+        rows: measured.rows,
+        counters: measured.counters,
+        limits: None,
+    }
+}
