@@ -8,15 +8,20 @@ timed as a program makes it: numpy arrays in, numpy arrays out. Tracers take tur
 each thread count has a process of its own that is kept to as many CPUs, because Open3D takes all it
 sees. embreex has one thread. The table is in perf/notes/python.md.
 
-Three sets of rays, float32:
+A million rays, float32, in each of three sets:
   primary  a camera's that looks at the whole mesh, row of pixels by row of pixels
   diffuse  from where those hit, in the order of a list of pixels, into the hemisphere by the cosine
   random   between two random points of the mesh's box
+All are asked for their closest hits; the random ones, in a fifth as many rounds, also for the
+number of their hits and for all of them.
 """
 
 import argparse
+import datetime
+import importlib.metadata
 import json
 import os
+import platform
 import statistics
 import subprocess
 import sys
@@ -73,36 +78,52 @@ def ray_sets(scene, vertices):
     }
 
 
-def open3d_scene(vertices, faces, threads):
+def open3d_calls(vertices, faces, threads):
     import numpy as np
     import open3d
 
     scene = open3d.t.geometry.RaycastingScene(nthreads=threads)
     tensor = open3d.core.Tensor
     scene.add_triangles(tensor(vertices), tensor(faces.astype(np.uint32)))
-    return lambda rays: scene.cast_rays(tensor(rays))
+    return {
+        "closest": lambda _, __, both: scene.cast_rays(tensor(both)),
+        "count": lambda _, __, both: scene.count_intersections(tensor(both)),
+        "all": lambda _, __, both: scene.list_intersections(tensor(both)),
+    }
+
+
+def embree_calls(mesh):
+    from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+    embree = RayMeshIntersector(mesh)
+    bare = {"closest": lambda o, d, _: embree._scene.run(o, d, query="INTERSECT")}
+    return bare, {
+        "closest": lambda o, d, _: embree.intersects_first(o, d),
+        "all": lambda o, d, _: embree.intersects_id(o, d, multiple_hits=True),
+    }
 
 
 def tracers(mesh, vertices, faces, threads):
-    """What takes (origins, directions, both side by side), by name."""
+    """What takes (origins, directions, both side by side), by tracer and query."""
     import phalanx
 
     scene = phalanx.Scene()
     scene.add_mesh(vertices, faces)
     scene.build("best")
-    calls = {"phalanx": lambda o, d, _: scene.intersect(o, d, threads=threads)}
+    calls = {
+        "phalanx": {
+            "closest": lambda o, d, _: scene.intersect(o, d, threads=threads),
+            "count": lambda o, d, _: scene.count(o, d, threads=threads),
+            "all": lambda o, d, _: scene.all_hits(o, d, threads=threads),
+        }
+    }
     try:
-        from trimesh.ray.ray_pyembree import RayMeshIntersector
-
-        embree = RayMeshIntersector(mesh)
         if threads == 1:
-            calls["embreex"] = lambda o, d, _: embree._scene.run(o, d, query="INTERSECT")
-            calls["trimesh"] = lambda o, d, _: embree.intersects_first(o, d)
+            calls["embreex"], calls["trimesh"] = embree_calls(mesh)
     except ImportError:
         pass
     try:
-        cast = open3d_scene(vertices, faces, threads)
-        calls["open3d"] = lambda _, __, both: cast(both)
+        calls["open3d"] = open3d_calls(vertices, faces, threads)
     except ImportError:
         pass
     return scene, calls
@@ -114,16 +135,21 @@ def measure(path, threads, rounds):
 
     mesh, vertices, faces = load(path)
     scene, calls = tracers(mesh, vertices, faces, threads)
+    sets = ray_sets(scene, vertices)
+    tasks = [(kind, kind, "closest", rounds) for kind in sets]
+    for query in ("count", "all"):
+        tasks.append((f"random, {query}", "random", query, max(rounds // 5, 1)))
     seconds = {}
-    for kind, (origins, directions) in ray_sets(scene, vertices).items():
+    for name, kind, query, times in tasks:
+        origins, directions = sets[kind]
         both = np.concatenate([origins, directions], axis=1)
-        times = {name: [] for name in calls}
-        for _ in range(rounds):
-            for name, call in calls.items():
+        asked = {tracer: queries[query] for tracer, queries in calls.items() if query in queries}
+        seconds[name] = {tracer: [] for tracer in asked}
+        for _ in range(times):
+            for tracer, call in asked.items():
                 start = time.perf_counter()
                 call(origins, directions, both)
-                times[name].append(time.perf_counter() - start)
-        seconds[kind] = times
+                seconds[name][tracer].append(time.perf_counter() - start)
     return seconds
 
 
@@ -148,6 +174,19 @@ def table(results):
             print(f"| {result['threads']} | {kind} | " + " | ".join(cells) + f" | **{ratio}** |")
 
 
+def surroundings():
+    """The machine, the day and the packages that a record is of."""
+    versions = {}
+    for package in ("phalanx-rt", "embreex", "trimesh", "open3d-cpu", "open3d", "numpy"):
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    models = [line for line in open("/proc/cpuinfo", encoding="utf-8") if "model name" in line]
+    cpu = models[0].split(":")[1].strip() if models else platform.processor()
+    return {"date": datetime.date.today().isoformat(), "cpu": cpu, "versions": versions}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("mesh")
@@ -169,8 +208,9 @@ def main():
         results.append({"threads": threads, "seconds": json.loads(out.splitlines()[-1])})
     table(results)
     if options.json:
+        record = {"mesh": os.path.basename(options.mesh), **surroundings(), "results": results}
         with open(options.json, "w", encoding="utf-8") as file:
-            json.dump({"mesh": os.path.basename(options.mesh), "results": results}, file)
+            json.dump(record, file)
 
 
 if __name__ == "__main__":
