@@ -208,7 +208,8 @@ def main():
         results.append({"threads": threads, "seconds": json.loads(out.splitlines()[-1])})
     table(results)
     if options.json:
-        record = {"mesh": os.path.basename(options.mesh), **surroundings(), "results": results}
+        mesh = os.path.basename(options.mesh)
+        record = {"kind": "python speed", "mesh": mesh, **surroundings(), "results": results}
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump(record, file)
 

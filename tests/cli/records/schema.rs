@@ -56,7 +56,7 @@ fn kept_records_validate() {
             continue;
         }
         let document = json(&path);
-        // Those of `cargo bench --bench ratios` and of `perf/time_to_picture` are of other kinds.
+        // Those of `cargo bench --bench ratios` and of the scripts in `perf` are of other kinds.
         if document.get("ratios").is_none() && document.get("kind").is_none() {
             let wrong = errors(&perf, &document);
             assert!(wrong.is_empty(), "{}: {wrong:?}", path.display());
