@@ -13,6 +13,9 @@ use pyo3::prelude::*;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+/// Most pixels: rays of all kinds, and the answers of each engine, take some 400 bytes a pixel.
+const MAX_PIXELS: u64 = 1 << 22;
+
 /// Least seconds of a row's samples.
 const MIN_TIME: f64 = 0.2;
 
@@ -26,7 +29,7 @@ impl PyScene {
     ///     'primary', 'shadow', 'reflection', 'refraction', 'diffuse', 'ao';
     ///     None for all of them.
     /// camera : (from, at, up, fov), as in render()
-    /// size : (width, height) in pixels
+    /// size : (width, height) in pixels, at most 2^22 of them
     /// threads : int, or None for one per CPU
     /// repeat : int
     ///     Least number of samples of each rate.
@@ -66,6 +69,11 @@ impl PyScene {
             some => some,
         };
         let scene = self.framed(camera, Some(size))?;
+        if u64::from(size.0) * u64::from(size.1) > MAX_PIXELS {
+            let why =
+                format!("{size:?} are more than {MAX_PIXELS} pixels, the most to measure with");
+            return Err(value_error(why));
+        }
         let plan = BenchPlan {
             kinds,
             frames: false,

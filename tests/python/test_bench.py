@@ -52,5 +52,8 @@ def test_what_cannot_be_measured_is_refused():
         scene.bench(["sideways"])
     with pytest.raises(ValueError):
         scene.bench(size=(0, 4))
+    with pytest.raises(ValueError, match="pixels"):
+        scene.bench(size=(65536, 65536))
     with pytest.raises(ValueError):
         scene.bench(threads=0)
+    assert scene.bench([])["rows"] == []
