@@ -100,10 +100,12 @@ impl<'a> Worker<'a> {
     /// Everything that rays hit: the list of each ray, sorted by (t, prim_id).
     pub(super) fn hit_lists(&mut self, rays: &RayColumns) -> impl Iterator<Item = &[FoundHit]> {
         self.find_every_hit(rays);
+        // Counted by ray first: one sort of all would compare each hit with those of other rays.
         let mut ends = vec![0; rays.len()];
         for hit in &self.found {
             ends[hit.ray as usize] += 1;
         }
+        // Where each list begins, and once its hits are in place, where it ends.
         let mut sum = 0;
         for end in &mut ends {
             sum += std::mem::replace(end, sum);
