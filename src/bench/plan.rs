@@ -2,7 +2,7 @@
 
 use super::ray_kind::RayKind;
 use crate::peers::Peer;
-use crate::report::RaySetRecord;
+use crate::report::{RaySetRecord, RunInfo};
 use phalanx_render::frame::CoreAffinity;
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Quality;
@@ -60,6 +60,21 @@ impl BenchPlan<'_> {
     /// The largest number of threads, which trees are built on.
     pub fn max_threads(&self) -> usize {
         self.threads.iter().copied().max().unwrap_or(1)
+    }
+
+    /// Settings and time of a run of this plan, for its record.
+    pub fn run_info(&self, started: String, arguments: Vec<String>, seconds: f64) -> RunInfo {
+        RunInfo {
+            started,
+            arguments,
+            seconds,
+            size: self.size,
+            repeat: self.repeat as u32,
+            min_time: self.min_time,
+            pinned: self.pin,
+            quality: self.quality.name().to_owned(),
+            peers: self.peers.iter().map(|peer| peer.describe()).collect(),
+        }
     }
 
     /// Number of threads for work that is not measured.

@@ -7,7 +7,9 @@ use super::frames::Frames;
 use super::plan::{BenchPlan, ProgressListener, SceneInfo};
 use super::rounds::{Measurement, Task, run_rounds};
 use super::workload::{self, BenchTrees, Workload, timed};
-use crate::report::{CounterRow, RateRow, SceneRecord};
+use crate::report::{
+    BenchRecord, CounterRow, Machine, Program, RateRow, RunInfo, SCHEMA_VERSION, SceneRecord,
+};
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 
@@ -21,6 +23,28 @@ pub struct Measured {
     pub counters: Vec<CounterRow>,
     /// Notes for the reader, such as a peer that could not take part.
     pub notes: Vec<String>,
+}
+
+impl BenchRecord {
+    /// The record of scenes that were measured in one run; without the machine's limits.
+    pub fn of(program: Program, machine: Machine, run: RunInfo, all: Vec<Measured>) -> BenchRecord {
+        let mut record = BenchRecord {
+            schema_version: SCHEMA_VERSION,
+            program,
+            machine,
+            run,
+            scenes: Vec::new(),
+            rows: Vec::new(),
+            counters: Vec::new(),
+            limits: None,
+        };
+        for measured in all {
+            record.scenes.push(measured.scene);
+            record.rows.extend(measured.rows);
+            record.counters.extend(measured.counters);
+        }
+        record
+    }
 }
 
 /// Measures a validated scene: trees, rays, the right results, the results of all engines, counts,

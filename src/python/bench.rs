@@ -4,10 +4,10 @@ use crate::errors::value_error;
 use crate::interrupt::stoppable;
 use crate::pictures::PyCamera;
 use crate::scene::PyScene;
-use phalanx::bench::{BenchPlan, Measured, ProgressListener, RayKind, SceneInfo, measure};
+use phalanx::bench::{BenchPlan, ProgressListener, RayKind, SceneInfo, measure};
 use phalanx::bvh::Quality;
 use phalanx::isa;
-use phalanx::report::{BenchRecord, Machine, Program, RunInfo, SCHEMA_VERSION, to_json};
+use phalanx::report::{BenchRecord, Machine, Program, to_json};
 use phalanx::trace::Kernel;
 use pyo3::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -64,10 +64,7 @@ impl PyScene {
             None => RayKind::ALL.to_vec(),
             Some(names) => names.iter().map(kind).collect::<PyResult<_>>()?,
         };
-        let threads = match crate::scene::threads(threads)? {
-            0 => BenchPlan::all_threads(),
-            some => some,
-        };
+        let threads = crate::scene::thread_count(threads)?;
         let scene = self.framed(camera, Some(size))?;
         if u64::from(size.0) * u64::from(size.1) > MAX_PIXELS {
             let why =
@@ -95,7 +92,8 @@ impl PyScene {
         let work = || measure(&scene, &info, &plan, &mut Silence);
         let measured = stoppable(py, &AtomicBool::new(false), work)?.map_err(value_error)?;
         let seconds = start.elapsed().as_secs_f64();
-        let record = record(measured, &plan, started, seconds);
+        let run = plan.run_info(started, vec!["Scene.bench()".to_owned()], seconds);
+        let record = BenchRecord::of(program(), Machine::here(), run, vec![measured]);
         py.import("json")?
             .call_method1("loads", (to_json(&record),))
     }
@@ -129,38 +127,18 @@ fn now(py: Python<'_>) -> PyResult<String> {
         .extract()
 }
 
-fn record(measured: Measured, plan: &BenchPlan, started: String, seconds: f64) -> BenchRecord {
-    BenchRecord {
-        schema_version: SCHEMA_VERSION,
-        program: Program {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            git_revision: None,
-            git_dirty: None,
-            rustc: None,
-            profile: if cfg!(debug_assertions) {
-                "debug"
-            } else {
-                "release"
-            }
-            .to_owned(),
-            isa_compiled: isa::compiled_level().to_owned(),
-            isa_available: isa::cpu_level().to_owned(),
-        },
-        machine: Machine::here(),
-        run: RunInfo {
-            started,
-            arguments: vec!["Scene.bench()".to_owned()],
-            seconds,
-            size: plan.size,
-            repeat: plan.repeat as u32,
-            min_time: plan.min_time,
-            pinned: plan.pin,
-            quality: plan.quality.name().to_owned(),
-            peers: Vec::new(),
-        },
-        scenes: vec![measured.scene],
-        rows: measured.rows,
-        counters: measured.counters,
-        limits: None,
+fn program() -> Program {
+    let profile = match cfg!(debug_assertions) {
+        true => "debug",
+        false => "release",
+    };
+    Program {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        git_revision: None,
+        git_dirty: None,
+        rustc: None,
+        profile: profile.to_owned(),
+        isa_compiled: isa::compiled_level().to_owned(),
+        isa_available: isa::cpu_level().to_owned(),
     }
 }

@@ -96,10 +96,7 @@ impl PyScene {
         max_depth: Option<u32>,
         (aovs, threads): (Aovs, Option<i64>),
     ) -> PyResult<Frame> {
-        let threads = match crate::scene::threads(threads)? {
-            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-            some => some,
-        };
+        let threads = crate::scene::thread_count(threads)?;
         let bvh = self.tree(py)?;
         let scene = self.framed(camera, size)?;
         let mut settings = Settings {

@@ -112,6 +112,14 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
     }
 }
 
+/// `threads` of a call, as a number above zero where none is given.
+pub(crate) fn thread_count(asked: Option<i64>) -> PyResult<usize> {
+    Ok(match threads(asked)? {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        some => some,
+    })
+}
+
 #[pymethods]
 impl PyScene {
     #[new]

@@ -53,6 +53,25 @@ impl Geometries {
         }))
     }
 
+    /// The first geometry that is neither a run of `prims` primitives after those before it, nor
+    /// one of `instances` instances after those before it.
+    pub(crate) fn first_wrong(&self, prims: usize, instances: usize) -> Option<GeomId> {
+        let (mut end, mut next_instance) = (0, 0);
+        let is_wrong = |&(_, geometry): &(GeomId, Geometry)| match geometry {
+            Geometry::Prims { first, count } => {
+                let overlaps = count > 0 && u64::from(first) < end;
+                end = end.max(u64::from(first) + u64::from(count));
+                overlaps || end > prims as u64
+            }
+            Geometry::Instance(k) => {
+                let overlaps = k < next_instance;
+                next_instance = k.saturating_add(1);
+                overlaps || k as usize >= instances
+            }
+        };
+        self.iter().find(is_wrong).map(|(id, _)| id)
+    }
+
     pub(crate) fn push(&mut self, geometry: Geometry) -> GeomId {
         let id = self.len() as GeomId;
         let (first, count) = match geometry {

@@ -5,7 +5,6 @@ use super::{
     Bounds, MAX_TEXTURE_SIDE, NO_COLORS, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, PrimKind, Scene,
     Vec3s,
 };
-use crate::geometries::Geometry;
 use glam::Vec3;
 
 /// Longest side of an image, in pixels.
@@ -211,25 +210,10 @@ impl Scene {
         let geometries = &self.geometries;
         let rows = geometries.len();
         same_length("geometry", "size", geometries.count.len(), rows)?;
-        let (prims, mut end, mut instances) = (self.prim_count() as u64, 0, 0);
-        for (id, geometry) in geometries.iter() {
-            let exists = match geometry {
-                Geometry::Prims { first, count } => {
-                    let begins = count == 0 || u64::from(first) >= end;
-                    end = end.max(u64::from(first) + u64::from(count));
-                    begins && end <= prims
-                }
-                Geometry::Instance(k) => {
-                    let begins = k >= instances;
-                    instances = k.saturating_add(1);
-                    begins && (k as usize) < self.instances.len()
-                }
-            };
-            if !exists {
-                return Err(column("geometry", "run", id as usize, "out of range"));
-            }
+        match geometries.first_wrong(self.prim_count(), self.instances.len()) {
+            Some(id) => Err(column("geometry", "run", id as usize, "out of range")),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     fn validate_instances(&self) -> Result<(), SceneError> {

@@ -110,7 +110,7 @@ impl<'a> Worker<'a> {
         for end in &mut ends {
             sum += std::mem::replace(end, sum);
         }
-        self.sorted.clone_from(&self.found);
+        self.sorted.resize(self.found.len(), FoundHit::default());
         for hit in &self.found {
             let end = &mut ends[hit.ray as usize];
             self.sorted[*end] = *hit;

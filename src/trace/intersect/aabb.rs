@@ -33,6 +33,17 @@ pub(crate) struct TInterval<L> {
     pub(crate) tfar: L,
 }
 
+impl<L: Lanes> TInterval<L> {
+    /// The whole line.
+    #[inline(always)]
+    pub(crate) fn everywhere() -> TInterval<L> {
+        TInterval {
+            tnear: L::splat(f32::NEG_INFINITY),
+            tfar: L::splat(f32::INFINITY),
+        }
+    }
+}
+
 impl<L: Lanes> RaySlabs<L> {
     #[inline(always)]
     pub(crate) fn new(org: Vec3Lanes<L>, dir: Vec3Lanes<L>, active: L::Mask) -> RaySlabs<L> {

@@ -13,6 +13,7 @@
 //! everything inside may still matter.
 
 use super::aabb::TInterval;
+use super::hit::inactive_t;
 use crate::bvh::LeafInstance;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
@@ -43,6 +44,15 @@ pub(crate) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
     let limit = best.lt(interval.tfar).select(best, L::splat(f32::MAX));
     let reaches = crosses(interval) & interval.tnear.le(best);
     reaches.select(limit, L::splat(f32::NEG_INFINITY))
+}
+
+/// Limit inside for a query whose distances are those in the world and are clamped hit by hit: up
+/// to the end of the interval any may count.
+#[inline(always)]
+pub(crate) fn unclamped_limit<L: Lanes>(limit: L, interval: &TInterval<L>) -> L {
+    let open = limit.lt(interval.tfar);
+    let live = limit.gt(inactive_t());
+    live.select(open.select(limit, L::splat(f32::MAX)), inactive_t())
 }
 
 /// The distance outside of a hit inside, and the lanes in which it counts.

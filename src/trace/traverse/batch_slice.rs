@@ -55,6 +55,20 @@ impl BatchSlice {
         })
     }
 
+    /// The packets, two by two if `pairs` is true: the first of each, and whether the next one
+    /// belongs to it. Fours are complete, so that a pair is two consecutive packets.
+    pub(super) fn pairs(&self, pairs: bool) -> impl Iterator<Item = (usize, bool)> + use<> {
+        let (mut packets, end) = (self.each(), self.packets.end);
+        std::iter::from_fn(move || {
+            let packet = packets.next()?;
+            let is_pair = pairs && packet + 1 < end;
+            if is_pair {
+                packets.next();
+            }
+            Some((packet, is_pair))
+        })
+    }
+
     pub(super) fn count(&self) -> usize {
         self.each().count()
     }

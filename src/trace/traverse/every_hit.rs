@@ -8,13 +8,11 @@ use super::query::Query;
 use crate::intersect::aabb::TInterval;
 use crate::intersect::hit::{HitCandidate, inactive_t};
 use crate::intersect::instance;
-use crate::intersect::leaf_prim::LeafPrim;
-use crate::intersect::ray_setup::RaySetup;
 use crate::simd::{LANES, LaneMask, Lanes};
 use std::cell::RefCell;
 
 /// One of a ray's hits.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FoundHit {
     /// Number of the ray in its queue.
     pub(crate) ray: u32,
@@ -55,10 +53,7 @@ impl<'f, L: Lanes> EveryHit<'f, L> {
     pub(super) fn new(limit: L, first_ray: usize, found: &'f FoundHits) -> EveryHit<'f, L> {
         EveryHit {
             limit,
-            interval: TInterval {
-                tnear: L::splat(f32::NEG_INFINITY),
-                tfar: L::splat(f32::INFINITY),
-            },
+            interval: TInterval::everywhere(),
             id_offset: 0,
             first_ray,
             found,
@@ -86,12 +81,9 @@ impl<'f, L: Lanes> EveryHit<'f, L> {
 impl<L: Lanes> Query<L> for EveryHit<'_, L> {
     const FRONT_TO_BACK: bool = false;
 
-    /// Distances inside are not clamped yet, so that up to the end of the interval any may count.
     #[inline(always)]
     fn limit(&self) -> L {
-        let open = self.limit.lt(self.interval.tfar);
-        let live = self.limit.gt(inactive_t());
-        live.select(open.select(self.limit, L::splat(f32::MAX)), inactive_t())
+        instance::unclamped_limit(self.limit, &self.interval)
     }
 
     #[inline(always)]
@@ -119,16 +111,6 @@ impl<L: Lanes> Query<L> for EveryHit<'_, L> {
     /// Hits are in the world's distances and numbers already.
     #[inline(always)]
     fn exit_instance(&mut self, _: Self, _: &TInterval<L>, _: u32) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
-        for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.limit()) {
-                self.update(&hit, prim.prim_id());
-            }
-        }
         false
     }
 }

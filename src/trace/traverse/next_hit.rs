@@ -12,8 +12,6 @@ use super::query::Query;
 use crate::intersect::aabb::TInterval;
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::intersect::instance;
-use crate::intersect::leaf_prim::LeafPrim;
-use crate::intersect::ray_setup::RaySetup;
 use crate::packet::HitPacket;
 use crate::simd::{LaneMask, LaneU32, Lanes};
 
@@ -41,10 +39,7 @@ impl<L: Lanes> NextHit<L> {
             after_t,
             after_id,
             near: after_t,
-            interval: TInterval {
-                tnear: L::splat(f32::NEG_INFINITY),
-                tfar: L::splat(f32::INFINITY),
-            },
+            interval: TInterval::everywhere(),
             id_offset: 0,
         }
     }
@@ -59,13 +54,9 @@ impl<L: Lanes> NextHit<L> {
 impl<L: Lanes> Query<L> for NextHit<L> {
     const FRONT_TO_BACK: bool = true;
 
-    /// Distances inside are not clamped yet, so that up to the end of the interval any may count.
     #[inline(always)]
     fn limit(&self) -> L {
-        let best = self.best.t;
-        let open = best.lt(self.interval.tfar);
-        let live = best.gt(inactive_t());
-        live.select(open.select(best, L::splat(f32::MAX)), inactive_t())
+        instance::unclamped_limit(self.best.t, &self.interval)
     }
 
     #[inline(always)]
@@ -117,16 +108,6 @@ impl<L: Lanes> Query<L> for NextHit<L> {
             },
             found.prim_id,
         );
-        false
-    }
-
-    #[inline(always)]
-    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
-        for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.limit()) {
-                self.update(&hit, prim.prim_id());
-            }
-        }
         false
     }
 }

@@ -54,13 +54,10 @@ impl<'a, T: Counters> PacketPairs<'a, T> {
         hits: &mut [HitPacket],
     ) {
         let first = slice.packets.start;
-        let mut packets = slice.each();
-        while let Some(packet) = packets.next() {
+        for (packet, is_pair) in slice.pairs(self.pairs) {
             let k = packet - first;
-            // Fours are complete, so that a pair is two consecutive packets.
-            if self.pairs && packet + 1 < slice.packets.end {
+            if is_pair {
                 closest(&mut self.sixteen, rays, packet, tmax, &mut hits[k..k + 2]);
-                packets.next();
             } else {
                 closest(&mut self.eight, rays, packet, tmax, &mut hits[k..k + 1]);
             }
@@ -115,11 +112,9 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
         tmax: TMaxOf,
         found: &FoundHits,
     ) -> bool {
-        let mut packets = slice.each();
-        while let Some(packet) = packets.next() {
-            if self.pairs && packet + 1 < slice.packets.end {
+        for (packet, is_pair) in slice.pairs(self.pairs) {
+            if is_pair {
                 every_hit(&mut self.sixteen, rays, packet, tmax, found);
-                packets.next();
             } else {
                 every_hit(&mut self.eight, rays, packet, tmax, found);
             }

@@ -36,7 +36,15 @@ pub(super) trait Query<L: Lanes>: Copy {
     /// Takes over the result of the query within an instance; true ends the traversal.
     fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
     /// Tests primitives; true ends the traversal.
-    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool;
+    #[inline(always)]
+    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
+        for prim in prims {
+            if let Some(hit) = prim.intersect(rays, self.limit()) {
+                self.update(&hit, prim.prim_id());
+            }
+        }
+        false
+    }
 
     /// Tests the primitives of a leaf; true ends the traversal.
     #[inline(always)]
@@ -168,16 +176,6 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
             },
             id,
         );
-        false
-    }
-
-    #[inline(always)]
-    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
-        for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.best.t) {
-                self.best.update(&hit, L::U32::splat(prim.prim_id()));
-            }
-        }
         false
     }
 }

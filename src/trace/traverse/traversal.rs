@@ -105,10 +105,8 @@ impl<'a> Traversal<'a> {
         self.0.next(rays, active, after)
     }
 
-    /// Everything that the rays of a queue hit before their limits, in no order, in place of what
-    /// is in `found`.
+    /// Adds everything that the rays of a queue hit before their limits to `found`, in no order.
     pub(crate) fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &mut Vec<FoundHit>) {
-        found.clear();
         let shared = FoundHits::new(std::mem::take(found));
         self.0.every_hit(rays, tmax, &shared);
         *found = shared.into_inner();

@@ -7,7 +7,7 @@ use super::table;
 use crate::cli::options::{SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
-use phalanx::report::{BenchRecord, Machine, RunInfo, SCHEMA_VERSION};
+use phalanx::report::{BenchRecord, Machine};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -57,35 +57,13 @@ pub fn record(
     started: String,
     seconds: f64,
 ) -> BenchRecord {
-    let (mut scenes, mut rows, mut counters) = (Vec::new(), Vec::new(), Vec::new());
-    for measured in all {
-        scenes.push(measured.scene);
-        rows.extend(measured.rows);
-        counters.extend(measured.counters);
-    }
-    let machine = Machine::here();
+    let arguments = std::env::args().skip(1).collect();
+    let run = plan.run_info(started, arguments, seconds);
+    let mut record = BenchRecord::of(this_program(), Machine::here(), run, all);
     // Measured only for the files, where they are shown, because they take seconds.
-    let wanted = plan.timed && (args.json.is_some() || args.html.is_some());
-    let most = plan.max_threads();
-    let limits = wanted.then(|| measure_limits(most, &machine.caches));
-    BenchRecord {
-        schema_version: SCHEMA_VERSION,
-        program: this_program(),
-        machine,
-        run: RunInfo {
-            started,
-            arguments: std::env::args().skip(1).collect(),
-            seconds,
-            size: plan.size,
-            repeat: plan.repeat as u32,
-            min_time: plan.min_time,
-            pinned: args.pin,
-            quality: plan.quality.name().to_owned(),
-            peers: plan.peers.iter().map(|peer| peer.describe()).collect(),
-        },
-        scenes,
-        rows,
-        counters,
-        limits,
+    if plan.timed && (args.json.is_some() || args.html.is_some()) {
+        let limits = measure_limits(plan.max_threads(), &record.machine.caches);
+        record.limits = Some(limits);
     }
+    record
 }
