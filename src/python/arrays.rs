@@ -94,6 +94,7 @@ pub(crate) fn wrong_shape(name: &str, wanted: &str, shape: &[usize]) -> PyErr {
 /// The two halves of rows of (…, 6): origins and directions.
 pub(crate) fn halves<'py>(rays: &Bound<'py, PyAny>) -> PyResult<[Bound<'py, PyAny>; 2]> {
     let numpy = rays.py().import("numpy")?;
+    let rays = numpy.call_method1("asarray", (rays,))?;
     let halves = numpy.call_method1("split", (rays, 2, -1))?;
     Ok([halves.get_item(0)?, halves.get_item(1)?])
 }

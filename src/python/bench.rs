@@ -51,7 +51,7 @@ impl PyScene {
     )]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn bench<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         rays: Option<Vec<String>>,
         camera: Option<PyCamera>,
@@ -65,7 +65,7 @@ impl PyScene {
             Some(names) => names.iter().map(kind).collect::<PyResult<_>>()?,
         };
         let threads = crate::scene::thread_count(threads)?;
-        let scene = self.framed(camera, Some(size))?;
+        let scene = self.now(py).framed(camera, Some(size))?;
         if u64::from(size.0) * u64::from(size.1) > MAX_PIXELS {
             let why =
                 format!("{size:?} are more than {MAX_PIXELS} pixels, the most to measure with");

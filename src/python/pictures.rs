@@ -3,7 +3,7 @@
 use crate::arrays::shaped;
 use crate::errors::{frame_error, value_error};
 use crate::interrupt::stoppable;
-use crate::scene::PyScene;
+use crate::scene::{PyScene, Snapshot};
 use phalanx::Scene;
 use phalanx::formats::{Options, override_scene};
 use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
@@ -40,7 +40,7 @@ impl PyScene {
     #[pyo3(signature = (camera=None, size=None, spp=1, max_depth=None, aovs=None, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn render<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         camera: Option<PyCamera>,
         size: Option<(u32, u32)>,
@@ -75,7 +75,7 @@ impl PyScene {
     /// Arguments and errors are those of render().
     #[pyo3(signature = (camera=None, size=None, threads=None))]
     fn depth<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         camera: Option<PyCamera>,
         size: Option<(u32, u32)>,
@@ -89,7 +89,7 @@ impl PyScene {
 
 impl PyScene {
     fn frame_of(
-        &mut self,
+        &self,
         py: Python<'_>,
         (camera, size): (Option<PyCamera>, Option<(u32, u32)>),
         spp: u32,
@@ -97,8 +97,9 @@ impl PyScene {
         (aovs, threads): (Aovs, Option<i64>),
     ) -> PyResult<Frame> {
         let threads = crate::scene::thread_count(threads)?;
-        let bvh = self.tree(py)?;
-        let scene = self.framed(camera, size)?;
+        let now = self.now(py);
+        let bvh = now.tree(py)?;
+        let scene = now.framed(camera, size)?;
         let mut settings = Settings {
             threads,
             aovs,
@@ -112,7 +113,9 @@ impl PyScene {
         let work = || render_with(&scene, AccelRef::Packets(&bvh), &settings, &control);
         stoppable(py, &control.stop, work)?.map_err(frame_error)
     }
+}
 
+impl Snapshot {
     /// The scene with a camera and a size, where they are given.
     pub(crate) fn framed(
         &self,

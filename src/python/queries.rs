@@ -26,13 +26,13 @@ impl<'py> RayQuery<'py> {
         threads: Option<i64>,
     ) -> PyResult<RayQuery<'py>> {
         let threads = crate::scene::threads(threads)?;
-        let mut own = scene.try_borrow_mut()?;
+        let now = scene.get().now(scene.py());
         let origins = origins.ok_or_else(|| value_error("no rays"))?;
-        let rays = Rays::of(origins, directions, tmax, &own.coordinates())?;
+        let rays = Rays::of(origins, directions, tmax, &now.coordinates())?;
         Ok(RayQuery {
             rays,
-            bvh: own.tree(scene.py())?,
-            scene: own.scene.clone(),
+            bvh: now.tree(scene.py())?,
+            scene: now.scene,
             threads,
         })
     }

@@ -9,8 +9,9 @@ use phalanx::formats::Options;
 use phalanx::scene::GeomId;
 use phalanx::{BuildSettings, Bvh, Scene};
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// Things to cast rays at: triangles, spheres, instances of meshes, or a
 /// whole scene from a file.
@@ -25,8 +26,9 @@ use std::sync::Arc;
 /// The tree over the primitives is built by the first query, or by
 /// build(), and again after each change.
 ///
-/// Several Python threads may query a scene at once. While one builds its
-/// tree, saves or renders it, calls of others raise RuntimeError.
+/// Python threads may share a scene. Calls answer for the scene as it is when
+/// they begin, whatever is added meanwhile; while one builds the tree, others
+/// that need it wait.
 ///
 /// Raises ValueError for an origin that is not finite.
 ///
@@ -39,53 +41,80 @@ use std::sync::Arc;
 /// array([ 5., inf], dtype=float32)
 /// >>> hits.prim_id
 /// array([ 0, -1], dtype=int32)
-#[pyclass(name = "Scene", module = "phalanx")]
+#[pyclass(name = "Scene", frozen, module = "phalanx")]
 pub(crate) struct PyScene {
+    /// Held for moments, in which nothing of Python's runs.
+    now: Mutex<Snapshot>,
+}
+
+/// A scene between two changes, which clones share.
+#[derive(Clone)]
+pub(crate) struct Snapshot {
     pub(crate) scene: Arc<Scene>,
-    bvh: Option<Arc<Bvh>>,
+    /// Made by whoever needs it first: the tree, or why there cannot be one.
+    tree: Arc<OnceLock<Result<Arc<Bvh>, String>>>,
     settings: BuildSettings,
 }
 
 /// Most primitives, so that each has a number of 31 bits.
 const MAX_PRIMS: u64 = i32::MAX as u64;
 
-impl PyScene {
-    fn of(scene: Scene, bvh: Option<Bvh>) -> PyScene {
-        PyScene {
-            scene: Arc::new(scene),
-            bvh: bvh.map(Arc::new),
-            settings: BuildSettings::default(),
-        }
-    }
-
-    /// Changes the scene; its tree is no longer of it.
-    fn change<T>(&mut self, change: impl FnOnce(&mut Scene) -> PyResult<T>) -> PyResult<T> {
-        self.bvh = None;
-        change(Arc::make_mut(&mut self.scene))
-    }
-
+impl Snapshot {
     pub(crate) fn coordinates(&self) -> Coordinates {
         Coordinates::of(&self.scene)
     }
 
-    /// The tree, built now if there is none.
-    pub(crate) fn tree(&mut self, py: Python<'_>) -> PyResult<Arc<Bvh>> {
-        if let Some(bvh) = &self.bvh {
-            return Ok(bvh.clone());
-        }
-        let (scene, settings) = (self.scene.clone(), self.settings);
-        let prims = scene.prim_count() as u64 + scene.visible_count();
+    /// The tree, built now if there is none. Whoever waits for it lets go of the interpreter.
+    pub(crate) fn tree(&self, py: Python<'_>) -> PyResult<Arc<Bvh>> {
+        let tree = py.detach(|| self.tree.get_or_init(|| self.build()).clone());
+        tree.map_err(value_error)
+    }
+
+    fn build(&self) -> Result<Arc<Bvh>, String> {
+        let prims = self.scene.prim_count() as u64 + self.scene.visible_count();
         if prims > MAX_PRIMS {
-            let why =
-                format!("{prims} primitives, those of instances among them: at most {MAX_PRIMS}");
-            return Err(value_error(why));
+            return Err(format!(
+                "{prims} primitives, those of instances among them: at most {MAX_PRIMS}"
+            ));
         }
-        let bvh = py.detach(|| {
-            scene.validate().map_err(value_error)?;
-            Ok::<_, PyErr>(Arc::new(Bvh::build_with(&scene, &settings)))
-        })?;
-        self.bvh = Some(bvh.clone());
-        Ok(bvh)
+        let valid = self.scene.validate().map_err(|error| error.to_string());
+        valid.map(|()| Arc::new(Bvh::build_with(&self.scene, &self.settings)))
+    }
+}
+
+impl PyScene {
+    fn of(scene: Scene, bvh: Option<Bvh>) -> PyScene {
+        let tree = bvh.map_or_else(OnceLock::new, |bvh| Ok(Arc::new(bvh)).into());
+        let now = Snapshot {
+            scene: Arc::new(scene),
+            tree: Arc::new(tree),
+            settings: BuildSettings::default(),
+        };
+        PyScene {
+            now: Mutex::new(now),
+        }
+    }
+
+    fn lock(&self, py: Python<'_>) -> MutexGuard<'_, Snapshot> {
+        let now = self.now.lock_py_attached(py);
+        now.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The scene as it is now.
+    pub(crate) fn now(&self, py: Python<'_>) -> Snapshot {
+        self.lock(py).clone()
+    }
+
+    /// Changes the scene; its tree is no longer of it.
+    fn change<T>(
+        &self,
+        py: Python<'_>,
+        change: impl FnOnce(&mut Scene) -> PyResult<T>,
+    ) -> PyResult<T> {
+        let mut now = self.lock(py);
+        let changed = change(Arc::make_mut(&mut now.scene))?;
+        now.tree = Arc::default();
+        Ok(changed)
     }
 }
 
@@ -189,15 +218,16 @@ impl PyScene {
     ///
     /// A file that is there already is replaced when all is written. Raises
     /// OSError where the system cannot write, ValueError for another ending.
-    fn save(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         if !phalanx::open::is_cache(&path) {
             let why = format!("{}: the ending of a saved scene is .phx", path.display());
             return Err(value_error(why));
         }
-        let (scene, bvh) = (self.scene.clone(), self.tree(py)?);
+        let now = self.now(py);
+        let bvh = now.tree(py)?;
         let write = || {
             phalanx::image::replace_file(&path, |out| {
-                let written = phalanx::cache::write(out, &scene, &bvh);
+                let written = phalanx::cache::write(out, &now.scene, &bvh);
                 written.map(drop).map_err(std::io::Error::other)
             })
         };
@@ -217,14 +247,17 @@ impl PyScene {
     /// that are not finite, IndexError for faces that name no vertex, TypeError
     /// for what holds no numbers.
     fn add_mesh(
-        &mut self,
+        &self,
+        py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
     ) -> PyResult<GeomId> {
-        let vertices = self.coordinates().points("vertices", vertices)?;
+        let vertices = self.now(py).coordinates().points("vertices", vertices)?;
         let faces = crate::arrays::faces(faces)?;
         let vertices = vertices.threes("vertices")?;
-        self.change(|scene| scene.add_mesh(vertices, &faces).map_err(geometry_error))
+        self.change(py, |scene| {
+            scene.add_mesh(vertices, &faces).map_err(geometry_error)
+        })
     }
 
     /// Adds spheres and returns the geometry's number, geom_id.
@@ -236,19 +269,22 @@ impl PyScene {
     /// radii that are not positive and finite; TypeError for what holds no
     /// numbers.
     fn add_spheres(
-        &mut self,
+        &self,
+        py: Python<'_>,
         centers: &Bound<'_, PyAny>,
         radii: &Bound<'_, PyAny>,
     ) -> PyResult<GeomId> {
-        let centers = self.coordinates().points("centers", centers)?;
-        let radii = self.coordinates().differences("radii", radii)?;
+        let centers = self.now(py).coordinates().points("centers", centers)?;
+        let radii = self.now(py).coordinates().differences("radii", radii)?;
         let centers = centers.threes("centers")?;
         let radii = match radii.shape() {
             [] => vec![radii.numbers()?[0]; centers.len()],
             [_] => radii.numbers()?.to_vec(),
             shape => return Err(wrong_shape("radii", "(n,)", shape)),
         };
-        self.change(|scene| scene.add_spheres(centers, &radii).map_err(geometry_error))
+        self.change(py, |scene| {
+            scene.add_spheres(centers, &radii).map_err(geometry_error)
+        })
     }
 
     /// Adds a mesh that only its instances show, in coordinates of its own, and
@@ -256,14 +292,18 @@ impl PyScene {
     ///
     /// Arrays and errors are those of add_mesh(), with one face at least.
     fn add_prototype(
-        &mut self,
+        &self,
+        py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
     ) -> PyResult<u32> {
-        let vertices = self.coordinates().differences("vertices", vertices)?;
+        let vertices = self
+            .now(py)
+            .coordinates()
+            .differences("vertices", vertices)?;
         let faces = crate::arrays::faces(faces)?;
         let vertices = vertices.threes("vertices")?;
-        self.change(|scene| {
+        self.change(py, |scene| {
             scene
                 .add_prototype(vertices, &faces)
                 .map_err(geometry_error)
@@ -279,16 +319,26 @@ impl PyScene {
     ///
     /// Raises IndexError for a prototype that is not there, ValueError for a
     /// shape, and for a transform that has no inverse.
-    fn add_instance(&mut self, prototype: u32, transform: &Bound<'_, PyAny>) -> PyResult<GeomId> {
-        if prototype as usize >= self.scene.meshes.len() {
+    fn add_instance(
+        &self,
+        py: Python<'_>,
+        prototype: u32,
+        transform: &Bound<'_, PyAny>,
+    ) -> PyResult<GeomId> {
+        let now = self.now(py);
+        if prototype as usize >= now.scene.meshes.len() {
             let why = format!("there is no prototype {prototype}");
             return Err(pyo3::exceptions::PyIndexError::new_err(why));
         }
-        let to_world = crate::coordinates::transform(transform, &self.coordinates())?;
-        self.change(|scene| scene.add_instance(prototype, to_world).map_err(value_error))
+        let to_world = crate::coordinates::transform(transform, &now.coordinates())?;
+        drop(now);
+        self.change(py, |scene| {
+            scene.add_instance(prototype, to_world).map_err(value_error)
+        })
     }
 
-    /// Builds the tree now, where the first query would.
+    /// Builds the tree now, where the first query would, or another one where
+    /// there is one of another quality.
     ///
     /// quality : 'fastest', 'fast', 'medium' or 'best'
     ///     How much time to spend on it, for faster rays. Answers do not depend
@@ -297,16 +347,21 @@ impl PyScene {
     ///
     /// Raises ValueError for another quality, and for threads below 1.
     #[pyo3(signature = (quality="medium", threads=None))]
-    fn build(&mut self, py: Python<'_>, quality: &str, threads: Option<i64>) -> PyResult<()> {
+    fn build(&self, py: Python<'_>, quality: &str, threads: Option<i64>) -> PyResult<()> {
         let known = Quality::ALL.iter().find(|(name, _)| *name == quality);
         let &(_, quality) = known.ok_or_else(|| {
             let names = Quality::ALL.map(|(name, _)| name).join(", ");
             value_error(format!("quality is {quality:?}, not one of {names}"))
         })?;
         let threads = self::threads(threads)?;
-        self.settings = BuildSettings { quality, threads };
-        self.bvh = None;
-        let bvh = self.tree(py)?;
+        let mut now = self.lock(py);
+        if now.settings.quality != quality {
+            now.tree = Arc::default();
+        }
+        now.settings = BuildSettings { quality, threads };
+        let asked = now.clone();
+        drop(now);
+        let bvh = asked.tree(py)?;
         py.detach(|| bvh.build_wide(threads));
         Ok(())
     }
@@ -314,38 +369,38 @@ impl PyScene {
     /// The prim_id of a geometry's first primitive; None for numbers that are
     /// no geometry's. hits.prim_id less this is the row of the face or sphere
     /// in the arrays that were added.
-    fn first_prim(&mut self, py: Python<'_>, geom_id: i64) -> PyResult<Option<u32>> {
-        let bvh = self.tree(py)?;
+    fn first_prim(&self, py: Python<'_>, geom_id: i64) -> PyResult<Option<u32>> {
+        let bvh = self.now(py).tree(py)?;
         Ok(u32::try_from(geom_id)
             .ok()
             .and_then(|id| bvh.first_prim(id)))
     }
 
     /// Number of primitives, those of instances counted once for each.
-    fn __len__(&self) -> usize {
-        self.scene.visible_count() as usize
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.now(py).scene.visible_count() as usize
     }
 
     /// Smallest and largest coordinates: float64, (2, 3), in your coordinates;
     /// inf and -inf where there is nothing.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let bounds = self.scene.bounds();
-        let coordinates = self.coordinates();
+        let now = self.now(py);
+        let (bounds, coordinates) = (now.scene.bounds(), now.coordinates());
         let corner = |corner: phalanx::glam::Vec3| coordinates.outside(corner.as_dvec3().into());
         let both = [corner(bounds.lo), corner(bounds.hi)];
         shaped(py, both.as_flattened().to_vec(), &[2, 3])
     }
 
-    fn __repr__(&self) -> String {
-        let built = if self.bvh.is_some() {
-            "built"
-        } else {
-            "not built"
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let now = self.now(py);
+        let built = match now.tree.get() {
+            Some(Ok(_)) => "built",
+            _ => "not built",
         };
         format!(
             "<phalanx.Scene: {} primitives, {built}>",
-            self.scene.visible_count()
+            now.scene.visible_count()
         )
     }
 }

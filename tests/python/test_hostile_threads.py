@@ -96,40 +96,132 @@ def test_arrays_that_another_thread_changes_give_some_answer(cube):
 def test_threads_query_a_scene_that_another_one_adds_to():
     scene = phalanx.Scene()
     scene.add_mesh(CUBE_VERTICES, CUBE_FACES)
+    # The first crosses every cube, which are one within another.
     origins, directions = rays_between(np.random.default_rng(9), 2_000)
+    origins[0], directions[0] = [0.2, 0.1, 9], [0, 0, -1]
     ending, answers, wrong = threading.Event(), [], []
+    queries = (scene.intersect, scene.occluded, scene.count, scene.all_hits)
 
     def ask(query):
         while not ending.is_set():
             try:
-                answers.append((query, query(origins, directions)))
-            except RuntimeError as error:
-                if "borrowed" not in str(error):
-                    wrong.append(error)
+                before = len(scene)
+                answer = query(origins, directions)
+                answers.append((query, before, answer, len(scene)))
             except BaseException as error:  # noqa: BLE001
                 wrong.append(error)
 
-    queries = (scene.intersect, scene.occluded, scene.count, scene.all_hits)
     askers = [threading.Thread(target=ask, args=(query,)) for query in queries]
     for asker in askers:
         asker.start()
-    added, end = 0, time.monotonic() + 3
+    added, end = 0, time.monotonic() + 2
     while time.monotonic() < end:
-        try:
-            scene.add_mesh(CUBE_VERTICES * (1 + added % 50 / 100), CUBE_FACES)
-            added += 1
-        except RuntimeError:
-            pass
+        added += 1
+        scene.add_mesh(CUBE_VERTICES * (1 + added / 10_000), CUBE_FACES)
         time.sleep(0.003)
     ending.set()
     for asker in askers:
         asker.join()
-    assert not wrong and added > 5 and len(answers) > 5
-    assert len(scene) == 12 * (1 + added)
-    for query, answer in answers:
+    assert not wrong, wrong[:3]
+    assert added > 5 and len(answers) > 5 and len(scene) == 12 * (1 + added)
+    for query, before, answer, after in answers:
         if query == scene.intersect:
-            assert (answer.prim_id < len(scene)).all()
+            assert (answer.prim_id < after).all()
             assert np.isfinite(answer.refine()[1][answer.hit]).all()
+        # Answers are of the scene at one moment within the call.
+        elif query == scene.count:
+            assert before <= answer[0] * 6 <= after
+        elif query == scene.all_hits:
+            assert before <= answer.starts[1] * 6 <= after
+
+
+# Rays between whole numbers: each of these arrays holds the same ones.
+ARRAYS = {
+    "float32": lambda rays: rays.astype(np.float32),
+    "float64": lambda rays: rays.astype(np.float64),
+    "half": lambda rays: rays.astype(np.float16),
+    "integers": lambda rays: rays,
+    "small integers": lambda rays: rays.astype(np.int8),
+    "another byte order": lambda rays: rays.astype(">f4"),
+    "Fortran": lambda rays: np.asfortranarray(rays, dtype=np.float32),
+    "every other row": lambda rays: np.repeat(rays.astype(np.float32), 2, axis=0)[::2],
+    "lists": lambda rays: rays.tolist(),
+}
+
+
+def test_sixteen_threads_ask_everything_of_a_scene_while_others_are_built():
+    rng = np.random.default_rng(11)
+    ends = rng.integers(-4, 5, size=(2, 4_000, 3))
+    rays = np.concatenate([ends[0], ends[1] - ends[0]], axis=1)
+    arrays = [make(rays) for make in ARRAYS.values()]
+
+    def knot():
+        scene = phalanx.Scene()
+        for k in range(200):
+            scene.add_mesh(CUBE_VERTICES * (1 + k / 100), CUBE_FACES)
+        scene.add_spheres(rng.uniform(-3, 3, size=(50, 3)), 0.3)
+        return scene
+
+    def columns(hits):
+        names = ("t", "u", "v", "prim_id", "geom_id")
+        return b"".join(getattr(hits, name).tobytes() for name in names)
+
+    camera = ([5, 4, 9], [0, 0, 0], [0, 1, 0], 40)
+    queries = {
+        "intersect": lambda scene, rays: columns(scene.intersect(rays)),
+        "normals": lambda scene, rays: scene.intersect(rays, threads=1).normal.tobytes(),
+        "refined": lambda scene, rays: scene.intersect(rays).refine()[1].tobytes(),
+        "occluded": lambda scene, rays: scene.occluded(rays, tmax=0.5).tobytes(),
+        "count": lambda scene, rays: scene.count(rays, threads=2).tobytes(),
+        "all_hits": lambda scene, rays: columns(scene.all_hits(rays[:200])),
+        "render": lambda scene, _: scene.render(camera, (40, 30)).tobytes(),
+        "depth": lambda scene, _: scene.depth(camera, (40, 30)).tobytes(),
+        "others": lambda scene, _: (len(scene), scene.first_prim(7), scene.bounds.tobytes()),
+        "bench": lambda scene, _: len(scene.bench(["primary"], camera, (16, 16), repeat=1)["rows"]),
+    }
+    shared = knot()
+    shared.build()
+    expected = {name: query(shared, arrays[0]) for name, query in queries.items()}
+    # The first of the threads builds the tree, and the others wait for it.
+    shared.build("best")
+    ending, wrong, answers = threading.Event(), [], []
+
+    def guarded(work, *arguments):
+        try:
+            work(*arguments)
+        except BaseException as error:  # noqa: BLE001
+            wrong.append(error)
+
+    def ask(thread):
+        for k in range(len(queries) * len(arrays)):
+            name = list(queries)[(thread + k) % len(queries)]
+            if name == "bench" and k > 0:
+                continue
+            answer = queries[name](shared, arrays[(thread + k // len(queries)) % len(arrays)])
+            answers.append(name)
+            assert answer == expected[name], name
+
+    def build_another():
+        while not ending.is_set():
+            knot().build()
+
+    def change_another():
+        scene = knot()
+        while not ending.is_set():
+            scene.add_mesh(arrays[1][:, :3], [[0, 1, 2]])
+            scene.occluded(arrays[2])
+
+    others = [threading.Thread(target=guarded, args=(w,)) for w in (build_another, change_another)]
+    askers = [threading.Thread(target=guarded, args=(ask, thread)) for thread in range(16)]
+    for thread in others + askers:
+        thread.start()
+    for asker in askers:
+        asker.join()
+    ending.set()
+    for other in others:
+        other.join()
+    assert not wrong, (len(wrong), wrong[:3])
+    assert set(answers) == set(queries)
 
 
 def test_scenes_and_hits_cannot_be_pickled_or_copied(cube):

@@ -11,6 +11,7 @@ installed. Three things differ:
 from __future__ import annotations
 
 import math
+import threading
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,8 @@ class RaycastingScene:
         self._build_threads = _threads(nthreads)
         self._meshes: list[tuple[NDArray, NDArray]] = []
         self._table: _Table | None = None
+        # Held while the table and the meshes that it is of may differ.
+        self._lock = threading.Lock()
 
     def add_triangles(
         self, vertex_positions: Any = None, triangle_indices: Any = None, *, mesh: Any = None
@@ -58,9 +61,10 @@ class RaycastingScene:
             vertices, triangles = mesh.vertex["positions"], mesh.triangle["indices"]
         vertices = np.array(_as_numpy(vertices), dtype=np.float32)
         triangles = np.array(_as_numpy(triangles))
-        number = self._scene.add_mesh(vertices, triangles)
-        self._meshes.append((vertices, triangles.reshape(-1, 3)))
-        self._table = None
+        with self._lock:
+            number = self._scene.add_mesh(vertices, triangles)
+            self._meshes.append((vertices, triangles.reshape(-1, 3)))
+            self._table = None
         return number
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
@@ -72,8 +76,10 @@ class RaycastingScene:
         primitive_normals : float32, (…, 3), unit normal of the triangle; 0 for a miss
         """
         numbers, wrap = _rays(rays)
-        table = self._built()
+        self._built()
         hits = self._scene.intersect(numbers, threads=_threads(nthreads))
+        # Of the meshes that were hit, at least, where another thread adds some.
+        table = self._built()
         found = {
             "t_hit": hits.t,
             "geometry_ids": hits.geom_id.view(np.uint32),
@@ -124,8 +130,8 @@ class RaycastingScene:
         """
         numbers, wrap = _rays(rays)
         flat = numbers.reshape(-1, 6)
-        table = self._built()
         hits, rows = self._crossings(flat, nthreads)
+        table = self._built()
         ray = hits.ray_id[rows]
         found = {
             "ray_splits": np.searchsorted(ray, np.arange(len(flat) + 1)).astype(np.uint32),
@@ -156,15 +162,16 @@ class RaycastingScene:
 
     def _built(self) -> _Table:
         """The table of the meshes as they are now; builds the tree."""
-        table = self._table
-        if table is None:
-            self._scene.build(threads=self._build_threads)
-            table = self._table = _Table(self._meshes)
-        return table
+        with self._lock:
+            if self._table is None:
+                self._scene.build(threads=self._build_threads)
+                self._table = _Table(self._meshes)
+            return self._table
 
     def _crossings(self, flat: NDArray, nthreads: int) -> tuple[AllHits, NDArray[np.int64]]:
-        table = self._built()
+        self._built()
         hits = self._scene.all_hits(flat, threads=_threads(nthreads))
+        table = self._built()
 
         def normals(rows: NDArray[np.int64]) -> NDArray:
             return table.normal[hits.prim_id[rows]]
