@@ -45,7 +45,7 @@ pub struct PlanArgs {
     ///
     /// Cut a sequence into whole frames, dealt out in turn (frame, the default), or into the tiles
     /// of each frame, for few frames that take long (tile).
-    #[arg(long, value_name = "BY", hide_possible_values = true, help_heading = LONG_RENDERS, value_parser = name_parser(&ShardBy::ALL), requires = "frames")]
+    #[arg(long, value_name = "BY", hide_possible_values = true, help_heading = LONG_RENDERS, value_parser = name_parser(&ShardBy::ALL), requires = "path")]
     pub shard_by: Option<ShardBy>,
     #[command(flatten)]
     pub picture: PictureArgs,

@@ -16,28 +16,23 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(next_help_heading = LONG_RENDERS)]
 pub struct FrameArgs {
-    /// A sequence: frames A to B, both included
+    /// Frames A to B of a sequence, both included
     ///
     /// Render frames A to B, both included; the scene is read and its tree is built once. Each has
-    /// its number in its name, where `#`s stand, or before the ending.
+    /// its number in its name, where `#`s stand, or before the ending. [default: once around, or
+    /// from the first to the last key frame]
     #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "path")]
     pub frames: Option<RangeInclusive<u32>>,
-    /// The camera goes around, once in N frames
+    /// A sequence: the camera goes around in N frames
     ///
     /// The camera goes around what it looks at, once in N frames.
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..), group = "path", requires = "frames")]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAME)), group = "path")]
     pub turntable: Option<u32>,
     /// The camera goes through the views of this file
     ///
     /// The camera goes through the views of this file, smoothly: a line each, of a frame's number,
     /// from X Y Z, at X Y Z, up X Y Z, and the field of view.
-    #[arg(
-        long,
-        value_name = "FILE",
-        hide_short_help = true,
-        group = "path",
-        requires = "frames"
-    )]
+    #[arg(long, value_name = "FILE", hide_short_help = true, group = "path")]
     pub keyframes: Option<PathBuf>,
 }
 
@@ -60,6 +55,11 @@ pub struct Sequence {
 }
 
 impl FrameArgs {
+    /// Returns true if these arguments ask for a sequence.
+    pub fn are_given(&self) -> bool {
+        self.turntable.is_some() || self.keyframes.is_some()
+    }
+
     /// Notes that --camera is of no use, where that is so.
     pub fn note_camera(&self, beside: &SceneArgs) {
         if beside.camera.is_some() && self.keyframes.is_some() {
@@ -80,15 +80,17 @@ impl FrameArgs {
     /// The requested sequence, if there is one. Positions of key frames are in the file's
     /// coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {
-        let Some(frames) = self.frames.clone() else {
-            return Ok(None);
+        let (path, all) = match (&self.keyframes, self.turntable) {
+            (Some(file), _) => {
+                let keys = read_keys(file, scene)?;
+                // There is at least one key, and keys are in order.
+                let all = keys[0].frame..=keys[keys.len() - 1].frame;
+                (CameraPath::Keys(keys), all)
+            }
+            (None, Some(frames)) => (CameraPath::Turntable { frames }, 0..=frames - 1),
+            (None, None) => return Ok(None),
         };
-        let path = match (&self.keyframes, self.turntable) {
-            (Some(file), _) => CameraPath::Keys(read_keys(file, scene)?),
-            (None, turn) => CameraPath::Turntable {
-                frames: turn.unwrap_or(1),
-            },
-        };
+        let frames = self.frames.clone().unwrap_or(all);
         Ok(Some(Sequence { frames, path }))
     }
 }
@@ -160,6 +162,9 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
             ortho: None,
         });
         view.basis().map_err(|e| wrong(&e.to_string()))?;
+        if frame > MAX_FRAME {
+            return Err(wrong(&format!("frame {frame} is beyond {MAX_FRAME}")));
+        }
         if keys.last().is_some_and(|last| last.frame >= frame) {
             return Err(wrong("frames have to rise"));
         }

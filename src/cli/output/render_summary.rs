@@ -94,12 +94,15 @@ impl RenderSummary {
         }
     }
 
-    /// The samples in words.
+    /// The samples in words; adaptive pictures have fewer in most pixels.
     pub fn samples_words(&self) -> String {
-        match self.spp {
-            1 => "1 sample per pixel".to_owned(),
-            more => format!("{more} samples per pixel"),
-        }
+        let most = if self.aa_threshold.is_some() {
+            "up to "
+        } else {
+            ""
+        };
+        let plural = if self.spp == 1 { "" } else { "s" };
+        format!("{most}{} sample{plural} per pixel", self.spp)
     }
 
     /// The settings in words; the filter only where it matters, and the least weight where there is
@@ -110,7 +113,7 @@ impl RenderSummary {
             words.push_str(&format!(" ({})", self.filter));
         }
         if let Some(threshold) = self.aa_threshold {
-            words = format!("up to {words}, adaptive to {threshold}");
+            words.push_str(&format!(", adaptive to {threshold}"));
         }
         if let Some(focus) = self.focus {
             words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));

@@ -376,7 +376,7 @@ fn a_sequence_is_its_frames_one_by_one() {
     let said = room.ok("render a.test -o b.png --frames 0..3 --turntable 4 --checkpoint b.tiles");
     assert!(
         said.contains("frame 3: ")
-            && said.contains("written      b.0000.png to b.0003.png: 40x24, 1 sample per pixel\n"),
+            && said.contains("written      b.0000.png to b.0003.png: 40x24, 1 sample per pixel, linear (see --transfer)\n"),
         "{said}"
     );
     let frames: Vec<_> = (0..4)
@@ -409,11 +409,33 @@ fn a_sequence_is_its_frames_one_by_one() {
         &["bad:1: 3 numbers"],
     );
     room.refused("render a.test -o k.png --frames 5..6", 2, &["--turntable"]);
-    room.refused("render a.test -o k.png --turntable 6", 2, &["--frames"]);
+    // Without frames, all of them: once around, and from the first to the last key frame.
+    for (options, first, last) in [("--turntable 3", 0, 2), ("--keyframes way", 3, 9)] {
+        let room_of = format!("frames-{first}");
+        fs::create_dir(room.path().join(&room_of)).unwrap();
+        room.ok(&format!(
+            "render a.test -o {room_of}/#.png --size 8x8 {options}"
+        ));
+        let made = fs::read_dir(room.path().join(&room_of)).unwrap().count();
+        assert_eq!(made, last - first + 1, "{options}");
+        for k in first..=last {
+            bytes(&room, &format!("{room_of}/{k}.png"));
+        }
+    }
     room.refused(
         "render a.test -o k.png --frames 6..5 --turntable 6",
         2,
         &["0..119"],
+    );
+}
+
+#[test]
+fn adaptive_pictures_report_their_limit_as_one() {
+    let room = TestFolder::new();
+    let said = room.ok("render a.test -o a.exr --aa adaptive --spp 16");
+    assert!(
+        said.ends_with(": 40x24, up to 16 samples per pixel\n"),
+        "{said}"
     );
 }
 

@@ -392,7 +392,7 @@ fn sequences_that_cannot_be_planned_are_refused() {
         ],
     );
     refused("--shards 2 -o job/m.png --frames 0..3", &["--turntable"]);
-    refused("--shards 2 -o job/m.png --shard-by tile", &["--frames"]);
+    refused("--shards 2 -o job/m.png --shard-by tile", &["--turntable"]);
     refused(
         &format!("--shards 2 -o job/m.png {turn} --shard-by row"),
         &["frame", "tile"],

@@ -130,9 +130,9 @@ fn a_name_stays_on_its_line() {
     let mut render = room.command("render a.test --size 8x8");
     let written = ran(render.args(["-o", "we\nird.png"]));
     assert!(
-        written
-            .stdout
-            .contains("written      we\\nird.png: 8x8, 1 sample per pixel\n"),
+        written.stdout.contains(
+            "written      we\\nird.png: 8x8, 1 sample per pixel, linear (see --transfer)\n"
+        ),
         "{}",
         written.stdout
     );

@@ -32,7 +32,7 @@ pub struct RenderArgs {
     ///
     /// Write a second picture, of what each pixel's camera ray costs to trace. KIND is nodes (that
     /// are visited), prims (that are tested), or time.
-    #[arg(long, num_args = 2, value_names = ["KIND", "OUT.png"], help_heading = OUTPUT, hide_short_help = true, conflicts_with = "frames")]
+    #[arg(long, num_args = 2, value_names = ["KIND", "OUT.png"], help_heading = OUTPUT, hide_short_help = true, conflicts_with = "path")]
     pub heat: Option<Vec<String>>,
     /// Print one JSON document, not three lines
     #[arg(long, help_heading = OUTPUT, display_order = 900)]

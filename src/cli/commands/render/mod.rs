@@ -2,6 +2,7 @@
 
 mod args;
 pub mod heatmap;
+mod interior;
 mod job;
 mod kept_tiles;
 mod report;
@@ -14,7 +15,7 @@ pub use args::RenderArgs;
 use crate::cli::options::{NamedScene, SceneInput, Sequence, film_bytes, stem};
 use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
 use job::{Job, films_in_memory};
-use phalanx::frame::{Aov, Engine, Integrator};
+use phalanx::frame::{AccelRef, Aov, Engine, Integrator};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::TileFile;
 use phalanx::scene::Scene;
@@ -66,6 +67,9 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let start = Instant::now();
     let prepared = scene_input.prepare_render(&settings, &args.tree, films)?;
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
+    if let AccelRef::Packets(bvh) = prepared.accel() {
+        interior::hint(&scene_input.scene, bvh).inspect(|hint| output::note(hint));
+    }
     let job = Job {
         args,
         prepared: &prepared,
@@ -98,7 +102,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     };
     let film = films * film_bytes(&settings);
     let memory = MemoryStats::of(scene, &tree, film, scene_input.mapped_bytes);
-    let image = RenderImage::new(&settings, &output.path, sequence.as_ref());
+    let image = RenderImage::new(&settings, &output, sequence.as_ref());
     let sizes = (tree, memory);
     let report = RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
     output::print_output(&report, args.json)
@@ -119,9 +123,9 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
         return Ok(());
     };
     format_of(path, args.beside.picture_format()?, "--output")?;
-    if args.frames.frames.is_some() && output::is_dash(path) {
+    if args.frames.are_given() && output::is_dash(path) {
         return Err(CliError::Usage(
-            "--frames writes a file for each frame, and stdout is one: name files".to_owned(),
+            "a sequence is a file for each frame, and stdout is one file: name files".to_owned(),
         ));
     }
     check_output(args, path)

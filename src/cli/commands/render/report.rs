@@ -2,13 +2,13 @@
 
 use crate::cli::options::Sequence;
 use crate::cli::output::{
-    MemoryStats, Output, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures, grouped,
-    lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays,
+    MemoryStats, Output, OutputFile, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures,
+    grouped, lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays,
 };
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
 use phalanx::render::{RayCounts, RenderStats};
-use phalanx::scene::Scene;
+use phalanx::scene::{Scene, Transfer};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -51,11 +51,19 @@ pub struct RenderImage {
     /// The file of the last frame of several.
     #[serde(skip)]
     last: Option<PathBuf>,
+    /// True if a format for screens holds linear samples, which most programs show too dark.
+    #[serde(skip)]
+    linear: bool,
 }
 
 impl RenderImage {
-    /// The picture of these settings at this path.
-    pub fn new(settings: &Settings, path: &Path, sequence: Option<&Sequence>) -> RenderImage {
+    /// The picture of these settings in this file.
+    pub fn new(
+        settings: &Settings,
+        output: &OutputFile,
+        sequence: Option<&Sequence>,
+    ) -> RenderImage {
+        let (path, file) = (output.path.as_path(), &output.file);
         let frames = sequence.map(|s| [*s.frames.start(), *s.frames.end()]);
         let name = |end: usize| Some(sequence?.name(path, frames?[end]));
         let first = name(0).unwrap_or_else(|| path.to_path_buf());
@@ -64,6 +72,7 @@ impl RenderImage {
             frames,
             last: name(1).filter(|last| *last != first),
             path: first.to_string_lossy().into_owned(),
+            linear: !file.format.is_linear() && file.exposure.encoding.transfer == Transfer::None,
         }
     }
 
@@ -146,6 +155,11 @@ impl Output for RenderDocument {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
         let samples = self.summary.samples_words();
+        let linear = if self.image.linear {
+            ", linear (see --transfer)"
+        } else {
+            ""
+        };
         let (render, all) = (self.seconds.render, self.seconds.total());
         let rays = self.rays.total() as f64 / 1e6;
         let speed = mrays_per_s(self.rays.total(), render);
@@ -164,7 +178,7 @@ impl Output for RenderDocument {
             (
                 "written",
                 format!(
-                    "{}: {width}x{height}{region}, {samples}",
+                    "{}: {width}x{height}{region}, {samples}{linear}",
                     self.image.written()
                 ),
             ),
@@ -211,6 +225,7 @@ impl Output for RenderDocument {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use phalanx::image::{Depth, Exposure, ImageFormat};
 
     fn report() -> RenderDocument {
         let scene = Scene::default();
@@ -242,7 +257,19 @@ mod tests {
             prim_bytes: 2,
             wide_bytes: 3,
         };
-        let image = RenderImage::new(&settings, Path::new("out.png"), None);
+        let exposure = Exposure {
+            stops: 0.0,
+            encoding: scene.encoding,
+        };
+        let output = OutputFile::for_picture(
+            "out.png".into(),
+            ImageFormat::Png,
+            exposure,
+            Depth::Eight,
+            settings.window(),
+            (settings.aovs, scene.origin),
+        );
+        let image = RenderImage::new(&settings, &output.unwrap(), None);
         let sizes = (stats, MemoryStats::of(&scene, &stats, 1 << 20, 0));
         let name = Path::new("a.test");
         RenderDocument::new(name, &scene, &settings, image, sizes, &work, seconds)
@@ -273,6 +300,18 @@ mod tests {
         if cfg!(target_os = "linux") {
             assert!(json["memory"]["peak_rss_bytes"].as_u64().unwrap() > 100_000);
         }
+    }
+
+    #[test]
+    fn linear_samples_are_told() {
+        let mut report = report();
+        assert!(
+            report
+                .short()
+                .ends_with("1 sample per pixel, linear (see --transfer)\n")
+        );
+        report.image.linear = false;
+        assert!(report.short().ends_with("1 sample per pixel\n"));
     }
 
     #[test]

@@ -54,10 +54,10 @@ pub struct VerifyArgs {
     /// Keep hashes of hits and radiance in this file
     ///
     /// Keep the hashes of each pixel's hit and radiance in this file, for --against.
-    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "frames")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "path")]
     pub record: Option<PathBuf>,
     /// Compare with the hashes kept in this file
-    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "frames")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "path")]
     pub against: Option<PathBuf>,
     /// How progress is told
     #[arg(long, value_enum, value_name = "MODE", help_heading = OUTPUT, hide_short_help = true, default_value_t = ProgressMode::Auto)]

@@ -1,0 +1,149 @@
+//! A hint for rooms: a camera that frames a whole model shows a room's outer walls.
+
+use crate::cli::output::to_file_coordinates;
+use glam::Vec3;
+use phalanx::camera::Camera;
+use phalanx::scene::{Scene, View};
+use phalanx::{Bvh, Ray};
+use std::collections::HashSet;
+
+/// Side of the small picture that is looked at, in pixels.
+const SIDE: u32 = 32;
+/// Fewest primitives of a furnished room.
+const MIN_PRIMS: usize = 1000;
+/// Hits for each primitive that is seen, from which on a few large faces hide all others.
+const HITS_PER_PRIM: usize = 16;
+
+/// Vertical field of view of the suggested camera, in degrees.
+const FOVY: f32 = 60.0;
+
+/// Suggests a camera inside if the framing camera sees a few large faces and a model surrounds its
+/// middle; `None` if the scene has its own camera or is no such model.
+pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
+    if !scene.made_up.view || scene.prim_count() < MIN_PRIMS {
+        return None;
+    }
+    let (hits, prims) = seen(bvh, &scene.view);
+    if hits <= HITS_PER_PRIM * prims {
+        return None;
+    }
+    let bounds = scene.bounds();
+    let eye = (bounds.lo + bounds.hi) / 2.0;
+    let meets = |direction: &Vec3| bvh.occluded(&Ray::new(eye, *direction));
+    if directions().filter(meets).count() * 20 < directions().count() * 19 {
+        return None;
+    }
+    let up = scene.view.up;
+    let size = (bounds.hi - bounds.lo).max_element();
+    let view = |direction: Vec3| View {
+        eye,
+        center: eye + direction * size / 2.0,
+        up,
+        fovy: FOVY,
+        ortho: None,
+    };
+    let level = directions().filter(|direction| direction.dot(up) == 0.0);
+    let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
+    let [eye, center] = [eye, richest.center].map(|at| words(scene, at, size / scene.scale));
+    // The made-up light stands outside, too.
+    let light = match scene.made_up.light {
+        true => format!(" --light {eye}"),
+        false => String::new(),
+    };
+    Some(format!(
+        "a few large faces hide the rest; if this is a room, look from inside: --camera {eye} {center} {},{},{} {FOVY}{light}",
+        up.x, up.y, up.z
+    ))
+}
+
+/// The number of hits in a small picture of this view, and of the primitives that are hit.
+fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
+    let Ok(camera) = Camera::new(view, SIDE, SIDE) else {
+        return (0, 0);
+    };
+    let ray = |k: u32| camera.ray((k / SIDE) as f32 + 0.5, (k % SIDE) as f32 + 0.5);
+    let hit = |(origin, direction): (Vec3, Vec3)| bvh.intersect(&Ray::new(origin, direction));
+    let hits: Vec<u32> = (0..SIDE * SIDE)
+        .filter_map(|k| Some(hit(ray(k))?.prim_id))
+        .collect();
+    let prims: HashSet<_> = hits.iter().collect();
+    (hits.len(), prims.len())
+}
+
+/// Unit vectors all around: from the middle of a cube to a grid on its faces.
+fn directions() -> impl Iterator<Item = Vec3> {
+    let cell = |k: i32| {
+        Vec3::new(
+            (k % 5 - 2) as f32,
+            (k / 5 % 5 - 2) as f32,
+            (k / 25 - 2) as f32,
+        )
+    };
+    let on_face = |cell: &Vec3| cell.abs().max_element() == 2.0;
+    (0..125).map(cell).filter(on_face).map(Vec3::normalize)
+}
+
+/// A position as `--camera` takes it, to a hundredth or a thousandth of the model's size.
+fn words(scene: &Scene, position: Vec3, size: f32) -> String {
+    let digits = (2.0 - size.log10()).ceil().clamp(0.0, 9.0) as usize;
+    let [x, y, z] = to_file_coordinates(scene, position);
+    format!("{x:.digits$},{y:.digits$},{z:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Adds a closed box, each of whose faces is a grid of `cells`² squares.
+    fn add_box(scene: &mut Scene, lo: Vec3, size: f32, cells: u32) {
+        let mut vertices: Vec<[f32; 3]> = Vec::new();
+        let mut indices: Vec<[u32; 3]> = Vec::new();
+        for face in 0..6 {
+            for cell in 0..cells * cells {
+                let first = vertices.len() as u32;
+                for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+                    let at = |k: u32| k as f32 / cells as f32;
+                    let mut corner = [
+                        at(cell % cells + a),
+                        at(cell / cells + b),
+                        (face / 3) as f32,
+                    ];
+                    corner.rotate_right(face % 3);
+                    vertices.push((lo + Vec3::from(corner) * size).to_array());
+                }
+                indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+            }
+        }
+        scene.add_mesh(&vertices, &indices).unwrap();
+    }
+
+    fn hint_of(boxes: &[(Vec3, f32, u32)]) -> Option<String> {
+        let mut scene = Scene::default();
+        for &(lo, size, cells) in boxes {
+            add_box(&mut scene, lo, size, cells);
+        }
+        scene.view.eye = Vec3::new(20.0, 14.0, 40.0);
+        scene.view.center = Vec3::splat(2.0);
+        scene.view.up = Vec3::Y;
+        scene.view.fovy = 20.0;
+        scene.made_up.view = true;
+        scene.made_up.light = true;
+        hint(&scene, &Bvh::build(&scene))
+    }
+
+    #[test]
+    fn a_furnished_room_is_looked_into_and_a_solid_is_not() {
+        let (room, table) = ((Vec3::ZERO, 10.0, 1), (Vec3::splat(1.0), 2.0, 10));
+        let found = hint_of(&[room, table]).unwrap();
+        let options = "--camera 5.0,5.0,5.0 1.5,5.0,1.5 0,1,0 60 --light 5.0,5.0,5.0";
+        assert!(found.ends_with(options), "{found}");
+        assert_eq!(
+            hint_of(&[(Vec3::ZERO, 10.0, 14)]),
+            None,
+            "a finely divided box"
+        );
+        assert_eq!(hint_of(&[room]), None, "a plain box");
+        let far = (Vec3::new(30.0, 0.0, 0.0), 10.0, 1);
+        assert_eq!(hint_of(&[room, table, far]), None, "the middle is outside");
+    }
+}
