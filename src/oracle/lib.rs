@@ -1,6 +1,6 @@
-//! The scalar tracer: one ray at a time, recursively, as the design document writes it. It is a
-//! second, plainer implementation of the same arithmetic, with a tree of its own, that proves the
-//! packet engine bit by bit.
+//! The scalar tracer: one ray at a time, recursively, as the design document writes it
+//! (M. Bontje, "Raytracer technical design document", 2016). It is a second, plainer implementation
+//! of the same arithmetic, with a tree of its own, that proves the packet engine bit by bit.
 //!
 //! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
 //! `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.

@@ -1,7 +1,8 @@
-"""Rays for Open3D: RaycastingScene with the queries of open3d.t.geometry.RaycastingScene.
+"""Rays for Open3D: RaycastingScene with the ray queries of open3d.t.geometry.RaycastingScene.
 
 Tensors of Open3D in, tensors out; numpy arrays in, numpy arrays out, and then Open3D need not be
-installed. Three things differ:
+installed. Missing are the queries about points, compute_closest_points, compute_distance,
+compute_signed_distance and compute_occupancy, and the argument device. Three things differ:
 
 - Hits count beyond the origin only (0 < t).
 - Arrays of any real numbers are taken, and rounded to float32; vertices and triangles are copied.
@@ -27,7 +28,7 @@ _RAYS = 1 << 18
 
 
 class RaycastingScene:
-    """Triangle meshes, and rays that are cast at them.
+    """Triangle meshes, and rays that are cast at them; queries about points are missing.
 
     Rays are (…, 6) with two sides at least: origin and direction, of any length but zero. nthreads
     is 0 for one thread per CPU. Queries raise ValueError for other shapes, and TypeError for what
