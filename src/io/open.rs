@@ -6,7 +6,7 @@ use crate::formats::{self, Diagnostic, LoadError, Loaded, Options, Origin};
 use crate::standard::{self, StandardError};
 use phalanx_scene::{Scene, SceneError};
 use phalanx_trace::bvh::Bvh;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A scene that was opened.
 #[derive(Debug)]
@@ -17,6 +17,8 @@ pub struct Opened {
     pub bvh: Option<Bvh>,
     /// Bytes of the cache that stay mapped; 0 for other files.
     pub mapped_bytes: u64,
+    /// Files that were found beside the scene's, each by its real path.
+    pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
     /// Remarks on what was added because the file has none, and on options that mean nothing here.
@@ -29,6 +31,7 @@ impl From<Loaded> for Opened {
             scene: loaded.scene,
             bvh: None,
             mapped_bytes: 0,
+            files: loaded.files,
             warnings: loaded.warnings,
             notes: loaded.notes,
         }
@@ -127,6 +130,7 @@ fn amended(
         scene,
         bvh,
         mapped_bytes,
+        files: Vec::new(),
         warnings: Vec::new(),
         notes,
     })

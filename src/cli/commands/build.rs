@@ -68,7 +68,7 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
             cache::ENDING
         )));
     }
-    output::check_place(path)?;
+    output::check_place(path, Some("--output"))?;
     args.beside.no_picture()?;
     interrupt::listen()?;
     let threads = args.threads.unwrap_or(0);

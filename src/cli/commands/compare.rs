@@ -45,14 +45,17 @@ pub struct CompareArgs {
 
 /// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
 pub fn run(args: &CompareArgs) -> Result<(), CliError> {
-    let pictures = [
-        ("--heat", args.heat.as_deref()),
-        ("--side-by-side", args.side_by_side.as_deref()),
-    ];
-    for (option, path) in pictures {
-        path.map_or(Ok(()), |path| output::check_png_place(path, option))?;
+    for path in [&args.a, &args.b] {
+        output::reads("the picture", path)?;
     }
-    output::check_distinct(&pictures)?;
+    let written = [
+        ("--heat", &args.heat),
+        ("--side-by-side", &args.side_by_side),
+    ];
+    for (option, path) in written {
+        path.as_deref()
+            .map_or(Ok(()), |path| output::check_png_place(path, option))?;
+    }
     let (mut a, mut b) = (PictureReader::open(&args.a)?, PictureReader::open(&args.b)?);
     let found = compare_pictures(&mut a, &mut b, args.tolerance).map_err(refusal)?;
     if let Some(path) = &args.heat {

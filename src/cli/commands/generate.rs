@@ -54,7 +54,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
             shown_path(&args.output)
         ))
     })?;
-    output::check_place(&args.output)?;
+    output::check_place(&args.output, Some("--output"))?;
     interrupt::listen()?;
     let (losses, written) = match output::is_replaced(&args.output) {
         true => interrupt::interruptible(Some(&args.output), |control| {

@@ -103,12 +103,8 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     }
     args.beside.no_picture()?;
     let format = format_of(&args.output, None, "--output")?;
-    output::check_place(&args.plan)?;
-    output::check_place(&args.output)?;
-    output::check_distinct(&[
-        ("--output", Some(&args.output)),
-        ("--plan", Some(&args.plan)),
-    ])?;
+    output::check_place(&args.plan, Some("--plan"))?;
+    output::check_place(&args.output, args.frames.origin("--output"))?;
     interrupt::listen()?;
     refuse_special(&args.scene)?;
     let wanted = args.frames.wanted(&args.picture);
@@ -179,8 +175,7 @@ fn check_frames(args: &PlanArgs, frames: &PlannedFrames) -> Result<(), CliError>
     for frame in frames.all() {
         frames.view(frame)?;
         let name = frames.name(&args.output, frame);
-        output::check_kind(&name)?;
-        output::check_distinct(&[("a frame", Some(&name)), ("--plan", Some(&args.plan))])?;
+        output::check_kind(&name, "--output")?;
         if frames.is_by_frame() {
             frame_path(frames, &args.plan, frame)?;
         }
@@ -288,6 +283,14 @@ fn text(path: &Path) -> Result<String, CliError> {
             shown_path(path)
         ))
     })
+}
+
+/// Reads a plan; a result may replace neither it nor the scene that it names.
+pub fn read(path: &Path) -> Result<RenderPlan, CliError> {
+    output::reads("the plan", path)?;
+    let plan = RenderPlan::read(path)?;
+    SceneInput::note(plan.scene.as_ref())?;
+    Ok(plan)
 }
 
 /// A plan's picture, opened again.

@@ -89,7 +89,7 @@ struct SbatchCalls {
 
 /// Submits the missing shards of a plan.
 pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
-    let plan = RenderPlan::read(&args.plan)?;
+    let plan = plan::read(&args.plan)?;
     let path = absolute_path(&args.plan)?;
     let names = ScriptNames {
         program: text(&program()?)?,
@@ -182,7 +182,7 @@ fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, 
         return Ok(None);
     };
     format_of(path, None, "--output")?;
-    output::check_place(path)?;
+    output::check_place(path, Some("--output"))?;
     text(&absolute_path(path)?).map(Some)
 }
 

@@ -77,6 +77,11 @@ impl FrameArgs {
         }
     }
 
+    /// The origin of a result in messages, unless it is a name that frames get their numbers in.
+    pub fn origin(&self, origin: &'static str) -> Option<&'static str> {
+        (!self.are_given()).then_some(origin)
+    }
+
     /// The requested sequence, if there is one. Positions of key frames are in the file's
     /// coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {
@@ -117,6 +122,7 @@ const MAX_KEYS: u64 = 16 << 20;
 /// Key frames of a file, for this scene.
 pub fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
     let name = shown_path(path);
+    output::reads("the key frames", path)?;
     let mut text = String::new();
     let file = File::open(path);
     let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));

@@ -29,6 +29,14 @@ pub struct SceneInput {
 }
 
 impl SceneInput {
+    /// Notes that a scene is read, so that no result replaces it.
+    pub fn note(name: &Path) -> Result<(), CliError> {
+        match is_dash(name) || standard_name(name).is_some() {
+            true => Ok(()),
+            false => output::reads("the scene", name),
+        }
+    }
+
     /// Opens the scene of this name for a picture, on `threads` threads (0: all). Its reader's
     /// warnings and notes go to stderr.
     pub fn load(
@@ -37,6 +45,7 @@ impl SceneInput {
         wanted: WantedPicture,
         threads: usize,
     ) -> Result<SceneInput, CliError> {
+        SceneInput::note(name)?;
         let mut options = args.options(wanted, threads)?;
         let budget = Budget(args.max_memory);
         if budget.0.is_some() {
@@ -82,6 +91,9 @@ impl SceneInput {
             _ => open(name, &options),
         };
         let opened = opened.map_err(|error| budget.explain(error))?;
+        for file in &opened.files {
+            output::reads("the scene's file", file)?;
+        }
         output::print_warnings(name, &opened.warnings);
         output::print_notes(&opened.notes);
         Ok(SceneInput {

@@ -1,6 +1,7 @@
 //! The files that results go to: checks of their names and places.
 
 use super::error::CliError;
+use super::ledger;
 use super::stdout::reserve_stdout;
 use phalanx::image::{Destination, check_writable};
 use phalanx::scene::shown_path;
@@ -22,25 +23,26 @@ fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
 }
 
 /// Refuses a path that a PNG cannot be written to; `origin` names the option in the message.
-pub fn check_png_place(path: &Path, origin: &str) -> Result<(), CliError> {
+pub fn check_png_place(path: &Path, origin: &'static str) -> Result<(), CliError> {
     check_png_name(path, origin)?;
-    check_picture_place(path)
+    check_picture_place(path, Some(origin))
 }
 
-/// Refuses a path that cannot be written, before any work is done.
-pub fn check_place(path: &Path) -> Result<(), CliError> {
-    place(path).map(drop)
+/// Refuses a path that cannot be written, before any work is done. If it is that of a file itself,
+/// `origin` names its option in messages, and inputs and other results are refused, too.
+pub fn check_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
+    place(path, origin).map(drop)
 }
 
-/// Refuses a folder, and any other kind of file that cannot be written. It is quick enough to be
-/// called for every frame.
-pub fn check_kind(path: &Path) -> Result<(), CliError> {
-    Destination::of(path)
-        .map(drop)
-        .map_err(|e| CliError::cannot_write(path, e))
+/// Refuses a folder, and any other kind of file that cannot be written or is an input. It is quick
+/// enough to be called for every frame.
+pub fn check_kind(path: &Path, origin: &'static str) -> Result<(), CliError> {
+    Destination::of(path).map_err(|e| CliError::cannot_write(path, e))?;
+    ledger::writes(origin, path)
 }
 
-fn place(path: &Path) -> Result<Destination, CliError> {
+fn place(path: &Path, origin: Option<&'static str>) -> Result<Destination, CliError> {
+    origin.map_or(Ok(()), |origin| ledger::writes(origin, path))?;
     let place = check_writable(path).map_err(|e| CliError::cannot_write(path, e))?;
     if place.is_stdout() {
         reserve_stdout();
@@ -48,14 +50,19 @@ fn place(path: &Path) -> Result<Destination, CliError> {
     Ok(place)
 }
 
-/// Refuses a path that a picture cannot be written to, and a terminal, before any work is done.
-pub fn check_picture_place(path: &Path) -> Result<(), CliError> {
+/// The origin of a picture's name in messages: the option, if that gave it.
+pub fn picture_origin(asked: Option<&Path>) -> &'static str {
+    asked.map_or("the picture", |_| "--output")
+}
+
+/// As [`check_place`], and refuses a terminal.
+pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     let terminal = match is_dash(path) {
         true => {
             reserve_stdout();
             io::stdout().is_terminal()
         }
-        false => place(path)?.is_terminal(),
+        false => place(path, origin)?.is_terminal(),
     };
     match terminal {
         false => Ok(()),
@@ -64,28 +71,6 @@ pub fn check_picture_place(path: &Path) -> Result<(), CliError> {
             shown_path(path)
         ))),
     }
-}
-
-/// Refuses two results in one file, of which the later would replace the earlier. Each path comes
-/// with the option that names it.
-pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), CliError> {
-    let mut seen: Vec<(&str, Destination)> = Vec::new();
-    for (origin, path) in places {
-        let Some(path) = path.filter(|path| !is_dash(path)) else {
-            continue;
-        };
-        let Ok(place @ Destination::File(_)) = Destination::of(path) else {
-            continue;
-        };
-        if let Some((first, _)) = seen.iter().find(|(_, other)| *other == place) {
-            return Err(CliError::Usage(format!(
-                "{first} and {origin} are the same file, {}: name another one",
-                shown_path(path)
-            )));
-        }
-        seen.push((origin, place));
-    }
-    Ok(())
 }
 
 /// The path from the root, for processes that run elsewhere.

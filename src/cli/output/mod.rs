@@ -6,6 +6,7 @@ mod empty_picture;
 mod error;
 mod file_coordinates;
 pub mod interrupt;
+mod ledger;
 mod live_preview;
 mod memory_stats;
 mod output_file;
@@ -20,13 +21,14 @@ mod table;
 mod verbosity;
 
 pub use destination::{
-    absolute_path, check_distinct, check_kind, check_picture_place, check_place, check_png_place,
-    is_dash, is_replaced,
+    absolute_path, check_kind, check_picture_place, check_place, check_png_place, is_dash,
+    is_replaced, picture_origin,
 };
 pub use diagnose::{print_notes, print_warnings};
 pub use empty_picture::EvenColor;
 pub use error::CliError;
 pub use file_coordinates::{origin_row, to_file_coordinates};
+pub use ledger::{input_at, reads, writes};
 pub use live_preview::LivePreview;
 pub use memory_stats::MemoryStats;
 pub use output_file::{OutputFile, format_of};

@@ -84,6 +84,7 @@ pub(super) fn finish_scene(
     let warnings = report.finish()?;
     Ok(Loaded {
         scene,
+        files: Vec::new(),
         warnings,
         notes,
     })

@@ -14,7 +14,8 @@
 
 use super::diagnostics::quoted_file;
 use super::memory_budget::MemoryBudget;
-use std::cell::{Cell, OnceCell};
+use std::cell::{Cell, OnceCell, RefCell};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The folder in which a scene file's other files are looked for.
@@ -30,6 +31,8 @@ pub(super) struct Folder {
     allowance: MemoryBudget,
     /// Names that may still be searched for beyond their own path.
     searches_left: Cell<u32>,
+    /// Files that were found.
+    files: RefCell<BTreeSet<PathBuf>>,
     /// Entries of folders that may still be compared with names.
     entries_left: Cell<u32>,
 }
@@ -87,6 +90,7 @@ impl Folder {
             roots: OnceCell::new(),
             allowance: MemoryBudget::of(None),
             searches_left: Cell::new(MAX_SEARCHES),
+            files: RefCell::default(),
             entries_left: Cell::new(MAX_ENTRIES),
         }
     }
@@ -106,6 +110,11 @@ impl Folder {
             roots: OnceCell::new(),
             ..self
         }
+    }
+
+    /// The real paths of all files that were found.
+    pub(super) fn into_files(self) -> Vec<PathBuf> {
+        self.files.into_inner().into_iter().collect()
     }
 
     /// The name of the scene file without its ending, which some formats have a word for.
@@ -145,8 +154,19 @@ impl Folder {
         self.look_up(None, name, false).ok()
     }
 
-    /// Finds a file by its path, and if `search` is true by other names, too.
+    /// Finds a file by its path, and if `search` is true by other names, too; notes it.
     fn look_up(&self, file: Option<&Found>, name: &str, search: bool) -> Result<NamedFile, String> {
+        let found = self.look_for(file, name, search)?;
+        self.files.borrow_mut().insert(found.file.0.clone());
+        Ok(found)
+    }
+
+    fn look_for(
+        &self,
+        file: Option<&Found>,
+        name: &str,
+        search: bool,
+    ) -> Result<NamedFile, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };

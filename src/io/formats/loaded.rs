@@ -9,6 +9,9 @@ use std::path::PathBuf;
 pub struct Loaded {
     /// The scene, validated and range-fitted.
     pub scene: Scene,
+    /// Files that were found beside the scene's (materials, textures, buffers), each by its real
+    /// path. A caller that writes a picture must not replace them.
+    pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
     /// Remarks on what was added because the file has none, such as a camera.

@@ -7,6 +7,7 @@ mod compare;
 mod formats;
 mod guide;
 mod headers;
+mod inputs;
 mod jobs;
 mod made_up;
 mod memory;

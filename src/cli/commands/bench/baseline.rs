@@ -16,6 +16,7 @@ pub struct Baseline(pub BenchRecord);
 
 /// Reads a record.
 pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
+    output::reads("the record", path)?;
     phalanx::report::load(path).map_err(|error| match error {
         RecordError::Io { .. } => CliError::Runtime(error.to_string()),
         other => CliError::Usage(other.to_string()),

@@ -101,10 +101,14 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
         ("--dump-rays", &args.dump_rays),
         ("--update-suite", &args.update_suite),
     ];
-    for place in places.iter().filter_map(|(_, place)| place.as_ref()) {
-        output::check_place(place)?;
+    for (origin, place) in places {
+        place
+            .as_ref()
+            .map_or(Ok(()), |place| output::check_place(place, Some(origin)))?;
     }
-    output::check_distinct(&places.map(|(origin, place)| (origin, place.as_deref())))?;
+    for path in &args.scenes {
+        SceneInput::note(path)?;
+    }
     args.beside.no_picture()?;
     let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
     match stdin && args.fail_above.is_some() {

@@ -233,7 +233,7 @@ fn put_together(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Resu
             Some(_) => frames.name(output, frame),
             None => frames.picture_path(&args.plan, frame)?,
         };
-        output::check_picture_place(&path)?;
+        output::check_picture_place(&path, Some(output::picture_origin(args.output.as_deref())))?;
         let file = OutputFile {
             path,
             ..target.clone()

@@ -29,7 +29,7 @@ struct MergeDocument<'a> {
 
 /// Merges the rendered shards of a plan; exit code 6 if there is something missing.
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
-    let plan = RenderPlan::read(&args.plan)?;
+    let plan = plan::read(&args.plan)?;
     if let Some(frames) = PlannedFrames::of(&plan) {
         return frames::run(args, &frames);
     }
@@ -38,7 +38,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         None => plan.picture_path(&args.plan)?,
     };
     let format = format_of(&path, args.format, "the picture")?;
-    output::check_picture_place(&path)?;
+    output::check_picture_place(&path, Some(output::picture_origin(args.output.as_deref())))?;
     interrupt::listen()?;
     let output = plan::target(&plan, path, format)?;
     let files = files(&args.plan, &plan)?;

@@ -1,6 +1,6 @@
 //! Files of shards: complete or not, and how the numbers of those that are not are told.
 
-use crate::cli::output::CliError;
+use crate::cli::output::{self, CliError};
 use phalanx::frame::Tile;
 use phalanx::jobs::{BandsError, RenderKey, TileFile, TileFileError};
 use phalanx::scene::shown_path;
@@ -40,6 +40,7 @@ pub fn whole(
     key: &RenderKey,
     share: &[Tile],
 ) -> Result<Result<TileFile, String>, CliError> {
+    output::reads("the tiles", name)?;
     let file = match TileFile::read(name, key) {
         Ok(file) => file,
         Err(TileFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {

@@ -18,7 +18,7 @@ use job::{Job, films_in_memory};
 use phalanx::frame::{AccelRef, Aov, Engine, Integrator};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::TileFile;
-use phalanx::scene::Scene;
+use phalanx::scene::{Scene, shown_path};
 use report::{RenderDocument, RenderImage, RenderSeconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -42,7 +42,11 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let (wanted, threads) = (args.frames.wanted(&args.picture), args.work.threads);
     let mut scene_input = SceneInput::load(name, &args.beside, wanted, threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
-    let (path, format) = output_path(args, name, &scene_input.scene)?;
+    let sequence = args.frames.sequence(&scene_input.scene)?;
+    let (mut path, format) = output_path(args, name, &scene_input.scene)?;
+    if args.output.is_none() {
+        path = beside_inputs(path, sequence.as_ref());
+    }
     check_output(args, &path)?;
 
     let settings = args.work.apply(args.picture.settings(&scene_input.scene));
@@ -59,7 +63,6 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     }
     let output = (args.grade).output_file(path, format, &args.picture, scene, &settings)?;
     let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
-    let sequence = args.frames.sequence(&scene_input.scene)?;
     if let Some(sequence) = &sequence {
         check_frames(args, sequence, &output.path, scene)?;
     }
@@ -117,7 +120,7 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
         output::check_png_place(path, "--snapshot")?;
     }
     if let Some(path) = &args.keep.checkpoint {
-        TileFile::check_place(path)?;
+        check_checkpoint(path, args.frames.origin("--checkpoint"))?;
     }
     let Some(path) = &args.output else {
         return Ok(());
@@ -131,25 +134,46 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     check_output(args, path)
 }
 
-/// Refuses a path that the picture cannot be written to, or that is another result's.
+/// Refuses a path that the picture cannot be written to, or that is another file's.
 fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
-    output::check_picture_place(path)?;
-    check_distinct(args, path, args.keep.checkpoint.as_deref())
+    let origin = output::picture_origin(args.output.as_deref());
+    output::check_picture_place(path, args.frames.origin(origin))
 }
 
-/// Refuses two results in one file.
-fn check_distinct(
-    args: &RenderArgs,
-    path: &Path,
-    checkpoint: Option<&Path>,
-) -> Result<(), CliError> {
-    let heat = args.heat.as_ref().and_then(|words| words.get(1));
-    output::check_distinct(&[
-        ("the picture", Some(path)),
-        ("--checkpoint", checkpoint),
-        ("--heat", heat.map(Path::new)),
-        ("--snapshot", args.sight.snapshot.as_deref()),
-    ])
+/// Refuses a path that finished tiles cannot be kept at, or that is another file's.
+fn check_checkpoint(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
+    TileFile::check_place(path)?;
+    origin.map_or(Ok(()), |origin| output::writes(origin, path))
+}
+
+/// A path in place of one that the user has not chosen: the same, or while an input is there, one
+/// with `-render` behind its stem.
+fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
+    let input = |path: &Path| match sequence {
+        None => output::input_at(path),
+        Some(sequence) => {
+            let mut frames = sequence.frames.clone();
+            frames.find_map(|frame| output::input_at(&sequence.name(path, frame)))
+        }
+    };
+    let Some(taken) = input(&path) else {
+        return path;
+    };
+    let mut free = path.clone();
+    let mut stem = path.file_stem().unwrap_or_default().to_os_string();
+    while input(&free).is_some() {
+        stem.push("-render");
+        let mut name = stem.clone();
+        name.push(".");
+        name.push(path.extension().unwrap_or_default());
+        free = name.into();
+    }
+    output::note(&format!(
+        "{} is {taken}: the picture goes to {}",
+        shown_path(&path),
+        shown_path(&free)
+    ));
+    free
 }
 
 /// Refuses frames without a view, and names of frames that cannot be written as files or are those
@@ -163,14 +187,11 @@ fn check_frames(
     args.frames.note_camera(&args.beside);
     for frame in sequence.frames.clone() {
         sequence.view(frame, &scene.view)?;
-        let path = sequence.name(path, frame);
-        output::check_kind(&path)?;
-        let checkpoint = args.keep.checkpoint.as_deref();
-        let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
-        if let Some(path) = &checkpoint {
-            TileFile::check_place(path)?;
+        let origin = output::picture_origin(args.output.as_deref());
+        output::check_kind(&sequence.name(path, frame), origin)?;
+        if let Some(path) = &args.keep.checkpoint {
+            check_checkpoint(&sequence.name(path, frame), Some("--checkpoint"))?;
         }
-        check_distinct(args, &path, checkpoint.as_deref())?;
     }
     Ok(())
 }

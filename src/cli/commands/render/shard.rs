@@ -7,7 +7,7 @@ use crate::cli::commands::plan;
 use crate::cli::output::{
     self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress,
 };
-use phalanx::jobs::{BandStats, PlannedFrames, RenderPlan, TileFile, render_to_file};
+use phalanx::jobs::{BandStats, PlannedFrames, TileFile, render_to_file};
 use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::path::Path;
@@ -28,7 +28,7 @@ struct ShardDocument<'a> {
 
 /// Renders a shard of a plan. Tiles that an earlier try has finished are not rendered again.
 pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
-    let plan = RenderPlan::read(path)?;
+    let plan = plan::read(path)?;
     let asked = args.keep.shard.unwrap_or(Shard::Auto);
     let (shard, found) = shard_index::resolve(asked, |name| std::env::var(name).ok())?;
     plan.check_shard(shard)?;

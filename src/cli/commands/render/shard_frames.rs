@@ -101,7 +101,7 @@ impl FrameShard<'_> {
                 let _ = std::fs::remove_file(tiles);
                 continue;
             }
-            output::check_picture_place(&picture)?;
+            output::check_picture_place(&picture, Some(output::picture_origin(None)))?;
             let format = format_of(&picture, None, "the frame")?;
             let file = plan::target(plan, picture, format)?;
             self.whole_frame(frame, &file, &tiles)?;

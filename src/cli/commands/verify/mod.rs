@@ -122,8 +122,11 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         .map(PixelHashFile::load)
         .transpose()?;
     if let Some(path) = &args.record {
-        output::check_place(path)?;
+        output::check_place(path, Some("--record"))?;
         PixelHashFile::check_names(&args.scenes)?;
+    }
+    for path in &args.scenes {
+        SceneInput::note(path)?;
     }
     interrupt::listen()?;
     output::advise();

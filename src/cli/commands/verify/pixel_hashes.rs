@@ -5,7 +5,7 @@
 //! hexadecimal digits a pixel.
 
 use super::pixel_diff::PixelBits;
-use crate::cli::output::{CliError, PictureWindow, RenderSummary, interrupt};
+use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::frame::Settings;
 use phalanx::render::Film;
 use phalanx::scene::{OutputEncoding, Quantize, Transfer, shown_path};
@@ -63,6 +63,7 @@ impl PixelHashFile {
     /// Reads a record.
     pub fn load(path: &Path) -> Result<PixelHashFile, CliError> {
         let name = shown_path(path);
+        output::reads("the record", path)?;
         let file = File::open(path).map_err(|e| CliError::cannot_read(&name, e))?;
         // A regular file ends. A device may not, so reading it stops at the first byte that is
         // wrong, or one too many.

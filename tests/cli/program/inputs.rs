@@ -1,0 +1,246 @@
+//! No result takes the place of a file that the command reads.
+
+use super::TestFolder;
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::symlink;
+
+const OBJ: &str =
+    "mtllib q.mtl\nusemtl m\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n";
+
+const GLTF: &str = r#"{
+  "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+  "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+  "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+  "textures": [{"source": 0}], "images": [{"uri": "truck.png"}],
+  "accessors": [
+    {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+    {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}],
+  "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 24}],
+  "buffers": [{"uri": "g.png", "byteLength": 60}]
+}"#;
+
+/// A folder with an input of every kind.
+fn furnished() -> TestFolder {
+    let room = TestFolder::new();
+    let small = "--size 8x6";
+    room.write("truck.obj", OBJ);
+    room.write("q.mtl", "newmtl m\nKd 1 1 1\nmap_Kd truck.png\n");
+    room.write("truck.gltf", GLTF);
+    // An ending is no more than a name: buffers, too, are called anything.
+    let corners = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1].map(|n| n as f32);
+    let bytes: Vec<u8> = corners.iter().flat_map(|n| n.to_le_bytes()).collect();
+    fs::write(room.path().join("g.png"), bytes).unwrap();
+    for name in ["truck.png", "a.png", "b.png"] {
+        room.ok(&format!("render a.test {small} -o {name}"));
+    }
+    room.write("keys", "0 0 0 5 0 0 0 0 1 0 45\n9 0 0 6 0 0 0 0 1 0 45\n");
+    room.ok(&format!(
+        "plan a.test {small} --shards 1 -o p.png --plan p.json"
+    ));
+    room.ok("render --plan p.json --shard 0");
+    room.ok(&format!(
+        "verify a.test {small} --threads 1 --record h.json"
+    ));
+    let bench = "bench a.test --size 16x16 --rays primary --threads 1 --repeat 1";
+    room.ok(&format!("{bench} --json r.json"));
+    room.ok("build truck.obj -o c.phx");
+    room
+}
+
+/// The bytes of every file, links followed.
+fn files(room: &TestFolder) -> BTreeMap<String, Vec<u8>> {
+    let bytes = |name: String| {
+        (
+            name.clone(),
+            fs::read(room.path().join(name)).unwrap_or_default(),
+        )
+    };
+    room.names()
+        .into_iter()
+        .chain(["a.test".to_owned()])
+        .map(bytes)
+        .collect()
+}
+
+/// Command lines with `OUT` for a result, the option that names it, and all inputs.
+const LINES: [(&str, &str, &str); 24] = [
+    (
+        "render truck.obj -o OUT.png",
+        "--output",
+        "truck.obj q.mtl truck.png",
+    ),
+    (
+        "render truck.gltf -o OUT.exr",
+        "--output",
+        "truck.gltf g.png truck.png",
+    ),
+    ("render c.phx -o OUT.png", "--output", "c.phx"),
+    (
+        "render truck.obj --heat nodes OUT.png",
+        "--heat",
+        "truck.obj q.mtl truck.png",
+    ),
+    (
+        "render truck.obj --snapshot OUT.png",
+        "--snapshot",
+        "truck.png",
+    ),
+    (
+        "render truck.obj --checkpoint OUT",
+        "--checkpoint",
+        "truck.obj q.mtl truck.png",
+    ),
+    (
+        "render truck.obj -o OUT.#.png --frames 3..9 --keyframes keys",
+        "--output",
+        "keys truck.png",
+    ),
+    (
+        "render a.test --checkpoint OUT.# --frames 1..9 --keyframes keys",
+        "--checkpoint",
+        "keys a.test",
+    ),
+    (
+        "compare a.png b.png --heat OUT.png",
+        "--heat",
+        "a.png b.png",
+    ),
+    (
+        "compare a.png b.png --side-by-side OUT.png",
+        "--side-by-side",
+        "a.png b.png",
+    ),
+    (
+        "build truck.gltf -o OUT.phx",
+        "--output",
+        "truck.gltf g.png truck.png",
+    ),
+    ("build c.phx -o OUT.phx", "--output", "c.phx"),
+    (
+        "plan truck.obj --shards 2 -o x.png --plan OUT",
+        "--plan",
+        "truck.obj q.mtl truck.png",
+    ),
+    (
+        "plan truck.obj --shards 2 -o OUT.png --plan y.json",
+        "--output",
+        "truck.obj truck.png",
+    ),
+    (
+        "plan truck.obj --shards 2 -o OUT.#.png --plan y.json --frames 3..9 --turntable 9",
+        "--output",
+        "truck.png",
+    ),
+    (
+        "merge p.json -o OUT.png",
+        "--output",
+        "p.json a.test p.shard-0.tiles",
+    ),
+    (
+        "submit slurm p.json --dry-run -o OUT.png",
+        "--output",
+        "p.json a.test p.shard-0.tiles",
+    ),
+    (
+        "verify a.test truck.obj --record OUT",
+        "--record",
+        "a.test truck.obj",
+    ),
+    ("verify truck.obj --record OUT", "--record", "truck.png"),
+    (
+        "verify a.test --against h.json --record OUT",
+        "--record",
+        "h.json",
+    ),
+    (
+        "bench truck.obj --json OUT --baseline r.json",
+        "--json",
+        "truck.obj truck.png r.json",
+    ),
+    (
+        "bench truck.obj --csv c.csv --html OUT",
+        "--html",
+        "truck.obj q.mtl",
+    ),
+    (
+        "bench truck.obj --dump-rays OUT",
+        "--dump-rays",
+        "truck.obj truck.png",
+    ),
+    ("bench report r.json -o OUT", "--output", "r.json"),
+];
+
+#[test]
+fn no_result_takes_the_place_of_an_input() {
+    let room = furnished();
+    let before = files(&room);
+    for (line, option, inputs) in LINES {
+        for input in inputs.split(' ') {
+            let ending = line.split("OUT").nth(1).unwrap().split(' ').next().unwrap();
+            let link = room.path().join(format!("out{}", ending.replace('#', "7")));
+            let line = line.replace("OUT", "./out");
+            fs::hard_link(room.path().join(input), &link).unwrap();
+            room.refused(&line, 2, &[option, "would replace", input]);
+            fs::remove_file(&link).unwrap();
+            symlink(input, &link).unwrap();
+            room.refused(&line, 2, &[option, "would replace", input]);
+            fs::remove_file(&link).unwrap();
+            assert_eq!(files(&room), before, "{line} {input}");
+        }
+    }
+    for (line, parts) in [
+        (
+            "compare a.png b.png --heat a.png",
+            "--heat a.png would replace the picture a.png",
+        ),
+        (
+            "plan a.test --shards 2 -o x.png --plan a.test",
+            "--plan a.test would replace the scene a.test",
+        ),
+        (
+            "bench compare r.json r.json --html ./r.json",
+            "--html ./r.json would replace the record r.json",
+        ),
+    ] {
+        room.refused(line, 2, &[parts]);
+    }
+    assert_eq!(files(&room), before);
+}
+
+#[test]
+fn a_default_name_that_an_input_has_is_left_to_it() {
+    let room = furnished();
+    let before = fs::read(room.path().join("truck.png")).unwrap();
+    let said = room.run("render truck.obj --size 8x6");
+    assert!(
+        said.stderr
+            .contains("truck.png: the picture goes to truck-render.png"),
+        "{}",
+        said.stderr
+    );
+    assert!(
+        said.stdout.contains("truck-render.png: 8x6"),
+        "{}",
+        said.stdout
+    );
+    assert_eq!(fs::read(room.path().join("truck.png")).unwrap(), before);
+    // The scene's own name for it, two inputs in the way, and frames.
+    fs::copy(
+        room.path().join("truck.png"),
+        room.path().join("truck.0001.png"),
+    )
+    .unwrap();
+    fs::hard_link(
+        room.path().join("truck.obj"),
+        room.path().join("truck-render.0002.png"),
+    )
+    .unwrap();
+    room.write("q.mtl", "newmtl m\nmap_Kd truck.0001.png\n");
+    let json = room.json("render truck.obj --size 8x6 --frames 0..2 --turntable 3 --json");
+    assert_eq!(json["image"]["path"], "truck-render-render.0000.png");
+    assert_eq!(
+        fs::read(room.path().join("truck.0001.png")).unwrap(),
+        before
+    );
+}
