@@ -13,13 +13,14 @@ mod text;
 
 pub use baseline::{
     Changes, CountDifference, CounterChange, GroupChange, Grouping, IncompatibleRecords, Mismatch,
-    Normalisation, RETAKES, RateChange, Regression, RowChange, RowKey, changes_table, compare,
-    counters, counters_table, regressions_table,
+    Normalisation, RETAKES, RateChange, Regression, RowChange, RowKey, changes_table,
+    check_baseline, compare, counters, counters_table, regressions_table,
 };
 pub use best_rows::{AUTO, BestRows, SharedMean, is_peer, kinds_frame_first, quotable_line};
 pub use comparison::{
-    ComparedRate, ComparedRecord, ComparisonOptions, ComparisonTable, EngineRank, MeanRates,
-    MeanRatios, RecordComparison, comparison_markdown, comparison_tables, comparison_text,
+    ComparedRate, ComparedRecord, ComparisonOptions, ComparisonTable, EngineRank, KernelChange,
+    MeanRates, MeanRatios, RecordComparison, comparison_markdown, comparison_tables,
+    comparison_text,
 };
 pub use files::{RecordError, load, to_csv, to_json};
 pub use readme_table::{readme_table, scene_table};

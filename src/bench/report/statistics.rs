@@ -95,6 +95,9 @@ pub(super) fn student(free: usize) -> f64 {
     z * (1.0 + (first + (second + third / free) / free) / free)
 }
 
+/// The normal distribution's 99.95 % quantile.
+pub(super) const NORMAL_999: f64 = 3.290_526_731_491_926;
+
 /// The normal distribution's 97.5 % quantile.
 pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
 

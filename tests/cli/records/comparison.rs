@@ -144,3 +144,52 @@ fn nothing_is_nothing() {
     let compared = comparison(&[], false);
     assert!(compared.ranks.is_empty() && comparison_tables(&compared).is_empty());
 }
+
+/// Limits of a machine at this share of its speed.
+fn limits(share: f64) -> MachineLimits {
+    let threads = [1, 2].map(|threads| ThreadLimits {
+        threads,
+        gflops: 90.0 * share * f64::from(threads),
+        bandwidth: [
+            ("l1".to_owned(), 150.0 * share),
+            ("memory".to_owned(), 13.0 * share),
+        ]
+        .into(),
+    });
+    MachineLimits {
+        threads: threads.into(),
+    }
+}
+
+#[test]
+fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
+    let measured = |speed: f64, slower: fn(&RateRow) -> bool, by: f64| {
+        let (mut first, mut second) = (record(2), record(2));
+        first.limits = Some(limits(1.0));
+        second.limits = Some(limits(speed));
+        scale(&mut second, speed, |_| true);
+        scale(&mut second, by, slower);
+        comparison(&[&first, &second], true)
+    };
+    let machine = |of: &RecordComparison| of.records[1].machine.expect("the same machine").by;
+    // Everything alike, the oracle and the limits, too.
+    let slow = measured(0.75, |_| false, 1.0);
+    assert!((machine(&slow) + 0.25).abs() < 1e-3, "{}", machine(&slow));
+    assert_eq!((slow.differing, slow.kernels.len()), (0, 0));
+    assert!(text(&slow, 80).contains("the machine itself: -25.0 % against A"));
+    // One kernel on such a machine, whose every rate is within its interval.
+    let kernel = measured(0.75, |row| row.kernel == "packet8", 0.95);
+    let names: Vec<(&str, u32)> = (kernel.kernels.iter())
+        .map(|of| (&*of.kernel, of.threads))
+        .collect();
+    assert_eq!(names, [("packet8", 1), ("packet8", 2)]);
+    assert!(text(&kernel, 80).contains("packet8"));
+    // The oracle alone is not the machine.
+    let oracle = measured(1.0, |row| row.engine == "oracle", 0.75);
+    assert!(machine(&oracle).abs() < 1e-3, "{}", machine(&oracle));
+    assert_eq!(oracle.kernels.len(), 0);
+    // Ours, all of them.
+    let ours = measured(1.0, |row| row.engine == "phalanx", 0.9);
+    assert!(machine(&ours).abs() < 1e-3, "{}", machine(&ours));
+    assert_eq!(ours.kernels.len(), 6);
+}

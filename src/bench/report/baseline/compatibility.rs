@@ -101,6 +101,33 @@ fn caches(record: &BenchRecord) -> String {
     all.join(", ")
 }
 
+/// Refuses a baseline that a run will not be comparable with: `new` is its record before anything
+/// was measured, `scenes` are the names of its scenes.
+///
+/// # Errors
+/// Every reason that can be known by then.
+pub fn check_baseline(
+    old: &BenchRecord,
+    new: &BenchRecord,
+    scenes: &[&str],
+    force: bool,
+) -> Result<(), IncompatibleRecords> {
+    let mut reasons = of_machine(old, new);
+    let in_common = |row: &RateRow| scenes.contains(&&*row.scene);
+    if !old.rows.iter().any(in_common) {
+        reasons.push(Mismatch::NothingInCommon);
+    }
+    refuse(reasons, force).map(drop)
+}
+
+/// The reasons, if each of them may be overridden and `force` does.
+pub fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, IncompatibleRecords> {
+    match reasons.iter().all(|reason| force && reason.can_be_forced()) {
+        true => Ok(reasons),
+        false => Err(IncompatibleRecords { reasons }),
+    }
+}
+
 /// Differences in the scenes and rays that both records have.
 pub fn of_rays(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     let before: BTreeMap<&str, _> = old.scenes.iter().map(|s| (s.name.as_str(), s)).collect();

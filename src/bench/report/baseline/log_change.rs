@@ -1,7 +1,7 @@
 //! Change of a rate from one run to another, and its uncertainty.
 
 use crate::report::RateRow;
-use crate::report::statistics::{NORMAL, student};
+use crate::report::statistics::{NORMAL, NORMAL_999, student};
 use serde::Serialize;
 
 /// Least number of rounds from which the uncertainty of a rate can be estimated.
@@ -46,7 +46,7 @@ impl RateChange {
 /// The logarithm of a rate, or of a ratio of rates, and its variance. The variance is infinite
 /// where there are too few rounds to estimate it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LogRate {
+pub(in crate::report) struct LogRate {
     value: f64,
     variance: f64,
 }
@@ -57,6 +57,11 @@ impl LogRate {
         value: 0.0,
         variance: 0.0,
     };
+
+    /// A logarithm with its variance.
+    pub fn new(value: f64, variance: f64) -> LogRate {
+        LogRate { value, variance }
+    }
 
     /// Logarithm of a row's rate; `None` where the row has no positive rate.
     pub fn of(row: &RateRow) -> Option<LogRate> {
@@ -99,6 +104,11 @@ impl LogRate {
     /// The change, with the interval of a normal distribution.
     pub fn change(self) -> RateChange {
         self.within(NORMAL * self.variance.sqrt())
+    }
+
+    /// The change, with an interval that holds 999 of 1000.
+    pub fn mostly(self) -> RateChange {
+        self.within(NORMAL_999 * self.variance.sqrt())
     }
 
     fn within(self, reach: f64) -> RateChange {

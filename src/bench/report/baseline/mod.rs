@@ -17,7 +17,7 @@ mod regressions;
 mod text;
 
 pub(super) use compatibility::of_rays;
-pub use compatibility::{IncompatibleRecords, Mismatch};
+pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline};
 pub use counters::{CountDifference, CounterChange, counters};
 pub use log_change::RateChange;
 pub use regressions::{RETAKES, Regression};
@@ -25,7 +25,8 @@ pub(super) use text::BY_RAYS_HEAD;
 pub use text::{changes_table, counters_table, regressions_table};
 
 use super::{BenchRecord, ORACLE, PHALANX, RateRow};
-use log_change::{LogRate, mean_change};
+pub(super) use log_change::LogRate;
+use log_change::mean_change;
 use std::collections::BTreeMap;
 
 /// Key of one of our rates in a record.
@@ -136,11 +137,6 @@ pub struct Changes {
     pub forced: Vec<Mismatch>,
 }
 
-/// Change of a rate as it was measured, from one row to another; `None` where one has no rate.
-pub(super) fn rate_change(old: &RateRow, new: &RateRow) -> Option<RateChange> {
-    Some(LogRate::of(new)?.over(LogRate::of(old)?).change())
-}
-
 /// Compares a run with its baseline. `force` overrides another machine or instruction set, never
 /// other rays.
 ///
@@ -173,12 +169,7 @@ pub fn compare(
     if both.is_empty() {
         reasons.push(Mismatch::NothingInCommon);
     }
-    changes.forced = reasons;
-    let refused = changes.forced.iter().any(|r| !force || !r.can_be_forced());
-    if refused {
-        let reasons = changes.forced;
-        return Err(IncompatibleRecords { reasons });
-    }
+    changes.forced = compatibility::refuse(reasons, force)?;
     let mut logs = Vec::new();
     for (key, old, new) in both {
         if before.repeats(key) && now.repeats(key) && old.same_as == new.same_as {

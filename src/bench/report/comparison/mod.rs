@@ -1,10 +1,11 @@
 //! Several records side by side: who is fastest, geometric means, and the rates that differ beyond
 //! noise.
 //!
-//! Records may be of different machines, so rates are compared as measured. `baseline` compares two
-//! runs of one machine in units of the oracle's rates instead.
+//! Records may be of different machines, whose rates are compared as measured. Where the machine is
+//! the same, its own change ([`RunNoise`]) is taken out.
 
 mod rates;
+mod run_noise;
 mod summary;
 mod tables;
 
@@ -14,8 +15,17 @@ pub(super) use tables::differing;
 pub use tables::{ComparisonTable, comparison_markdown, comparison_tables, comparison_text};
 
 use super::baseline::of_rays;
-use super::{BenchRecord, BestRows, RateRow};
+use super::{BenchRecord, BestRows, RateChange, RateRow};
+use run_noise::{RunNoise, kernel_changes};
 use serde::Serialize;
+
+/// Least number of rates whose median says something of a kernel.
+const MIN_RATES: usize = 4;
+
+/// Threshold of a whole kernel, as a share of that of one rate: its median is known that much
+/// better. On a busy machine it found a kernel 5 % slower in five pairs of records of six, and none
+/// in 552 that had not changed (`perf/notes/noise.md`).
+const KERNEL_THRESHOLD: f64 = 1.0 / 3.0;
 
 /// Settings of a comparison.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +53,8 @@ pub struct RecordComparison {
     pub means: Vec<MeanRates>,
     /// Our rates as a multiple of the others'.
     pub ratios: Vec<MeanRatios>,
+    /// Our kernels that are faster or slower as a whole.
+    pub kernels: Vec<KernelChange>,
     /// The rates that differ, largest difference first; with [`ComparisonOptions::all`] every rate.
     pub rates: Vec<ComparedRate>,
     /// True if `rates` has every rate.
@@ -78,8 +90,26 @@ pub struct ComparedRecord {
     pub quality: String,
     /// Peers that took part.
     pub peers: Vec<String>,
+    /// Change of the machine's speed since the first record, if it is the same machine. Changes of
+    /// rates are beyond it.
+    pub machine: Option<RateChange>,
     /// Differences in what was measured, from the first record.
     pub remarks: Vec<String>,
+}
+
+/// A kernel whose rates have changed together since the first record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KernelChange {
+    /// Index of the record.
+    pub record: usize,
+    /// Kernel.
+    pub kernel: String,
+    /// Threads.
+    pub threads: u32,
+    /// Number of its rates.
+    pub rates: usize,
+    /// Median of their changes, beyond the machine's, with its 95 % interval.
+    pub change: RateChange,
 }
 
 impl RecordComparison {
@@ -88,8 +118,13 @@ impl RecordComparison {
         let rows: Vec<&[RateRow]> = records.iter().map(|(_, r)| r.rows.as_slice()).collect();
         let best: Vec<BestRows> = rows.iter().map(|rows| BestRows::of(rows)).collect();
         let ranking = summary::ranking(&rows);
-        let engines = rates::best_of_engines(&rows, options.threshold);
-        let kernels = rates::every_kernel(&rows, options.threshold);
+        let noise: Vec<Option<RunNoise>> = records
+            .iter()
+            .skip(1)
+            .map(|(_, record)| RunNoise::of(records[0].1, record))
+            .collect();
+        let engines = rates::best_of_engines(&rows, &noise, options.threshold);
+        let kernels = rates::every_kernel(&rows, &noise, options.threshold);
         let compared = match options.all {
             true => &kernels,
             false => &engines,
@@ -101,7 +136,8 @@ impl RecordComparison {
         let most = rows.iter().map(|rows| rows.len()).max().unwrap_or(0);
         RecordComparison {
             threshold: options.threshold,
-            records: compared_records(records),
+            records: compared_records(records, &noise),
+            kernels: changed_kernels(records, &noise, options.threshold * KERNEL_THRESHOLD),
             ranked_rates: ranking.rates,
             ranked_scenes: ranking.scenes,
             ranks: ranking.ranks,
@@ -119,7 +155,39 @@ impl RecordComparison {
     }
 }
 
-fn compared_records(records: &[(&str, &BenchRecord)]) -> Vec<ComparedRecord> {
+/// Our kernels whose rates together differ by more than their threshold, the whole interval.
+fn changed_kernels(
+    records: &[(&str, &BenchRecord)],
+    noise: &[Option<RunNoise>],
+    threshold: f64,
+) -> Vec<KernelChange> {
+    let of_record = |record: usize| {
+        let (old, new) = (records[0].1, records[record].1);
+        let found = noise[record - 1].map(|noise| kernel_changes(old, new, noise));
+        found
+            .into_iter()
+            .flatten()
+            .map(move |(kernel, threads, rates, change)| KernelChange {
+                record,
+                kernel,
+                threads,
+                rates,
+                change,
+            })
+    };
+    let all = (1..records.len()).flat_map(of_record);
+    all.filter(|kernel| {
+        let change = kernel.change;
+        kernel.rates >= MIN_RATES
+            && (change.slower_than(threshold) || change.faster_than(threshold))
+    })
+    .collect()
+}
+
+fn compared_records(
+    records: &[(&str, &BenchRecord)],
+    noise: &[Option<RunNoise>],
+) -> Vec<ComparedRecord> {
     let of = |(i, (name, record)): (usize, &(&str, &BenchRecord))| ComparedRecord {
         label: label(i),
         name: (*name).to_owned(),
@@ -131,6 +199,7 @@ fn compared_records(records: &[(&str, &BenchRecord)]) -> Vec<ComparedRecord> {
         started: record.run.started.clone(),
         quality: record.run.quality.clone(),
         peers: record.run.peers.clone(),
+        machine: i.checked_sub(1).and_then(|i| Some(noise[i]?.machine())),
         remarks: remarks(records[0].1, record),
     };
     records.iter().enumerate().map(of).collect()

@@ -1,6 +1,6 @@
 //! The rates that all records have, with their differences from the first record.
 
-use crate::report::baseline::rate_change;
+use super::run_noise::{RunNoise, rate_change};
 use crate::report::{AUTO, Estimate, PHALANX, RateChange, RateRow};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -20,8 +20,9 @@ pub struct ComparedRate {
     pub kernels: Vec<String>,
     /// The rate in each record.
     pub rates: Vec<Estimate>,
-    /// Difference of each further record from the first, with its 95 % interval. The interval is
-    /// unknown where there are too few samples.
+    /// Difference of each further record from the first, with its 99.9 % interval; beyond the
+    /// machine's own change, where the machine is the same. The interval is unknown where there are
+    /// too few samples.
     pub changes: Vec<RateChange>,
     /// True if the whole interval of any of them is beyond the threshold.
     pub differs: bool,
@@ -37,19 +38,23 @@ impl ComparedRate {
     }
 }
 
-type RateKey<'a> = (&'a str, &'a str, &'a str, u32);
+pub(super) type RateKey<'a> = (&'a str, &'a str, &'a str, u32);
 type RowsByKey<'a> = BTreeMap<RateKey<'a>, &'a RateRow>;
 
 /// The best row of every engine that all records have: ours is `auto`, a peer's its fastest exact
 /// mode.
-pub(super) fn best_of_engines(records: &[&[RateRow]], threshold: f64) -> Vec<ComparedRate> {
+pub(super) fn best_of_engines(
+    records: &[&[RateRow]],
+    noise: &[Option<RunNoise>],
+    threshold: f64,
+) -> Vec<ComparedRate> {
     let best: Vec<RowsByKey> = records.iter().map(|rows| best_rows(rows)).collect();
     let Some(first) = best.first() else {
         return Vec::new();
     };
     let rate = |key: &RateKey| {
         let rows: Option<Vec<&RateRow>> = best.iter().map(|of| of.get(key).copied()).collect();
-        compared(&rows?, threshold)
+        compared(&rows?, noise, threshold)
     };
     first.keys().filter_map(rate).collect()
 }
@@ -68,7 +73,7 @@ pub(super) fn best_rows(rows: &[RateRow]) -> RowsByKey<'_> {
     best
 }
 
-type KernelKey<'a> = (RateKey<'a>, &'a str);
+pub(super) type KernelKey<'a> = (RateKey<'a>, &'a str);
 
 fn kernel_key(row: &RateRow) -> KernelKey<'_> {
     let rate = (&*row.scene, &*row.rays, &*row.engine, row.threads);
@@ -76,13 +81,17 @@ fn kernel_key(row: &RateRow) -> KernelKey<'_> {
 }
 
 /// A record's rows by their keys.
-fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
+pub(super) fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
     let usable = rows.iter().filter(|row| has_rate(row));
     usable.map(|row| (kernel_key(row), row)).collect()
 }
 
 /// Every row that all records have, in the order of the first.
-pub(super) fn every_kernel(records: &[&[RateRow]], threshold: f64) -> Vec<ComparedRate> {
+pub(super) fn every_kernel(
+    records: &[&[RateRow]],
+    noise: &[Option<RunNoise>],
+    threshold: f64,
+) -> Vec<ComparedRate> {
     let Some((first, others)) = records.split_first() else {
         return Vec::new();
     };
@@ -92,7 +101,7 @@ pub(super) fn every_kernel(records: &[&[RateRow]], threshold: f64) -> Vec<Compar
         for of in &others {
             rows.push(of.get(&kernel_key(row))?);
         }
-        compared(&rows, threshold)
+        compared(&rows, noise, threshold)
     };
     let usable = first.iter().filter(|row| has_rate(row));
     usable.filter_map(rate).collect()
@@ -102,10 +111,11 @@ fn has_rate(row: &RateRow) -> bool {
     row.mrays_per_s.median > 0.0
 }
 
-/// RowsByKey of one rate, one of each record.
-fn compared(rows: &[&RateRow], threshold: f64) -> Option<ComparedRate> {
+/// The rows of one rate, one of each record; `noise` is that of each further record.
+fn compared(rows: &[&RateRow], noise: &[Option<RunNoise>], threshold: f64) -> Option<ComparedRate> {
     let (first, others) = rows.split_first()?;
-    let changes = others.iter().map(|row| rate_change(first, row));
+    let changes = others.iter().zip(noise);
+    let changes = changes.map(|(row, noise)| rate_change(first, row, *noise));
     let changes: Vec<RateChange> = changes.collect::<Option<_>>()?;
     let differs = changes
         .iter()

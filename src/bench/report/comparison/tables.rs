@@ -33,6 +33,7 @@ pub struct ComparisonTable {
 /// The tables of a comparison: ranks first, then means, then rates.
 pub fn comparison_tables(of: &RecordComparison) -> Vec<ComparisonTable> {
     let mut tables = vec![ranks(of), means(of), ratios(of)];
+    tables.push(kernels(of));
     match of.all {
         true => tables.extend(every_rate(of)),
         false => tables.push(differing(of, MAX_RATES)),
@@ -128,9 +129,16 @@ fn record_lines(record: &ComparedRecord) -> Vec<String> {
     let day = record.started.split('T').next().unwrap_or_default();
     program += &format!(", {day}");
     program.extend(record.peers.iter().map(|peer| format!(", {peer}")));
+    let speed = record.machine.map(|machine| {
+        let by = percent(machine.by);
+        let by = by.trim_start();
+        format!("the machine itself: {by} against A; changes of rates are beyond that")
+    });
+    let remarks = record.remarks.clone();
     [machine, program]
         .into_iter()
-        .chain(record.remarks.clone())
+        .chain(speed)
+        .chain(remarks)
         .collect()
 }
 
@@ -204,6 +212,27 @@ fn ratios(of: &RecordComparison) -> ComparisonTable {
         joined: Vec::new(),
         rows: of.ratios.iter().map(row).collect(),
         note: String::new(),
+    }
+}
+
+/// The kernels that have changed as a whole.
+fn kernels(of: &RecordComparison) -> ComparisonTable {
+    let row = |change: &super::KernelChange| {
+        vec![
+            of.records[change.record].label.clone(),
+            change.kernel.clone(),
+            change.threads.to_string(),
+            change.rates.to_string(),
+            change_text(&change.change),
+        ]
+    };
+    ComparisonTable {
+        title: format!("{PHALANX}'s kernels that have changed as a whole, medians of their rates"),
+        head: heads(&["record", "kernel", "threads", "rates", "change"]),
+        texts: 2,
+        names: 3,
+        rows: of.kernels.iter().map(row).collect(),
+        ..ComparisonTable::default()
     }
 }
 
