@@ -41,7 +41,7 @@ pub struct PictureArgs {
     ///
     /// With --aa adaptive, how much a sample must still help: less is better and takes longer,
     /// 0.001 is about as good as 64 uniform samples per pixel. [default: 0.002]
-    #[arg(long, value_name = "T", hide_short_help = true, default_value_t = THRESHOLD, hide_default_value = true, value_parser = parse_threshold)]
+    #[arg(long, value_name = "T", hide_short_help = true, default_value_t = THRESHOLD, hide_default_value = true, requires = "aa", value_parser = parse_threshold)]
     pub threshold: f32,
     /// Pixel filter: box (default), tent or mitchell
     ///

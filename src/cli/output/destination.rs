@@ -31,7 +31,28 @@ pub fn check_png_place(path: &Path, origin: &'static str) -> Result<(), CliError
 /// Refuses a path that cannot be written, before any work is done. If it is that of a file itself,
 /// `origin` names its option in messages, and inputs and other results are refused, too.
 pub fn check_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
+    refuse_stdout(path, origin)?;
     place(path, origin).map(drop)
+}
+
+/// Refuses `-` where a file of that name must not be made, and stdout cannot be written.
+pub fn refuse_stdout(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
+    match is_dash(path) {
+        true => Err(CliError::Usage(format!(
+            "{} -: this cannot go to stdout, name a file",
+            origin.unwrap_or("the output")
+        ))),
+        false => Ok(()),
+    }
+}
+
+/// As [`check_place`], for a report, which may go to stdout.
+pub fn check_report_place(path: &Path, origin: &'static str) -> Result<(), CliError> {
+    if !is_dash(path) {
+        return check_place(path, Some(origin));
+    }
+    reserve_stdout();
+    ledger::writes(origin, path)
 }
 
 /// Refuses a folder, and any other kind of file that cannot be written or is an input. It is quick

@@ -8,14 +8,14 @@
 //! SIGTERM and 129 for SIGHUP, as shells and schedulers count them. A SIGHUP that `nohup` has
 //! switched off stays so.
 
-use super::destination::is_replaced;
+use super::destination::{is_dash, is_replaced};
 use super::error::{CliError, record_signal, signal_exit_code};
 #[cfg(unix)]
 use super::process_status::process_status;
 use super::stderr::message;
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -110,10 +110,19 @@ pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliE
     }
 }
 
-/// Writes a file, whole or not at all, in spite of signals.
+/// Writes a file, whole or not at all, in spite of signals; `-` is stdout, whose reader may go away.
 pub fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), CliError> {
+    if is_dash(path) {
+        let mut out = BufWriter::new(io::stdout().lock());
+        return match fill(&mut out).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                Err(CliError::cannot_write(path, error))
+            }
+            _ => Ok(()),
+        };
+    }
     block_signals(path, || replace_file(path, fill))?.map_err(|e| CliError::cannot_write(path, e))
 }

@@ -5,6 +5,7 @@
 //! names and links lead to them. Pipes and devices are written into, and are not compared. A file
 //! that a command goes on with (finished tiles, a list of frames) is noted as written alone.
 
+use super::destination::is_dash;
 use super::error::CliError;
 use phalanx::image::Destination;
 use phalanx::scene::shown_path;
@@ -76,16 +77,18 @@ pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
 /// Notes a file that is written, named by the option `origin`; refuses one in the place of an input
 /// or of another option's. An option has one file at a time, so that frames may follow each other.
 pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
-    let Ok(Destination::File(place)) = Destination::of(path) else {
-        return Ok(());
+    let (place, id) = match Destination::of(path) {
+        _ if is_dash(path) => (path.to_path_buf(), None),
+        Ok(Destination::File(place)) => (place, FileId::of(path)),
+        _ => return Ok(()),
     };
     let written = WrittenFile {
         origin,
         shown: format!("{origin} {}", shown_path(path)),
-        id: FileId::of(path),
+        id,
         place,
     };
-    if let Some(read) = input_at(path) {
+    if let (Some(_), Some(read)) = (&written.id, input_at(path)) {
         return Err(refusal(&written, &read));
     }
     let mut ledger = ledger();

@@ -21,8 +21,8 @@ mod table;
 mod verbosity;
 
 pub use destination::{
-    absolute_path, check_kind, check_picture_place, check_place, check_png_place, is_dash,
-    is_replaced, picture_origin,
+    absolute_path, check_kind, check_picture_place, check_place, check_png_place,
+    check_report_place, is_dash, is_replaced, picture_origin, refuse_stdout,
 };
 pub use diagnose::{print_notes, print_warnings};
 pub use empty_picture::EvenColor;
@@ -40,4 +40,4 @@ pub use stats::{
 pub use stderr::{advise, error, message, note, printable, status, warning};
 pub use stdout::{Output, print, print_json, print_output, print_raw, stdout_columns};
 pub use table::{aligned, bytes, grouped, lines};
-pub use verbosity::{Verbosity, set_verbosity, verbosity};
+pub use verbosity::{Verbosity, set_verbosity};

@@ -29,10 +29,13 @@ pub fn reserve_stdout() {
     STDOUT_TAKEN.store(true, Ordering::Relaxed);
 }
 
-/// Writes results for people to stdout, or to stderr if stdout is one of the requested files. A
-/// reader that has gone away (`phalanx info … | head -1`) is no error.
+/// Writes results for people to stdout, or to stderr if stdout is one of the requested files, and
+/// nothing with `--quiet`. A reader that has gone away (`phalanx info … | head -1`) is no error.
 pub fn print(text: &str) -> Result<(), CliError> {
-    print_raw(&printable(text))
+    match verbosity() {
+        Verbosity::Quiet => Ok(()),
+        _ => print_raw(&printable(text)),
+    }
 }
 
 /// Writes text that is not for people, or that may contain control sequences, to the place of

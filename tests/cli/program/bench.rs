@@ -305,3 +305,56 @@ fn heat_is_a_second_picture_with_a_legend() {
         ["a.png", "nodes.png", "prims.png", "time.png"]
     );
 }
+
+#[test]
+fn reports_go_to_stdout_and_quiet_is_quiet() {
+    let room = TestFolder::new();
+    let line = format!("bench a.test {FAST} --rays primary --json");
+    let json: Value = serde_json::from_str(&room.ok(&format!("{line} -"))).unwrap();
+    assert_eq!(json["scenes"][0]["name"], "a.test");
+    let html = room.ok(&format!("{line} r.json --html -"));
+    assert!(html.starts_with("<!DOCTYPE html>"), "{html}");
+    let page = room.ok("bench report r.json r.json -o -");
+    assert!(page.starts_with("<!DOCTYPE html>"), "{page}");
+    let hashes: Value =
+        serde_json::from_str(&room.ok("verify a.test --threads 1 --record -")).unwrap();
+    assert!(hashes["scenes"].is_array());
+    assert_eq!(
+        room.ok(&format!("bench a.test {FAST} -q --baseline r.json")),
+        ""
+    );
+    assert_eq!(room.ok("verify a.test --threads 1 -q"), "");
+    room.refused(
+        &format!("{line} - --csv -"),
+        2,
+        &["--json and --csv are the same file"],
+    );
+    room.refused(
+        "render a.test -o a.png --checkpoint -",
+        2,
+        &["--checkpoint -"],
+    );
+    room.refused("plan a.test --shards 2 -o a.png --plan -", 2, &["--plan -"]);
+    assert!(!room.path().join("-").exists());
+}
+
+#[test]
+fn a_baseline_of_another_machine_is_refused_before_anything_is_measured() {
+    let room = TestFolder::new();
+    room.ok(&format!("bench a.test {FAST} --rays primary --json r.json"));
+    let other = fs::read_to_string(room.path().join("r.json")).unwrap();
+    let cpu = record(&room, "r.json")["machine"]["cpu"].to_string();
+    room.write("other.json", &other.replace(&cpu, "\"Imaginary 9000\""));
+    for (scene, baseline, why) in [
+        ("a.test", "other.json", "another CPU: Imaginary 9000"),
+        ("standard:balls:1", "r.json", "no rate stands in both"),
+    ] {
+        let line = format!("bench {scene} {FAST} --rays primary --baseline {baseline}");
+        let ran = room.run(&line);
+        assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""), "{line}");
+        assert!(ran.stderr.contains(why), "{}", ran.stderr);
+    }
+    room.ok(&format!(
+        "bench a.test {FAST} --rays primary --baseline other.json --force"
+    ));
+}

@@ -3,11 +3,12 @@
 use super::args::RunArgs;
 use super::bar::BenchProgressBar;
 use super::measure::{BenchScene, measure_scene, record};
+use super::program::this_program;
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, RayKind};
 use phalanx::report::{
-    BenchRecord, Changes, CountDifference, CounterChange, RETAKES, RecordError, RowKey,
-    changes_table, counters, counters_table, regressions_table,
+    BenchRecord, Changes, CountDifference, CounterChange, IncompatibleRecords, Machine, RETAKES,
+    RecordError, RowKey, changes_table, counters, counters_table, regressions_table,
 };
 use std::path::Path;
 
@@ -23,7 +24,33 @@ pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
     })
 }
 
+/// A refusal, with the way around it if there is one.
+fn refused(refusal: IncompatibleRecords) -> CliError {
+    let error = CliError::Usage(refusal.to_string());
+    match refusal.can_be_forced() {
+        true => error.with_hint("compare all the same with --force"),
+        false => error,
+    }
+}
+
 impl Baseline {
+    /// Refuses a baseline that no run of this plan can be compared with, before anything is
+    /// measured.
+    pub fn check(
+        &self,
+        args: &RunArgs,
+        plan: &BenchPlan,
+        scenes: &[BenchScene],
+    ) -> Result<(), CliError> {
+        if args.counters_only {
+            return Ok(());
+        }
+        let run = plan.run_info(String::new(), Vec::new(), 0.0);
+        let now = BenchRecord::of(this_program(), Machine::here(), run, Vec::new());
+        let names: Vec<&str> = scenes.iter().map(|scene| &*scene.info.name).collect();
+        phalanx::report::check_baseline(&self.0, &now, &names, args.force).map_err(refused)
+    }
+
     /// Reads a record to compare with.
     pub fn load(path: &Path) -> Result<Baseline, CliError> {
         load(path).map(Baseline)
@@ -48,14 +75,6 @@ impl Baseline {
         if args.counters_only {
             return self.judge_counters(args, now);
         }
-        let refused = |refusal: phalanx::report::IncompatibleRecords| {
-            let forceable = refusal.can_be_forced();
-            let error = CliError::Usage(refusal.to_string());
-            match forceable {
-                true => error.with_hint("compare all the same with --force"),
-                false => error,
-            }
-        };
         let changes = phalanx::report::compare(&self.0, now, args.force).map_err(refused)?;
         let threshold = args.fail_above.unwrap_or(DEFAULT_THRESHOLD);
         output::print(&changes_table(&changes, threshold))?;

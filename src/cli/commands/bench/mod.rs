@@ -50,6 +50,9 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     let peers = peers(args)?;
     let plan = plan(args, &suite, &peers);
     let scenes = bench_scenes(args, &suite, &plan)?;
+    if let Some(baseline) = &baseline {
+        baseline.check(args, &plan, &scenes)?;
+    }
     if let Some(path) = &args.dump_rays {
         return dump_rays(path, args, &plan, &scenes);
     }
@@ -104,7 +107,7 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
     for (origin, place) in places {
         place
             .as_ref()
-            .map_or(Ok(()), |place| output::check_place(place, Some(origin)))?;
+            .map_or(Ok(()), |place| output::check_report_place(place, origin))?;
     }
     for path in &args.scenes {
         SceneInput::note(path)?;

@@ -16,7 +16,7 @@ const REPORT_THRESHOLD: f64 = 0.03;
 /// Prints a comparison, and writes its page.
 pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
     if let Some(path) = &args.html {
-        output::check_place(path, Some("--html"))?;
+        output::check_report_place(path, "--html")?;
     }
     let mut records = NamedRecords::load(&args.records)?;
     if let Some(filter) = &args.filter {
@@ -46,7 +46,7 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
 
 /// Writes the page of one record, or of several side by side.
 pub fn report(args: &RecordReportArgs) -> Result<(), CliError> {
-    output::check_place(&args.output, Some("--output"))?;
+    output::check_report_place(&args.output, "--output")?;
     let records = NamedRecords::load(&args.records)?;
     if let [record] = &records.records[..] {
         return save(&args.output, &page(record, &[]));

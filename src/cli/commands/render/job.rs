@@ -5,8 +5,7 @@ use super::kept_tiles::{keep_tiles, open_tiles};
 use super::report::RenderSeconds;
 use crate::cli::options::{NamedScene, Sequence};
 use crate::cli::output::{
-    self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, Verbosity, mrays_per_s,
-    progress,
+    self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, mrays_per_s, progress,
 };
 use phalanx::frame::{Accel, Settings};
 use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands};
@@ -38,16 +37,13 @@ impl RenderTotals {
     }
 }
 
-/// Prints what a frame took, and its file, unless little is to be told.
+/// Prints what a frame took, and its file.
 pub fn print_frame(
     frame: u32,
     stats: &RenderStats,
     seconds: f64,
     path: &Path,
 ) -> Result<(), CliError> {
-    if output::verbosity() == Verbosity::Quiet {
-        return Ok(());
-    }
     output::print(&format!(
         "frame {frame}: {seconds:.3} seconds, {:.3} Mrays/s, {}\n",
         mrays_per_s(stats.rays.total(), seconds),

@@ -142,6 +142,7 @@ fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
 
 /// Refuses a path that finished tiles cannot be kept at, or that is another file's.
 fn check_checkpoint(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
+    output::refuse_stdout(path, Some("--checkpoint"))?;
     TileFile::check_place(path)?;
     origin.map_or(Ok(()), |origin| output::writes(origin, path))
 }

@@ -30,7 +30,7 @@ struct ShardDocument<'a> {
 pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let plan = plan::read(path)?;
     let asked = args.keep.shard.unwrap_or(Shard::Auto);
-    let (shard, found) = shard_index::resolve(asked, |name| std::env::var(name).ok())?;
+    let (shard, found) = shard_index::resolve(asked, plan.shards, |name| std::env::var(name).ok())?;
     plan.check_shard(shard)?;
     if let Some(name) = found {
         output::status(&format!("shard {shard} of {}, by {name}", plan.shards));

@@ -7,10 +7,12 @@ use super::args::Shard;
 use crate::cli::output::CliError;
 use phalanx::scene::quoted_text;
 
+const SLURM_TASK: &str = "SLURM_ARRAY_TASK_ID";
+
 /// Variables that hold a task's index, from 0, and their schedulers. The first that is set counts:
 /// an array's index is more specific than a rank within one of its tasks.
 const VARIABLES: [(&str, &str); 7] = [
-    ("SLURM_ARRAY_TASK_ID", "Slurm, --array"),
+    (SLURM_TASK, "Slurm, --array"),
     ("JOB_COMPLETION_INDEX", "Kubernetes, indexed jobs"),
     ("AWS_BATCH_JOB_ARRAY_INDEX", "AWS Batch, array jobs"),
     ("OMPI_COMM_WORLD_RANK", "Open MPI"),
@@ -19,9 +21,10 @@ const VARIABLES: [(&str, &str); 7] = [
     ("SLURM_PROCID", "Slurm, srun"),
 ];
 
-/// The number of a shard, and the name of its source if it was looked up.
+/// The number of a shard of a plan with `shards`, and the name of its source if it was looked up.
 pub fn resolve(
     shard: Shard,
+    shards: u32,
     variable: impl Fn(&str) -> Option<String>,
 ) -> Result<(u32, Option<&'static str>), CliError> {
     if let Shard::Number(number) = shard {
@@ -43,12 +46,51 @@ pub fn resolve(
             "--shard auto: {name} is {value}, which is no index"
         ))
     })?;
+    let of_array = |end: &str| variable(&format!("SLURM_ARRAY_TASK_{end}"))?.parse().ok();
+    if let (SLURM_TASK, Some(first), Some(last)) = (name, of_array("MIN"), of_array("MAX")) {
+        check_array(first, last, shards)?;
+    }
     Ok((number, Some(name)))
+}
+
+/// Refuses an array with a task that no shard belongs to: all its tasks are likely to be one off.
+fn check_array(first: u32, last: u32, shards: u32) -> Result<(), CliError> {
+    if last < shards {
+        return Ok(());
+    }
+    let all = shards - 1;
+    Err(CliError::Usage(format!(
+        "--shard auto: the Slurm array runs from {first} to {last}, the plan's shards from 0 to {all}: submit it with --array=0-{all}"
+    )))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_array_beyond_the_shards_is_refused_by_each_of_its_tasks() {
+        let of = |task: &str, ends: [&str; 2], shards| {
+            let value = |name: &str| {
+                let of_array = name.strip_prefix("SLURM_ARRAY_TASK_")?;
+                let k = ["ID", "MIN", "MAX"]
+                    .iter()
+                    .position(|known| *known == of_array)?;
+                Some([task, ends[0], ends[1]][k].to_owned())
+            };
+            resolve(Shard::Auto, shards, value)
+        };
+        for task in ["1", "2", "3"] {
+            let CliError::Usage(refusal) = of(task, ["1", "3"], 3).unwrap_err() else {
+                panic!("another kind of error");
+            };
+            assert!(refusal.contains("from 1 to 3"), "{refusal}");
+            assert!(refusal.ends_with("--array=0-2"), "{refusal}");
+        }
+        // Some of the tasks once more.
+        assert_eq!(of("3", ["1", "3"], 4).unwrap().0, 3);
+        assert_eq!(of("0", ["0", "2"], 3).unwrap().0, 0);
+    }
 
     #[test]
     fn the_first_variable_that_is_set_counts() {
@@ -57,7 +99,7 @@ mod tests {
                 let found = set.iter().find(|(known, _)| *known == name);
                 found.map(|(_, value)| (*value).to_owned())
             };
-            resolve(Shard::Auto, value)
+            resolve(Shard::Auto, 20, value)
         };
         for (name, _) in VARIABLES {
             assert_eq!(of(&[(name, "12")]).unwrap(), (12, Some(name)));
@@ -67,6 +109,6 @@ mod tests {
         for bad in [&[][..], &[("PMI_RANK", "x")], &[("PMI_RANK", "-1")]] {
             assert_eq!(of(bad).unwrap_err().code(), 2);
         }
-        assert_eq!(resolve(Shard::Number(3), |_| None).unwrap(), (3, None));
+        assert_eq!(resolve(Shard::Number(3), 4, |_| None).unwrap(), (3, None));
     }
 }

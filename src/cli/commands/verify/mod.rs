@@ -122,7 +122,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         .map(PixelHashFile::load)
         .transpose()?;
     if let Some(path) = &args.record {
-        output::check_place(path, Some("--record"))?;
+        output::check_report_place(path, "--record")?;
         PixelHashFile::check_names(&args.scenes)?;
     }
     for path in &args.scenes {
