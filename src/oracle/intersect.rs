@@ -55,11 +55,15 @@ impl OracleHit {
 
     /// Replaces `best` if this hit comes after `after`, but before `best`.
     pub(super) fn update_next(&self, after: &SurfaceHit, best: &mut Option<OracleHit>) {
-        let order = (self.t, self.prim_id);
-        let precedes = best.is_none_or(|best| order < (best.t, best.prim_id));
-        if order > (after.t, after.prim_id) && precedes {
+        let precedes = best.is_none_or(|best| (self.t, self.prim_id) < (best.t, best.prim_id));
+        if self.is_after(after) && precedes {
             *best = Some(*self);
         }
+    }
+
+    /// Returns true if this hit comes after another, by (t, prim_id).
+    pub(super) fn is_after(&self, after: &SurfaceHit) -> bool {
+        (self.t, self.prim_id) > (after.t, after.prim_id)
     }
 }
 

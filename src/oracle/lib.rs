@@ -11,6 +11,7 @@ mod instance;
 mod intersect;
 #[doc(hidden)]
 pub mod isolated;
+mod passing;
 mod pixel;
 mod search;
 mod shading;

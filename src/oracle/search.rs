@@ -5,8 +5,7 @@
 use super::instance::{instance_boxes, to_object, world_objects};
 use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
 use super::tree::TwoLevelBvh;
-use glam::Vec3;
-use phalanx_scene::{Bounds, MIN_SURFACE_SHARE, Scene, SurfaceHit};
+use phalanx_scene::{Bounds, Scene, SurfaceHit};
 use std::borrow::Cow;
 
 /// Search method of the oracle. Both give the same bits.
@@ -65,136 +64,76 @@ impl<'a> SceneSearch<'a> {
         best
     }
 
-    /// The closest hit on a surface that is there, after the hit `passed` by (t, prim_id); from the
-    /// origin on without one. Surfaces of no coverage are passed.
-    pub(super) fn closest_there(
+    /// The first hit after another, by (t, prim_id).
+    pub(super) fn closest_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Option<OracleHit> {
+        self.hits_after(ray, after, |hit, best| hit.update_next(after, best))
+    }
+
+    /// All hits after another, in the order of (t, prim_id).
+    pub(super) fn all_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Vec<OracleHit> {
+        let mut all = Vec::new();
+        // Nothing is the best, so that nothing ends the search.
+        self.hits_after(ray, after, |hit, _| {
+            all.extend(hit.is_after(after).then_some(hit));
+        });
+        all.sort_unstable_by_key(|hit| (hit.t.to_bits(), hit.prim_id));
+        all
+    }
+
+    /// Passes `take` the hits of which one may come after `after`, and before the best so far,
+    /// which it sets; returns the last best.
+    fn hits_after(
         &self,
         ray: &OracleRay,
-        passed: Option<SurfaceHit>,
+        after: &SurfaceHit,
+        mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) -> Option<OracleHit> {
-        let mut hit = self.closest_after(ray, passed.as_ref());
-        while self.has_coverage
-            && let Some(on) = hit.as_ref().map(OracleHit::on_surface)
-            && (passed.is_some_and(|passed| self.scene.is_same_surface(passed, on))
-                || self.scene.coverage(on) == 0.0)
-        {
-            hit = self.closest_after(ray, Some(&on));
-        }
-        hit
-    }
-
-    /// The surfaces that end a ray from a hit on, and the part of it that ends on each.
-    pub(super) fn shares_along(
-        &self,
-        ray: &OracleRay,
-        first: Option<OracleHit>,
-        whole: bool,
-    ) -> Vec<(u32, f32)> {
-        let (mut open, mut next) = (1.0f32, first);
-        let mut shares = Vec::new();
-        while let Some(hit) = next {
-            let on = hit.on_surface();
-            let coverage = match whole || !self.has_coverage {
-                true => 1.0,
-                false => self.scene.coverage(on),
-            };
-            shares.push((hit.prim_id, open * coverage));
-            open *= 1.0 - coverage;
-            if open < MIN_SURFACE_SHARE {
-                break;
-            }
-            next = self.closest_there(ray, Some(on));
-        }
-        shares
-    }
-
-    /// Share of a lamp's light that passes all surfaces before `tmax`: V.
-    pub(super) fn visibility(&self, ray: &OracleRay, tmax: f32) -> Vec3 {
-        if !self.occluded(ray, tmax) {
-            return Vec3::ONE;
-        }
-        if !self.has_clear_shadows {
-            return Vec3::ZERO;
-        }
-        let mut product = Vec3::ONE;
-        let (mut passed, mut counted): (Option<SurfaceHit>, Option<SurfaceHit>) = (None, None);
-        while product != Vec3::ZERO {
-            let hit = self.closest_after(ray, passed.as_ref());
-            let Some(hit) = hit.filter(|hit| hit.t < tmax) else {
-                break;
-            };
-            let on = hit.on_surface();
-            if counted.is_none_or(|counted| !self.scene.is_same_surface(counted, on)) {
-                product = self.scene.pass_light(product, on);
-                counted = Some(on);
-            }
-            passed = Some(on);
-        }
-        product
-    }
-
-    /// The first hit after another, by (t, prim_id); the closest of all without one.
-    fn closest_after(&self, ray: &OracleRay, after: Option<&SurfaceHit>) -> Option<OracleHit> {
-        let Some(after) = after else {
-            return self.closest(ray);
-        };
         let setup = OracleRaySetup::new(ray);
         let mut best = None;
+        let mut next = |object, best: &mut Option<OracleHit>| {
+            self.object_hits_after(&setup, object, after, best, &mut take);
+        };
         match self.search {
             OracleSearch::Tree(bvh) => {
-                let next = |object, best: &mut Option<OracleHit>| {
-                    self.update_next(&setup, object, after, best)
-                };
                 let from = after.t..f32::INFINITY;
                 bvh.world().closest(&setup, from, &mut best, next);
             }
             OracleSearch::BruteForce => {
-                for object in world_objects(self.scene) {
-                    self.update_next(&setup, object, after, &mut best);
-                }
+                world_objects(self.scene).for_each(|object| next(object, &mut best));
             }
         }
         best
     }
 
-    /// Replaces `best` if the object is hit after `after`, but before `best`.
-    fn update_next(
+    /// Passes `take` the hits of one object.
+    fn object_hits_after(
         &self,
         setup: &OracleRaySetup,
         object: u32,
         after: &SurfaceHit,
         best: &mut Option<OracleHit>,
+        mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) {
-        match object.checked_sub(self.scene.prim_count() as u32) {
-            None => {
-                if let Some(hit) = setup.hit(self.scene, object) {
-                    hit.update_next(after, best);
-                }
+        let Some(instance) = object.checked_sub(self.scene.prim_count() as u32) else {
+            if let Some(hit) = setup.hit(self.scene, object) {
+                take(hit, best);
             }
-            Some(instance) => self.update_next_in(instance as usize, setup, after, best),
-        }
-    }
-
-    fn update_next_in(
-        &self,
-        instance: usize,
-        setup: &OracleRaySetup,
-        after: &SurfaceHit,
-        best: &mut Option<OracleHit>,
-    ) {
+            return;
+        };
+        let instance = instance as usize;
         let Some(interval) = self.interval_in(instance, setup) else {
             return;
         };
         let (mesh, inner) = self.enter(instance, setup);
         let first_id = self.scene.instance_first_id(instance);
-        let next = |prim: u32, best: &mut Option<OracleHit>| {
+        let mut next = |prim: u32, best: &mut Option<OracleHit>| {
             let Some(hit) = inner.hit(self.scene, prim) else {
                 return;
             };
             let t = min(max(hit.t, interval.tnear), interval.tfar);
             let prim_id = first_id + (prim - self.scene.meshes.first[mesh]);
             if t > 0.0 && t < f32::INFINITY {
-                OracleHit { t, prim_id, ..hit }.update_next(after, best);
+                take(OracleHit { t, prim_id, ..hit }, best);
             }
         };
         match self.search {

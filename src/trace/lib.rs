@@ -30,6 +30,6 @@ pub use cast::{RayRows, RefinedHit, TMax, refine};
 #[cfg(feature = "counters")]
 #[doc(hidden)]
 pub use traverse::isolated;
-pub use traverse::{Kernel, Traversal, TraversalStats};
+pub use traverse::{HitWalk, Kernel, Traversal, TraversalStats};
 #[cfg(feature = "counters")]
 pub use traverse::{PacketLanes, PacketTracer};

@@ -4,7 +4,7 @@
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
 use crate::common::scenes::random_map;
-use glam::{Vec2, Vec3};
+use glam::{DAffine3, Vec2, Vec3};
 use phalanx::frame::{Accel, Engine, Integrator, Settings};
 use phalanx::sampling::{Adaptive, Sampling};
 use phalanx::scene::{
@@ -165,6 +165,40 @@ fn rays_pass_more_surfaces_than_they_may_bounce() {
             .max_element()
             < 1e-6
     );
+}
+
+/// Each ray goes on through all of them, and so does the light of the lamp behind them; what counts
+/// is the traversals that this takes, and that both engines see the same.
+#[test]
+fn surfaces_in_one_place_take_few_traversals() {
+    let packets = |opacity: f32, surfaces: usize| {
+        let mut scene = empty();
+        add_wall(&mut scene, -1.0, 9.0, &white(1.0));
+        let screen = scene.materials.push(&white(opacity));
+        let corners = [[-9.0, -9.0], [9.0, -9.0], [0.0, 9.0]];
+        let corners = corners.map(|[x, y]| Vec3::new(x, y, 0.0));
+        let mesh = scene.begin_mesh();
+        scene.add_triangle(corners, None, screen);
+        scene.end_mesh(mesh);
+        for k in 0..surfaces {
+            if k % 5 == 0 {
+                (scene.add_instance(mesh, DAffine3::IDENTITY)).expect("invertible");
+            } else {
+                scene.add_triangle(corners, None, screen);
+            }
+        }
+        scene.lights.add_directional(Vec3::Z, Vec3::ONE);
+        if surfaces < 1000 {
+            assert_same_everywhere(&scene, "in one place");
+        }
+        let prepared = Accel::build(&scene, Engine::Simd);
+        let stats = frame_of(&scene, &prepared, Settings::of(&scene)).stats;
+        stats.packets
+    };
+    for opacity in [0.0, 0.001, 0.5, 0.999] {
+        let [few, many] = [300, 3000].map(|surfaces| packets(opacity, surfaces));
+        assert!(many <= 2 * few, "{opacity}: {few}, {many}");
+    }
 }
 
 /// The light of a wall under a lamp behind the camera, with screens that only the light meets.

@@ -1,6 +1,6 @@
 //! Surfaces that are only partly there: rays that miss them go on, and so does light.
 //!
-//! Rays go on by [`Traversal::next`](phalanx_trace::Traversal::next), from hit to hit. A surface
+//! Rays go on from hit to hit by a [`HitWalk`]. A surface
 //! that is not there at all is passed at once. Where a part of it is there, its light is weighed by
 //! that part, and the ray goes on as one of a wave of its own ([`queue_passes`]). Scenes without
 //! such surfaces pay one branch a wave for it.
@@ -14,6 +14,7 @@ use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_scene::sampling::{BounceKind, SurfaceShare, child_seed};
 use phalanx_scene::{MIN_SURFACE_SHARE, SurfaceHit};
+use phalanx_trace::HitWalk;
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 
@@ -61,6 +62,7 @@ pub(super) fn pass_absent_surfaces<'arena>(
         let (ray, active) = rays.packet(packet);
         let after = rays.after.get(rays.packets.start + packet);
         let mut unknown = active;
+        let mut walk = HitWalk::default();
         loop {
             unknown = unknown & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
             let mut absent = 0;
@@ -76,7 +78,7 @@ pub(super) fn pass_absent_surfaces<'arena>(
                 break;
             }
             unknown = Mask8::from_bits(absent);
-            let next = context.traversal.next(&ray, unknown, hits);
+            let next = walk.next(&mut context.traversal, &ray, unknown, hits);
             *hits = HitPacket::select(unknown, &next, hits);
         }
     }
@@ -102,6 +104,7 @@ pub(super) fn collect_fragments(
         let mut open = [1.0f32; LANES];
         let mut counted = [None; LANES];
         let (mut hits, mut followed) = (*hit, active);
+        let mut walk = HitWalk::default();
         loop {
             followed = followed & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
             let mut goes_on = 0;
@@ -122,7 +125,7 @@ pub(super) fn collect_fragments(
                 break;
             }
             followed = Mask8::from_bits(goes_on);
-            hits = context.traversal.next(&ray, followed, &hits);
+            hits = walk.next(&mut context.traversal, &ray, followed, &hits);
             for lane in (followed & !hits.prim_id.eq(U32x8::splat(NO_PRIM))).lanes() {
                 let on = surface_hit(&hits, lane);
                 shares[lane] = match counted[lane] {
@@ -198,8 +201,9 @@ pub(super) fn visibility(
     };
     // The last hits that count.
     let mut counted: [Option<SurfaceHit>; LANES] = [None; LANES];
+    let mut walk = HitWalk::default();
     loop {
-        let hits = context.traversal.next(&rays, open, &passed);
+        let hits = walk.next(&mut context.traversal, &rays, open, &passed);
         open = open & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
         for lane in open.lanes() {
             let on = surface_hit(&hits, lane);

@@ -65,11 +65,16 @@ impl<L: Lanes> HitRecord<L> {
         }
     }
 
+    /// Lanes whose record comes after a hit, by (t, prim_id).
+    #[inline(always)]
+    pub(crate) fn is_after(&self, t: L, id: L::U32) -> L::Mask {
+        t.lt(self.t) | (t.eq(self.t) & id.lt(self.prim_id))
+    }
+
     /// Replaces the record by a hit that is closer, or as close with a smaller number.
     #[inline(always)]
     pub(crate) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {
-        let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
-        let take = hit.valid & closer;
+        let take = hit.valid & self.is_after(hit.t, id);
         self.t = take.select(hit.t, self.t);
         self.v = take.select(hit.v, self.v);
         self.w = take.select(hit.w, self.w);

@@ -3,7 +3,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `query` | the closest hit or any: the work in a leaf for either |
-//! | `next_hit` | the next hit after another, for rays that go on through a surface |
+//! | `next_hit` | the next hit after another, or the next few, for rays that go on through a surface |
+//! | `hit_walk` | the steps of rays from hit to hit |
 //! | `every_hit` | everything that a ray meets |
 //! | `queue_kernel` | the interface of kernels: queues in, hits or occlusion out, counters |
 //! | `packet`, `packet_pairs` | packets of rays, together through the binary tree |
@@ -28,6 +29,7 @@ mod coherence;
 mod cost_tuner;
 mod counters;
 pub(crate) mod every_hit;
+mod hit_walk;
 #[doc(hidden)]
 pub mod isolated;
 mod kernel;
@@ -56,6 +58,7 @@ mod traversal;
 mod wide_stack;
 
 pub use counters::TraversalStats;
+pub use hit_walk::HitWalk;
 pub use kernel::Kernel;
 pub use tracer::{PacketLanes, PacketTracer};
 pub use traversal::Traversal;

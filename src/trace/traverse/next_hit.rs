@@ -1,5 +1,5 @@
-//! The query for the next hit of a ray after another: how rays go on through surfaces that are only
-//! partly there.
+//! Queries for the hits of a ray after another, the next one or the next few: how rays go on
+//! through surfaces that are only partly there.
 //!
 //! Hits have an order, that of (t, prim_id), where the distance of a hit on an instance is the one
 //! in the world (see [`instance`]). So the hits of a ray are met one after another, each primitive
@@ -8,12 +8,14 @@
 //! Boxes that a ray has left before the hit `after` are not entered: each box is left no earlier
 //! than the hits in it are met ([`slab_conservative`](crate::intersect::slab_conservative)).
 
+use super::every_hit::FoundHit;
 use super::query::Query;
 use crate::intersect::aabb::TInterval;
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::intersect::instance;
 use crate::packet::HitPacket;
-use crate::simd::{LaneMask, LaneU32, Lanes};
+use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8};
+use std::cell::RefCell;
 
 /// The closest hit after `after`, by (t, prim_id). Distances and numbers are those in the world,
 /// within an instance, too.
@@ -48,6 +50,16 @@ impl<L: Lanes> NextHit<L> {
     #[inline(always)]
     pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
         self.best.hits(tmax, active)
+    }
+
+    /// A candidate as it counts in the world, valid where it comes after `after`, and its number.
+    #[inline(always)]
+    fn later(&self, hit: &HitCandidate<L>, id: u32) -> (HitCandidate<L>, L::U32) {
+        let t = hit.t.max(self.interval.tnear).min(self.interval.tfar);
+        let id = L::U32::splat(id.wrapping_add(self.id_offset));
+        let later = t.gt(self.after_t) | (t.eq(self.after_t) & self.after_id.lt(id));
+        let valid = hit.valid & t.gt(L::ZERO) & later;
+        (HitCandidate { valid, t, ..*hit }, id)
     }
 }
 
@@ -86,11 +98,8 @@ impl<L: Lanes> Query<L> for NextHit<L> {
 
     #[inline(always)]
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool {
-        let t = hit.t.max(self.interval.tnear).min(self.interval.tfar);
-        let id = L::U32::splat(id.wrapping_add(self.id_offset));
-        let later = t.gt(self.after_t) | (t.eq(self.after_t) & self.after_id.lt(id));
-        let valid = hit.valid & t.gt(L::ZERO) & later;
-        self.best.update(&HitCandidate { valid, t, ..*hit }, id);
+        let (hit, id) = self.later(hit, id);
+        self.best.update(&hit, id);
         false
     }
 
@@ -108,6 +117,99 @@ impl<L: Lanes> Query<L> for NextHit<L> {
             },
             found.prim_id,
         );
+        false
+    }
+}
+
+/// Hits of eight rays, a list each.
+pub(super) type HitsByLane = [Vec<FoundHit>; LANES];
+
+/// The closest hits after `after` of each of eight rays, `most` at least where there are as many.
+/// Lists hold all hits before the limit, in no order; those that grow to twice `most` are cut, and
+/// lower their ray's limit. Queries are copied, so that their copies share the lists.
+#[derive(Clone, Copy)]
+pub(super) struct NextHits<'f> {
+    /// Its `best` is the limit: no hit found, but the last one that may be.
+    next: NextHit<F32x8>,
+    most: usize,
+    found: &'f RefCell<HitsByLane>,
+}
+
+impl<'f> NextHits<'f> {
+    pub(super) fn new(
+        next: NextHit<F32x8>,
+        most: usize,
+        found: &'f RefCell<HitsByLane>,
+    ) -> NextHits<'f> {
+        NextHits { next, most, found }
+    }
+
+    /// Adds hits to their lists, and returns the limits after it.
+    #[inline(never)]
+    fn push(
+        &self,
+        counts: Mask8,
+        t: F32x8,
+        [u, v]: [F32x8; 2],
+        prim_id: U32x8,
+    ) -> HitRecord<F32x8> {
+        let mut best = self.next.best;
+        for lane in counts.lanes() {
+            let list = &mut self.found.borrow_mut()[lane];
+            list.push(FoundHit {
+                ray: lane as u32,
+                t: t.lane(lane),
+                u: u.lane(lane),
+                v: v.lane(lane),
+                prim_id: prim_id.lane(lane),
+            });
+            if list.len() == 2 * self.most {
+                let (_, last, _) = list.select_nth_unstable_by_key(self.most - 1, FoundHit::key);
+                best.t.set_lane(lane, last.t);
+                best.prim_id.set_lane(lane, last.prim_id);
+                list.truncate(self.most);
+            }
+        }
+        best
+    }
+}
+
+impl Query<F32x8> for NextHits<'_> {
+    const FRONT_TO_BACK: bool = true;
+
+    #[inline(always)]
+    fn limit(&self) -> F32x8 {
+        self.next.limit()
+    }
+
+    #[inline(always)]
+    fn overlaps(&self, interval: &TInterval<F32x8>) -> Mask8 {
+        self.next.overlaps(interval)
+    }
+
+    #[inline(always)]
+    fn enter_instance(&self, interval: &TInterval<F32x8>, id_offset: u32) -> Option<Self> {
+        let next = self.next.enter_instance(interval, id_offset)?;
+        Some(NextHits { next, ..*self })
+    }
+
+    #[inline(always)]
+    fn update(&mut self, hit: &HitCandidate<F32x8>, id: u32) -> bool {
+        let (hit, id) = self.next.later(hit, id);
+        let counts = hit.valid & self.next.best.is_after(hit.t, id);
+        if counts.any() {
+            self.next.best = self.push(counts, hit.t, [hit.v / hit.det, hit.w / hit.det], id);
+        }
+        false
+    }
+
+    /// Hits are in the world's distances and numbers already, and so are the limits.
+    #[inline(always)]
+    fn exit_instance(&mut self, inner: Self, _: &TInterval<F32x8>, _: u32) -> bool {
+        let (best, inside) = (&mut self.next.best, inner.next.best);
+        let entered = inside.t.gt(inactive_t());
+        best.t = entered.select(inside.t, best.t);
+        best.prim_id = entered.select_u32(inside.prim_id, best.prim_id);
         false
     }
 }

@@ -15,10 +15,11 @@ use crate::intersect::instance;
 use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::slab_conservative::ConservativeSlabs;
 use crate::packet::{HitPacket, RayPacket};
-use crate::simd::{LANES, LaneMask, Lanes};
+use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8};
 use crate::traverse::every_hit::{EveryHit, FoundHits};
-use crate::traverse::next_hit::NextHit;
+use crate::traverse::next_hit::{HitsByLane, NextHit, NextHits};
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
+use std::cell::RefCell;
 use std::ops::Range;
 
 /// A child waiting to be visited.
@@ -284,6 +285,24 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
             }
         }
         false
+    }
+}
+
+impl<T: Counters> PacketKernel<'_, F32x8, T> {
+    /// Adds the closest hits of each active lane that come after `after` and before `tmax` to its
+    /// list, in no order: `most` at least, or all.
+    #[inline(never)]
+    pub(super) fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &RefCell<HitsByLane>,
+    ) {
+        let limit = active.select(rays.tmax, inactive_t());
+        let next = NextHit::new(limit, after.t, after.prim_id);
+        self.run(rays, active, &mut NextHits::new(next, most, found));
     }
 }
 

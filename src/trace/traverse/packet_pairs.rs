@@ -7,11 +7,13 @@
 use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
 use super::every_hit::FoundHits;
+use super::next_hit::HitsByLane;
 use super::packet::PacketKernel;
 use super::queue_kernel::{QueueKernel, TMaxOf};
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use std::cell::RefCell;
 use std::ops::Range;
 
 /// Packet kernels for one tree, counting by `T`.
@@ -44,6 +46,18 @@ impl<'a, T: Counters> PacketPairs<'a, T> {
     /// The hits of eight rays that come after others: see [`PacketKernel::next`].
     pub(super) fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
         self.eight.next(rays, active, after)
+    }
+
+    /// The next few hits of eight rays: see [`PacketKernel::next_hits`].
+    pub(super) fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &RefCell<HitsByLane>,
+    ) {
+        self.eight.next_hits(rays, active, after, most, found);
     }
 
     fn closest_of(

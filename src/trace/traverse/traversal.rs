@@ -8,12 +8,14 @@ use super::counters::{Counters, PacketCount, TraversalStats};
 use super::every_hit::{FoundHit, FoundHits};
 use super::kernel::Kernel;
 use super::kernel_tuner::{KernelTuner, PerClassTuner};
+use super::next_hit::HitsByLane;
 use super::packet_pairs::{LimitedRays, PacketPairs};
 use super::queue_kernel::{QueueKernel, TMaxOf};
 use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, F32x16, Mask8};
+use std::cell::RefCell;
 use std::ops::Range;
 
 /// Least packets of shadow rays for a beam. If mirrors or silhouettes leave a few rays that start
@@ -60,6 +62,14 @@ trait QueueTracer {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]);
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]);
     fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket;
+    fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &RefCell<HitsByLane>,
+    );
     fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits);
     fn packets(&mut self) -> &mut dyn LimitedRays;
     fn stats(&self) -> TraversalStats;
@@ -103,6 +113,21 @@ impl<'a> Traversal<'a> {
     /// are not active are returned as a miss.
     pub fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
         self.0.next(rays, active, after)
+    }
+
+    /// Adds the hits of eight rays after `after`, before their `tmax`, to their lists in no order:
+    /// `most` at least where there are as many, and all before the last of them.
+    pub(super) fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &mut HitsByLane,
+    ) {
+        let shared = RefCell::new(std::mem::take(found));
+        self.0.next_hits(rays, active, after, most, &shared);
+        *found = shared.into_inner();
     }
 
     /// Adds everything that the rays of a queue hit before their limits to `found`, in no order.
@@ -343,6 +368,17 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
 
     fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
         self.packets.next(rays, active, after)
+    }
+
+    fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &RefCell<HitsByLane>,
+    ) {
+        self.packets.next_hits(rays, active, after, most, found);
     }
 
     fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits) {

@@ -1,0 +1,137 @@
+//! Surfaces that are only partly there, as rays meet them: hit after hit, in the order of
+//! (t, prim_id).
+
+use super::intersect::{OracleHit, OracleRay};
+use super::search::SceneSearch;
+use glam::Vec3;
+use phalanx_scene::{MIN_SURFACE_SHARE, SurfaceHit};
+use std::vec;
+
+/// Hits that are searched for one by one. Rays that meet more find the rest in one search, so that
+/// n surfaces in one place do not take n searches.
+const SINGLE_STEPS: u32 = 8;
+
+/// A ray on its way from hit to hit.
+struct OracleHitWalk<'a> {
+    search: &'a SceneSearch<'a>,
+    ray: &'a OracleRay,
+    /// The last hit.
+    after: Option<SurfaceHit>,
+    steps: u32,
+    /// All hits after the last, once they are known.
+    rest: Option<vec::IntoIter<OracleHit>>,
+}
+
+impl<'a> OracleHitWalk<'a> {
+    /// A walk over the hits after `after`; from the origin on without one.
+    fn new(
+        search: &'a SceneSearch<'a>,
+        ray: &'a OracleRay,
+        after: Option<SurfaceHit>,
+    ) -> OracleHitWalk<'a> {
+        OracleHitWalk {
+            search,
+            ray,
+            after,
+            steps: 0,
+            rest: None,
+        }
+    }
+}
+
+impl Iterator for OracleHitWalk<'_> {
+    type Item = OracleHit;
+
+    fn next(&mut self) -> Option<OracleHit> {
+        if let Some(rest) = &mut self.rest {
+            return rest.next();
+        }
+        self.steps += 1;
+        let hit = match self.after {
+            None => self.search.closest(self.ray),
+            Some(after) if self.steps <= SINGLE_STEPS => {
+                self.search.closest_after(self.ray, &after)
+            }
+            Some(after) => {
+                let rest = self.search.all_after(self.ray, &after).into_iter();
+                return self.rest.insert(rest).next();
+            }
+        };
+        self.after = hit.as_ref().map(OracleHit::on_surface).or(self.after);
+        hit
+    }
+}
+
+impl SceneSearch<'_> {
+    /// The closest hit on a surface that is there, after the hit `passed` by (t, prim_id); from the
+    /// origin on without one. Surfaces of no coverage are passed.
+    pub(super) fn closest_there(
+        &self,
+        ray: &OracleRay,
+        passed: Option<SurfaceHit>,
+    ) -> Option<OracleHit> {
+        self.next_there(&mut OracleHitWalk::new(self, ray, passed), passed)
+    }
+
+    /// The next hit of a walk on a surface that is there, where the one before is `passed`.
+    fn next_there(
+        &self,
+        walk: &mut OracleHitWalk,
+        passed: Option<SurfaceHit>,
+    ) -> Option<OracleHit> {
+        walk.find(|hit| {
+            let on = hit.on_surface();
+            let is_passed = |passed| self.scene.is_same_surface(passed, on);
+            !self.has_coverage || !(passed.is_some_and(is_passed) || self.scene.coverage(on) == 0.0)
+        })
+    }
+
+    /// The surfaces that end a ray from a hit on, and the part of it that ends on each.
+    pub(super) fn shares_along(
+        &self,
+        ray: &OracleRay,
+        first: Option<OracleHit>,
+        whole: bool,
+    ) -> Vec<(u32, f32)> {
+        let (mut open, mut next) = (1.0f32, first);
+        let mut walk = OracleHitWalk::new(self, ray, first.as_ref().map(OracleHit::on_surface));
+        let mut shares = Vec::new();
+        while let Some(hit) = next {
+            let on = hit.on_surface();
+            let coverage = match whole || !self.has_coverage {
+                true => 1.0,
+                false => self.scene.coverage(on),
+            };
+            shares.push((hit.prim_id, open * coverage));
+            open *= 1.0 - coverage;
+            if open < MIN_SURFACE_SHARE {
+                break;
+            }
+            next = self.next_there(&mut walk, Some(on));
+        }
+        shares
+    }
+
+    /// Share of a lamp's light that passes all surfaces before `tmax`: V.
+    pub(super) fn visibility(&self, ray: &OracleRay, tmax: f32) -> Vec3 {
+        if !self.occluded(ray, tmax) {
+            return Vec3::ONE;
+        }
+        if !self.has_clear_shadows {
+            return Vec3::ZERO;
+        }
+        let mut product = Vec3::ONE;
+        let mut counted: Option<SurfaceHit> = None;
+        for hit in OracleHitWalk::new(self, ray, None).take_while(|hit| hit.t < tmax) {
+            let on = hit.on_surface();
+            if counted.is_none_or(|counted| !self.scene.is_same_surface(counted, on)) {
+                product = self.scene.pass_light(product, on);
+                counted = Some(on);
+            }
+            if product == Vec3::ZERO {
+                break;
+            }
+        }
+        product
+    }
+}
