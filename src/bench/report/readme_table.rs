@@ -1,7 +1,7 @@
 //! The tables of rates in the README and in `perf/rates.md`, as Markdown.
 
 use super::text::{counted, rate};
-use super::{BenchRecord, RateRow, geometric_mean};
+use super::{AUTO, BenchRecord, RateRow, geometric_mean};
 use crate::ray_kind::RayKind;
 use std::collections::BTreeSet;
 
@@ -215,7 +215,8 @@ fn source(record: &BenchRecord) -> String {
         };
         built += &format!(" ({short}{dirty})");
     }
-    built += &format!(" for {}", program.isa_compiled);
+    let (isa, quality) = (&program.isa_compiled, &run.quality);
+    built += &format!(" for {isa}, kernel {AUTO}, {quality} trees");
     let parts = [built]
         .into_iter()
         .chain(program.rustc.clone())

@@ -96,7 +96,7 @@ fn a_table_of_few_scenes() {
     assert!(table.contains("**odd\\|scene\\_1**"), "{table}");
     // The one scene that the peer took.
     assert_eq!(table.matches("\n| embree").count(), 1, "{table}");
-    let source = "Imaginary 9000, 2 hardware threads, virtualised (KVM); phalanx 0.1.0 (0123abc) for x86-64-v4, embree 4.4.0; 2026-11-21";
+    let source = "Imaginary 9000, 2 hardware threads, virtualised (KVM); phalanx 0.1.0 (0123abc) for x86-64-v4, kernel auto, best trees, embree 4.4.0; 2026-11-21";
     assert!(readme.ends_with(&format!("{source}.\n")), "{readme}");
     let command = ", `phalanx bench --against embree`.\n";
     assert!(each.ends_with(&format!("{source}{command}")), "{each}");

@@ -3,12 +3,9 @@
 
 use super::number_format;
 use crate::ray_kind::{FRAME, RayKind};
-use crate::report::{self, BenchRecord, ORACLE, PHALANX, Program, RateRow, SceneRecord};
+use crate::report::{self, AUTO, BenchRecord, ORACLE, PHALANX, Program, RateRow, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// The kernel that `render` would use.
-const AUTO: &str = "auto";
 
 /// A record, arranged.
 pub(super) struct RecordView<'a> {
