@@ -8,12 +8,12 @@
 //! |---|---|
 //! | Ka | 0.1 × `Ka` (1); 0.1 × `Kd` where `Ka` is missing or black |
 //! | Ke | `Ke`; 0 with a `map_Ke` (5) |
-//! | Kd | `Kd`, 0.8 if missing, 1 if black with a `map_Kd` (6) |
-//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), or with a `map_Ks` (5) |
+//! | Kd | `Kd`, 0.8 if missing; 1 if missing or black with a texture (6) |
+//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), with a `map_Ks` (5), and for matt materials (8) |
 //! | opacity | `d`, or 1 − `Tr` where there is no `d` (3), 1 where that is 0 (7) |
 //! | its texture | `map_d`: the picture's alpha, or its luminance where it has none (4) |
 //! | Kt | (1 − `d`) × `Tf` for glass and coloured sheets (3), else 0 |
-//! | shininess | `Ns` |
+//! | shininess | `Ns`; 1000 for a mirror without it (8) |
 //! | index of refraction | `Ni` for glass (3), else 1 |
 //! | texture | `map_Kd`, or `map_Ka` where there is none; Ka and Kd are multiplied with it |
 //!
@@ -28,6 +28,11 @@
 //! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces.
 //! 7. OpenMVS, mvs-texturing and MeshLab write `Tr 1` for opaque surfaces. It stays clear in glass
 //!    and with a coloured `Tf`, which ask for transmission.
+//! 8. An `Ns` of 1 and less, or none, says that there is no highlight: Blender, Unity, 3ds Max and
+//!    others write `Ks 0.5` with an `Ns` of 0 or 1, or without one, for dull surfaces. A lobe of
+//!    such an exponent is at least as wide as the diffuse light: a white film over all that is lit,
+//!    with a hard edge where the light ends, and a clear image of the sky on a rough surface.
+//!    `illum` 3 and more without any `Ns` ask for nothing but a mirror, and get a sharp one.
 
 use super::mtl::MtlMaterial;
 use glam::Vec3;
@@ -39,6 +44,10 @@ const AMBIENT: f32 = 0.1;
 const SHEEN: f32 = 0.15;
 /// The diffuse colour of a material without `Kd`.
 const PLAIN: Vec3 = Vec3::splat(0.8);
+/// Largest exponent that stands for no highlight.
+const MATT: f32 = 1.0;
+/// The exponent of a mirror that has none: the largest in use.
+const SHARP: f32 = 1000.0;
 
 impl MtlMaterial {
     fn refracts(&self) -> bool {
@@ -63,8 +72,9 @@ impl MtlMaterial {
     /// The scene's material with these textures of colour and opacity, by the table above.
     pub(super) fn to_material(&self, texture: u32, opacity_texture: u32) -> Material {
         let illum = self.illum.unwrap_or(2.0);
+        let matt = self.ns.map_or(illum < 3.0, |ns| ns <= MATT);
         let mirror = match illum {
-            _ if self.has_map_ks => 0.0,
+            _ if self.has_map_ks || matt => 0.0,
             i if i >= 3.0 => 1.0,
             i if i >= 2.0 => SHEEN,
             _ => 0.0,
@@ -75,9 +85,11 @@ impl MtlMaterial {
         let refracts = self.refracts();
         let transmits = refracts || self.has_colored_filter() && d < 1.0;
         let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
-        let kd = match self.kd_is_placeholder() {
-            true => Vec3::ONE,
-            false => self.kd.unwrap_or(PLAIN),
+        let textured = self.map_kd.is_some() || self.map_ka.is_some();
+        let kd = match self.kd {
+            Some(kd) if !self.kd_is_placeholder() => kd,
+            None if !textured => PLAIN,
+            _ => Vec3::ONE,
         };
         let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
         Material {
@@ -90,7 +102,7 @@ impl MtlMaterial {
             } else {
                 Vec3::ZERO
             },
-            shininess: self.ns.max(0.0),
+            shininess: self.ns.unwrap_or(SHARP),
             ior: if refracts { self.ni } else { 1.0 },
             texture,
             opacity,
@@ -108,15 +120,14 @@ mod tests {
     use phalanx_scene::NO_TEXTURE;
 
     fn surface(body: &str) -> Material {
-        let mut library = mtl::read(format!("newmtl a\n{body}").as_bytes());
-        assert!(library.errors.is_empty(), "{body}: {:?}", library.errors);
-        let material = library.materials.pop().expect("a material");
+        let mut materials = mtl::read(format!("newmtl a\n{body}").as_bytes());
+        let material = materials.pop().expect("a material");
         material.to_material(NO_TEXTURE, NO_TEXTURE)
     }
 
     #[test]
     fn the_illumination_model_decides_about_mirrors() {
-        let ks = |illum: &str| surface(&format!("Ks 1 .5 0\n{illum}\n")).ks;
+        let ks = |illum: &str| surface(&format!("Ks 1 .5 0\nNs 50\n{illum}\n")).ks;
         let whole = Vec3::new(1.0, 0.5, 0.0);
         assert_eq!(ks(""), whole * SHEEN);
         assert_eq!(ks("illum 2"), whole * SHEEN);
@@ -125,6 +136,18 @@ mod tests {
         assert_eq!(ks("illum 3"), whole);
         assert_eq!(ks("illum 5"), whole);
         assert_eq!(ks("illum 5\nmap_Ks a.png"), Vec3::ZERO);
+    }
+
+    #[test]
+    fn an_exponent_without_a_highlight_is_matt() {
+        for ns in ["", "Ns 0", "Ns 1", "Ns .5", "Ns -3", "Ns nan", "Ns"] {
+            let dull = surface(&format!("Kd .6 .6 .6\nKs .5 .5 .5\n{ns}\nillum 2"));
+            assert_eq!(dull.ks, Vec3::ZERO, "{ns}");
+        }
+        assert_eq!(surface("Ks 1\nNs 0\nillum 3").ks, Vec3::ZERO);
+        assert_eq!(surface("Ks 1\nNs 1.5").ks, Vec3::splat(SHEEN));
+        let mirror = surface("Ks 1\nillum 3");
+        assert_eq!((mirror.ks, mirror.shininess), (Vec3::ONE, SHARP));
     }
 
     #[test]
@@ -145,7 +168,9 @@ mod tests {
             "d .25\nTr 1\nillum 4\nNi 1",
             "d .25\nTf .5 .5 .5",
         ] {
-            let leaf = surface(&format!("Ka 1 1 1\nKd 1 1 1\nKs 1 1 1\nillum 2\n{text}"));
+            let leaf = surface(&format!(
+                "Ka 1 1 1\nKd 1 1 1\nKs 1 1 1\nNs 9\nillum 2\n{text}"
+            ));
             assert_eq!(
                 (leaf.opacity, leaf.kt, leaf.ior),
                 (0.25, Vec3::ZERO, 1.0),
@@ -179,12 +204,15 @@ mod tests {
     }
 
     #[test]
-    fn black_beneath_a_texture_is_white() {
+    fn black_or_nothing_beneath_a_texture_is_white() {
         for (text, kd) in [
             ("Kd 0 0 0\nmap_Kd a.png", Vec3::ONE),
             ("Kd 0 0 0", Vec3::ZERO),
             ("Kd 0 .1 0\nmap_Kd a.png", Vec3::Y * 0.1),
             ("Kd 0\nmap_Ka a.png", Vec3::ZERO),
+            ("map_Kd a.png", Vec3::ONE),
+            ("map_Ka a.png", Vec3::ONE),
+            ("map_Bump a.png", PLAIN),
         ] {
             let textured = surface(text);
             assert_eq!((textured.kd, textured.ka), (kd, kd * AMBIENT), "{text}");

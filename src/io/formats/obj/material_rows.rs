@@ -2,7 +2,7 @@
 
 use super::mtl::{MtlMaterial, MtlOmission};
 use super::mtl_source::{KnownMaterial, MtlSource, accepted};
-use super::name::{spellings, text_of, without_comment};
+use super::name::{text_of, texture_spellings, without_comment};
 use super::runs;
 use super::texture_map::{TextureMap, UvTransform};
 use crate::formats::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, quoted_bytes};
@@ -202,7 +202,7 @@ impl<'a> MaterialReader<'a> {
         let file = &self.files[source];
         let text = &file.bytes[map.name.range()];
         let mut last = (String::new(), Err(String::new()));
-        for name in spellings(text) {
+        for name in texture_spellings(text) {
             let name = text_of(name);
             let found = self.asset_dir.find_for(Some(&file.file), &name);
             last = (name, found);

@@ -153,9 +153,7 @@ impl<'a> MaterialLibrary<'a> {
                 };
             }
         };
-        let library = mtl::read(&bytes);
-        library.errors.emit_for_file(name, &bytes, span, report);
-        for material in library.materials {
+        for material in mtl::read(&bytes) {
             // If two have one name the first counts, because a file is searched from its beginning.
             let (known, name) = (self.materials.len(), &bytes[material.name.range()]);
             let short = without_comment(name);

@@ -3,7 +3,6 @@
 use super::cursor::{Cursor, KEYWORD_BYTES};
 use super::texture_map::{self, TextureMap};
 use crate::formats::diagnostics::{MAX_DIAGNOSTICS, Span};
-use crate::formats::mesh::{ParseError, ParseErrors};
 use crate::formats::text::mark_length;
 use glam::Vec3;
 
@@ -17,7 +16,7 @@ pub(super) struct MtlMaterial {
     pub(super) ks: Vec3,
     pub(super) ke: Vec3,
     pub(super) tf: Vec3,
-    pub(super) ns: f32,
+    pub(super) ns: Option<f32>,
     pub(super) ni: f32,
     pub(super) d: Option<f32>,
     pub(super) tr: Option<f32>,
@@ -48,6 +47,7 @@ const NO_SPECULAR_MAP: &str =
     "not shown, and Ks counts as 0, because the whole surface would mirror evenly";
 const NO_EMISSION_MAP: &str =
     "not shown, and Ke counts as 0, because the whole surface would glow evenly";
+const NO_NUMBER: &str = "a number is missing, or is none";
 const NOT_FINITE: &str = "a number that is not finite";
 const NO_NAME: &str = "no name of a file";
 const NO_SPECTRUM: &str = "colours are read as red, green and blue only";
@@ -61,7 +61,7 @@ impl MtlMaterial {
             ks: Vec3::ZERO,
             ke: Vec3::ZERO,
             tf: Vec3::ONE,
-            ns: 1.0,
+            ns: None,
             ni: 1.0,
             d: None,
             tr: None,
@@ -89,13 +89,6 @@ impl MtlMaterial {
     }
 }
 
-/// A material file: the parts of it that could be read.
-#[derive(Debug, Default)]
-pub(super) struct MtlFile {
-    pub(super) materials: Vec<MtlMaterial>,
-    pub(super) errors: ParseErrors,
-}
-
 /// Number of materials that a text may have, at most.
 pub(super) fn most_materials(text: &[u8]) -> u64 {
     let starts = memchr::memchr2_iter(b'n', b'N', text);
@@ -106,47 +99,42 @@ pub(super) fn most_materials(text: &[u8]) -> u64 {
     starts.filter(named).count() as u64
 }
 
-/// Reads an MTL file.
-pub(super) fn read(text: &[u8]) -> MtlFile {
-    let mut library = MtlFile::default();
+/// Reads an MTL file. Statements that are broken are left out.
+pub(super) fn read(text: &[u8]) -> Vec<MtlMaterial> {
+    let mut materials = Vec::new();
     let mut cursor = Cursor {
         text,
         at: mark_length(text),
     };
     loop {
         cursor.skip_to_statement();
-        if cursor.is_at_end() || library.errors.is_full() {
-            return library;
+        if cursor.is_at_end() {
+            return materials;
         }
-        if cursor.peek() != Some(b'#')
-            && let Err(error) = statement(&mut cursor, &mut library.materials)
-        {
-            library.errors.push(error);
+        if cursor.peek() != Some(b'#') {
+            statement(&mut cursor, &mut materials);
         }
         cursor.skip_statement();
     }
 }
 
-fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<(), ParseError> {
+fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
     let name = cursor.word();
     let mut lower = [0; KEYWORD_BYTES];
     let keyword = cursor.keyword(name, &mut lower);
     if keyword == b"newmtl" {
         materials.push(MtlMaterial::new(cursor.rest_of_line()));
-        return Ok(());
+        return;
     }
     // Before the first `newmtl` there is no material to which a statement could apply.
     let Some(material) = materials.last_mut() else {
-        return Ok(());
+        return;
     };
     match keyword {
         b"ka" | b"kd" | b"ks" | b"ke" | b"tf" => {
-            let color = color(cursor)?;
-            let Some(color) = color.filter(|color| color.is_finite()) else {
-                let spectral = color.is_none();
-                let reason = if spectral { NO_SPECTRUM } else { NOT_FINITE };
-                material.leave_out(cursor, name, reason);
-                return Ok(());
+            let color = match color(cursor) {
+                Ok(color) => color,
+                Err(reason) => return material.leave_out(cursor, name, reason),
             };
             match keyword {
                 b"ka" => material.ka = Some(color),
@@ -160,13 +148,12 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
             if keyword == b"d" {
                 texture_map::skip_option(cursor, b"-halo", 0);
             }
-            let number = cursor.float()?;
-            if !number.is_finite() {
-                material.leave_out(cursor, name, NOT_FINITE);
-                return Ok(());
-            }
+            let number = match number(cursor) {
+                Ok(number) => number,
+                Err(reason) => return material.leave_out(cursor, name, reason),
+            };
             match keyword {
-                b"ns" => material.ns = number,
+                b"ns" => material.ns = Some(number),
                 b"ni" => material.ni = number,
                 b"d" => material.d = Some(number),
                 b"tr" => (material.tr, material.tr_keyword) = (Some(number), name),
@@ -184,7 +171,6 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
         }
         _ => material.leave_out(cursor, name, NOT_SHOWN),
     }
-    Ok(())
 }
 
 /// Reads a texture, and notes its options that are left out.
@@ -202,20 +188,26 @@ fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, keyword: &[u
     }
 }
 
-/// One number for grey, or three. `None` for a colour by spectral curves or in CIE XYZ.
-fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, ParseError> {
+/// One number for grey, or three; else the reason why there is no colour.
+fn color(cursor: &mut Cursor) -> Result<Vec3, &'static str> {
     cursor.skip_blanks();
     let mut ahead = *cursor;
     let word = ahead.word();
     let word = ahead.bytes(word);
     if word.eq_ignore_ascii_case(b"spectral") || word.eq_ignore_ascii_case(b"xyz") {
-        return Ok(None);
+        return Err(NO_SPECTRUM);
     }
-    let r = cursor.float()?;
+    let r = number(cursor)?;
     if cursor.at_statement_end() {
-        return Ok(Some(Vec3::splat(r)));
+        return Ok(Vec3::splat(r));
     }
-    Ok(Some(Vec3::new(r, cursor.float()?, cursor.float()?)))
+    Ok(Vec3::new(r, number(cursor)?, number(cursor)?))
+}
+
+/// A finite number; else the reason why there is none.
+fn number(cursor: &mut Cursor) -> Result<f32, &'static str> {
+    let number = cursor.float().map_err(|_| NO_NUMBER)?;
+    number.is_finite().then_some(number).ok_or(NOT_FINITE)
 }
 
 #[cfg(test)]
@@ -223,9 +215,8 @@ mod tests {
     use super::*;
 
     fn left_out(text: &str) -> Vec<(String, &'static str)> {
-        let library = read(text.as_bytes());
-        assert!(library.errors.is_empty(), "{text}: {:?}", library.errors);
-        let all = library.materials.iter().flat_map(|m| &m.left_out);
+        let materials = read(text.as_bytes());
+        let all = materials.iter().flat_map(|m| &m.left_out);
         let told = |l: &MtlOmission| (text[l.keyword.range()].to_owned(), l.reason);
         all.map(told).collect()
     }
@@ -233,8 +224,8 @@ mod tests {
     #[test]
     fn keywords_are_read_in_any_case() {
         let text = b"\xef\xbb\xbfNewMtl a \t\nKD 1 0 0\nmap_kd a.png\nTR .5\nILLUM 4\nni 1.5\n";
-        let library = read(text);
-        let material = &library.materials[0];
+        let materials = read(text);
+        let material = &materials[0];
         assert_eq!(&text[material.name.range()], b"a");
         assert_eq!((material.kd, material.tr), (Some(Vec3::X), Some(0.5)));
         assert!(material.map_kd.is_some());
@@ -259,11 +250,13 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_number_is_a_fault() {
-        let library = read(b"Kd x\nnewmtl a\nKd 1 0\nNs 1,5\nKs spectral a.rfl 1\nKd 1 1 1\n");
-        assert_eq!(library.materials.len(), 1);
-        let faults = format!("{:?}", library.errors);
-        assert!(faults.contains("a number is missing"), "{faults}");
-        assert!(faults.contains("`1,5` is not a number"), "{faults}");
+    fn a_broken_statement_is_left_out() {
+        let text =
+            "Kd x\nnewmtl a\nKd 1 0\nNs 1,5\nKs spectral a.rfl 1\nillum\nKd\nKa red\nTf 0,5 0 0\n";
+        let names: Vec<String> = left_out(text).into_iter().map(|l| l.0).collect();
+        assert_eq!(names, ["Kd", "Ns", "Ks", "illum", "Ka", "Tf"]);
+        assert!(left_out(text)[1].1.contains("missing"));
+        let after = read(format!("{text}Kd 0 1 0").as_bytes());
+        assert_eq!((after[0].kd, after[0].ns), (Some(Vec3::Y), None));
     }
 }

@@ -9,6 +9,14 @@ pub(super) fn spellings(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     std::iter::successors(Some(text), |name| cut(name)).take(1 + MAX_CUTS)
 }
 
+/// The spellings of a texture's name, and at last what comes before a blank and a `-`: some
+/// programs write options behind the name.
+pub(super) fn texture_spellings(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut marks = memchr::memchr_iter(b'-', text);
+    let options = marks.find(|&at| at > 0 && text[at - 1] <= b' ');
+    spellings(text).chain(options.map(|at| text[..at].trim_ascii_end()))
+}
+
 /// A name without its last comment, if it has one.
 fn cut(name: &[u8]) -> Option<&[u8]> {
     let mut marks = memchr::memrchr_iter(b'#', name);
