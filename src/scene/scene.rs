@@ -39,7 +39,8 @@ pub struct Scene {
     pub height: u32,
     /// Bounces after the primary ray, 0 to [`MAX_DEPTH_LIMIT`](crate::MAX_DEPTH_LIMIT).
     pub max_depth: u32,
-    /// Output name that the file requests: a bare file name, no folders.
+    /// Output name that the file requests, as it stands there. It may name a folder anywhere: write
+    /// only to one that `phalanx_io::formats::is_bare_name` takes.
     pub output: Option<String>,
     /// Radiance of a ray that misses everything.
     pub background: Vec3,

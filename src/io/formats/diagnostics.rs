@@ -70,6 +70,8 @@ pub(super) struct DiagnosticSink<'a> {
     text: Option<&'a [u8]>,
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
+    /// Names of textures that are left out for a reason, and the span of the first.
+    left_out: Vec<(String, Span, Vec<String>)>,
     /// Position up to which lines have been counted. Errors come in file order, so the text is
     /// walked once for all of them.
     counted: LineCursor,
@@ -101,6 +103,7 @@ impl<'a> DiagnosticSink<'a> {
             text,
             errors: Vec::new(),
             warnings: Vec::new(),
+            left_out: Vec::new(),
             counted: START,
         }
     }
@@ -135,6 +138,22 @@ impl<'a> DiagnosticSink<'a> {
         }
     }
 
+    /// Adds a remark that a texture is left out: one for all with this reason.
+    pub(super) fn texture_left_out(&mut self, span: Span, name: &str, reason: String) {
+        let names = match self
+            .left_out
+            .iter_mut()
+            .find(|(known, ..)| *known == reason)
+        {
+            Some((.., names)) => names,
+            None => {
+                self.left_out.push((reason, span, Vec::new()));
+                &mut self.left_out.last_mut().expect("pushed").2
+            }
+        };
+        names.push(name.to_owned());
+    }
+
     /// Returns true if there is no point in reading on.
     pub(super) fn is_full(&self) -> bool {
         self.errors.len() >= MAX_DIAGNOSTICS
@@ -150,6 +169,18 @@ impl<'a> DiagnosticSink<'a> {
         if !self.errors.is_empty() {
             self.errors.sort_by_key(|error| error.offset);
             return Err(self.errors);
+        }
+        for (reason, span, names) in std::mem::take(&mut self.left_out) {
+            let message = match &names[..] {
+                [name] => format!("the texture {name} is left out: {reason}"),
+                names => {
+                    let (shown, more) = names.split_at(names.len().min(MAX_DIAGNOSTICS));
+                    let more = if more.is_empty() { "" } else { ", …" };
+                    let (count, list) = (names.len(), shown.join(", "));
+                    format!("{count} textures are left out: {reason}: {list}{more}")
+                }
+            };
+            self.warning(span, message);
         }
         self.warnings.sort_by_key(|warning| warning.offset);
         Ok(self.warnings)

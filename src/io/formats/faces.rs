@@ -156,6 +156,33 @@ impl Faces {
         self.relative = Vec::new();
     }
 
+    /// Makes points of the faces with a vertex that `is_lost`: one of their others, or `home`.
+    /// Returns the number of their triangles.
+    pub(super) fn leave_out(&mut self, home: u32, mut is_lost: impl FnMut(u32) -> bool) -> usize {
+        let mut left_out = 0;
+        let rows = &mut self.columns[VERTEX];
+        let mut check = |rows: &mut [[u32; 3]]| {
+            let (mut point, mut any) = (home, false);
+            for &number in rows.as_flattened() {
+                match is_lost(number) {
+                    true => any = true,
+                    false => point = number,
+                }
+            }
+            if any {
+                rows.fill([point; 3]);
+                left_out += rows.len();
+            }
+        };
+        // The faces of a polygon first, whose corners are still those of its fan.
+        for polygon in &self.polygons {
+            let first = polygon.first as usize;
+            check(&mut rows[first..first + polygon.corners as usize - 2]);
+        }
+        rows.chunks_mut(1).for_each(check);
+        left_out
+    }
+
     /// Triangulates the polygons. A polygon with collinear corners may give fewer triangles than
     /// its fan has. The rest become points, so that a face of n corners is n - 2 triangles whatever
     /// its shape.

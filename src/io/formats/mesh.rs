@@ -78,21 +78,6 @@ impl ParseErrors {
     }
 }
 
-impl ParseErrors {
-    /// Reports all of them as errors of another file, which is named at `span`.
-    pub(super) fn emit_for_file(
-        self,
-        name: &str,
-        text: &[u8],
-        span: Span,
-        report: &mut DiagnosticSink,
-    ) {
-        let mut other = DiagnosticSink::new(text);
-        self.emit(&mut other);
-        other.emit_for_file(name, span, report);
-    }
-}
-
 /// Number of occurrences of something, and the span of the first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Occurrences {
@@ -120,39 +105,88 @@ impl Occurrences {
     }
 }
 
-/// A row that holds NaN or an infinity, and its span in the file.
+/// A row whose numbers are not finite or cannot be used, and its span in the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NotFinite {
     pub(super) number: u32,
     pub(super) span: Span,
 }
 
-/// Reports vertices that are not finite (ascending); it is an error if a face uses one. Their rows
-/// have been zeroed.
-pub(super) fn report_not_finite<'a>(
-    vertices: &[NotFinite],
-    corners: impl Iterator<Item = &'a [[u32; 3]]>,
+/// Largest coordinate of a vertex that is taken beside smaller ones. No unit of length explains
+/// more, and what lies near 0 would vanish in single precision beside it: real files have 1e30 and
+/// the largest of all numbers where nothing was measured.
+const FARTHEST: f32 = 1e20;
+
+/// Returns true if all coordinates are finite and at most [`FARTHEST`].
+#[inline]
+pub(super) fn is_in_reach(position: [f32; 3]) -> bool {
+    position.iter().all(|c| c.abs() <= FARTHEST)
+}
+
+/// The position as it is stored: 0 if it is not finite.
+pub(super) fn stored(position: [f32; 3]) -> [f32; 3] {
+    match position.iter().all(|c| c.is_finite()) {
+        true => position,
+        false => [0.0; 3],
+    }
+}
+
+/// Leaves out the faces with a vertex that is out of reach ([`is_in_reach`]), and warns of them.
+/// The triangles become points, so that all rows keep their numbers. Vertices beyond [`FARTHEST`]
+/// are kept if most are: then all of the scene is that large.
+pub(super) fn leave_out_unreachable(
+    mut lost: Vec<NotFinite>,
+    vertices: &mut Vec3s,
+    chunks: &mut [&mut Faces],
     report: &mut DiagnosticSink,
 ) {
-    if vertices.is_empty() {
+    let is_far = |v: &NotFinite| !is_in_reach(vertices.get(v.number as usize).to_array());
+    if 2 * lost.iter().filter(|v| is_far(v)).count() > vertices.len() {
+        lost.retain(|v| !is_far(v));
+    }
+    let Some(first) = lost.first().map(|v| v.span) else {
         return;
+    };
+    for vertex in &lost {
+        let row = vertex.number as usize;
+        (vertices.x[row], vertices.y[row], vertices.z[row]) = (0.0, 0.0, 0.0);
     }
-    let mut used = vec![false; vertices.len()];
-    for &number in corners.flatten().flatten() {
-        if let Ok(k) = vertices.binary_search_by_key(&number, |v| v.number) {
-            used[k] = true;
+    let find = |number: &u32| lost.binary_search_by_key(number, |v| v.number);
+    let mut corners = chunks
+        .iter()
+        .flat_map(|faces| faces.columns[VERTEX].as_flattened());
+    let home = corners.find(|number| find(number).is_err()).copied();
+    let mut used = vec![false; lost.len()];
+    let mut is_lost = |number: u32| find(&number).map(|k| used[k] = true).is_ok();
+    let triangles = chunks
+        .iter_mut()
+        .map(|faces| faces.leave_out(home.unwrap_or(0), &mut is_lost));
+    let triangles: usize = triangles.sum();
+    if home.is_none() && triangles > 0 {
+        report.error(first, "no vertex of a face is finite");
+    }
+    let [mut missed, mut unused] = [Occurrences::default(); 2];
+    for (vertex, used) in lost.iter().zip(used) {
+        let kind = if used { &mut missed } else { &mut unused };
+        kind.add(vertex.span);
+    }
+    missed.warn(report, |count| {
+        let left_out = match triangles {
+            1 => "1 triangle is left out".into(),
+            _ => format!("{triangles} triangles are left out"),
+        };
+        match count {
+            1 => format!("this vertex is not finite or beyond 1e20: {left_out}"),
+            _ => format!(
+                "{count} vertices, this one first, are not finite or beyond 1e20: {left_out}"
+            ),
         }
-    }
-    let mut unused = Occurrences::default();
-    for (vertex, used) in vertices.iter().zip(used) {
-        match used {
-            true => report.error(vertex.span, "this vertex is not finite, and a face uses it"),
-            false => unused.add(vertex.span),
-        }
-    }
+    });
     unused.warn(report, |count| match count {
-        1 => "this vertex is not finite; no face uses it".into(),
-        _ => format!("{count} vertices, this one first, are not finite; no face uses them"),
+        1 => "this vertex is not finite or beyond 1e20; no face uses it".into(),
+        _ => format!(
+            "{count} vertices, this one first, are not finite or beyond 1e20; no face uses them"
+        ),
     });
 }
 

@@ -45,4 +45,5 @@ pub use loaded::{LoadError, Loaded};
 pub use options::{AddedLight, Options, OrthoHeight};
 pub use origin::Origin;
 pub(crate) use origin::note as origin_note;
+pub use test_scene::is_bare_name;
 pub use up_axis::UpAxis;

@@ -176,10 +176,12 @@ impl<'a> TextureLibrary<'a> {
     ) -> u32 {
         let asset_dir = self.asset_dir;
         let told = |reason: String| {
-            let message = format!("the texture {name} is left out: {reason}");
             match asset_dir.allowance().refusal() {
-                Some(_) => report.error(span(), message),
-                None => report.warning(span(), message),
+                Some(_) => {
+                    let message = format!("the texture {name} is left out: {reason}");
+                    report.error(span(), message)
+                }
+                None => report.texture_left_out(span(), name, reason),
             }
             NO_TEXTURE
         };

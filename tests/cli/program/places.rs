@@ -381,3 +381,17 @@ fn two_results_do_not_go_to_one_file() {
         room.refused(line, 2, &["are the same file"]);
     }
 }
+
+/// The line matters only where a picture would be written by it.
+#[test]
+fn a_scene_does_not_choose_the_folder_of_its_picture() {
+    for name in ["a/p.png", "../p.png", "/tmp/p.png", "C:p.png", ".."] {
+        let room = TestFolder::new();
+        let scene = "camera 0 0 4 0 0 0 0 1 0 40\nambient 1 1 1\nsphere 0 0 0 1\n";
+        room.write("p.test", &format!("size 8 6\noutput {name}\n{scene}"));
+        room.ok("info p.test");
+        room.ok("render p.test -o x.png");
+        let parts = ["is not a bare file name", "choose the picture with -o"];
+        room.refused("render p.test", 2, &parts);
+    }
+}

@@ -117,8 +117,8 @@ fn every_bad_reference_and_size_gets_its_message() {
             "there is no meshes[4294967296]",
         ),
         (
-            changed(|j| j["nodes"][0]["scale"] = json!([1e300, 1, 1])),
-            "beyond single precision",
+            changed(|j| j["asset"]["minVersion"] = json!("2.5")),
+            "glTF `2.5` is needed (minVersion)",
         ),
     ];
     for (got, want) in cases {
@@ -156,12 +156,38 @@ fn cycles_and_shared_children() {
 }
 
 #[test]
-fn vertices_that_are_no_numbers() {
-    let mut file = File::empty();
-    let positions = file.floats(3, &[0., 0., 0., 1., f32::INFINITY, 0., 0., 1., 0.]);
-    file.mesh(json!({"attributes": {"POSITION": positions}}));
-    file.node(json!({"mesh": 0}));
-    assert!(message(&file).contains("vertex 1 is not finite"));
+fn vertices_that_are_no_numbers_leave_out_their_triangles() {
+    for bad in [f32::INFINITY, f32::NAN, 1e30] {
+        let mut file = File::empty();
+        let corners = [0., 0., 0., 1., 0., 0., 0., 1., 0.];
+        let positions = [&corners[..], &[0., 0., 0., 1., bad, 0., 0., 1., 0.]].concat();
+        let positions = file.floats(3, &positions);
+        file.mesh(json!({"attributes": {"POSITION": positions}}));
+        file.node(json!({"mesh": 0}));
+        let loaded = file.loaded();
+        assert_eq!(loaded.scene.triangles.len(), 1, "{bad}");
+        let said = &loaded.warnings[0].message;
+        assert!(said.contains("one triangle is left out"), "{said}");
+    }
+}
+
+#[test]
+fn a_texture_without_its_places_is_named() {
+    let mut file = File::triangle();
+    file.json["images"] = json!([{"uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="}]);
+    file.json["textures"] = json!([{"source": 0}]);
+    let texture = json!({"index": 0, "texCoord": 1});
+    file.add(
+        "materials",
+        json!({"pbrMetallicRoughness": {"baseColorTexture": texture}}),
+    );
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let said = file.loaded().warnings;
+    let said: Vec<&str> = said.iter().map(|w| w.message.as_str()).collect();
+    assert!(
+        said[0].contains("its texture is not shown: it has no `TEXCOORD_1`"),
+        "{said:?}"
+    );
 }
 
 #[test]

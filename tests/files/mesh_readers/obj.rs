@@ -1,6 +1,6 @@
 //! Semantics of OBJ and MTL files.
 
-use super::{FLAT, area_from_z, errors, messages, triangles};
+use super::{FLAT, area_from_z, messages, triangles};
 use glam::{Vec2, Vec3};
 use phalanx::formats::{Loaded, Options, load};
 use phalanx::scene::{Material, Quantize, Scene, Transfer};
@@ -137,7 +137,7 @@ fn coordinates_far_away_and_tiny_ones_are_read() {
 }
 
 #[test]
-fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
+fn a_vertex_that_is_not_finite_leaves_out_its_faces() {
     let loaded = read(&format!("{CORNERS}v nan 0 0\nv 0 1e39 0\nf 1 2 3"));
     assert_eq!(triangles(&loaded.scene), FLAT);
     assert!(
@@ -145,12 +145,35 @@ fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
         "{:?}",
         loaded.warnings
     );
-    let said = errors(
-        "obj",
-        format!("{CORNERS}v nan 0 0\nv 0 inf 0\nf 1 2 3\nf 1 2 5\n").as_bytes(),
+    // A polygon is left out as a whole; its triangles become points.
+    let loaded = read(&format!(
+        "{CORNERS}v nan 0 0\nv 0 inf 0\nf 1 2 3\nf 1 2 5 3\n"
+    ));
+    let (said, all) = (&loaded.warnings, triangles(&loaded.scene));
+    assert_eq!((said[1].line, said[1].column), (5, 3), "{said:?}");
+    assert!(
+        said[1].message.ends_with("2 triangles are left out"),
+        "{said:?}"
     );
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert_eq!((said[0].line, said[0].column), (5, 3));
+    assert_eq!((all[0], all.len()), (FLAT[0], 3));
+    assert!(all[1..].iter().all(|[a, b, c]| a == b && b == c), "{all:?}");
+}
+
+#[test]
+fn a_vertex_beyond_all_others_does_not_make_them_vanish() {
+    let far = read(&format!(
+        "{CORNERS}v 0 1e25 0\nv 3e38 0 0\nf 1 2 3\nf 1 2 4\n"
+    ));
+    assert_eq!(triangles(&far.scene)[0], FLAT[0]);
+    assert_eq!(far.scene.scale, 1.0);
+    assert!(
+        far.warnings[0]
+            .message
+            .contains("beyond 1e20: 1 triangle is left out")
+    );
+    let large = read("v 0 0 0\nv 1e25 0 0\nv 0 1e25 0\nf 1 2 3\n");
+    assert!(large.warnings.is_empty(), "{:?}", large.warnings);
+    assert!(super::area_from_z(&large.scene) > 0.0);
 }
 
 #[test]
@@ -261,15 +284,12 @@ fn several_material_files_are_searched_and_missing_ones_are_warnings() {
 }
 
 #[test]
-fn an_error_in_a_material_file_names_its_line() {
+fn a_broken_statement_of_a_material_is_left_out() {
     let scratch = tempfile::tempdir().unwrap();
     let path = scratch.path().join("a.obj");
-    std::fs::write(&path, format!("{CORNERS}mtllib a.mtl\nf 1 2 3\n")).unwrap();
+    std::fs::write(&path, format!("{CORNERS}mtllib a.mtl\nusemtl a\nf 1 2 3\n")).unwrap();
     std::fs::write(scratch.path().join("a.mtl"), "newmtl a\nKd 1 oops 1\n").unwrap();
-    let error = load(&path, &Options::default()).unwrap_err();
-    let said = error.to_string();
-    assert!(
-        said.contains("4:8: a.mtl:2:6: `oops` is not a number"),
-        "{said}"
-    );
+    let said = load(&path, &Options::default()).unwrap().warnings;
+    let message = "a.mtl:2:1: `Kd` is left out (a number is missing, or is none)";
+    assert_eq!(said[0].message, message);
 }

@@ -446,8 +446,12 @@ fn what_is_not_finite_matters_where_it_is_used() {
         let loaded = read(&text);
         assert_eq!(triangles(&loaded.scene), FLAT, "{bad}");
         assert_eq!(loaded.warnings.len(), 3, "{bad}: {:?}", loaded.warnings);
-        let used = format!("{text}f 1 2 4\n");
-        assert_eq!(super::errors("obj", used.as_bytes())[0].line, 4, "{bad}");
+        let used = read(&format!("{text}f 1 2 4\n"));
+        let said = messages(&used.warnings);
+        assert!(
+            said[0].contains("1 triangle is left out"),
+            "{bad}: {said:?}"
+        );
     }
     // A comment may stand at a number.
     assert_eq!(
@@ -465,5 +469,30 @@ fn operands_too_many_are_not_used() {
     assert!(
         said.len() == 1 && said[0].starts_with("3 statements have operands too many"),
         "{said:?}"
+    );
+}
+
+#[test]
+fn textures_that_are_missing_are_one_warning() {
+    let mtl = |k: u32| format!("newmtl m{k}\nmap_Kd t{k}.png\n");
+    let face = |k: u32| format!("usemtl m{k}\nf 1/1 2/2 3/3\n");
+    let of = |part: &dyn Fn(u32) -> String| (0..17).map(part).collect::<String>();
+    let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}{}", of(&face));
+    let said = messages(&beside(&obj, &[("a.mtl", of(&mtl).as_bytes())]).warnings);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].contains("17 textures are left out: "), "{said:?}");
+    assert!(said[0].ends_with("`t15.png`, `t16.png`"), "{said:?}");
+}
+
+#[test]
+fn a_texture_needs_places_and_may_have_options_behind_its_name() {
+    let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}usemtl m\nf 1/1 2/2 3/3\nf 1 2 3\n");
+    let mtl = b"newmtl m\nmap_Kd tex.png -bm 1\n";
+    let loaded = beside(&obj, &[("a.mtl", mtl), ("tex.png", &rgb())]);
+    assert_ne!(first_material(&loaded.scene).texture, NO_TEXTURE);
+    let said = messages(&loaded.warnings);
+    assert_eq!(
+        said,
+        ["a triangle has a texture and no places in it: it is not shown there"]
     );
 }

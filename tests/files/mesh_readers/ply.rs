@@ -184,7 +184,7 @@ fn normals_belong_to_vertices() {
 }
 
 #[test]
-fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
+fn a_vertex_that_is_not_finite_leaves_out_its_faces() {
     let header = HEADER.replace("vertex 3", "vertex 4");
     for (corner, used) in [(2, false), (3, true)] {
         let positions = [&POSITIONS[..], &[0.0, f32::NAN, 0.0]].concat();
@@ -193,22 +193,52 @@ fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
             .put([3])
             .ints(&[0, 1, corner])
             .all;
-        let text = ascii(
-            &header,
-            &format!("0 0 0\n1 0 0\n0 1 0\n0 nan 0\n3 0 1 {corner}\n"),
-        );
-        if used {
-            let at = file.len() - 13 - 12;
-            assert_eq!(
-                (errors("ply", &file)[0].line, errors("ply", &file)[0].offset),
-                (0, at)
+        let text = |bad: &str| {
+            let rows = format!("0 0 0\n1 0 0\n0 1 0\n0 {bad} 0\n3 0 1 {corner}\n");
+            ascii(&header, &rows)
+        };
+        let at = file.len() - 13 - 12;
+        assert_eq!(read("ply", &file).warnings[0].offset, at);
+        for (file, line) in [(file, 0), (text("nan"), 13), (text("-1.#IND"), 13)] {
+            let said = &read("ply", &file).warnings[0];
+            let part = if used {
+                "1 triangle is left out"
+            } else {
+                "no face uses it"
+            };
+            assert!(said.message.contains(part) && said.line == line, "{said:?}");
+        }
+    }
+}
+
+#[test]
+fn counts_and_indices_may_be_numbers_of_any_type() {
+    for (count, item) in [("float", "double"), ("double", "float"), ("uchar", "float")] {
+        let list = format!("list {count} {item}");
+        let header = HEADER.replace("list uchar int", &list);
+        assert!(header.contains(&list));
+        let put = |file: BinaryNumbers, kind, number: u8| match kind {
+            "uchar" => file.put([number]),
+            "float" => file.floats(&[number.into()]),
+            _ => file.put(f64::from(number).to_le_bytes()),
+        };
+        let binary = |corners: [u8; 3]| {
+            let file = put(
+                BinaryNumbers::new(false, &header).floats(&POSITIONS),
+                count,
+                3,
             );
-            assert_eq!(errors("ply", &text)[0].line, 13);
-        } else {
-            for file in [file, text] {
-                let said = messages(&read("ply", &file).warnings);
-                assert!(said[0].contains("no face uses it"), "{said:?}");
-            }
+            corners
+                .into_iter()
+                .fold(file, |file, corner| put(file, item, corner))
+                .all
+        };
+        let text = |corners: &str| ascii(&header, &format!("0 0 0\n1 0 0\n0 1 0\n{corners}\n"));
+        for file in [binary([0, 1, 2]), text("3.0 0.0 1 2e0")] {
+            assert_eq!(triangles(&read("ply", &file).scene), FLAT, "{list}");
+        }
+        for wrong in [binary([0, 1, 3]), text("3 0 1 1.5")] {
+            assert_eq!(errors("ply", &wrong).len(), 1, "{list}");
         }
     }
 }

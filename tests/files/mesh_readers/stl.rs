@@ -1,6 +1,6 @@
 //! Semantics of STL files.
 
-use super::{FLAT, errors, messages, read, triangles};
+use super::{FLAT, area_from_z, errors, messages, read, triangles};
 use phalanx::formats::{Options, UpAxis, read_bytes};
 
 /// A binary file of facets with these corners.
@@ -61,12 +61,10 @@ fn bad_files_are_refused() {
     );
     let mut nan = FLAT;
     nan[0][2][1] = f32::NAN;
-    let said = errors("stl", &binary(b"", &nan));
+    let said = read("stl", &binary(b"", &nan)).warnings;
     assert_eq!((said[0].line, said[0].offset), (0, 84 + 36), "{said:?}");
-    let said = errors(
-        "stl",
-        TEXT.replace("vertex 1 0 0", "vertex 1 inf 0").as_bytes(),
-    );
+    let infinite = TEXT.replace("vertex 1 0 0", "vertex 1 inf 0");
+    let said = read("stl", infinite.as_bytes()).warnings;
     assert_eq!((said[0].line, said[0].column), (5, 1), "{said:?}");
     for text in ["", "x", "facet"] {
         assert_eq!(errors("stl", text.as_bytes()).len(), 1, "{text}");
@@ -226,7 +224,7 @@ fn the_length_decides_how_many_facets_there_are() {
     }
     let mut bad = counted(2, &[b"ABCD", b"ABCD"]);
     bad[84 + 54 + 36..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
-    assert_eq!(errors("stl", &bad)[0].offset, 84 + 54 + 36);
+    assert_eq!(read("stl", &bad).warnings[0].offset, 84 + 54 + 36);
 }
 
 #[test]
@@ -267,4 +265,33 @@ fn the_third_axis_points_up_unless_the_user_says_otherwise() {
     };
     assert_eq!(of(None), ([0.0, 0.0, 1.0], true));
     assert_eq!(of(Some(UpAxis::Y)), ([0.0, 1.0, 0.0], false));
+}
+
+#[test]
+fn words_behind_keywords_and_corners_beyond_three_are_read() {
+    let read = |rest: &str| {
+        let text = format!("solid\nfacet normal 0 0 1 0 up\nouter loop\n{rest}endsolid\n");
+        let loaded = read("stl", text.as_bytes());
+        (
+            area_from_z(&loaded.scene),
+            loaded.scene.triangles.len(),
+            messages(&loaded.warnings),
+        )
+    };
+    let corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n";
+    let ends = "endloop of 3\nendfacet of 1\n";
+    let (area, count, _) = read(&format!("{corners}{ends}"));
+    assert_eq!((area, count), (1.0, 1));
+    let quad = format!("{corners}vertex 0 1 0\n{ends}");
+    assert_eq!((read(&quad).0, read(&quad).1), (2.0, 2));
+    for bad in ["nan", "1.#QNAN", "-nan(ind)", "1e999", "-1.#INF00"] {
+        let more = format!("facet\nouter loop\n{corners}endloop\nendfacet\n");
+        let lost = format!("{quad}{}", more.replacen("1 0 0", &format!("1 {bad} 0"), 1));
+        let (area, _, said) = read(&lost);
+        assert_eq!(area, 2.0, "{bad}");
+        assert!(
+            said.iter().any(|s| s.ends_with("1 triangle is left out")),
+            "{bad}: {said:?}"
+        );
+    }
 }

@@ -15,10 +15,11 @@ pub use args::RenderArgs;
 use crate::cli::options::{NamedScene, SceneInput, Sequence, film_bytes, stem};
 use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
 use job::{Job, films_in_memory};
+use phalanx::formats::is_bare_name;
 use phalanx::frame::{AccelRef, Aov, Engine, Integrator};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::TileFile;
-use phalanx::scene::{Scene, shown_path};
+use phalanx::scene::{Scene, shown_path, shown_text};
 use report::{RenderDocument, RenderImage, RenderSeconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -208,12 +209,14 @@ fn output_path(
     if let Some(path) = &args.output {
         return Ok((path.clone(), format_of(path, asked, "--output")?));
     }
-    let named = scene
-        .output
-        .as_deref()
-        .map(Path::new)
-        .and_then(Path::file_name);
-    match named {
+    match scene.output.as_deref() {
+        Some(name) if !is_bare_name(name) => {
+            let name = shown_text(name);
+            let message = format!(
+                "the scene's output `{name}` is not a bare file name: a scene does not choose the folder"
+            );
+            Err(CliError::Usage(message).with_hint("choose the picture with -o"))
+        }
         Some(name) => {
             // Only the command line may choose stdout: a scene's `-` is the file `./-`.
             let path = match output::is_dash(Path::new(name)) {

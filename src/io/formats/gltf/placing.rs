@@ -3,6 +3,7 @@
 
 use super::geometry::PrimitiveGeometry;
 use super::skins::Influences;
+use crate::formats::mesh::is_in_reach;
 use crate::formats::origin::Origin;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use phalanx_scene::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS};
@@ -12,6 +13,8 @@ use std::collections::HashMap;
 #[derive(Clone, Copy, Default)]
 pub(super) struct BadAttributes {
     pub(super) normals: usize,
+    /// Triangles with a vertex that is not finite, or out of reach.
+    pub(super) triangles: usize,
     pub(super) uvs: usize,
     pub(super) colors: usize,
     /// Vertices that follow a joint which the skin does not have.
@@ -24,6 +27,7 @@ impl BadAttributes {
     /// Adds those of another primitive.
     pub(super) fn add(&mut self, other: BadAttributes) {
         self.normals += other.normals;
+        self.triangles += other.triangles;
         self.uvs += other.uvs;
         self.colors += other.colors;
         self.joints += other.joints;
@@ -33,6 +37,11 @@ impl BadAttributes {
     /// Warnings of them.
     pub(super) fn messages(&self) -> Vec<String> {
         let kinds = [
+            (
+                self.triangles,
+                "one triangle is left out: a vertex is not finite or beyond 1e20",
+                "triangles are left out: vertices are not finite or beyond 1e20",
+            ),
             (
                 self.normals,
                 "one normal is zero or not finite: faces that use it are shaded flat",
@@ -77,7 +86,7 @@ impl PrimitiveGeometry<'_> {
         map: &DAffine3,
         joints: Option<&[DAffine3]>,
         origin: Origin,
-    ) -> Result<(Mesh, BadAttributes), String> {
+    ) -> (Mesh, BadAttributes) {
         let mut out = Placing::new(self, map, joints);
         let taken = DAffine3::from_translation(-origin.position());
         let as_it_stands = origin.offset().is_some() && *map == taken && self.vertices.is_unmoved();
@@ -87,8 +96,10 @@ impl PrimitiveGeometry<'_> {
                 true => [a, c, b],
                 false => [a, b, c],
             };
-            let [a, b, c] = row.map(|corner| out.number(corner));
-            corners.push([a?, b?, c?]);
+            match row.map(|corner| out.number(corner)) {
+                [Some(a), Some(b), Some(c)] => corners.push([a, b, c]),
+                _ => out.bad.triangles += 1,
+            }
         }
         let bad = BadAttributes {
             inexact: as_it_stands && !self.is_exact_at(origin.position()),
@@ -96,7 +107,7 @@ impl PrimitiveGeometry<'_> {
             colors: out.bad_colors.len(),
             ..out.bad
         };
-        Ok((out.finish(corners), bad))
+        (out.finish(corners), bad)
     }
 }
 
@@ -195,14 +206,14 @@ impl<'s> Placing<'s> {
         }
     }
 
-    /// The new number of a vertex, which is appended at its first use.
-    fn number(&mut self, old: u32) -> Result<u32, String> {
+    /// The new number of a vertex, which is appended at its first use. `None` if it is not finite
+    /// or out of reach.
+    fn number(&mut self, old: u32) -> Option<u32> {
         let new = self.mesh.vertices.len() as u32;
         let slot = self.numbers.slot(old);
         if *slot != u32::MAX {
-            return Ok(*slot);
+            return Some(*slot);
         }
-        *slot = new;
         let row = old as usize;
         let map = match self.skin {
             Some((influences, joints)) => {
@@ -214,15 +225,13 @@ impl<'s> Placing<'s> {
         };
         let position = self.shape.vertices.position(row);
         let placed = map.position.transform_point3(position).as_vec3();
-        if !placed.is_finite() {
-            return Err(match position.is_finite() {
-                true => format!("vertex {old} is beyond single precision where its nodes put it"),
-                false => format!("vertex {old} is not finite, and a triangle uses it"),
-            });
+        if !is_in_reach(placed.to_array()) {
+            return None;
         }
+        *self.numbers.slot(old) = new;
         self.mesh.vertices.push(placed);
         self.add_attributes(row, new, &map);
-        Ok(new)
+        Some(new)
     }
 
     fn add_attributes(&mut self, row: usize, new: u32, map: &VertexMap) {

@@ -276,7 +276,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             let left = self.displacements_left.checked_sub(shape.displacements());
             self.displacements_left =
                 left.ok_or("its morph targets are too many for a file of this size")?;
-            let (mesh, bad) = shape.mesh(map, joints, self.options.origin)?;
+            let (mesh, bad) = shape.mesh(map, joints, self.options.origin);
             self.scene.append_mesh(mesh);
             all.add(bad);
         }
@@ -343,6 +343,14 @@ impl<'a, 't> GltfReader<'a, 't> {
                     "primitives[{k}]: {} is left out: it has fewer rows than POSITION",
                     quoted(name)
                 );
+                source.warning(&mut self.report, "meshes", mesh, &message);
+            }
+            if let Some((set, _)) = &material.uvs
+                && !primitive.attributes.contains_key(set)
+                && self.warned_short.insert(mesh)
+            {
+                let message =
+                    format!("primitives[{k}]: its texture is not shown: it has no `{set}`");
                 source.warning(&mut self.report, "meshes", mesh, &message);
             }
             let budget = self.allowance;

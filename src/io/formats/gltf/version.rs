@@ -35,13 +35,21 @@ pub(super) fn check(json: &[u8]) -> Result<(), String> {
         let text = serde_json::from_str(text).unwrap_or_else(|_| text.to_owned());
         (text != "null").then_some(text)
     };
-    let needed = text("minVersion").or_else(|| text("version"));
+    let least = text("minVersion");
     let is = |version: &str, number: &str| {
         let rest = version.trim().strip_prefix(number);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };
     let is_object = |list: &&str| members.get(*list).is_some_and(|l| l.get().starts_with('{'));
-    match needed {
+    if let Some(least) = least.as_ref().filter(|least| is(least, "2"))
+        && !["2", "2.0"].contains(&least.trim())
+    {
+        let least = quoted(least);
+        return Err(format!(
+            "glTF {least} is needed (minVersion), and only 2.0 is read here"
+        ));
+    }
+    match least.or_else(|| text("version")) {
         Some(version) if is(&version, "2") => Ok(()),
         Some(version) if is(&version, "1") => Err(FIRST_VERSION.to_owned()),
         None if LISTS.iter().any(is_object) => Err(FIRST_VERSION.to_owned()),

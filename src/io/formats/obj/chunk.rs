@@ -6,7 +6,7 @@ use crate::formats::decimal;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{FaceCorner, Faces};
 use crate::formats::memory_budget::BudgetShare;
-use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors};
+use crate::formats::mesh::{self, NotFinite, Occurrences, ParseError, ParseErrors};
 use crate::formats::text::mark_length;
 use glam::DVec3;
 
@@ -39,7 +39,7 @@ pub(super) struct ObjChunk {
     pub(super) switches: Vec<(usize, Span)>,
     /// The operands of each `mtllib`.
     pub(super) libraries: Vec<Span>,
-    /// Vertices that are not finite, by their numbers in the chunk; their rows are zero.
+    /// Vertices that are out of reach, by their numbers in the chunk.
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are not finite or zero.
     pub(super) bad_normals: Vec<NotFinite>,
@@ -221,9 +221,9 @@ impl ObjReader<'_> {
         // A faulty vertex still gets its row, so that later numbers, and the faces that use them,
         // stay right.
         let [x, y, z] = *position.as_ref().unwrap_or(&[0.0; 3]);
-        let finite = x.is_finite() && y.is_finite() && z.is_finite();
-        let row = if finite { [x, y, z] } else { [0.0; 3] };
-        if !finite {
+        let mut row = [x, y, z];
+        if !mesh::is_in_reach(row) {
+            row = mesh::stored(row);
             let number = self.chunk.vertices[0].len() as u32;
             let span = Span::between(start, self.cursor.at);
             self.chunk.not_finite.push(NotFinite { number, span });

@@ -97,6 +97,7 @@ fn read_in_chunks(
             &mut report,
         );
         joined.material = materials.rows;
+        remarks::warn_unplaced(&scene, &joined, &mut report);
         let budget = asset_dir.allowance();
         let baked = uv_baking::bake(&mut joined, &materials.transformed, budget)
             .and_then(|()| smoothing::smooth(&mut joined, &changes.smoothing, budget));
@@ -215,15 +216,14 @@ fn merge(
         let before = limits.before.map(|count| count as u32);
         chunk.faces.resolve(before);
     }
-    let corners = chunks.iter().map(|p| &p.faces.columns[VERTEX][..]);
-    mesh::report_not_finite(&not_finite, corners, report);
-
     let colors = chunks.iter_mut().map(|chunk| {
         let vertices = chunk.counts()[VERTEX];
         (vertices, std::mem::take(&mut chunk.colors))
     });
     let colors = colors::merge(colors.collect(), threads);
-    let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
+    let (mut vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
+    let mut faces: Vec<&mut Faces> = chunks.iter_mut().map(|chunk| &mut chunk.faces).collect();
+    mesh::leave_out_unreachable(not_finite, &mut vertices, &mut faces, report);
     mesh::warn_bad_normals(&bad_normals, report);
     let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
     let cut = |mut chunk: ObjChunk| {

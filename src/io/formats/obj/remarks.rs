@@ -1,9 +1,10 @@
 //! Warnings about an OBJ file: each kind once, at its first occurrence.
 
 use super::chunk::ObjChunk;
-use crate::formats::diagnostics::{DiagnosticSink, quoted_bytes};
-use crate::formats::faces::{NORMAL, UV};
-use crate::formats::mesh::Occurrences;
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
+use crate::formats::faces::{NONE, NORMAL, UV, VERTEX};
+use crate::formats::mesh::{MergedMesh, Occurrences};
+use phalanx_scene::{MeshMaterial, NO_TEXTURE, Scene};
 
 /// Adds the warnings about all chunks, which have `total` rows of each attribute, and an error if
 /// the file is none of OBJ.
@@ -84,4 +85,26 @@ fn warn_faces(text: &[u8], chunks: &[ObjChunk], total: [i64; 3], report: &mut Di
         1 => format!("this face has {what}, and is drawn without it"),
         _ => format!("{count} faces, this one first, have {what}, and are drawn without it"),
     });
+}
+
+/// Warns of triangles that have a texture and no places in it.
+pub(super) fn warn_unplaced(scene: &Scene, mesh: &MergedMesh, report: &mut DiagnosticSink) {
+    if scene.textures.is_empty() {
+        return;
+    }
+    let is_unplaced = |&triangle: &usize| {
+        let row = match &mesh.material {
+            MeshMaterial::One(row) => *row,
+            MeshMaterial::Each(rows) => rows[triangle],
+        };
+        let placed = mesh.faces[UV].get(triangle).is_some_and(|uv| uv[0] != NONE);
+        !placed && scene.materials.get(row as usize).texture != NO_TEXTURE
+    };
+    let count = (0..mesh.faces[VERTEX].len()).filter(is_unplaced).count();
+    let message = match count {
+        0 => return,
+        1 => "a triangle has a texture and no places in it".into(),
+        _ => format!("{count} triangles have a texture and no places in it"),
+    };
+    report.warning(Span::START, format!("{message}: it is not shown there"));
 }

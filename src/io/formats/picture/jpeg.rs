@@ -3,10 +3,14 @@
 
 use super::pixels::{DecodedImage, ImageHeader, TABLES, checked_sides, too_short};
 use jpeg_decoder::{CodingProcess, Error, PixelFormat};
-use std::io::ErrorKind;
+use std::io::{Chain, ErrorKind, Read};
 
 /// A decoder that has read the header.
-pub(super) type JpegDecoder<'a> = jpeg_decoder::Decoder<&'a [u8]>;
+pub(super) type JpegDecoder<'a> = jpeg_decoder::Decoder<Chain<&'a [u8], &'static [u8]>>;
+
+/// Bytes behind those of a file, which may lack the marker of its end: bits that no code begins
+/// with, so that a picture of which more is missing fails, and the marker.
+const END: &[u8] = b"\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\xd9";
 
 /// Marker of the start of a scan.
 const SCAN: &[u8] = b"\xff\xda";
@@ -19,7 +23,8 @@ const MAX_SCANS: usize = 256;
 
 /// Reads the header of a JPEG.
 pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<JpegDecoder<'_>>, String> {
-    let mut decoder = jpeg_decoder::Decoder::new(bytes);
+    let mut decoder =
+        jpeg_decoder::Decoder::new(bytes.strip_suffix(b"\xff").unwrap_or(bytes).chain(END));
     decoder.read_info().map_err(plain)?;
     let info = decoder.info().ok_or("it has no size")?;
     let (width, height) = checked_sides(info.width.into(), info.height.into())?;
@@ -86,8 +91,11 @@ fn plain(error: Error) -> String {
         Error::Io(e) if e.kind() == ErrorKind::UnexpectedEof => "it ends too early".into(),
         other => {
             let reason = other.to_string();
-            let reason = reason.trim_start_matches("invalid JPEG format: ");
-            format!("it is broken: {reason}")
+            match reason.trim_start_matches("invalid JPEG format: ") {
+                // The bits of [`END`] are no code.
+                "failed to decode huffman code" => "it ends too early, or is broken".into(),
+                reason => format!("it is broken: {reason}"),
+            }
         }
     }
 }

@@ -386,3 +386,16 @@ fn a_size_is_believed_as_far_as_the_bytes_reach() {
     let refused = pixels(&jpeg).map(|_| "a picture");
     assert!(refused.unwrap_err().contains("too short"));
 }
+
+#[test]
+fn a_jpeg_may_lack_the_marker_of_its_end_alone() {
+    for whole in [HALVED, PROGRESSIVE, GREY] {
+        let end = whole.len();
+        for missing in [1, 2] {
+            assert_eq!(pixels(&whole[..end - missing]), pixels(whole), "{missing}");
+        }
+        for missing in [4, 12, 40, 100] {
+            assert!(pixels(&whole[..end - missing]).is_err(), "{missing}");
+        }
+    }
+}

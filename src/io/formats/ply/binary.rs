@@ -8,6 +8,7 @@ use super::columns::{
     RowChunk, TriangleRowLayout, checked, checked_columns, columns, fill, source, type_of_number,
 };
 use super::header::{Element, Encoding, PropertyKind, Type};
+use super::lexer::whole;
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::rows::{
     Body, FaceRow, FaceSink, check_corners, checked_normal, checked_position, too_short,
@@ -303,7 +304,8 @@ impl<'a> PlyBinaryReader<'a> {
         Some((Field::List(first, items), end))
     }
 
-    /// The whole number at a position, if it fits into the file.
+    /// The whole number at a position, if it fits into the file. One with a fraction is less than
+    /// any index.
     fn integer(&self, at: usize, kind: Type) -> Option<i64> {
         let bytes = self.bytes.get(at..at + kind.size())?;
         let mut value = 0u64;
@@ -319,6 +321,8 @@ impl<'a> PlyBinaryReader<'a> {
             Type::I8 => i64::from(value as i8),
             Type::I16 => i64::from(value as i16),
             Type::I32 => i64::from(value as i32),
+            Type::F32 => whole(f32::from_bits(value as u32).into()).unwrap_or(i64::MIN),
+            Type::F64 => whole(f64::from_bits(value)).unwrap_or(i64::MIN),
             _ => value as i64,
         })
     }

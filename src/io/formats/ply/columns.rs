@@ -96,6 +96,7 @@ impl TriangleRowLayout {
     /// negative number becomes one that exceeds the vertices of every file.
     pub(super) fn triangles(&self, out: &mut [[u32; 3]], rows: &[u8]) -> Option<u32> {
         match (self.item, self.big_endian) {
+            _ if !self.count_type.is_whole() => None,
             (Type::I32 | Type::U32, false) => self.take(out, rows, u32::from_le_bytes),
             (Type::I32 | Type::U32, true) => self.take(out, rows, u32::from_be_bytes),
             (Type::U16, false) => self.take(out, rows, |b| u32::from(u16::from_le_bytes(b))),

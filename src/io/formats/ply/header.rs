@@ -119,9 +119,8 @@ impl Element {
     /// Index of the list of a face's corners among the properties.
     pub(super) fn corners(&self) -> Option<usize> {
         let named = |p: &Property| p.name == b"vertex_indices" || p.name == b"vertex_index";
-        let whole =
-            |p: &Property| matches!(p.kind, PropertyKind::List { item, .. } if item.is_whole());
-        self.properties.iter().position(|p| named(p) && whole(p))
+        let is_list = |p: &Property| matches!(p.kind, PropertyKind::List { .. });
+        self.properties.iter().position(|p| named(p) && is_list(p))
     }
 
     pub(super) fn quoted_name(&self) -> String {
@@ -378,12 +377,7 @@ impl PlyHeaderReader {
         };
         let (kind, name) = if words.get(1).is_some_and(|(_, word)| *word == b"list") {
             let [_, count, item, (_, name)] = operands(words)?;
-            let (span, count) = (count.0, type_of(count)?);
-            if !count.is_whole() {
-                let message = "the count of a list must be of a whole-number type";
-                return Err(ParseError::new(span, message));
-            }
-            let item = type_of(item)?;
+            let (count, item) = (type_of(count)?, type_of(item)?);
             (PropertyKind::List { count, item }, name)
         } else {
             let [kind, (_, name)] = operands(words)?;

@@ -35,6 +35,12 @@ fn is_remark(text: &[u8]) -> bool {
     }
 }
 
+/// A number without a fraction, as an integer.
+pub(super) fn whole(number: f64) -> Option<i64> {
+    let exact = number.fract() == 0.0 && number.abs() < (1u64 << 53) as f64;
+    exact.then_some(number as i64)
+}
+
 /// A byte that no text has.
 pub(super) const NO_ROW_END: u8 = 0xff;
 
@@ -142,9 +148,7 @@ impl PlyLexer<'_> {
 
     #[inline]
     pub(super) fn float(&mut self) -> Result<f32, ParseError> {
-        self.skip_blanks();
-        let (value, end) = decimal::float(self.text, self.at);
-        self.ended(value, end, "a number")
+        self.real(decimal::float)
     }
 
     /// A coordinate of a vertex, from which the origin is subtracted.
@@ -153,15 +157,37 @@ impl PlyLexer<'_> {
         if origin == 0.0 {
             return self.float();
         }
-        self.skip_blanks();
-        let (value, end) = decimal::double(self.text, self.at);
-        self.ended((value - origin) as f32, end, "a number")
+        self.real(|text, at| {
+            let (value, end) = decimal::double(text, at);
+            ((value - origin) as f32, end)
+        })
     }
 
+    /// The next number, which need not be finite.
+    #[inline(always)]
+    fn real(&mut self, parse: impl Fn(&[u8], usize) -> (f32, usize)) -> Result<f32, ParseError> {
+        self.skip_blanks();
+        let (value, end) = parse(self.text, self.at);
+        let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
+        let special = match delimited && end > self.at {
+            true => None,
+            false => decimal::not_finite(self.text, self.at),
+        };
+        let (value, end) = special.unwrap_or((value, end));
+        self.ended(value, end, "a number")
+    }
+
+    /// The next whole number, which may be written as `3.0` or `3e0`.
     #[inline]
     pub(super) fn integer(&mut self) -> Result<i64, ParseError> {
         self.skip_blanks();
-        let (value, end) = decimal::integer(self.text, self.at);
+        let (mut value, mut end) = decimal::integer(self.text, self.at);
+        if matches!(self.text.get(end), Some(b'.' | b'e' | b'E')) {
+            let (real, after) = decimal::double(self.text, self.at);
+            if let Some(whole) = whole(real) {
+                (value, end) = (whole, after);
+            }
+        }
         self.ended(value, end, "a whole number")
     }
 

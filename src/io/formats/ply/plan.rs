@@ -85,7 +85,7 @@ impl ReadPlan {
         };
         for faces in header.elements.iter().filter(|e| e.name == b"face") {
             if faces.count > 0 && faces.corners().is_none() {
-                let message = "the faces have no list `vertex_indices` of whole numbers";
+                let message = "the faces have no list `vertex_indices`";
                 report.error(faces.span, message);
                 return None;
             }

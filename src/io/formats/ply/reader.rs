@@ -58,7 +58,7 @@ fn read_in_chunks(
         return Err(ReadStop::of(report));
     }
     plan.made = budget.shared();
-    let body = match plan.header.encoding {
+    let mut body = match plan.header.encoding {
         Encoding::Ascii => ascii::read(bytes, &plan, threads, chunk_bytes, &mut report),
         _ => binary::read(bytes, &plan, threads, chunk_bytes, &mut report),
     };
@@ -72,8 +72,9 @@ fn read_in_chunks(
         report.error(Span::START, message);
     }
     if report.is_clean() {
-        let corners = body.faces.iter().map(|f| &f.columns[VERTEX][..]);
-        mesh::report_not_finite(&body.not_finite, corners, &mut report);
+        let mut faces: Vec<&mut Faces> = body.faces.iter_mut().collect();
+        let lost = std::mem::take(&mut body.not_finite);
+        mesh::leave_out_unreachable(lost, &mut body.vertices, &mut faces, &mut report);
     }
     if !report.is_clean() {
         return Err(ReadStop::of(report));

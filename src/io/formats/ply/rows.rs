@@ -5,7 +5,7 @@ use super::header::Element;
 use super::uvs::FaceUvs;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{Faces, MAX_CORNERS};
-use crate::formats::mesh::{NotFinite, Occurrences, ParseError};
+use crate::formats::mesh::{self, NotFinite, Occurrences, ParseError};
 use phalanx_scene::{Vec2s, Vec3s};
 
 /// The result of the rows.
@@ -23,7 +23,7 @@ pub(super) struct Body {
     pub(super) face_colors: Vec<FaceColors>,
     /// Texture coordinates of the faces, in the same chunks.
     pub(super) face_uvs: Vec<FaceUvs>,
-    /// Vertices that are not finite, ascending; their rows are zero.
+    /// Vertices that are out of reach, ascending.
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are zero or not finite, ascending.
     pub(super) bad_normals: Vec<NotFinite>,
@@ -143,18 +143,18 @@ pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
     )
 }
 
-/// Replaces a position that is not finite, and notes it.
+/// Replaces a position that is not finite, and notes one that is out of reach.
 pub(super) fn checked_position(
     row: [f32; 3],
     number: u32,
     span: Span,
     bad: &mut Vec<NotFinite>,
 ) -> [f32; 3] {
-    if row.iter().all(|c| c.is_finite()) {
+    if mesh::is_in_reach(row) {
         return row;
     }
     bad.push(NotFinite { number, span });
-    [0.0; 3]
+    mesh::stored(row)
 }
 
 /// Replaces a normal that is zero or not finite, and notes it.

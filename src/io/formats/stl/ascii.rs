@@ -1,8 +1,9 @@
 //! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
 //!
 //! Words may be in any case, and those that begin with `end` may be two. The normal is not used, so
-//! it may be missing, or be no number. Text between facets that has none of the words of a facet is
-//! ignored.
+//! it may be missing, or be no number. Words behind it and behind `endloop` are passed over, and
+//! text between facets that has none of the words of a facet. A loop of more than three vertices is
+//! a fan of triangles.
 
 use super::lexer::{StlLexer, is_in_remark};
 use crate::formats::decimal;
@@ -226,33 +227,59 @@ impl<'a> StlAsciiReader<'a> {
         let mut corners = [[0.0; 3]; 3];
         for corner in &mut corners {
             self.keyword(b"vertex")?;
-            for (axis, number) in corner.iter_mut().enumerate() {
-                *number = match self.origin[axis] {
-                    0.0 => self.number(decimal::float)?,
-                    origin => (self.number(decimal::double)? - origin) as f32,
-                };
-            }
+            *corner = self.vertex()?;
+        }
+        let first = self.chunk.soup.len();
+        self.chunk.soup.push(corners);
+        let read = self.rest_of_facet(corners);
+        if read.is_err() {
+            self.chunk.soup.truncate(first);
+        }
+        read
+    }
+
+    /// Reads what follows the third vertex.
+    fn rest_of_facet(&mut self, [a, _, mut last]: [[f32; 3]; 3]) -> Result<(), FacetFault> {
+        while self.words.take(b"vertex").is_some() {
+            let next = self.vertex()?;
+            self.chunk.soup.push([a, last, next]);
+            last = next;
         }
         self.end(b"loop")?;
-        self.end(b"facet")?;
-        self.chunk.soup.push(corners);
-        Ok(())
+        self.pass_words();
+        self.end(b"facet")
+    }
+
+    fn vertex(&mut self) -> Result<[f32; 3], FacetFault> {
+        let mut corner = [0.0; 3];
+        for (axis, number) in corner.iter_mut().enumerate() {
+            *number = match self.origin[axis] {
+                0.0 => self.number(decimal::float)?,
+                origin => (self.number(decimal::double)? - origin) as f32,
+            };
+        }
+        Ok(corner)
     }
 
     /// Passes the normal, if there is one. It is not used, and real files have anything here:
     /// `nan`, `-nan(ind)`, `-1.#IND`.
     fn skip_normal(&mut self) {
-        if self.words.take(b"normal").is_none() {
-            return;
+        if self.words.take(b"normal").is_some() {
+            self.pass_words();
         }
-        for _ in 0..3 {
+    }
+
+    /// Passes words up to one that only facets have.
+    fn pass_words(&mut self) {
+        loop {
             let before = self.words;
-            let ends = self.take_part();
-            self.words = before;
-            if ends {
+            if self.take_part() || self.words.take(b"facet").is_some() {
+                self.words = before;
                 return;
             }
-            self.words.word();
+            if self.words.word().is_none() {
+                return;
+            }
         }
     }
 
@@ -270,7 +297,10 @@ impl<'a> StlAsciiReader<'a> {
         }
     }
 
-    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, FacetFault> {
+    fn number<T: From<f32>>(
+        &mut self,
+        parse: impl Fn(&[u8], usize) -> (T, usize),
+    ) -> Result<T, FacetFault> {
         self.words.skip_blanks();
         let StlLexer { text, at } = self.words;
         let (value, end) = parse(text, at);
@@ -278,7 +308,13 @@ impl<'a> StlAsciiReader<'a> {
             self.words.at = end;
             return Ok(value);
         }
-        Err(self.fault("a number"))
+        match decimal::not_finite(text, at) {
+            Some((value, end)) if text.get(end).is_none_or(|&byte| byte <= b' ') => {
+                self.words.at = end;
+                Ok(value.into())
+            }
+            _ => Err(self.fault("a number")),
+        }
     }
 
     /// The fault of a word that is not the expected one. The word stays: it may be the one that

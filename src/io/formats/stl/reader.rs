@@ -3,7 +3,7 @@
 use super::{ascii, binary, colors, weld};
 use crate::formats::defaults::MissingParts;
 use crate::formats::diagnostics::{DiagnosticSink, Span};
-use crate::formats::faces::VERTEX;
+use crate::formats::faces::{Faces, VERTEX};
 use crate::formats::folder::Folder;
 use crate::formats::loaded::Loaded;
 use crate::formats::memory_budget::MemoryBudget;
@@ -110,15 +110,17 @@ fn finish(
     options: &Options,
     mut report: DiagnosticSink,
 ) -> Result<Loaded, ReadStop> {
+    let mut faces = Faces::default();
+    faces.columns[VERTEX] = std::mem::take(&mut welded.corners);
     if report.is_clean() {
-        let corners = [&welded.corners[..]];
-        mesh::report_not_finite(&not_finite, corners.into_iter(), &mut report);
+        let vertices = &mut welded.vertices;
+        mesh::leave_out_unreachable(not_finite, vertices, &mut [&mut faces], &mut report);
     }
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    joined.vertices = std::mem::take(&mut welded.vertices);
-    joined.faces[VERTEX] = welded.corners;
+    joined.vertices = welded.vertices;
+    joined.faces = faces.columns;
     let scene = mesh::bare_scene(options, &mut MaterialTable::default());
     let missing = MissingParts {
         up: UpAxis::Z,

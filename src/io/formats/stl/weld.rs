@@ -6,9 +6,8 @@
 //! hash differs from run to run, so that no file can be made to be slow.
 
 use crate::formats::diagnostics::Span;
-use crate::formats::mesh::NotFinite;
+use crate::formats::mesh::{self, NotFinite};
 use crate::formats::workers;
-use glam::Vec3;
 use phalanx_scene::Vec3s;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};
@@ -18,22 +17,16 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub(super) struct Welded {
     pub(super) vertices: Vec3s,
     pub(super) corners: Vec<[u32; 3]>,
-    /// Vertices that are not finite, and the corner where each occurs first; their rows are zero.
+    /// Vertices that are out of reach, and the corner where each occurs first.
     bad: Vec<(u32, usize)>,
 }
 
 impl Welded {
-    /// The vertices that are not finite, ascending.
+    /// The vertices that are out of reach, ascending, all with the span of the first.
     pub(super) fn not_finite(&self, span: impl Fn(usize) -> Span) -> Vec<NotFinite> {
-        let told = self
-            .bad
-            .iter()
-            .take(crate::formats::diagnostics::MAX_DIAGNOSTICS);
-        told.map(|&(number, corner)| NotFinite {
-            number,
-            span: span(corner),
-        })
-        .collect()
+        let span = self.bad.first().map_or(Span::START, |bad| span(bad.1));
+        let bad = self.bad.iter();
+        bad.map(|&(number, _)| NotFinite { number, span }).collect()
     }
 }
 
@@ -70,13 +63,10 @@ pub(super) fn weld(
 
 impl Welded {
     fn add(&mut self, position: [f32; 3], corner: usize) {
-        let vertex = Vec3::from_array(position);
-        if vertex.is_finite() {
-            self.vertices.push(vertex);
-        } else {
+        if !mesh::is_in_reach(position) {
             self.bad.push((self.vertices.len() as u32, corner));
-            self.vertices.push(Vec3::ZERO);
         }
+        self.vertices.push(mesh::stored(position).into());
     }
 }
 

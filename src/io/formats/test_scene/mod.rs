@@ -15,3 +15,4 @@ mod state;
 mod transform;
 
 pub(super) use reader::read;
+pub use settings::is_bare_name;

@@ -2,7 +2,6 @@
 
 use super::commands::Statement;
 use super::reader::TestReader;
-use crate::formats::diagnostics::quoted;
 use glam::DVec3;
 use phalanx_scene::{MAX_DEPTH_LIMIT, View, check_image_size};
 
@@ -83,31 +82,12 @@ impl TestReader<'_> {
     }
 
     /// Sets the name of the output. A file name may hold spaces, so the operand is the rest of the
-    /// line.
+    /// line. Whether it is a bare name matters only to those who write there.
     pub(super) fn output(&mut self, statement: &Statement<'_>) {
         let Some(name) = statement.joined() else {
             return self.missing_operands(statement, 0, 1);
         };
-        if is_bare(name.text) {
-            self.scene.output = Some(name.text.to_owned());
-            return;
-        }
-        let last = name.text.rsplit(['/', '\\', ':']).next();
-        let help = match last.filter(|last| is_bare(last)) {
-            Some(last) => format!(
-                "write `output {last}`; the folder is chosen on the command line",
-                last = last.trim()
-            ),
-            None => String::from("write a file name; the folder is chosen on the command line"),
-        };
-        self.report.error_with_help(
-            name.span(),
-            format!(
-                "the output {} is not a bare file name: a scene does not choose the folder",
-                quoted(name.text)
-            ),
-            help,
-        );
+        self.scene.output = Some(name.text.to_owned());
     }
 
     pub(super) fn maxverts(&mut self, statement: &Statement<'_>) {
@@ -123,8 +103,9 @@ impl TestReader<'_> {
     }
 }
 
-/// Returns true if a name stays in the folder it is joined to, on every system.
-fn is_bare(name: &str) -> bool {
+/// Returns true if a scene's name for its output stays in the folder that it is joined to, on every
+/// system: it has no folders, drives or control characters.
+pub fn is_bare_name(name: &str) -> bool {
     let drive = name.as_bytes().get(1) == Some(&b':');
     let steers = |c: char| c == '/' || c == '\\' || c.is_control();
     !name.trim().is_empty() && name != "." && name != ".." && !drive && !name.contains(steers)
