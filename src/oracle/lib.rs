@@ -128,6 +128,11 @@ impl<'a> Oracle<'a> {
         self.integrator.ray_counts
     }
 
+    /// Backs of single-sided materials that rays have passed since the oracle was made.
+    pub fn unseen_backs(&self) -> u64 {
+        self.integrator.search.unseen_backs.get()
+    }
+
     fn scene(&self) -> &'a Scene {
         self.integrator.search.scene
     }

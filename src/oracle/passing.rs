@@ -64,7 +64,7 @@ impl Iterator for OracleHitWalk<'_> {
 
 impl SceneSearch<'_> {
     /// The closest hit on a surface that is there, after the hit `passed` by (t, prim_id); from the
-    /// origin on without one. Surfaces of no coverage are passed.
+    /// origin on without one. Surfaces of no coverage and unseen backs are passed.
     pub(super) fn closest_there(
         &self,
         ray: &OracleRay,
@@ -79,10 +79,19 @@ impl SceneSearch<'_> {
         walk: &mut OracleHitWalk,
         passed: Option<SurfaceHit>,
     ) -> Option<OracleHit> {
+        let dir = walk.ray.dir;
         walk.find(|hit| {
             let on = hit.on_surface();
             let is_passed = |passed| self.scene.is_same_surface(passed, on);
-            !self.has_coverage || !(passed.is_some_and(is_passed) || self.scene.coverage(on) == 0.0)
+            !(self.has_coverage || self.has_unseen_backs)
+                || !passed.is_some_and(is_passed) && self.seen_coverage(dir, on) != 0.0
+        })
+    }
+
+    fn seen_coverage(&self, dir: Vec3, on: SurfaceHit) -> f32 {
+        self.scene.seen_coverage(dir, on).unwrap_or_else(|| {
+            self.unseen_backs.set(self.unseen_backs.get() + 1);
+            0.0
         })
     }
 

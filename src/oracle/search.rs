@@ -7,6 +7,7 @@ use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max
 use super::tree::TwoLevelBvh;
 use phalanx_scene::{Bounds, Scene, SurfaceHit};
 use std::borrow::Cow;
+use std::cell::Cell;
 
 /// Search method of the oracle. Both give the same bits.
 #[derive(Clone, Copy, Debug)]
@@ -23,9 +24,13 @@ pub(super) struct SceneSearch<'a> {
     search: OracleSearch<'a>,
     /// Padded boxes of the instances.
     instance_boxes: Cow<'a, [Bounds]>,
-    /// True if the scene has surfaces that are only partly there, or pass light.
+    /// True if the scene has surfaces that are only partly there, backs that are not seen, or
+    /// surfaces that pass light.
     pub(super) has_coverage: bool,
+    pub(super) has_unseen_backs: bool,
     pub(super) has_clear_shadows: bool,
+    /// Backs that rays have passed.
+    pub(super) unseen_backs: Cell<u64>,
 }
 
 impl<'a> SceneSearch<'a> {
@@ -39,7 +44,9 @@ impl<'a> SceneSearch<'a> {
             search,
             instance_boxes,
             has_coverage: scene.has_coverage(),
+            has_unseen_backs: scene.has_unseen_backs(),
             has_clear_shadows: scene.has_clear_shadows(),
+            unseen_backs: Cell::new(0),
         }
     }
 

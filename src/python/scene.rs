@@ -241,7 +241,8 @@ impl PyScene {
     ///     Positions, all of them finite.
     /// faces : (m, 3) integers
     ///     Rows of vertices, from 0 on. Corners are counter-clockwise, seen
-    ///     from outside; rays hit both sides.
+    ///     from outside; rays hit both sides, also of files whose pictures show
+    ///     only one.
     ///
     /// Both arrays may be empty. Raises ValueError for shapes and for vertices
     /// that are not finite, IndexError for faces that name no vertex, TypeError

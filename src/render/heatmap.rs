@@ -82,6 +82,7 @@ impl TileRenderer for HeatmapRenderer<'_> {
                 ..RayCounts::default()
             },
             packets: self.timed.stats().packets,
+            unseen_backs: 0,
         }
     }
 }

@@ -61,6 +61,7 @@ impl<'a> SampleTracer<'a> {
                 sample: 0,
                 min_weight: 0.0,
                 has_coverage: scene.has_coverage(),
+                has_unseen_backs: scene.has_unseen_backs(),
                 has_clear_shadows: scene.has_clear_shadows(),
                 mattes: None,
                 hides_background: false,

@@ -9,6 +9,8 @@ pub struct RenderStats {
     pub rays: RayCounts,
     /// Packets traced; 0 for the scalar engine.
     pub packets: u64,
+    /// Hits on backs of single-sided materials, which rays passed.
+    pub unseen_backs: u64,
 }
 
 impl RenderStats {
@@ -21,5 +23,6 @@ impl RenderStats {
     pub fn add(&mut self, other: &RenderStats) {
         self.rays.add(&other.rays);
         self.packets += other.packets;
+        self.unseen_backs += other.unseen_backs;
     }
 }

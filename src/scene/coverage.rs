@@ -4,15 +4,17 @@
 //! The coverage α of a hit is its material's opacity, times the alpha of a texture, times the
 //! opacity of the vertices; with a cutoff it is 1 from there on, and else 0 (glTF 2.0, 3.9.4). What
 //! is seen along a ray is α times the light of the surface, and (1 − α) times that of what the ray
-//! meets next. The light of a lamp is weighed by V, the product of what passes the surfaces before
-//! it: 1 − α each, and with thin sheets (1 − α) + α·Kt. The design document's V is this product
-//! where every surface is whole.
+//! meets next. Camera, mirror and refracted rays do not see a single-sided material from behind:
+//! there its coverage is 0 ([`Scene::seen_coverage`]). To lamps it has both sides: their
+//! light is weighed by V, the product of what passes the surfaces before it: 1 − α each, and with
+//! thin sheets (1 − α) + α·Kt. The design document's V is this product where every surface is
+//! whole.
 //!
 //! Hits are ordered by (t, prim_id), and a primitive counts once for each ray. So does a surface of
 //! several triangles where a ray meets it on the edge between them ([`Scene::is_same_surface`]):
 //! else a half covered window would have a seam along its diagonal.
 
-use crate::{NO_TEXTURE, PrimKind, Scene};
+use crate::{NO_TEXTURE, PrimKind, SINGLE_SIDED, Scene, THIN};
 use glam::{Vec2, Vec3};
 
 /// Most partly covered surfaces that a ray passes before its light counts as lost. A surface that
@@ -59,7 +61,37 @@ impl Scene {
     /// Returns true if light may pass some surface on its way from a lamp, so that V is not only 0
     /// or 1.
     pub fn has_clear_shadows(&self) -> bool {
-        self.materials.thin.iter().any(|&thin| thin != 0) || self.has_coverage()
+        self.materials.flags.iter().any(|&flags| flags & THIN != 0) || self.has_coverage()
+    }
+
+    /// Returns true if some material is not seen from behind.
+    pub fn has_unseen_backs(&self) -> bool {
+        let mut flags = self.materials.flags.iter();
+        flags.any(|&flags| flags & SINGLE_SIDED != 0)
+    }
+
+    /// Returns true if a ray of this direction meets the unseen back of a triangle: its material is
+    /// single-sided, and its corners are in clockwise order as the ray sees them. An instance that
+    /// mirrors turns no front into a back (glTF 2.0, 3.7.4 and 3.9.6).
+    pub fn is_unseen_back(&self, dir: Vec3, prim_id: u32) -> bool {
+        let placed = self.resolve(prim_id);
+        let prim = self.prims[placed.prim as usize];
+        let material = self.prim_material(placed.prim) as usize;
+        if self.materials.flags[material] & SINGLE_SIDED == 0 || prim.kind() != PrimKind::Triangle {
+            return false;
+        }
+        let dir = placed.instance.map_or(dir, |instance| {
+            let [x, y, z, _] = self.instances.object_columns(instance as usize);
+            (x * dir.x + y * dir.y) + z * dir.z
+        });
+        let [a, b, c] = self.triangles.corners(prim.index()).map(Vec3::as_dvec3);
+        (b - a).cross(c - a).dot(dir.as_dvec3()) > 0.0
+    }
+
+    /// Coverage at a hit as a ray of this direction sees it; `None` on a back that is not seen,
+    /// where it is 0.
+    pub fn seen_coverage(&self, dir: Vec3, hit: SurfaceHit) -> Option<f32> {
+        (!self.is_unseen_back(dir, hit.prim_id)).then(|| self.coverage(hit))
     }
 
     /// Coverage at a hit, 0 to 1: the share of the surface that is there.
@@ -141,7 +173,7 @@ impl Scene {
         let material = self.prim_material(stored) as usize;
         let coverage = self.stored_coverage(stored, material, hit);
         let open = Vec3::splat(1.0 - coverage);
-        match self.materials.thin[material] {
+        match self.materials.flags[material] & THIN {
             0 => open,
             _ => open + self.materials.kt.get(material) * coverage,
         }

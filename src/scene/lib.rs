@@ -54,7 +54,7 @@ pub use geometry::GeometryError;
 pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::{LightShape, Lights};
 pub use made_up::MadeUpParts;
-pub use materials::{Material, MaterialTable, Materials};
+pub use materials::{Material, MaterialTable, Materials, SINGLE_SIDED, THIN};
 pub use mattes::{MatteIds, material_names, matte_id, murmur3_32, object_names};
 pub use origin::FileView;
 pub use path::{CameraKey, CameraPath};

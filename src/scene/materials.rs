@@ -40,6 +40,9 @@ pub struct Material {
     /// True for a sheet without a volume: it sends light straight through, weighed by Kt, and its
     /// shadow lacks that light. The light of lamps does not pass other materials, which bend it.
     pub thin: bool,
+    /// True for a material whose triangles are not seen from behind: see
+    /// [`Scene::is_unseen_back`](crate::Scene::is_unseen_back).
+    pub single_sided: bool,
 }
 
 impl Material {
@@ -58,6 +61,7 @@ impl Material {
         opacity_texture: NO_TEXTURE,
         alpha_cutoff: 0.0,
         thin: false,
+        single_sided: false,
     };
 }
 
@@ -67,6 +71,11 @@ impl Default for Material {
         Material::DEFAULT
     }
 }
+
+/// Bit of [`Materials::flags`] for a sheet without a volume.
+pub const THIN: u8 = 1;
+/// Bit of [`Materials::flags`] for a material that is not seen from behind.
+pub const SINGLE_SIDED: u8 = 2;
 
 /// Surface parameters, one [`Material`] each.
 #[derive(Clone, Debug, Default)]
@@ -95,8 +104,8 @@ pub struct Materials {
     pub opacity_texture: Column<u32>,
     /// Least opacity that counts as all, or 0.
     pub alpha_cutoff: Column<f32>,
-    /// 1 for a sheet without a volume, else 0.
-    pub thin: Column<u8>,
+    /// [`Material::thin`] and [`Material::single_sided`], as [`THIN`] and [`SINGLE_SIDED`].
+    pub flags: Column<u8>,
 }
 
 impl Materials {
@@ -127,7 +136,7 @@ impl Materials {
         self.opacity.push(surface.opacity);
         self.opacity_texture.push(surface.opacity_texture);
         self.alpha_cutoff.push(surface.alpha_cutoff);
-        self.thin.push(u8::from(surface.thin));
+        self.flags.push(surface.flags());
         row
     }
 
@@ -146,7 +155,8 @@ impl Materials {
             opacity: self.opacity[i],
             opacity_texture: self.opacity_texture[i],
             alpha_cutoff: self.alpha_cutoff[i],
-            thin: self.thin[i] != 0,
+            thin: self.flags[i] & THIN != 0,
+            single_sided: self.flags[i] & SINGLE_SIDED != 0,
         }
     }
 }
@@ -155,6 +165,10 @@ impl Materials {
 const MATERIAL_WORDS: usize = 23;
 
 impl Material {
+    fn flags(&self) -> u8 {
+        (u8::from(self.thin) * THIN) | (u8::from(self.single_sided) * SINGLE_SIDED)
+    }
+
     /// The material's bits. Equal materials have equal bits; bits, unlike floats, can be hashed.
     fn bits(&self) -> [u32; MATERIAL_WORDS] {
         let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
@@ -166,7 +180,7 @@ impl Material {
             self.opacity,
             self.alpha_cutoff,
         ];
-        let words = [self.texture, self.opacity_texture, u32::from(self.thin)];
+        let words = [self.texture, self.opacity_texture, self.flags().into()];
         let all = colors.chain(numbers).map(f32::to_bits).chain(words);
         let mut bits = [0; MATERIAL_WORDS];
         bits.iter_mut()

@@ -86,7 +86,7 @@ impl Scene {
                     + m.opacity.row_bytes()
                     + m.opacity_texture.row_bytes()
                     + m.alpha_cutoff.row_bytes()
-                    + m.thin.row_bytes()
+                    + m.flags.row_bytes()
                     + vectors(&[&l.position, &l.color, &l.attenuation])
                     + vectors(&l.edges.each_ref())
                     + l.radius.row_bytes()

@@ -338,7 +338,7 @@ impl Scene {
             same_length("material", name, shares.len(), m.len())?;
             all("material", name, shares, is_share, NO_SHARE)?;
         }
-        same_length("material", "thickness", m.thin.len(), m.len())?;
+        same_length("material", "flag", m.flags.len(), m.len())?;
         positive("material", "ior", &m.ior, m.len())
     }
 

@@ -4,7 +4,7 @@
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
 use crate::common::scenes::random_map;
-use glam::{DAffine3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use phalanx::frame::{Accel, Engine, Integrator, Settings};
 use phalanx::sampling::{Adaptive, Sampling};
 use phalanx::scene::{
@@ -249,6 +249,93 @@ fn light_passes_as_much_as_is_not_covered() {
     assert_eq!(lit_through(&[half, glass]), Vec3::ZERO);
 }
 
+/// Walls whose front points to +z, straight on and under instances that mirror.
+#[test]
+fn single_sided_walls_are_seen_from_the_front_alone() {
+    let shown = |turned: bool, material: &Material, map: Option<DVec3>| {
+        let mut scene = empty();
+        if turned {
+            scene.view.eye.z = -4.0;
+        }
+        let mesh = map.map(|_| scene.begin_mesh());
+        add_wall(&mut scene, 0.0, 9.0, material);
+        if let (Some(mesh), Some(scale)) = (mesh, map) {
+            scene.end_mesh(mesh);
+            let placed = scene.add_instance(mesh, DAffine3::from_scale(scale));
+            placed.expect("invertible");
+        }
+        middle(&scene)
+    };
+    let behind = empty().background;
+    for opacity in [1.0, 0.5] {
+        let red = shining(Vec3::X, opacity);
+        let seen = Vec3::X * opacity + behind * (1.0 - opacity);
+        let one_sided = Material {
+            single_sided: true,
+            ..red
+        };
+        assert_eq!(shown(true, &red, None), seen);
+        for (map, is_turned) in [
+            (None, false),
+            (Some(DVec3::ONE), false),
+            // Mirrored, front faces stay front faces.
+            (Some(DVec3::new(-1.0, 1.0, 1.0)), false),
+            (Some(DVec3::new(1.0, 1.0, -1.0)), true),
+        ] {
+            assert_eq!(shown(is_turned, &one_sided, map), seen, "{map:?}");
+            assert_eq!(shown(!is_turned, &one_sided, map), behind, "{map:?}");
+        }
+    }
+    // The lamp is above the front of the screens, and what it lights beneath their backs.
+    let screen = Material {
+        single_sided: true,
+        ..white(1.0)
+    };
+    assert_eq!(lit_through(&[screen]), Vec3::ZERO);
+}
+
+/// A floor that mirrors the back of a wall, or not, and a wall that is seen through its back.
+#[test]
+fn mirrors_and_layers_pass_backs() {
+    let mirrored = |single_sided: bool| {
+        let mut scene = empty();
+        scene.max_depth = 1;
+        let mirror = Material {
+            ka: Vec3::ZERO,
+            ks: Vec3::ONE,
+            ..Material::DEFAULT
+        };
+        add_wall(&mut scene, 0.0, 9.0, &mirror);
+        // Behind the camera, and turned away from the mirror.
+        let red = Material {
+            single_sided,
+            ..shining(Vec3::X, 1.0)
+        };
+        add_wall(&mut scene, 5.0, 9.0, &red);
+        middle(&scene)
+    };
+    assert_eq!(mirrored(false), Vec3::X);
+    assert_eq!(mirrored(true), empty().background);
+    let mut scene = empty();
+    scene.view.eye.z = -4.0;
+    add_wall(&mut scene, 0.0, 9.0, &shining(Vec3::Z, 1.0));
+    let red = Material {
+        single_sided: true,
+        ..shining(Vec3::X, 1.0)
+    };
+    add_wall(&mut scene, -1.0, 9.0, &red);
+    let prepared = Accel::build(&scene, Engine::Simd);
+    let settings = Settings {
+        record_hits: true,
+        ..Settings::of(&scene)
+    };
+    let frame = frame_of(&scene, &prepared, settings);
+    let hits = frame.film.hits.as_ref().expect("recorded hits");
+    assert!(hits.prim_id.iter().all(|&id| id < 2), "{:?}", hits.prim_id);
+    // Nine pixels, three of which look at the edge between two triangles.
+    assert_eq!(frame.stats.unseen_backs, 12);
+}
+
 #[test]
 fn a_mirror_sees_the_sky_and_the_camera_the_background() {
     let mut scene = empty();
@@ -366,6 +453,7 @@ fn random_material(rng: &mut Rng, textures: usize) -> Material {
         opacity_texture: texture(rng),
         alpha_cutoff: rng.pick(&[0.0, 0.0, 0.5]),
         thin: rng.once_in(3),
+        single_sided: rng.once_in(3),
         ..Material::DEFAULT
     }
 }

@@ -107,6 +107,7 @@ impl<'a> NamedScene<'a> {
             light,
             background,
             material,
+            two_sided,
             origin,
             allow_path: _,
             max_memory: _,
@@ -144,6 +145,8 @@ impl<'a> NamedScene<'a> {
         if let Some(material) = material {
             add("--material", material_word(material));
         }
+        words.extend(two_sided.then(|| "--two-sided".to_owned()));
+        let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         match origin {
             Origin::Auto => {}
             Origin::File => add("--origin", "none".to_owned()),

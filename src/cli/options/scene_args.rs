@@ -35,6 +35,13 @@ pub struct SceneArgs {
     /// ka a fifth of kd, and shininess and ior 1.
     #[arg(long, value_name = "MATERIAL", value_parser = parse_material)]
     pub material: Option<Material>,
+    /// Show single-sided materials of glTF from behind, too
+    ///
+    /// Materials of glTF that are not doubleSided, and do not transmit light, are not seen from
+    /// behind: camera, mirror and refracted rays pass their backs. With this they do not. Shadows
+    /// are the same.
+    #[arg(long)]
+    pub two_sided: bool,
     /// Origin of the scene's coordinates: auto, none or X,Y,Z
     ///
     /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far
@@ -127,6 +134,7 @@ impl SceneArgs {
             lights: self.light.clone(),
             background: self.background,
             material: self.material,
+            two_sided: self.two_sided,
             origin: self.origin,
             threads,
             max_memory: None,

@@ -117,7 +117,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     all.add("material opacity", &m.opacity, Any);
     all.add("material opacity", &m.opacity_texture, Any);
     all.add("material opacity", &m.alpha_cutoff, Any);
-    all.add("thin materials", &m.thin, Any);
+    all.add("material flags", &m.flags, Any);
     all.add_vectors("lights", [&l.position, &l.color, &l.attenuation]);
     all.add_vectors("light edges", l.edges.each_ref());
     all.add("light radii", &l.radius, Any);
@@ -182,7 +182,7 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn MapColumn> {
     all.push(&mut m.opacity);
     all.push(&mut m.opacity_texture);
     all.push(&mut m.alpha_cutoff);
-    all.push(&mut m.thin);
+    all.push(&mut m.flags);
     push_maps(
         &mut all,
         [&mut l.position, &mut l.color, &mut l.attenuation],

@@ -9,7 +9,7 @@ use super::origin::{self, Origin, ReadStop};
 use super::up_axis::UpAxis;
 use super::visible_vertices::VisibleVertices;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, MadeUpParts, Scene, SceneError, Sky, View};
+use phalanx_scene::{Bounds, MadeUpParts, SINGLE_SIDED, Scene, SceneError, Sky, View};
 
 /// Parts of a scene that a file does not give, so that defaults are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -302,6 +302,10 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     if let Some(color) = options.background {
         scene.background = color;
         scene.sky = None;
+    }
+    if options.two_sided && scene.has_unseen_backs() {
+        let flags = scene.materials.flags.make_mut();
+        flags.iter_mut().for_each(|flags| *flags &= !SINGLE_SIDED);
     }
 }
 

@@ -28,6 +28,8 @@ pub struct Options {
     pub background: Option<Vec3>,
     /// Material for triangles whose file names none.
     pub material: Option<Material>,
+    /// Shows single-sided materials from behind, too.
+    pub two_sided: bool,
     /// Position of the scene's origin.
     pub origin: Origin,
     /// Threads that a reader may use; 0 for one per CPU.

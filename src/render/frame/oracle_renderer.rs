@@ -89,6 +89,7 @@ impl TileRenderer for OracleRenderer<'_> {
         RenderStats {
             rays: self.oracle.ray_counts(),
             packets: 0,
+            unseen_backs: self.oracle.unseen_backs(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::instance::InstanceTransforms;
 use super::surface_point::surface_point;
-use phalanx_scene::{INWARD, PrimKind, Scene};
+use phalanx_scene::{INWARD, PrimKind, SINGLE_SIDED, Scene};
 use phalanx_trace::packet::{HitPacket, RayPacket};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
@@ -24,6 +24,9 @@ pub struct Surface {
     pub offset: F32x8,
     /// Lanes whose ray came from outside, by the geometric normal.
     pub entering: Mask8,
+    /// Lanes whose hit may be an unseen back: all for which [`Scene::is_unseen_back`] says so, and
+    /// few others.
+    pub maybe_unseen: Mask8,
     /// Index of the ray in its wave.
     pub ray: [u32; LANES],
     /// Material of all eight.
@@ -61,7 +64,13 @@ pub fn surface(
     active: Mask8,
     ray: [u32; LANES],
 ) -> Surface {
-    let mut place = if batch.instanced {
+    let flags = scene.materials.flags[batch.material as usize];
+    let single_sided = batch.kind == PrimKind::Triangle && flags & SINGLE_SIDED != 0;
+    let maybe_unseen = |ng: Vec3x8, dir: Vec3x8| match single_sided {
+        true => active & maybe_from_behind(ng, dir),
+        false => Mask8::none(),
+    };
+    let (mut place, maybe_unseen) = if batch.instanced {
         let placed = hits.prim_id.to_array().map(|id| scene.resolve(id));
         let rows = placed.map(|p| scene.prims[p.prim as usize].index());
         let instances = placed.map(|p| p.instance.unwrap_or_default() as usize);
@@ -69,11 +78,14 @@ pub fn surface(
         let inside = map.to_object(rays);
         let back = -inside.dir.normalized();
         let seen = surface_point(scene, batch.kind, &rows, &inside, back, hits);
-        map.to_world(seen, rays)
+        let maybe_unseen = maybe_unseen(seen.ng, inside.dir);
+        (map.to_world(seen, rays), maybe_unseen)
     } else {
         let rows = hits.prim_id.to_array();
         let rows = rows.map(|id| scene.prims[id as usize].index());
-        surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits)
+        let seen = surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits);
+        let maybe_unseen = maybe_unseen(seen.ng, rays.dir);
+        (seen, maybe_unseen)
     };
     if batch.kind == PrimKind::Triangle && !scene.triangles.normals.is_empty() {
         // The normals of the file say which side of a triangle is the outside, whatever the
@@ -90,7 +102,18 @@ pub fn surface(
         dir: rays.dir,
         offset: place.offset,
         entering: !away,
+        maybe_unseen,
         ray,
         material: batch.material,
     }
+}
+
+/// Error of a direction's product with a unit normal, both of single precision, relative to the
+/// direction: the normal's rounding, that of the products and that of two sums are 12 · 2⁻²⁴.
+const SIDE_ROUNDING: f32 = 1.0 / 1_048_576.0;
+
+/// Lanes whose rays come from behind a surface, or nearly along it.
+fn maybe_from_behind(ng: Vec3x8, dir: Vec3x8) -> Mask8 {
+    let error = dir.max_abs() * F32x8::splat(SIDE_ROUNDING) + F32x8::splat(f32::MIN_POSITIVE);
+    !ng.dot(dir).lt(-error)
 }

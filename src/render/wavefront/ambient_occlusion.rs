@@ -2,8 +2,7 @@
 //! finds the surfaces, and sends one ray from each.
 
 use super::closest_hits::{handle_escaped_rays, intersect_closest};
-use super::coverage::{WaveCoverage, collect_fragments, pass_absent_surfaces};
-use super::hit_grouping::group_hits;
+use super::coverage::{WaveCoverage, collect_fragments, group_seen_hits, pass_absent_surfaces};
 use super::shadow_rays::add_unoccluded;
 use super::wavefront_context::{Wave, WavefrontContext};
 use crate::shade::sample_ao_ray;
@@ -31,11 +30,11 @@ pub(crate) fn trace_ambient_occlusion(
     } = wave;
     let hits = intersect_closest(context, arena, &rays);
     pass_absent_surfaces(context, arena, &rays, hits);
+    let groups = group_seen_hits(context, arena, &rays, hits);
     if let Some(fragments) = &mut fragments {
         collect_fragments(context, &rays, hits, WaveCoverage::WHOLE, fragments);
     }
     handle_escaped_rays(context, &rays, false, hits, radiance);
-    let groups = group_hits(arena, context.scene, &rays, hits);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
     for at in groups.surfaces {
         let (org, dir) = sample_ao_ray(at, rays.seeds(&at.ray), context.sample);

@@ -7,6 +7,7 @@
 
 use super::bounce_queue::BounceQueue;
 use super::fragments::FragmentSink;
+use super::hit_grouping::{HitGroups, group_hits};
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::{WavefrontContext, is_worth_tracing};
 use crate::shade::Surface;
@@ -15,7 +16,7 @@ use glam::Vec3;
 use phalanx_scene::sampling::{BounceKind, SurfaceShare, child_seed};
 use phalanx_scene::{MIN_SURFACE_SHARE, SurfaceHit};
 use phalanx_trace::HitWalk;
-use phalanx_trace::packet::{HitPacket, NO_PRIM, RayQueue};
+use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 
 /// Coverage of the hits of a wave, one row a packet; empty where every surface is whole.
@@ -46,8 +47,9 @@ fn surface_hit(hits: &HitPacket, lane: usize) -> SurfaceHit {
     }
 }
 
-/// Replaces hits on surfaces that are not there by what the rays meet behind them, and returns the
-/// coverage of the hits that are left.
+/// Replaces hits on surfaces that are not there, unseen backs among them, by what the rays meet
+/// behind them, and returns the coverage of the hits that are left. Where all surfaces are whole,
+/// [`group_seen_hits`] passes the backs.
 pub(super) fn pass_absent_surfaces<'arena>(
     context: &mut WavefrontContext,
     arena: &'arena Bump,
@@ -59,30 +61,92 @@ pub(super) fn pass_absent_surfaces<'arena>(
     }
     let shares = arena.alloc_slice_fill_copy(hits.len(), [1.0; LANES]);
     for (packet, (hits, shares)) in hits.iter_mut().zip(&mut *shares).enumerate() {
-        let (ray, active) = rays.packet(packet);
-        let after = rays.after.get(rays.packets.start + packet);
-        let mut unknown = active;
-        let mut walk = HitWalk::default();
-        loop {
-            unknown = unknown & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
-            let mut absent = 0;
-            for lane in unknown.lanes() {
-                let on = surface_hit(hits, lane);
-                shares[lane] = match after.map(|after| surface_hit(after, lane)) {
-                    Some(passed) if context.scene.is_same_surface(passed, on) => 0.0,
-                    _ => context.scene.coverage(on),
-                };
-                absent |= u32::from(shares[lane] == 0.0) << lane;
-            }
-            if absent == 0 {
-                break;
-            }
-            unknown = Mask8::from_bits(absent);
-            let next = walk.next(&mut context.traversal, &ray, unknown, hits);
-            *hits = HitPacket::select(unknown, &next, hits);
-        }
+        pass_absent_in(context, rays, packet, rays.active(packet), hits, shares);
     }
     WaveCoverage(shares)
+}
+
+/// Passes absent surfaces in some lanes of a packet, and sets the coverage of the hits that are
+/// left.
+fn pass_absent_in(
+    context: &mut WavefrontContext,
+    rays: &QueueSlice,
+    packet: usize,
+    mut unknown: Mask8,
+    hits: &mut HitPacket,
+    shares: &mut [f32; LANES],
+) {
+    let (ray, _) = rays.packet(packet);
+    let after = rays.after.get(rays.packets.start + packet);
+    let mut walk = HitWalk::default();
+    loop {
+        unknown = unknown & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
+        let mut absent = 0;
+        for lane in unknown.lanes() {
+            let passed = after.map(|after| surface_hit(after, lane));
+            shares[lane] = seen_share(context, &ray, lane, passed, surface_hit(hits, lane));
+            absent |= u32::from(shares[lane] == 0.0) << lane;
+        }
+        if absent == 0 {
+            return;
+        }
+        unknown = Mask8::from_bits(absent);
+        let next = walk.next(&mut context.traversal, &ray, unknown, hits);
+        *hits = HitPacket::select(unknown, &next, hits);
+    }
+}
+
+/// Coverage at a hit, after another that counted; 0 where both are on one surface, and on unseen
+/// backs.
+fn seen_share(
+    context: &mut WavefrontContext,
+    ray: &RayPacket,
+    lane: usize,
+    passed: Option<SurfaceHit>,
+    on: SurfaceHit,
+) -> f32 {
+    if passed.is_some_and(|passed| context.scene.is_same_surface(passed, on)) {
+        return 0.0;
+    }
+    let dir = [ray.dir.x, ray.dir.y, ray.dir.z].map(|c| c.lane(lane));
+    let seen = context.scene.seen_coverage(dir.into(), on);
+    context.stats.unseen_backs += u64::from(seen.is_none());
+    seen.unwrap_or(0.0)
+}
+
+/// The surfaces of a wave's hits. Hits on unseen backs are replaced by what the rays meet behind
+/// them; they are found among the surfaces, so that waves without any pay next to nothing.
+pub(super) fn group_seen_hits<'arena>(
+    context: &mut WavefrontContext,
+    arena: &'arena Bump,
+    rays: &QueueSlice,
+    hits: &mut [HitPacket],
+) -> HitGroups<'arena> {
+    let groups = group_hits(arena, context.scene, rays, hits);
+    // With coverage, all backs have been passed.
+    let suspects = || groups.surfaces.iter().filter(|at| at.maybe_unseen.any());
+    if context.has_coverage || !context.has_unseen_backs || suspects().next().is_none() {
+        return groups;
+    }
+    let lanes = arena.alloc_slice_fill_copy(hits.len(), 0);
+    for at in suspects() {
+        for ray in at.maybe_unseen.lanes().map(|lane| at.ray[lane] as usize) {
+            lanes[ray / LANES] |= 1 << (ray % LANES);
+        }
+    }
+    let before = context.stats.unseen_backs;
+    for (packet, hits) in hits
+        .iter_mut()
+        .enumerate()
+        .filter(|(at, _)| lanes[*at] != 0)
+    {
+        let lanes = Mask8::from_bits(lanes[packet]);
+        pass_absent_in(context, rays, packet, lanes, hits, &mut [1.0; LANES]);
+    }
+    match context.stats.unseen_backs == before {
+        true => groups,
+        false => group_hits(arena, context.scene, rays, hits),
+    }
 }
 
 /// Collects the surfaces that camera rays see: of each ray the one that it hits, and those that it
@@ -128,10 +192,7 @@ pub(super) fn collect_fragments(
             hits = walk.next(&mut context.traversal, &ray, followed, &hits);
             for lane in (followed & !hits.prim_id.eq(U32x8::splat(NO_PRIM))).lanes() {
                 let on = surface_hit(&hits, lane);
-                shares[lane] = match counted[lane] {
-                    Some(counted) if context.scene.is_same_surface(counted, on) => 0.0,
-                    _ => context.scene.coverage(on),
-                };
+                shares[lane] = seen_share(context, &ray, lane, counted[lane], on);
             }
         }
     }

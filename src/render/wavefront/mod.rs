@@ -51,7 +51,7 @@ pub(super) use wavefront_context::{Wave, WavefrontContext};
 use bounce_queue::SecondaryQueues;
 use bumpalo::Bump;
 use closest_hits::{handle_escaped_rays, intersect_closest};
-use coverage::{collect_fragments, pass_absent_surfaces, queue_passes};
+use coverage::{collect_fragments, group_seen_hits, pass_absent_surfaces, queue_passes};
 use emission::add_ambient_and_emission;
 use secondary_rays::spawn_secondary_rays;
 use shadow_rays::trace_shadow_rays;
@@ -74,11 +74,11 @@ fn trace_wavefront(
     } = wave;
     let hits = intersect_closest(context, arena, rays);
     let coverage = pass_absent_surfaces(context, arena, rays, hits);
+    let groups = group_seen_hits(context, arena, rays, hits);
     if let Some(fragments) = fragments {
         collect_fragments(context, rays, hits, coverage, fragments);
     }
     handle_escaped_rays(context, rays, *bounced, hits, radiance);
-    let groups = group_hits(arena, context.scene, rays, hits);
     add_ambient_and_emission(context.scene, &groups, coverage, radiance);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);
     trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);

@@ -22,6 +22,8 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) min_weight: f32,
     /// True if the scene has surfaces that are only partly there.
     pub(crate) has_coverage: bool,
+    /// True if some material is not seen from behind.
+    pub(crate) has_unseen_backs: bool,
     /// True if light may pass some surface: see [`Scene::has_clear_shadows`].
     pub(crate) has_clear_shadows: bool,
     /// Identifiers of the surfaces that camera rays see, where an AOV needs these surfaces.

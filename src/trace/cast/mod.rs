@@ -151,7 +151,8 @@ pub struct Hit {
 }
 
 impl Bvh {
-    /// Finds the closest hit of one ray; `None` is a miss.
+    /// Finds the closest hit of one ray; `None` is a miss. Here and in all other queries triangles
+    /// are hit from both sides, whatever their material: only pictures have single-sided ones.
     ///
     /// Allocates a stack of a few KiB for each call. For more than a handful of rays
     /// [`Bvh::intersect_batch`] is many times as fast, with the same bits.

@@ -50,6 +50,57 @@ fn a_cache_stands_for_its_scene_in_every_command() {
     assert_eq!(bytes("c.phx"), bytes("a.phx"));
 }
 
+/// A square of glTF, seen from behind.
+#[test]
+fn backs_of_single_sided_materials_are_passed_and_counted() {
+    let room = TestFolder::new();
+    room.write("back.gltf", BACK);
+    room.write("both.gltf", &BACK.replace("{}", r#"{"doubleSided": true}"#));
+    let camera = "--camera 0,0,4 0,0,0 0,1,0 40 --light dir:0,0,1 --size 16x16";
+    let [back, both] =
+        ["back", "both"].map(|name| picture(&room, &format!("{name}.gltf {camera}")));
+    assert!(back.iter().all(|pixel| *pixel == back[0]));
+    assert_ne!(back, both);
+    let line = format!("back.gltf {camera} --two-sided");
+    assert_eq!(picture(&room, &line), both);
+    let said = room.ok(&format!("render back.gltf {camera} -o out.png"));
+    assert!(
+        said.contains("not shown, of single-sided materials (see --two-sided)"),
+        "{said}"
+    );
+    let json = room.json(&format!("render back.gltf {camera} -o out.png --json"));
+    assert!(json["unseen_backs"].as_u64().unwrap() > 20, "{json}");
+    let said = room.ok(&format!("render both.gltf {camera} -o out.png"));
+    assert!(!said.contains("backs"), "{said}");
+    // A cache has the sides of its file, and the header of a picture the option.
+    room.ok("build back.gltf -o back.phx");
+    assert_eq!(picture(&room, &format!("back.phx {camera}")), back);
+    assert_eq!(
+        picture(&room, &format!("back.phx {camera} --two-sided")),
+        both
+    );
+    let written =
+        String::from_utf8_lossy(&fs::read(room.path().join("out.png")).unwrap()).into_owned();
+    assert!(written.contains("--two-sided"), "{written}");
+    room.ok(&format!("verify back.gltf {camera} --kernel all"));
+    // Tiles of one are none of the other.
+    room.ok(&format!(
+        "render back.gltf {camera} --checkpoint c.tiles -o out.png"
+    ));
+    let other = format!("render back.gltf {camera} --two-sided --checkpoint c.tiles -o out.png");
+    room.refused(&other, 2, &["the scene's fingerprint is "]);
+}
+
+/// A square whose back points to +z.
+const BACK: &str = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+"nodes": [{"mesh": 0, "rotation": [0, 1, 0, 0]}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+"materials": [{}],
+"buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAACAPwAAgD8AAAAAAACAvwAAgD8AAAAAAAABAAIAAAACAAMA"}],
+"bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+{"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}]}"#;
+
 #[test]
 fn what_stands_beside_a_cache_changes_it_like_a_file() {
     let room = TestFolder::new();

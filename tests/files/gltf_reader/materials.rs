@@ -93,6 +93,39 @@ fn extensions_of_materials() {
 }
 
 #[test]
+fn materials_are_single_sided_unless_they_say_otherwise_or_transmit() {
+    let of = |material: Value| surface(material).single_sided;
+    assert!(of(json!({})));
+    assert!(of(json!({"doubleSided": false, "alphaMode": "BLEND"})));
+    assert!(of(json!({"extensions": {"KHR_materials_unlit": {}}})));
+    assert!(!of(json!({"doubleSided": true})));
+    assert!(!of(
+        json!({"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}})
+    ));
+    let transmission = json!({"transmissionFactor": 0.5});
+    assert!(!of(
+        json!({"extensions": {"KHR_materials_transmission": transmission}, "pbrMetallicRoughness": {"metallicFactor": 0}})
+    ));
+    // The default material of glTF, and the user's.
+    let bare = |options: &Options| {
+        let bytes = File::triangle().glb();
+        let loaded = phalanx::formats::read_bytes("glb", &bytes, options);
+        let loaded = loaded.expect("a known ending").expect("a scene");
+        loaded.scene.materials.get(0).single_sided
+    };
+    let given = Options {
+        material: Some(Material::DEFAULT),
+        ..Options::default()
+    };
+    let two_sided = Options {
+        two_sided: true,
+        ..Options::default()
+    };
+    assert!(bare(&Options::default()));
+    assert!(!bare(&given) && !bare(&two_sided));
+}
+
+#[test]
 fn transmission_without_a_volume_is_a_thin_sheet() {
     let sheet = |change: fn(&mut Value)| {
         let mut material = pbr(0.0, 0.0);

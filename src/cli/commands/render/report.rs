@@ -36,6 +36,8 @@ pub struct RenderDocument {
     mrays_per_s: [(&'static str, f64); 5],
     /// `None` for the scalar engine.
     occupancy: Option<f64>,
+    /// Backs of single-sided materials that rays have passed.
+    unseen_backs: u64,
     memory: MemoryStats,
 }
 
@@ -130,8 +132,16 @@ impl RenderDocument {
             rays: stats.rays,
             mrays_per_s: rays_by_kind(&stats.rays).map(rate),
             occupancy: stats.occupancy(),
+            unseen_backs: stats.unseen_backs,
             memory,
         }
+    }
+
+    /// A row on backs that were not shown, if there were any.
+    fn backs_row(&self) -> Option<(&'static str, String)> {
+        let backs = grouped(self.unseen_backs);
+        let words = format!("{backs} not shown, of single-sided materials (see --two-sided)");
+        (self.unseen_backs > 0).then_some(("backs", words))
     }
 
     fn threads_words(&self) -> String {
@@ -163,7 +173,7 @@ impl Output for RenderDocument {
         let (render, all) = (self.seconds.render, self.seconds.total());
         let rays = self.rays.total() as f64 / 1e6;
         let speed = mrays_per_s(self.rays.total(), render);
-        lines(&[
+        let mut rows = vec![
             (
                 "scene",
                 format!("{}: {}", self.scene, self.primitives.words()),
@@ -182,7 +192,9 @@ impl Output for RenderDocument {
                     self.image.written()
                 ),
             ),
-        ])
+        ];
+        rows.extend(self.backs_row());
+        lines(&rows)
     }
 
     fn table(&self) -> String {
@@ -215,7 +227,7 @@ impl Output for RenderDocument {
         }
         let share = |share: f64| format!("{:.1} % of packet lanes", 100.0 * share);
         let occupancy = self.occupancy.map(|lanes| ("occupancy", share(lanes)));
-        let mut after: Vec<_> = occupancy.into_iter().collect();
+        let mut after: Vec<_> = occupancy.into_iter().chain(self.backs_row()).collect();
         after.extend(self.memory.rows());
         after.push(("written", self.image.written()));
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
@@ -242,6 +254,7 @@ mod tests {
         let work = RenderStats {
             rays,
             packets: 500_000,
+            unseen_backs: 0,
         };
         let seconds = RenderSeconds {
             load: 0.25,

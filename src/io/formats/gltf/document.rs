@@ -287,6 +287,7 @@ pub(super) struct GltfMaterial {
     pub(super) emissive_factor: [f64; 3],
     pub(super) alpha_mode: Option<String>,
     pub(super) alpha_cutoff: Option<f64>,
+    pub(super) double_sided: bool,
     pub(super) extensions: MaterialExtensions,
 }
 

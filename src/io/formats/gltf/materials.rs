@@ -138,9 +138,12 @@ impl<'a> GltfMaterials<'a> {
         }
         let found = match row {
             None => {
-                let bare = match vertices {
-                    VertexPaint::Absent => GREY,
-                    _ => WHITE,
+                let bare = Material {
+                    single_sided: true,
+                    ..match vertices {
+                        VertexPaint::Absent => GREY,
+                        _ => WHITE,
+                    }
                 };
                 PrimitiveMaterial {
                     material: self
@@ -370,6 +373,7 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
         return Material {
             ka: paint.color,
             ke: emitted,
+            single_sided: !material.double_sided,
             ..Material::default()
         };
     }
@@ -395,6 +399,8 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
         // are thin.
         ior: if solid { ior(material) } else { 1.0 },
         thin: !solid && through > 0.0,
+        // Light that has entered leaves through backs, and is seen there.
+        single_sided: !material.double_sided && through == 0.0,
         ..Material::DEFAULT
     }
 }

@@ -51,6 +51,7 @@
 //! | ior | 1, as of a thin sheet; that of KHR_materials_ior if there is a volume |
 //! | thin | true if t > 0 and there is no volume |
 //! | Ke | emissive factor · strength; 0 if it has a texture, which would have to say where |
+//! | single-sided | true unless doubleSided, or t > 0; whatever alphaMode is |
 //! | opacity | alpha of `MASK` and `BLEND`, by factor, texture and vertices; else 1 |
 //!
 //! The base colour texture and the vertices' COLOR_0 multiply Ka and Kd. A metal with either, and
@@ -58,7 +59,7 @@
 //! number cannot stand for a picture. KHR_materials_unlit becomes Ka = c alone.
 //! KHR_materials_pbrSpecularGlossiness: Kd is its diffuse colour, F0 its specular colour, r = 1 −
 //! glossiness. A primitive without a material gets the user's, or the grey of all meshes; white, if
-//! its vertices have colours.
+//! its vertices have colours. The latter are single-sided, as is the default material of glTF.
 //!
 //! # Lights and cameras
 //! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance
