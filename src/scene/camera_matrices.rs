@@ -1,7 +1,6 @@
 //! The camera as matrices, in the form in which other programs read them from picture files.
 
 use crate::camera::Camera;
-use crate::film::Tile;
 use crate::{Scene, ViewError};
 
 /// Maps from the coordinates of the scene's file, as OpenEXR defines them ("Standard Attributes").
@@ -19,16 +18,12 @@ pub struct CameraMatrices {
 }
 
 impl CameraMatrices {
-    /// The matrices of a scene's view, for a window of an image of `width` × `height` pixels. They
-    /// are computed in double precision and rounded at the end.
+    /// The matrices of a scene's view, for an image of `width` × `height` pixels. They are computed
+    /// in double precision and rounded at the end.
     ///
     /// # Errors
     /// [`ViewError`] if the view has no frame.
-    pub fn of(
-        scene: &Scene,
-        (width, height): (u32, u32),
-        window: Tile,
-    ) -> Result<CameraMatrices, ViewError> {
+    pub fn of(scene: &Scene, (width, height): (u32, u32)) -> Result<CameraMatrices, ViewError> {
         let camera = Camera::new(&scene.view, width, height)?;
         let axes = [camera.right, camera.up, -camera.back].map(|axis| axis.as_dvec3());
         let eye = scene.file_position(camera.eye);
@@ -42,11 +37,9 @@ impl CameraMatrices {
             true => (slope / f64::from(scene.scale), unit, z),
             false => (slope, z, combine(z, 1.0, unit, -1.0)),
         };
-        let left = (f64::from(camera.half_width) - f64::from(window.x)) / f64::from(window.width);
-        let top = (f64::from(camera.half_height) - f64::from(window.y)) / f64::from(window.height);
-        let [across, down] = [window.width, window.height].map(|n| 1.0 / (slope * f64::from(n)));
-        let column = combine(divisor, left, x, across);
-        let row = combine(divisor, top, y, -down);
+        let [across, down] = [width, height].map(|n| 1.0 / (slope * f64::from(n)));
+        let column = combine(divisor, 0.5, x, across);
+        let row = combine(divisor, 0.5, y, -down);
         Ok(CameraMatrices {
             world_to_camera: matrix([x, y, z, unit]),
             world_to_ndc: matrix([column, row, depth, divisor]),
@@ -95,19 +88,13 @@ mod tests {
                 ..Scene::default()
             };
             let size = (640, 480);
-            let window = Tile {
-                x: 100,
-                y: 50,
-                width: 400,
-                height: 300,
-            };
             let camera = Camera::new(&scene.view, size.0, size.1).unwrap();
-            let matrices = CameraMatrices::of(&scene, size, window).unwrap();
+            let matrices = CameraMatrices::of(&scene, size).unwrap();
             for (row, column, t) in [(50.0, 100.0, 3.0), (350.0, 500.0, 8.0), (10.5, 600.25, 2.0)] {
                 let (org, dir) = camera.ray(row, column);
                 let point = scene.file_position(org + dir * t);
                 let [x, y, _, w] = apply(&matrices.world_to_ndc, point);
-                let want = [(column - 100.0) / 400.0, (row - 50.0) / 300.0];
+                let want = [column / 640.0, row / 480.0];
                 let got = [x / w, y / w];
                 let near = |(a, b): (f64, f32)| (a - f64::from(b)).abs() < 1e-4;
                 assert!(got.into_iter().zip(want).all(near), "{got:?} {want:?}");

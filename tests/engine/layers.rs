@@ -161,6 +161,7 @@ fn the_file_has_them_by_name() {
     let file = PictureFile {
         width: 64,
         height: 48,
+        crop: None,
         format: ImageFormat::Exr,
         aovs: Aovs::all(),
         origin: [0.0; 3],

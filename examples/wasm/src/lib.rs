@@ -116,6 +116,7 @@ fn picture(
     let file = PictureFile {
         width,
         height,
+        crop: None,
         format: ImageFormat::Pfm,
         aovs: settings.aovs,
         origin: scene.origin,

@@ -4,8 +4,8 @@ use crate::cli::options::{MaxDiffering, parse_max_differing, parse_tolerance};
 use crate::cli::output::{self, CliError, Output, aligned, grouped, lines};
 use clap::Args;
 use phalanx::image::{
-    CompareError, DifferentSizes, LayerComparison, NotFiniteCounts, PictureComparison,
-    PictureReader, compare_pictures, save_heat, save_side_by_side,
+    CompareError, LayerComparison, NotFiniteCounts, PictureComparison, PictureReader,
+    compare_pictures, save_heat, save_side_by_side,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -76,8 +76,8 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
 fn refusal(error: CompareError) -> CliError {
     match error {
         CompareError::Picture(error) => error.into(),
-        CompareError::Sizes(sizes @ DifferentSizes(..)) => {
-            output::error(&sizes.to_string());
+        CompareError::Sizes(_) | CompareError::Windows(..) => {
+            output::error(&error.to_string());
             CliError::Mismatch
         }
         CompareError::Meaning { .. } => CliError::Usage(error.to_string()).with_hint(

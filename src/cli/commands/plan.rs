@@ -426,7 +426,10 @@ pub fn target(
         format,
         exposure,
         depth,
-        plan.picture.window(),
+        (
+            plan.picture.window(),
+            (plan.picture.width, plan.picture.height),
+        ),
         (plan.aovs(), plan.picture.origin),
     )?;
     set_header(&mut output, plan.header.clone());

@@ -73,7 +73,7 @@ impl GradeArgs {
             format,
             exposure,
             self.bits.unwrap_or_default(),
-            settings.window(),
+            (settings.window(), (settings.width, settings.height)),
             (settings.aovs, scene.origin),
         )
     }

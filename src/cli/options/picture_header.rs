@@ -71,7 +71,7 @@ impl<'a> NamedScene<'a> {
         words.extend(self.scene_words()?);
         words.extend(settings_words(settings));
         let size = (settings.width, settings.height);
-        let matrices = CameraMatrices::of(self.scene, size, settings.window());
+        let matrices = CameraMatrices::of(self.scene, size);
         let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
         Ok(PictureHeader {
             scene,

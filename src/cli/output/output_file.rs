@@ -5,7 +5,7 @@ use super::destination::{is_dash, is_replaced};
 use super::error::CliError;
 use phalanx::frame::{Aovs, Control, Tile};
 use phalanx::image::{
-    Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands,
+    Crop, Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands,
 };
 use phalanx::jobs::BandsError;
 use phalanx::render::Film;
@@ -47,14 +47,14 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// The file of a window with AOVs, of a scene with this origin, with an empty header. The
+    /// The file of a window of a picture of size `of` with AOVs, of a scene with this origin, with an empty header. The
     /// format must be able to hold the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,
         exposure: Exposure,
         depth: Depth,
-        window: Tile,
+        (window, of): (Tile, (u32, u32)),
         (aovs, origin): (Aovs, [f64; 3]),
     ) -> Result<OutputFile, CliError> {
         if !aovs.is_empty() && format != ImageFormat::Exr {
@@ -63,7 +63,13 @@ impl OutputFile {
                 shown_path(path)
             )));
         }
-        let Tile { width, height, .. } = window;
+        let Tile {
+            x,
+            y,
+            width,
+            height,
+        } = window;
+        let crop = ((width, height) != of).then_some(Crop { corner: (x, y), of });
         let longest = width.max(height);
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
@@ -74,6 +80,7 @@ impl OutputFile {
         let file = PictureFile {
             width,
             height,
+            crop,
             format,
             aovs,
             origin,

@@ -183,6 +183,7 @@ mod tests {
         PictureFile {
             width: WIDTH,
             height: HEIGHT,
+            crop: None,
             format,
             aovs: Aovs::default(),
             origin: [0.0; 3],

@@ -20,6 +20,15 @@ pub enum Depth {
     Sixteen,
 }
 
+/// Place of a picture that is a part of a larger one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Column and row of its upper left pixel in the whole picture.
+    pub corner: (u32, u32),
+    /// Width and height of the whole picture.
+    pub of: (u32, u32),
+}
+
 /// Description of a picture file to be written. Linear formats store the film's radiance as it is.
 /// JPEG uses the exposure; PNG uses the exposure and the depth.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +37,8 @@ pub struct PictureFile {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
+    /// Place in a larger picture; only OpenEXR has room for it.
+    pub crop: Option<Crop>,
     /// Kind of file.
     pub format: ImageFormat,
     /// Layers that an OpenEXR file has beside radiance; the films must have them.

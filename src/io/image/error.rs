@@ -1,6 +1,6 @@
 //! Errors of reading, writing and comparing pictures.
 
-use phalanx_scene::shown_path;
+use phalanx_scene::{shown_path, shown_text};
 use std::io;
 use std::path::PathBuf;
 
@@ -49,6 +49,12 @@ pub enum CompareError {
     /// They have different sizes.
     #[error(transparent)]
     Sizes(#[from] DifferentSizes),
+    /// Their display windows begin at different pixels.
+    #[error(
+        "the pictures lie in different display windows: one begins at ({} {}), the other at ({} {})",
+        .0.0, .0.1, .1.0, .1.1
+    )]
+    Windows((i32, i32), (i32, i32)),
     /// One holds linear radiance, the other samples for a screen.
     #[error(
         "{} holds linear radiance, and {} samples for a screen: their numbers mean different things",
@@ -62,8 +68,12 @@ pub enum CompareError {
         display: PathBuf,
     },
     /// They have no channel of the same name.
-    #[error("the pictures have no layer in common")]
-    NothingInCommon,
+    #[error(
+        "the pictures have no layer in common: one has {}, the other {}",
+        shown_text(&.0[0].join(", ")),
+        shown_text(&.0[1].join(", "))
+    )]
+    NothingInCommon([Vec<String>; 2]),
     /// A few rows of both do not fit in the memory that a comparison may use.
     #[error(
         "{rows} rows of both pictures take {bytes} bytes, more than the {most} that a comparison \

@@ -1,6 +1,6 @@
 //! Headers of OpenEXR files: channels, and the attributes that other programs read.
 
-use super::description::{BAND_ROWS, PictureFile};
+use super::description::{BAND_ROWS, Crop, PictureFile};
 use super::header::SOFTWARE;
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::BlockDescription;
@@ -58,6 +58,11 @@ pub(super) fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
         blocks,
         LineOrder::Increasing,
     );
+    if let Some(Crop { corner, of }) = file.crop {
+        let [x, y] = [corner.0, corner.1].map(|at| at as i32);
+        header.own_attributes.layer_position = Vec2(x, y);
+        header.shared_attributes.display_window.size = Vec2(of.0 as usize, of.1 as usize);
+    }
     header.own_attributes.layer_name = None;
     header.shared_attributes.pixel_aspect = 1.0;
     let own = &mut header.own_attributes;

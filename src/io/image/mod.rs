@@ -38,7 +38,7 @@ pub use compare::{
     LargestDifference, LayerComparison, NotFiniteCounts, PictureComparison, compare_pictures,
     save_heat, save_side_by_side,
 };
-pub use description::{BAND_ROWS, Depth, PictureFile};
+pub use description::{BAND_ROWS, Crop, Depth, PictureFile};
 pub use destination::Destination;
 pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
 pub use error::{CompareError, DifferentSizes, PictureError};

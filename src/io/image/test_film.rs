@@ -8,6 +8,7 @@ use phalanx_scene::film::{Aovs, Film};
 pub(super) const PLAIN_EXR: PictureFile = PictureFile {
     width: 2,
     height: 2,
+    crop: None,
     format: ImageFormat::Exr,
     aovs: Aovs::NONE,
     origin: [0.0; 3],

@@ -129,3 +129,36 @@ fn layers_have_the_names_and_attributes_that_programs_look_for() {
     assert!(memchr::memmem::find(&bytes("c.exr"), b"/conversion").is_some());
     assert!(memchr::memmem::find(&bytes("c.exr"), b"/manifest").is_none());
 }
+
+#[test]
+fn a_region_lies_in_the_display_window_of_the_whole_picture() {
+    let room = TestFolder::new();
+    room.ok("render a.test -o r.exr --region 8 6 16 12 --aov Z");
+    let read = exr::meta::MetaData::read_from_file(room.path().join("r.exr"), false).unwrap();
+    let header = &read.headers[0];
+    let data = (header.own_attributes.layer_position, header.layer_size);
+    assert_eq!(data, (exr::math::Vec2(8, 6), exr::math::Vec2(16, 12)));
+    let display = header.shared_attributes.display_window;
+    assert_eq!((display.position.0, display.position.1), (0, 0));
+    assert_eq!((display.size.0, display.size.1), (40, 24));
+    // The whole picture's camera, and the same bytes from shards.
+    room.ok("render a.test -o whole.exr --aov Z");
+    let ndc = |name: &str| {
+        let path = room.path().join(name);
+        let read = exr::meta::MetaData::read_from_file(path, false).unwrap();
+        read.headers[0]
+            .own_attributes
+            .world_to_normalized_device
+            .unwrap()
+    };
+    assert_eq!(ndc("r.exr"), ndc("whole.exr"));
+    room.ok("plan a.test --shards 2 -o m.exr --plan p.json --region 8 6 16 12 --aov Z");
+    room.ok("render --plan p.json --shard 0");
+    room.ok("render --plan p.json --shard 1");
+    room.ok("merge p.json");
+    let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    assert!(bytes("m.exr") == bytes("r.exr"));
+    // Elsewhere it is another picture, though its own pixels are the same everywhere there.
+    room.ok("render a.test -o moved.exr --region 9 6 16 12 --aov Z");
+    assert_eq!(room.run("compare r.exr moved.exr").code, Some(4));
+}

@@ -42,7 +42,7 @@ fn furnished() -> TestFolder {
     room.ok(&format!(
         "verify a.test {small} --threads 1 --record h.json"
     ));
-    let bench = "bench a.test --size 16x16 --rays primary --threads 1 --repeat 1";
+    let bench = "bench truck.obj --size 16x16 --rays primary --threads 1 --repeat 1";
     room.ok(&format!("{bench} --json r.json"));
     room.ok("build truck.obj -o c.phx");
     room

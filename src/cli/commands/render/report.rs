@@ -279,7 +279,7 @@ mod tests {
             ImageFormat::Png,
             exposure,
             Depth::Eight,
-            settings.window(),
+            (settings.window(), (settings.width, settings.height)),
             (settings.aovs, scene.origin),
         );
         let image = RenderImage::new(&settings, &output.unwrap(), None);

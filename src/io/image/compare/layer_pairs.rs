@@ -63,6 +63,9 @@ pub(super) fn pair_layers(
         (true, false) => return Err(meaning(a, b)),
         (false, true) => return Err(meaning(b, a)),
         _ if size_a != size_b => return Err(DifferentSizes(size_a, size_b).into()),
+        _ if first.corner != second.corner => {
+            return Err(CompareError::Windows(first.corner, second.corner));
+        }
         _ => {}
     }
     let mut pairs = LayerPairs {
@@ -70,15 +73,15 @@ pub(super) fn pair_layers(
         only_in: [only_in(first, second), only_in(second, first)],
         left_out: Vec::new(),
     };
+    if pairs.common.is_empty() {
+        return Err(CompareError::NothingInCommon(pairs.only_in));
+    }
     for (other, layout) in [(1, first), (0, second)] {
         if matches!(layout.format, ImageFormat::Hdr | ImageFormat::Pfm) {
             pairs.left_out.append(&mut pairs.only_in[other]);
         }
     }
-    match pairs.common.is_empty() {
-        true => Err(CompareError::NothingInCommon),
-        false => Ok(pairs),
-    }
+    Ok(pairs)
 }
 
 /// Layer of a channel, and the channel's name in it.

@@ -85,7 +85,8 @@ fn save(
 ) -> Result<(), CompareError> {
     let pairs = pair_layers(a, b)?;
     let first = pairs.common.first().zip(comparison.layers.first());
-    let (layer, found) = first.ok_or(CompareError::NothingInCommon)?;
+    let (layer, found) =
+        first.ok_or_else(|| CompareError::NothingInCommon(pairs.only_in.clone()))?;
     let height = a.layout().height;
     let drawing = Drawing {
         layer,

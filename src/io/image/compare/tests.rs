@@ -64,6 +64,7 @@ fn save(folder: &TempDir, name: &str, film: Film) -> PathBuf {
     let file = PictureFile {
         width: film.width,
         height: film.height,
+        crop: None,
         format: ImageFormat::of(&path).unwrap(),
         aovs: film.aovs,
         origin: [0.0; 3],

@@ -1,4 +1,6 @@
-//! OpenEXR files, by bands: of each band only the blocks that touch it are read.
+//! OpenEXR files, by bands: of each band only the blocks that touch it are read. A picture is what
+//! its display window shows; where the data window of a part does not reach, its samples are 0
+//! ("Technical Introduction to OpenEXR", overscan and cropping).
 
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
@@ -10,12 +12,12 @@ use exr::block::chunk::Chunk;
 use exr::error::Error;
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
-use exr::meta::attribute::SampleType;
+use exr::meta::attribute::{SampleType, Text};
 use exr::meta::header::Header;
 use exr::prelude::{Compression, f16};
 use phalanx_scene::film::current_channel_name;
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::io::ErrorKind;
 use std::ops::Range;
 
@@ -34,22 +36,22 @@ pub(super) struct ExrRows {
     batch: usize,
 }
 
-/// Reads the header of an OpenEXR file. Parts of the same size are one picture.
+/// Reads the header of an OpenEXR file. All parts are one picture.
 pub(super) fn open_exr(bytes: PictureBytes) -> Result<(PictureLayout, ExrRows), String> {
     let reader = exr::block::read(bytes.reader()?, false).map_err(plain)?;
     let headers = reader.headers();
     let first = headers.first().ok_or("it has no parts")?;
-    let Vec2(width, height) = first.layer_size;
+    let window = first.shared_attributes.display_window;
+    let Vec2(width, height) = window.size;
     let (width, height) = check_sides(width as u64, height as u64)?;
     let mut channels = Vec::new();
     let mut largest_block = 1;
     for header in headers {
-        if header.layer_size != first.layer_size {
-            return Err("its parts differ in size, which is not read: save one of them".into());
-        }
+        check_sides(header.layer_size.0 as u64, header.layer_size.1 as u64)?;
         largest_block = check_blocks(header, bytes.len()?)?.max(largest_block);
         push_channels(header, &mut channels)?;
     }
+    name_colors(&mut channels);
     let names: HashSet<&str> = channels.iter().map(|c| c.name.as_str()).collect();
     if names.len() != channels.len() {
         return Err("two of its channels have the same name".into());
@@ -58,6 +60,7 @@ pub(super) fn open_exr(bytes: PictureBytes) -> Result<(PictureLayout, ExrRows), 
         format: ImageFormat::Exr,
         width,
         height,
+        corner: (window.position.0, window.position.1),
         channels,
     };
     let rows = ExrRows {
@@ -105,10 +108,15 @@ fn check_blocks(header: &Header, file: u64) -> Result<u64, String> {
     }
 }
 
+/// A name as other programs write it.
+fn utf8(name: &Text) -> String {
+    String::from_utf8_lossy(name.bytes()).into_owned()
+}
+
 /// Adds the channels of a part, whose name is part of theirs unless they begin with it already.
 fn push_channels(header: &Header, channels: &mut Vec<PictureChannel>) -> Result<(), String> {
     let part = header.own_attributes.layer_name.as_ref();
-    let part = part.map(|name| format!("{name}."));
+    let part = part.map(|name| format!("{}.", utf8(name)));
     for channel in &header.channels.list {
         if channel.sampling != Vec2(1, 1) {
             return Err(format!(
@@ -117,7 +125,7 @@ fn push_channels(header: &Header, channels: &mut Vec<PictureChannel>) -> Result<
             ));
         }
         // Files of earlier versions have other names for the same layers.
-        let own = current_channel_name(&channel.name.to_string()).to_owned();
+        let own = current_channel_name(&utf8(&channel.name)).to_owned();
         let name = match &part {
             Some(part) if !own.starts_with(&part[..]) => format!("{part}{own}"),
             _ => own,
@@ -131,6 +139,75 @@ fn push_channels(header: &Header, channels: &mut Vec<PictureChannel>) -> Result<
     match channels.len() > MAX_CHANNELS {
         true => Err(format!("it has more than {MAX_CHANNELS} channels")),
         false => Ok(()),
+    }
+}
+
+/// Column and row of the picture in which a part begins, which may lie outside of it.
+fn place(header: &Header) -> (i64, i64) {
+    let picture = header.shared_attributes.display_window.position;
+    let part = header.own_attributes.layer_position;
+    let off = |part: i32, picture: i32| i64::from(part) - i64::from(picture);
+    (off(part.0, picture.0), off(part.1, picture.1))
+}
+
+/// The samples of the rows of a part that are rows of the picture, the parts of these rows beyond
+/// its sides included.
+fn samples(header: &Header, rows: &Range<usize>) -> usize {
+    let top = place(header).1;
+    let bottom = top + header.layer_size.1 as i64;
+    let rows = bottom.min(rows.end as i64) - top.max(rows.start as i64);
+    header.layer_size.0 * rows.max(0) as usize
+}
+
+/// Last part of the names of a layer with the picture's colours, in small letters, beside others
+/// that have colours, too: no name, or one of renderers' names.
+const COLOR_LAYERS: [&str; 6] = ["", "rgba", "rgb", "beauty", "combined", "color"];
+
+/// Calls the colours R, G, B and A where the file has them by other names alone: `.R` (V-Ray),
+/// `ViewLayer.Combined.R` (Blender), `beauty.red`, `r`. They are those of the only layer with red,
+/// green and blue, or of the only one with a name that is usual for them.
+fn name_colors(channels: &mut [PictureChannel]) {
+    let split = |name: &str| {
+        let (layer, channel) = name.rsplit_once('.').unwrap_or(("", name));
+        let color = match &channel.to_ascii_lowercase()[..] {
+            "r" | "red" => Some("R"),
+            "g" | "green" => Some("G"),
+            "b" | "blue" => Some("B"),
+            "a" | "alpha" => Some("A"),
+            _ => None,
+        };
+        (layer.to_owned(), color)
+    };
+    if channels
+        .iter()
+        .any(|channel| ["R", "G", "B"].contains(&&*channel.name))
+    {
+        return;
+    }
+    let mut colors: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for channel in channels.iter() {
+        if let (layer, Some(color)) = split(&channel.name) {
+            colors.entry(layer).or_default().push(color);
+        }
+    }
+    colors.retain(|_, found| ["R", "G", "B"].iter().all(|color| found.contains(color)));
+    let last = |layer: &str| {
+        layer
+            .rsplit('.')
+            .next()
+            .unwrap_or_default()
+            .to_ascii_lowercase()
+    };
+    let usual = |layer: &&String| colors.len() == 1 || COLOR_LAYERS.contains(&&*last(layer));
+    let found: Vec<&String> = colors.keys().filter(usual).collect();
+    if let [layer] = found[..] {
+        for channel in channels {
+            if let (of, Some(color)) = split(&channel.name)
+                && of == *layer
+            {
+                channel.name = color.to_owned();
+            }
+        }
     }
 }
 
@@ -149,11 +226,12 @@ impl RowReader for ExrRows {
     fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String> {
         let rows = rows.start as usize..rows.end as usize;
         let reader = exr::block::read(self.bytes.reader()?, false).map_err(plain)?;
-        let touches = |top: usize, height: usize| top < rows.end && top + height > rows.start;
         let mut chunks = reader
-            .filter_chunks(false, |_, tile, block| {
-                let full = tile.level_index == Vec2(0, 0);
-                full && touches(block.pixel_position.1, block.pixel_size.1)
+            .filter_chunks(false, |meta, tile, block| {
+                let top = place(&meta.headers[block.layer]).1 + block.pixel_position.1 as i64;
+                let touches =
+                    top < rows.end as i64 && top + block.pixel_size.1 as i64 > rows.start as i64;
+                tile.level_index == Vec2(0, 0) && touches
             })
             .map_err(plain)?;
         let meta = exr::block::reader::ChunksReader::meta_data(&chunks).clone();
@@ -181,7 +259,8 @@ impl RowReader for ExrRows {
                 target.put(&meta.headers, &block)?;
             }
         }
-        match target.pixels == self.width * rows.len() * meta.headers.len() {
+        let wanted: usize = meta.headers.iter().map(|part| samples(part, &rows)).sum();
+        match target.pixels == wanted {
             true => Ok(()),
             false => Err("it is broken: some of its pixels are missing".into()),
         }
@@ -199,24 +278,30 @@ impl BandTarget<'_> {
             .iter()
             .map(|header| header.channels.list.len())
             .sum::<usize>();
-        let fits = left + width <= self.width && index.level == Vec2(0, 0);
+        let fits = left + width <= header.layer_size.0 && index.level == Vec2(0, 0);
         let size = width * height * header.channels.bytes_per_pixel;
         if !fits || block.data.len() != size || !self.put.insert((index.layer, left, top)) {
             return Err(MISPLACED.into());
         }
+        let (x, y) = place(header);
+        let (x, y) = (x + left as i64, y + top as i64);
+        // The columns of the block that are the picture's.
+        let begin = (-x).clamp(0, width as i64) as usize;
+        let end = (self.width as i64 - x).clamp(begin as i64, width as i64) as usize;
         let mut at = 0;
-        for y in top..top + height {
-            let inside = self.rows.contains(&y);
+        for y in y..y + height as i64 {
+            let row = usize::try_from(y).ok().filter(|y| self.rows.contains(y));
             for (c, channel) in header.channels.list.iter().enumerate() {
-                let bytes = width * channel.sample_type.bytes_per_sample();
-                if inside {
-                    let start = (y - self.rows.start) * self.width + left;
-                    let target = &mut self.planes[first + c][start..start + width];
-                    copy_samples(target, &block.data[at..at + bytes], channel.sample_type);
+                let sample = channel.sample_type.bytes_per_sample();
+                if let (Some(row), true) = (row, begin < end) {
+                    let start = (row - self.rows.start) * self.width + (x + begin as i64) as usize;
+                    let target = &mut self.planes[first + c][start..start + end - begin];
+                    let data = &block.data[at + begin * sample..at + end * sample];
+                    copy_samples(target, data, channel.sample_type);
                 }
-                at += bytes;
+                at += width * sample;
             }
-            self.pixels += if inside { width } else { 0 };
+            self.pixels += row.map_or(0, |_| width);
         }
         Ok(())
     }
@@ -248,5 +333,51 @@ fn plain(error: Error) -> String {
         Error::NotSupported(what) => format!("it is of a kind that is not read: {what}"),
         Error::Invalid(what) => format!("it is broken: {what}"),
         Error::Aborted => "its decoder stopped".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_colours_are_found_by_the_names_of_other_programs() {
+        let named = |names: &[&str]| {
+            let channel = |name: &&str| PictureChannel {
+                name: (*name).to_owned(),
+                kind: SampleKind::Float,
+            };
+            let mut channels: Vec<_> = names.iter().map(channel).collect();
+            name_colors(&mut channels);
+            channels
+                .into_iter()
+                .map(|channel| channel.name)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(named(&[".B", ".G", ".R"]), ["B", "G", "R"]);
+        assert_eq!(named(&["b", "g", "r", "a"]), ["B", "G", "R", "A"]);
+        let blender = [
+            "V.Combined.A",
+            "V.Combined.B",
+            "V.Combined.G",
+            "V.Combined.R",
+            "V.Depth.Z",
+        ];
+        assert_eq!(named(&blender), ["A", "B", "G", "R", "V.Depth.Z"]);
+        let several = [
+            "beauty.blue",
+            "beauty.green",
+            "beauty.red",
+            "albedo.R",
+            "albedo.G",
+            "albedo.B",
+        ];
+        assert_eq!(named(&several)[..3], ["B", "G", "R"]);
+        assert_eq!(named(&several)[3..], several[3..]);
+        // Which of them?
+        let unknown = ["x.R", "x.G", "x.B", "y.R", "y.G", "y.B"];
+        assert_eq!(named(&unknown), unknown);
+        let plain = ["R", "G", "B", "beauty.R", "beauty.G", "beauty.B"];
+        assert_eq!(named(&plain), plain);
     }
 }

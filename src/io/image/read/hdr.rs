@@ -6,11 +6,13 @@ use super::bytes::{PictureBytes, ReadSeek};
 use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides};
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::{ImageDecoder, ImageError};
-use std::io::{ErrorKind, Read};
+use std::io::{BufRead, Cursor, ErrorKind, Read};
 use std::ops::Range;
 
 /// Most bytes of a header.
 const MAX_HEADER: u64 = 1 << 16;
+/// Most bytes of a header's first line.
+const MAX_MAGIC: u64 = 32;
 /// Rows that are decoded at once.
 const BAND: u32 = 64;
 
@@ -21,26 +23,43 @@ pub(super) struct HdrRows {
     width: u32,
     /// The row that comes next.
     next: u32,
+    /// Factors of red, green and blue that lead back to the original radiance.
+    scale: [f32; 3],
 }
 
 /// Reads the header of a Radiance RGBE file.
 pub(super) fn open_hdr(bytes: PictureBytes) -> Result<(PictureLayout, HdrRows), String> {
     let mut reader = bytes.reader()?;
-    let (width, height) = skip_header(&mut *reader)?;
+    let ((width, height), scale) = skip_header(&mut *reader)?;
     let (width, height) = check_sides(width.into(), height.into())?;
     let rows = HdrRows {
         bytes,
         reader,
         width,
         next: 0,
+        scale,
     };
     Ok((PictureLayout::rgb(ImageFormat::Hdr, (width, height)), rows))
 }
 
-/// Reads a header, after which the first row begins.
-fn skip_header(reader: &mut dyn ReadSeek) -> Result<(u32, u32), String> {
-    let decoder = HdrDecoder::new(reader.take(MAX_HEADER)).map_err(plain)?;
-    Ok(decoder.dimensions())
+/// Reads a header, after which the first row begins: width and height, and the factors that pixels
+/// have to be multiplied with. `EXPOSURE` and `COLORCORR` are what they have been multiplied with,
+/// each time one stands there ("Radiance File Formats", G. Ward).
+fn skip_header(reader: &mut dyn ReadSeek) -> Result<((u32, u32), [f32; 3]), String> {
+    // The decoder takes one of the two magic words.
+    let mut magic = Vec::new();
+    let line = reader.take(MAX_MAGIC).read_until(b'\n', &mut magic);
+    line.map_err(|e| e.to_string())?;
+    let file = Cursor::new(b"#?RADIANCE\n").chain(reader);
+    let decoder = HdrDecoder::new(file.take(MAX_HEADER)).map_err(plain)?;
+    let head = decoder.metadata();
+    let exposure = head.exposure.unwrap_or(1.0);
+    let scale = <[f32; 3]>::from(head.color_correction.unwrap_or((1.0, 1.0, 1.0)));
+    let scale = scale.map(|factor| 1.0 / (factor * exposure));
+    match scale.iter().all(|scale| scale.is_finite() && *scale > 0.0) {
+        true => Ok((decoder.dimensions(), scale)),
+        false => Err("its EXPOSURE or COLORCORR is no number above 0".into()),
+    }
 }
 
 impl HdrRows {
@@ -52,12 +71,14 @@ impl HdrRows {
         );
         let file = header.as_bytes().chain(&mut self.reader);
         let decoder = HdrDecoder::new(file).map_err(plain)?;
-        let mut pixels = vec![[0u32; 3]; rows as usize * self.width as usize];
+        let mut pixels = vec![[0f32; 3]; rows as usize * self.width as usize];
         decoder
             .read_image(bytemuck::cast_slice_mut(&mut pixels))
             .map_err(plain)?;
         self.next += rows;
-        Ok(pixels)
+        let scaled =
+            |pixel: [f32; 3]| std::array::from_fn(|c| (pixel[c] * self.scale[c]).to_bits());
+        Ok(pixels.into_iter().map(scaled).collect())
     }
 }
 
@@ -87,6 +108,10 @@ fn plain(error: ImageError) -> String {
     match error {
         ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => TOO_SHORT.into(),
         ImageError::IoError(e) => e.to_string(),
+        ImageError::Unsupported(_) => {
+            "its rows or pixels are in another order or encoding than -Y +X and rgbe: save it anew"
+                .into()
+        }
         other => format!("it is broken: {other}"),
     }
 }

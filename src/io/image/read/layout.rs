@@ -48,6 +48,9 @@ pub struct PictureLayout {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
+    /// Column and row of the upper left pixel, of which only OpenEXR's display windows say
+    /// something: elsewhere 0.
+    pub corner: (i32, i32),
     /// Channels in the order of the file. Pictures for a screen have R, G, B and A, whatever the
     /// file has: grey becomes equal components, and missing alpha opaque.
     pub channels: Vec<PictureChannel>,
@@ -68,6 +71,7 @@ impl PictureLayout {
             format,
             width,
             height,
+            corner: (0, 0),
             channels: names.iter().map(channel).collect(),
         }
     }

@@ -57,7 +57,7 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), 
         return Err("its header is broken: its scale is no number".into());
     }
     let (width, height) = check_sides(width, height)?;
-    let rows = PfmRows {
+    let mut rows = PfmRows {
         width: width as usize,
         height,
         // One character of white space ends the header.
@@ -66,8 +66,16 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), 
         big_endian: scale > 0.0,
         bytes,
     };
-    if rows.bytes.len()? < rows.start + rows.row_bytes() as u64 * u64::from(height) {
+    let samples = rows.row_bytes() as u64 * u64::from(height);
+    let length = rows.bytes.len()?;
+    if length < rows.start + samples {
         return Err(TOO_SHORT.into());
+    }
+    // Some write two characters there, or more, and the file is longer by these.
+    let start = length - samples;
+    let gap = head.get(at..start.try_into().unwrap_or(usize::MAX));
+    if gap.is_some_and(|gap| gap.iter().all(u8::is_ascii_whitespace)) {
+        rows.start = start;
     }
     Ok((PictureLayout::rgb(ImageFormat::Pfm, (width, height)), rows))
 }

@@ -26,7 +26,9 @@ fn format_of_bytes(head: &[u8]) -> Option<ImageFormat> {
         _ if head.starts_with(b"\x89PNG\r\n\x1a\n") => Some(ImageFormat::Png),
         _ if head.starts_with(b"\xff\xd8\xff") => Some(ImageFormat::Jpeg),
         _ if head.starts_with(b"\x76\x2f\x31\x01") => Some(ImageFormat::Exr),
-        _ if head.starts_with(b"#?RADIANCE") => Some(ImageFormat::Hdr),
+        _ if head.starts_with(b"#?RADIANCE") || head.starts_with(b"#?RGBE") => {
+            Some(ImageFormat::Hdr)
+        }
         _ => None,
     }
 }

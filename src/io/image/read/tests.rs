@@ -1,12 +1,12 @@
 //! Pictures that are read: the samples of every format, and files that are broken.
 
 use super::super::bands::save_bands;
-use super::super::description::{Depth, PictureFile};
+use super::super::description::{Crop, Depth, PictureFile};
 use super::super::encoder::{Exposure, Picture};
 use super::super::error::PictureError;
 use super::super::format::ImageFormat;
 use super::super::png::save_png;
-use super::super::test_film::{bits, film};
+use super::super::test_film::{PLAIN_EXR, bits, film};
 use super::raster::load;
 use super::{PictureReader, SampleKind};
 use phalanx_scene::OutputEncoding;
@@ -102,6 +102,7 @@ fn saved(folder: &Path, name: &str) -> PathBuf {
     let file = PictureFile {
         width: film.width,
         height: film.height,
+        crop: None,
         format,
         aovs,
         origin: [0.0; 3],
@@ -270,5 +271,89 @@ fn sizes_without_samples_are_refused_before_they_are_allocated() {
         fs::write(&path, claim).unwrap();
         let message = read_whole(&path).unwrap_err().to_string();
         assert!(message.contains(said), "{message}");
+    }
+}
+
+/// A crop is the whole picture with nothing around it, at its place, in any rows.
+#[test]
+fn a_data_window_is_laid_into_its_display_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = film();
+    for corner in [(8, 6), (0, 0), (30, 33)] {
+        let file = PictureFile {
+            width: film.width,
+            height: film.height,
+            crop: Some(Crop {
+                corner,
+                of: (100, 100),
+            }),
+            ..PLAIN_EXR
+        };
+        let path = folder.path().join("a.exr");
+        save_bands(&path, &file, [Ok(film.clone())]).unwrap();
+        let mut reader = PictureReader::open(&path).unwrap();
+        let layout = reader.layout().clone();
+        assert_eq!(
+            (layout.width, layout.height, layout.corner),
+            (100, 100, (0, 0))
+        );
+        let red = layout.channels.iter().position(|c| c.name == "R").unwrap();
+        for rows in [90..100, 0..50, 50..90] {
+            let planes = reader.read(rows.clone()).unwrap();
+            for (k, &sample) in planes[red].iter().enumerate() {
+                let (x, y) = (k as u32 % 100, rows.start + k as u32 / 100);
+                let at = x.checked_sub(corner.0).zip(y.checked_sub(corner.1));
+                let at = at.filter(|at| at.0 < film.width && at.1 < film.height);
+                let want = at.map_or(0, |(x, y)| bits(&film, x, y)[0]);
+                assert_eq!(sample, want, "{x},{y} of {corner:?}");
+            }
+        }
+    }
+}
+
+/// One row of eight pixels, each of radiance 1.
+fn radiance(head: &str) -> Vec<u8> {
+    let mut file = format!("{head}FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n").into_bytes();
+    file.extend([[128, 128, 128, 129]; 8].as_flattened());
+    file
+}
+
+#[test]
+fn radiance_is_what_it_was_before_its_exposure_and_correction() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.hdr");
+    for (head, want) in [
+        ("#?RADIANCE\n", [1.0; 3]),
+        ("#?RGBE\n", [1.0; 3]),
+        ("#?RADIANCE\nEXPOSURE=2\nEXPOSURE= 2.0\n", [0.25; 3]),
+        (
+            "#?RADIANCE\nCOLORCORR=2 1 0.5\nEXPOSURE=0.5\n",
+            [1.0, 2.0, 4.0],
+        ),
+    ] {
+        fs::write(&path, radiance(head)).unwrap();
+        let planes = PictureReader::open(&path).unwrap().read(0..1).unwrap();
+        let got = [0, 1, 2].map(|c| f32::from_bits(planes[c][7]));
+        assert_eq!(got, want, "{head}");
+    }
+    fs::write(&path, radiance("#?RADIANCE\nEXPOSURE=0\n")).unwrap();
+    let message = PictureReader::open(&path).err().unwrap().to_string();
+    assert!(message.contains("no number above 0"), "{message}");
+}
+
+#[test]
+fn the_rows_of_a_float_map_begin_where_its_length_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.pfm");
+    for head in [
+        "PF\n2 1\n-1.0\n",
+        "PF\r\n2 1\r\n-1.0\r\n",
+        "PF\n2 1\n-1.0 \n",
+    ] {
+        let samples: Vec<u8> = (1..=6u32).flat_map(|k| (k as f32).to_le_bytes()).collect();
+        fs::write(&path, [head.as_bytes(), &samples].concat()).unwrap();
+        let planes = PictureReader::open(&path).unwrap().read(0..1).unwrap();
+        let red = [0, 1].map(|x| f32::from_bits(planes[0][x]));
+        assert_eq!(red, [1.0, 4.0], "{head:?}");
     }
 }
