@@ -114,11 +114,19 @@ pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
 /// A scene that no reader has processed, with the options applied to it.
 fn amended(
     mut scene: Scene,
-    bvh: Option<Bvh>,
+    mut bvh: Option<Bvh>,
     mapped_bytes: u64,
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    let mut notes = formats::override_scene(&mut scene, options)?;
+    let mut notes = match formats::override_scene(&mut scene, options) {
+        Err(SceneError::TooFar(_)) => {
+            // As a reader would; the tree is of the old scale.
+            scene.rescale_to_f32_range();
+            bvh = None;
+            formats::override_scene(&mut scene, options)?
+        }
+        done => done?,
+    };
     notes.extend(formats::origin_note(&scene));
     if options.origin != Origin::Auto {
         notes.push("the scene has its origin: --origin changes nothing".to_owned());

@@ -162,6 +162,7 @@ impl PyScene {
             made_up: phalanx::scene::MadeUpParts {
                 view: true,
                 light: true,
+                ..Default::default()
             },
             ..Scene::new()
         };

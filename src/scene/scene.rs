@@ -51,7 +51,7 @@ pub struct Scene {
     pub encoding: OutputEncoding,
     /// Camera.
     pub view: View,
-    /// Parts that the reader made up.
+    /// Parts that are made for each picture anew.
     pub made_up: MadeUpParts,
     /// Kind and column index of each stored primitive, in file order.
     pub prims: Column<Prim>,

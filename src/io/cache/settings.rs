@@ -3,8 +3,8 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    MAX_TEXTURE_SIDE, MadeUpParts, OutputEncoding, Quantize, Scene, Sky, Texture, Transfer, View,
-    Wrap,
+    MAX_TEXTURE_SIDE, MadeUpParts, OrthoHeight, OutputEncoding, Quantize, Scene, Sky, Texture,
+    Transfer, UpAxis, View, Wrap,
 };
 
 /// Values that the settings hold beside the scene's own.
@@ -53,9 +53,30 @@ pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
     if let Some(height) = view.ortho {
         out.float(height);
     }
-    let MadeUpParts { view, light } = scene.made_up;
-    out.flag(view);
-    out.flag(light);
+    let MadeUpParts {
+        view,
+        light,
+        sky,
+        up,
+        ortho,
+        ortho_size,
+    } = scene.made_up;
+    [view, light, sky]
+        .into_iter()
+        .for_each(|flag| out.flag(flag));
+    out.word(up as u32);
+    out.word(match ortho {
+        None => 0,
+        Some(OrthoHeight::Fitting) => 1,
+        Some(OrthoHeight::Given(_)) => 2,
+    });
+    if let Some(OrthoHeight::Given(height)) = ortho {
+        out.double(height);
+    }
+    out.flag(ortho_size.is_some());
+    for side in ortho_size.into_iter().flatten() {
+        out.double(side);
+    }
     out.text(scene.output.as_deref());
     out.word(scene.lights.len() as u32);
     for &directional in scene.lights.directional.iter() {
@@ -110,6 +131,17 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
         made_up: MadeUpParts {
             view: input.flag()?,
             light: input.flag()?,
+            sky: input.flag()?,
+            up: input.one_of(UpAxis::ALL.map(|(_, axis)| axis))?,
+            ortho: match input.one_of([0, 1, 2])? {
+                0 => None,
+                1 => Some(OrthoHeight::Fitting),
+                _ => Some(OrthoHeight::Given(input.length()?)),
+            },
+            ortho_size: match input.flag()? {
+                true => Some([input.length()?, input.length()?]),
+                false => None,
+            },
         },
         output: input.text()?,
         ..Scene::default()
@@ -208,6 +240,12 @@ impl SettingsReader<'_> {
         Some(f64::from_bits(bits))
     }
 
+    /// A number that is positive and finite.
+    fn length(&mut self) -> Option<f64> {
+        self.double()
+            .filter(|&length| length > 0.0 && length.is_finite())
+    }
+
     fn vec3(&mut self) -> Option<Vec3> {
         Some(Vec3::new(self.float()?, self.float()?, self.float()?))
     }
@@ -256,7 +294,13 @@ mod tests {
             alpha: Default::default(),
         });
         scene.view.ortho = Some(7.0);
-        scene.made_up.light = true;
+        scene.made_up = MadeUpParts {
+            light: true,
+            up: UpAxis::NegY,
+            ortho: Some(OrthoHeight::Given(2.5)),
+            ortho_size: Some([3.0, 0.1]),
+            ..MadeUpParts::default()
+        };
         scene.sky = Some(Sky {
             up: Vec3::Y,
             nadir: Vec3::ZERO,
@@ -283,6 +327,8 @@ mod tests {
             |s: &mut Scene| s.scale = -1.0,
             |s: &mut Scene| s.origin[1] = f64::NAN,
             |s: &mut Scene| s.origin[2] = f64::INFINITY,
+            |s: &mut Scene| s.made_up.ortho_size = Some([1.0, f64::NAN]),
+            |s: &mut Scene| s.made_up.ortho = Some(OrthoHeight::Given(-1.0)),
             |s: &mut Scene| s.textures[0].width = 0,
             |s: &mut Scene| s.textures[0].height = u32::MAX,
         ];

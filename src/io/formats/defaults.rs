@@ -4,12 +4,13 @@
 use super::diagnostics::{DiagnosticSink, Span};
 use super::framing::{PictureShape, framing, middle_and_half, parallel_height};
 use super::loaded::Loaded;
-use super::options::{AddedLight, Options, OrthoHeight};
+use super::options::{AddedLight, Options};
 use super::origin::{self, Origin, ReadStop};
-use super::up_axis::UpAxis;
 use super::visible_vertices::VisibleVertices;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, MadeUpParts, SINGLE_SIDED, Scene, SceneError, Sky, View};
+use phalanx_scene::{
+    Bounds, MadeUpParts, OrthoHeight, SINGLE_SIDED, Scene, SceneError, Sky, UpAxis, View,
+};
 
 /// Parts of a scene that a file does not give, so that defaults are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,7 +62,18 @@ pub(super) fn finish_scene(
     scene.origin = options.origin.position().into();
     let mut notes = Vec::new();
     if report.is_clean() {
-        add_defaults(&mut scene, missing, options, &mut notes);
+        scene.made_up = MadeUpParts {
+            view: missing.view,
+            light: missing.lights,
+            sky: missing.background,
+            up: missing.up,
+            ..scene.made_up
+        };
+        if missing.background {
+            scene.background = BACKGROUND;
+        }
+        decide(&mut scene, options);
+        notes = notes_on(&scene, missing, options);
         // Checked once in the file's units, and once as it will be traced: a scene that holds both
         // 1e30 and 1e-30 units cannot be brought into f32's comfortable range as a whole.
         let told = |error: SceneError| format!("the scene cannot be traced: {error}");
@@ -90,51 +102,38 @@ pub(super) fn finish_scene(
     })
 }
 
-fn add_defaults(
-    scene: &mut Scene,
-    missing: &MissingParts,
-    options: &Options,
-    notes: &mut Vec<String>,
-) {
-    scene.made_up = MadeUpParts {
-        view: missing.view,
-        light: missing.lights,
-    };
-    if missing.background {
-        scene.background = BACKGROUND;
+/// Notes on what was made up, and on options that do nothing.
+fn notes_on(scene: &Scene, missing: &MissingParts, options: &Options) -> Vec<String> {
+    let mut notes: Vec<String> = Vec::new();
+    let MadeUpParts {
+        view, light, sky, ..
+    } = scene.made_up;
+    if view {
+        let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
+        let options_of = match assumed_y {
+            true => ", y up (see --camera, --up)",
+            false => " (see --camera)",
+        };
+        let used = "the file has no camera: one that frames everything is used";
+        notes.push(format!("{used}{options_of}"));
     }
-    apply_overrides(scene, options);
-    let up = options.up.unwrap_or(missing.up);
-    let MadeUpParts { view, light } = scene.made_up;
-    if view || light {
-        let visible = VisibleVertices::of(scene, options.threads);
-        let bounds = visible.bounds(scene);
-        if view {
-            make_up_view(scene, &visible, bounds, up, options);
-            let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
-            let options_of = match assumed_y {
-                true => ", y up (see --camera, --up)",
-                false => " (see --camera)",
-            };
-            let used = "the file has no camera: one that frames everything is used";
-            notes.push(format!("{used}{options_of}"));
-        }
-        if light {
-            make_up_light(scene, bounds);
-            notes.push(
-                "the file has no light: a point light over the camera's shoulder is used (see --light)"
-                    .into(),
-            );
-        }
+    if light {
+        notes.push(
+            "the file has no light: a point light over the camera's shoulder is used (see --light)"
+                .into(),
+        );
     }
-    apply_projection(scene, options.ortho, options);
-    if missing.background && options.background.is_none() {
-        notes.extend(make_up_sky(scene, up));
+    if sky && scene.sky.is_some() {
+        notes.push(
+            "the file has no surroundings: mirrors see a sky, dark below and bright above (see --background)"
+                .into(),
+        );
     }
     notes.extend(note_on_up(scene, options));
     if view && options.up.is_none() && missing.up != UpAxis::Y {
         notes.push("the model is taken as Z-up, as is the custom in its format (see --up)".into());
     }
+    notes
 }
 
 /// Radiance that mirrors see above a mesh without surroundings: that of a bright room.
@@ -142,87 +141,74 @@ const ZENITH: Vec3 = Vec3::new(0.62, 0.68, 0.76);
 /// Radiance that they see below.
 const NADIR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
 
-/// Gives mirrors something to see before an even background. Returns a note if there are any.
-fn make_up_sky(scene: &mut Scene, up: UpAxis) -> Option<String> {
+/// Applies the options, and makes what is made up: the one place for all that depends on the
+/// picture. Parts that it made for another picture are made again, from [`Scene::made_up`], so that
+/// a cache gives the picture of its file.
+fn decide(scene: &mut Scene, options: &Options) {
+    apply_overrides(scene, options);
+    let MadeUpParts {
+        view,
+        light,
+        sky,
+        up,
+        ortho,
+        ortho_size,
+    } = scene.made_up;
+    let (width, height) = options.size.unwrap_or((scene.width, scene.height));
+    let aspect = f64::from(width) / f64::from(height);
+    let mut fitting = None;
+    if view || light {
+        let visible = VisibleVertices::of(scene, options.threads);
+        let bounds = visible.bounds(scene);
+        if view {
+            let turntable = options.turntable;
+            let shape = PictureShape {
+                aspect,
+                up,
+                turntable,
+            };
+            scene.view = framing(scene, &visible, bounds, shape);
+            if ortho == Some(OrthoHeight::Fitting) {
+                fitting = Some(parallel_height(scene, &visible, &scene.view, bounds, shape));
+            }
+        }
+        if light {
+            make_up_light(scene, bounds);
+        }
+    }
+    let visible_height = match (ortho, ortho_size) {
+        (Some(OrthoHeight::Given(height)), _) => Some(height * f64::from(scene.scale)),
+        (_, Some([width, height])) => Some(height.max(width / aspect) * f64::from(scene.scale)),
+        (Some(OrthoHeight::Fitting), None) => fitting.or(Some(seen_height(&scene.view))),
+        (None, None) => scene.view.ortho.map(f64::from),
+    };
+    scene.view.ortho = visible_height.map(|height| height as f32);
+    if sky {
+        scene.sky = has_mirrors(scene).then_some(Sky {
+            up: up.frame()[1].as_vec3(),
+            nadir: NADIR,
+            zenith: ZENITH,
+        });
+    }
+}
+
+/// Visible height of a perspective, as far away as the point that it looks at.
+fn seen_height(view: &View) -> f64 {
+    let distance = view.eye.as_dvec3().distance(view.center.as_dvec3());
+    2.0 * distance * libm::tan(f64::from(view.fovy).to_radians() / 2.0)
+}
+
+/// Returns true if rays bounce off or go through a surface.
+fn has_mirrors(scene: &Scene) -> bool {
     let m = &scene.materials;
     let bounces = |k: usize| m.ks.get(k) != Vec3::ZERO || m.kt.get(k) != Vec3::ZERO;
-    if !(0..m.len()).any(bounces) {
-        return None;
-    }
-    let [_, up, _] = up.frame();
-    scene.sky = Some(Sky {
-        up: up.as_vec3(),
-        nadir: NADIR,
-        zenith: ZENITH,
-    });
-    let note = "the file has no surroundings: mirrors see a sky, dark below and bright above (see --background)";
-    Some(note.into())
-}
-
-/// Makes the camera's rays parallel, if the user wants that. Without a given height, a made-up
-/// camera still shows everything, and any other shows what lies as far away as the point that it
-/// looks at in the same size as before.
-fn apply_projection(scene: &mut Scene, ortho: Option<OrthoHeight>, options: &Options) {
-    let Some(height) = ortho else {
-        return;
-    };
-    let height = match height {
-        OrthoHeight::Given(height) => height * f64::from(scene.scale),
-        OrthoHeight::Fitting if scene.made_up.view => {
-            let shape = picture_shape(scene, UpAxis::of(&scene.view).unwrap_or_default(), options);
-            let visible = VisibleVertices::of(scene, options.threads);
-            let bounds = visible.bounds(scene);
-            parallel_height(scene, &visible, &scene.view, bounds, shape)
-        }
-        OrthoHeight::Fitting => {
-            let distance = scene
-                .view
-                .eye
-                .as_dvec3()
-                .distance(scene.view.center.as_dvec3());
-            let half_angle = f64::from(scene.view.fovy).to_radians() / 2.0;
-            2.0 * distance * libm::tan(half_angle)
-        }
-    };
-    scene.view.ortho = Some(height as f32);
-}
-
-/// The picture that a camera is made up for.
-fn picture_shape(scene: &Scene, up: UpAxis, options: &Options) -> PictureShape {
-    PictureShape {
-        aspect: aspect(options.size.unwrap_or((scene.width, scene.height))),
-        up,
-        turntable: options.turntable,
-    }
-}
-
-fn make_up_view(
-    scene: &mut Scene,
-    visible: &VisibleVertices,
-    bounds: Bounds,
-    up: UpAxis,
-    options: &Options,
-) {
-    let shape = picture_shape(scene, up, options);
-    scene.view = framing(scene, visible, bounds, shape);
-}
-
-/// Turns a sky that was made with this axis up to the axis of the view that was made up since.
-fn turn_sky(scene: &mut Scene, from: Option<UpAxis>) {
-    let from = from.map(|axis| axis.frame()[1].as_vec3());
-    if let Some(sky) = scene.sky.as_mut().filter(|sky| Some(sky.up) == from) {
-        sky.up = scene.view.up;
-    }
+    (0..m.len()).any(bounces)
 }
 
 fn make_up_light(scene: &mut Scene, bounds: Bounds) {
     let position = key_light(&scene.view, bounds);
     scene.lights = Default::default();
     scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
-}
-
-fn aspect((width, height): (u32, u32)) -> f64 {
-    f64::from(width) / f64::from(height)
 }
 
 /// A note where the axis that points up was given and does nothing.
@@ -238,49 +224,18 @@ fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
     Some(format!("{reason}: --up changes nothing"))
 }
 
-/// Replaces parts of a finished scene by those that the user gives, and makes those that were made
-/// up once more, if they depend on them. Positions are in the file's units. Returns notes on
-/// options that mean nothing here.
+/// Replaces parts of a finished scene by those that the user gives, and makes those that are made
+/// up once more. Positions are in the file's units. Returns notes on options that have no effect.
 ///
 /// # Errors
 /// [`SceneError`] if the result cannot be traced; the scene must not be used then.
 pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String>, SceneError> {
-    let parallel = scene.view.ortho.is_some();
-    apply_overrides(scene, options);
-    let MadeUpParts { view, light } = scene.made_up;
-    let up = UpAxis::of(&scene.view);
-    let size = (scene.width, scene.height);
-    let stored = aspect(size) == aspect(options.size.unwrap_or(size))
-        && options.up.is_none_or(|asked| up == Some(asked))
-        && !options.turntable;
-    let (view, light) = (
-        view && !stored,
-        light && (options.view.is_some() || !stored),
-    );
-    let mut ortho = options.ortho;
-    if view || light {
-        let visible = VisibleVertices::of(scene, options.threads);
-        let bounds = visible.bounds(scene);
-        if view {
-            make_up_view(
-                scene,
-                &visible,
-                bounds,
-                options.up.or(up).unwrap_or_default(),
-                options,
-            );
-            turn_sky(scene, up);
-            ortho = ortho.or(parallel.then_some(OrthoHeight::Fitting));
-        }
-        if light {
-            make_up_light(scene, bounds);
-        }
-    }
-    apply_projection(scene, ortho, options);
-    // The scene was rescaled into the comfortable range when it was made. Parts given now cannot
-    // change its scale any more.
-    let given = options.view.is_some() || !options.lights.is_empty() || view;
-    if given && !scene.is_in_safe_range() {
+    decide(scene, options);
+    // The scene was rescaled into the comfortable range when it was made. Parts that are placed now
+    // cannot change its scale any more.
+    let MadeUpParts { view, light, .. } = scene.made_up;
+    let placed = options.view.is_some() || !options.lights.is_empty() || view || light;
+    if placed && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
     }
     scene.validate_settings()?;
@@ -291,7 +246,10 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     if let Some(view) = &options.view {
         scene.view = scene.view_of(view);
         scene.made_up.view = false;
+        scene.made_up.ortho_size = None;
     }
+    scene.made_up.up = options.up.unwrap_or(scene.made_up.up);
+    scene.made_up.ortho = options.ortho.or(scene.made_up.ortho);
     if !options.lights.is_empty() {
         scene.lights = Default::default();
         scene.made_up.light = false;
@@ -301,6 +259,7 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     }
     if let Some(color) = options.background {
         scene.background = color;
+        scene.made_up.sky = false;
         scene.sky = None;
     }
     if options.two_sided && scene.has_unseen_backs() {

@@ -13,11 +13,10 @@
 //! A turntable sees each point on a circle about the axis through the middle of the scene. The
 //! greatest n · p on it takes the place of that of the point.
 
-use super::up_axis::UpAxis;
 use super::visible_vertices::{VisibleVertices, blocks_of_prims};
 use super::workers;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, PrimKind, Scene, View};
+use phalanx_scene::{Bounds, PrimKind, Scene, UpAxis, View};
 use std::ops::Range;
 
 /// The picture that a camera is made up for.

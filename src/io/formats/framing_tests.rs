@@ -1,5 +1,4 @@
 use super::*;
-use crate::formats::up_axis::UpAxis;
 
 const ASPECTS: [f64; 7] = [4.0 / 3.0, 1.0, 0.5, 2.0, 16.0, 1.0 / 50.0, 300.0];
 
@@ -59,7 +58,7 @@ fn every_vertex_is_in_the_picture_and_one_is_at_its_margin() {
         let view = framed(&points, aspect, up, false);
         let largest = largest_in_picture(&points, &view, aspect);
         assert!((0.85..0.99).contains(&largest), "{case}: {largest}");
-        assert_eq!(UpAxis::of(&view), Some(up));
+        assert_eq!(view.up.as_dvec3(), up.frame()[1]);
     }
 }
 

@@ -1,9 +1,8 @@
 //! Defaults for the picture of a bare mesh.
 
 use super::defaults::MissingParts;
-use super::up_axis::UpAxis;
 use glam::Vec3;
-use phalanx_scene::{Material, OutputEncoding, Scene};
+use phalanx_scene::{Material, OutputEncoding, Scene, UpAxis};
 
 /// The material of a mesh that names none: a warm light grey, matt.
 pub(super) const GREY: Material = Material {

@@ -1,9 +1,8 @@
 //! The user's options for reading a scene file.
 
 use super::origin::Origin;
-use super::up_axis::UpAxis;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{FileView, Material};
+use phalanx_scene::{FileView, Material, OrthoHeight, UpAxis};
 use std::path::PathBuf;
 
 /// The user's options beside the file: defaults for parts that a mesh lacks, and overrides of parts
@@ -40,16 +39,6 @@ pub struct Options {
     pub max_memory: Option<u64>,
     /// Folders beside the scene file's own in which files that it names may lie.
     pub allow_paths: Vec<PathBuf>,
-}
-
-/// Visible height of a camera of parallel rays.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OrthoHeight {
-    /// A made-up camera shows everything. Any other shows what lies as far away as the point that
-    /// it looks at in the same size as its perspective does.
-    Fitting,
-    /// A height, in units of the file.
-    Given(f64),
 }
 
 /// A light of [`Options`].

@@ -1,6 +1,7 @@
 //! The scene cache: what comes out is what went in, and nothing else comes out.
 
 mod hostile;
+mod pictures;
 mod refused;
 
 use crate::common::rng::Rng;

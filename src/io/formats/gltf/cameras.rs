@@ -11,8 +11,8 @@ use phalanx_scene::{Bounds, Scene, View};
 struct Projection {
     /// Vertical field of view in degrees.
     fovy: f32,
-    /// Visible height of parallel rays.
-    ortho: Option<f32>,
+    /// Width and height that parallel rays show, in units of the file.
+    ortho_size: Option<[f64; 2]>,
     aspect: Option<f64>,
 }
 
@@ -22,13 +22,11 @@ const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 const UNUSED_FOVY: f32 = 45.0;
 
 /// Takes the camera of the first node with a usable one: the scene's view, and the width of its
-/// picture. Parallel rays are spread for a picture of `size`, if that is not the file's own.
-/// Returns true if there is one.
+/// picture. Returns true if there is one.
 pub(super) fn add_camera(
     source: &GltfSource,
     nodes: &[PlacedNode],
     bounds: Bounds,
-    size: Option<(u32, u32)>,
     scene: &mut Scene,
     report: &mut DiagnosticSink,
 ) -> bool {
@@ -41,7 +39,7 @@ pub(super) fn add_camera(
             source.error(report, "nodes", placed.node, &message);
             continue;
         };
-        let projection = projection(camera, size);
+        let projection = projection(camera);
         let view = projection
             .as_ref()
             .and_then(|projection| view(placed, projection, bounds));
@@ -51,6 +49,7 @@ pub(super) fn add_camera(
             continue;
         };
         scene.view = view;
+        scene.made_up.ortho_size = projection.ortho_size;
         if let Some(aspect) = projection.aspect.filter(|a| ASPECTS.contains(a)) {
             scene.width = libm::round(f64::from(scene.height) * aspect) as u32;
         }
@@ -59,34 +58,31 @@ pub(super) fn add_camera(
     false
 }
 
-fn projection(camera: &GltfCamera, size: Option<(u32, u32)>) -> Option<Projection> {
+fn projection(camera: &GltfCamera) -> Option<Projection> {
     match (&camera.perspective, &camera.orthographic) {
         (Some(perspective), _) => Some(Projection {
             fovy: perspective.yfov.to_degrees() as f32,
-            ortho: None,
+            ortho_size: None,
             aspect: perspective.aspect_ratio,
         }),
-        (None, Some(orthographic)) => parallel(orthographic, size),
+        (None, Some(orthographic)) => parallel(orthographic),
         (None, None) => None,
     }
 }
 
 /// A lens of parallel rays. The file's picture has the shape of what is to be seen; one of another
 /// shape shows all of that, and more.
-fn parallel(orthographic: &Orthographic, size: Option<(u32, u32)>) -> Option<Projection> {
+fn parallel(orthographic: &Orthographic) -> Option<Projection> {
     // Negative ones turn the picture over, which the format discourages.
     let (width, height) = (orthographic.xmag.abs(), orthographic.ymag.abs());
     let aspect = width / height;
     if !(aspect > 0.0 && aspect.is_finite()) {
         return None;
     }
-    let own = aspect.clamp(*ASPECTS.start(), *ASPECTS.end());
-    let shape = size.map_or(own, |(width, height)| f64::from(width) / f64::from(height));
-    let visible = height.max(width / shape);
     Some(Projection {
         fovy: UNUSED_FOVY,
-        ortho: Some((2.0 * visible) as f32),
-        aspect: Some(own),
+        ortho_size: Some([2.0 * width, 2.0 * height]),
+        aspect: Some(aspect.clamp(*ASPECTS.start(), *ASPECTS.end())),
     })
 }
 
@@ -115,7 +111,7 @@ fn view(placed: &PlacedNode, projection: &Projection, bounds: Bounds) -> Option<
         center: (eye - back * distance).as_vec3(),
         up: up.as_vec3(),
         fovy: projection.fovy,
-        ortho: projection.ortho,
+        ortho: projection.ortho_size.map(|[_, height]| height as f32),
     };
     view.basis().ok().map(|_| view)
 }

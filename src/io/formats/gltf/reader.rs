@@ -199,8 +199,7 @@ impl<'a, 't> GltfReader<'a, 't> {
 
     fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
-        let size = self.options.size;
-        missing.view = !cameras::add_camera(source, nodes, bounds, size, scene, report);
+        missing.view = !cameras::add_camera(source, nodes, bounds, scene, report);
         missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 

@@ -12,10 +12,9 @@ use crate::formats::mesh_defaults::BARE;
 use crate::formats::options::Options;
 use crate::formats::origin::ReadStop;
 use crate::formats::text;
-use crate::formats::up_axis::UpAxis;
 use crate::formats::vertex_colors::MeshColors;
 use crate::formats::workers;
-use phalanx_scene::MaterialTable;
+use phalanx_scene::{MaterialTable, UpAxis};
 
 /// The text of a file; a binary one has none.
 pub(crate) fn text(bytes: &[u8]) -> String {

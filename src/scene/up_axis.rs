@@ -1,7 +1,6 @@
 //! The axis that points up in a file that does not say so.
 
 use glam::DVec3;
-use phalanx_scene::View;
 
 /// The axis that points up. Formats without a camera leave it to their users.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +33,8 @@ impl UpAxis {
 
     /// The axes to the right, up, and toward the viewer of a model seen from the front. Each is
     /// the frame of [`UpAxis::Y`] turned by quarters of a circle.
-    pub(super) fn frame(self) -> [DVec3; 3] {
+    #[inline]
+    pub fn frame(self) -> [DVec3; 3] {
         use DVec3 as V;
         match self {
             UpAxis::X => [V::NEG_Y, V::X, V::Z],
@@ -44,13 +44,6 @@ impl UpAxis {
             UpAxis::NegY => [V::NEG_X, V::NEG_Y, V::Z],
             UpAxis::NegZ => [V::X, V::NEG_Z, V::Y],
         }
-    }
-
-    /// The axis that points up in a view, if that is one.
-    pub(super) fn of(view: &View) -> Option<UpAxis> {
-        let up = view.up.as_dvec3();
-        let mut all = UpAxis::ALL.into_iter().map(|(_, axis)| axis);
-        all.find(|axis| axis.frame()[1] == up)
     }
 }
 
