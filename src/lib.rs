@@ -131,7 +131,7 @@
 
 // The front door: what is added, built, cast and answered.
 #[doc(inline)]
-pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, NotInvertible, Scene};
+pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, Scene};
 #[doc(inline)]
 pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
 #[doc(inline)]

@@ -27,10 +27,12 @@ pub(crate) fn value_error(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-/// `IndexError` for an index beyond the vertices, `ValueError` for all else.
+/// `IndexError` for an index beyond the vertices or the prototypes, `ValueError` for all else.
 pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
     match error {
-        GeometryError::IndexOutOfRange { .. } => PyIndexError::new_err(error.to_string()),
+        GeometryError::IndexOutOfRange { .. } | GeometryError::NoPrototype(_) => {
+            PyIndexError::new_err(error.to_string())
+        }
         other => value_error(other),
     }
 }

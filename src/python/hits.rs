@@ -25,7 +25,7 @@ pub(crate) struct PyHits {
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
     /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
-    /// for a miss, and in scenes that load() read.
+    /// for a miss. save() keeps it. Of scene files, instances alone have one.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     shape: Vec<usize>,
@@ -129,7 +129,7 @@ impl RaySource {
         let t = t.bind(py).to_vec()?;
         let prim_id = prim_id.bind(py).to_vec()?;
         let (scene, coordinates) = (&self.scene, self.coordinates);
-        let count = scene.prim_count() as u64 + scene.visible_count();
+        let count = scene.id_count();
         let refined = |(row, (&t, &prim_id)): (usize, (&f32, &i32))| {
             // The caller may have written into the columns.
             let prim_id = u32::try_from(prim_id).ok()?;
@@ -269,8 +269,8 @@ pub(crate) struct PyAllHits {
     /// Scene.first_prim(geom_id) tells where those of a geometry begin.
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
-    /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
-    /// in scenes that load() read.
+    /// int32: what add_mesh(), add_spheres() or add_instance() returned; as
+    /// in Hits.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     /// As in `starts`, which the caller may write to.

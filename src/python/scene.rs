@@ -71,7 +71,7 @@ impl Snapshot {
     }
 
     fn build(&self) -> Result<Arc<Bvh>, String> {
-        let prims = self.scene.prim_count() as u64 + self.scene.visible_count();
+        let prims = self.scene.id_count();
         if prims > MAX_PRIMS {
             return Err(format!(
                 "{prims} primitives, those of instances among them: at most {MAX_PRIMS}"
@@ -327,15 +327,11 @@ impl PyScene {
         prototype: u32,
         transform: &Bound<'_, PyAny>,
     ) -> PyResult<GeomId> {
-        let now = self.now(py);
-        if prototype as usize >= now.scene.meshes.len() {
-            let why = format!("there is no prototype {prototype}");
-            return Err(pyo3::exceptions::PyIndexError::new_err(why));
-        }
-        let to_world = crate::coordinates::transform(transform, &now.coordinates())?;
-        drop(now);
+        let to_world = crate::coordinates::transform(transform, &self.now(py).coordinates())?;
         self.change(py, |scene| {
-            scene.add_instance(prototype, to_world).map_err(value_error)
+            scene
+                .add_instance(prototype, to_world)
+                .map_err(geometry_error)
         })
     }
 

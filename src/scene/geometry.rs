@@ -4,7 +4,7 @@ use super::{Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
 use crate::geometries::{GeomId, Geometry, NO_GEOM};
 use glam::Vec3;
 
-/// Errors of the slices that make geometry. A call that returns one adds nothing.
+/// Errors of geometry that cannot be added. A call that returns one adds nothing.
 ///
 /// ```
 /// use phalanx_scene::{GeometryError, Scene};
@@ -58,6 +58,17 @@ pub enum GeometryError {
     /// More primitives or vertices than 32-bit numbers can name.
     #[error("{0} primitives or vertices in one scene: at most 2^30 - 1 can be told apart")]
     TooMany(usize),
+    /// More numbers of primitives than 32 bits hold: each stored one has one, and each that an
+    /// instance shows.
+    #[error("{0} primitives, those of instances among them: at most 2^32 - 2 can be told apart")]
+    TooManyShown(u64),
+    /// An instance of a prototype that does not exist, or has not been ended.
+    #[error("there is no prototype {0}")]
+    NoPrototype(u32),
+    /// The map of an instance has no inverse in single precision: it or its inverse stretches or
+    /// shrinks beyond 2^±40, or leaves the range of f32.
+    #[error("the transform cannot be inverted in single precision")]
+    NotInvertible,
 }
 
 impl Scene {
@@ -88,8 +99,8 @@ impl Scene {
     /// and as many vertices.
     ///
     /// # Errors
-    /// [`GeometryError::NotFinite`], [`GeometryError::IndexOutOfRange`] and
-    /// [`GeometryError::TooMany`].
+    /// [`GeometryError::NotFinite`], [`GeometryError::IndexOutOfRange`], [`GeometryError::TooMany`]
+    /// and [`GeometryError::TooManyShown`].
     ///
     /// ```
     /// use phalanx_scene::{GeometryError, Scene};
@@ -114,8 +125,8 @@ impl Scene {
     /// [`Scene::add_mesh`].
     ///
     /// # Errors
-    /// [`GeometryError::Lengths`], [`GeometryError::NotFinite`], [`GeometryError::Radius`] and
-    /// [`GeometryError::TooMany`].
+    /// [`GeometryError::Lengths`], [`GeometryError::NotFinite`], [`GeometryError::Radius`],
+    /// [`GeometryError::TooMany`] and [`GeometryError::TooManyShown`].
     ///
     /// ```
     /// use phalanx_scene::{GeometryError, Scene};
@@ -173,7 +184,7 @@ impl Scene {
     ///     scene.add_instance(leaf, to_world)?;
     /// }
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 10));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
     /// ```
     pub fn add_prototype(
         &mut self,
@@ -187,6 +198,44 @@ impl Scene {
         self.meshes.first.push(first);
         self.meshes.count.push(count);
         Ok(self.meshes.len() as u32 - 1)
+    }
+
+    /// Places a mesh that [`Scene::add_prototype`] or [`Scene::begin_mesh`] made. The instance is a
+    /// geometry of its own. Its triangles have numbers beyond those of all stored primitives.
+    /// `to_world` maps the mesh's coordinates to the scene's: any affine map that has an inverse.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoPrototype`], [`GeometryError::NotInvertible`] and
+    /// [`GeometryError::TooManyShown`].
+    ///
+    /// ```
+    /// use glam::{DAffine3, DVec3, dvec3};
+    /// use phalanx_scene::{GeometryError, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let mesh = scene.add_prototype(&corners, &[[0, 1, 2]])?;
+    /// let large = DAffine3::from_scale(DVec3::splat(3.0));
+    /// assert_eq!(scene.add_instance(mesh, large)?, 0);
+    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 1));
+    /// let flat = DAffine3::from_scale(dvec3(1.0, 0.0, 1.0));
+    /// assert_eq!(scene.add_instance(mesh, flat), Err(GeometryError::NotInvertible));
+    /// assert_eq!(scene.add_instance(7, large), Err(GeometryError::NoPrototype(7)));
+    /// # Ok::<(), GeometryError>(())
+    /// ```
+    pub fn add_instance(
+        &mut self,
+        mesh: u32,
+        to_world: glam::DAffine3,
+    ) -> Result<GeomId, GeometryError> {
+        let count = self.meshes.count.get(mesh as usize).copied();
+        let count = count.filter(|&count| count > 0);
+        let count = count.ok_or(GeometryError::NoPrototype(mesh))?;
+        let first = self.number(count.into())?;
+        let placed = self.instances.push(mesh, first, to_world);
+        placed.ok_or(GeometryError::NotInvertible)?;
+        let number = self.instances.len() as u32 - 1;
+        Ok(self.geometries.push(Geometry::Instance(number)))
     }
 
     /// Lists the geometries by the `prim_id` at which each begins, in ascending order; what lies
@@ -222,9 +271,11 @@ impl Scene {
         for (id, geometry) in self.geometries.iter() {
             if let Geometry::Instance(k) = geometry {
                 let mesh = self.instances.mesh[k as usize] as usize;
-                // validate() reports a mesh that does not exist.
-                let count = self.meshes.count.get(mesh).copied().unwrap_or(0);
-                push(self.instance_first_id(k as usize), count, id);
+                push(
+                    self.instance_first_id(k as usize),
+                    self.meshes.count[mesh],
+                    id,
+                );
             }
         }
         starts.push((end, NO_GEOM));
@@ -257,12 +308,27 @@ impl Scene {
         Ok((first, indices.len() as u32))
     }
 
-    /// Checks that `more` primitives can be numbered, and adds material 0 if there is none.
+    /// Checks that `more` primitives can be numbered, beside all that are stored or shown by
+    /// instances; the last number stands for a miss. Returns how many instances show by now.
+    fn number(&self, more: u64) -> Result<u32, GeometryError> {
+        let last = self.instances.first.last().zip(self.instances.mesh.last());
+        let shown = last.map_or(0, |(&first, &mesh)| {
+            u64::from(first) + u64::from(self.meshes.count[mesh as usize])
+        });
+        let all = self.prim_count() as u64 + shown + more;
+        match all < u64::from(u32::MAX) {
+            true => Ok(shown as u32),
+            false => Err(GeometryError::TooManyShown(all)),
+        }
+    }
+
+    /// Checks that `more` primitives can be stored, and adds material 0 if there is none.
     fn make_room(&mut self, more: usize) -> Result<u32, GeometryError> {
         let all = self.prim_count() + more;
         if all > Prim::MAX_INDEX as usize {
             return Err(GeometryError::TooMany(all));
         }
+        self.number(more as u64)?;
         if self.materials.is_empty() {
             self.materials.push(&Material {
                 kd: Vec3::splat(0.8),

@@ -52,13 +52,6 @@ pub struct Instances {
 /// precision.
 const MAX_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
 
-/// Error of an instance's map that has no inverse in single precision.
-///
-/// The map or its inverse stretches or shrinks beyond 2^±40, or leaves the range of f32.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the transform cannot be inverted in single precision")]
-pub struct NotInvertible;
-
 impl Instances {
     /// Number of instances.
     #[inline]
@@ -72,12 +65,8 @@ impl Instances {
         self.mesh.is_empty()
     }
 
-    pub(super) fn push(
-        &mut self,
-        mesh: u32,
-        first: u32,
-        to_world: DAffine3,
-    ) -> Result<(), NotInvertible> {
+    /// Adds an instance; `None` for a map that has no inverse in single precision.
+    pub(super) fn push(&mut self, mesh: u32, first: u32, to_world: DAffine3) -> Option<()> {
         let to_object = to_world.inverse();
         let columns = |map: DAffine3| {
             let m = map.matrix3;
@@ -86,7 +75,7 @@ impl Instances {
         let maps = [columns(to_world), columns(to_object)];
         let fine = |map: &[Vec3; 4]| map.iter().all(|c| c.is_finite()) && is_moderate(map);
         if to_world.matrix3.determinant() == 0.0 || !maps.iter().all(fine) {
-            return Err(NotInvertible);
+            return None;
         }
         for (columns, map) in [&mut self.to_world, &mut self.to_object]
             .into_iter()
@@ -98,7 +87,7 @@ impl Instances {
         }
         self.mesh.push(mesh);
         self.first.push(first);
-        Ok(())
+        Some(())
     }
 
     /// The four columns of the mesh-to-world map.

@@ -52,7 +52,7 @@ pub use coverage::{MAX_PASSES, MIN_SURFACE_SHARE, SurfaceHit};
 pub use encoding::{OutputEncoding, Quantize, Transfer};
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;
-pub use instances::{Instances, Meshes, NotInvertible};
+pub use instances::{Instances, Meshes};
 pub use lights::{LightShape, Lights};
 pub use made_up::{MadeUpParts, OrthoHeight};
 pub use materials::{Material, MaterialTable, Materials, SINGLE_SIDED, THIN};

@@ -3,8 +3,8 @@
 use crate::bounds::Bounds;
 use crate::column::Column;
 use crate::encoding::OutputEncoding;
-use crate::geometries::{GeomId, Geometries, Geometry};
-use crate::instances::{Instances, Meshes, NotInvertible};
+use crate::geometries::Geometries;
+use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
 use crate::made_up::MadeUpParts;
 use crate::materials::Materials;
@@ -169,9 +169,15 @@ impl Scene {
         self.prim_count() as u64 - in_meshes + self.instanced_count()
     }
 
+    /// Number of all `prim_id`s: see [`Scene::resolve`].
+    #[inline]
+    pub fn id_count(&self) -> u64 {
+        self.prim_count() as u64 + self.instanced_count()
+    }
+
     /// Number of primitives that all instances together show.
     #[inline]
-    pub(crate) fn instanced_count(&self) -> u64 {
+    fn instanced_count(&self) -> u64 {
         let of = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
         self.instances.mesh.iter().map(of).sum()
     }
@@ -301,47 +307,6 @@ impl Scene {
     pub fn end_mesh(&mut self, mesh: u32) {
         let mesh = mesh as usize;
         self.meshes.count[mesh] = self.prims.len() as u32 - self.meshes.first[mesh];
-    }
-
-    /// Places a mesh that [`Scene::add_prototype`] or [`Scene::begin_mesh`] made. The instance is a
-    /// geometry of its own. Its triangles have numbers beyond those of all stored primitives.
-    /// `to_world` maps the mesh's coordinates to the scene's: any affine map that has an inverse.
-    /// The number of the mesh is not checked here, but by [`Scene::validate`].
-    ///
-    /// # Errors
-    /// [`NotInvertible`]; then nothing is placed.
-    ///
-    /// ```
-    /// use glam::{DAffine3, DVec3, dvec3};
-    /// use phalanx_scene::{NotInvertible, Scene};
-    ///
-    /// let mut scene = Scene::new();
-    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    /// let mesh = scene.add_prototype(&corners, &[[0, 1, 2]])?;
-    /// let large = DAffine3::from_scale(DVec3::splat(3.0));
-    /// assert_eq!(scene.add_instance(mesh, large)?, 0);
-    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 1));
-    /// let flat = DAffine3::from_scale(dvec3(1.0, 0.0, 1.0));
-    /// assert_eq!(scene.add_instance(mesh, flat), Err(NotInvertible));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn add_instance(
-        &mut self,
-        mesh: u32,
-        to_world: glam::DAffine3,
-    ) -> Result<GeomId, NotInvertible> {
-        let first = match self.instances.first.last() {
-            // Beyond u32 the count wraps; validate() counts again, in u64.
-            Some(&first) => {
-                let last = self.instances.mesh[self.instances.len() - 1] as usize;
-                // A mesh that does not exist is found by validate(), too.
-                first.wrapping_add(self.meshes.count.get(last).copied().unwrap_or(0))
-            }
-            None => 0,
-        };
-        self.instances.push(mesh, first, to_world)?;
-        let number = self.instances.len() as u32 - 1;
-        Ok(self.geometries.push(Geometry::Instance(number)))
     }
 
     /// Exact bounds of one stored primitive, unpadded, in the space where it is stored.

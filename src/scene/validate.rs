@@ -48,8 +48,8 @@ pub enum SceneError {
     /// More primitives than prim_id can count.
     #[error("{0} primitives are more than 2^30 - 1")]
     TooMany(usize),
-    /// More primitives in all instances together than prim_id can count.
-    #[error("the instances show {0} primitives: at most 2^32 - 2 can be told apart")]
+    /// More primitives, those of all instances counted, than prim_id can number.
+    #[error("{0} primitives, those of instances among them: at most 2^32 - 2 can be told apart")]
     TooManyShown(u64),
 }
 
@@ -245,9 +245,9 @@ impl Scene {
             return Err(column("instance", "transform", k, "beyond 2^40 either way"));
         }
         // The last number stands for a miss.
-        let shown = self.prim_count() as u64 + self.instanced_count();
-        if shown >= u64::from(u32::MAX) {
-            return Err(SceneError::TooManyShown(shown));
+        let ids = self.id_count();
+        if ids >= u64::from(u32::MAX) {
+            return Err(SceneError::TooManyShown(ids));
         }
         let mut first = 0;
         same_length("instance", "number", instances.first.len(), instances.len())?;

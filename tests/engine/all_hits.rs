@@ -232,6 +232,9 @@ fn rows_that_are_none_are_refused() {
         (rows(&numbers[..30], &numbers[..27], 3, all), "direction"),
         (rows(&numbers[..30], &numbers[..30], 2, all), "stride"),
         (rows(&numbers[..30], &numbers[..30], 0, all), "stride"),
+        (rows(&numbers, &numbers, usize::MAX, all), "stride"),
+        (rows(&numbers, &numbers, usize::MAX / 4, all), "stride"),
+        (rows(&[], &[], usize::MAX, all), "stride"),
         (
             rows(&numbers[..30], &numbers[..30], 3, TMax::Each(&numbers[..9])),
             "tmax",
@@ -240,6 +243,10 @@ fn rows_that_are_none_are_refused() {
         let error = bvh.all_hits_batch(&rows, 1).unwrap_err();
         assert_eq!(error.column, column);
     }
+    // Of one ray no number is read beyond the third, however far the next would be.
+    let one = rows(&numbers, &numbers, usize::MAX / 9, all);
+    assert_eq!(one.len(), 1);
+    assert!(bvh.all_hits_batch(&one, 1).is_ok());
 }
 
 /// Largest relative error of a distance that is refined: a few roundings of f64, times the

@@ -9,7 +9,9 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::{BuildSettings, Bvh, Quality};
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::oracle::{OracleRay, TwoLevelBvh};
-use phalanx::scene::Scene;
+use phalanx::scene::{Scene, SceneError};
+use phalanx::{GeometryError, Ray};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     scene.validate().expect("a valid scene");
@@ -426,7 +428,52 @@ fn what_cannot_be_placed_is_refused() {
     let map = DAffine3::from_translation(DVec3::splat(3.402_823_4e38));
     far.add_instance(mesh, map).unwrap();
     assert!(far.validate().unwrap_err().to_string().contains("box"));
-    scene.add_instance(7, DAffine3::IDENTITY).unwrap();
-    scene.add_instance(7, DAffine3::IDENTITY).unwrap();
-    assert!(scene.validate().unwrap_err().to_string().contains("mesh"));
+    let unfinished = scene.begin_mesh();
+    for none in [unfinished, 7] {
+        let refused = scene.add_instance(none, DAffine3::IDENTITY);
+        assert_eq!(refused, Err(GeometryError::NoPrototype(none)));
+    }
+}
+
+/// Each primitive of each instance has a number of 32 bits; they would begin again at 0.
+#[test]
+fn more_primitives_than_there_are_numbers_are_refused_wherever_they_come_from() {
+    const PRIMS: usize = 1 << 20;
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let at = |k: u32| DAffine3::from_translation(DVec3::new(f64::from(4 * k), 0.0, 0.0));
+    let mut scene = Scene::new();
+    let mesh = scene.add_prototype(&corners, &vec![[0, 1, 2]; PRIMS]);
+    let mesh = mesh.expect("a mesh");
+    let too_many = |ids: u64| GeometryError::TooManyShown(ids);
+    let ids = 1 << 32;
+    for k in 0..4094 {
+        assert_eq!(scene.add_instance(mesh, at(k)), Ok(k));
+    }
+    assert_eq!(scene.add_instance(mesh, at(4094)), Err(too_many(ids)));
+    let spheres = vec![[0.0; 3]; PRIMS];
+    let triangles = vec![[0, 1, 2]; PRIMS];
+    assert_eq!(
+        scene.add_spheres(&spheres, &vec![1.0; PRIMS]),
+        Err(too_many(ids))
+    );
+    assert_eq!(scene.add_mesh(&corners, &triangles), Err(too_many(ids)));
+    assert_eq!(
+        scene.add_prototype(&corners, &triangles),
+        Err(too_many(ids))
+    );
+    scene.validate().expect("nothing was added");
+    let bvh = Bvh::build(&scene);
+    let ray = Ray::new([4.0 * 4093.0 + 0.25, 0.25, 9.0], [0.0, 0.0, -1.0]);
+    let hit = bvh.intersect(&ray).expect("the last instance");
+    assert_eq!((hit.geom_id, hit.prim_id), (4093, 4094 << 20));
+    // Rows that were filled by hand.
+    scene.instances.mesh.push(mesh);
+    scene.instances.first.push(4094 << 20);
+    let maps = &mut scene.instances;
+    for column in maps.to_world.iter_mut().chain(&mut maps.to_object) {
+        column.push(column.get(0));
+    }
+    assert_eq!(scene.validate(), Err(SceneError::TooManyShown(ids)));
+    let build = AssertUnwindSafe(|| Bvh::build(&scene));
+    assert!(catch_unwind(build).is_err());
 }

@@ -31,6 +31,12 @@ def test_instances_show_a_prototype_where_their_transform_puts_it():
     np.testing.assert_array_equal(hits.t, np.float32([4.0, 4.5, np.inf]))
     assert hits.geom_id.tolist() == [0, 1, -1]
     np.testing.assert_allclose(scene.bounds, [[-0.5, -1, -1], [11, 1, 1]], atol=1e-4)
+    # Each of the primitives that instances show has a number of 31 bits.
+    dense = scene.add_prototype(CUBE_VERTICES, np.tile(CUBE_FACES, (50_000, 1)))
+    for _ in range(3579):
+        scene.add_instance(dense, move)
+    with pytest.raises(ValueError, match="2148000036 primitives.* at most 2147483647"):
+        scene.build()
     with pytest.raises(IndexError, match="prototype 7"):
         scene.add_instance(7, move)
     with pytest.raises(ValueError):

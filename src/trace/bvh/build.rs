@@ -18,7 +18,7 @@ use super::prim_ref::PrimRef;
 use super::upper::{WholeTree, whole_tree};
 use super::wide::widen;
 use super::{Bvh, LeafPrims, WideBvh, best};
-use phalanx_scene::Scene;
+use phalanx_scene::{NO_PRIM, Scene};
 use rayon::prelude::*;
 use std::panic::resume_unwind;
 use std::sync::OnceLock;
@@ -88,6 +88,9 @@ impl Bvh {
     /// of the scene: build it anew. The same scene gives the same tree on every machine. Meshes and
     /// spheres that came as slices were checked; columns that were filled by hand go through
     /// [`Scene::validate`] first.
+    ///
+    /// # Panics
+    /// If columns that were filled by hand show more primitives than 32 bits can number.
     ///
     /// ```
     /// use phalanx_scene::Scene;
@@ -177,6 +180,8 @@ fn run_on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T
 }
 
 fn build(scene: &Scene, quality: Quality) -> Bvh {
+    let ids = scene.id_count();
+    assert!(ids < u64::from(NO_PRIM), "{ids} primitives have no numbers");
     let objects = BuildInput::new(scene);
     let Some(world) = build_subtree(&objects, objects.world(), quality) else {
         return Bvh::empty();

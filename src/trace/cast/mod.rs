@@ -146,7 +146,7 @@ pub struct Hit {
     pub prim_id: u32,
     /// Geometry as [`add_mesh`](phalanx_scene::Scene::add_mesh) and its kin returned it; of an
     /// instance, that of the instance. [`NO_GEOM`](phalanx_scene::NO_GEOM) for primitives that were
-    /// added one by one, and for trees that came from a cache.
+    /// added one by one, as those of files are. Caches keep it.
     pub geom_id: GeomId,
 }
 

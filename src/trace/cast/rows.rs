@@ -41,6 +41,9 @@ pub struct RayRows<'a> {
     pub tmax: TMax<'a>,
 }
 
+/// Greatest distance of two numbers in memory.
+const MAX_STRIDE: usize = isize::MAX as usize / size_of::<f32>();
+
 impl<'a> RayRows<'a> {
     /// Rows that touch: one array of origins, and one of directions.
     pub fn new(origin: &'a [[f32; 3]], direction: &'a [[f32; 3]], tmax: TMax<'a>) -> RayRows<'a> {
@@ -66,17 +69,18 @@ impl<'a> RayRows<'a> {
 
     /// Rows of three numbers that a slice holds.
     fn rows(&self, numbers: &[f32]) -> usize {
-        (numbers.len() + self.stride.saturating_sub(3)) / self.stride.max(3)
+        let behind_first = numbers.len().checked_sub(3);
+        behind_first.map_or(0, |more| more / self.stride.max(3) + 1)
     }
 
     /// Compares the lengths of all slices, as every batch does first.
     ///
     /// # Errors
-    /// [`BatchError`] with what differs from the origins, or a stride below 3.
+    /// [`BatchError`] with what differs from the origins, or a stride below 3 or beyond any memory.
     pub fn check(&self) -> Result<(), BatchError> {
         let rays = self.len();
         same_length("direction", self.rows(self.direction), rays)?;
-        if self.stride < 3 {
+        if !(3..=MAX_STRIDE).contains(&self.stride) {
             return Err(BatchError {
                 column: "stride",
                 len: self.stride,

@@ -119,6 +119,25 @@ fn copies_of_several_nodes_join_and_take_the_origin() {
     assert!(scene.is_moved());
 }
 
+#[test]
+fn copies_that_show_more_than_can_be_numbered_are_refused_at_their_mesh() {
+    let mut file = File::empty();
+    let corners: Vec<f32> = (0..70_000)
+        .flat_map(|k| [k as f32, (k % 2) as f32, 0.0])
+        .collect();
+    let positions = file.floats(3, &corners);
+    file.mesh(json!({"attributes": {"POSITION": positions}, "mode": 5}));
+    file.node(json!({"mesh": 0}));
+    let moved: Vec<f32> = (0..70_000).flat_map(|k| [0.0, k as f32, 0.0]).collect();
+    let moved = file.floats(3, &moved);
+    copied(&mut file, json!({"TRANSLATION": moved}));
+    let refused = file.refused();
+    assert!(
+        refused[0].starts_with("meshes[0]: ") && refused[0].contains("at most 2^32 - 2"),
+        "{refused:?}"
+    );
+}
+
 /// Copies of rows that the file does not have would be free.
 #[test]
 fn copies_are_bounded_by_the_file_and_by_memory() {

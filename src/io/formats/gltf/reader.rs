@@ -22,7 +22,7 @@ use crate::formats::options::Options;
 use crate::formats::origin::{self, Origin, ReadStop};
 use crate::formats::text;
 use glam::{DAffine3, DVec3};
-use phalanx_scene::{Bounds, Scene};
+use phalanx_scene::{Bounds, GeometryError, Scene};
 use std::collections::HashSet;
 
 /// The text of a file; a GLB has none that can be shown.
@@ -238,9 +238,13 @@ impl<'a, 't> GltfReader<'a, 't> {
             // If there is nothing to undo, no product is formed: zeros keep their signs.
             let undone = own.is_none() && size == 1.0;
             let to_world = if undone { *map } else { *map * back };
-            if self.scene.add_instance(stored, to_world).is_err() {
-                baked += 1;
-                self.bake(&shapes, map, None)?;
+            match self.scene.add_instance(stored, to_world) {
+                Ok(_) => {}
+                Err(GeometryError::NotInvertible) => {
+                    baked += 1;
+                    self.bake(&shapes, map, None)?;
+                }
+                Err(error) => return Err(error.to_string()),
             }
         }
         if baked > 0 {
