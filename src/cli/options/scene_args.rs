@@ -40,7 +40,7 @@ pub struct SceneArgs {
     /// Materials of glTF that are not doubleSided, and do not transmit light, are not seen from
     /// behind: camera, mirror and refracted rays pass their backs. With this they do not. Shadows
     /// are the same.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub two_sided: bool,
     /// Origin of the scene's coordinates: auto, none or X,Y,Z
     ///
