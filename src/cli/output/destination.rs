@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use super::ledger;
-use super::stdout::reserve_stdout;
+use super::stdout::{is_dash, reserve_stdout};
 use phalanx::image::{Destination, check_writable};
 use phalanx::scene::shown_path;
 use std::ffi::OsStr;
@@ -97,11 +97,6 @@ pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<
 /// The path from the root, for processes that run elsewhere.
 pub fn absolute_path(path: &Path) -> Result<PathBuf, CliError> {
     std::path::absolute(path).map_err(|e| CliError::not_located(path, e))
-}
-
-/// Returns true if a name stands for stdin, or for stdout.
-pub fn is_dash(path: &Path) -> bool {
-    path == Path::new("-")
 }
 
 /// Returns true if a file of this name is written anew and renamed, and not written into.

@@ -8,11 +8,12 @@
 //! SIGTERM and 129 for SIGHUP, as shells and schedulers count them. A SIGHUP that `nohup` has
 //! switched off stays so.
 
-use super::destination::{is_dash, is_replaced};
+use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};
 #[cfg(unix)]
 use super::process_status::process_status;
 use super::stderr::message;
+use super::stdout::is_dash;
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
 use std::io::{self, BufWriter, Write};
@@ -110,7 +111,8 @@ pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliE
     }
 }
 
-/// Writes a file, whole or not at all, in spite of signals; `-` is stdout, whose reader may go away.
+/// Writes a file, whole or not at all, in spite of signals; `-` is stdout, whose reader may go
+/// away.
 pub fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,

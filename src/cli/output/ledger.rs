@@ -5,8 +5,8 @@
 //! names and links lead to them. Pipes and devices are written into, and are not compared. A file
 //! that a command goes on with (finished tiles, a list of frames) is noted as written alone.
 
-use super::destination::is_dash;
 use super::error::CliError;
+use super::stdout::is_dash;
 use phalanx::image::Destination;
 use phalanx::scene::shown_path;
 use std::collections::BTreeMap;

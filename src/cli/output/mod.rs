@@ -22,7 +22,7 @@ mod verbosity;
 
 pub use destination::{
     absolute_path, check_kind, check_picture_place, check_place, check_png_place,
-    check_report_place, is_dash, is_replaced, picture_origin, refuse_stdout,
+    check_report_place, is_replaced, picture_origin, refuse_stdout,
 };
 pub use diagnose::{print_notes, print_warnings};
 pub use empty_picture::EvenColor;
@@ -38,6 +38,6 @@ pub use stats::{
     PrimitiveCounts, TreeFigures, mrays_per_s, rays_by_kind, serialize_rates, serialize_rays,
 };
 pub use stderr::{advise, error, message, note, printable, status, warning};
-pub use stdout::{Output, print, print_json, print_output, print_raw, stdout_columns};
+pub use stdout::{Output, is_dash, print, print_json, print_output, print_raw, stdout_columns};
 pub use table::{aligned, bytes, grouped, lines};
 pub use verbosity::{Verbosity, set_verbosity};

@@ -1,8 +1,9 @@
 //! The file that a picture is written to: its format by its name, and the options that the format
 //! allows.
 
-use super::destination::{is_dash, is_replaced};
+use super::destination::is_replaced;
 use super::error::CliError;
+use super::stdout::is_dash;
 use phalanx::frame::{Aovs, Control, Tile};
 use phalanx::image::{
     Crop, Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands,
@@ -47,8 +48,8 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// The file of a window of a picture of size `of` with AOVs, of a scene with this origin, with an empty header. The
-    /// format must be able to hold the AOVs.
+    /// The file of a window of a picture of size `of` with AOVs, of a scene with this origin, with
+    /// an empty header. The format must be able to hold the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,

@@ -5,6 +5,7 @@ use super::stderr::printable;
 use super::verbosity::{Verbosity, verbosity};
 use serde::Serialize;
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use terminal_size::{Width, terminal_size_of};
 
@@ -19,6 +20,11 @@ const COLUMNS: usize = 80;
 /// gets is the same everywhere.
 pub fn stdout_columns() -> usize {
     terminal_size_of(io::stdout()).map_or(COLUMNS, |(Width(columns), _)| columns.max(20).into())
+}
+
+/// Returns true if a name stands for stdin, or for stdout.
+pub fn is_dash(path: &Path) -> bool {
+    path == Path::new("-")
 }
 
 /// True if a file's bytes go to stdout: other text there would get mixed with them.

@@ -5,6 +5,7 @@
 //! the same, its own change ([`RunNoise`]) is taken out.
 
 mod rates;
+mod row_keys;
 mod run_noise;
 mod summary;
 mod tables;

@@ -1,5 +1,6 @@
 //! The rates that all records have, with their differences from the first record.
 
+use super::row_keys::{RateKey, by_kernel, has_rate, kernel_key};
 use super::run_noise::{RunNoise, rate_change};
 use crate::report::{AUTO, Estimate, PHALANX, RateChange, RateRow};
 use serde::Serialize;
@@ -38,7 +39,6 @@ impl ComparedRate {
     }
 }
 
-pub(super) type RateKey<'a> = (&'a str, &'a str, &'a str, u32);
 type RowsByKey<'a> = BTreeMap<RateKey<'a>, &'a RateRow>;
 
 /// The best row of every engine that all records have: ours is `auto`, a peer's its fastest exact
@@ -73,19 +73,6 @@ pub(super) fn best_rows(rows: &[RateRow]) -> RowsByKey<'_> {
     best
 }
 
-pub(super) type KernelKey<'a> = (RateKey<'a>, &'a str);
-
-fn kernel_key(row: &RateRow) -> KernelKey<'_> {
-    let rate = (&*row.scene, &*row.rays, &*row.engine, row.threads);
-    (rate, &row.kernel)
-}
-
-/// A record's rows by their keys.
-pub(super) fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
-    let usable = rows.iter().filter(|row| has_rate(row));
-    usable.map(|row| (kernel_key(row), row)).collect()
-}
-
 /// Every row that all records have, in the order of the first.
 pub(super) fn every_kernel(
     records: &[&[RateRow]],
@@ -105,10 +92,6 @@ pub(super) fn every_kernel(
     };
     let usable = first.iter().filter(|row| has_rate(row));
     usable.filter_map(rate).collect()
-}
-
-fn has_rate(row: &RateRow) -> bool {
-    row.mrays_per_s.median > 0.0
 }
 
 /// The rows of one rate, one of each record; `noise` is that of each further record.

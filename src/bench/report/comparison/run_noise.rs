@@ -2,6 +2,7 @@
 //! the time, and noise that the rounds of one run do not show. `perf/notes/noise.md` has how often
 //! they deceive.
 
+use super::row_keys::by_kernel;
 use crate::report::baseline::LogRate;
 use crate::report::statistics::median;
 use crate::report::{BenchRecord, PHALANX, RateChange, RateRow};
@@ -23,7 +24,7 @@ pub(super) struct RunNoise {
 }
 
 /// Changes of an engine's kernel on a number of threads, as logarithms, over scenes and rays.
-type Changes<'a> = BTreeMap<(&'a str, &'a str, u32), Vec<f64>>;
+type LogChanges<'a> = BTreeMap<(&'a str, &'a str, u32), Vec<f64>>;
 
 impl RunNoise {
     /// The machine's part in the changes between two records; `None` if they are of different
@@ -77,8 +78,8 @@ impl RunNoise {
     }
 }
 
-/// Change of a rate; with `noise`, beyond the machine's. The interval holds 999 of 1000 such changes,
-/// because a comparison has hundreds of them. `None` where a row has no rate.
+/// Change of a rate; with `noise`, beyond the machine's. The interval holds 999 of 1000 such
+/// changes, because a comparison has hundreds of them. `None` where a row has no rate.
 pub(super) fn rate_change(
     old: &RateRow,
     new: &RateRow,
@@ -110,10 +111,10 @@ pub(super) fn kernel_changes(
     changes.into_iter().filter_map(of_kernel).collect()
 }
 
-fn changes<'a>(old: &'a [RateRow], new: &'a [RateRow]) -> Changes<'a> {
-    let before = super::rates::by_kernel(old);
-    let mut changes = Changes::new();
-    for (key, row) in super::rates::by_kernel(new) {
+fn changes<'a>(old: &'a [RateRow], new: &'a [RateRow]) -> LogChanges<'a> {
+    let before = by_kernel(old);
+    let mut changes = LogChanges::new();
+    for (key, row) in by_kernel(new) {
         if let Some(old) = before.get(&key) {
             let change = libm::log(row.mrays_per_s.median / old.mrays_per_s.median);
             let kernel = (&*row.engine, &*row.kernel, row.threads);

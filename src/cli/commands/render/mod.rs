@@ -262,13 +262,11 @@ mod tests {
             Path::new("other/c.png")
         );
         assert_eq!(path_of(plain, Some("b.png")).unwrap(), Path::new("b.png"));
-        assert_eq!(
-            path_of(plain, Some("../../etc/b.png")).unwrap(),
-            Path::new("b.png")
-        );
         assert_eq!(path_of(plain, None).unwrap(), Path::new("a.b.png"));
         let standard = "render standard:balls:3";
         assert_eq!(path_of(standard, None).unwrap(), Path::new("balls.png"));
+        let folder = path_of(plain, Some("../../etc/b.png")).unwrap_err();
+        assert_eq!(folder.code(), 2);
         let refused = path_of(plain, Some("b.bmp")).unwrap_err();
         assert_eq!(refused.code(), 2);
         assert!(matches!(refused, CliError::Usage(m) if m.contains("b.bmp") && m.contains("-o")));
