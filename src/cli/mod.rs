@@ -28,6 +28,7 @@ use commands::verify::{self, VerifyArgs};
 use options::OUTPUT;
 use output::Verbosity;
 use phalanx::isa;
+use phalanx::scene::steers;
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -206,8 +207,8 @@ pub fn run() -> ExitCode {
 /// Ends the process with clap's message, without colours if an argument could contain its own:
 /// these are shown then.
 fn refuse(error: &clap::Error) -> ! {
-    let steers = |text: OsString| text.to_string_lossy().contains(char::is_control);
-    if error.use_stderr() && std::env::args_os().any(steers) {
+    let steer = |text: OsString| text.to_string_lossy().contains(steers);
+    if error.use_stderr() && std::env::args_os().any(steer) {
         let plain = Arguments::command().styles(Styles::plain());
         if let Err(error) = plain.try_get_matches() {
             output::message(error.render().ansi().to_string().trim_end());

@@ -63,7 +63,7 @@ pub use prim::{NO_PRIM, Prim, PrimKind};
 pub use ray_counts::RayCounts;
 pub use scene::{ResolvedPrim, Scene};
 pub use shapes::{Cone, ConeFrame, ConeProfile, Cones, Ellipsoids, Spheres};
-pub use shown_path::{escaped, quoted_text, shown_path, shown_text};
+pub use shown_path::{escaped, quoted_text, shown_path, shown_text, steers};
 pub use sky::Sky;
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 pub use triangles::{INWARD, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS, Triangles};

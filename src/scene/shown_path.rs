@@ -2,15 +2,27 @@
 
 use std::path::Path;
 
-/// A path for a message, with control characters escaped: one in a name must not end the message's
-/// line, nor look like another message.
+/// Returns true for characters that steer how others are shown: control characters, ends of lines
+/// and paragraphs, and invisible format characters (U+202E turns a line around). These are the
+/// general categories Cc, Zl, Zp and Cf of Unicode 16, but for Cf's visible number signs.
+pub fn steers(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            u32::from(c),
+            0xad | 0x61c | 0x180e | 0xfeff | 0x200b..=0x200f | 0x2028..=0x202e | 0x2060..=0x206f
+                | 0xfff9..=0xfffb | 0x1bca0..=0x1bca3 | 0x1d173..=0x1d17a | 0xe0000..=0xe007f
+        )
+}
+
+/// A path for a message, with characters that [steer](steers) escaped: one in a name must not end
+/// the message's line, nor look like another message or another name.
 pub fn shown_path(path: impl AsRef<Path>) -> String {
     shown_text(&path.as_ref().to_string_lossy())
 }
 
-/// A text for one line of a message, with control characters escaped.
+/// A text for one line of a message, with characters that [steer](steers) escaped.
 pub fn shown_text(text: &str) -> String {
-    escaped(text, char::is_control)
+    escaped(text, steers)
 }
 
 /// A text with the characters of a kind escaped.
@@ -39,5 +51,12 @@ mod tests {
         let name = Path::new("ä b/we\nird\t\u{1b}.png");
         assert_eq!(shown_path(name), "ä b/we\\nird\\t\\u{1b}.png");
         assert_eq!(quoted_text("a\nb"), "`a\\nb`");
+        let turned = "a\u{202e}gnp.\u{feff}\u{ad}\u{200d}\u{e0041}\u{2028}";
+        let shown = "a\\u{202e}gnp.\\u{feff}\\u{ad}\\u{200d}\\u{e0041}\\u{2028}";
+        assert_eq!(shown_text(turned), shown);
+        assert_eq!(
+            shown_text("e\u{301}\u{3000}🙂\u{fe0f}"),
+            "e\u{301}\u{3000}🙂\u{fe0f}"
+        );
     }
 }

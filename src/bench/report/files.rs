@@ -3,8 +3,8 @@
 use super::{BenchRecord, RateRow, SCHEMA_VERSION};
 use phalanx_scene::shown_path;
 use serde_json::Value;
-use std::fs;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// The reason why a file is no record.
@@ -64,16 +64,24 @@ fn message(error: &serde_json::Error) -> String {
     text.strip_suffix(&end).unwrap_or(&text).to_owned()
 }
 
+/// Longest record that is read: a hundred times the suite's. A device never ends.
+const MAX_BYTES: u64 = 64 << 20;
+
 /// Reads a record.
 ///
 /// # Errors
 /// The mistake in the file, and its position.
 pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
     let path = path.to_owned();
-    let bytes = match fs::read(&path) {
-        Ok(bytes) => bytes,
-        Err(source) => return Err(RecordError::Io { path, source }),
-    };
+    let mut bytes = Vec::new();
+    let file = File::open(&path);
+    let read = file.and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    if let Err(source) = read.and_then(|read| match read as u64 > MAX_BYTES {
+        true => Err(io::Error::other("it is longer than any record")),
+        false => Ok(()),
+    }) {
+        return Err(RecordError::Io { path, source });
+    }
     // The version is checked first: other mistakes in a record of another version do not matter.
     let document: Value = match serde_json::from_slice(&bytes) {
         Ok(document) => document,

@@ -45,9 +45,8 @@ pub struct CompareArgs {
 
 /// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
 pub fn run(args: &CompareArgs) -> Result<(), CliError> {
-    for path in [&args.a, &args.b] {
-        output::reads("the picture", path)?;
-    }
+    output::reads("the picture", &args.a)?;
+    output::reads("the picture", &args.b)?;
     let written = [
         ("--heat", &args.heat),
         ("--side-by-side", &args.side_by_side),

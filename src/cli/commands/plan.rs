@@ -289,7 +289,7 @@ fn text(path: &Path) -> Result<String, CliError> {
 pub fn read(path: &Path) -> Result<RenderPlan, CliError> {
     output::reads("the plan", path)?;
     let plan = RenderPlan::read(path)?;
-    SceneInput::note(plan.scene.as_ref())?;
+    SceneInput::note_all([&plan.scene])?;
     Ok(plan)
 }
 

@@ -54,7 +54,10 @@ pub struct SubmitArgs {
     /// CPUs of a shard [default: those that Slurm gives it]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     pub cpus_per_task: Option<u32>,
-    /// Write the scripts, and print what would be called
+    /// Print the scripts and the calls, write nothing
+    ///
+    /// Print the scripts and the calls of sbatch, as a shell script that writes and calls them;
+    /// nothing is written.
     #[arg(long)]
     pub dry_run: bool,
     /// Print one JSON document instead of lines
@@ -99,20 +102,27 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     let missing = merge::missing(&path, &plan)?;
     let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
-    let scripts = ["shards.sh", "merge.sh"].map(|ending| path.with_extension(ending));
+    let beside = |ending: &str| -> Result<PathBuf, CliError> {
+        let path = RenderPlan::file_beside(&path, ending)?;
+        output::writes("the script", &path).map(|()| path)
+    };
+    let shards = shards_script(&names, &path.with_extension(""), &plan);
+    let merge = (beside("merge.sh")?, merge_script(&names));
+    let scripts = [(beside("shards.sh")?, shards), merge];
+    // Slurm opens the logs, and would follow links.
+    beside("merge.log")?;
+    for shard in &missing {
+        beside(&format!("shard-{shard}.log"))?;
+    }
     let calls = calls(args, &path, &scripts, array.as_deref());
     for word in calls.array.iter().flatten().chain(&calls.merge) {
         text(Path::new(word))?;
     }
-    let texts = [
-        shards_script(&names, &path.with_extension(""), &plan),
-        merge_script(&names),
-    ];
-    for (script, text) in scripts.iter().zip(&texts) {
-        interrupt::write_file(script, |out| out.write_all(text.as_bytes()))?;
-    }
     if args.dry_run {
-        return print_dry_run(&calls);
+        return print_dry_run(&scripts, &calls);
+    }
+    for (script, text) in &scripts {
+        interrupt::write_file(script, |out| out.write_all(text.as_bytes()))?;
     }
     let array_job = calls.array.as_deref().map(sbatch).transpose()?;
     let mut merge_call = calls.merge;
@@ -131,7 +141,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
         array: array.as_deref(),
         array_job,
         merge_job,
-        scripts,
+        scripts: scripts.map(|(path, _)| path),
         missing: missing.len(),
         shards: plan.shards,
         into,
@@ -212,7 +222,7 @@ fn program() -> Result<PathBuf, CliError> {
 fn calls(
     args: &SubmitArgs,
     plan: &Path,
-    scripts: &[PathBuf; 2],
+    scripts: &[(PathBuf, String); 2],
     array: Option<&str>,
 ) -> SbatchCalls {
     let stem = plan.file_stem().unwrap_or(plan.as_os_str());
@@ -242,9 +252,9 @@ fn calls(
             // Slurm checks every half a minute or so, and may be a minute early.
             own.push("--signal=B:USR1@120".to_owned());
         }
-        call("", "shard-%a", own, &scripts[0])
+        call("", "shard-%a", own, &scripts[0].0)
     });
-    let merge = call("-merge", "merge", Vec::new(), &scripts[1]);
+    let merge = call("-merge", "merge", Vec::new(), &scripts[1].0);
     SbatchCalls { array, merge }
 }
 
@@ -330,8 +340,14 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     )))
 }
 
-/// Prints the calls, in a form that can be run by hand.
-fn print_dry_run(calls: &SbatchCalls) -> Result<(), CliError> {
+/// Prints the scripts and the calls, as a script that writes and calls them.
+fn print_dry_run(scripts: &[(PathBuf, String)], calls: &SbatchCalls) -> Result<(), CliError> {
+    // No line of a script can be this one, because names end no lines.
+    let script = |(path, text): &(PathBuf, String)| {
+        let path = shell_quoted(&path.to_string_lossy());
+        format!("cat > {path} <<'END OF SCRIPT'\n{text}END OF SCRIPT\n\n")
+    };
+    let scripts: String = scripts.iter().map(script).collect();
     let line = |call: &[OsString]| {
         let words = call
             .iter()
@@ -339,7 +355,7 @@ fn print_dry_run(calls: &SbatchCalls) -> Result<(), CliError> {
         format!("sbatch {}\n", words.collect::<Vec<_>>().join(" "))
     };
     let array = calls.array.as_deref().map_or(String::new(), line);
-    output::print(&format!("{array}{}", line(&calls.merge)))
+    output::print(&format!("{scripts}{array}{}", line(&calls.merge)))
 }
 
 #[cfg(test)]

@@ -29,9 +29,10 @@
 //!    [`PATH_BYTES`] for each bounce of a path). With adaptive samples, [`SAMPLE_BYTES`] for each
 //!    that a block of 8x8 pixels may get.
 //!
-//! [`PROGRAM_BYTES`] for the program are added to each. Memory that has been freed counts as free:
-//! see `heap`. Estimates are meant to be too high rather than too low; `perf/notes/memory.md`
-//! compares them with peaks.
+//! Columns of standard scenes and trees are asked of the system before they are made, without a
+//! limit, too. [`PROGRAM_BYTES`] for the program are added to each. Memory that has been freed
+//! counts as free: see `heap`. Estimates are meant to be too high rather than too low;
+//! `perf/notes/memory.md` compares them with peaks.
 
 use crate::cli::output::{CliError, bytes, grouped};
 use phalanx::formats::LoadError;
@@ -118,18 +119,13 @@ impl Budget {
 
     /// Checks the memory before a standard scene is generated.
     pub fn for_standard(self, spec: Spec) -> Result<(), CliError> {
-        // Skipped without a limit, because counting walks through some scenes part by part.
-        if self.0.is_none() {
-            return Ok(());
-        }
         let counts = standard::counts(spec);
         let others = counts.spheres + counts.cones;
         let needed = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
         let primitives = grouped(counts.triangles + others);
-        self.check(
-            needed,
-            &format!("for the columns of {primitives} primitives"),
-        )
+        let what = format!("for the columns of {primitives} primitives");
+        self.check(needed, &what)?;
+        grantable(needed, &what).map_err(|error| error.with_hint("a smaller size takes less"))
     }
 
     /// Checks the memory before the tree of a scene is built.
@@ -143,7 +139,8 @@ impl Budget {
             Engine::Scalar => objects * ORACLE_BYTES,
         };
         let what = format!("to build the tree of {} primitives", grouped(objects));
-        self.check(scene.memory_bytes() as u64 + tree, &what)
+        self.check(scene.memory_bytes() as u64 + tree, &what)?;
+        grantable(tree, &what)
     }
 
     /// Checks the memory before a picture is rendered, `films` of which are held at once.
@@ -195,6 +192,20 @@ impl Budget {
             _ => Ok(()),
         }
     }
+}
+
+/// Refuses memory that the system does not give, because the process would end where it is used.
+fn grantable(needed: u64, what: &str) -> Result<(), CliError> {
+    let mut probe: Vec<u8> = Vec::new();
+    let given = probe.try_reserve_exact(usize::try_from(needed).unwrap_or(usize::MAX));
+    // Otherwise an allocation that nobody uses may be left out.
+    std::hint::black_box(&probe);
+    given.map_err(|_| {
+        let needed = bytes(needed);
+        CliError::Runtime(format!(
+            "about {needed} would be needed {what}, and there is not so much memory"
+        ))
+    })
 }
 
 /// Factor of a scene file's size that is needed to read it.

@@ -29,12 +29,11 @@ pub struct SceneInput {
 }
 
 impl SceneInput {
-    /// Notes that a scene is read, so that no result replaces it.
-    pub fn note(name: &Path) -> Result<(), CliError> {
-        match is_dash(name) || standard_name(name).is_some() {
-            true => Ok(()),
-            false => output::reads("the scene", name),
-        }
+    /// Notes that scenes are read, so that no result replaces them.
+    pub fn note_all(names: impl IntoIterator<Item = impl AsRef<Path>>) -> Result<(), CliError> {
+        let is_file = |name: &Path| !is_dash(name) && standard_name(name).is_none();
+        let mut names = names.into_iter().filter(|name| is_file(name.as_ref()));
+        names.try_for_each(|name| output::reads("the scene", name.as_ref()))
     }
 
     /// Opens the scene of this name for a picture, on `threads` threads (0: all). Its reader's
@@ -45,7 +44,7 @@ impl SceneInput {
         wanted: WantedPicture,
         threads: usize,
     ) -> Result<SceneInput, CliError> {
-        SceneInput::note(name)?;
+        SceneInput::note_all([name])?;
         let mut options = args.options(wanted, threads)?;
         let budget = Budget(args.max_memory);
         if budget.0.is_some() {

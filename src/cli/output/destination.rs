@@ -71,11 +71,6 @@ fn place(path: &Path, origin: Option<&'static str>) -> Result<Destination, CliEr
     Ok(place)
 }
 
-/// The origin of a picture's name in messages: the option, if that gave it.
-pub fn picture_origin(asked: Option<&Path>) -> &'static str {
-    asked.map_or("the picture", |_| "--output")
-}
-
 /// As [`check_place`], and refuses a terminal.
 pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     let terminal = match is_dash(path) {

@@ -9,7 +9,7 @@ use miette::{
     MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
 };
 use phalanx::formats::{Diagnostic, LoadError, endings};
-use phalanx::scene::shown_path;
+use phalanx::scene::{shown_path, steers};
 use std::fmt;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -169,16 +169,15 @@ fn boundary(text: &str, mut at: usize, step: impl Fn(usize) -> usize) -> usize {
     at
 }
 
-/// The text with control characters (which could drive the terminal) made visible, byte for byte as
-/// long as before.
+/// The text with characters that steer the terminal made visible, byte for byte as long as before.
 fn printable(text: &str) -> String {
     let show = |c: char| match c {
-        '\n' | '\r' | '\t' => c,
-        c if c.is_control() && c.len_utf8() == 1 => '?',
-        c if c.is_control() => '¿',
-        c => c,
+        '\n' | '\r' | '\t' => (c, 1),
+        c if steers(c) => ('?', c.len_utf8()),
+        c => (c, 1),
     };
-    text.chars().map(show).collect()
+    let shown = text.chars().map(show);
+    shown.flat_map(|(c, n)| std::iter::repeat_n(c, n)).collect()
 }
 
 /// Marks the title of a drawn report, to distinguish it from the rest.

@@ -5,7 +5,7 @@ use super::stderr::{self, message};
 use phalanx::bench::BenchError;
 use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
-use phalanx::jobs::{BandsError, FrameListError, PlanError, TileFileError};
+use phalanx::jobs::{BandsError, KeptFileError, PlanError};
 use phalanx::open::OpenError;
 use phalanx::scene::shown_path;
 use phalanx::standard::StandardError;
@@ -193,32 +193,22 @@ impl From<BandsError> for CliError {
     }
 }
 
-impl From<TileFileError> for CliError {
-    fn from(error: TileFileError) -> CliError {
+impl From<KeptFileError> for CliError {
+    fn from(error: KeptFileError) -> CliError {
         let failure = match error {
-            TileFileError::Io { .. } | TileFileError::InUse { .. } => CliError::Runtime,
+            KeptFileError::Io { .. } | KeptFileError::InUse { .. } => CliError::Runtime,
             _ => CliError::Usage,
         };
         let failure = failure(error.to_string());
         match error {
-            TileFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
+            KeptFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
                 .with_hint("what is finished is kept: make room, and give the same command again"),
-            TileFileError::Different { .. }
-            | TileFileError::Other { .. }
-            | TileFileError::Layout { .. } => {
+            KeptFileError::Different { .. }
+            | KeptFileError::Other { .. }
+            | KeptFileError::Layout { .. } => {
                 failure.with_hint("name another file, or remove this one")
             }
             _ => failure,
-        }
-    }
-}
-
-impl From<FrameListError> for CliError {
-    fn from(error: FrameListError) -> CliError {
-        let said = error.to_string();
-        match error {
-            FrameListError::Io { .. } | FrameListError::InUse { .. } => CliError::Runtime(said),
-            _ => CliError::Usage(said).with_hint("name the plan otherwise, or remove this file"),
         }
     }
 }

@@ -22,7 +22,7 @@ mod verbosity;
 
 pub use destination::{
     absolute_path, check_kind, check_picture_place, check_place, check_png_place,
-    check_report_place, is_replaced, picture_origin, refuse_stdout,
+    check_report_place, is_replaced, refuse_stdout,
 };
 pub use diagnose::{print_notes, print_warnings};
 pub use empty_picture::EvenColor;

@@ -1,7 +1,7 @@
 //! Diagnostics of a reader about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of
 //! a kind.
 
-use phalanx_scene::shown_text;
+use phalanx_scene::{shown_text, steers};
 
 /// Number of errors after which a reader stops; equally many warnings are kept.
 pub const MAX_DIAGNOSTICS: usize = 20;
@@ -239,7 +239,7 @@ impl<'a> DiagnosticSink<'a> {
 
 /// A file's name for the beginning of a message, without characters that a terminal would obey.
 fn without_control(name: &str) -> String {
-    let shown = |c: char| if c.is_control() { '?' } else { c };
+    let shown = |c: char| if steers(c) { '?' } else { c };
     name.chars().map(shown).collect()
 }
 

@@ -154,19 +154,22 @@ impl Folder {
         self.look_up(None, name, false).ok()
     }
 
+    /// Notes the file of a name of which nothing is shown: it is no less the scene's.
+    pub(super) fn note(&self, name: &str) {
+        let last = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        for name in [name, last] {
+            _ = self.look_up(None, name, false);
+        }
+    }
+
     /// Finds a file by its path, and if `search` is true by other names, too; notes it.
     fn look_up(&self, file: Option<&Found>, name: &str, search: bool) -> Result<NamedFile, String> {
-        let found = self.look_for(file, name, search)?;
+        let found = self.seek(file, name, search)?;
         self.files.borrow_mut().insert(found.file.0.clone());
         Ok(found)
     }
 
-    fn look_for(
-        &self,
-        file: Option<&Found>,
-        name: &str,
-        search: bool,
-    ) -> Result<NamedFile, String> {
+    fn seek(&self, file: Option<&Found>, name: &str, search: bool) -> Result<NamedFile, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };

@@ -104,11 +104,9 @@ fn load_read(
     let text = utf16::to_utf8(bytes, asset_dir.allowance()).map_err(|why| failed(bytes, why))?;
     let bytes = text.as_deref().unwrap_or(bytes);
     let loaded = read(format.read, bytes, &asset_dir, options);
-    let loaded = loaded.map_err(|why| failed(bytes, why))?;
-    Ok(Loaded {
-        files: asset_dir.into_files(),
-        ..loaded
-    })
+    let mut loaded = loaded.map_err(|why| failed(bytes, why))?;
+    loaded.files = asset_dir.into_files();
+    Ok(loaded)
 }
 
 /// Reads a file in its own coordinates, and once more if its geometry turns out to be far away: see

@@ -1,9 +1,10 @@
 //! A window of the picture, rendered in bands from top to bottom, of which a few are in memory at a
 //! time; or some of its tiles, none of which is kept in memory.
 
+use super::kept_file::KeptFileError;
 use super::open_bands::OpenBands;
 use super::stored_tiles::{StoredTiles, TileOutputs};
-use super::tile_file::{TileFile, TileFileError};
+use super::tile_file::TileFile;
 use crate::RenderStats;
 use crate::frame::{AccelRef, Control, FrameError, Interrupted, Settings, Tile, render_tiles};
 use phalanx_io::image::BAND_ROWS;
@@ -31,7 +32,7 @@ pub enum BandsError {
     Frame(#[from] FrameError),
     /// A finished tile could not be stored, or could not be read.
     #[error(transparent)]
-    Tiles(#[from] TileFileError),
+    Tiles(#[from] KeptFileError),
     /// The system has no thread to render on while bands are taken.
     #[error("no thread could be started: {0}")]
     Thread(#[source] std::io::Error),

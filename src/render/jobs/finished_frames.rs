@@ -5,69 +5,22 @@
 //! line is a frame. A line that is cut off or damaged costs the frame that it names, which is
 //! rendered again. Whoever renders a shard holds a lock on its list.
 
-use super::file_lock::lock_exclusive;
-use super::render_key::{KeyDifference, RenderKey, list_differences};
-use phalanx_io::image::Destination;
-use phalanx_scene::shown_path;
+use super::kept_file::{KeptFileError, check_regular, open_exclusive};
+use super::render_key::{KeyDifference, RenderKey};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Version of the layout of lists.
 const LIST_VERSION: u32 = 1;
 
+/// The files' kind in messages.
+const LIST: &str = "a list of finished frames";
+
 /// Longest line that is read: many times the length of a key.
 const MAX_LINE: u64 = 1 << 20;
-
-/// The reason why a list of frames cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum FrameListError {
-    /// The file could not be read or written.
-    #[error("cannot use {}: {source}", shown_path(path))]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
-    /// Another process renders the shard.
-    #[error("{}: another render is using it", shown_path(path))]
-    InUse {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file is of another kind.
-    #[error("{}: not a list of finished frames", shown_path(path))]
-    Other {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A program with another layout made the file.
-    #[error(
-        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LIST_VERSION}",
-        shown_path(path)
-    )]
-    Layout {
-        /// The file.
-        path: PathBuf,
-        /// Version of the file's layout.
-        found: u32,
-    },
-    /// The list is of another sequence.
-    #[error(
-        "{}: lists frames of another sequence: {}",
-        shown_path(path),
-        list_differences(differences)
-    )]
-    Different {
-        /// The file.
-        path: PathBuf,
-        /// Differences, at least one.
-        differences: Vec<KeyDifference>,
-    },
-}
 
 /// A frame's number, with a checksum of all that its file depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -130,21 +83,15 @@ impl FinishedFrames {
     /// sequence.
     ///
     /// # Errors
-    /// [`FrameListError`]: also where the list is another sequence's, and where another process
+    /// [`KeptFileError`]: also where the list is another sequence's, and where another process
     /// renders the shard.
     pub fn open(
         path: &Path,
         key: &RenderKey,
         camera_path: &str,
-    ) -> Result<FinishedFrames, FrameListError> {
-        let io = |source| io_error(path, source);
-        check_place(path)?;
-        let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).create(true).truncate(false);
-        let file = file.open(path).map_err(io)?;
-        if !lock_exclusive(&file) {
-            return Err(FrameListError::InUse { path: path.into() });
-        }
+    ) -> Result<FinishedFrames, KeptFileError> {
+        let io = |source| KeptFileError::io(path, source);
+        let file = open_exclusive(path)?;
         let (mut list, end) = FinishedFrames::scan(path, file, key, camera_path)?;
         // Bytes behind the last whole line are part of an unfinished one.
         list.file.set_len(end).map_err(io)?;
@@ -159,14 +106,14 @@ impl FinishedFrames {
     /// Opens the list of a shard to read it.
     ///
     /// # Errors
-    /// [`FrameListError`].
+    /// [`KeptFileError`].
     pub fn read(
         path: &Path,
         key: &RenderKey,
         camera_path: &str,
-    ) -> Result<FinishedFrames, FrameListError> {
-        check_place(path)?;
-        let file = File::open(path).map_err(|source| io_error(path, source))?;
+    ) -> Result<FinishedFrames, KeptFileError> {
+        check_regular(path)?;
+        let file = File::open(path).map_err(|source| KeptFileError::io(path, source))?;
         FinishedFrames::scan(path, file, key, camera_path).map(|(list, _)| list)
     }
 
@@ -196,9 +143,10 @@ impl FinishedFrames {
     /// Adds a frame whose file `picture` has been written.
     ///
     /// # Errors
-    /// [`FrameListError::Io`].
-    pub fn add(&mut self, frame: FrameIdentity, picture: &Path) -> Result<(), FrameListError> {
-        let (bytes, crc32) = checksum(picture).map_err(|source| io_error(picture, source))?;
+    /// [`KeptFileError::Io`].
+    pub fn add(&mut self, frame: FrameIdentity, picture: &Path) -> Result<(), KeptFileError> {
+        let (bytes, crc32) =
+            checksum(picture).map_err(|source| KeptFileError::io(picture, source))?;
         let finished = FinishedFrame {
             frame: frame.frame,
             identity: frame.checksum,
@@ -209,7 +157,7 @@ impl FinishedFrames {
         line.push('\n');
         let written = self.file.write_all(line.as_bytes());
         let synced = written.and_then(|()| self.file.sync_data());
-        synced.map_err(|source| io_error(&self.path, source))?;
+        synced.map_err(|source| KeptFileError::io(&self.path, source))?;
         self.frames.insert(finished.frame, finished);
         Ok(())
     }
@@ -220,8 +168,8 @@ impl FinishedFrames {
         file: File,
         key: &RenderKey,
         camera_path: &str,
-    ) -> Result<(FinishedFrames, u64), FrameListError> {
-        let io = |source| io_error(path, source);
+    ) -> Result<(FinishedFrames, u64), KeptFileError> {
+        let io = |source| KeptFileError::io(path, source);
         let mut reader = BufReader::new(&file);
         let mut line = Vec::new();
         let mut next = |line: &mut Vec<u8>| {
@@ -236,7 +184,10 @@ impl FinishedFrames {
             check_header(path, &line, key, camera_path)?;
             end += line.len() as u64;
         } else if !header(key, camera_path).as_bytes().starts_with(&line) {
-            return Err(FrameListError::Other { path: path.into() });
+            return Err(KeptFileError::Other {
+                path: path.into(),
+                expected: LIST,
+            });
         }
         while end > 0 && next(&mut line)? {
             end += line.len() as u64;
@@ -246,16 +197,6 @@ impl FinishedFrames {
         }
         let path = path.into();
         Ok((FinishedFrames { path, file, frames }, end))
-    }
-}
-
-/// Refuses a path that no list can be at, without opening it: pipes would be waited for.
-fn check_place(path: &Path) -> Result<(), FrameListError> {
-    let refused = || io::Error::other("finished frames are listed in a regular file only");
-    match Destination::of(path) {
-        Ok(Destination::File(_)) => Ok(()),
-        Ok(Destination::Stream(_) | Destination::Open(_)) => Err(io_error(path, refused())),
-        Err(error) => Err(io_error(path, error)),
     }
 }
 
@@ -277,24 +218,28 @@ fn check_header(
     line: &[u8],
     key: &RenderKey,
     camera_path: &str,
-) -> Result<(), FrameListError> {
-    let path = || path.to_path_buf();
+) -> Result<(), KeptFileError> {
+    let other = || KeptFileError::Other {
+        path: path.into(),
+        expected: LIST,
+    };
     match serde_json::from_slice::<ListVersion>(line) {
         Ok(list) if list.finished_frames == LIST_VERSION => {}
         Ok(list) => {
-            return Err(FrameListError::Layout {
-                path: path(),
+            return Err(KeptFileError::Layout {
+                path: path.into(),
                 found: list.finished_frames,
+                known: LIST_VERSION,
             });
         }
-        Err(_) => return Err(FrameListError::Other { path: path() }),
+        Err(_) => return Err(other()),
     }
     let Ok(there) = serde_json::from_slice::<ListHeader>(line) else {
-        return Err(FrameListError::Other { path: path() });
+        return Err(other());
     };
     let hexadecimal = there.camera_path.chars().all(|c| c.is_ascii_hexdigit());
     if there.picture.check().is_err() || !hexadecimal {
-        return Err(FrameListError::Other { path: path() });
+        return Err(other());
     }
     let mut differences = there.picture.differences(key);
     if there.camera_path != camera_path {
@@ -306,8 +251,9 @@ fn check_header(
     }
     match differences.is_empty() {
         true => Ok(()),
-        false => Err(FrameListError::Different {
-            path: path(),
+        false => Err(KeptFileError::Different {
+            path: path.into(),
+            holds: "lists frames of another sequence",
             differences,
         }),
     }
@@ -327,13 +273,6 @@ fn checksum(path: &Path) -> io::Result<(u64, u32)> {
                 hasher.update(&bytes[..read]);
             }
         }
-    }
-}
-
-fn io_error(path: &Path, source: io::Error) -> FrameListError {
-    FrameListError::Io {
-        path: path.into(),
-        source,
     }
 }
 
@@ -391,7 +330,7 @@ mod tests {
     fn open(path: &Path) -> FinishedFrames {
         for _ in 0..200 {
             match FinishedFrames::open(path, &key(8), "0") {
-                Err(FrameListError::InUse { .. }) => {
+                Err(KeptFileError::InUse { .. }) => {
                     std::thread::sleep(std::time::Duration::from_millis(10));
                 }
                 opened => return opened.unwrap(),
@@ -442,7 +381,7 @@ mod tests {
         let path = folder.path().join("a.frames");
         let ours = FinishedFrames::open(&path, &key(8), "0").unwrap();
         let refused = || FinishedFrames::open(&path, &key(8), "0").unwrap_err();
-        assert!(matches!(refused(), FrameListError::InUse { .. }));
+        assert!(matches!(refused(), KeptFileError::InUse { .. }));
         drop(ours);
         let other = FinishedFrames::open(&path, &key(9), "1").unwrap_err();
         let said = other.to_string();
@@ -458,13 +397,13 @@ mod tests {
             "{\"finished_frames\": 1}\n",
         ] {
             fs::write(&path, text).unwrap();
-            assert!(matches!(refused(), FrameListError::Other { .. }), "{text}");
+            assert!(matches!(refused(), KeptFileError::Other { .. }), "{text}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
         fs::write(&path, "{\"finished_frames\": 2, \"x\": 1}\n").unwrap();
-        assert!(matches!(refused(), FrameListError::Layout { found: 2, .. }));
+        assert!(matches!(refused(), KeptFileError::Layout { found: 2, .. }));
         // A file without an end has no line either.
         File::create(&path).unwrap().set_len(1 << 40).unwrap();
-        assert!(matches!(refused(), FrameListError::Other { .. }));
+        assert!(matches!(refused(), KeptFileError::Other { .. }));
     }
 }

@@ -20,7 +20,7 @@
 //! | `planned_frames` | their views, keys, shards and files |
 //! | `finished_frames` | the list of a shard's finished frames |
 //! | `frame_view`, `frame_name` | a view as text, names of the files |
-//! | `file_lock` | files that one process at a time adds to |
+//! | `kept_file` | files that one process at a time adds to, and their errors |
 //! | `output_path` | the paths that a plan's picture may have |
 //!
 //! One kind of file serves both purposes: a checkpoint is the tile file of a render on one machine,
@@ -38,10 +38,10 @@
 mod bands;
 mod coverage;
 mod file_header;
-mod file_lock;
 mod finished_frames;
 mod frame_name;
 mod frame_view;
+mod kept_file;
 mod open_bands;
 mod output_path;
 mod picture_settings;
@@ -56,9 +56,10 @@ mod tile_file;
 mod tile_record;
 
 pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_to_file};
-pub use finished_frames::{FinishedFrames, FrameIdentity, FrameListError, FrameState};
+pub use finished_frames::{FinishedFrames, FrameIdentity, FrameState};
 pub use frame_name::frame_name;
 pub use frame_view::FrameView;
+pub use kept_file::KeptFileError;
 pub use open_bands::open_bands;
 pub use output_path::kept_output;
 pub use picture_settings::PictureSettings;
@@ -70,4 +71,4 @@ pub use sequence_plan::{
 };
 pub use stored_tiles::TileOutputs;
 pub use thumbnail::Thumbnail;
-pub use tile_file::{TileFile, TileFileError};
+pub use tile_file::TileFile;

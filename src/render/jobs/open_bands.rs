@@ -1,8 +1,8 @@
 //! Bands of a picture that workers fill at the same time, and that are taken from the top as soon
 //! as they are complete, while workers go on below.
 
+use super::kept_file::KeptFileError;
 use super::stored_tiles::StoredTiles;
-use super::tile_file::TileFileError;
 use crate::frame::{Aovs, Settings, Tile};
 use phalanx_scene::film::{Film, TileBuffer, TileSink};
 use std::collections::VecDeque;
@@ -127,7 +127,7 @@ impl<'a> OpenBands<'a> {
     }
 
     /// The reason why a tile could not be stored or read, if there is one.
-    pub(super) fn take_error(&self) -> Option<TileFileError> {
+    pub(super) fn take_error(&self) -> Option<KeptFileError> {
         self.stored.take_error()
     }
 

@@ -130,6 +130,14 @@ pub enum PlanError {
         /// The reason why it may not go there.
         reason: &'static str,
     },
+    /// A file beside the plan is none that a plan reads or writes.
+    #[error("{} {reason}", shown_path(path))]
+    Stray {
+        /// The file.
+        path: PathBuf,
+        /// The reason why it may not be used.
+        reason: &'static str,
+    },
     /// A frame has no view.
     #[error("frame {frame}: {error}")]
     Frame {
@@ -339,16 +347,35 @@ impl RenderPlan {
     }
 
     /// The file of a shard's tiles, beside the plan.
-    pub fn shard_file(&self, plan: &Path, shard: u32) -> PathBuf {
+    ///
+    /// # Errors
+    /// [`PlanError::Stray`].
+    pub fn shard_file(&self, plan: &Path, shard: u32) -> Result<PathBuf, PlanError> {
         self.shard_path(plan, shard, "tiles")
     }
 
     /// A file of a shard, beside the plan, whose name ends so.
-    pub(super) fn shard_path(&self, plan: &Path, shard: u32, ending: &str) -> PathBuf {
+    pub(super) fn shard_path(
+        &self,
+        plan: &Path,
+        shard: u32,
+        ending: &str,
+    ) -> Result<PathBuf, PlanError> {
         let digits = (self.shards - 1).to_string().len();
+        RenderPlan::file_beside(plan, &format!("shard-{shard:0digits$}.{ending}"))
+    }
+
+    /// The file that has the name of `plan` with this ending, beside it.
+    ///
+    /// # Errors
+    /// [`PlanError::Stray`] where that is a link out of the folder, or no regular file.
+    pub fn file_beside(plan: &Path, ending: &str) -> Result<PathBuf, PlanError> {
         let mut name = plan.file_stem().unwrap_or(plan.as_os_str()).to_os_string();
-        name.push(format!(".shard-{shard:0digits$}.{ending}"));
-        plan.with_file_name(name)
+        name.push(format!(".{ending}"));
+        output_path::allowed(plan, name.as_ref()).map_err(|reason| PlanError::Stray {
+            path: plan.with_file_name(name),
+            reason,
+        })
     }
 
     /// Refuses a shard that the plan does not have.

@@ -125,12 +125,18 @@ impl<'a> PlannedFrames<'a> {
     }
 
     /// The list of a shard's finished frames, beside the plan.
-    pub fn list_file(&self, plan: &Path, shard: u32) -> PathBuf {
+    ///
+    /// # Errors
+    /// [`PlanError::Stray`].
+    pub fn list_file(&self, plan: &Path, shard: u32) -> Result<PathBuf, PlanError> {
         self.plan.shard_path(plan, shard, "frames")
     }
 
     /// The file of a frame's tiles, as far as a shard has rendered them, beside the plan.
-    pub fn tile_file(&self, plan: &Path, shard: u32, frame: u32) -> PathBuf {
+    ///
+    /// # Errors
+    /// [`PlanError::Stray`].
+    pub fn tile_file(&self, plan: &Path, shard: u32, frame: u32) -> Result<PathBuf, PlanError> {
         let number = frame_digits(self.sequence.frames[1], frame);
         let ending = format!("frame-{number}.tiles");
         self.plan.shard_path(plan, shard, &ending)

@@ -1,7 +1,8 @@
 //! Finished tiles beside the picture: in a file, and in a thumbnail.
 
+use super::kept_file::KeptFileError;
 use super::thumbnail::Thumbnail;
-use super::tile_file::{TileFile, TileFileError};
+use super::tile_file::TileFile;
 use crate::frame::{Aovs, Control, Tile};
 use phalanx_scene::film::{TileBuffer, TileSink};
 use std::sync::atomic::Ordering::Relaxed;
@@ -29,7 +30,7 @@ pub(super) struct StoredTiles<'a> {
     pub(super) outputs: TileOutputs<'a>,
     aovs: Aovs,
     control: &'a Control,
-    failed: Mutex<Option<TileFileError>>,
+    failed: Mutex<Option<KeptFileError>>,
 }
 
 impl<'a> StoredTiles<'a> {
@@ -43,7 +44,7 @@ impl<'a> StoredTiles<'a> {
     }
 
     /// The reason why a tile could not be stored, if there is one.
-    pub(super) fn take_error(&self) -> Option<TileFileError> {
+    pub(super) fn take_error(&self) -> Option<KeptFileError> {
         let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
         failed.take()
     }
@@ -55,7 +56,7 @@ impl<'a> StoredTiles<'a> {
 
     /// Keeps the reason, and ends the render. The first error is the reason; later ones follow from
     /// it.
-    pub(super) fn fail(&self, error: TileFileError) {
+    pub(super) fn fail(&self, error: KeptFileError) {
         let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
         failed.get_or_insert(error);
         self.control.stop.store(true, Relaxed);

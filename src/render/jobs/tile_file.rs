@@ -8,15 +8,13 @@
 
 use super::coverage::Coverage;
 use super::file_header::{self, FileOwner, LAYOUT_VERSION};
-use super::file_lock::lock_exclusive;
+use super::kept_file::{KeptFileError, check_regular, open_exclusive};
 use super::recovery::Recovery;
-use super::render_key::{KeyDifference, RenderKey, list_differences};
+use super::render_key::RenderKey;
 use super::tile_record::{self, HEADER_BYTES, MAX_SIDE, RecordHeader};
 use crate::frame::Tile;
-use phalanx_io::image::Destination;
 use phalanx_scene::film::{Film, TileBuffer};
-use phalanx_scene::shown_path;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -26,53 +24,8 @@ use std::time::{Duration, Instant};
 /// one interval.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
-/// The reason why a tile file cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum TileFileError {
-    /// The file could not be read or written.
-    #[error("cannot use {}: {source}", shown_path(path))]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
-    /// Another process writes to it.
-    #[error("{}: another render is using it", shown_path(path))]
-    InUse {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file is of another kind.
-    #[error("{}: not a file of finished tiles", shown_path(path))]
-    Other {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A program with another layout made the file.
-    #[error(
-        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT_VERSION}",
-        shown_path(path)
-    )]
-    Layout {
-        /// The file.
-        path: PathBuf,
-        /// Version of the file's layout.
-        found: u32,
-    },
-    /// The file holds tiles of another picture.
-    #[error(
-        "{}: holds tiles of another picture: {}",
-        shown_path(path),
-        list_differences(differences)
-    )]
-    Different {
-        /// The file.
-        path: PathBuf,
-        /// Differences, at least one.
-        differences: Vec<KeyDifference>,
-    },
-}
+/// The files' kind in messages.
+const KIND: &str = "a file of finished tiles";
 
 /// Finished tiles, stored in a file and found by position.
 #[derive(Debug)]
@@ -103,17 +56,11 @@ impl TileFile {
     /// Opens the file of a picture's tiles to add to it, or creates it if it does not exist.
     ///
     /// # Errors
-    /// [`TileFileError`]: also where the file is another picture's, and where another process adds
+    /// [`KeptFileError`]: also where the file is another picture's, and where another process adds
     /// to it.
-    pub fn open(path: &Path, key: &RenderKey) -> Result<TileFile, TileFileError> {
-        let io = |source| io_error(path, source);
-        TileFile::check_place(path)?;
-        let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).create(true).truncate(false);
-        let file = file.open(path).map_err(io)?;
-        if !lock_exclusive(&file) {
-            return Err(TileFileError::InUse { path: path.into() });
-        }
+    pub fn open(path: &Path, key: &RenderKey) -> Result<TileFile, KeptFileError> {
+        let io = |source| KeptFileError::io(path, source);
+        let file = open_exclusive(path)?;
         let mut opened = TileFile::scan(path, file, key)?;
         let AppendPosition { file, at, .. } = opened
             .append
@@ -134,9 +81,9 @@ impl TileFile {
     /// Opens a file of a picture's tiles to read them.
     ///
     /// # Errors
-    /// [`TileFileError`].
-    pub fn read(path: &Path, key: &RenderKey) -> Result<TileFile, TileFileError> {
-        let io = |source| io_error(path, source);
+    /// [`KeptFileError`].
+    pub fn read(path: &Path, key: &RenderKey) -> Result<TileFile, KeptFileError> {
+        let io = |source| KeptFileError::io(path, source);
         TileFile::check_place(path)?;
         let file = File::open(path).map_err(io)?;
         TileFile::scan(path, file, key)
@@ -146,14 +93,9 @@ impl TileFile {
     /// anywhere in the file, so that pipes, devices and `/dev/stdout` will not do.
     ///
     /// # Errors
-    /// [`TileFileError::Io`].
-    pub fn check_place(path: &Path) -> Result<(), TileFileError> {
-        let refused = || io::Error::other("finished tiles are kept in a regular file only");
-        match Destination::of(path) {
-            Ok(Destination::File(_)) => Ok(()),
-            Ok(Destination::Stream(_) | Destination::Open(_)) => Err(io_error(path, refused())),
-            Err(error) => Err(io_error(path, error)),
-        }
+    /// [`KeptFileError::Io`].
+    pub fn check_place(path: &Path) -> Result<(), KeptFileError> {
+        check_regular(path)
     }
 
     /// Path of the file.
@@ -180,8 +122,8 @@ impl TileFile {
     ///
     /// # Errors
     /// The system's reason, or that a tile is no longer what it was.
-    pub fn restore(&self, window: Tile, film: &mut Film) -> Result<(), TileFileError> {
-        let io = |source| io_error(&self.path, source);
+    pub fn restore(&self, window: Tile, film: &mut Film) -> Result<(), KeptFileError> {
+        let io = |source| KeptFileError::io(&self.path, source);
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         let mut bytes = Vec::new();
         let bottom = window.y + window.height;
@@ -220,8 +162,8 @@ impl TileFile {
     ///
     /// # Errors
     /// The system's reason: that the disk is full, most likely.
-    pub fn append(&self, tile: Tile, pixels: &TileBuffer) -> Result<(), TileFileError> {
-        let io = |source| io_error(&self.path, source);
+    pub fn append(&self, tile: Tile, pixels: &TileBuffer) -> Result<(), KeptFileError> {
+        let io = |source| KeptFileError::io(&self.path, source);
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         let AppendPosition {
             file,
@@ -249,29 +191,36 @@ impl TileFile {
     ///
     /// # Errors
     /// The system's reason.
-    pub fn sync(&self) -> Result<(), TileFileError> {
+    pub fn sync(&self) -> Result<(), KeptFileError> {
         let end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         end.file
             .sync_all()
-            .map_err(|source| io_error(&self.path, source))
+            .map_err(|source| KeptFileError::io(&self.path, source))
     }
 
     /// Reads every record.
-    fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, TileFileError> {
-        let io = |source| io_error(path, source);
+    fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, KeptFileError> {
+        let io = |source| KeptFileError::io(path, source);
         let found = Recovery::run(&file, key).map_err(io)?;
         match found.owner {
             FileOwner::Ours | FileOwner::Nobody => {}
-            FileOwner::Unknown => return Err(TileFileError::Other { path: path.into() }),
+            FileOwner::Unknown => {
+                return Err(KeptFileError::Other {
+                    path: path.into(),
+                    expected: KIND,
+                });
+            }
             FileOwner::Layout(found) => {
-                return Err(TileFileError::Layout {
+                return Err(KeptFileError::Layout {
                     path: path.into(),
                     found,
+                    known: LAYOUT_VERSION,
                 });
             }
             FileOwner::Other(theirs) => {
-                return Err(TileFileError::Different {
+                return Err(KeptFileError::Different {
                     path: path.into(),
+                    holds: "holds tiles of another picture",
                     differences: theirs.differences(key),
                 });
             }
@@ -299,13 +248,6 @@ impl TileFile {
                 synced: Instant::now(),
             }),
         })
-    }
-}
-
-fn io_error(path: &Path, source: io::Error) -> TileFileError {
-    TileFileError::Io {
-        path: path.into(),
-        source,
     }
 }
 

@@ -12,7 +12,7 @@ const GLTF: &str = r#"{
   "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
   "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
   "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-  "textures": [{"source": 0}], "images": [{"uri": "truck.png"}],
+  "textures": [{"source": 0}], "images": [{"uri": "truck.png"}, {"uri": "%73pare.png"}],
   "accessors": [
     {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
     {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}],
@@ -25,7 +25,12 @@ fn furnished() -> TestFolder {
     let room = TestFolder::new();
     let small = "--size 8x6";
     room.write("truck.obj", OBJ);
-    room.write("q.mtl", "newmtl m\nKd 1 1 1\nmap_Kd truck.png\n");
+    let mtl = "newmtl m\nKd 1 1 1\nmap_Kd truck.png\nnewmtl n\nmap_Bump -bm 2 C:\\x\\bump.png\n";
+    room.write("q.mtl", mtl);
+    let ply = "ply\nformat ascii 1.0\ncomment TextureFile left.png\nelement vertex 3\nproperty float x\n\
+               property float y\nproperty float z\nelement face 1\n\
+               property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    room.write("left.ply", ply);
     room.write("truck.gltf", GLTF);
     // An ending is no more than a name: buffers, too, are called anything.
     let corners = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1].map(|n| n as f32);
@@ -45,6 +50,10 @@ fn furnished() -> TestFolder {
     let bench = "bench truck.obj --size 16x16 --rays primary --threads 1 --repeat 1";
     room.ok(&format!("{bench} --json r.json"));
     room.ok("build truck.obj -o c.phx");
+    // Named, but not shown: by a material that nobody has, an image without a texture, a comment.
+    for name in ["bump.png", "spare.png", "left.png"] {
+        fs::copy(room.path().join("a.png"), room.path().join(name)).unwrap();
+    }
     room
 }
 
@@ -64,16 +73,21 @@ fn files(room: &TestFolder) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// Command lines with `OUT` for a result, the option that names it, and all inputs.
-const LINES: [(&str, &str, &str); 24] = [
+const LINES: [(&str, &str, &str); 25] = [
+    (
+        "render left.ply -o OUT.png",
+        "--output",
+        "left.ply left.png",
+    ),
     (
         "render truck.obj -o OUT.png",
         "--output",
-        "truck.obj q.mtl truck.png",
+        "truck.obj q.mtl truck.png bump.png",
     ),
     (
         "render truck.gltf -o OUT.exr",
         "--output",
-        "truck.gltf g.png truck.png",
+        "truck.gltf g.png truck.png spare.png",
     ),
     ("render c.phx -o OUT.png", "--output", "c.phx"),
     (

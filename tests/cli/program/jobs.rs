@@ -203,6 +203,33 @@ fn a_file_that_cannot_grow_ends_the_render_and_what_it_has_is_good() {
 }
 
 #[test]
+fn a_finished_checkpoint_stays_and_the_report_says_so() {
+    let room = TestFolder::new();
+    let line = "render a.test --checkpoint c.ckpt";
+    let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    for more in ["-o a.png", "-o b.png", "-o b.png --verbose"] {
+        let said = room.ok(&format!("{line} {more}"));
+        let size = bytes("c.ckpt").len() as f64 / 1024.0;
+        let kept =
+            format!("\nkept         c.ckpt: {size:.1} KiB of tiles, for the same command again\n");
+        assert!(said.contains(&kept), "{more}: {said}");
+    }
+    assert!(bytes("a.png") == bytes("b.png"));
+    // Nor is anything traced for another exposure in another format.
+    let json = room.json(&format!("{line} -o c.jpg --exposure 1 --json"));
+    assert_eq!(json["rays"]["total"], 0);
+    assert_eq!(json["checkpoint"]["bytes"], bytes("c.ckpt").len());
+    room.ok("render a.test -o d.jpg --exposure 1");
+    assert!(bytes("c.jpg") == bytes("d.jpg"));
+    let line = "render a.test -o f.png --turntable 3 --checkpoint f.ckpt --json";
+    let sizes = ["f.0000.ckpt", "f.0001.ckpt", "f.0002.ckpt"];
+    let json = room.json(line);
+    let all: usize = sizes.iter().map(|name| bytes(name).len()).sum();
+    assert_eq!(json["checkpoint"]["bytes"], all);
+    assert!(room.json("render a.test -o a.png --json")["checkpoint"].is_null());
+}
+
+#[test]
 fn a_checkpoint_of_another_picture_is_refused() {
     let room = TestFolder::new();
     room.ok("render a.test -o a.png --checkpoint a.tiles");

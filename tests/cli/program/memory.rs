@@ -196,6 +196,11 @@ fn devices_are_neither_pictures_nor_records_nor_keyframes() {
         ),
         ("verify a.test --against /dev/zero", 1, "not a record"),
         (
+            "bench report /dev/zero -o r.html",
+            1,
+            "longer than any record",
+        ),
+        (
             "render a.test -o c.png --frames 0..1 --keyframes /dev/zero",
             2,
             "no keyframes: more than 16.0 MiB",
@@ -203,6 +208,35 @@ fn devices_are_neither_pictures_nor_records_nor_keyframes() {
     ] {
         refused_in_400_mb(&room, line, code, &[part]);
     }
+}
+
+/// Whatever does not fit: columns, or the tree beside them.
+#[test]
+fn standard_scenes_beyond_memory_are_errors() {
+    let room = TestFolder::new();
+    for (line, what) in [
+        ("info standard:terrain:100M", "for the columns of 99,"),
+        (
+            "render standard:hair:100M -o x.png",
+            "for the columns of 99,",
+        ),
+        ("build standard:menger:40M -o x.phx", "for the columns of "),
+        ("bench standard:atrium:100M", "for the columns of "),
+        ("info standard:teapot:300", "for the columns of "),
+        ("info standard:cornell:2500k", "to build the tree of 2,5"),
+        (
+            "bench standard:cornell:2500k --rays primary",
+            "to build the tree of 2,5",
+        ),
+    ] {
+        refused_in_400_mb(
+            &room,
+            line,
+            1,
+            &["error: about ", what, "not so much memory"],
+        );
+    }
+    assert!(room.names().is_empty());
 }
 
 /// Bytes of a PLY of one vertex and of faces of byte-sized corners, by the header's kind of count.

@@ -114,6 +114,14 @@ impl TestFolder {
         ran.stdout
     }
 
+    /// Runs a script in the room, with calls of sbatch that do nothing.
+    fn carry_out(&self, script: &str) {
+        let mut shell = Command::new("bash");
+        let script = format!("sbatch() {{ :; }}\n{script}");
+        let ran = ran(shell.current_dir(self.path()).args(["-ec", &script]));
+        assert_eq!(ran.code, Some(0), "{script}: {}", ran.stderr);
+    }
+
     fn json(&self, line: &str) -> Value {
         serde_json::from_str(&self.ok(line)).unwrap()
     }

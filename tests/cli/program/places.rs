@@ -361,7 +361,7 @@ fn finished_tiles_are_kept_in_regular_files_only() {
     fs::remove_file(at(&room, "plan.shard-0.tiles")).unwrap();
     make_fifo(&room, "plan.shard-0.tiles");
     for line in ["render --plan plan.json --shard 0", "merge plan.json"] {
-        room.refused(line, 1, &["shard-0.tiles", "in a regular file only"]);
+        room.refused(line, 1, &["shard-0.tiles is no regular file"]);
     }
 }
 

@@ -200,9 +200,71 @@ fn a_plan_whose_picture_lies_elsewhere_says_so_at_once() {
     room.ok("render a.test -o whole.png");
     let read = |name: &str| fs::read(room.path().join(name)).unwrap();
     assert!(read("pictures/m.png") == read("whole.png"));
-    room.ok("submit slurm job/p.json -o pictures/it's.png --dry-run");
+    let names = room.names();
+    let said = room.ok("submit slurm job/p.json -o pictures/it's.png --dry-run");
+    assert_eq!(room.names(), names, "nothing is written");
+    room.carry_out(&said);
     let script = fs::read_to_string(room.path().join("job/p.merge.sh")).unwrap();
     assert!(script.contains(r"/pictures/it'\''s.png'"), "{script}");
+}
+
+#[test]
+fn links_beside_a_plan_lead_nowhere_else() {
+    let room = TestFolder::new();
+    let at = |name: &str| room.path().join(name);
+    fs::create_dir(at("job")).unwrap();
+    fs::create_dir(at("else")).unwrap();
+    let frames = "--frames 0..1 --turntable 2";
+    for (name, more) in [
+        ("p", ""),
+        ("f", frames),
+        ("t", &format!("{frames} --shard-by tile")),
+    ] {
+        room.ok(&format!(
+            "plan a.test --shards 2 --size 16x12 -o job/{name}.png --plan job/{name}.json {more}"
+        ));
+    }
+    room.write("else/theirs", "theirs");
+    for (command, link) in [
+        ("render --plan job/p.json --shard 0", "p.shard-0.tiles"),
+        ("merge job/p.json", "p.shard-1.tiles"),
+        ("render --plan job/f.json --shard 0", "f.shard-0.frames"),
+        (
+            "render --plan job/f.json --shard 0",
+            "f.shard-0.frame-0000.tiles",
+        ),
+        ("merge job/f.json", "f.shard-0.frames"),
+        (
+            "render --plan job/t.json --shard 0",
+            "t.shard-0.frame-0001.tiles",
+        ),
+        ("merge job/t.json", "t.shard-1.frame-0001.tiles"),
+        ("submit slurm job/p.json --dry-run", "p.shards.sh"),
+        ("submit slurm job/p.json", "p.merge.sh"),
+        ("submit slurm job/p.json", "p.shard-1.log"),
+        ("submit slurm job/p.json", "p.merge.log"),
+    ] {
+        for target in ["../else/theirs", "../else/made"] {
+            let path = at("job").join(link);
+            let _ = fs::remove_file(&path);
+            std::os::unix::fs::symlink(target, &path).unwrap();
+            let ran = room.run(command);
+            assert_eq!(ran.code, Some(1), "{command}: {}", ran.stderr);
+            let part = format!("{link} lies outside the plan's folder");
+            assert!(ran.stderr.contains(&part), "{command}: {}", ran.stderr);
+            fs::remove_file(path).unwrap();
+            assert_eq!(fs::read(at("else/theirs")).unwrap(), b"theirs", "{command}");
+            assert!(!at("else/made").exists(), "{command}");
+        }
+    }
+    // Within the folder they may lead anywhere but to an input.
+    room.write("job/kept", "");
+    std::os::unix::fs::symlink("kept", at("job/p.shard-0.tiles")).unwrap();
+    room.ok("render --plan job/p.json --shard 0");
+    assert!(fs::metadata(at("job/kept")).unwrap().len() > 0);
+    std::os::unix::fs::symlink("p.json", at("job/p.merge.sh")).unwrap();
+    room.refused("submit slurm job/p.json", 2, &["would replace the plan"]);
+    assert!(!at("job/p.shards.sh").exists());
 }
 
 #[test]
@@ -253,12 +315,16 @@ fn a_pipe_in_the_place_of_tiles_is_no_file_to_wait_for() {
         .arg(room.path().join("p.shard-1.tiles"))
         .status();
     assert!(made.unwrap().success());
-    room.refused("merge p.json", 1, &["p.shard-1.tiles", "regular file only"]);
-    room.refused("render --plan p.json --shard 1", 1, &["regular file only"]);
+    room.refused(
+        "merge p.json",
+        1,
+        &["p.shard-1.tiles", "is no regular file"],
+    );
+    room.refused("render --plan p.json --shard 1", 1, &["is no regular file"]);
     room.refused(
         "render a.test -o a.png --checkpoint p.shard-1.tiles",
         1,
-        &["regular file only"],
+        &["in a regular file only"],
     );
     let made = Command::new("mkfifo")
         .arg(room.path().join("b.test"))
@@ -348,6 +414,7 @@ fn other_names_are_words_of_the_scripts_whatever_is_in_them() {
     assert_eq!(planned.code, Some(0), "{}", planned.stderr);
     let submitted = run(&room, &["submit", "slurm", &name, "--dry-run"]);
     assert_eq!(submitted.code, Some(0), "{}", submitted.stderr);
+    room.carry_out(&submitted.stdout);
     let script = |script: &str, index: &str| {
         let path = room.path().join(format!("{odd}.{script}.sh"));
         let mut shell = Command::new("bash");

@@ -147,8 +147,8 @@ fn document(title: &str, header: Markup, before: Markup, sections: &[PageSection
     printable(&markup.into_string())
 }
 
-/// Control characters, which HTML forbids, replaced.
+/// Characters that HTML forbids or that steer others replaced.
 fn printable(page: &str) -> String {
-    let forbidden = |c: char| c.is_control() && c != '\n';
+    let forbidden = |c: char| phalanx_scene::steers(c) && c != '\n';
     page.replace(forbidden, "\u{fffd}")
 }

@@ -7,6 +7,7 @@ use super::table;
 use crate::cli::options::{SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
+use phalanx::frame::Engine;
 use phalanx::report::{BenchRecord, Machine};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -27,6 +28,7 @@ pub fn measure_scene(
     bar.scene(&scene.info.name);
     let start = Instant::now();
     let scene_input = SceneInput::load(&scene.path, &args.beside, wanted(plan), 0)?;
+    (scene_input.budget).for_tree(&scene_input.scene, Engine::Simd)?;
     let info = SceneInfo {
         load_seconds: start.elapsed().as_secs_f64(),
         ..scene.info.clone()

@@ -109,9 +109,7 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
             .as_ref()
             .map_or(Ok(()), |place| output::check_report_place(place, origin))?;
     }
-    for path in &args.scenes {
-        SceneInput::note(path)?;
-    }
+    SceneInput::note_all(&args.scenes)?;
     args.beside.no_picture()?;
     let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
     match stdin && args.fail_above.is_some() {

@@ -8,7 +8,7 @@ use crate::cli::output::{
 };
 use phalanx::frame::Tile;
 use phalanx::jobs::{
-    FinishedFrames, FrameListError, FrameState, PlannedFrames, TileFile, merge_bands,
+    FinishedFrames, FrameState, KeptFileError, PlannedFrames, TileFile, merge_bands,
 };
 use phalanx::scene::shown_path;
 use serde::Serialize;
@@ -122,16 +122,16 @@ fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingFrames, 
     let plan = frames.plan();
     let mut missing = MissingFrames::default();
     for shard in 0..plan.shards {
-        let name = frames.list_file(path, shard);
+        let name = frames.list_file(path, shard)?;
         let list = FinishedFrames::read(&name, &plan.picture, &frames.path_checksum());
         let list = match list {
             Ok(list) => Ok(list),
-            Err(FrameListError::Io { source, .. })
+            Err(KeptFileError::Io { source, .. })
                 if source.kind() == std::io::ErrorKind::NotFound =>
             {
                 Err(format!("there is no {}", shown_path(&name)))
             }
-            Err(FrameListError::Other { .. }) => {
+            Err(KeptFileError::Other { .. }) => {
                 Err(format!("{} lists no frames", shown_path(&name)))
             }
             Err(error) => return Err(error.into()),
@@ -196,7 +196,7 @@ fn files(
 ) -> Result<Vec<Result<TileFile, String>>, CliError> {
     let key = frames.key(frame)?;
     let files = (0..).zip(shares).map(|(shard, share)| {
-        let name = frames.tile_file(path, shard, frame);
+        let name = frames.tile_file(path, shard, frame)?;
         whole(&name, &key, share)
     });
     files.collect()
@@ -233,7 +233,7 @@ fn put_together(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Resu
             Some(_) => frames.name(output, frame),
             None => frames.picture_path(&args.plan, frame)?,
         };
-        output::check_picture_place(&path, Some(output::picture_origin(args.output.as_deref())))?;
+        output::check_picture_place(&path, Some("--output"))?;
         let file = OutputFile {
             path,
             ..target.clone()

@@ -38,7 +38,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         None => plan.picture_path(&args.plan)?,
     };
     let format = format_of(&path, args.format, "the picture")?;
-    output::check_picture_place(&path, Some(output::picture_origin(args.output.as_deref())))?;
+    output::check_picture_place(&path, Some("--output"))?;
     interrupt::listen()?;
     let output = plan::target(&plan, path, format)?;
     let files = files(&args.plan, &plan)?;
@@ -115,7 +115,7 @@ fn shards(
     let tiles = plan.tiles();
     for shard in 0..plan.shards {
         let share: Vec<Tile> = plan.share_of(&tiles, shard).collect();
-        match whole(&plan.shard_file(path, shard), &plan.picture, &share)? {
+        match whole(&plan.shard_file(path, shard)?, &plan.picture, &share)? {
             Ok(file) => files.push(file),
             Err(why) => missing.push(IncompleteShard { shard, why }),
         }

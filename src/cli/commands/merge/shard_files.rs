@@ -2,7 +2,7 @@
 
 use crate::cli::output::{self, CliError};
 use phalanx::frame::Tile;
-use phalanx::jobs::{BandsError, RenderKey, TileFile, TileFileError};
+use phalanx::jobs::{BandsError, KeptFileError, RenderKey, TileFile};
 use phalanx::scene::shown_path;
 use std::path::Path;
 
@@ -43,10 +43,10 @@ pub fn whole(
     output::reads("the tiles", name)?;
     let file = match TileFile::read(name, key) {
         Ok(file) => file,
-        Err(TileFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+        Err(KeptFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
             return Ok(Err(format!("there is no {}", shown_path(name))));
         }
-        Err(TileFileError::Other { .. }) => {
+        Err(KeptFileError::Other { .. }) => {
             return Ok(Err(format!("{} holds no tiles", shown_path(name))));
         }
         Err(error) => return Err(BandsError::from(error).into()),

@@ -61,7 +61,8 @@ pub struct KeepArgs {
     /// Keep finished tiles here, to resume
     ///
     /// Keep finished tiles in this file: after an interruption, the same command goes on where it
-    /// was.
+    /// was. The file stays when the picture is written, 12 bytes a pixel and more: the same
+    /// picture in another format or exposure then traces nothing.
     #[arg(long, value_name = "FILE", conflicts_with = "plan")]
     pub checkpoint: Option<PathBuf>,
     /// Render a shard of a plan

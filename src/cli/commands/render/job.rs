@@ -26,6 +26,8 @@ pub struct Job<'a> {
 pub struct RenderTotals {
     pub stats: RenderStats,
     pub seconds: RenderSeconds,
+    /// Bytes of finished tiles that stay in files.
+    pub kept_bytes: u64,
 }
 
 impl RenderTotals {
@@ -34,6 +36,7 @@ impl RenderTotals {
         self.stats.add(&frame.stats);
         self.seconds.render += frame.seconds.render;
         self.seconds.write += frame.seconds.write;
+        self.kept_bytes += frame.kept_bytes;
     }
 }
 
@@ -148,7 +151,12 @@ impl Job<'_> {
             write: start.elapsed().as_secs_f64() - seconds,
             ..RenderSeconds::default()
         };
-        Ok(RenderTotals { stats, seconds })
+        let kept = tiles.and_then(|tiles| tiles.path().metadata().ok());
+        Ok(RenderTotals {
+            stats,
+            seconds,
+            kept_bytes: kept.map_or(0, |file| file.len()),
+        })
     }
 }
 

@@ -20,7 +20,7 @@ use phalanx::frame::{AccelRef, Aov, Engine, Integrator};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::TileFile;
 use phalanx::scene::{Scene, shown_path, shown_text};
-use report::{RenderDocument, RenderImage, RenderSeconds};
+use report::{KeptTiles, RenderDocument, RenderImage, RenderSeconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -108,7 +108,13 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let memory = MemoryStats::of(scene, &tree, film, scene_input.mapped_bytes);
     let image = RenderImage::new(&settings, &output, sequence.as_ref());
     let sizes = (tree, memory);
-    let report = RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
+    let mut report =
+        RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
+    let kept = args.keep.checkpoint.as_deref();
+    report.checkpoint = kept.map(|path| KeptTiles {
+        path: path.to_string_lossy().into_owned(),
+        bytes: work.kept_bytes,
+    });
     output::print_output(&report, args.json)
 }
 
@@ -137,8 +143,7 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
 
 /// Refuses a path that the picture cannot be written to, or that is another file's.
 fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
-    let origin = output::picture_origin(args.output.as_deref());
-    output::check_picture_place(path, args.frames.origin(origin))
+    output::check_picture_place(path, args.frames.origin("--output"))
 }
 
 /// Refuses a path that finished tiles cannot be kept at, or that is another file's.
@@ -162,13 +167,9 @@ fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
         return path;
     };
     let mut free = path.clone();
-    let mut stem = path.file_stem().unwrap_or_default().to_os_string();
     while input(&free).is_some() {
-        stem.push("-render");
-        let mut name = stem.clone();
-        name.push(".");
-        name.push(path.extension().unwrap_or_default());
-        free = name.into();
+        let [stem, ending] = [free.file_stem(), free.extension()].map(Option::unwrap_or_default);
+        free = format!("{}-render.{}", stem.display(), ending.display()).into();
     }
     output::note(&format!(
         "{} is {taken}: the picture goes to {}",
@@ -189,8 +190,7 @@ fn check_frames(
     args.frames.note_camera(&args.beside);
     for frame in sequence.frames.clone() {
         sequence.view(frame, &scene.view)?;
-        let origin = output::picture_origin(args.output.as_deref());
-        output::check_kind(&sequence.name(path, frame), origin)?;
+        output::check_kind(&sequence.name(path, frame), "--output")?;
         if let Some(path) = &args.keep.checkpoint {
             check_checkpoint(&sequence.name(path, frame), Some("--checkpoint"))?;
         }

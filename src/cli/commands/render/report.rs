@@ -2,8 +2,9 @@
 
 use crate::cli::options::Sequence;
 use crate::cli::output::{
-    MemoryStats, Output, OutputFile, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures,
-    grouped, lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays,
+    self, MemoryStats, Output, OutputFile, PictureWindow, PrimitiveCounts, RenderSummary,
+    TreeFigures, grouped, lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates,
+    serialize_rays,
 };
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
@@ -39,6 +40,26 @@ pub struct RenderDocument {
     /// Backs of single-sided materials that rays have passed.
     unseen_backs: u64,
     memory: MemoryStats,
+    /// `None` without `--checkpoint`.
+    pub checkpoint: Option<KeptTiles>,
+}
+
+/// Finished tiles that stay when the picture is written: the same command, and one that writes the
+/// picture otherwise, traces nothing anew.
+#[derive(Debug, Serialize)]
+pub struct KeptTiles {
+    /// The file, or the name that frames get their numbers in.
+    pub path: String,
+    pub bytes: u64,
+}
+
+impl KeptTiles {
+    fn row(&self) -> (&'static str, String) {
+        let KeptTiles { path, bytes } = self;
+        let size = output::bytes(*bytes);
+        let words = format!("{path}: {size} of tiles, for the same command again");
+        ("kept", words)
+    }
 }
 
 /// The picture and its path.
@@ -134,6 +155,7 @@ impl RenderDocument {
             occupancy: stats.occupancy(),
             unseen_backs: stats.unseen_backs,
             memory,
+            checkpoint: None,
         }
     }
 
@@ -194,6 +216,7 @@ impl Output for RenderDocument {
             ),
         ];
         rows.extend(self.backs_row());
+        rows.extend(self.checkpoint.as_ref().map(KeptTiles::row));
         lines(&rows)
     }
 
@@ -230,6 +253,7 @@ impl Output for RenderDocument {
         let mut after: Vec<_> = occupancy.into_iter().chain(self.backs_row()).collect();
         after.extend(self.memory.rows());
         after.push(("written", self.image.written()));
+        after.extend(self.checkpoint.as_ref().map(KeptTiles::row));
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
     }
 }

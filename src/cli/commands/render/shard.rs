@@ -42,7 +42,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     }
     let picture = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
     let (mut scene_input, settings) = (picture.scene_input, args.work.apply(picture.settings));
-    let name = plan.shard_file(path, shard);
+    let name = plan.shard_file(path, shard)?;
     let file = TileFile::open(&name, &plan.picture)?;
     warn_damaged(&file, &name);
     let prepared = scene_input.prepare_render(&settings, &args.tree, 0)?;

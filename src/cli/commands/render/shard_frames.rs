@@ -61,7 +61,7 @@ pub fn run(
     let plan = frames.plan();
     let mut picture = plan::reopen(path, plan, args.work.threads.unwrap_or(0))?;
     picture.settings = args.work.apply(picture.settings);
-    let list = frames.list_file(path, shard);
+    let list = frames.list_file(path, shard)?;
     let list = FinishedFrames::open(&list, &plan.picture, &frames.path_checksum())?;
     let mut work = FrameShard {
         args,
@@ -93,7 +93,7 @@ impl FrameShard<'_> {
         for frame in frames.of_shard(self.shard) {
             let picture = plan::frame_path(frames, path, frame)?;
             let identity = frames.identity(frame)?;
-            let tiles = frames.tile_file(path, self.shard, frame);
+            let tiles = frames.tile_file(path, self.shard, frame)?;
             self.count(&picture);
             if is_finished(list.state(identity, &picture), &picture)? {
                 self.done.kept += 1;
@@ -101,7 +101,7 @@ impl FrameShard<'_> {
                 let _ = std::fs::remove_file(tiles);
                 continue;
             }
-            output::check_picture_place(&picture, Some(output::picture_origin(None)))?;
+            output::check_picture_place(&picture, Some("the picture"))?;
             let format = format_of(&picture, None, "the frame")?;
             let file = plan::target(plan, picture, format)?;
             self.whole_frame(frame, &file, &tiles)?;
@@ -142,7 +142,7 @@ impl FrameShard<'_> {
     fn tiles(&mut self) -> Result<(), CliError> {
         let share = self.frames.plan().share(self.shard)?;
         for frame in self.frames.of_shard(self.shard) {
-            let name = self.frames.tile_file(self.path, self.shard, frame);
+            let name = self.frames.tile_file(self.path, self.shard, frame)?;
             let file = TileFile::open(&name, &self.frames.key(frame)?)?;
             warn_damaged(&file, &name);
             self.count(&name);

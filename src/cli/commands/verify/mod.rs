@@ -125,9 +125,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         output::check_report_place(path, "--record")?;
         PixelHashFile::check_names(&args.scenes)?;
     }
-    for path in &args.scenes {
-        SceneInput::note(path)?;
-    }
+    SceneInput::note_all(&args.scenes)?;
     interrupt::listen()?;
     output::advise();
     let wanted = args.frames.wanted(&args.picture);

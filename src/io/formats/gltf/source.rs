@@ -126,6 +126,7 @@ impl<'a> GltfSource<'a> {
     }
 
     /// Reads every buffer: from the file's own chunk, from the text, or from a file beside it.
+    /// Notes the files of all images.
     pub(super) fn load_buffers(
         &mut self,
         binary: Option<&'a [u8]>,
@@ -162,6 +163,15 @@ impl<'a> GltfSource<'a> {
             buffers.push(bytes.ok());
         }
         self.buffers = buffers;
+        let images = self
+            .document
+            .images
+            .iter()
+            .filter_map(|image| image.uri.as_deref());
+        for uri in images.filter(|uri| parse_data_uri(uri).is_none()) {
+            asset_dir.note(uri);
+            asset_dir.note(&String::from_utf8_lossy(&percent_decoded(uri)));
+        }
     }
 
     /// Bytes in all buffers together.

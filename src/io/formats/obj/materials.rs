@@ -153,6 +153,7 @@ impl<'a> MaterialLibrary<'a> {
                 };
             }
         };
+        mtl::named_files(&bytes).for_each(|name| self.asset_dir.note(&text_of(name)));
         for material in mtl::read(&bytes) {
             // If two have one name the first counts, because a file is searched from its beginning.
             let (known, name) = (self.materials.len(), &bytes[material.name.range()]);

@@ -1,6 +1,7 @@
 //! MTL: named materials, as their file has them. Keywords may be in any case of letters.
 
 use super::cursor::{Cursor, KEYWORD_BYTES};
+use super::name::without_comment;
 use super::texture_map::{self, TextureMap};
 use crate::formats::diagnostics::{MAX_DIAGNOSTICS, Span};
 use crate::formats::text::mark_length;
@@ -116,6 +117,20 @@ pub(super) fn read(text: &[u8]) -> Vec<MtlMaterial> {
         }
         cursor.skip_statement();
     }
+}
+
+/// Names of files in a text, also of those that are not shown.
+pub(super) fn named_files(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    const KEYWORDS: [&[u8]; 6] = [b"map_", b"bump", b"disp", b"deca", b"refl", b"norm"];
+    text.split(|&byte| byte == b'\n').filter_map(|line| {
+        let mut cursor = Cursor { text: line, at: 0 };
+        cursor.skip_blanks();
+        let keyword = cursor.word();
+        let keyword = cursor.bytes(keyword).get(..4)?.to_ascii_lowercase();
+        let named = KEYWORDS.contains(&&keyword[..]);
+        let map = named.then(|| texture_map::read(&mut cursor, |_, _| {}))??;
+        Some(without_comment(&line[map.name.range()]))
+    })
 }
 
 fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {

@@ -43,6 +43,9 @@ impl NamedPictures {
             }
             (true, _) => {}
         }
+        for span in &plan.header.pictures {
+            asset_dir.note(&String::from_utf8_lossy(&bytes[span.range()]));
+        }
         if plan.has_uvs() {
             let mut library = TextureLibrary::new(asset_dir);
             for &span in names {

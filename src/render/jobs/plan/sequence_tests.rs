@@ -111,10 +111,10 @@ fn files_of_a_shard_stand_beside_the_plan() {
     let planned = PlannedFrames::of(&plan).unwrap();
     let path = Path::new("jobs/a.json");
     assert_eq!(
-        planned.list_file(path, 3),
+        planned.list_file(path, 3).unwrap(),
         Path::new("jobs/a.shard-03.frames")
     );
-    let tiles = planned.tile_file(path, 3, 7);
+    let tiles = planned.tile_file(path, 3, 7).unwrap();
     assert_eq!(tiles, Path::new("jobs/a.shard-03.frame-0007.tiles"));
     let name = planned.name(Path::new("x/b-###.png"), 7);
     assert_eq!(name, Path::new("x/b-007.png"));

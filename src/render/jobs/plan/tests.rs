@@ -56,7 +56,7 @@ fn every_pixel_is_of_one_shard_and_shares_are_alike() {
 #[test]
 fn shard_files_stand_beside_the_plan_in_order() {
     let plan = plan(640, 480, 64);
-    let file = |shard| plan.shard_file(Path::new("jobs/a.json"), shard);
+    let file = |shard| plan.shard_file(Path::new("jobs/a.json"), shard).unwrap();
     assert_eq!(file(3), Path::new("jobs/a.shard-03.tiles"));
     assert_eq!(file(63), Path::new("jobs/a.shard-63.tiles"));
 }

@@ -173,7 +173,7 @@ fn other_files_are_refused_and_left_alone() {
     for text in ["x", "my notes", &long] {
         fs::write(&path, text).unwrap();
         let refused = TileFile::open(&path, &ours()).unwrap_err();
-        assert!(matches!(refused, TileFileError::Other { .. }), "{refused}");
+        assert!(matches!(refused, KeptFileError::Other { .. }), "{refused}");
         assert_eq!(fs::read_to_string(&path).unwrap(), text);
     }
     fs::remove_file(&path).unwrap();
@@ -189,7 +189,7 @@ fn other_files_are_refused_and_left_alone() {
     assert_eq!(fs::read(&path).unwrap(), before);
     let held = TileFile::open(&path, &ours()).unwrap();
     let refused = TileFile::open(&path, &ours()).unwrap_err();
-    assert!(matches!(refused, TileFileError::InUse { .. }), "{refused}");
+    assert!(matches!(refused, KeptFileError::InUse { .. }), "{refused}");
     drop(held);
     TileFile::open(&path, &ours()).unwrap();
 }
