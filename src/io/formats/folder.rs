@@ -13,6 +13,7 @@
 //! once more, so neither leads out.
 
 use super::diagnostics::quoted_file;
+use super::foreign;
 use super::memory_budget::MemoryBudget;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::BTreeSet;
@@ -134,7 +135,11 @@ impl Folder {
         let size = std::fs::metadata(&file.0).map_or(0, |m| m.len());
         self.allowance
             .lend(size, || format!("to read {}", quoted_file(&name())))?;
-        std::fs::read(&file.0).map_err(|e| e.to_string())
+        let bytes = std::fs::read(&file.0).map_err(|e| e.to_string())?;
+        match foreign::refusal(&bytes) {
+            Some(words) => Err(words.into()),
+            None => Ok(bytes),
+        }
     }
 
     /// Finds the file of a name in the scene file, with `/` or `\` between folders. The error says

@@ -1,13 +1,13 @@
 //! Files and bytes to scenes, by the table of formats.
 
 use super::bytes;
-use super::diagnostics::Diagnostic;
+use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
 use super::folder::Folder;
 use super::loaded::{LoadError, Loaded};
 use super::options::Options;
 use super::origin::{self, Origin, ReadStop};
 use super::table::{FORMATS, SceneFormat, SceneReader, find};
-use super::{nff, test_scene, utf16};
+use super::{foreign, nff, test_scene, utf16};
 use phalanx_scene::Scene;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -117,6 +117,11 @@ fn read(
     asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
+    if let Some(words) = foreign::refusal(bytes) {
+        let mut report = DiagnosticSink::binary();
+        report.error(Span::START, words);
+        return Err(report.finish().err().unwrap_or_default());
+    }
     let mut options = options.clone();
     let chosen = options.origin != Origin::Auto;
     let mut notes = Vec::new();

@@ -13,6 +13,7 @@ mod defaults;
 mod diagnostics;
 mod faces;
 mod folder;
+mod foreign;
 mod framing;
 mod gltf;
 mod load;

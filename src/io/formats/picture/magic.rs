@@ -49,11 +49,6 @@ pub(super) fn refusal(bytes: &[u8]) -> String {
         None if brand && bytes.get(8..12) == Some(b"avif") => "an AVIF picture",
         None if brand => "a HEIC picture",
         None if bytes.is_empty() => return "it is empty".into(),
-        None if bytes.starts_with(b"version https://git-lfs") => {
-            return "it stands for a file that is kept elsewhere (Git LFS): fetch it with `git lfs \
-                    pull`"
-                .into();
-        }
         None => {
             return "it is not a picture of a kind that is read: PNG, JPEG, TGA, BMP or WebP"
                 .into();

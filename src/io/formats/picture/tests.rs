@@ -330,10 +330,6 @@ fn pictures_of_other_kinds_are_named() {
         (b"#?RADIANCE\n", "an HDR picture"),
         (b"\x76\x2f\x31\x01....", "an OpenEXR picture"),
         (b"\0\0\0\x20ftypavif", "an AVIF picture"),
-        (
-            b"version https://git-lfs.github.com/spec/v1\n",
-            "git lfs pull",
-        ),
         (b"", "it is empty"),
         (b"a text", "not a picture of a kind that is read"),
     ] {

@@ -1,6 +1,6 @@
 //! The reader: rows of either encoding, joined into a mesh.
 
-use super::header::Encoding;
+use super::header::{Element, Encoding};
 use super::pictures::NamedPictures;
 use super::plan::ReadPlan;
 use super::rows::Body;
@@ -91,6 +91,12 @@ fn read_in_chunks(
 fn plan(bytes: &[u8], budget: &MemoryBudget, options: &Options) -> Result<ReadPlan, ReadStop> {
     let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
     let plan = match header::read(bytes) {
+        Ok(header) if header.elements.iter().any(is_splat) => {
+            let message =
+                "these are Gaussian splats (`f_dc_0`, `scale_0`, `rot_0`), which are not drawn";
+            report.error(Span::START, message);
+            None
+        }
         Ok(header) => {
             let made = budget.shared();
             ReadPlan::new(header, options.origin.position(), made, &mut report)
@@ -101,6 +107,12 @@ fn plan(bytes: &[u8], budget: &MemoryBudget, options: &Options) -> Result<ReadPl
         }
     };
     plan.ok_or_else(|| ReadStop::of(report))
+}
+
+/// Returns true for the points of 3D Gaussian splatting (Kerbl et al. 2023), which have no faces.
+fn is_splat(element: &Element) -> bool {
+    let names: [&[u8]; 3] = [b"f_dc_0", b"scale_0", b"rot_0"];
+    names.iter().all(|name| element.number(name).is_some())
 }
 
 /// A file's contents, chunk by chunk.
