@@ -71,11 +71,11 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), 
     if length < rows.start + samples {
         return Err(TOO_SHORT.into());
     }
-    // Some write two characters there, or more, and the file is longer by these.
-    let start = length - samples;
-    let gap = head.get(at..start.try_into().unwrap_or(usize::MAX));
-    if gap.is_some_and(|gap| gap.iter().all(u8::is_ascii_whitespace)) {
-        rows.start = start;
+    // Some end the line as Windows does, or put a blank before its end.
+    if let Some([b'\r' | b' ', b'\n']) = head.get(at..at + 2)
+        && length > rows.start + samples
+    {
+        rows.start += 1;
     }
     Ok((PictureLayout::rgb(ImageFormat::Pfm, (width, height)), rows))
 }

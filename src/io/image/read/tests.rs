@@ -356,4 +356,13 @@ fn the_rows_of_a_float_map_begin_where_its_length_says() {
         let red = [0, 1].map(|x| f32::from_bits(planes[0][x]));
         assert_eq!(red, [1.0, 4.0], "{head:?}");
     }
+    // A first sample that looks like white space, and a byte behind the last.
+    let samples = [[b' ', 0, 0, 0x3f]; 6];
+    fs::write(
+        &path,
+        [b"PF\n2 1\n-1.0\n", samples.as_flattened(), b"\n"].concat(),
+    )
+    .unwrap();
+    let planes = PictureReader::open(&path).unwrap().read(0..1).unwrap();
+    assert_eq!(planes[0][1], u32::from_le_bytes(samples[1]));
 }
