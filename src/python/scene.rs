@@ -112,7 +112,9 @@ impl PyScene {
         change: impl FnOnce(&mut Scene) -> PyResult<T>,
     ) -> PyResult<T> {
         let mut now = self.lock(py);
-        let changed = change(Arc::make_mut(&mut now.scene))?;
+        let scene = Arc::make_mut(&mut now.scene);
+        let changed = change(scene)?;
+        scene.made_up.made_for = None;
         now.tree = Arc::default();
         Ok(changed)
     }

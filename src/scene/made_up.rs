@@ -19,6 +19,9 @@ pub struct MadeUpParts {
     /// Width and height, in units of the file, that its own camera of parallel rays shows at least,
     /// whatever the shape of the picture; positive.
     pub ortho_size: Option<[f64; 2]>,
+    /// Picture that these parts were last made for: its width over its height, and whether the
+    /// camera goes around. Nothing is made again for its like. `None` if they are yet to be made.
+    pub made_for: Option<(f64, bool)>,
 }
 
 /// Visible height of a camera of parallel rays.

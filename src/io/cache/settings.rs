@@ -60,6 +60,7 @@ pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
         up,
         ortho,
         ortho_size,
+        made_for,
     } = scene.made_up;
     [view, light, sky]
         .into_iter()
@@ -76,6 +77,11 @@ pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
     out.flag(ortho_size.is_some());
     for side in ortho_size.into_iter().flatten() {
         out.double(side);
+    }
+    out.flag(made_for.is_some());
+    if let Some((aspect, turntable)) = made_for {
+        out.double(aspect);
+        out.flag(turntable);
     }
     out.text(scene.output.as_deref());
     out.word(scene.lights.len() as u32);
@@ -140,6 +146,10 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
             },
             ortho_size: match input.flag()? {
                 true => Some([input.length()?, input.length()?]),
+                false => None,
+            },
+            made_for: match input.flag()? {
+                true => Some((input.length()?, input.flag()?)),
                 false => None,
             },
         },
@@ -299,6 +309,7 @@ mod tests {
             up: UpAxis::NegY,
             ortho: Some(OrthoHeight::Given(2.5)),
             ortho_size: Some([3.0, 0.1]),
+            made_for: Some((1.5, true)),
             ..MadeUpParts::default()
         };
         scene.sky = Some(Sky {

@@ -143,8 +143,9 @@ const NADIR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
 
 /// Applies the options, and makes what is made up: the one place for all that depends on the
 /// picture. Parts that it made for another picture are made again, from [`Scene::made_up`], so that
-/// a cache gives the picture of its file.
+/// a cache gives the picture of its file; looking at millions of vertices takes time.
 fn decide(scene: &mut Scene, options: &Options) {
+    let before = scene.made_up;
     apply_overrides(scene, options);
     let MadeUpParts {
         view,
@@ -153,9 +154,21 @@ fn decide(scene: &mut Scene, options: &Options) {
         up,
         ortho,
         ortho_size,
+        ..
     } = scene.made_up;
     let (width, height) = options.size.unwrap_or((scene.width, scene.height));
     let aspect = f64::from(width) / f64::from(height);
+    // Other scenes are the same for every picture.
+    let depends = view || ortho_size.is_some();
+    let picture = if depends {
+        (aspect, options.turntable)
+    } else {
+        (1.0, false)
+    };
+    scene.made_up.made_for = Some(picture);
+    if scene.made_up == before && options.view.is_none() {
+        return;
+    }
     let mut fitting = None;
     if view || light {
         let visible = VisibleVertices::of(scene, options.threads);
