@@ -83,9 +83,9 @@
 //! | feature | adds | crates |
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
-//! | `render` | file formats, pictures, whole frames | 94 |
-//! | `bench` | measurements beside other tracers | 106 |
-//! | `cli` (default) | the program | 164 |
+//! | `render` | file formats, pictures, whole frames | 95 |
+//! | `bench` | measurements beside other tracers | 107 |
+//! | `cli` (default) | the program | 165 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:

@@ -138,7 +138,7 @@ fn what_is_of_the_wrong_kind_is_named_with_what_it_should_be() {
         (
             "\"nodes\": [{\"scale\": [1, 2, 3, 4]}]}",
             22,
-            "nodes[0].scale: it should be a list of 3 numbers",
+            "nodes[0].scale: it should be a shorter list",
         ),
         (
             "\"nodes\": [{\"scale\": [1, 2, \"3\"]}]}",

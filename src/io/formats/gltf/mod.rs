@@ -5,7 +5,7 @@
 //! | `container` | the chunks of a GLB |
 //! | `version` | the version of a document |
 //! | `document` | the JSON's structure |
-//! | `json_value`, `syntax` | a reader of JSON that bends the rules, and messages about faults |
+//! | `rewriting`, `syntax` | a reader of documents that bend the rules, and messages about faults |
 //! | `extensions` | extensions that are read |
 //! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
@@ -75,7 +75,6 @@ mod coverage;
 mod document;
 mod extensions;
 mod geometry;
-mod json_value;
 mod lights;
 mod materials;
 mod mesh_instances;
@@ -84,6 +83,7 @@ mod nodes;
 mod placements;
 mod placing;
 mod reader;
+mod rewriting;
 mod skins;
 mod source;
 mod syntax;

@@ -3,7 +3,7 @@
 
 use super::container::{Container, ContainerFault};
 use super::document::GltfDocument;
-use super::{json_value, version};
+use super::{rewriting, version};
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_file};
 use crate::formats::folder::{Folder, Found};
 use base64::Engine;
@@ -78,7 +78,7 @@ impl<'a> GltfSource<'a> {
         let is_object = json.trim_ascii_start().starts_with(b"{");
         let (document, minus_one) = match serde_json::from_slice(json) {
             Ok(document) if is_object => (document, None),
-            _ => json_value::read::<GltfDocument>(json)
+            _ => rewriting::read::<GltfDocument>(json)
                 .map_err(|(offset, message)| (at(offset), message))?,
         };
         Ok(GltfSource {

@@ -1,96 +1,103 @@
 //! Words for the JSON library's errors, which are written for programmers.
 
+use crate::formats::diagnostics::quoted;
+
 const TRAILING_COMMA: &str = "a comma stands before the end of a list or an object";
+const TOO_LARGE: &str = "the number is too large";
 
-/// The parser's words about a fault, and those for a user.
-const WORDS: [(&str, &str); 21] = [
-    (
-        "EOF while parsing a list",
-        "the document ends within a list",
-    ),
-    (
-        "EOF while parsing a string",
-        "the document ends within a text",
-    ),
-    (
-        "EOF while parsing an object",
-        "the document ends within an object",
-    ),
-    (
-        "EOF while parsing a value",
-        "the document ends where a value should stand",
-    ),
-    (
-        "expected `:`",
-        "a colon should stand here, between a name and its value",
-    ),
-    (
-        "expected `,` or `]`",
-        "a comma should stand here, or the end of the list, `]`",
-    ),
-    (
-        "expected `,` or `}`",
-        "a comma should stand here, or the end of the object, `}`",
-    ),
-    (
-        "expected ident",
-        "a value should stand here: an object, a list, a text, a number, true, false or null",
-    ),
-    (
-        "expected value",
-        "a value should stand here: an object, a list, a text, a number, true, false or null",
-    ),
-    (
-        "key must be a string",
-        "a name in double quotes should stand here",
-    ),
-    (
-        "invalid escape",
-        "a text has a backslash before a letter that JSON does not escape",
-    ),
-    ("invalid number", "a number is not written as JSON has it"),
-    ("number out of range", "the number is too large"),
-    ("invalid unicode code point", "a text is not UTF-8"),
-    (
-        "control character",
-        "a text has a line break, a tab or another control character that is not escaped",
-    ),
-    ("trailing comma", TRAILING_COMMA),
-    (
-        "trailing characters",
-        "something stands behind the end of the document",
-    ),
-    (
-        "lone leading surrogate",
-        "a text has half a letter, as two escapes `\\u` should name it",
-    ),
-    (
-        "unexpected end of hex escape",
-        "a text has half a letter, as two escapes `\\u` should name it",
-    ),
-    (
-        "recursion limit exceeded",
-        "lists and objects stand too deeply in each other",
-    ),
-    ("invalid type", "it is of another kind than it should be"),
-];
-
-/// A message in words of the format instead of the library's, without its line and column.
-pub(super) fn plain(error: &serde_json::Error) -> String {
+/// The library's message without its line and column.
+fn without_place(error: &serde_json::Error) -> String {
     let message = error.to_string();
-    let end = message.rfind(" at line ").unwrap_or(message.len());
-    let message = &message[..end];
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    message.strip_suffix(&place).unwrap_or(&message).to_owned()
+}
+
+/// A message in words of the format instead of the library's.
+fn plain(error: &serde_json::Error) -> String {
+    let message = without_place(error);
     if let Some(member) = message.strip_prefix("missing field ") {
         return format!("it has no {member}");
     }
     if let Some(member) = message.strip_prefix("duplicate field ") {
         return format!("it has two members {member}");
     }
-    let mut known = WORDS.iter();
-    let found = known.find(|(start, _)| message.starts_with(start));
-    found
-        .map_or("it is not valid JSON", |(_, words)| words)
-        .to_owned()
+    let words = match &message[..] {
+        "EOF while parsing a list" => "the document ends within a list",
+        "EOF while parsing a string" => "the document ends within a text",
+        "EOF while parsing an object" => "the document ends within an object",
+        "EOF while parsing a value" => "the document ends where a value should stand",
+        "expected `:`" => "a colon should stand here, between a name and its value",
+        "expected `,` or `]`" => "a comma should stand here, or the end of the list, `]`",
+        "expected `,` or `}`" => "a comma should stand here, or the end of the object, `}`",
+        "expected ident" | "expected value" => {
+            "a value should stand here: an object, a list, a text, a number, true, false or null"
+        }
+        "key must be a string" => "a name in double quotes should stand here",
+        "invalid escape" => "a text has a backslash before a letter that JSON does not escape",
+        "invalid number" => "a number is not written as JSON has it",
+        "number out of range" => TOO_LARGE,
+        "invalid unicode code point" => "a text is not UTF-8",
+        "trailing comma" => TRAILING_COMMA,
+        "trailing characters" => "something stands behind the end of the document",
+        "lone leading surrogate in hex escape" | "unexpected end of hex escape" => {
+            "a text has half a letter, as two escapes `\\u` should name it"
+        }
+        "recursion limit exceeded" => "lists and objects stand too deeply in each other",
+        _ if message.starts_with("control character") => {
+            "a text has a line break, a tab or another control character that is not escaped"
+        }
+        _ => "it is not valid JSON",
+    };
+    words.to_owned()
+}
+
+/// Words for a fault of the value with this text.
+pub(super) fn of_value(error: &serde_json::Error, text: &str) -> String {
+    let message = without_place(error);
+    if message == "trailing characters" {
+        return "it should be a shorter list".to_owned();
+    }
+    let Some((_, expected)) = message.rsplit_once(", expected ") else {
+        return plain(error);
+    };
+    let wanted = match expected {
+        "usize" | "u32" | "u64" => "a whole number",
+        "f64" => "a number",
+        "a string" => "a text",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        _ => match expected.strip_prefix("an array of length ") {
+            Some(length) => &format!("a list of {length} numbers"),
+            // A map, or a structure by its name.
+            None => "an object",
+        },
+    };
+    match text.parse::<f64>() {
+        Ok(number) if wanted == "a whole number" => match number > 0.0 && number.fract() == 0.0 {
+            true => TOO_LARGE.to_owned(),
+            false => format!(
+                "it should be a whole number from 0 on, not {}",
+                quoted(text)
+            ),
+        },
+        _ => wrong_kind(wanted, text),
+    }
+}
+
+/// Words for a value of another kind, or for a list of another length.
+pub(super) fn wrong_kind(wanted: &str, text: &str) -> String {
+    let found = match text.as_bytes().first() {
+        Some(b'{') => "an object",
+        Some(b'[') => "a list",
+        Some(b'"') => "a text",
+        Some(b't' | b'f') => "true or false",
+        Some(b'n') | None => "null",
+        Some(_) => "a number",
+    };
+    match wanted.starts_with(found) {
+        true => format!("it should be {wanted}"),
+        false => format!("it should be {wanted}, not {found}"),
+    }
 }
 
 /// The offset of a fault in a document, and words for it.
