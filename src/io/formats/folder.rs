@@ -137,7 +137,7 @@ impl Folder {
             .lend(size, || format!("to read {}", quoted_file(&name())))?;
         let bytes = std::fs::read(&file.0).map_err(|e| e.to_string())?;
         match foreign::refusal(&bytes) {
-            Some(words) => Err(words.into()),
+            Some(words) => Err(words),
             None => Ok(bytes),
         }
     }
