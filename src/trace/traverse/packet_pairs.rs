@@ -32,6 +32,17 @@ pub(crate) trait LimitedRays {
     /// Sets `blocked` to the lanes (as bits) that hit anything before their limits, for all packets
     /// of a queue.
     fn occluded_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]);
+    /// The next hits of eight rays after `after`: see [`PacketKernel::next`].
+    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket;
+    /// The next few hits of eight rays: see [`PacketKernel::next_hits`].
+    fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &RefCell<HitsByLane>,
+    );
 }
 
 impl<'a, T: Counters> PacketPairs<'a, T> {
@@ -41,23 +52,6 @@ impl<'a, T: Counters> PacketPairs<'a, T> {
             sixteen: PacketKernel::counting(bvh),
             pairs,
         }
-    }
-
-    /// The hits of eight rays that come after others: see [`PacketKernel::next`].
-    pub(super) fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
-        self.eight.next(rays, active, after)
-    }
-
-    /// The next few hits of eight rays: see [`PacketKernel::next_hits`].
-    pub(super) fn next_hits(
-        &mut self,
-        rays: &RayPacket,
-        active: Mask8,
-        after: &HitPacket,
-        most: usize,
-        found: &RefCell<HitsByLane>,
-    ) {
-        self.eight.next_hits(rays, active, after, most, found);
     }
 
     fn closest_of(
@@ -151,6 +145,21 @@ impl<T: Counters> LimitedRays for PacketPairs<'_, T> {
 
     fn occluded_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]) {
         self.occluded_of(rays, 0..tmax.len(), TMaxOf::Each(tmax), blocked);
+    }
+
+    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
+        self.eight.next(rays, active, after)
+    }
+
+    fn next_hits(
+        &mut self,
+        rays: &RayPacket,
+        active: Mask8,
+        after: &HitPacket,
+        most: usize,
+        found: &RefCell<HitsByLane>,
+    ) {
+        self.eight.next_hits(rays, active, after, most, found);
     }
 }
 

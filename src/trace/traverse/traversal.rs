@@ -61,15 +61,6 @@ pub struct Traversal<'a>(Box<dyn QueueTracer + Send + 'a>);
 trait QueueTracer {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]);
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]);
-    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket;
-    fn next_hits(
-        &mut self,
-        rays: &RayPacket,
-        active: Mask8,
-        after: &HitPacket,
-        most: usize,
-        found: &RefCell<HitsByLane>,
-    );
     fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits);
     fn packets(&mut self) -> &mut dyn LimitedRays;
     fn stats(&self) -> TraversalStats;
@@ -112,7 +103,7 @@ impl<'a> Traversal<'a> {
     /// The next hits of eight rays after `after`, by (t, prim_id), before their `tmax`. Lanes that
     /// are not active are returned as a miss.
     pub fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
-        self.0.next(rays, active, after)
+        self.packets().next(rays, active, after)
     }
 
     /// Adds the hits of eight rays after `after`, before their `tmax`, to their lists in no order:
@@ -126,7 +117,7 @@ impl<'a> Traversal<'a> {
         found: &mut HitsByLane,
     ) {
         let shared = RefCell::new(std::mem::take(found));
-        self.0.next_hits(rays, active, after, most, &shared);
+        self.packets().next_hits(rays, active, after, most, &shared);
         *found = shared.into_inner();
     }
 
@@ -364,21 +355,6 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
                 self.occluded_by_beam(true, rays, batch, tmax, blocked);
             }
         }
-    }
-
-    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
-        self.packets.next(rays, active, after)
-    }
-
-    fn next_hits(
-        &mut self,
-        rays: &RayPacket,
-        active: Mask8,
-        after: &HitPacket,
-        most: usize,
-        found: &RefCell<HitsByLane>,
-    ) {
-        self.packets.next_hits(rays, active, after, most, found);
     }
 
     fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits) {
