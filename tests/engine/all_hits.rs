@@ -243,7 +243,7 @@ fn rows_that_are_none_are_refused() {
         let error = bvh.all_hits_batch(&rows, 1).unwrap_err();
         assert_eq!(error.column, column);
     }
-    // Of one ray no number is read beyond the third, however far the next would be.
+    // A single ray has no next row, so its stride cannot lead out of the array.
     let one = rows(&numbers, &numbers, usize::MAX / 9, all);
     assert_eq!(one.len(), 1);
     assert!(bvh.all_hits_batch(&one, 1).is_ok());

@@ -140,18 +140,14 @@ impl<'a> DiagnosticSink<'a> {
 
     /// Adds a remark that a texture is left out: one for all with this reason.
     pub(super) fn texture_left_out(&mut self, span: Span, name: &str, reason: String) {
-        let names = match self
+        let known = self
             .left_out
             .iter_mut()
-            .find(|(known, ..)| *known == reason)
-        {
-            Some((.., names)) => names,
-            None => {
-                self.left_out.push((reason, span, Vec::new()));
-                &mut self.left_out.last_mut().expect("pushed").2
-            }
-        };
-        names.push(name.to_owned());
+            .find(|(known, ..)| *known == reason);
+        match known {
+            Some((.., names)) => names.push(name.to_owned()),
+            None => self.left_out.push((reason, span, vec![name.to_owned()])),
+        }
     }
 
     /// Returns true if there is no point in reading on.

@@ -207,7 +207,7 @@ fn picture(scene: &Scene, bvh: Option<Bvh>, size: Option<(u32, u32)>) -> Frame {
     let accel = bvh.map_or_else(|| Accel::build(scene, Engine::Simd), Accel::with_tree);
     let own = (scene.width, scene.height);
     let (width, height) = size.unwrap_or(match own {
-        // What formats without a size have is too large for thousands of pictures.
+        // The default size of formats without one: too large for thousands of pictures.
         (24, 18) => own,
         (width, height) => (width.div_ceil(40), height.div_ceil(40)),
     });
