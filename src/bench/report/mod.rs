@@ -1,13 +1,13 @@
 //! Records of benchmark runs: their layout, statistics, comparison, and presentation as a page.
 
 mod baseline;
-mod best_rows;
 mod comparison;
 mod files;
 pub mod html;
 mod machine;
 mod readme_table;
 mod record;
+mod record_index;
 mod statistics;
 mod text;
 
@@ -16,7 +16,6 @@ pub use baseline::{
     Normalisation, RETAKES, RateChange, Regression, RowChange, RowKey, changes_table,
     check_baseline, compare, counters, counters_table, regressions_table,
 };
-pub use best_rows::{AUTO, BestRows, SharedMean, is_peer, kinds_frame_first, quotable_line};
 pub use comparison::{
     ComparedRate, ComparedRecord, ComparisonOptions, ComparisonTable, EngineRank, KernelChange,
     MeanRates, MeanRatios, RecordComparison, comparison_markdown, comparison_tables,
@@ -25,5 +24,6 @@ pub use comparison::{
 pub use files::{RecordError, load, to_csv, to_json};
 pub use readme_table::{readme_table, scene_table};
 pub use record::*;
+pub use record_index::{AUTO, RecordIndex, SpeedRatio, is_peer, kinds_frame_first, quotable_line};
 pub use statistics::{geometric_mean, median};
-pub use text::{ColumnLayout, fitted_table, wrapped};
+pub use text::{ColumnLayout, fitted_table, rate, wrapped};

@@ -212,6 +212,12 @@ impl RateRow {
     pub fn name(&self) -> String {
         [&*self.scene, &*self.rays, &*self.engine, &*self.kernel].join(" ")
     }
+
+    /// Returns true if the row has a rate that can be used.
+    pub fn has_rate(&self) -> bool {
+        let median = self.mrays_per_s.median;
+        median.is_finite() && median > 0.0
+    }
 }
 
 /// A rate and its uncertainty, by a bootstrap of the rounds; each piece of the work counts with its

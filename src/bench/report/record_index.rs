@@ -1,5 +1,7 @@
-//! The row that stands for each engine in a record, and means and ratios of such rows.
+//! The rows of a record by what they measure, the row that stands for each engine, and means and
+//! ratios of such rows.
 
+use super::text::{counted, rate};
 use super::{BenchRecord, ORACLE, PHALANX, RateRow, geometric_mean};
 use crate::ray_kind::{FRAME, RayKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,75 +9,118 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The kernel that `render` would use, which stands for ours.
 pub const AUTO: &str = "auto";
 
+/// Scene, kind of rays, engine and threads of a rate.
+pub(super) type RateKey<'a> = (&'a str, &'a str, &'a str, u32);
+
+/// A rate's key, and its kernel or mode.
+pub(super) type KernelKey<'a> = (RateKey<'a>, &'a str);
+
+/// The key of a row.
+pub(super) fn kernel_key(row: &RateRow) -> KernelKey<'_> {
+    let rate = (&*row.scene, &*row.rays, &*row.engine, row.threads);
+    (rate, &row.kernel)
+}
+
+/// The rows that have a rate, by their keys.
+pub(super) fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
+    let usable = rows.iter().filter(|row| row.has_rate());
+    usable.map(|row| (kernel_key(row), row)).collect()
+}
+
 /// Rows by entrant: `auto`, our kernels by name, the oracle, and each peer by its fastest exact
-/// mode.
-pub struct BestRows<'a> {
-    /// Kinds of rays, whole frames first.
+/// mode. Rows without a rate are left out.
+pub struct RecordIndex<'a> {
+    /// Kinds of rays that `auto` has, whole frames first.
     pub kinds: Vec<&'a str>,
-    /// Thread counts of our rows, fewest first.
+    /// Thread counts of `auto`, fewest first.
     pub threads: Vec<u32>,
     /// Scenes, in the order of the rows.
     pub scenes: Vec<&'a str>,
     /// Names of the other entrants: our kernels, the oracle, then peers.
     pub others: Vec<&'a str>,
-    /// The engines of the rows.
-    pub engines: BTreeSet<&'a str>,
+    /// The engines of all rows: ours, the oracle, then peers.
+    pub engines: Vec<&'a str>,
     rows: BTreeMap<BestKey<'a>, &'a RateRow>,
 }
 
 /// Entrant, scene, kind of rays, threads.
 type BestKey<'a> = (&'a str, &'a str, &'a str, u32);
 
-/// The rates of an entrant on all scenes that it shares with `auto`.
+/// Our rates as a multiple of an entrant's, over the scenes that both have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SharedMean {
-    /// Geometric mean of `auto` divided by the entrant.
-    pub ratio: f64,
+pub struct SpeedRatio {
+    /// Geometric mean.
+    pub mean: f64,
+    /// The ratio of the scene where it is least.
+    pub least: f64,
+    /// The ratio of the scene where it is greatest.
+    pub most: f64,
     /// Number of scenes.
     pub scenes: usize,
 }
 
-impl<'a> BestRows<'a> {
-    /// The rows that stand for the entrants among some rows. Rows without a rate are left out, and
-    /// so are inexact modes.
-    pub fn of(rows: &'a [RateRow]) -> BestRows<'a> {
+impl<'a> RecordIndex<'a> {
+    /// The index of some rows.
+    pub fn of(rows: &'a [RateRow]) -> RecordIndex<'a> {
         let mut best: BTreeMap<BestKey<'a>, &'a RateRow> = BTreeMap::new();
-        let usable = |row: &&RateRow| row.exact && row.mrays_per_s.median > 0.0;
-        for row in rows.iter().filter(usable) {
+        let stands = |row: &&RateRow| row.has_rate() && (row.exact || !is_peer(&row.engine));
+        for row in rows.iter().filter(stands) {
             let key = (entrant(row), &*row.scene, &*row.rays, row.threads);
             let kept = best.entry(key).or_insert(row);
             if row.mrays_per_s.median > kept.mrays_per_s.median {
                 *kept = row;
             }
         }
-        let names: BTreeSet<&str> = best.keys().map(|key| key.0).collect();
-        let rank = |name: &&str| match *name {
-            ORACLE => 1,
-            name if rows.iter().any(|r| r.engine == PHALANX && r.kernel == name) => 0,
-            _ => 2,
-        };
-        let mut others: Vec<&str> = names.into_iter().filter(|name| *name != AUTO).collect();
-        others.sort_by_key(rank);
+        let engine_rank = |name: &&str| [PHALANX, ORACLE].iter().position(|of| of == name);
+        let engines: BTreeSet<&str> = rows.iter().map(|row| row.engine.as_str()).collect();
+        let mut engines: Vec<&str> = engines.into_iter().collect();
+        engines.sort_by_key(|name| engine_rank(name).unwrap_or(2));
+        let others: BTreeMap<&str, &str> = best
+            .iter()
+            .map(|(key, row)| (key.0, row.engine.as_str()))
+            .filter(|(name, _)| *name != AUTO)
+            .collect();
+        let mut others: Vec<(&str, &str)> = others.into_iter().collect();
+        others.sort_by_key(|(_, engine)| engine_rank(engine).unwrap_or(2));
         let ours = || best.keys().filter(|key| key.0 == AUTO);
         let threads: BTreeSet<u32> = ours().map(|key| key.3).collect();
         let measured: BTreeSet<&str> = ours().map(|key| key.2).collect();
         let mut seen = BTreeSet::new();
         let scenes = rows.iter().map(|row| row.scene.as_str());
-        BestRows {
+        RecordIndex {
             kinds: kinds_frame_first()
                 .filter(|kind| measured.contains(kind))
                 .collect(),
             threads: threads.into_iter().collect(),
             scenes: scenes.filter(|scene| seen.insert(*scene)).collect(),
-            others,
-            engines: rows.iter().map(|row| row.engine.as_str()).collect(),
+            others: others.into_iter().map(|(name, _)| name).collect(),
+            engines,
             rows: best,
         }
+    }
+
+    /// The peers that took part.
+    pub fn peers(&self) -> impl Iterator<Item = &'a str> {
+        let engines = self.engines.iter().copied();
+        engines.filter(|engine| is_peer(engine))
     }
 
     /// The row of an entrant.
     pub fn get(&self, name: &str, scene: &str, rays: &str, threads: u32) -> Option<&'a RateRow> {
         self.rows.get(&(name, scene, rays, threads)).copied()
+    }
+
+    /// The rate of an entrant, millions of rays a second.
+    pub fn rate(&self, name: &str, scene: &str, rays: &str, threads: u32) -> Option<f64> {
+        let row = self.get(name, scene, rays, threads)?;
+        Some(row.mrays_per_s.median)
+    }
+
+    /// The row that stands for each engine: ours is `auto`.
+    pub(super) fn by_engine(&self) -> BTreeMap<RateKey<'a>, &'a RateRow> {
+        let rows = self.rows.iter();
+        let rows = rows.filter(|(key, row)| key.0 == AUTO || row.engine != PHALANX);
+        rows.map(|(_, row)| (kernel_key(row).0, *row)).collect()
     }
 
     /// Geometric mean of an entrant's rates over its scenes.
@@ -85,14 +130,36 @@ impl<'a> BestRows<'a> {
     }
 
     /// Our rates as a multiple of another entrant's, over the scenes that both have.
-    pub fn over(&self, name: &str, rays: &str, threads: u32) -> Option<SharedMean> {
-        let ratio = |scene: &&str| {
-            let ours = self.rate(AUTO, scene, rays, threads)?;
-            Some(ours / self.rate(name, scene, rays, threads)?)
+    pub fn over(&self, name: &str, rays: &str, threads: u32) -> Option<SpeedRatio> {
+        let other = |scene: &str| self.rate(name, scene, rays, threads);
+        self.over_rates(rays, threads, other)
+    }
+
+    /// Our rates as a multiple of the fastest peer's in each scene.
+    pub fn over_best_peer(&self, rays: &str, threads: u32) -> Option<SpeedRatio> {
+        let other = |scene: &str| {
+            let rates = self
+                .peers()
+                .filter_map(|peer| self.rate(peer, scene, rays, threads));
+            rates.max_by(f64::total_cmp)
         };
+        self.over_rates(rays, threads, other)
+    }
+
+    fn over_rates(
+        &self,
+        rays: &str,
+        threads: u32,
+        other: impl Fn(&str) -> Option<f64>,
+    ) -> Option<SpeedRatio> {
+        let ratio = |scene: &&str| Some(self.rate(AUTO, scene, rays, threads)? / other(scene)?);
         let ratios: Vec<f64> = self.scenes.iter().filter_map(ratio).collect();
-        let scenes = ratios.len();
-        geometric_mean(ratios).map(|ratio| SharedMean { ratio, scenes })
+        Some(SpeedRatio {
+            mean: geometric_mean(ratios.iter().copied())?,
+            least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
+            most: ratios.iter().copied().fold(0.0, f64::max),
+            scenes: ratios.len(),
+        })
     }
 
     /// Geometric mean of our rates as a multiple of another entrant's, over all scenes and kinds of
@@ -106,11 +173,6 @@ impl<'a> BestRows<'a> {
             let ours = self.rate(AUTO, scene, rays, threads)?;
             Some(ours / other.mrays_per_s.median)
         }))
-    }
-
-    fn rate(&self, name: &str, scene: &str, rays: &str, threads: u32) -> Option<f64> {
-        let row = self.get(name, scene, rays, threads)?;
-        Some(row.mrays_per_s.median)
     }
 }
 
@@ -136,21 +198,19 @@ pub fn is_peer(engine: &str) -> bool {
 /// part. It is about primary rays where there are any, on the most threads. `None` where there are
 /// no rates of ours.
 pub fn quotable_line(record: &BenchRecord) -> Option<String> {
-    let best = BestRows::of(&record.rows);
+    let best = RecordIndex::of(&record.rows);
     let kind = RayKind::names().find(|kind| best.kinds.contains(kind))?;
     let threads = *best.threads.last()?;
-    let rate = super::text::rate(best.mean(AUTO, kind, threads)?);
+    let rate = rate(best.mean(AUTO, kind, threads)?);
     let mut parts = vec![format!("phalanx {rate} Mrays/s {kind}")];
     let over = |name: &str, shown: &str| {
-        let mean = best.over(name, kind, threads)?;
-        Some(format!("{:.2} × {shown}", mean.ratio))
+        let ratio = best.over(name, kind, threads)?;
+        Some(format!("{:.2} × {shown}", ratio.mean))
     };
-    let of_peers = best.engines.iter().filter(|engine| is_peer(engine));
-    parts.extend(of_peers.filter_map(|name| over(name, name)));
+    parts.extend(best.peers().filter_map(|name| over(name, name)));
     if parts.len() == 1 {
         parts.extend(over(ORACLE, "its scalar oracle"));
     }
-    let counted = super::text::counted;
     let (threads, scenes) = (
         counted(threads as usize, "thread"),
         counted(best.scenes.len(), "scene"),
@@ -190,9 +250,9 @@ mod tests {
             row("b", ("phalanx", "auto"), 32.0, true),
             row("b", ("oracle", "scalar"), 1.0, true),
         ];
-        let best = BestRows::of(&rows);
+        let best = RecordIndex::of(&rows);
         assert_eq!(best.others, ["packet8", "oracle", "embree"]);
-        let over = |name| best.over(name, "primary", 1).map(|m| (m.ratio, m.scenes));
+        let over = |name| best.over(name, "primary", 1).map(|m| (m.mean, m.scenes));
         assert_eq!(over("embree"), Some((2.0, 1)));
         assert_eq!(over("oracle"), Some((32.0, 1)));
         assert_eq!(over("obvhs"), None);

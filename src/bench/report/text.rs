@@ -111,13 +111,65 @@ pub(super) fn percent(share: f64) -> String {
     format!("{tenths:+.1} %")
 }
 
-/// A rate with as many decimals as it is worth: three significant digits.
-pub(super) fn rate(mrays: f64) -> String {
-    match mrays {
-        r if r >= 100.0 => format!("{r:.0}"),
-        r if r >= 10.0 => format!("{r:.1}"),
-        r => format!("{r:.2}"),
+/// A rate with three significant digits, which is what it is worth.
+pub fn rate(mrays: f64) -> String {
+    let decimals = match mrays {
+        r if r >= 99.95 => 0,
+        r if r >= 9.995 => 1,
+        _ => 2,
+    };
+    format!("{mrays:.decimals$}")
+}
+
+/// A threshold as it was given: 0.0005 is `0.05 %`.
+pub(super) fn threshold(share: f64) -> String {
+    let percent = format!("{:.6}", 100.0 * share);
+    format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// The day of a moment such as `2026-11-27T09:00:00Z`.
+pub(super) fn day(moment: &str) -> &str {
+    moment.split('T').next().unwrap_or_default()
+}
+
+/// The first letters of a commit.
+pub(super) fn short_commit(commit: &str) -> String {
+    commit.chars().take(8).collect()
+}
+
+/// A scene's name without the part that all standard scenes share, and only its end where it is
+/// longer than `most`.
+pub(super) fn short_name(scene: &str, most: usize) -> String {
+    shortened(scene.strip_prefix("standard:").unwrap_or(scene), most)
+}
+
+/// The end of a text that is too long for its space, since paths differ at their ends.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    if length <= most {
+        return text.to_owned();
     }
+    let kept = most.saturating_sub(1);
+    let tail: String = text.chars().skip(length - kept).collect();
+    format!("…{tail}")
+}
+
+/// Text with Markdown's special characters escaped.
+pub(super) fn markdown(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '<' | '>' => out.extend(['\\', c]),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A row of a table in Markdown, its cells as they are.
+pub(super) fn markdown_row(cells: &[String]) -> String {
+    format!("| {} |\n", cells.join(" | "))
 }
 
 /// `3 scenes`, `1 scene`.
@@ -175,9 +227,11 @@ mod tests {
         assert_eq!(percent(0.0321), "+3.2 %");
         assert_eq!(percent(-0.0001), "0.0 %");
         assert_eq!(
-            [rate(123.4), rate(12.34), rate(1.234)],
-            ["123", "12.3", "1.23"]
+            [rate(123.4), rate(99.96), rate(12.34), rate(1.234)],
+            ["123", "100", "12.3", "1.23"]
         );
+        assert_eq!(threshold(0.0005), "0.05 %");
+        assert_eq!(short_name("standard:terrain:1M", 6), "…in:1M");
         assert_eq!(counted(1, "row") + " " + &counted(0, "row"), "1 row 0 rows");
     }
 }

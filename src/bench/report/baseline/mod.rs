@@ -20,6 +20,7 @@ pub(super) use compatibility::of_rays;
 pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline};
 pub use counters::{CountDifference, CounterChange, counters};
 pub use log_change::RateChange;
+pub(super) use regressions::ROWS_TO_DECIDE;
 pub use regressions::{RETAKES, Regression};
 pub(super) use text::BY_RAYS_HEAD;
 pub use text::{changes_table, counters_table, regressions_table};

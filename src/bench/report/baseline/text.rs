@@ -4,7 +4,7 @@ use super::{
     Changes, CountDifference, CounterChange, GroupChange, Grouping, Normalisation, RateChange,
     Regression, RowChange,
 };
-use crate::report::text::{aligned, counted, percent, rate};
+use crate::report::text::{self, aligned, counted, percent, rate};
 
 /// Most rows of a table: those that matter come first.
 const MAX_ROWS: usize = 12;
@@ -77,8 +77,8 @@ fn group_cells(group: &GroupChange) -> Vec<String> {
 /// The regressions, worst first; a sentence where there are none.
 pub fn regressions_table(regressions: &[Regression], threshold: f64) -> String {
     if regressions.is_empty() {
-        let percent = share_in_percent(threshold);
-        return format!("Nothing is slower by more than {percent}.\n");
+        let share = text::threshold(threshold);
+        return format!("Nothing is slower by more than {share}.\n");
     }
     let by = |r: &Regression| match r {
         Regression::Group(group) => group.change.by,
@@ -148,12 +148,6 @@ fn change_cells(change: &RateChange, normalised: bool) -> [String; 2] {
     [percent(change.by) + star, interval]
 }
 
-/// A share as it was given: 0.0005 is 0.05 %.
-fn share_in_percent(share: f64) -> String {
-    let percent = format!("{:.6}", 100.0 * share);
-    format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
-}
-
 fn summary(changes: &Changes, threshold: f64) -> String {
     let count =
         |is: &dyn Fn(&RateChange) -> bool| changes.rows.iter().filter(|r| is(&r.change)).count();
@@ -162,7 +156,7 @@ fn summary(changes: &Changes, threshold: f64) -> String {
         counted(changes.rows.len(), "row"),
         count(&|c| c.slower_than(threshold)),
         count(&|c| c.faster_than(threshold)),
-        share_in_percent(threshold),
+        text::threshold(threshold),
     );
     if changes
         .rows

@@ -5,28 +5,20 @@
 //! the same, its own change ([`RunNoise`]) is taken out.
 
 mod rates;
-mod row_keys;
 mod run_noise;
 mod summary;
 mod tables;
 
 pub use rates::ComparedRate;
+pub use run_noise::KernelChange;
 pub use summary::{EngineRank, MeanRates, MeanRatios};
 pub(super) use tables::differing;
 pub use tables::{ComparisonTable, comparison_markdown, comparison_tables, comparison_text};
 
 use super::baseline::of_rays;
-use super::{BenchRecord, BestRows, RateChange, RateRow};
-use run_noise::{RunNoise, kernel_changes};
+use super::{BenchRecord, RateChange, RateRow, RecordIndex};
+use run_noise::{RunNoise, changed_kernels};
 use serde::Serialize;
-
-/// Least number of rates whose median says something of a kernel.
-const MIN_RATES: usize = 4;
-
-/// Threshold of a whole kernel, as a share of that of one rate: its median is known that much
-/// better. On a busy machine it found a kernel 5 % slower in five pairs of records of six, and none
-/// in 552 that had not changed (`perf/notes/noise.md`).
-const KERNEL_THRESHOLD: f64 = 1.0 / 3.0;
 
 /// Settings of a comparison.
 #[derive(Clone, Copy, Debug)]
@@ -98,33 +90,18 @@ pub struct ComparedRecord {
     pub remarks: Vec<String>,
 }
 
-/// A kernel whose rates have changed together since the first record.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct KernelChange {
-    /// Index of the record.
-    pub record: usize,
-    /// Kernel.
-    pub kernel: String,
-    /// Threads.
-    pub threads: u32,
-    /// Number of its rates.
-    pub rates: usize,
-    /// Median of their changes, beyond the machine's, with its 95 % interval.
-    pub change: RateChange,
-}
-
 impl RecordComparison {
     /// Compares records, which come with a name each. Differences are from the first.
     pub fn of(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
         let rows: Vec<&[RateRow]> = records.iter().map(|(_, r)| r.rows.as_slice()).collect();
-        let best: Vec<BestRows> = rows.iter().map(|rows| BestRows::of(rows)).collect();
-        let ranking = summary::ranking(&rows);
+        let best: Vec<RecordIndex> = rows.iter().map(|rows| RecordIndex::of(rows)).collect();
+        let ranking = summary::ranking(&best);
         let noise: Vec<Option<RunNoise>> = records
             .iter()
             .skip(1)
             .map(|(_, record)| RunNoise::of(records[0].1, record))
             .collect();
-        let engines = rates::best_of_engines(&rows, &noise, options.threshold);
+        let engines = rates::best_of_engines(&best, &noise, options.threshold);
         let kernels = rates::every_kernel(&rows, &noise, options.threshold);
         let compared = match options.all {
             true => &kernels,
@@ -138,7 +115,7 @@ impl RecordComparison {
         RecordComparison {
             threshold: options.threshold,
             records: compared_records(records, &noise),
-            kernels: changed_kernels(records, &noise, options.threshold * KERNEL_THRESHOLD),
+            kernels: changed_kernels(&noise, options.threshold),
             ranked_rates: ranking.rates,
             ranked_scenes: ranking.scenes,
             ranks: ranking.ranks,
@@ -156,35 +133,6 @@ impl RecordComparison {
     }
 }
 
-/// Our kernels whose rates together differ by more than their threshold, the whole interval.
-fn changed_kernels(
-    records: &[(&str, &BenchRecord)],
-    noise: &[Option<RunNoise>],
-    threshold: f64,
-) -> Vec<KernelChange> {
-    let of_record = |record: usize| {
-        let (old, new) = (records[0].1, records[record].1);
-        let found = noise[record - 1].map(|noise| kernel_changes(old, new, noise));
-        found
-            .into_iter()
-            .flatten()
-            .map(move |(kernel, threads, rates, change)| KernelChange {
-                record,
-                kernel,
-                threads,
-                rates,
-                change,
-            })
-    };
-    let all = (1..records.len()).flat_map(of_record);
-    all.filter(|kernel| {
-        let change = kernel.change;
-        kernel.rates >= MIN_RATES
-            && (change.slower_than(threshold) || change.faster_than(threshold))
-    })
-    .collect()
-}
-
 fn compared_records(
     records: &[(&str, &BenchRecord)],
     noise: &[Option<RunNoise>],
@@ -200,7 +148,9 @@ fn compared_records(
         started: record.run.started.clone(),
         quality: record.run.quality.clone(),
         peers: record.run.peers.clone(),
-        machine: i.checked_sub(1).and_then(|i| Some(noise[i]?.machine())),
+        machine: i
+            .checked_sub(1)
+            .and_then(|i| Some(noise[i].as_ref()?.machine())),
         remarks: remarks(records[0].1, record),
     };
     records.iter().enumerate().map(of).collect()

@@ -1,8 +1,8 @@
 //! The rates that all records have, with their differences from the first record.
 
-use super::row_keys::{RateKey, by_kernel, has_rate, kernel_key};
 use super::run_noise::{RunNoise, rate_change};
-use crate::report::{AUTO, Estimate, PHALANX, RateChange, RateRow};
+use crate::report::record_index::{RateKey, by_kernel, kernel_key};
+use crate::report::{Estimate, RateChange, RateRow, RecordIndex};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -39,16 +39,15 @@ impl ComparedRate {
     }
 }
 
-type RowsByKey<'a> = BTreeMap<RateKey<'a>, &'a RateRow>;
-
 /// The best row of every engine that all records have: ours is `auto`, a peer's its fastest exact
 /// mode.
 pub(super) fn best_of_engines(
-    records: &[&[RateRow]],
+    records: &[RecordIndex],
     noise: &[Option<RunNoise>],
     threshold: f64,
 ) -> Vec<ComparedRate> {
-    let best: Vec<RowsByKey> = records.iter().map(|rows| best_rows(rows)).collect();
+    let best: Vec<BTreeMap<RateKey, &RateRow>> =
+        records.iter().map(RecordIndex::by_engine).collect();
     let Some(first) = best.first() else {
         return Vec::new();
     };
@@ -57,20 +56,6 @@ pub(super) fn best_of_engines(
         compared(&rows?, noise, threshold)
     };
     first.keys().filter_map(rate).collect()
-}
-
-/// Best row of each engine in a record.
-pub(super) fn best_rows(rows: &[RateRow]) -> RowsByKey<'_> {
-    let mut best = RowsByKey::new();
-    let stands = |row: &&RateRow| row.exact && (row.engine != PHALANX || row.kernel == AUTO);
-    for row in rows.iter().filter(stands).filter(|row| has_rate(row)) {
-        let key = (&*row.scene, &*row.rays, &*row.engine, row.threads);
-        let kept = best.entry(key).or_insert(row);
-        if row.mrays_per_s.median > kept.mrays_per_s.median {
-            *kept = row;
-        }
-    }
-    best
 }
 
 /// Every row that all records have, in the order of the first.
@@ -90,7 +75,7 @@ pub(super) fn every_kernel(
         }
         compared(&rows, noise, threshold)
     };
-    let usable = first.iter().filter(|row| has_rate(row));
+    let usable = first.iter().filter(|row| row.has_rate());
     usable.filter_map(rate).collect()
 }
 
@@ -98,7 +83,7 @@ pub(super) fn every_kernel(
 fn compared(rows: &[&RateRow], noise: &[Option<RunNoise>], threshold: f64) -> Option<ComparedRate> {
     let (first, others) = rows.split_first()?;
     let changes = others.iter().zip(noise);
-    let changes = changes.map(|(row, noise)| rate_change(first, row, *noise));
+    let changes = changes.map(|(row, noise)| rate_change(first, row, noise.as_ref()));
     let changes: Vec<RateChange> = changes.collect::<Option<_>>()?;
     let differs = changes
         .iter()

@@ -1,11 +1,12 @@
-//! Differences between two runs on one machine that are not the program's: the machine's speed at
-//! the time, and noise that the rounds of one run do not show. `perf/notes/noise.md` has how often
-//! they deceive.
+//! Differences of one run from another on the same machine: the machine's speed at the time, noise
+//! that the rounds of one run do not show, and kernels that changed. `perf/notes/noise.md` has how
+//! often they deceive.
 
-use super::row_keys::by_kernel;
-use crate::report::baseline::LogRate;
+use crate::report::baseline::{LogRate, ROWS_TO_DECIDE};
+use crate::report::record_index::by_kernel;
 use crate::report::statistics::median;
 use crate::report::{BenchRecord, PHALANX, RateChange, RateRow};
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Standard deviation of a normal distribution in median absolute deviations.
@@ -14,19 +15,39 @@ const DEVIATION: f64 = 1.4826;
 /// Variance of the median of many normal samples, as a multiple of their mean's: π/2.
 const OF_MEDIAN: f64 = std::f64::consts::FRAC_PI_2;
 
-/// The machine's part in the changes from one run to another.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RunNoise {
+/// Threshold of a whole kernel, as a share of that of one rate: its median is known that much
+/// better. On a busy machine it found a kernel 5 % slower in five pairs of records of six, and none
+/// in 552 that had not changed (`perf/notes/noise.md`).
+const KERNEL_THRESHOLD: f64 = 1.0 / 3.0;
+
+/// A kernel whose rates have changed together since the first record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KernelChange {
+    /// Index of the record.
+    pub record: usize,
+    /// Kernel.
+    pub kernel: String,
+    /// Threads.
+    pub threads: u32,
+    /// Number of its rates.
+    pub rates: usize,
+    /// Median of their changes, beyond the machine's, with its 95 % interval.
+    pub change: RateChange,
+}
+
+/// Changes from one run to another on the same machine, and the machine's part in them.
+pub(super) struct RunNoise<'a> {
     /// Change of the machine's speed.
     machine: LogRate,
-    /// Variance of one rate's change beyond that.
-    between: f64,
+    /// The machine's part in the change of one rate: its speed, and what differs from run to run.
+    of_rate: LogRate,
+    changes: LogChanges<'a>,
 }
 
 /// Changes of an engine's kernel on a number of threads, as logarithms, over scenes and rays.
 type LogChanges<'a> = BTreeMap<(&'a str, &'a str, u32), Vec<f64>>;
 
-impl RunNoise {
+impl<'a> RunNoise<'a> {
     /// The machine's part in the changes between two records; `None` if they are of different
     /// machines or instruction sets, or have no tracer in common that is not ours.
     ///
@@ -34,7 +55,7 @@ impl RunNoise {
     /// the machine's limits. Their median counts, so that none can blame the machine alone: neither
     /// a slower kernel nor a slower oracle. Each is a median itself, because a few rates in a
     /// hundred are slowed by other load in all of their rounds.
-    pub fn of(old: &BenchRecord, new: &BenchRecord) -> Option<RunNoise> {
+    pub fn of(old: &'a BenchRecord, new: &'a BenchRecord) -> Option<RunNoise<'a>> {
         let place = |r: &BenchRecord| {
             let isa = r.program.isa_compiled.clone();
             (r.machine.cpu.clone(), r.machine.threads, isa)
@@ -66,9 +87,12 @@ impl RunNoise {
                 .map(move |change| (change - middle) * (change - middle))
         });
         let count = changes.values().map(Vec::len).sum::<usize>();
+        let machine = LogRate::new(median(&mut witnesses), variance_of_median(&others));
+        let between = LogRate::new(0.0, scatter.sum::<f64>() / count as f64);
         Some(RunNoise {
-            machine: LogRate::new(median(&mut witnesses), variance_of_median(&others)),
-            between: scatter.sum::<f64>() / count as f64,
+            machine,
+            of_rate: machine.over(between),
+            changes,
         })
     }
 
@@ -83,32 +107,37 @@ impl RunNoise {
 pub(super) fn rate_change(
     old: &RateRow,
     new: &RateRow,
-    noise: Option<RunNoise>,
+    noise: Option<&RunNoise>,
 ) -> Option<RateChange> {
     let change = LogRate::of(new)?.over(LogRate::of(old)?);
-    let change = noise.map_or(change, |noise| {
-        let between = LogRate::new(0.0, noise.between);
-        change.over(noise.machine).over(between)
-    });
+    let change = noise.map_or(change, |noise| change.over(noise.of_rate));
     Some(change.mostly())
 }
 
-/// Change of all rates of a kernel together beyond the machine's, their median: a kernel that is a
-/// little slower everywhere is found so, and in no single rate.
-pub(super) fn kernel_changes(
-    old: &BenchRecord,
-    new: &BenchRecord,
-    noise: RunNoise,
-) -> Vec<(String, u32, usize, RateChange)> {
-    let changes = changes(&old.rows, &new.rows);
-    let of_kernel = |((engine, kernel, threads), mut group): ((&str, &str, u32), Vec<f64>)| {
-        (engine == PHALANX).then(|| {
-            let change = LogRate::new(median(&mut group), variance_of_median(&group));
+/// Our kernels whose rates together differ from the first record's by more than a share of the
+/// threshold of one rate, the whole interval: a kernel that is a little slower everywhere is found
+/// so, and in no single rate.
+pub(super) fn changed_kernels(noise: &[Option<RunNoise>], threshold: f64) -> Vec<KernelChange> {
+    let mut changed = Vec::new();
+    for (i, noise) in noise.iter().enumerate() {
+        let Some(noise) = noise else { continue };
+        for ((engine, kernel, threads), changes) in &noise.changes {
+            let change = LogRate::new(median(&mut changes.clone()), variance_of_median(changes));
             let change = change.over(noise.machine).change();
-            (kernel.to_owned(), threads, group.len(), change)
-        })
-    };
-    changes.into_iter().filter_map(of_kernel).collect()
+            let threshold = threshold * KERNEL_THRESHOLD;
+            let differs = change.slower_than(threshold) || change.faster_than(threshold);
+            if *engine == PHALANX && changes.len() >= ROWS_TO_DECIDE && differs {
+                changed.push(KernelChange {
+                    record: i + 1,
+                    kernel: (*kernel).to_owned(),
+                    threads: *threads,
+                    rates: changes.len(),
+                    change,
+                });
+            }
+        }
+    }
+    changed
 }
 
 fn changes<'a>(old: &'a [RateRow], new: &'a [RateRow]) -> LogChanges<'a> {

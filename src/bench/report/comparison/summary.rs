@@ -1,7 +1,6 @@
 //! Ranks and geometric means of several records.
 
-use super::rates::best_rows;
-use crate::report::{AUTO, BestRows, ORACLE, RateRow, geometric_mean, is_peer};
+use crate::report::{AUTO, PHALANX, RecordIndex, geometric_mean};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -55,9 +54,9 @@ pub(super) struct Ranking {
 
 /// Ranks the engines of all records on the measurements that all of them have, as rebar does for
 /// regex engines.
-pub(super) fn ranking(records: &[&[RateRow]]) -> Ranking {
+pub(super) fn ranking(records: &[RecordIndex]) -> Ranking {
     type SharedRate<'a> = (&'a str, &'a str, u32);
-    let best: Vec<_> = records.iter().map(|rows| best_rows(rows)).collect();
+    let best: Vec<_> = records.iter().map(RecordIndex::by_engine).collect();
     let mut entrants: Vec<(usize, &str)> = Vec::new();
     let mut shared: Option<BTreeSet<SharedRate>> = None;
     for (record, rows) in best.iter().enumerate() {
@@ -108,20 +107,19 @@ pub(super) fn ranking(records: &[&[RateRow]]) -> Ranking {
 }
 
 /// Means of our rates by kind of rays and threads, over the scenes that all records have.
-pub(super) fn means(records: &[BestRows]) -> Vec<MeanRates> {
+pub(super) fn means(records: &[RecordIndex]) -> Vec<MeanRates> {
     let Some(first) = records.first() else {
         return Vec::new();
     };
     let of = |kind: &str, threads: u32| {
         let shared = first.scenes.iter().filter(|scene| {
-            let has = |best: &BestRows| best.get(AUTO, scene, kind, threads).is_some();
+            let has = |best: &RecordIndex| best.get(AUTO, scene, kind, threads).is_some();
             records.iter().all(has)
         });
         let shared: Vec<&str> = shared.copied().collect();
-        let mean = |best: &BestRows| {
-            let rows = shared.iter();
-            let rows = rows.filter_map(|scene| best.get(AUTO, scene, kind, threads));
-            geometric_mean(rows.map(|row| row.mrays_per_s.median))
+        let mean = |best: &RecordIndex| {
+            let scenes = shared.iter();
+            geometric_mean(scenes.filter_map(|scene| best.rate(AUTO, scene, kind, threads)))
         };
         Some(MeanRates {
             rays: kind.to_owned(),
@@ -137,12 +135,11 @@ pub(super) fn means(records: &[BestRows]) -> Vec<MeanRates> {
 }
 
 /// Our rates over those of the oracle and of each peer, by threads.
-pub(super) fn ratios(records: &[BestRows]) -> Vec<MeanRatios> {
-    let is_engine = |name: &&str| *name == ORACLE || is_peer(name);
+pub(super) fn ratios(records: &[RecordIndex]) -> Vec<MeanRatios> {
     let engines: BTreeSet<&str> = records
         .iter()
         .flat_map(|best| best.engines.iter().copied())
-        .filter(is_engine)
+        .filter(|name| *name != PHALANX)
         .collect();
     let threads: BTreeSet<u32> = records
         .iter()

@@ -1,7 +1,7 @@
 //! A comparison as tables: for the terminal, and in Markdown.
 
 use super::{ComparedRate, ComparedRecord, RecordComparison};
-use crate::report::text::{ColumnLayout, counted, fitted_table, percent, rate, wrapped};
+use crate::report::text::{self, ColumnLayout, counted, fitted_table, percent, rate, wrapped};
 use crate::report::{PHALANX, RateChange};
 use std::collections::BTreeSet;
 
@@ -78,44 +78,37 @@ pub fn comparison_markdown(of: &RecordComparison) -> String {
     let mut text = String::new();
     for record in &of.records {
         let facts = record_lines(record).join("; ");
-        let name = escaped(&record.name);
-        text += &format!("- **{}** {name}: {}\n", record.label, escaped(&facts));
+        let name = text::markdown(&record.name);
+        text += &format!(
+            "- **{}** {name}: {}\n",
+            record.label,
+            text::markdown(&facts)
+        );
     }
     for table in comparison_tables(of) {
-        text += &format!("\n{}:\n\n", escaped(&table.title));
-        text += &markdown_line(&table.head);
+        text += &format!("\n{}:\n\n", text::markdown(&table.title));
+        text += &escaped_row(&table.head);
         let rule = |column| if column < table.texts { "---" } else { "---:" };
         let rules: Vec<&str> = (0..table.head.len()).map(rule).collect();
         text += &format!("|{}|\n", rules.join("|"));
         text += &table
             .rows
             .iter()
-            .map(|row| markdown_line(row))
+            .map(|row| escaped_row(row))
             .collect::<String>();
         if !table.note.is_empty() {
-            text += &format!("\n{}\n", escaped(&table.note));
+            text += &format!("\n{}\n", text::markdown(&table.note));
         }
     }
     let closing = closing(of)
         .into_iter()
-        .map(|line| format!("\n{}\n", escaped(&line)));
+        .map(|line| format!("\n{}\n", text::markdown(&line)));
     text + &closing.collect::<String>()
 }
 
-fn markdown_line(cells: &[String]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| escaped(cell)).collect();
-    format!("| {} |\n", cells.join(" | "))
-}
-
-/// Text with Markdown's special characters escaped.
-fn escaped(text: &str) -> String {
-    let special = |c: char| "\\`*_[]|<>".contains(c);
-    let escape = |c: char| match c {
-        c if special(c) => vec!['\\', c],
-        c if c.is_control() => vec![' '],
-        c => vec![c],
-    };
-    text.chars().flat_map(escape).collect()
+fn escaped_row(cells: &[String]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| text::markdown(cell)).collect();
+    text::markdown_row(&cells)
 }
 
 /// Machine and program of a record, and its differences from the first.
@@ -124,10 +117,9 @@ fn record_lines(record: &ComparedRecord) -> Vec<String> {
     let machine = format!("{}, {threads}, built for {}", record.cpu, record.isa);
     let mut program = format!("phalanx {}", record.version);
     if let Some(commit) = &record.commit {
-        program += &format!(" {}", commit.chars().take(8).collect::<String>());
+        program += &format!(" {}", text::short_commit(commit));
     }
-    let day = record.started.split('T').next().unwrap_or_default();
-    program += &format!(", {day}");
+    program += &format!(", {}", text::day(&record.started));
     program.extend(record.peers.iter().map(|peer| format!(", {peer}")));
     let speed = record.machine.map(|machine| {
         let by = percent(machine.by);
@@ -241,7 +233,7 @@ pub(in crate::report) fn differing(of: &RecordComparison, limit: usize) -> Compa
     let (head, joined) = with_changes(of, &["scene", "rays", "tracer", "threads"]);
     let row = |compared: &ComparedRate| {
         let mut cells = vec![
-            short_name(&compared.scene),
+            text::short_name(&compared.scene, SCENE_LENGTH),
             compared.rays.clone(),
             compared.engine.clone(),
             compared.threads.to_string(),
@@ -253,7 +245,7 @@ pub(in crate::report) fn differing(of: &RecordComparison, limit: usize) -> Compa
         "{} of {} differ by more than {}, the whole interval",
         of.differing,
         counted(of.compared, "rate"),
-        threshold(of)
+        text::threshold(of.threshold)
     );
     if of.differing > limit {
         title += &format!("; the {limit} largest");
@@ -342,12 +334,12 @@ fn closing(of: &RecordComparison) -> Vec<String> {
         (true, differing) => lines.push(format!(
             "* {differing} of {} differ by more than {}, the whole interval",
             counted(of.compared, "rate"),
-            threshold(of)
+            text::threshold(of.threshold)
         )),
         (false, 0) => lines.push(format!(
             "None of {} differs by more than {}, the whole interval",
             counted(of.compared, "rate"),
-            threshold(of)
+            text::threshold(of.threshold)
         )),
         (false, _) => lines.push("--all lists every rate of every kernel".to_owned()),
     }
@@ -358,23 +350,6 @@ fn closing(of: &RecordComparison) -> Vec<String> {
         ));
     }
     lines
-}
-
-/// The threshold in percent.
-fn threshold(of: &RecordComparison) -> String {
-    let percent = format!("{:.6}", 100.0 * of.threshold);
-    format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
-}
-
-/// A scene's name without the common part, and the end of it where it is long.
-fn short_name(scene: &str) -> String {
-    let plain = scene.strip_prefix("standard:").unwrap_or(scene);
-    let length = plain.chars().count();
-    if length <= SCENE_LENGTH {
-        return plain.to_owned();
-    }
-    let tail: String = plain.chars().skip(length + 1 - SCENE_LENGTH).collect();
-    format!("…{tail}")
 }
 
 fn heads(names: &[&str]) -> Vec<String> {

@@ -9,7 +9,7 @@ use super::view::{commit_text, day, kind_text, threads_text};
 use super::{number_format, summary};
 use crate::report::comparison::{self, ComparisonTable};
 use crate::report::{
-    AUTO, BenchRecord, BestRows, Estimate, MeanRates, RecordComparison, quotable_line,
+    AUTO, BenchRecord, Estimate, MeanRates, RecordComparison, RecordIndex, quotable_line,
 };
 use maud::{Markup, html};
 
@@ -17,7 +17,7 @@ use maud::{Markup, html};
 pub(super) struct ComparedRecords<'a> {
     comparison: &'a RecordComparison,
     records: &'a [(&'a str, &'a BenchRecord)],
-    best: Vec<BestRows<'a>>,
+    best: Vec<RecordIndex<'a>>,
     /// Largest number of threads that all records were measured on.
     threads: Option<u32>,
 }
@@ -30,7 +30,10 @@ impl<'a> ComparedRecords<'a> {
         ComparedRecords {
             comparison,
             records,
-            best: records.iter().map(|(_, r)| BestRows::of(&r.rows)).collect(),
+            best: records
+                .iter()
+                .map(|(_, r)| RecordIndex::of(&r.rows))
+                .collect(),
             threads: comparison.means.iter().map(|mean| mean.threads).max(),
         }
     }
@@ -235,13 +238,9 @@ pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
             group: String::new(),
             dots: of.dots(|record| {
                 let threads = most(record)?;
-                let name = of.best[record]
-                    .others
-                    .iter()
-                    .find(|name| **name == engine)?;
-                let mean = of.best[record].over(name, kind, threads)?;
-                let (times, on) = (number_format::times(mean.ratio), threads_text(threads));
-                Some((exact(mean.ratio), format!("{kind}, {times} as fast, {on}")))
+                let ratio = of.best[record].over(engine, kind, threads)?.mean;
+                let (times, on) = (number_format::times(ratio), threads_text(threads));
+                Some((exact(ratio), format!("{kind}, {times} as fast, {on}")))
             }),
         });
         let lines: Vec<Line> = lines.filter(|line| !line.dots.is_empty()).collect();
@@ -319,8 +318,8 @@ pub(super) fn baseline(of: &ComparedRecords<'_>) -> Markup {
     let differing = comparison::differing(of.comparison, usize::MAX);
     html! {
         p {
-            "The baseline is " (of.name(0)) ". Rates are compared as they were measured; they count as different where the whole "
-            "95 % interval of the difference is beyond " (number_format::percent(of.comparison.threshold)) "."
+            "The baseline is " (of.name(0)) ". Where a record is of the same machine, changes are beyond the machine's own. Rates count as "
+            "different where the whole 99.9 % interval of the difference is beyond " (number_format::percent(of.comparison.threshold)) "."
         }
         div.grid { @if let Some(threads) = of.threads { (chart(threads)) } }
         @if differing.rows.is_empty() {

@@ -2,8 +2,8 @@
 //! above.
 
 use super::axis::{LogAxis, TICK, paint_axis};
-use super::number_format;
 use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
+use crate::report::text::shortened;
 use maud::{Markup, html};
 
 /// A value with its interval.
@@ -80,7 +80,7 @@ fn rule(y: f64) -> Markup {
 
 fn paint_line(line: &Line, axis: &LogAxis, top: f64) -> Markup {
     let y = top + 0.5 * STEP;
-    let label = number_format::shortened(&line.label, LABEL_LENGTH);
+    let label = shortened(&line.label, LABEL_LENGTH);
     let middle = 0.5 * (line.dots.len() as f64 - 1.0);
     html! {
         (text((LABELS - 8.0, y), "end", (Tint::Ink, 11.0), &label))

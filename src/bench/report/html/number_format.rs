@@ -128,17 +128,6 @@ pub(super) fn plural(number: usize, word: &str) -> String {
     format!("{}{THIN}{word}{end}", count(number as u64))
 }
 
-/// The end of a text that is too long for its space, since paths differ at their ends.
-pub(super) fn shortened(text: &str, most: usize) -> String {
-    let length = text.chars().count();
-    if length <= most {
-        return text.to_owned();
-    }
-    let kept = most.saturating_sub(1);
-    let tail: String = text.chars().skip(length - kept).collect();
-    format!("…{tail}")
-}
-
 fn with_unit(value: f64, number: &str, unit: &str) -> String {
     match value.is_finite() {
         true => format!("{number}{THIN}{unit}"),
@@ -202,6 +191,5 @@ mod tests {
         assert_eq!(plain(seconds(0.0123)), "12.3 ms");
         assert_eq!(plain(seconds(f64::NAN)), "–");
         assert_eq!(plain(percent(0.000_123)), "0.012 %");
-        assert_eq!(shortened("a/long/path", 6), "…/path");
     }
 }

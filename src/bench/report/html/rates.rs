@@ -4,15 +4,15 @@ use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{cell, folded, folded_table};
-use super::view::{RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
-use crate::report::{Estimate, PHALANX, RateRow};
+use super::view::{RecordView, kind_text, row_name, threads_text};
+use crate::report::{AUTO, Estimate, PHALANX, RateRow, is_peer};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
 /// The section; a note where no row has a rate.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
     let threads = view.threads.split_last();
-    let any = view.record.rows.iter().any(has_rate);
+    let any = view.record.rows.iter().any(RateRow::has_rate);
     let Some((&most, fewer)) = threads.filter(|_| any) else {
         return html! { p.note { "The record has no rates." } };
     };
@@ -21,7 +21,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
             "Millions of rays a second, with the interval in which another run would be 9 times in 10, on "
             (threads_text(most)) ". The axis is logarithmic: equal distances are equal factors. "
             "Ours is the kernel " code { "auto" } ", which is what " code { "render" } " would use"
-            @if view.has_peers() { "; a peer is shown by its best exact mode for each scene" }
+            @if view.index.peers().next().is_some() { "; a peer is shown by its best exact mode for each scene" }
             "."
         }
         (legend(view))
@@ -32,7 +32,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
         h3 { "All rates" }
         p.note {
             "Mrays/s, below them where another run would be 9 times in 10. "
-            @if view.has_peers() { "† marks a mode that answers too many rays otherwise to count as exact." }
+            @if view.index.peers().next().is_some() { "† marks a mode that answers too many rays otherwise to count as exact." }
         }
         @for kind in &view.kinds {
             @for threads in view.threads_from_most() {
@@ -46,7 +46,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
 pub(super) fn legend(view: &RecordView<'_>) -> Markup {
     html! {
         ul.legend {
-            @for (i, engine) in view.engines.iter().enumerate() {
+            @for (i, engine) in view.index.engines.iter().enumerate() {
                 @let meaning = match *engine {
                     PHALANX => "phalanx auto".to_owned(),
                     peer if is_peer(peer) => format!("{peer}, best exact mode"),
@@ -96,9 +96,10 @@ fn chart(name: &str, lines: &[Line], threads: u32) -> Markup {
 }
 
 fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &str) -> Line {
-    let engines = view.engines.iter().enumerate();
+    let engines = view.index.engines.iter().enumerate();
     let dots = engines.filter_map(|(style, engine)| {
-        let row = view.stands_for(engine, scene, kind, threads)?;
+        let entrant = if *engine == PHALANX { AUTO } else { engine };
+        let row = view.index.get(entrant, scene, kind, threads)?;
         let rate = row.mrays_per_s;
         Some(Dot {
             letter: String::new(),
@@ -126,12 +127,15 @@ pub(super) fn rate_name(name: &str, rate: Estimate) -> String {
 /// One kind on the given number of threads: a row per scene, a column per engine and kernel.
 fn table(view: &RecordView<'_>, kind: &str, threads: u32) -> Markup {
     let columns = columns(view, kind, threads);
+    let mut by_scene: BTreeMap<&str, BTreeMap<(&str, &str), &RateRow>> = BTreeMap::new();
+    let rows = view.record.rows.iter();
+    for row in rows.filter(|row| row.rays == kind && row.threads == threads) {
+        let of_scene = by_scene.entry(&row.scene).or_default();
+        of_scene.insert((&row.engine, &row.kernel), row);
+    }
     let rows =
         view.scenes.iter().filter_map(|scene| {
-            let mut of_scene: BTreeMap<(&str, &str), &RateRow> = BTreeMap::new();
-            for row in view.rows(scene, kind, threads) {
-                of_scene.insert((&row.engine, &row.kernel), row);
-            }
+            let of_scene = by_scene.get(scene)?;
             let timed = of_scene.values().map(|row| row.rays_timed).max()?;
             let mut cells = vec![row_name(scene), cell(number_format::count(timed))];
             let rates = columns.iter().map(|column| of_scene.get(column));
@@ -158,7 +162,7 @@ fn columns<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<(&'a str,
         .map(|r| (r.engine.as_str(), r.kernel.as_str()))
         .collect();
     columns.sort_by_key(|&(engine, kernel)| {
-        let rank = view.engines.iter().position(|e| *e == engine);
+        let rank = view.index.engines.iter().position(|e| *e == engine);
         (rank, kernel != "auto", kernel)
     });
     columns.dedup();

@@ -5,6 +5,7 @@ use super::dots::WIDTH;
 use super::number_format;
 use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
 use super::view::{RecordView, kind_text, threads_text};
+use crate::report::text::shortened;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -116,7 +117,7 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
                 (named(&of.name(), marker(*point, (tint, MarkerShape::Disc), 2.8)))
             }
             (line(&[(end.0 + 3.0, end.1), (RIGHT + 12.0, height)], Tint::Grid, 1.0))
-            (text((RIGHT + 15.0, height), "start", (tint, 11.0), &number_format::shortened(curve.family, 13)))
+            (text((RIGHT + 15.0, height), "start", (tint, 11.0), &shortened(curve.family, 13)))
         }
     };
     html! {

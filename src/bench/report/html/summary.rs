@@ -4,8 +4,8 @@ use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{TableRows, cell, folded_table, table};
-use super::view::{RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text};
-use crate::report::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow};
+use super::view::{RecordView, kind_text, threads_text};
+use crate::report::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow, SpeedRatio, is_peer};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -122,7 +122,7 @@ fn about_the_run(record: &BenchRecord) -> Vec<String> {
             "A virtual machine ({host}): its neighbours take part in what is measured."
         ));
     }
-    if record.rows.iter().any(|r| !has_rate(r)) {
+    if record.rows.iter().any(|r| !r.has_rate()) {
         warnings.push("Some rows hold no rate and are left out.".to_owned());
     }
     warnings
@@ -149,7 +149,7 @@ fn inexact(rows: &[RateRow]) -> Vec<String> {
 }
 
 fn wide_intervals(rows: &[RateRow]) -> Option<String> {
-    let good = rows.iter().filter(|r| has_rate(r));
+    let good = rows.iter().filter(|r| r.has_rate());
     let wide =
         good.filter(|r| r.mrays_per_s.high - r.mrays_per_s.low > WIDE * r.mrays_per_s.median);
     let (wide, all) = (wide.count(), rows.len());
@@ -159,50 +159,6 @@ fn wide_intervals(rows: &[RateRow]) -> Option<String> {
             "The intervals of {wide} of {} are wider than {limit} of the median.",
             number_format::plural(all, "row")
         )
-    })
-}
-
-/// Speed of our engine relative to another, over all scenes.
-struct SpeedRatio {
-    mean: f64,
-    least: f64,
-    most: f64,
-    scenes: usize,
-}
-
-fn ratio<'a>(
-    view: &RecordView<'a>,
-    kind: &str,
-    threads: u32,
-    other: impl Fn(&str) -> Option<&'a RateRow>,
-) -> Option<SpeedRatio> {
-    let rate = |row: &RateRow| row.mrays_per_s.median;
-    let of_scene =
-        |scene: &&str| Some(rate(view.auto(scene, kind, threads)?) / rate(other(scene)?));
-    let ratios: Vec<f64> = view.scenes.iter().filter_map(of_scene).collect();
-    let (mean, scenes) = geometric_mean(ratios.iter().copied())?;
-    Some(SpeedRatio {
-        mean,
-        least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
-        most: ratios.iter().copied().fold(0.0, f64::max),
-        scenes,
-    })
-}
-
-fn over_engine(
-    view: &RecordView<'_>,
-    engine: &str,
-    kind: &str,
-    threads: u32,
-) -> Option<SpeedRatio> {
-    ratio(view, kind, threads, |scene| {
-        view.stands_for(engine, scene, kind, threads)
-    })
-}
-
-fn over_best(view: &RecordView<'_>, kind: &str, threads: u32) -> Option<SpeedRatio> {
-    ratio(view, kind, threads, |scene| {
-        view.best_peer(scene, kind, threads)
     })
 }
 
@@ -242,24 +198,24 @@ fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
             .then(|| format!("On {on}, phalanx is {speeds} (geometric means over scenes)."))
     };
     let best = said("the best exact peer", &|kind| {
-        over_best(view, kind, threads)
+        view.index.over_best_peer(kind, threads)
     });
     let oracle = said("its scalar oracle", &|kind| {
-        over_engine(view, ORACLE, kind, threads)
+        view.index.over(ORACLE, kind, threads)
     });
     best.into_iter().chain(oracle).collect()
 }
 
 /// The engines that ours is compared with.
 fn others<'a>(view: &RecordView<'a>) -> impl Iterator<Item = (usize, &'a str)> {
-    let engines = view.engines.clone().into_iter().enumerate();
+    let engines = view.index.engines.clone().into_iter().enumerate();
     engines.filter(|(_, engine)| *engine != PHALANX)
 }
 
 fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
     let lines = view.kinds.iter().map(|kind| {
         let dots = others(view).filter_map(|(style, engine)| {
-            let ratio = over_engine(view, engine, kind, threads)?;
+            let ratio = view.index.over(engine, kind, threads)?;
             let [mean, least, most] =
                 [ratio.mean, ratio.least, ratio.most].map(number_format::times);
             Some(Dot {
@@ -310,10 +266,10 @@ fn ratio_table(
     threads: u32,
     table: fn(&str, &[&'static str], usize, TableRows) -> Markup,
 ) -> Markup {
-    let peers = view.has_peers();
+    let peers = view.index.peers().next().is_some();
     let row = |kind: &&str| {
-        let best = over_best(view, kind, threads);
-        let oracle = over_engine(view, ORACLE, kind, threads);
+        let best = view.index.over_best_peer(kind, threads);
+        let oracle = view.index.over(ORACLE, kind, threads);
         let scenes = best.iter().chain(&oracle).map(|r| r.scenes).max()?;
         let mut cells = vec![cell(kind)];
         if peers {

@@ -5,7 +5,8 @@ use super::dots::WIDTH;
 use super::number_format;
 use super::svg::{MarkerShape, Tint, draw, line, marker, named, text};
 use super::tables::{cell, folded_table};
-use super::view::{RecordView, geometric_mean, threads_text};
+use super::view::{RecordView, threads_text};
+use crate::report::geometric_mean;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -109,7 +110,7 @@ fn paint_strip(axis: &LinearAxis, speedups: &[SceneSpeedup<'_>], y: f64) -> Mark
             @let dot = marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), disc, 2.0);
             (named(&format!("{scene}: {}", number_format::times(*value)), dot))
         }
-        @if let Some((mean, _)) = geometric_mean(speedups.iter().map(|speedup| speedup.1)) {
+        @if let Some(mean) = geometric_mean(speedups.iter().map(|speedup| speedup.1)) {
             @let x = axis.at(mean);
             @let bar = line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5);
             (named(&format!("geometric mean: {}", number_format::times(mean)), bar))
@@ -131,7 +132,7 @@ fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Markup {
                 cell(speedups.kind),
                 cell(threads.to_string()),
                 cell(number_format::count(values.len() as u64)),
-                times(geometric_mean(values.iter().copied()).map(|m| m.0)),
+                times(geometric_mean(values.iter().copied())),
                 times(ends(f64::min)),
                 times(ends(f64::max)),
             ]);

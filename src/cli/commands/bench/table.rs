@@ -3,8 +3,8 @@
 use crate::cli::output::grouped;
 use phalanx::bench::Measured;
 use phalanx::report::{
-    AUTO, BenchRecord, BestRows, ColumnLayout, RateRow, SceneRecord, fitted_table, is_peer,
-    quotable_line, wrapped,
+    AUTO, BenchRecord, ColumnLayout, RateRow, RecordIndex, SceneRecord, fitted_table,
+    quotable_line, rate, wrapped,
 };
 
 /// Width from which on the peers' own rates and modes are shown, too.
@@ -76,9 +76,9 @@ fn short_time(seconds: f64) -> String {
 /// Rates of `auto` by kind of rays and threads, whole frames first, and how many times as fast it
 /// is as each other entrant. Over several scenes these are geometric means.
 fn rates(rows: &[RateRow], width: usize) -> String {
-    let best = BestRows::of(rows);
+    let best = RecordIndex::of(rows);
     let wide = width >= WIDE && best.scenes.len() == 1;
-    let peers = || best.engines.iter().filter(|engine| wide && is_peer(engine));
+    let peers = || best.peers().filter(|_| wide);
     let mut head = vec!["rays", "threads", "Mrays/s"]
         .into_iter()
         .map(str::to_owned)
@@ -111,8 +111,8 @@ fn rates(rows: &[RateRow], width: usize) -> String {
 }
 
 /// The rate of `auto`; of one scene with half its interval.
-fn ours(best: &BestRows, kind: &str, threads: u32) -> Option<String> {
-    let rate = best.mean(AUTO, kind, threads)?;
+fn ours(best: &RecordIndex, kind: &str, threads: u32) -> Option<String> {
+    let mean = best.mean(AUTO, kind, threads)?;
     let spread = |scene: &str| {
         let rate = best.get(AUTO, scene, kind, threads)?.mrays_per_s;
         Some(50.0 * (rate.high - rate.low) / rate.median)
@@ -122,10 +122,10 @@ fn ours(best: &BestRows, kind: &str, threads: u32) -> Option<String> {
         _ => None,
     };
     let spread = spread.map_or(String::new(), |spread| format!(" ±{spread:>2.0} %"));
-    Some(three_digits(rate) + &spread)
+    Some(rate(mean) + &spread)
 }
 
-fn ratio(best: &BestRows, name: &str, kind: &str, threads: u32) -> String {
+fn ratio(best: &RecordIndex, name: &str, kind: &str, threads: u32) -> String {
     let Some(over) = best.over(name, kind, threads) else {
         return "-".to_owned();
     };
@@ -134,28 +134,18 @@ fn ratio(best: &BestRows, name: &str, kind: &str, threads: u32) -> String {
         true => format!("{OF}{}", over.scenes),
         false => String::new(),
     };
-    format!("{:.2}{of}", over.ratio)
+    format!("{:.2}{of}", over.mean)
 }
 
 /// A peer's own rate in a scene, and the mode it was reached by.
-fn best_mode(best: &BestRows, peer: &str, kind: &str, threads: u32) -> String {
+fn best_mode(best: &RecordIndex, peer: &str, kind: &str, threads: u32) -> String {
     let row = best
         .scenes
         .first()
         .and_then(|scene| best.get(peer, scene, kind, threads));
     row.map_or("-".to_owned(), |row| {
-        format!("{} {}", three_digits(row.mrays_per_s.median), row.kernel)
+        format!("{} {}", rate(row.mrays_per_s.median), row.kernel)
     })
-}
-
-/// A rate with three digits, which is what it is worth.
-fn three_digits(rate: f64) -> String {
-    let decimals = match rate {
-        r if r >= 99.95 => 0,
-        r if r >= 9.995 => 1,
-        _ => 2,
-    };
-    format!("{rate:.decimals$}")
 }
 
 /// Counted work of every kernel by kind of rays.
