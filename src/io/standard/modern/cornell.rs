@@ -12,7 +12,7 @@ use super::props::{FramePoint, LocalFrame, PartBuilder};
 use super::setup::{SIZES, hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder, StandardLight, StandardView};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "cornell",
@@ -34,7 +34,7 @@ const LAMP: usize = 5;
 const BLOCK: usize = 6;
 const TILES: [usize; 2] = [7, 8];
 
-const AMBIENT: DVec3 = DVec3::new(0.12, 0.105, 0.09);
+const AMBIENT: DVec3 = dvec3(0.12, 0.105, 0.09);
 
 fn palette() -> [DocumentMaterial; 9] {
     let mirror = DocumentMaterial {
@@ -60,7 +60,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     builder.view(&StandardView {
         width: 1024,
         height: 1024,
-        ..hd(DVec3::new(0.0, 1.0, 5.2), DVec3::new(0.0, 1.0, 0.0), 26.6)
+        ..hd(dvec3(0.0, 1.0, 5.2), dvec3(0.0, 1.0, 0.0), 26.6)
     });
     // Visible in the spheres only: the dim room in front of the open box.
     builder.background(rgb(0.075, 0.065, 0.055));
@@ -86,11 +86,11 @@ fn lights() -> impl Iterator<Item = StandardLight> {
         let (i, j) = (f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
         // Skewed, because shadows would line up in a straight grid.
         let (x, z) = (0.22 * i + 0.06 * j, 0.18 * j - 0.05 * i);
-        lamp(DVec3::new(x, 1.93, z), rgb(1.0, 0.91, 0.76) * 0.1, 1.55)
+        lamp(dvec3(x, 1.93, z), rgb(1.0, 0.91, 0.76) * 0.1, 1.55)
     });
     let bounce = |x: f64, color| StandardLight {
-        attenuation: DVec3::new(1.0, 0.0, 2.0),
-        ..StandardLight::colored(DVec3::new(x, 0.7, 0.1), color)
+        attenuation: dvec3(1.0, 0.0, 2.0),
+        ..StandardLight::colored(dvec3(x, 0.7, 0.1), color)
     };
     let bounces = [
         bounce(-0.86, rgb(0.17, 0.02, 0.015)),
@@ -102,10 +102,10 @@ fn lights() -> impl Iterator<Item = StandardLight> {
 fn spheres(mesh: &mut MeshBuilder, frequency: usize) {
     mesh.material(MIRROR);
     geodesic::sphere(mesh, frequency, |p| {
-        DVec3::new(-0.40, 1.12 + 0.36, -0.38) + p * 0.36
+        dvec3(-0.40, 1.12 + 0.36, -0.38) + p * 0.36
     });
     mesh.material(GLASS);
-    geodesic::sphere(mesh, frequency, |p| DVec3::new(0.20, 0.38, 0.46) + p * 0.38);
+    geodesic::sphere(mesh, frequency, |p| dvec3(0.20, 0.38, 0.46) + p * 0.38);
 }
 
 /// Floor, ceiling with its lamp, back and side walls of the box from -1 to 1, 0 to 2, -1 to 1.
@@ -136,23 +136,18 @@ fn room(parts: &mut PartBuilder) {
 /// The tall block under the mirror sphere and the low one beside it.
 fn blocks(parts: &mut PartBuilder) {
     parts.material(BLOCK);
-    block(parts, (-0.40, -0.38), (0.29, 1.12), DVec2::new(0.96, 0.28));
-    block(
-        parts,
-        (0.55, -0.36),
-        (0.27, 0.62),
-        DVec2::new(0.958, -0.287),
-    );
+    block(parts, (-0.40, -0.38), (0.29, 1.12), dvec2(0.96, 0.28));
+    block(parts, (0.55, -0.36), (0.27, 0.62), dvec2(0.958, -0.287));
 }
 
 /// A block on the floor at (x, z), of this half width and height, turned so that its x axis points
 /// to `turn`.
 fn block(parts: &mut PartBuilder, (x, z): (f64, f64), (half, height): (f64, f64), turn: DVec2) {
     let turn = turn / turn.length();
-    let right = DVec3::new(turn.x, 0.0, turn.y);
-    let front = DVec3::new(-turn.y, 0.0, turn.x);
+    let right = dvec3(turn.x, 0.0, turn.y);
+    let front = dvec3(-turn.y, 0.0, turn.x);
     let mut block = parts.at(LocalFrame {
-        origin: DVec3::new(x, 0.0, z),
+        origin: dvec3(x, 0.0, z),
         axes: [right, DVec3::Y, front],
     });
     let (across, up) = (block.cells(2.0 * half), block.cells(height));

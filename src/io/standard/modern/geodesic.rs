@@ -1,25 +1,25 @@
 //! Spheres of equal triangles, closed to the last bit.
 
 use super::mesh_builder::MeshBuilder;
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 /// The golden ratio, (1 + √5) / 2.
 const GOLDEN: f64 = 1.618_033_988_749_895;
 
 /// Corners of an icosahedron.
 const CORNERS: [DVec3; 12] = [
-    DVec3::new(-1.0, GOLDEN, 0.0),
-    DVec3::new(1.0, GOLDEN, 0.0),
-    DVec3::new(-1.0, -GOLDEN, 0.0),
-    DVec3::new(1.0, -GOLDEN, 0.0),
-    DVec3::new(0.0, -1.0, GOLDEN),
-    DVec3::new(0.0, 1.0, GOLDEN),
-    DVec3::new(0.0, -1.0, -GOLDEN),
-    DVec3::new(0.0, 1.0, -GOLDEN),
-    DVec3::new(GOLDEN, 0.0, -1.0),
-    DVec3::new(GOLDEN, 0.0, 1.0),
-    DVec3::new(-GOLDEN, 0.0, -1.0),
-    DVec3::new(-GOLDEN, 0.0, 1.0),
+    dvec3(-1.0, GOLDEN, 0.0),
+    dvec3(1.0, GOLDEN, 0.0),
+    dvec3(-1.0, -GOLDEN, 0.0),
+    dvec3(1.0, -GOLDEN, 0.0),
+    dvec3(0.0, -1.0, GOLDEN),
+    dvec3(0.0, 1.0, GOLDEN),
+    dvec3(0.0, -1.0, -GOLDEN),
+    dvec3(0.0, 1.0, -GOLDEN),
+    dvec3(GOLDEN, 0.0, -1.0),
+    dvec3(GOLDEN, 0.0, 1.0),
+    dvec3(-GOLDEN, 0.0, -1.0),
+    dvec3(-GOLDEN, 0.0, 1.0),
 ];
 
 /// Faces of an icosahedron, counter-clockwise from outside.
@@ -106,7 +106,7 @@ mod tests {
         let mut edges = EdgeCounts::default();
         let palette = [DocumentMaterial::default()];
         let mut mesh = MeshBuilder::new(&mut edges, &palette);
-        sphere(&mut mesh, 37, |p| DVec3::new(0.1, 0.2, 0.3) + p * 0.7);
+        sphere(&mut mesh, 37, |p| dvec3(0.1, 0.2, 0.3) + p * 0.7);
         assert_eq!(mesh.triangles(), 20 * 37 * 37);
         mesh.finish();
         for ([a, b], count) in &edges.0 {

@@ -12,7 +12,7 @@ use super::noise::{Dice, blend, fractal2, noise2, smoothstep};
 use super::setup::{SIZES, hd, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -28,7 +28,7 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
 };
 
 const SEED: u64 = 0x4a1e_0001;
-const AMBIENT: DVec3 = DVec3::new(0.13, 0.16, 0.22);
+const AMBIENT: DVec3 = dvec3(0.13, 0.16, 0.22);
 
 /// Number of tones along a tube. Tubes are darker toward the root, where light is lost among them.
 const TONES: usize = 3;
@@ -97,30 +97,26 @@ struct Creature {
 
 const DWELLERS: [Creature; 2] = [
     Creature {
-        center: DVec3::new(-0.75, 1.02, 0.0),
+        center: dvec3(-0.75, 1.02, 0.0),
         radius: 0.86,
         fur: FUR[0],
-        gaze: DVec3::new(0.36, 0.10, 0.93),
+        gaze: dvec3(0.36, 0.10, 0.93),
         share: 0.24,
     },
     Creature {
-        center: DVec3::new(1.12, 0.70, 0.75),
+        center: dvec3(1.12, 0.70, 0.75),
         radius: 0.52,
         fur: FUR[1],
-        gaze: DVec3::new(-0.30, 0.22, 0.93),
+        gaze: dvec3(-0.30, 0.22, 0.93),
         share: 0.12,
     },
 ];
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
-    builder.view(&hd(
-        DVec3::new(0.15, 1.42, 5.6),
-        DVec3::new(0.05, 0.93, 0.0),
-        33.0,
-    ));
+    builder.view(&hd(dvec3(0.15, 1.42, 5.6), dvec3(0.05, 0.93, 0.0), 33.0));
     builder.background(rgb(0.30, 0.50, 0.78));
-    builder.light(&sun(DVec3::new(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
-    builder.light(&sun(DVec3::new(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
+    builder.light(&sun(dvec3(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
+    builder.light(&sun(dvec3(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
     let budget = f64::from(params.size);
@@ -157,8 +153,8 @@ fn height(p: DVec2) -> f64 {
 /// A position on the ground; `across` in [-1, 1], `away` in [0, 1] denser near the eye.
 fn ground_point(across: f64, away: f64) -> DVec3 {
     let z = blend(NEAR, FAR, away * (0.24 + 0.76 * away));
-    let p = DVec2::new(across * half_width(z), z);
-    DVec3::new(p.x, height(p), p.y)
+    let p = dvec2(across * half_width(z), z);
+    dvec3(p.x, height(p), p.y)
 }
 
 fn ground(mesh: &mut MeshBuilder, cells: usize) {
@@ -198,20 +194,19 @@ fn skirt(mesh: &mut MeshBuilder, number: u64, width: f64, dice: &mut Dice) {
     let dweller = &DWELLERS[(number % 2) as usize];
     let turn = dice.range(0.0, TAU);
     let reach = dweller.radius * dice.range(0.85, 1.25);
-    let p =
-        DVec2::new(dweller.center.x, dweller.center.z) + DVec2::new(cos(turn), sin(turn)) * reach;
-    blade(mesh, DVec3::new(p.x, height(p), p.y), width, dice);
+    let p = dvec2(dweller.center.x, dweller.center.z) + dvec2(cos(turn), sin(turn)) * reach;
+    blade(mesh, dvec3(p.x, height(p), p.y), width, dice);
 }
 
 fn blade(mesh: &mut MeshBuilder, root: DVec3, width: f64, dice: &mut Dice) {
-    let p = DVec2::new(root.x, root.z);
+    let p = dvec2(root.x, root.z);
     // The wind comes in waves.
     let gust = 0.5 + 0.5 * noise2(SEED + 20, p * 0.9).0;
-    let lean = DVec3::new(0.20 + 0.42 * gust, 0.0, 0.10 * gust);
+    let lean = dvec3(0.20 + 0.42 * gust, 0.0, 0.10 * gust);
     let tuft = fractal2(SEED + 30, p * 2.2, 2);
     let length = (0.30 + 0.25 * smoothstep(-2.0, -12.0, p.y))
         * (0.75 + 0.55 * tuft + dice.range(0.0, 0.45)).max(0.3);
-    let scatter = DVec3::new(dice.range(-0.5, 0.5), 0.0, dice.range(-0.5, 0.5));
+    let scatter = dvec3(dice.range(-0.5, 0.5), 0.0, dice.range(-0.5, 0.5));
     let up = DVec3::Y + scatter * 0.55;
     let hue = match tuft + dice.range(-0.5, 0.5) {
         t if t > 0.42 => 2,
@@ -271,7 +266,7 @@ impl Creature {
             let y = 1.0 - 2.0 * (number as f64 + dice.unit()) / count as f64;
             let turn = GOLDEN_ANGLE * number as f64;
             let around = (1.0 - y * y).max(0.0).sqrt();
-            let normal = DVec3::new(around * cos(turn), y, around * sin(turn));
+            let normal = dvec3(around * cos(turn), y, around * sin(turn));
             let mut lean = DVec3::NEG_Y * 0.55;
             let mut length = self.radius * dice.range(0.34, 0.52);
             for eye in eyes {
@@ -280,15 +275,15 @@ impl Creature {
                 lean += away / (away.length() + 1e-9) * (1.3 * near);
                 length *= 1.0 - 0.62 * near;
             }
-            let whorl = 0.5 * fractal2(SEED + 55, DVec2::new(turn, y * 3.0), 2);
-            let scatter = DVec3::new(
+            let whorl = 0.5 * fractal2(SEED + 55, dvec2(turn, y * 3.0), 2);
+            let scatter = dvec3(
                 dice.range(-0.5, 0.5),
                 dice.range(-0.5, 0.5),
                 dice.range(-0.5, 0.5),
             );
             let tuft = fractal2(
                 SEED + 60,
-                DVec2::new(normal.x * 3.0 + normal.z, normal.y * 3.0),
+                dvec2(normal.x * 3.0 + normal.z, normal.y * 3.0),
                 2,
             );
             let hue = ((tuft * 1.6 + 0.5 + dice.range(-0.35, 0.35)).clamp(0.0, 0.99) * HUES as f64)
@@ -317,7 +312,7 @@ struct Tube {
 
 impl Tube {
     fn draw(&self, mesh: &mut MeshBuilder) {
-        let side = self.along.cross(self.bend + DVec3::new(1e-3, 0.0, 2e-3));
+        let side = self.along.cross(self.bend + dvec3(1e-3, 0.0, 2e-3));
         let side = side / side.length();
         // End of each tone, in steps; the last is a step short of the tip.
         const ENDS: [usize; TONES + 1] = [0, 2, 4, STEPS];

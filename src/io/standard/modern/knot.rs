@@ -2,7 +2,7 @@
 
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::fractal3;
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -53,10 +53,10 @@ impl Rope {
         let (sq, cq) = (sin(q * turn), cos(q * turn));
         let radius = large + small * cq;
         // The torus stands upright, its axis toward the eye.
-        let center = DVec3::new(radius * sp, radius * cp, small * sq);
-        let out = DVec3::new(cq * sp, cq * cp, sq);
-        let around = DVec3::new(cp, -sp, 0.0) * (p * radius);
-        let over = DVec3::new(-sq * sp, -sq * cp, cq) * (q * small);
+        let center = dvec3(radius * sp, radius * cp, small * sq);
+        let out = dvec3(cq * sp, cq * cp, sq);
+        let around = dvec3(cp, -sp, 0.0) * (p * radius);
+        let over = dvec3(-sq * sp, -sq * cp, cq) * (q * small);
         let along = around + over;
         Rope {
             center,
@@ -76,7 +76,7 @@ impl Rope {
         let local = self.center + outward * radius;
         // Turned a quarter toward the eye.
         let (sin, cos) = (0.5, 0.866_025_403_784_438_6);
-        DVec3::new(
+        dvec3(
             local.x * cos + local.z * sin,
             local.y,
             local.z * cos - local.x * sin,

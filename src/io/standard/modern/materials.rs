@@ -4,11 +4,11 @@
 //! surface's colour under the mean light of the sky or the room, so that shadows keep a tint.
 
 use crate::standard::builder::DocumentMaterial;
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 /// A colour.
 pub(super) const fn rgb(r: f64, g: f64, b: f64) -> DVec3 {
-    DVec3::new(r, g, b)
+    dvec3(r, g, b)
 }
 
 /// A dull material of this colour under this mean light.

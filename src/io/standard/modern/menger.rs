@@ -10,7 +10,7 @@ use super::mesh_builder::{Grid, MeshBuilder};
 use super::setup::{SIZES, hd, lamp, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "menger",
@@ -26,7 +26,7 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
 /// Deepest level, at any size.
 const LEVELS: usize = 5;
 const FLOOR: usize = LEVELS + 1;
-const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.18);
+const AMBIENT: DVec3 = dvec3(0.10, 0.12, 0.18);
 
 /// Materials of the walls by the level at which their hole was cut (0: the outside), then of the
 /// floor.
@@ -92,15 +92,11 @@ impl SpongeDetail {
 }
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
-    builder.view(&hd(
-        DVec3::new(1.50, 1.28, 2.30),
-        DVec3::new(0.02, 0.43, 0.0),
-        33.5,
-    ));
+    builder.view(&hd(dvec3(1.50, 1.28, 2.30), dvec3(0.02, 0.43, 0.0), 33.5));
     builder.background(rgb(0.045, 0.065, 0.115));
-    builder.light(&sun(DVec3::new(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
-    builder.light(&sun(DVec3::new(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
-    builder.light(&lamp(DVec3::new(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
+    builder.light(&sun(dvec3(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
+    builder.light(&sun(dvec3(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
+    builder.light(&lamp(dvec3(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
     floor(&mut mesh);
@@ -116,7 +112,7 @@ fn floor(mesh: &mut MeshBuilder) {
     mesh.material(FLOOR);
     mesh.grid(Grid::open(1, 1), |i, j| {
         let side = |k: usize| 40.0 * k as f64 - 20.0;
-        DVec3::new(side(i), -0.002, -side(j))
+        dvec3(side(i), -0.002, -side(j))
     });
 }
 
@@ -268,7 +264,7 @@ impl SpongeBlock {
             let side = (0..cut.level).fold(cut.cells, |side, _| side * 3) as f64;
             let [x, y, z] =
                 std::array::from_fn(|k| (self.origin[k] * cut.cells + point[k]) as f64 / side);
-            self.vertices.push(DVec3::new(x - 0.5, y, z - 0.5));
+            self.vertices.push(dvec3(x - 0.5, y, z - 0.5));
         }
         *slot
     }

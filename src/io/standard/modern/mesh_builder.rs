@@ -352,17 +352,16 @@ pub(super) fn fit_detail(
 mod tests {
     use super::*;
     use crate::standard::MemoryBuilder;
+    use glam::dvec3;
 
     #[test]
     fn a_counting_builder_counts_what_a_drawing_one_draws() {
         let draw = |mesh: &mut MeshBuilder| {
-            mesh.grid(Grid::torus(7, 5), |i, j| {
-                DVec3::new(i as f64, j as f64, 1.0)
-            });
+            mesh.grid(Grid::torus(7, 5), |i, j| dvec3(i as f64, j as f64, 1.0));
             mesh.material(1);
             mesh.grid(Grid::tube(300, 100), |i, j| {
                 assert!(i < 300 && j <= 100);
-                DVec3::new(i as f64, j as f64, 0.0)
+                dvec3(i as f64, j as f64, 0.0)
             });
             mesh.quad([DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y], 3, 4);
             mesh.triangle(200, |i, j| {

@@ -2,7 +2,7 @@
 //!
 //! Only integer arithmetic and + − × ÷ √ of f64, so that every platform draws the same scene.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 /// 64 well-mixed bits of a number: the finalizer of SplitMix64 (Steele, Lea and Flood, "Fast
 /// Splittable Pseudorandom Number Generators", OOPSLA 2014).
@@ -110,7 +110,7 @@ pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
     let (u, v) = (fade(x), fade(y));
     let (ab, ac, twist) = (b - a, c - a, a - b - c + d);
     let value = a + ab * u + ac * v + twist * u * v;
-    let gradient = DVec2::new((ab + twist * v) * slope(x), (ac + twist * u) * slope(y));
+    let gradient = dvec2((ab + twist * v) * slope(x), (ac + twist * u) * slope(y));
     (value, gradient)
 }
 
@@ -132,7 +132,7 @@ pub(super) fn noise3(seed: u64, p: DVec3) -> f64 {
 /// Turns by the angle of the 3-4-5 triangle, so that the lattices of successive octaves never line
 /// up.
 pub(super) fn turned(p: DVec2) -> DVec2 {
-    DVec2::new(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y)
+    dvec2(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y)
 }
 
 /// Octaves of noise in the plane, each of half the size and half the height; about [-1, 1].
@@ -151,8 +151,8 @@ pub(super) fn fractal3(seed: u64, mut p: DVec3, octaves: u32) -> f64 {
     let (mut sum, mut height) = (0.0, 0.5);
     for octave in 0..octaves {
         sum += height * noise3(seed + u64::from(octave), p);
-        let t = turned(DVec2::new(p.x, p.y));
-        p = DVec3::new(t.y, p.z, t.x) * 2.03;
+        let t = turned(dvec2(p.x, p.y));
+        p = dvec3(t.y, p.z, t.x) * 2.03;
         height *= 0.5;
     }
     sum
@@ -166,13 +166,13 @@ mod tests {
     fn noise_is_within_its_range_and_its_gradient_is_its_slope() {
         let mut dice = Dice::of(1, 1);
         for _ in 0..1000 {
-            let p = DVec2::new(dice.range(-50.0, 50.0), dice.range(-50.0, 50.0));
+            let p = dvec2(dice.range(-50.0, 50.0), dice.range(-50.0, 50.0));
             let (value, gradient) = noise2(7, p);
             assert!((-1.0..1.0).contains(&value), "{value}");
             let h = 1e-6;
             let x = (noise2(7, p + DVec2::X * h).0 - value) / h;
             let y = (noise2(7, p + DVec2::Y * h).0 - value) / h;
-            assert!((gradient - DVec2::new(x, y)).length() < 1e-3, "{p}");
+            assert!((gradient - dvec2(x, y)).length() < 1e-3, "{p}");
         }
     }
 
@@ -180,7 +180,7 @@ mod tests {
     fn noise_has_no_steps_between_its_cells() {
         let mut dice = Dice::of(2, 1);
         for _ in 0..1000 {
-            let p = DVec3::new(
+            let p = dvec3(
                 dice.range(-9.0, 9.0).floor(),
                 dice.range(-9.0, 9.0),
                 dice.range(-9.0, 9.0),

@@ -2,7 +2,7 @@
 
 use super::geodesic;
 use super::mesh_builder::{Grid, MeshBuilder};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -36,7 +36,7 @@ impl LocalFrame {
     /// The same directions, at an origin given in this frame.
     pub(super) fn moved(self, x: f64, y: f64, z: f64) -> LocalFrame {
         LocalFrame {
-            origin: self.point(DVec3::new(x, y, z)),
+            origin: self.point(dvec3(x, y, z)),
             ..self
         }
     }
@@ -158,12 +158,12 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         let frame = self.frame;
         let ring = |radius: f64, height: f64, i: usize| {
             let turn = TAU * i as f64 / around as f64;
-            frame.point(DVec3::new(radius * cos(turn), height, -radius * sin(turn)))
+            frame.point(dvec3(radius * cos(turn), height, -radius * sin(turn)))
         };
         let closed = |p: DVec2| p.x <= 0.0;
         for pair in profile.windows(2) {
             let (a, b) = (DVec2::from(pair[0]), DVec2::from(pair[1]));
-            let hub = |height: f64| frame.point(DVec3::new(0.0, height, 0.0));
+            let hub = |height: f64| frame.point(dvec3(0.0, height, 0.0));
             match (closed(a), closed(b)) {
                 (true, _) => self
                     .mesh
@@ -191,7 +191,7 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
             .grid(Grid::open(columns, profile.len() - 1), |i, j| {
                 let x = from + (to - from) * (i as f64 / columns as f64);
                 let (out, up) = profile[j];
-                frame.point(DVec3::new(x, up, out))
+                frame.point(dvec3(x, up, out))
             });
     }
 
@@ -235,7 +235,7 @@ pub(super) mod tests {
         let mut builder = MemoryBuilder::default();
         let palette = [DocumentMaterial::default()];
         let mut mesh = MeshBuilder::new(&mut builder, &palette);
-        let frame = LocalFrame::at(DVec3::new(3.0, -2.0, 5.0)).turned(33.0);
+        let frame = LocalFrame::at(dvec3(3.0, -2.0, 5.0)).turned(33.0);
         draw(&mut PartBuilder::new(&mut mesh, detail).at(frame));
         mesh.finish();
         let triangles = builder.finish().triangles;

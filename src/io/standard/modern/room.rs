@@ -10,7 +10,7 @@ use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells};
 use super::setup::{SIZES, hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -25,12 +25,12 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-const AMBIENT: DVec3 = DVec3::new(0.15, 0.125, 0.105);
+const AMBIENT: DVec3 = dvec3(0.15, 0.125, 0.105);
 /// Half the width and depth of the room, and its height.
 const HALF: f64 = 3.0;
 const HEIGHT: f64 = 3.3;
 /// Middle of the statue.
-const STATUE: DVec3 = DVec3::new(-0.1, 1.36, -0.2);
+const STATUE: DVec3 = dvec3(-0.1, 1.36, -0.2);
 
 const PLASTER: usize = 0;
 const WOOD: usize = 1;
@@ -79,28 +79,12 @@ fn palette() -> [DocumentMaterial; 14] {
 }
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
-    builder.view(&hd(
-        DVec3::new(1.75, 1.62, 2.75),
-        DVec3::new(-0.35, 1.23, -0.4),
-        42.0,
-    ));
+    builder.view(&hd(dvec3(1.75, 1.62, 2.75), dvec3(-0.35, 1.23, -0.4), 42.0));
     builder.background(DVec3::ZERO);
-    builder.light(&lamp(
-        DVec3::new(0.55, 2.38, 0.75),
-        rgb(0.62, 0.53, 0.40),
-        1.7,
-    ));
-    builder.light(&lamp(
-        DVec3::new(-2.62, 1.78, -1.1),
-        rgb(0.40, 0.27, 0.13),
-        1.3,
-    ));
-    builder.light(&lamp(
-        DVec3::new(0.9, 1.78, -2.62),
-        rgb(0.40, 0.27, 0.13),
-        1.3,
-    ));
-    builder.light(&lamp(DVec3::new(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
+    builder.light(&lamp(dvec3(0.55, 2.38, 0.75), rgb(0.62, 0.53, 0.40), 1.7));
+    builder.light(&lamp(dvec3(-2.62, 1.78, -1.1), rgb(0.40, 0.27, 0.13), 1.3));
+    builder.light(&lamp(dvec3(0.9, 1.78, -2.62), rgb(0.40, 0.27, 0.13), 1.3));
+    builder.light(&lamp(dvec3(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
     let budget = u64::from(params.size);
@@ -124,7 +108,7 @@ fn furnish(parts: &mut PartBuilder) {
     }
     pedestal(&mut parts.moved(STATUE.x, 0.0, STATUE.z));
     pendant(&mut parts.moved(0.55, 0.0, 0.75));
-    let left = LocalFrame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0);
+    let left = LocalFrame::at(dvec3(-HALF, 1.62, -1.1)).turned(90.0);
     sconce(&mut parts.at(left));
     sconce(&mut parts.moved(0.9, 1.62, -HALF));
     mirror(&mut parts.moved(-0.85, 1.02, -HALF));
@@ -149,7 +133,7 @@ fn floor(parts: &mut PartBuilder) {
     }
     for (material, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
         parts.material(material);
-        let rug = LocalFrame::at(DVec3::new(-0.1, 0.0, -0.2)).turned(45.0);
+        let rug = LocalFrame::at(dvec3(-0.1, 0.0, -0.2)).turned(45.0);
         let mut rug = parts.at(rug);
         rug.cuboid((-half, 0.0, -half), (half, height, half), STANDING);
     }

@@ -1,7 +1,7 @@
 //! Sizes, views and lights of the modern scenes.
 
 use crate::standard::builder::{StandardLight, StandardView};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use std::ops::RangeInclusive;
 
 /// Numbers of triangles that every modern scene can be made of, about.
@@ -27,7 +27,7 @@ pub(super) fn sun(toward: DVec3, color: DVec3) -> StandardLight {
 /// A lamp that has this colour at distance `reach`. Nearer it is brighter, but at most twice.
 pub(super) fn lamp(position: DVec3, color: DVec3, reach: f64) -> StandardLight {
     StandardLight {
-        attenuation: DVec3::new(0.5, 0.0, 0.5 / (reach * reach)),
+        attenuation: dvec3(0.5, 0.0, 0.5 / (reach * reach)),
         ..StandardLight::colored(position, color)
     }
 }

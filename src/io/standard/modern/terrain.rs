@@ -11,7 +11,7 @@ use super::noise::{Dice, fractal2, noise2, smoothstep, turned};
 use super::setup::{SIZES, hd, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "terrain",
@@ -25,13 +25,13 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
 };
 
 const SEED: u64 = 0x7e44_a1c5;
-const EYE: DVec3 = DVec3::new(0.6, 0.55, 10.4);
-const SKY: DVec3 = DVec3::new(0.23, 0.42, 0.72);
-const AIR: DVec3 = DVec3::new(0.36, 0.49, 0.68);
+const EYE: DVec3 = dvec3(0.6, 0.55, 10.4);
+const SKY: DVec3 = dvec3(0.23, 0.42, 0.72);
+const AIR: DVec3 = dvec3(0.36, 0.49, 0.68);
 /// Mean light from the sky.
-const AMBIENT: DVec3 = DVec3::new(0.11, 0.15, 0.23);
+const AMBIENT: DVec3 = dvec3(0.11, 0.15, 0.23);
 /// Half the width and half the depth of the land.
-const HALF: DVec2 = DVec2::new(15.0, 13.0);
+const HALF: DVec2 = dvec2(15.0, 13.0);
 /// Number of steps of haze, from the eye to the far end.
 const HAZES: usize = 16;
 
@@ -76,11 +76,11 @@ fn palette() -> Vec<DocumentMaterial> {
 
 /// Height of the land; the lake's surface is at 0.
 fn height(p: DVec2) -> f64 {
-    let drift = DVec2::new(fractal2(SEED, p * 0.17, 2), fractal2(SEED + 8, p * 0.17, 2));
+    let drift = dvec2(fractal2(SEED, p * 0.17, 2), fractal2(SEED + 8, p * 0.17, 2));
     let ridges = eroded((p + drift * 1.6) * 0.21);
     // The lake lies in front of the mountains, and the near shore stays low so that nothing hides
     // it.
-    let from_lake = ((p - DVec2::new(-0.6, 4.6)) / DVec2::new(5.2, 3.6)).length();
+    let from_lake = ((p - dvec2(-0.6, 4.6)) / dvec2(5.2, 3.6)).length();
     let shore = smoothstep(0.55, 1.5, from_lake);
     let near = smoothstep(2.0, 9.5, p.y);
     let mountains = smoothstep(0.9, 3.1, from_lake) * (1.0 - 0.86 * near);
@@ -144,11 +144,11 @@ fn depth(j: usize, rows: usize) -> f64 {
 const BLOCK: usize = 64;
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
-    builder.view(&hd(EYE, DVec3::new(-0.75, 1.5, 0.0), 40.0));
+    builder.view(&hd(EYE, dvec3(-0.75, 1.5, 0.0), 40.0));
     builder.background(SKY);
-    builder.light(&sun(DVec3::new(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
+    builder.light(&sun(dvec3(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
     // The sky's light from the other side, weak and blue.
-    builder.light(&sun(DVec3::new(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
+    builder.light(&sun(dvec3(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
     lake(&mut mesh);
@@ -157,8 +157,8 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         return mesh.finish();
     }
     let position = |i: usize, j: usize| {
-        let p = HALF * DVec2::new(spread(i, across), depth(j, rows));
-        DVec3::new(p.x, height(p), p.y)
+        let p = HALF * dvec2(spread(i, across), depth(j, rows));
+        dvec3(p.x, height(p), p.y)
     };
     // A band of blocks at a time. The heights on the border between two bands are kept, not
     // computed again.
@@ -174,7 +174,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
 }
 
 fn lake(mesh: &mut MeshBuilder) {
-    let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
+    let at = |x: f64, z: f64| dvec3(x, 0.0, z);
     let (x, z) = (HALF.x, HALF.y);
     mesh.material(WATER);
     mesh.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
@@ -230,7 +230,7 @@ fn block(
                 _ => [[a, a + 1, above], [a + 1, above + 1, above]],
             };
             let corner = vertices[a as usize];
-            let patch = fractal2(SEED + 64, DVec2::new(corner.x, corner.z) * 1.7, 3);
+            let patch = fractal2(SEED + 64, dvec2(corner.x, corner.z) * 1.7, 3);
             let material = |corners| material_of(&vertices, corners, patch, &mut dice);
             let materials = split.map(material);
             facets.extend([(materials[0], split[0]), (materials[1], split[1])]);

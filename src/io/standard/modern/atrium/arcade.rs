@@ -6,7 +6,7 @@ use super::relief::{lion, rosette};
 use super::turning::{flat, length, long_moulding, plain, revolve, smooth};
 use crate::standard::modern::mesh_builder::Grid;
 use crate::standard::modern::props::{LocalFrame, ON_WALL, PartBuilder};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::PI;
 
@@ -33,8 +33,8 @@ pub(super) fn storey(parts: &mut PartBuilder, wing: &Wing, storey: &Storey) {
 fn arch_points(storey: &Storey, segments: usize) -> Vec<DVec2> {
     let point = |i: usize| {
         let turn = PI * i as f64 / segments as f64;
-        let out = DVec2::new(-cos(turn), sin(turn)) * storey.arch;
-        DVec2::new(BAY / 2.0, storey.spring) + out
+        let out = dvec2(-cos(turn), sin(turn)) * storey.arch;
+        dvec2(BAY / 2.0, storey.spring) + out
     };
     (0..=segments).map(point).collect()
 }
@@ -46,12 +46,12 @@ fn arch_wall(parts: &mut PartBuilder, storey: &Storey) {
     parts.material(STONE);
     let frame = parts.frame;
     let mut lower = arch_points(storey, segments);
-    lower.insert(0, DVec2::new(0.0, storey.spring));
-    lower.push(DVec2::new(BAY, storey.spring));
+    lower.insert(0, dvec2(0.0, storey.spring));
+    lower.push(dvec2(BAY, storey.spring));
     let last = lower.len() - 1;
     let at = |i: usize, j: usize, z: f64| {
         let y = if j == 0 { lower[i].y } else { storey.top };
-        frame.point(DVec3::new(lower[i].x, y, z))
+        frame.point(dvec3(lower[i].x, y, z))
     };
     let face = Grid::open(last, 1);
     parts.mesh.grid(face, |i, j| at(i, j, THICK));
@@ -85,11 +85,11 @@ fn archivolt(parts: &mut PartBuilder, storey: &Storey) {
         return;
     }
     let (curve, frame) = (smooth(&outline, rows), parts.frame);
-    let center = DVec2::new(BAY / 2.0, storey.spring);
+    let center = dvec2(BAY / 2.0, storey.spring);
     parts.mesh.grid(Grid::open(segments, rows), |i, j| {
         let turn = PI * i as f64 / segments as f64;
-        let on = center + DVec2::new(-cos(turn), sin(turn)) * (storey.arch + curve[j].x);
-        frame.point(DVec3::new(on.x, on.y, THICK + curve[j].y))
+        let on = center + dvec2(-cos(turn), sin(turn)) * (storey.arch + curve[j].x);
+        frame.point(dvec3(on.x, on.y, THICK + curve[j].y))
     });
 }
 
@@ -216,7 +216,7 @@ fn vault(parts: &mut PartBuilder) {
     parts.mesh.grid(Grid::open(n, n), |i, j| {
         let ((u, over), (v, across)) = (along(i), along(j));
         let y = GROUND.spring + 1.42 * over.max(across);
-        frame.point(DVec3::new(BAY * u, y, front - deep * (1.0 - v)))
+        frame.point(dvec3(BAY * u, y, front - deep * (1.0 - v)))
     });
 }
 

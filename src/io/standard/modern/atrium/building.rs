@@ -9,7 +9,7 @@ use crate::standard::modern::materials::rgb;
 use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
 use crate::standard::modern::props::PartBuilder;
 use crate::standard::modern::setup::{SIZES, hd, lamp, sun};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "atrium",
@@ -22,21 +22,21 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-const SKY: DVec3 = DVec3::new(0.25, 0.43, 0.73);
+const SKY: DVec3 = dvec3(0.25, 0.43, 0.73);
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let atrium = Atrium::of(params.size);
     let long = atrium.wings[1].length() / 2.0;
     builder.view(&hd(
-        DVec3::new(-1.7, 2.3, long - 0.3),
-        DVec3::new(0.7, 3.6, -0.3 * long),
+        dvec3(-1.7, 2.3, long - 0.3),
+        dvec3(0.7, 3.6, -0.3 * long),
         60.0,
     ));
     builder.background(SKY);
-    builder.light(&sun(DVec3::new(-0.58, 0.72, 0.38), rgb(1.55, 0.98, 0.46)));
-    builder.light(&sun(DVec3::new(0.25, 0.9, 0.22), rgb(0.09, 0.135, 0.23)));
+    builder.light(&sun(dvec3(-0.58, 0.72, 0.38), rgb(1.55, 0.98, 0.46)));
+    builder.light(&sun(dvec3(0.25, 0.9, 0.22), rgb(0.09, 0.135, 0.23)));
     // Light that the sunny side returns to the shady one.
-    let bounce = DVec3::new(3.2, 5.2, 0.1 * long);
+    let bounce = dvec3(3.2, 5.2, 0.1 * long);
     builder.light(&lamp(bounce, rgb(0.21, 0.14, 0.08), 7.0));
     for (wing, bay) in [(0, 0), (0, 3), (1, 1), (1, 2)] {
         builder.light(&hanging::light(&atrium.wings[wing], bay));

@@ -5,7 +5,7 @@ use super::palette::{CARVED, FRUIT, LEAVES, SLABS, STONE, TIMBER, URN, WATER};
 use super::turning::{flat, plain, revolve};
 use crate::standard::modern::noise::Dice;
 use crate::standard::modern::props::{PartBuilder, STANDING};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
 
@@ -241,7 +241,7 @@ fn direction(dice: &mut Dice) -> DVec3 {
     let y = dice.range(-1.0, 1.0);
     let turn = dice.range(0.0, TAU);
     let r = (1.0 - y * y).sqrt();
-    DVec3::new(r * cos(turn), y, r * sin(turn))
+    dvec3(r * cos(turn), y, r * sin(turn))
 }
 
 /// A leaf of two triangles that faces away from the crown, more or less.

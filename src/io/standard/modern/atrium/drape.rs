@@ -5,7 +5,7 @@ use super::palette::{CLOTH, CLOTHS};
 use crate::standard::modern::mesh_builder::{Grid, MeshBuilder};
 use crate::standard::modern::noise::{blend, fractal2, smoothstep};
 use crate::standard::modern::props::LocalFrame;
-use glam::{DVec2, DVec3};
+use glam::{DVec3, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
 
@@ -55,7 +55,7 @@ pub(super) fn drapes(wings: &[Wing; 4]) -> Vec<Drape> {
     for (k, slant) in swags.into_iter().take(wings[1].bays as usize / 2 - 1) {
         let z = -long / 2.0 + 2.2 + 2.9 * f64::from(k);
         let frame = LocalFrame {
-            origin: DVec3::new(-HALF + THICK, 8.35, z),
+            origin: dvec3(-HALF + THICK, 8.35, z),
             axes: [DVec3::NEG_Z, DVec3::Y, DVec3::X],
         };
         all.push(Drape {
@@ -122,7 +122,7 @@ impl Drape {
     /// Irregularity of this cloth, about -1/2 to 1/2.
     fn waver(&self, x: f64, y: f64) -> f64 {
         let o = self.frame.origin;
-        let p = DVec2::new(x + o.x * 3.1 + o.z * 1.7, y + o.y);
+        let p = dvec2(x + o.x * 3.1 + o.z * 1.7, y + o.y);
         fractal2(SEED + 3, p, 3)
     }
 
@@ -137,7 +137,7 @@ impl Drape {
         let y = -self.high * (down - 0.06).max(0.0) - point - 0.03 * over;
         let clear = 0.26 * over + 0.36 * smoothstep(0.1, 0.32, down);
         let z = clear + deep * (1.0 + sin(turn)) + 0.1 * self.waver(u, down) * down;
-        DVec3::new(x, y, z)
+        dvec3(x, y, z)
     }
 
     /// From a rod down to a cord that holds it aside, and beneath it wider again.
@@ -155,7 +155,7 @@ impl Drape {
         let x = side * self.wide * drawn * (u + 0.25 * (0.5 - u) * sin(PI * drawn).abs() * 0.2);
         // Toward the middle of the arch the cloth is longer above the cord: it sags.
         let sag = 0.22 * u * sin(PI * (down / cord).min(1.0)) * (1.0 - drawn);
-        DVec3::new(x, -self.high * down - sag, deep * sin(turn))
+        dvec3(x, -self.high * down - sag, deep * sin(turn))
     }
 
     /// A chain's curve from wall to wall with folds along it.
@@ -166,7 +166,7 @@ impl Drape {
         let edge = cos(PI * (u - 0.5));
         let y = slant * (v - 0.5) - middle * (0.75 + 0.3 * edge) + 0.11 * sin(turn);
         let x = wide * (u - 0.5) + 0.3 * self.waver(v * 2.0, 0.0);
-        DVec3::new(x, y + 0.1 * self.waver(4.0 * v, 2.0 * u), self.high * v)
+        dvec3(x, y + 0.1 * self.waver(4.0 * v, 2.0 * u), self.high * v)
     }
 }
 

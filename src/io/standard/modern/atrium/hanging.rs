@@ -7,7 +7,7 @@ use crate::standard::builder::StandardLight;
 use crate::standard::modern::materials::rgb;
 use crate::standard::modern::props::{FramePoint, PartBuilder};
 use crate::standard::modern::setup::lamp;
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use std::f64::consts::TAU;
 
 /// Height of a lantern's flame, and distance of the lanterns from the columns' line.
@@ -17,7 +17,7 @@ const BEHIND: f64 = -1.8;
 /// Light of the lantern of a bay, from beneath its cage.
 pub(super) fn light(wing: &Wing, bay: u32) -> StandardLight {
     let x = BAY * (f64::from(bay) + 0.5);
-    let position = wing.frame.point(DVec3::new(x, FLAMES - 0.4, BEHIND));
+    let position = wing.frame.point(dvec3(x, FLAMES - 0.4, BEHIND));
     lamp(position, rgb(0.85, 0.52, 0.22), 1.7)
 }
 

@@ -1,7 +1,7 @@
 //! Measures that the elements of the building share.
 
 use crate::standard::modern::props::LocalFrame;
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 /// Seed of all random numbers.
 pub(super) const SEED: u64 = 0xa791_0000;
@@ -84,7 +84,7 @@ pub(super) fn wings(bays: u32) -> [Wing; 4] {
     let long = BAY * f64::from(bays) / 2.0;
     let wing = |number, x, z, right, toward, bays, ends| Wing {
         frame: LocalFrame {
-            origin: DVec3::new(x, 0.0, z),
+            origin: dvec3(x, 0.0, z),
             axes: [right, DVec3::Y, toward],
         },
         bays,

@@ -2,11 +2,11 @@
 
 use crate::standard::builder::DocumentMaterial;
 use crate::standard::modern::materials::{glow, matte, polished, rgb};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 /// Mean light in the court, and that in the aisles, which other walls have warmed.
-const OPEN: DVec3 = DVec3::new(0.125, 0.132, 0.172);
-const COVERED: DVec3 = DVec3::new(0.155, 0.112, 0.085);
+const OPEN: DVec3 = dvec3(0.125, 0.132, 0.172);
+const COVERED: DVec3 = dvec3(0.155, 0.112, 0.085);
 
 // Rows of the palette.
 pub(super) const STONE: usize = 0;

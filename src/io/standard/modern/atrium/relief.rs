@@ -2,7 +2,7 @@
 
 use crate::standard::modern::mesh_builder::Grid;
 use crate::standard::modern::props::PartBuilder;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, dvec2, dvec3};
 use libm::{cos, exp, sin};
 use std::f64::consts::TAU;
 
@@ -13,14 +13,14 @@ fn medallion(parts: &mut PartBuilder, radius: f64, fineness: f64, height: impl F
     let rows = parts.cells(radius * fineness).max(2);
     let frame = parts.frame;
     let at = |p: DVec2| {
-        let p = DVec3::new(p.x, p.y, height(p)) * radius;
+        let p = dvec3(p.x, p.y, height(p)) * radius;
         frame.point(p)
     };
     // Rows run from the rim inward, which is upward for columns that run counter-clockwise.
     let ring = |i: usize, j: usize| {
         let turn = TAU * i as f64 / around as f64;
         let r = 1.0 - 0.96 * j as f64 / rows as f64;
-        at(DVec2::new(cos(turn), sin(turn)) * r)
+        at(dvec2(cos(turn), sin(turn)) * r)
     };
     parts.mesh.grid(Grid::tube(around, rows), ring);
     if !parts.mesh.counted(around as u64) {
@@ -49,7 +49,7 @@ pub(super) fn lion(parts: &mut PartBuilder, radius: f64) {
         let eyes = bump(p, (-0.21, 0.16), 0.075) + bump(p, (0.21, 0.16), 0.075);
         let brows = bump(p, (-0.2, 0.29), 0.1) + bump(p, (0.2, 0.29), 0.1);
         let ears = bump(p, (-0.45, 0.44), 0.12) + bump(p, (0.45, 0.44), 0.12);
-        let mouth = bump(p * DVec2::new(0.5, 1.0), (0.0, -0.31), 0.055);
+        let mouth = bump(p * dvec2(0.5, 1.0), (0.0, -0.31), 0.055);
         0.06 + mane * (0.22 + 0.13 * strands) + head + snout - 0.17 * eyes
             + 0.09 * brows
             + 0.25 * ears

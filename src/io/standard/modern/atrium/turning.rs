@@ -2,7 +2,7 @@
 
 use crate::standard::modern::mesh_builder::Grid;
 use crate::standard::modern::props::{FramePoint, PartBuilder};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -84,7 +84,7 @@ fn evenly(curve: &[DVec2], rows: usize) -> Vec<DVec2> {
 pub(super) fn circle(around: usize) -> Vec<DVec2> {
     let turn = |i: usize| TAU * i as f64 / around as f64;
     (0..around)
-        .map(|i| DVec2::new(cos(turn(i)), sin(turn(i))))
+        .map(|i| dvec2(cos(turn(i)), sin(turn(i))))
         .collect()
 }
 
@@ -112,11 +112,11 @@ pub(super) fn revolve(
         let turn = TAU * i as f64 / around as f64;
         let radius = curve[j].x + carved(turn, j as f64 / rows as f64);
         let on = circle[i] * radius;
-        frame.point(DVec3::new(on.x, curve[j].y, -on.y))
+        frame.point(dvec3(on.x, curve[j].y, -on.y))
     };
     parts.mesh.grid(Grid::tube(around, rows), ring);
     if closed {
-        let hub = frame.point(DVec3::new(0.0, end.1 + 0.3 * end.0, 0.0));
+        let hub = frame.point(dvec3(0.0, end.1 + 0.3 * end.0, 0.0));
         parts.mesh.fan(hub, around, |i| ring(i, rows));
     }
 }
@@ -136,7 +136,7 @@ pub(super) fn ring(
         );
         let (c, s) = (cos(turn), sin(turn));
         let (out, back) = (wire * cos(tube), -wire * sin(tube));
-        frame.point(DVec3::new((wide + out) * c, (high + out) * s, back))
+        frame.point(dvec3((wide + out) * c, (high + out) * s, back))
     });
 }
 

@@ -11,7 +11,7 @@ use crate::standard::modern::materials::rgb;
 use crate::standard::modern::noise::Dice;
 use crate::standard::modern::props::{LocalFrame, PartBuilder, STANDING, cells};
 use crate::standard::modern::setup::lamp;
-use glam::DVec3;
+use glam::dvec3;
 use std::f64::consts::TAU;
 
 /// The open window and the open door.
@@ -32,7 +32,7 @@ const LAMP: f64 = 2.18;
 pub(super) fn lights(house: &LocalFrame) -> impl Iterator<Item = StandardLight> {
     let house = *house;
     LAMPS.into_iter().map(move |(x, z)| {
-        let position = house.point(DVec3::new(x, LAMP - 0.1, z));
+        let position = house.point(dvec3(x, LAMP - 0.1, z));
         lamp(position, rgb(0.66, 0.42, 0.19), 1.75)
     })
 }

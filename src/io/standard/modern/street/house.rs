@@ -7,7 +7,7 @@ use super::stone::{stone, stone_triangles};
 use crate::standard::modern::mesh_builder::Grid;
 use crate::standard::modern::noise::{Dice, fractal2};
 use crate::standard::modern::props::{LocalFrame, ON_WALL, PartBuilder, cells};
-use glam::{DVec2, DVec3};
+use glam::{dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
 
@@ -72,18 +72,18 @@ impl House {
         let sides = [true, true, self.cafe, true, true, true];
         walls.cuboid((0.0, from, -7.0), (width, top, -REVEAL), sides);
         parts.material(ROOF);
-        let (eaves, ridge) = (DVec2::new(0.42, top + 0.22), DVec2::new(-3.4, top + 2.9));
+        let (eaves, ridge) = (dvec2(0.42, top + 0.22), dvec2(-3.4, top + 2.9));
         let (across, rows) = (parts.cells(width), cells(4.6, parts.detail * 0.6));
         parts.mesh.grid(Grid::open(across, rows), |i, j| {
             let (u, v) = (i as f64 / across as f64, j as f64 / rows as f64);
             let p = eaves + (ridge - eaves) * v;
             let wave = 0.03 * sin(u * width * TAU / 0.3);
-            frame.point(DVec3::new(u * width, p.y + wave, p.x))
+            frame.point(dvec3(u * width, p.y + wave, p.x))
         });
         parts.material(self.wall);
         for x in [0.0, width] {
-            let gable = [DVec2::new(0.0, top), ridge, DVec2::new(-7.0, top)];
-            let gable = gable.map(|p| frame.point(DVec3::new(x, p.y, p.x)));
+            let gable = [dvec2(0.0, top), ridge, dvec2(-7.0, top)];
+            let gable = gable.map(|p| frame.point(dvec3(x, p.y, p.x)));
             parts.mesh.triangle(1, |i, j| gable[i + 2 * j]);
         }
     }
@@ -149,8 +149,8 @@ impl House {
         parts.mesh.grid(Grid::open(across, rows), |i, j| {
             let x = area.x0 + wide * (i as f64 / across as f64);
             let y = area.y0 + high * (j as f64 / rows as f64);
-            let rough = 0.008 * fractal2(self.seed, DVec2::new(x, y) * 5.0, 2);
-            frame.point(DVec3::new(x, y, rough))
+            let rough = 0.008 * fractal2(self.seed, dvec2(x, y) * 5.0, 2);
+            frame.point(dvec3(x, y, rough))
         });
     }
 
@@ -162,13 +162,13 @@ impl House {
         if parts.mesh.counted(triangles) {
             return;
         }
-        let size = DVec2::new(wide / columns as f64, high / courses as f64);
+        let size = dvec2(wide / columns as f64, high / courses as f64);
         let column_and_row = (area.x0 * 64.0) as u64 * 4096 + (area.y0 * 64.0) as u64;
         let mut dice = Dice::of(self.seed, column_and_row);
         for course in 0..courses {
             for column in 0..columns {
                 parts.material(BRICK + dice.below(3));
-                let corner = DVec3::new(
+                let corner = dvec3(
                     area.x0 + size.x * column as f64,
                     area.y0 + size.y * course as f64,
                     0.0,

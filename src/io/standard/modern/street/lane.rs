@@ -5,7 +5,7 @@ use super::palette::{BULB, COBBLE, IRON, KERB, LEAF, TABLE, WOOD};
 use super::stone::{leaf, stone, stone_triangles};
 use crate::standard::modern::noise::{Dice, fractal2};
 use crate::standard::modern::props::{LocalFrame, PartBuilder, STANDING, cells};
-use glam::{DVec2, DVec3};
+use glam::{DVec3, dvec2, dvec3};
 
 /// A lamp post.
 pub(super) struct Post {
@@ -29,7 +29,7 @@ const STEP: f64 = 0.1;
 impl Post {
     /// Position of its light: under the lantern's roof, with nothing below.
     pub(super) fn light(&self) -> DVec3 {
-        DVec3::new(self.x, LANTERN, self.z)
+        dvec3(self.x, LANTERN, self.z)
     }
 
     fn build(&self, parts: &mut PartBuilder) {
@@ -50,7 +50,7 @@ impl Post {
             (0.03, 2.95),
             (0.11, 3.02),
         ];
-        let mut parts = parts.at(LocalFrame::at(DVec3::new(self.x, STEP, self.z)));
+        let mut parts = parts.at(LocalFrame::at(dvec3(self.x, STEP, self.z)));
         parts.lathe(&profile, parts.cells(0.8).clamp(6, 96));
         let roof = [
             (0.24, 3.42),
@@ -85,11 +85,11 @@ pub(super) fn furnish(parts: &mut PartBuilder, length: f64) {
         garland(parts, -6.0);
     }
     bed(parts, end);
-    let seat = LocalFrame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0);
+    let seat = LocalFrame::at(dvec3(3.1, STEP, -1.0)).turned(-90.0);
     bench(&mut parts.at(seat));
     for (x, z) in [(-3.05, 0.35), (-3.05, 6.6), (3.15, -3.2)] {
         if z > end {
-            shrub(&mut parts.at(LocalFrame::at(DVec3::new(x, STEP, z))));
+            shrub(&mut parts.at(LocalFrame::at(dvec3(x, STEP, z))));
         }
     }
 }
@@ -175,11 +175,11 @@ fn shrub(parts: &mut PartBuilder) {
     let mut dice = Dice::of(SEED + 5, (parts.frame.origin.z * 16.0) as i64 as u64);
     for _ in 0..parts.cells(260.0) {
         let mut side = || dice.range(-1.0, 1.0);
-        let p = DVec3::new(side(), side(), side());
+        let p = dvec3(side(), side(), side());
         let outward = p / (p.length() + 1e-9);
-        let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, DVec2::new(p.x + p.z, p.y) * 2.0, 2));
+        let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, dvec2(p.x + p.z, p.y) * 2.0, 2));
         parts.material(LEAF + dice.below(2));
-        let center = DVec3::new(0.0, 0.78, 0.0) + outward * (reach * dice.range(0.75, 1.0));
+        let center = dvec3(0.0, 0.78, 0.0) + outward * (reach * dice.range(0.75, 1.0));
         leaf(parts, center, &mut dice, 0.05);
     }
 }
@@ -201,10 +201,10 @@ pub(super) fn pave(parts: &mut PartBuilder, length: f64, triangles: u64) {
     {
         return;
     }
-    let size = DVec2::new(wide / columns, long / rows);
+    let size = dvec2(wide / columns, long / rows);
     // The road's x and z, and z up.
     let frame = LocalFrame {
-        origin: DVec3::new(-KERB_AT, 0.0, near),
+        origin: dvec3(-KERB_AT, 0.0, near),
         axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
     };
     let mut road = parts.at(frame);
@@ -215,9 +215,9 @@ pub(super) fn pave(parts: &mut PartBuilder, length: f64, triangles: u64) {
             let x = size.x * (column as f64 + shift);
             let y = size.y * row as f64;
             road.material(COBBLE + dice.below(3));
-            let sunk = 0.012 * fractal2(SEED + 4, DVec2::new(x, y) * 0.9, 2) - 0.006 * dice.unit();
+            let sunk = 0.012 * fractal2(SEED + 4, dvec2(x, y) * 0.9, 2) - 0.006 * dice.unit();
             let depth = 0.22 * size.x.min(0.12);
-            let corner = DVec3::new(x, y, sunk - depth);
+            let corner = dvec3(x, y, sunk - depth);
             stone(&mut road, corner, size, (0.16, depth), inner);
         }
     }

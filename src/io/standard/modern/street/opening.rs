@@ -5,7 +5,7 @@ use super::palette::{IRON, LEAF, LIT, PANE, SHUTTER, TRIM, WOOD};
 use super::stone::leaf;
 use crate::standard::modern::noise::Dice;
 use crate::standard::modern::props::{ON_WALL, PartBuilder, STANDING};
-use glam::DVec3;
+use glam::dvec3;
 
 /// The four sides of a hole in the wall.
 pub(super) fn reveal(parts: &mut PartBuilder, hole: Area) {
@@ -220,7 +220,7 @@ pub(super) fn flowers(parts: &mut PartBuilder, hole: Area, dice: &mut Dice) {
             0 => SHUTTER + 2,
             _ => LEAF + dice.below(2),
         });
-        let position = DVec3::new(
+        let position = dvec3(
             dice.range(hole.x0, hole.x1),
             hole.y0 + 0.12 + 0.2 * dice.unit() * dice.unit(),
             0.1 + dice.range(-0.13, 0.16),

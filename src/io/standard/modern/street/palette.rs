@@ -2,10 +2,10 @@
 
 use crate::standard::builder::DocumentMaterial;
 use crate::standard::modern::materials::{glass, glow, matte, polished, rgb};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 /// Mean light of the evening sky.
-const AMBIENT: DVec3 = DVec3::new(0.105, 0.135, 0.225);
+const AMBIENT: DVec3 = dvec3(0.105, 0.135, 0.225);
 
 // Rows of the palette.
 pub(super) const STUCCO: usize = 0;

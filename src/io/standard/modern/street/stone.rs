@@ -3,12 +3,12 @@
 use crate::standard::modern::mesh_builder::Grid;
 use crate::standard::modern::noise::Dice;
 use crate::standard::modern::props::PartBuilder;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec3};
 
 /// A leaf: two triangles in a random direction.
 pub(super) fn leaf(parts: &mut PartBuilder, position: DVec3, dice: &mut Dice, size: f64) {
     let mut number = || dice.range(-1.0, 1.0);
-    let mut side = || DVec3::new(number(), number(), number()) * size;
+    let mut side = || dvec3(number(), number(), number()) * size;
     let (a, b) = (side(), side());
     let at = |p: DVec3| parts.frame.point(position + p);
     parts
@@ -43,6 +43,6 @@ pub(super) fn stone(
         let border = i == 0 || j == 0 || i == last || j == last;
         let bulge = 1.0 + 2.0 * u * (1.0 - u) * v * (1.0 - v);
         let height = if border { 0.0 } else { depth * bulge };
-        frame.point(corner + DVec3::new(u * size.x, v * size.y, height))
+        frame.point(corner + dvec3(u * size.x, v * size.y, height))
     });
 }

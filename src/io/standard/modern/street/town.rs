@@ -10,7 +10,7 @@ use crate::standard::modern::materials::rgb;
 use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
 use crate::standard::modern::props::{LocalFrame, PartBuilder};
 use crate::standard::modern::setup::{SIZES, hd, lamp, sun};
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "street",
@@ -23,17 +23,13 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-const SKY: DVec3 = DVec3::new(0.075, 0.135, 0.30);
+const SKY: DVec3 = dvec3(0.075, 0.135, 0.30);
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
-    builder.view(&hd(
-        DVec3::new(1.75, 1.72, 10.1),
-        DVec3::new(-1.6, 2.15, 0.0),
-        52.0,
-    ));
+    builder.view(&hd(dvec3(1.75, 1.72, 10.1), dvec3(-1.6, 2.15, 0.0), 52.0));
     builder.background(SKY);
     let town = Town::of(params.size);
-    builder.light(&sun(DVec3::new(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
+    builder.light(&sun(dvec3(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
     cafe::lights(&town.cafe()).for_each(|light| builder.light(&light));
     lane::LAMPS.iter().for_each(|post| {
         let light = lamp(post.light(), rgb(0.95, 0.62, 0.28), 2.1);
@@ -75,17 +71,17 @@ impl Town {
             let z = START - 7.2 * f64::from(k);
             // x runs to the right for an observer in front of the house.
             let left = LocalFrame {
-                origin: DVec3::new(-HALF, 0.0, z),
+                origin: dvec3(-HALF, 0.0, z),
                 axes: [DVec3::NEG_Z, DVec3::Y, DVec3::X],
             };
             let right = LocalFrame {
-                origin: DVec3::new(HALF, 0.0, z - 7.2),
+                origin: dvec3(HALF, 0.0, z - 7.2),
                 axes: [DVec3::Z, DVec3::Y, DVec3::NEG_X],
             };
             houses.push(House::new(left, u64::from(2 * k), 7.2, k == 0));
             houses.push(House::new(right, u64::from(2 * k + 1), 7.2, false));
         }
-        let end = LocalFrame::at(DVec3::new(-HALF, 0.0, START - length - 0.01));
+        let end = LocalFrame::at(dvec3(-HALF, 0.0, START - length - 0.01));
         houses.push(House::new(end, 99, 2.0 * HALF, false));
         Town { houses, length }
     }
