@@ -19,7 +19,7 @@ pub use builder::{
     DocumentMaterial, MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView,
     nff_level,
 };
-pub use catalogue::{CATALOGUE, Family, Generator, SceneParams, StandardScene};
+pub use catalogue::{CATALOGUE, Family, Generator, StandardScene};
 pub use count::{ShapeCounter, ShapeCounts};
 pub use memory_builder::MemoryBuilder;
 pub use spec::{

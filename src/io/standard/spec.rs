@@ -1,7 +1,7 @@
 //! Standard scenes by name and size: `standard:NAME[:SIZE]`.
 
 use super::builder::SceneBuilder;
-use super::catalogue::{CATALOGUE, Family, SceneParams, StandardScene};
+use super::catalogue::{CATALOGUE, Family, StandardScene};
 use super::count::{ShapeCounter, ShapeCounts};
 use super::memory_builder::MemoryBuilder;
 use phalanx_scene::{OutputEncoding, Scene, SceneError};
@@ -143,7 +143,7 @@ impl Spec {
 
 /// Passes a standard scene to a builder.
 pub fn generate(spec: Spec, builder: &mut dyn SceneBuilder) {
-    (spec.scene.generate)(&SceneParams { size: spec.size }, builder);
+    (spec.scene.generate)(spec.size, builder);
 }
 
 /// A standard scene as a [`Scene`], validated.

@@ -5,7 +5,7 @@
 //! print.
 
 use super::{numbers, scene, spec};
-use phalanx::standard::{MemoryBuilder, SceneParams, Tessellate};
+use phalanx::standard::{MemoryBuilder, Tessellate};
 
 const RECORDED: [(&str, u64); 11] = [
     ("balls", 0x87e5_7eeb_1cc7_533b),
@@ -62,8 +62,7 @@ fn tessellation_is_the_same_bits_everywhere() {
     let found = ["balls:2", "tree:4"].map(|name| {
         let spec = spec(name);
         let mut builder = MemoryBuilder::default();
-        let params = SceneParams { size: spec.size };
-        (spec.scene.generate)(&params, &mut Tessellate::new(5, &mut builder));
+        (spec.scene.generate)(spec.size, &mut Tessellate::new(5, &mut builder));
         Fingerprint::of(&builder.finish())
     });
     assert_eq!(found, [0x4b29_326d_9715_861b, 0x8be7_4eda_9ab6_da20]);

@@ -2,7 +2,7 @@
 
 use super::spec;
 use phalanx::standard::{
-    CATALOGUE, Family, SceneParams, ShapeCounter, ShapeCounts, Spec, Tessellate, counts, scene,
+    CATALOGUE, Family, ShapeCounter, ShapeCounts, Spec, Tessellate, counts, scene,
 };
 
 /// Name and size; spheres, cones, polygons and lights, as published with the databases.
@@ -79,7 +79,7 @@ fn tessellated_scenes_have_the_published_numbers_of_polygons() {
     for (name, published, unit) in table {
         let Spec { scene: entry, size } = spec(name);
         let mut builder = ShapeCounter::default();
-        (entry.generate)(&SceneParams { size }, &mut Tessellate::new(4, &mut builder));
+        (entry.generate)(size, &mut Tessellate::new(4, &mut builder));
         let found = builder.counts();
         assert_eq!((found.polygons + unit / 2) / unit, published, "{name}");
         assert_eq!((found.spheres, found.cones), (0, 0), "{name}");

@@ -9,21 +9,9 @@ use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
 use super::props::{FramePoint, LocalFrame, PartBuilder};
-use super::setup::{SIZES, hd, lamp};
+use super::setup::{hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder, StandardLight, StandardView};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3, dvec2, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "cornell",
-    purpose: "a Cornell box with glass and mirror spheres: secondary rays, many lights, all hits near",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: SIZES,
-    size_means: "triangles",
-    max_depth: 8,
-    generate,
-};
 
 const WHITE: usize = 0;
 const RED: usize = 1;
@@ -56,7 +44,7 @@ fn palette() -> [DocumentMaterial; 9] {
     ]
 }
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.view(&StandardView {
         width: 1024,
         height: 1024,
@@ -69,7 +57,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let mut mesh = MeshBuilder::new(builder, &palette);
     // The spheres get their share first. The rest goes to the flat parts, where more triangles make
     // no visible difference.
-    let budget = f64::from(params.size);
+    let budget = f64::from(size);
     let frequency = geodesic::frequency(budget * 0.4);
     spheres(&mut mesh, frequency);
     let flat = (budget - mesh.triangles() as f64).max(1.0);

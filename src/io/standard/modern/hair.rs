@@ -9,23 +9,11 @@ use super::geodesic;
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::{Dice, blend, fractal2, noise2, smoothstep};
-use super::setup::{SIZES, hd, sun};
+use super::setup::{hd, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "hair",
-    purpose: "fur and grass of thin curved tubes: boxes that hold little, silhouettes everywhere",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: SIZES,
-    size_means: "triangles",
-    max_depth: 3,
-    generate,
-};
 
 const SEED: u64 = 0x4a1e_0001;
 const AMBIENT: DVec3 = dvec3(0.13, 0.16, 0.22);
@@ -112,20 +100,20 @@ const DWELLERS: [Creature; 2] = [
     },
 ];
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.view(&hd(dvec3(0.15, 1.42, 5.6), dvec3(0.05, 0.93, 0.0), 33.0));
     builder.background(rgb(0.30, 0.50, 0.78));
     builder.light(&sun(dvec3(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
     builder.light(&sun(dvec3(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
-    let budget = f64::from(params.size);
+    let budget = f64::from(size);
     ground(&mut mesh, (budget * 0.02 / 2.0).sqrt() as usize);
     let frequency = geodesic::frequency(budget * 0.03 / 10.0).clamp(3, 60);
     for dweller in &DWELLERS {
         dweller.skin(&mut mesh, frequency);
     }
-    let tubes = (params.size as u64).saturating_sub(mesh.triangles()) / TUBE;
+    let tubes = (size as u64).saturating_sub(mesh.triangles()) / TUBE;
     let width = 0.0115 / (tubes as f64 / 21_000.0).sqrt();
     let mut left = tubes;
     for dweller in &DWELLERS {

@@ -7,21 +7,9 @@
 
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
-use super::setup::{SIZES, hd, lamp, sun};
+use super::setup::{hd, lamp, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "menger",
-    purpose: "a Menger sponge: axis-parallel faces, tunnels, rays that pass many boxes and hit none",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: SIZES,
-    size_means: "triangles",
-    max_depth: 4,
-    generate,
-};
 
 /// Deepest level, at any size.
 const LEVELS: usize = 5;
@@ -91,7 +79,7 @@ impl SpongeDetail {
     }
 }
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.view(&hd(dvec3(1.50, 1.28, 2.30), dvec3(0.02, 0.43, 0.0), 33.5));
     builder.background(rgb(0.045, 0.065, 0.115));
     builder.light(&sun(dvec3(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
@@ -101,7 +89,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let mut mesh = MeshBuilder::new(builder, &palette);
     floor(&mut mesh);
     let mut sponge = Sponge {
-        cut: SpongeDetail::of(params.size),
+        cut: SpongeDetail::of(size),
         number: 0,
     };
     sponge.draw(&mut mesh);
@@ -304,7 +292,7 @@ mod tests {
 
     fn count(size: u32) -> ShapeCounts {
         let mut builder = ShapeCounter::default();
-        generate(&SceneParams { size }, &mut builder);
+        generate(size, &mut builder);
         builder.counts()
     }
 

@@ -7,23 +7,11 @@ use super::knot::knot;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::{MeshBuilder, fit_detail};
 use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells};
-use super::setup::{SIZES, hd, lamp};
+use super::setup::{hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "room",
-    purpose: "a finely detailed statue in a closed room: a teapot in a stadium, and no ray escapes",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: SIZES,
-    size_means: "triangles",
-    max_depth: 6,
-    generate,
-};
 
 const AMBIENT: DVec3 = dvec3(0.15, 0.125, 0.105);
 /// Half the width and depth of the room, and its height.
@@ -78,7 +66,7 @@ fn palette() -> [DocumentMaterial; 14] {
     ]
 }
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.view(&hd(dvec3(1.75, 1.62, 2.75), dvec3(-0.35, 1.23, -0.4), 42.0));
     builder.background(DVec3::ZERO);
     builder.light(&lamp(dvec3(0.55, 2.38, 0.75), rgb(0.62, 0.53, 0.40), 1.7));
@@ -87,7 +75,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     builder.light(&lamp(dvec3(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
-    let budget = u64::from(params.size);
+    let budget = u64::from(size);
     let detail = fit_detail(budget * 3 / 10, (0.1, 2000.0), |mesh, detail| {
         furnish(&mut PartBuilder::new(mesh, detail))
     });

@@ -2,10 +2,6 @@
 
 use crate::standard::builder::{StandardLight, StandardView};
 use glam::{DVec3, dvec3};
-use std::ops::RangeInclusive;
-
-/// Numbers of triangles that every modern scene can be made of, about.
-pub(super) const SIZES: RangeInclusive<u32> = 4_000..=100_000_000;
 
 /// A view of 1280x960 pixels with y up.
 pub(super) fn hd(from: DVec3, at: DVec3, fovy: f64) -> StandardView {

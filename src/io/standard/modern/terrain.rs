@@ -8,21 +8,9 @@
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
 use super::noise::{Dice, fractal2, noise2, smoothstep, turned};
-use super::setup::{SIZES, hd, sun};
+use super::setup::{hd, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3, dvec2, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "terrain",
-    purpose: "mountains by a lake: one large height field, grazing rays, many surfaces",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: SIZES,
-    size_means: "triangles",
-    max_depth: 3,
-    generate,
-};
 
 const SEED: u64 = 0x7e44_a1c5;
 const EYE: DVec3 = dvec3(0.6, 0.55, 10.4);
@@ -143,7 +131,7 @@ fn depth(j: usize, rows: usize) -> f64 {
 /// Quads along the side of the square blocks in which the land is made.
 const BLOCK: usize = 64;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.view(&hd(EYE, dvec3(-0.75, 1.5, 0.0), 40.0));
     builder.background(SKY);
     builder.light(&sun(dvec3(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
@@ -152,7 +140,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
     lake(&mut mesh);
-    let (across, rows) = net(params.size);
+    let (across, rows) = net(size);
     if mesh.counted(2 * (across * rows) as u64) {
         return mesh.finish();
     }

@@ -1,22 +1,10 @@
 //! balls, the sphereflake (`balls.c`): nine spheres of a third of the radius stand on each sphere.
 
 use super::rotation::{about, about_y, about_z};
-use super::setup::{MAX_DEPTH, SKY, prelude, rectangle, shine, surface, view};
+use super::setup::{SKY, prelude, rectangle, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DMat3, DVec3, dvec3};
 use std::f64::consts::PI;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "balls",
-    purpose: "sphereflake on a plane: mirrors, spheres of very different sizes",
-    family: Family::Spd,
-    default_size: 4,
-    sizes: 1..=8,
-    size_means: "levels of the recursion: (9^(size+1) - 1) / 8 spheres",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// A child's radius over its parent's.
 const SHRINK: f64 = 1.0 / 3.0;
@@ -25,7 +13,7 @@ const SHRINK: f64 = 1.0 / 3.0;
 /// rounding.
 const ALONG_Z: f64 = 0.9999;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(2.1, 1.3, 1.7), DVec3::ZERO, 45.0, 512);
     let lights = [
         dvec3(4.0, 3.0, 2.0),
@@ -59,7 +47,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let flake = Flake {
         directions: directions(),
     };
-    flake.grow(builder, params.size, DVec3::ZERO, 0.5, DVec3::Z);
+    flake.grow(builder, size, DVec3::ZERO, 0.5, DVec3::Z);
 }
 
 struct Flake {

@@ -1,22 +1,10 @@
 //! gears (`gears.c`): layers of meshing gears, whose faces are concave polygons of 144 corners.
 
 use super::rotation::about_z;
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, rectangle, shine, surface, view};
+use super::setup::{SKY, matte, prelude, rectangle, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "gears",
-    purpose: "meshing gears, some of glass: concave polygons, refraction",
-    family: Family::Spd,
-    default_size: 4,
-    sizes: 1..=40,
-    size_means: "gears along each side: 146 size^3 + 1 polygons",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Teeth of a gear.
 const TEETH: usize = 36;
@@ -41,7 +29,7 @@ struct Gear {
     thickness: f64,
 }
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-1.1, -2.1, 2.6), DVec3::ZERO, 45.0, 512);
     let lights = [
         dvec3(2.0, 4.0, 4.0),
@@ -62,11 +50,11 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         },
     );
     builder.polygon(&rectangle(2.0, 2.0, 0.0));
-    for z in 0..params.size {
-        for y in 0..params.size {
-            for x in 0..params.size {
+    for z in 0..size {
+        for y in 0..size {
+            for x in 0..size {
                 surface(builder, gear_material(x, y, z));
-                gear_at(params.size, x, y, z).build(builder);
+                gear_at(size, x, y, z).build(builder);
             }
         }
     }

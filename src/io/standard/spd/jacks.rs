@@ -2,21 +2,9 @@
 //! octant.
 
 use super::rotation::{about_x, about_y};
-use super::setup::{MAX_DEPTH, prelude, shine, surface, view};
+use super::setup::{prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DAffine3, DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "jacks",
-    purpose: "jacks within jacks: cylinders and spheres, one light",
-    family: Family::Spd,
-    default_size: 1,
-    sizes: 1..=8,
-    size_means: "levels of the recursion: 9 (8^size - 1) / 7 primitives",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Size of a jack in its cell, so that it does not touch its neighbours.
 const FIT: f64 = 0.75;
@@ -25,7 +13,7 @@ const BAR: f64 = 0.1;
 /// Radius of the balls of a jack of size 1.
 const BALL: f64 = 0.2;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = StandardView {
         up: DVec3::Y,
         ..view(dvec3(0.0, 0.0, -8.0), DVec3::ZERO, 25.0, 256)
@@ -44,7 +32,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         },
     );
     let turn = about_x((-30f64).to_radians()) * about_y((-20f64).to_radians());
-    grow(builder, params.size, DAffine3::from_mat3(turn), 1.0);
+    grow(builder, size, DAffine3::from_mat3(turn), 1.0);
 }
 
 /// Adds a jack and its eight copies, `levels` deep; `scale` is the factor of `frame` on lengths.

@@ -1,27 +1,15 @@
 //! lattice (`lattice.c`, by Antonio Costa): shiny spheres joined by dull bars into a cubic lattice.
 
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "lattice",
-    purpose: "spheres joined by cylinders, seen from within: regular, six lights",
-    family: Family::Spd,
-    default_size: 12,
-    sizes: 1..=150,
-    size_means: "cells along each side: (size+1)^3 spheres, 3 size (size+1)^2 cylinders",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Radius of a ball in a cell of size 1.
 const BALL: f64 = 1.0 / 4.0;
 /// Radius of a bar in a cell of size 1.
 const BAR: f64 = 1.0 / 16.0;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let lights = [
         dvec3(2.0, 0.5, 0.5),
         dvec3(-1.0, 0.5, 0.5),
@@ -30,11 +18,11 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         dvec3(0.5, 0.5, 2.0),
         dvec3(0.5, 0.5, -1.0),
     ];
-    prelude(builder, SKY, &view_of(params.size), &lights);
-    for x in 0..=params.size {
-        for y in 0..=params.size {
-            for z in 0..=params.size {
-                node(builder, params.size, [x, y, z]);
+    prelude(builder, SKY, &view_of(size), &lights);
+    for x in 0..=size {
+        for y in 0..=size {
+            for z in 0..=size {
+                node(builder, size, [x, y, z]);
             }
         }
     }

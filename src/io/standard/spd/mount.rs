@@ -1,22 +1,10 @@
 //! mount (`mount.c`): a fractal mountain by midpoint displacement, and four crystal balls above it.
 
 use super::rotation::{about, about_z};
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "mount",
-    purpose: "fractal mountain under four crystal balls: small facets, long refracted paths",
-    family: Family::Spd,
-    default_size: 6,
-    sizes: 1..=12,
-    size_means: "halvings of the mountain's side: 2 * 4^size triangles",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Fractal dimension, between 2 (smooth) and 3 (rugged).
 const FRACTAL_DIMENSION: f64 = 2.2;
@@ -33,7 +21,7 @@ const WIDTH: f64 = 2.0;
 )]
 const DIAGONAL: f64 = 1.4142136;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-1.6, 1.6, 1.7), DVec3::ZERO, 45.0, 512);
     prelude(builder, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
     surface(
@@ -51,11 +39,11 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     surface(builder, matte(dvec3(0.5, 0.45, 0.35)));
     let ratio = 2.0 / libm::exp(libm::log(2.0) / (FRACTAL_DIMENSION - 1.0));
     let mountain = Mountain {
-        size: params.size,
-        cells: f64::from(1u32 << params.size),
+        size,
+        cells: f64::from(1u32 << size),
         roughness: (ratio * ratio - 1.0).sqrt(),
     };
-    mountain.grow(builder, 1 << params.size, [0, 0], [0.0; 4]);
+    mountain.grow(builder, 1 << size, [0, 0], [0.0; 4]);
 }
 
 /// Four spheres that touch each other, as the corners of a tetrahedron.

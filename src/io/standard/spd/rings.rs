@@ -2,22 +2,10 @@
 //! and spheres.
 
 use super::rotation::{about_x, about_z};
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "rings",
-    purpose: "a pyramid of linked pentagons of cylinders and spheres: depth complexity, reflection",
-    family: Family::Spd,
-    default_size: 7,
-    sizes: 1..=100,
-    size_means: "layers of the pyramid: 5 size (size+1) (2 size+1) spheres and as many cylinders",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Radius of cylinders and spheres, so that linked rings touch (the original gives no derivation).
 const RADIUS: f64 = 0.07412;
@@ -32,7 +20,7 @@ const COLORS: [DVec3; 6] = [
     dvec3(1.0, 1.0, 0.0),
 ];
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let spread = 1.0 / libm::sin(PI / 8.0);
     let from = dvec3(-1.0, -spread, 0.5);
     let lights = [
@@ -47,9 +35,9 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         &lights,
     );
     surface(builder, matte(DVec3::ONE));
-    wall(builder, from, spread * f64::from(params.size + 1));
+    wall(builder, from, spread * f64::from(size + 1));
     let knot = knot();
-    for depth in 0..params.size {
+    for depth in 0..size {
         // Positions of a layer are two apart and lie about the axis.
         let across = |k: u32| 2.0 * f64::from(k) - f64::from(depth);
         for z in 0..=depth {

@@ -5,9 +5,6 @@ use crate::standard::builder::{
 };
 use glam::{DVec3, dvec3};
 
-/// Bounces after the eye ray.
-pub(super) const MAX_DEPTH: u32 = 4;
-
 /// The sky of all databases but jacks: "UNC sky blue".
 pub(super) const SKY: DVec3 = dvec3(0.078, 0.361, 0.753);
 

@@ -1,29 +1,17 @@
 //! shells (`shells.c`): a seashell of overlapping spheres by Pickover's method (IEEE CG&A, November
 //! 1989).
 
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::dvec3;
 use std::f64::consts::PI;
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "shells",
-    purpose: "a seashell of overlapping spheres: many primitives in one place, pathological for trees",
-    family: Family::Spd,
-    default_size: 5,
-    sizes: 1..=16,
-    size_means: "doublings: 180 * 2^size + 1 spheres",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Growth of the radius with the angle.
 const EXPONENT: f64 = 0.15;
 /// Height over radius.
 const BETA: f64 = -2.0;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-6.0, -60.0, 35.0), dvec3(0.0, 8.0, -15.0), 45.0, 512);
     prelude(builder, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
     surface(
@@ -36,7 +24,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
             ..matte(dvec3(1.0, 0.8, 0.4))
         },
     );
-    let steps = 180i32 << params.size;
+    let steps = 180i32 << size;
     for step in -steps * 2 / 3..=steps / 3 {
         let angle = 18.0 * PI * f64::from(step) / f64::from(steps);
         let r = libm::exp(EXPONENT * angle);

@@ -1,20 +1,8 @@
 //! sombrero (`sombrero.c`, by Alexander Enzmann): a damped cosine as a height field of triangles.
 
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "sombrero",
-    purpose: "a height field of a damped cosine: triangles in a regular grid",
-    family: Family::Spd,
-    default_size: 1,
-    sizes: 1..=8,
-    size_means: "doublings: a grid of n by n heights, n = 16 * 2^size, in 2 (n-1)^2 triangles",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Half extent of the field along x and z.
 const HALF: f64 = 4.0;
@@ -24,7 +12,7 @@ const GROUND: f64 = -3.0;
 #[expect(clippy::approx_constant, reason = "the original's number")]
 const TURN: f64 = 2.0 * 3.14159265358;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(0.0, 5.0, -8.0), DVec3::ZERO, 40.0, 512);
     prelude(builder, SKY, &view, &[dvec3(10.0, 10.0, -10.0)]);
     surface(
@@ -37,7 +25,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
             ..matte(dvec3(1.0, 0.1, 0.1))
         },
     );
-    let side = 16usize << params.size;
+    let side = 16usize << size;
     let mut near = row(side, 0);
     for z in 1..side {
         let far = row(side, z);

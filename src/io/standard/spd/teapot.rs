@@ -1,22 +1,10 @@
 //! teapot (`teapot.c`): Newell's teapot with Crow's bottom, on a checkerboard meshed as finely as
 //! each of its patches.
 
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shine, surface, view};
 use super::teapot_data::{PATCHES, VERTICES};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "teapot",
-    purpose: "the teapot on a checkerboard: smooth triangles, mirrors",
-    family: Family::Spd,
-    default_size: 12,
-    sizes: 1..=600,
-    size_means: "steps along each side of a patch: 64 size^2 - 8 size triangles, size^2 squares",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Half extent of the checkerboard along x and y.
 const BOARD: f64 = 4.0;
@@ -26,11 +14,11 @@ const CUSP: f64 = 0.0001;
 /// Control points; the first index goes with s, the second with t.
 type Patch = [[DVec3; 4]; 4];
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(4.86, 7.2, 5.4), DVec3::ZERO, 45.0, 512);
     let lights = [dvec3(-3.1, 9.8, 12.1), dvec3(11.3, 5.1, 8.8)];
     prelude(builder, SKY, &view, &lights);
-    checkerboard(builder, params.size);
+    checkerboard(builder, size);
     surface(
         builder,
         NffMaterial {
@@ -42,7 +30,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     );
     for indices in PATCHES {
         let patch = indices.map(|row| row.map(|k| DVec3::from_array(VERTICES[k as usize])));
-        build_patch(builder, &patch, params.size);
+        build_patch(builder, &patch, size);
     }
 }
 

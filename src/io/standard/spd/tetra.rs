@@ -1,21 +1,9 @@
 //! tetra (`tetra.c`): the tetrahedron of Mandelbrot and Norton, each of whose corners is a smaller
 //! one.
 
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, surface, view};
+use super::setup::{SKY, matte, prelude, surface, view};
 use crate::standard::builder::{SceneBuilder, StandardView};
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "tetra",
-    purpose: "recursive tetrahedra: mostly background, coherent, one light",
-    family: Family::Spd,
-    default_size: 6,
-    sizes: 1..=12,
-    size_means: "levels of the recursion: 4^size triangles",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Directions from a cube's centre to the corners that make a tetrahedron, in the original's order.
 const CORNERS: [DVec3; 4] = [
@@ -28,7 +16,7 @@ const CORNERS: [DVec3; 4] = [
 /// The tetrahedron's faces, counter-clockwise from outside.
 const FACES: [[usize; 3]; 4] = [[0, 1, 2], [3, 2, 1], [2, 3, 0], [1, 0, 3]];
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let from = dvec3(1.022846, -3.177154, -2.174512);
     let at = dvec3(-0.004103, -0.004103, 0.216539);
     let view = StandardView {
@@ -37,7 +25,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     };
     prelude(builder, SKY, &view, &[dvec3(2.0, -18.0, -5.0)]);
     surface(builder, matte(dvec3(1.0, 0.2, 0.2)));
-    grow(builder, params.size, DVec3::ZERO, 1.0);
+    grow(builder, size, DVec3::ZERO, 1.0);
 }
 
 /// The tetrahedron in the cube of half side `half`.

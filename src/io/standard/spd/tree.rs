@@ -2,21 +2,9 @@
 //! field.
 
 use super::rotation::{about_x, about_z};
-use super::setup::{MAX_DEPTH, SKY, matte, prelude, rectangle, surface, view};
+use super::setup::{SKY, matte, prelude, rectangle, surface, view};
 use crate::standard::builder::SceneBuilder;
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DAffine3, DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "tree",
-    purpose: "a tree of cones and spheres under seven lights: shadows through thin things",
-    family: Family::Spd,
-    default_size: 11,
-    sizes: 1..=22,
-    size_means: "forks from the root to a tip: 2^(size+1) - 1 cones and as many spheres",
-    max_depth: MAX_DEPTH,
-    generate,
-};
 
 /// Angle between a branch and its parent's axis, turn about that axis (degrees), and length over
 /// the parent's.
@@ -26,7 +14,7 @@ const TAPER: f64 = 0.67;
 /// Radius of the trunk at its foot over its height.
 const GIRTH: f64 = 0.15;
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(4.5, 0.4, 2.0), dvec3(0.0, 0.0, 1.5), 45.0, 512);
     let lights = [
         dvec3(-5.0, 5.0, 50.0),
@@ -45,7 +33,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         let turned = about_z(turn.to_radians()) * about_x(bend.to_radians());
         DAffine3::from_mat3_translation(turned * length, DVec3::Z)
     });
-    grow(builder, &forks, params.size, DAffine3::IDENTITY, 1.0);
+    grow(builder, &forks, size, DAffine3::IDENTITY, 1.0);
 }
 
 /// A branch along the z axis of `frame`, and the branches on it.

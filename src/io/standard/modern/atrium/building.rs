@@ -4,28 +4,16 @@ use super::layout::{GROUND, UPPER, Wing, wings};
 use super::palette::palette;
 use super::{arcade, column, court, drape, gallery, hanging};
 use crate::standard::builder::SceneBuilder;
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use crate::standard::modern::materials::rgb;
 use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
 use crate::standard::modern::props::PartBuilder;
-use crate::standard::modern::setup::{SIZES, hd, lamp, sun};
+use crate::standard::modern::setup::{hd, lamp, sun};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "atrium",
-    purpose: "a court of arcades and drapes: huge beside tiny triangles, long slanted beams",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: 6_000..=*SIZES.end(),
-    size_means: "triangles",
-    max_depth: 4,
-    generate,
-};
 
 const SKY: DVec3 = dvec3(0.25, 0.43, 0.73);
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
-    let atrium = Atrium::of(params.size);
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
+    let atrium = Atrium::of(size);
     let long = atrium.wings[1].length() / 2.0;
     builder.view(&hd(
         dvec3(-1.7, 2.3, long - 0.3),
@@ -43,7 +31,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     }
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
-    let budget = u64::from(params.size);
+    let budget = u64::from(size);
     let detail = fit_detail(budget * 7 / 10, (0.05, 4000.0), |mesh, detail| {
         atrium.build(&mut PartBuilder::new(mesh, detail))
     });

@@ -16,4 +16,4 @@ mod palette;
 mod relief;
 mod turning;
 
-pub(in crate::standard) use building::ENTRY;
+pub(in crate::standard) use building::generate;

@@ -13,4 +13,4 @@ mod palette;
 mod stone;
 mod town;
 
-pub(in crate::standard) use town::ENTRY;
+pub(in crate::standard) use town::generate;

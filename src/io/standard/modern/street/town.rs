@@ -5,30 +5,18 @@ use super::layout::{HALF, START};
 use super::palette::palette;
 use super::{cafe, lane};
 use crate::standard::builder::SceneBuilder;
-use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use crate::standard::modern::materials::rgb;
 use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
 use crate::standard::modern::props::{LocalFrame, PartBuilder};
-use crate::standard::modern::setup::{SIZES, hd, lamp, sun};
+use crate::standard::modern::setup::{hd, lamp, sun};
 use glam::{DVec3, dvec3};
-
-pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
-    name: "street",
-    purpose: "a street of detailed houses and a furnished café: large and tiny triangles, seven lights",
-    family: Family::Modern,
-    default_size: 1_000_000,
-    sizes: 6_000..=*SIZES.end(),
-    size_means: "triangles",
-    max_depth: 4,
-    generate,
-};
 
 const SKY: DVec3 = dvec3(0.075, 0.135, 0.30);
 
-fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.view(&hd(dvec3(1.75, 1.72, 10.1), dvec3(-1.6, 2.15, 0.0), 52.0));
     builder.background(SKY);
-    let town = Town::of(params.size);
+    let town = Town::of(size);
     builder.light(&sun(dvec3(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
     cafe::lights(&town.cafe()).for_each(|light| builder.light(&light));
     lane::LAMPS.iter().for_each(|post| {
@@ -37,7 +25,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     });
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
-    let budget = u64::from(params.size);
+    let budget = u64::from(size);
     let detail = fit_detail(budget * 7 / 10, (0.01, 400.0), |mesh, detail| {
         town.build(&mut PartBuilder::new(mesh, detail))
     });
