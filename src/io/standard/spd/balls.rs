@@ -1,8 +1,8 @@
 //! balls, the sphereflake (`balls.c`): nine spheres of a third of the radius stand on each sphere.
 
 use super::rotation::{about, about_y, about_z};
-use super::setup::{SKY, prelude, rectangle, shine, surface, view};
-use crate::standard::builder::{NffMaterial, SceneBuilder};
+use super::setup::{SKY, prelude, rectangle, shiny, surface, view};
+use crate::standard::builder::SceneBuilder;
 use glam::{DMat3, DVec3, dvec3};
 use std::f64::consts::PI;
 
@@ -21,61 +21,33 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         dvec3(-3.0, 1.0, 5.0),
     ];
     prelude(builder, SKY, &view, &lights);
-    surface(
-        builder,
-        NffMaterial {
-            rgb: dvec3(1.0, 0.75, 0.33),
-            kd: 0.8,
-            ks: 0.0,
-            shine: shine(0.0),
-            transmittance: 0.0,
-            ior: 1.0,
-        },
-    );
+    surface(builder, shiny(dvec3(1.0, 0.75, 0.33), [0.8, 0.0], 0.0, 1.0));
     builder.polygon(&rectangle(12.0, 12.0, -0.5));
-    surface(
-        builder,
-        NffMaterial {
-            rgb: dvec3(1.0, 0.9, 0.7),
-            kd: 0.5,
-            ks: 0.5,
-            shine: shine(37.0),
-            transmittance: 0.0,
-            ior: 1.0,
-        },
-    );
-    let flake = Flake {
-        directions: directions(),
-    };
-    flake.grow(builder, size, DVec3::ZERO, 0.5, DVec3::Z);
+    surface(builder, shiny(dvec3(1.0, 0.9, 0.7), [0.5, 0.5], 37.0, 1.0));
+    let sphere = (DVec3::ZERO, 0.5);
+    grow(builder, &directions(), size, sphere, DVec3::Z);
 }
 
-struct Flake {
-    /// Directions from a sphere that stands along z to its nine children: unit vectors.
-    directions: [DVec3; 9],
-}
-
-impl Flake {
-    /// Adds a sphere that stands in `direction` on its parent, and all spheres that stand on it.
-    fn grow(
-        &self,
-        builder: &mut dyn SceneBuilder,
-        levels: u32,
-        center: DVec3,
-        radius: f64,
-        direction: DVec3,
-    ) {
-        builder.sphere(center, radius);
-        if levels == 0 {
-            return;
-        }
-        let turn = from_z_to(direction);
-        let reach = radius * (1.0 + SHRINK);
-        for child in self.directions {
-            let at = turn * child * reach + center;
-            let toward = (at - center) / reach;
-            self.grow(builder, levels - 1, at, radius * SHRINK, toward);
-        }
+/// Adds a sphere that stands in `direction` on its parent, and all spheres that stand on it.
+/// `children` are their directions where it stands along z.
+fn grow(
+    builder: &mut dyn SceneBuilder,
+    children: &[DVec3; 9],
+    levels: u32,
+    (center, radius): (DVec3, f64),
+    direction: DVec3,
+) {
+    builder.sphere(center, radius);
+    if levels == 0 {
+        return;
+    }
+    let turn = from_z_to(direction);
+    let reach = radius * (1.0 + SHRINK);
+    for &child in children {
+        let at = turn * child * reach + center;
+        let toward = (at - center) / reach;
+        let sphere = (at, radius * SHRINK);
+        grow(builder, children, levels - 1, sphere, toward);
     }
 }
 
@@ -86,14 +58,13 @@ fn from_z_to(direction: DVec3) -> DMat3 {
     } else if direction.z <= -ALONG_Z {
         about_y(PI)
     } else {
-        about(
-            DVec3::Z.cross(direction).normalize(),
-            libm::acos(direction.z),
-        )
+        let axis = DVec3::Z.cross(direction).normalize();
+        about(axis, libm::acos(direction.z))
     }
 }
 
-/// Three trios of directions, each a third of a turn from the last.
+/// Directions from a sphere that stands along z to its nine children, unit vectors: three trios,
+/// each a third of a turn from the last.
 fn directions() -> [DVec3; 9] {
     let d = 1.0 / 2f64.sqrt();
     let trio = [dvec3(d, d, 0.0), dvec3(d, 0.0, -d), dvec3(0.0, d, -d)];

@@ -1,7 +1,7 @@
 //! gears (`gears.c`): layers of meshing gears, whose faces are concave polygons of 144 corners.
 
 use super::rotation::about_z;
-use super::setup::{SKY, matte, prelude, rectangle, shine, surface, view};
+use super::setup::{SKY, matte, prelude, rectangle, shiny, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
@@ -40,15 +40,7 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         dvec3(-1.111, -2.121, 2.626),
     ];
     prelude(builder, SKY, &view, &lights);
-    surface(
-        builder,
-        NffMaterial {
-            kd: 0.3,
-            ks: 0.6,
-            shine: shine(37.0),
-            ..matte(dvec3(1.0, 0.85, 0.7))
-        },
-    );
+    surface(builder, shiny(dvec3(1.0, 0.85, 0.7), [0.3, 0.6], 37.0, 0.0));
     builder.polygon(&rectangle(2.0, 2.0, 0.0));
     for z in 0..size {
         for y in 0..size {
@@ -91,16 +83,14 @@ fn gear_material(x: u32, y: u32, z: u32) -> NffMaterial {
         fraction(y * 3 + z * 2 + x, 3.0),
         fraction(z * 3 + x * 2 + y, 2.0),
     );
-    let opaque = matte(rgb / rgb.max_element());
-    if (x * 4 + y * 2 + z).is_multiple_of(5) {
-        return NffMaterial {
-            kd: 0.2,
-            transmittance: 0.8,
-            ior: 1.1,
-            ..opaque
-        };
+    let rgb = rgb / rgb.max_element();
+    if !(x * 4 + y * 2 + z).is_multiple_of(5) {
+        return matte(rgb);
     }
-    opaque
+    NffMaterial {
+        transmittance: 0.8,
+        ..shiny(rgb, [0.2, 0.0], 0.0, 1.1)
+    }
 }
 
 impl Gear {

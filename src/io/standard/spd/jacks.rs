@@ -2,8 +2,8 @@
 //! octant.
 
 use super::rotation::{about_x, about_y};
-use super::setup::{prelude, shine, surface, view};
-use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
+use super::setup::{prelude, shiny, surface, view};
+use crate::standard::builder::{SceneBuilder, StandardView};
 use glam::{DAffine3, DVec3, dvec3};
 
 /// Size of a jack in its cell, so that it does not touch its neighbours.
@@ -20,17 +20,8 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     };
     let light = dvec3(-10.0, 3.0, -20.0);
     prelude(builder, dvec3(0.2, 0.05, 0.2), &view, &[light]);
-    surface(
-        builder,
-        NffMaterial {
-            rgb: dvec3(0.737, 0.561, 0.561),
-            kd: 0.7,
-            ks: 0.7,
-            shine: shine(20.0),
-            transmittance: 0.0,
-            ior: 1.0,
-        },
-    );
+    let pink = dvec3(0.737, 0.561, 0.561);
+    surface(builder, shiny(pink, [0.7, 0.7], 20.0, 1.0));
     let turn = about_x((-30f64).to_radians()) * about_y((-20f64).to_radians());
     grow(builder, size, DAffine3::from_mat3(turn), 1.0);
 }

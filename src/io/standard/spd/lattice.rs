@@ -1,7 +1,7 @@
 //! lattice (`lattice.c`, by Antonio Costa): shiny spheres joined by dull bars into a cubic lattice.
 
-use super::setup::{SKY, matte, prelude, shine, surface, view};
-use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
+use super::setup::{SKY, prelude, shiny, surface, view};
+use crate::standard::builder::{SceneBuilder, StandardView};
 use glam::{DVec3, dvec3};
 
 /// Radius of a ball in a cell of size 1.
@@ -32,14 +32,13 @@ fn view_of(size: u32) -> StandardView {
     let cells = f64::from(size);
     let x = (f64::from(size / 2) + 0.5) / cells;
     let half_cell = 1.0 / (2.0 * cells);
+    let (from, at) = (
+        dvec3(x, 1.0, 1.0 - half_cell),
+        dvec3(x, -1.0, -1.0 - half_cell),
+    );
     StandardView {
         up: dvec3(0.2, 1.0, 0.0),
-        ..view(
-            dvec3(x, 1.0, 1.0 - half_cell),
-            dvec3(x, -1.0, -1.0 - half_cell),
-            60.0,
-            512,
-        )
+        ..view(from, at, 60.0, 512)
     }
 }
 
@@ -50,23 +49,14 @@ fn node(builder: &mut dyn SceneBuilder, size: u32, cell: [u32; 3]) {
     // The bars end a little inside of the balls.
     let inset = ball * (1.0 - (BAR / BALL).sqrt()) * 0.99;
     let center = DVec3::from_array(cell.map(|k| f64::from(k) / cells));
-    let shiny = NffMaterial {
-        kd: 0.5,
-        ks: 0.5,
-        shine: shine(37.0),
-        ..matte(DVec3::splat(0.9))
-    };
-    surface(builder, shiny);
+    surface(builder, shiny(DVec3::splat(0.9), [0.5, 0.5], 37.0, 0.0));
     builder.sphere(center, ball);
     for (axis, along) in DVec3::AXES.into_iter().enumerate() {
         if cell[axis] == size {
             continue;
         }
-        let dull = NffMaterial {
-            kd: 0.99,
-            ..matte(DVec3::splat(0.1) + along * 0.8)
-        };
-        surface(builder, dull);
+        let rgb = DVec3::splat(0.1) + along * 0.8;
+        surface(builder, shiny(rgb, [0.99, 0.0], 0.0, 0.0));
         let far = center + along * (1.0 / cells - inset);
         builder.cone(center + along * inset, bar, far, bar);
     }

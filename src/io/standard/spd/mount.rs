@@ -1,7 +1,7 @@
 //! mount (`mount.c`): a fractal mountain by midpoint displacement, and four crystal balls above it.
 
 use super::rotation::{about, about_z};
-use super::setup::{SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, matte, prelude, shiny, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
@@ -24,17 +24,11 @@ const DIAGONAL: f64 = 1.4142136;
 pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-1.6, 1.6, 1.7), DVec3::ZERO, 45.0, 512);
     prelude(builder, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
-    surface(
-        builder,
-        NffMaterial {
-            rgb: DVec3::ONE,
-            kd: 0.1,
-            ks: 0.1,
-            shine: shine(6.7),
-            transmittance: 0.9,
-            ior: 1.5,
-        },
-    );
+    let crystal = NffMaterial {
+        transmittance: 0.9,
+        ..shiny(DVec3::ONE, [0.1, 0.1], 6.7, 1.5)
+    };
+    surface(builder, crystal);
     crystal_balls(builder, dvec3(-0.8, 0.8, 1.0), 0.17);
     surface(builder, matte(dvec3(0.5, 0.45, 0.35)));
     let ratio = 2.0 / libm::exp(libm::log(2.0) / (FRACTAL_DIMENSION - 1.0));
@@ -84,12 +78,8 @@ impl Mountain {
         let (right_x, upper_y) = (x + half, y + half);
         self.grow(builder, half, [x, y], [ll, lower, middle, left]);
         self.grow(builder, half, [right_x, y], [lower, lr, right, middle]);
-        self.grow(
-            builder,
-            half,
-            [right_x, upper_y],
-            [middle, right, ur, upper],
-        );
+        let upper_right = [middle, right, ur, upper];
+        self.grow(builder, half, [right_x, upper_y], upper_right);
         self.grow(builder, half, [x, upper_y], [left, middle, upper, ul]);
     }
 

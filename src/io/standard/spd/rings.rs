@@ -2,8 +2,8 @@
 //! and spheres.
 
 use super::rotation::{about_x, about_z};
-use super::setup::{SKY, matte, prelude, shine, surface, view};
-use crate::standard::builder::{NffMaterial, SceneBuilder};
+use super::setup::{SKY, matte, prelude, shiny, surface, view};
+use crate::standard::builder::SceneBuilder;
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
@@ -28,12 +28,8 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         dvec3(-4.0, -spread, 1.0),
         dvec3(2.0, -spread, -4.0),
     ];
-    prelude(
-        builder,
-        SKY,
-        &view(from, from + DVec3::Y, 45.0, 512),
-        &lights,
-    );
+    let view = view(from, from + DVec3::Y, 45.0, 512);
+    prelude(builder, SKY, &view, &lights);
     surface(builder, matte(DVec3::ONE));
     wall(builder, from, spread * f64::from(size + 1));
     let knot = knot();
@@ -52,13 +48,8 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
 /// The backdrop at `y`: as large as the 45 degrees of the view, and a hundredth more.
 fn wall(builder: &mut dyn SceneBuilder, from: DVec3, y: f64) {
     let half = 1.01 * (y - from.y) * libm::tan(PI / 8.0);
-    let corner = |x: f64, z: f64| dvec3(x * half + from.x, y, z * half + from.z);
-    builder.polygon(&[
-        corner(1.0, 1.0),
-        corner(-1.0, 1.0),
-        corner(-1.0, -1.0),
-        corner(1.0, -1.0),
-    ]);
+    let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+    builder.polygon(&corners.map(|(x, z)| dvec3(x * half + from.x, y, z * half + from.z)));
 }
 
 /// The corners of six pentagons that join the midpoints of a dodecahedron's edges, within a sphere
@@ -79,13 +70,7 @@ fn knot() -> [DVec3; 30] {
 
 fn build_knot(builder: &mut dyn SceneBuilder, knot: &[DVec3; 30], offset: DVec3) {
     for (ring, color) in knot.chunks_exact(5).zip(COLORS) {
-        let shiny = NffMaterial {
-            kd: 0.5,
-            ks: 0.2,
-            shine: shine(37.0),
-            ..matte(color)
-        };
-        surface(builder, shiny);
+        surface(builder, shiny(color, [0.5, 0.2], 37.0, 0.0));
         for (k, &corner) in ring.iter().enumerate() {
             let (base, apex) = (corner + offset, ring[(k + 4) % 5] + offset);
             builder.cone(base, RADIUS, apex, RADIUS);

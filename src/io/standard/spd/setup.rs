@@ -36,13 +36,19 @@ pub(super) fn prelude(
 
 /// An opaque, dull material, as in most scenes.
 pub(super) fn matte(rgb: DVec3) -> NffMaterial {
+    shiny(rgb, [1.0, 0.0], 0.0, 0.0)
+}
+
+/// An opaque material with its diffuse and its specular part, whose highlight falls to one half at
+/// `degrees` ([`shine`]). `ior` is 0 where the original leaves it open.
+pub(super) fn shiny(rgb: DVec3, [kd, ks]: [f64; 2], degrees: f64, ior: f64) -> NffMaterial {
     NffMaterial {
         rgb,
-        kd: 1.0,
-        ks: 0.0,
-        shine: shine(0.0),
+        kd,
+        ks,
+        shine: shine(degrees),
         transmittance: 0.0,
-        ior: 0.0,
+        ior,
     }
 }
 

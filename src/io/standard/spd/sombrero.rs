@@ -1,7 +1,7 @@
 //! sombrero (`sombrero.c`, by Alexander Enzmann): a damped cosine as a height field of triangles.
 
-use super::setup::{SKY, matte, prelude, shine, surface, view};
-use crate::standard::builder::{NffMaterial, SceneBuilder};
+use super::setup::{SKY, prelude, shiny, surface, view};
+use crate::standard::builder::SceneBuilder;
 use glam::{DVec3, dvec3};
 
 /// Half extent of the field along x and z.
@@ -15,16 +15,7 @@ const TURN: f64 = 2.0 * 3.14159265358;
 pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(0.0, 5.0, -8.0), DVec3::ZERO, 40.0, 512);
     prelude(builder, SKY, &view, &[dvec3(10.0, 10.0, -10.0)]);
-    surface(
-        builder,
-        NffMaterial {
-            kd: 0.8,
-            ks: 0.0,
-            shine: shine(40.0),
-            ior: 1.0,
-            ..matte(dvec3(1.0, 0.1, 0.1))
-        },
-    );
+    surface(builder, shiny(dvec3(1.0, 0.1, 0.1), [0.8, 0.0], 40.0, 1.0));
     let side = 16usize << size;
     let mut near = row(side, 0);
     for z in 1..side {

@@ -1,9 +1,9 @@
 //! teapot (`teapot.c`): Newell's teapot with Crow's bottom, on a checkerboard meshed as finely as
 //! each of its patches.
 
-use super::setup::{SKY, matte, prelude, shine, surface, view};
+use super::setup::{SKY, prelude, shiny, surface, view};
 use super::teapot_data::{PATCHES, VERTICES};
-use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::builder::SceneBuilder;
 use glam::{DVec3, dvec3};
 
 /// Half extent of the checkerboard along x and y.
@@ -19,15 +19,8 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let lights = [dvec3(-3.1, 9.8, 12.1), dvec3(11.3, 5.1, 8.8)];
     prelude(builder, SKY, &view, &lights);
     checkerboard(builder, size);
-    surface(
-        builder,
-        NffMaterial {
-            kd: 0.75,
-            ks: 0.25,
-            shine: shine(37.0),
-            ..matte(dvec3(1.0, 0.5, 0.1))
-        },
-    );
+    let orange = dvec3(1.0, 0.5, 0.1);
+    surface(builder, shiny(orange, [0.75, 0.25], 37.0, 0.0));
     for indices in PATCHES {
         let patch = indices.map(|row| row.map(|k| DVec3::from_array(VERTICES[k as usize])));
         build_patch(builder, &patch, size);
@@ -37,13 +30,7 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
 /// All white squares, then all grey ones.
 fn checkerboard(builder: &mut dyn SceneBuilder, size: u32) {
     for (odd, grey) in [(1, 1.0), (0, 0.5)] {
-        let shiny = NffMaterial {
-            kd: 0.5,
-            ks: 0.5,
-            shine: shine(30.0),
-            ..matte(DVec3::splat(grey))
-        };
-        surface(builder, shiny);
+        surface(builder, shiny(DVec3::splat(grey), [0.5, 0.5], 30.0, 0.0));
         for x in 0..size {
             for y in (0..size).filter(|y| (x + y) % 2 == odd) {
                 builder.polygon(&square(size, x, y));

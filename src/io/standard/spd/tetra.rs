@@ -38,11 +38,7 @@ fn grow(builder: &mut dyn SceneBuilder, levels: u32, center: DVec3, half: f64) {
         return;
     }
     for corner in CORNERS {
-        grow(
-            builder,
-            levels - 1,
-            center + corner * half / 2.0,
-            half / 2.0,
-        );
+        let center = center + corner * half / 2.0;
+        grow(builder, levels - 1, center, half / 2.0);
     }
 }
