@@ -2,7 +2,7 @@
 
 use super::nff::NffWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
-use super::ply;
+use super::ply::PlyWriter;
 use super::test_file::TestWriter;
 use crate::standard::builder::SceneBuilder;
 use crate::standard::spec::{Spec, generate};
@@ -57,7 +57,15 @@ pub fn write(
             build(&mut builder);
             builder.finish()
         }
-        FileFormat::Ply => ply::write(out, build),
+        FileFormat::Ply => {
+            let mut builder = PlyWriter::new(out);
+            loop {
+                build(&mut builder);
+                if !builder.end_pass() {
+                    return builder.finish();
+                }
+            }
+        }
         FileFormat::Test => {
             let mut builder = TestWriter::new(out, spec.scene.max_depth);
             build(&mut builder);

@@ -29,7 +29,8 @@ impl<W: Write> LatchedWriter<W> {
         }
     }
 
-    pub(super) fn text(&mut self, text: fmt::Arguments<'_>) {
+    /// Writes text, for `write!` and `writeln!`.
+    pub(super) fn write_fmt(&mut self, text: fmt::Arguments<'_>) {
         if self.error.is_none() {
             let written = self.to.write_fmt(text);
             self.error = written.err().map(SceneWriteError::Io);
@@ -39,6 +40,11 @@ impl<W: Write> LatchedWriter<W> {
     /// Stops all further writing because of an error.
     pub(super) fn fail(&mut self, error: SceneWriteError) {
         self.error.get_or_insert(error);
+    }
+
+    /// Stops all further writing because `format` has no such shapes.
+    pub(super) fn cannot_hold(&mut self, format: &'static str, shape: &'static str) {
+        self.fail(SceneWriteError::CannotHold { format, shape });
     }
 
     pub(super) fn failed(&self) -> bool {
@@ -55,9 +61,9 @@ impl<W: Write> LatchedWriter<W> {
 }
 
 /// A number as the shortest text from which its single-precision value can be read again.
-pub(super) struct DisplayNumber(pub(super) f64);
+pub(super) struct Decimal(pub(super) f64);
 
-impl fmt::Display for DisplayNumber {
+impl fmt::Display for Decimal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let number = self.0 as f32;
         let size = number.abs();
@@ -70,17 +76,11 @@ impl fmt::Display for DisplayNumber {
 }
 
 /// Three numbers with spaces between them.
-pub(super) struct DisplayVec3(pub(super) DVec3);
+pub(super) struct Decimals(pub(super) DVec3);
 
-impl fmt::Display for DisplayVec3 {
+impl fmt::Display for Decimals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let DVec3 { x, y, z } = self.0;
-        write!(
-            f,
-            "{} {} {}",
-            DisplayNumber(x),
-            DisplayNumber(y),
-            DisplayNumber(z)
-        )
+        write!(f, "{} {} {}", Decimal(x), Decimal(y), Decimal(z))
     }
 }

@@ -1,6 +1,6 @@
 //! A standard scene as an NFF file.
 
-use super::latched::{DisplayNumber, DisplayVec3, LatchedWriter};
+use super::latched::{Decimal, Decimals, LatchedWriter};
 use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::standard::builder::{
     DocumentMaterial, MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView,
@@ -34,21 +34,19 @@ impl<W: Write> NffWriter<W> {
     /// The first error that occurred.
     pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
         self.out.finish()?;
-        let losses = [
-            (self.fading, "NFF's lights do not fade with distance"),
-            (
-                self.reduced,
-                "NFF's surfaces have no colours of their own for ambient, emitted, mirrored and transmitted light",
-            ),
+        let fading = "NFF's lights do not fade with distance";
+        let reduced = "NFF's surfaces have no colours of their own for ambient, emitted, mirrored and transmitted light";
+        let lost = [
+            self.fading.then_some(fading),
+            self.reduced.then_some(reduced),
         ];
-        let told = losses.into_iter().filter(|&(lost, _)| lost);
-        Ok(told.map(|(_, what)| what).collect())
+        Ok(lost.into_iter().flatten().collect())
     }
 
     fn corners(&mut self, points: impl ExactSizeIterator<Item = DVec3>) {
-        self.out.text(format_args!("p {}\n", points.len()));
+        writeln!(self.out, "p {}", points.len());
         for point in points {
-            self.out.text(format_args!("{}\n", DisplayVec3(point)));
+            writeln!(self.out, "{}", Decimals(point));
         }
     }
 }
@@ -71,28 +69,25 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
         // The angle is no coordinate. It is written with the precision needed, and read likewise,
         // so that the vertical angle comes back to the bit.
         let angle = (view.angle_of_pixel_centres() * 1e9).round() / 1e9;
-        self.out.text(format_args!(
-            "v\nfrom {}\nat {}\nup {}\nangle {angle}\nhither 1\nresolution {} {}\n",
-            DisplayVec3(view.from),
-            DisplayVec3(view.at),
-            DisplayVec3(view.up),
-            view.width,
-            view.height,
-        ));
+        let [from, at, up] = [view.from, view.at, view.up].map(Decimals);
+        writeln!(
+            self.out,
+            "v\nfrom {from}\nat {at}\nup {up}\nangle {angle}\nhither 1\nresolution {} {}",
+            view.width, view.height
+        );
     }
 
     fn background(&mut self, rgb: DVec3) {
-        self.out.text(format_args!("b {}\n", DisplayVec3(rgb)));
+        writeln!(self.out, "b {}", Decimals(rgb));
     }
 
     fn light(&mut self, light: &StandardLight) {
         self.fading |= light.attenuation != DVec3::X;
-        self.out
-            .text(format_args!("l {}", DisplayVec3(light.position)));
+        write!(self.out, "l {}", Decimals(light.position));
         if let Some(color) = light.color {
-            self.out.text(format_args!(" {}", DisplayVec3(color)));
+            write!(self.out, " {}", Decimals(color));
         }
-        self.out.bytes(b"\n");
+        writeln!(self.out);
     }
 
     fn material(&mut self, material: &MaterialDesc) {
@@ -103,33 +98,26 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
                 nff_material(material)
             }
         };
-        self.out.text(format_args!(
-            "f {} {} {} {} {} {}\n",
-            DisplayVec3(material.rgb),
-            DisplayNumber(material.kd),
-            DisplayNumber(material.ks),
-            DisplayNumber(material.shine),
-            DisplayNumber(material.transmittance),
-            DisplayNumber(material.ior),
-        ));
+        writeln!(
+            self.out,
+            "f {} {} {} {} {} {}",
+            Decimals(material.rgb),
+            Decimal(material.kd),
+            Decimal(material.ks),
+            Decimal(material.shine),
+            Decimal(material.transmittance),
+            Decimal(material.ior)
+        );
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {
-        self.out.text(format_args!(
-            "s {} {}\n",
-            DisplayVec3(center),
-            DisplayNumber(radius)
-        ));
+        writeln!(self.out, "s {} {}", Decimals(center), Decimal(radius));
     }
 
     fn cone(&mut self, base: DVec3, base_radius: f64, apex: DVec3, apex_radius: f64) {
-        self.out.text(format_args!(
-            "c {} {} {} {}\n",
-            DisplayVec3(base),
-            DisplayNumber(base_radius),
-            DisplayVec3(apex),
-            DisplayNumber(apex_radius),
-        ));
+        let [base, apex] = [base, apex].map(Decimals);
+        let [base_radius, apex_radius] = [base_radius, apex_radius].map(Decimal);
+        writeln!(self.out, "c {base} {base_radius} {apex} {apex_radius}");
     }
 
     fn polygon(&mut self, points: &[DVec3]) {
@@ -137,13 +125,9 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
     }
 
     fn patch(&mut self, points: &[(DVec3, DVec3)]) {
-        self.out.text(format_args!("pp {}\n", points.len()));
+        writeln!(self.out, "pp {}", points.len());
         for &(point, normal) in points {
-            self.out.text(format_args!(
-                "{} {}\n",
-                DisplayVec3(point),
-                DisplayVec3(normal)
-            ));
+            writeln!(self.out, "{} {}", Decimals(point), Decimals(normal));
         }
     }
 

@@ -16,30 +16,6 @@ const MAX_VERTICES: u64 = i32::MAX as u64;
 /// Most corners that fit a count of one byte.
 const SHORT_LIST: usize = 255;
 
-/// Writes the shapes that `build` passes to a builder. It is called three times and must pass the
-/// same shapes each time.
-///
-/// # Errors
-/// [`SceneWriteError::CannotHold`] for spheres and cones, before anything is written.
-pub(super) fn write<W: Write>(
-    out: W,
-    build: impl Fn(&mut dyn SceneBuilder),
-) -> Result<DroppedFeatures, SceneWriteError> {
-    let mut builder = PlyWriter::new(out);
-    for _ in 0..PASSES {
-        build(&mut builder);
-        builder.end_pass();
-        // After an error nothing more can be written, so another pass is useless.
-        if builder.out.failed() {
-            break;
-        }
-    }
-    builder.finish()
-}
-
-/// Number of times that a scene must be built.
-const PASSES: usize = 3;
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pass {
     Count,
@@ -81,8 +57,8 @@ impl<W: Write> PlyWriter<W> {
         }
     }
 
-    /// Ends a pass: the scene has been built once more.
-    pub fn end_pass(&mut self) {
+    /// Ends a pass: the scene has been built once more. Returns true if it must be built again.
+    pub fn end_pass(&mut self) -> bool {
         self.pass = match self.pass {
             Pass::Count => {
                 self.header();
@@ -91,12 +67,15 @@ impl<W: Write> PlyWriter<W> {
             Pass::Vertices => Pass::Faces,
             Pass::Faces | Pass::Done => Pass::Done,
         };
+        // After an error nothing more can be written, so another pass is useless.
+        self.pass != Pass::Done && !self.out.failed()
     }
 
     /// Ends the file.
     ///
     /// # Errors
-    /// The first error that occurred.
+    /// The first error that occurred: [`SceneWriteError::CannotHold`] for spheres and cones, before
+    /// anything is written.
     pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
         self.out.finish()?;
         Ok(vec!["PLY holds no camera, lights or surfaces"])
@@ -115,12 +94,13 @@ impl<W: Write> PlyWriter<W> {
             ""
         };
         let count = if self.short_lists() { "uchar" } else { "uint" };
-        self.out.text(format_args!(
+        writeln!(
+            self.out,
             "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
              property float x\nproperty float y\nproperty float z\n{normals}\
-             element face {}\nproperty list {count} int vertex_indices\nend_header\n",
-            self.vertices, self.faces,
-        ));
+             element face {}\nproperty list {count} int vertex_indices\nend_header",
+            self.vertices, self.faces
+        );
     }
 
     fn short_lists(&self) -> bool {
@@ -191,13 +171,6 @@ impl<W: Write> PlyWriter<W> {
             Pass::Count | Pass::Done => {}
         }
     }
-
-    fn cannot_hold(&mut self, shape: &'static str) {
-        self.out.fail(SceneWriteError::CannotHold {
-            format: "PLY",
-            shape,
-        });
-    }
 }
 
 /// The unit normal of a polygon by Newell's sum, which is correct with concave corners, too; z if
@@ -221,11 +194,11 @@ impl<W: Write> SceneBuilder for PlyWriter<W> {
     fn material(&mut self, _: &MaterialDesc) {}
 
     fn sphere(&mut self, _: DVec3, _: f64) {
-        self.cannot_hold("spheres");
+        self.out.cannot_hold("PLY", "spheres");
     }
 
     fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
-        self.cannot_hold("cones or cylinders");
+        self.out.cannot_hold("PLY", "cones or cylinders");
     }
 
     fn polygon(&mut self, points: &[DVec3]) {

@@ -1,6 +1,6 @@
 //! A standard scene as a `.test` file.
 
-use super::latched::{DisplayNumber, DisplayVec3, LatchedWriter};
+use super::latched::{Decimal, Decimals, LatchedWriter};
 use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::polygon::triangulate;
 use crate::standard::builder::{
@@ -44,11 +44,8 @@ impl<W: Write> TestWriter<W> {
     pub fn finish(mut self) -> Result<DroppedFeatures, SceneWriteError> {
         self.write_lights();
         self.out.finish()?;
-        let lost = self.background;
-        Ok(lost
-            .then_some("the background of a .test file is black")
-            .into_iter()
-            .collect())
+        let black = "the background of a .test file is black";
+        Ok(self.background.then_some(black).into_iter().collect())
     }
 
     fn write_lights(&mut self) {
@@ -59,39 +56,25 @@ impl<W: Write> TestWriter<W> {
         let level = DVec3::splat(nff_level(self.lights.len()));
         for light in &self.lights {
             let color = light.color.unwrap_or(level);
-            self.out.text(format_args!(
-                "attenuation {}\npoint {} {}\n",
-                DisplayVec3(light.attenuation),
-                DisplayVec3(light.position),
-                DisplayVec3(color),
-            ));
+            let [fading, position, color] =
+                [light.attenuation, light.position, color].map(Decimals);
+            writeln!(self.out, "attenuation {fading}\npoint {position} {color}");
         }
-    }
-
-    fn vertex(&mut self, point: DVec3) {
-        self.out
-            .text(format_args!("vertex {}\n", DisplayVec3(point)));
     }
 
     /// A triangle of the vertices from `first` on.
     fn triangle(&mut self, command: &str, first: u64, corners: [u32; 3]) {
         let [a, b, c] = corners.map(|k| first + u64::from(k));
-        self.out.text(format_args!("{command} {a} {b} {c}\n"));
+        writeln!(self.out, "{command} {a} {b} {c}");
     }
 }
 
 impl<W: Write> SceneBuilder for TestWriter<W> {
     fn view(&mut self, view: &StandardView) {
-        self.out.text(format_args!(
-            "size {} {}\nmaxdepth {}\ncamera {} {} {} {}\n",
-            view.width,
-            view.height,
-            self.max_depth,
-            DisplayVec3(view.from),
-            DisplayVec3(view.at),
-            DisplayVec3(view.up),
-            DisplayNumber(view.fovy),
-        ));
+        writeln!(self.out, "size {} {}", view.width, view.height);
+        writeln!(self.out, "maxdepth {}", self.max_depth);
+        let [from, at, up] = [view.from, view.at, view.up].map(Decimals);
+        writeln!(self.out, "camera {from} {at} {up} {}", Decimal(view.fovy));
     }
 
     fn background(&mut self, rgb: DVec3) {
@@ -113,49 +96,30 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
             ("transmission", material.kt),
         ];
         for (command, color) in colors {
-            self.out
-                .text(format_args!("{command} {}\n", DisplayVec3(color)));
+            writeln!(self.out, "{command} {}", Decimals(color));
         }
-        self.out.text(format_args!(
-            "shininess {}\nior {}\n",
-            DisplayNumber(material.shininess),
-            DisplayNumber(material.ior)
-        ));
+        let [shininess, ior] = [material.shininess, material.ior].map(Decimal);
+        writeln!(self.out, "shininess {shininess}\nior {ior}");
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {
-        self.out.text(format_args!(
-            "sphere {} {}\n",
-            DisplayVec3(center),
-            DisplayNumber(radius)
-        ));
+        writeln!(self.out, "sphere {} {}", Decimals(center), Decimal(radius));
     }
 
     fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
-        self.out.fail(SceneWriteError::CannotHold {
-            format: "a .test file",
-            shape: "cones or cylinders",
-        });
+        self.out.cannot_hold("a .test file", "cones or cylinders");
     }
 
     fn polygon(&mut self, points: &[DVec3]) {
         let rounded: Vec<Vec3> = points.iter().map(|p| p.as_vec3()).collect();
-        let first = self.vertices;
-        points.iter().for_each(|&point| self.vertex(point));
-        self.vertices += points.len() as u64;
-        for corners in triangulate(&rounded) {
-            self.triangle("tri", first, corners);
-        }
+        self.mesh(points, &triangulate(&rounded));
     }
 
     fn patch(&mut self, points: &[(DVec3, DVec3)]) {
         let first = self.normal_vertices;
         for &(point, normal) in points {
-            self.out.text(format_args!(
-                "vertexnormal {} {}\n",
-                DisplayVec3(point),
-                DisplayVec3(normal)
-            ));
+            let [point, normal] = [point, normal].map(Decimals);
+            writeln!(self.out, "vertexnormal {point} {normal}");
         }
         self.normal_vertices += points.len() as u64;
         let rounded: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
@@ -166,7 +130,9 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
         let first = self.vertices;
-        vertices.iter().for_each(|&point| self.vertex(point));
+        for &point in vertices {
+            writeln!(self.out, "vertex {}", Decimals(point));
+        }
         self.vertices += vertices.len() as u64;
         for &corners in triangles {
             self.triangle("tri", first, corners);
