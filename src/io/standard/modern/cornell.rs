@@ -53,8 +53,7 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     // Visible in the spheres only: the dim room in front of the open box.
     builder.background(rgb(0.075, 0.065, 0.055));
     lights().for_each(|light| builder.light(&light));
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    let mut mesh = MeshBuilder::new(builder, palette());
     // The spheres get their share first. The rest goes to the flat parts, where more triangles make
     // no visible difference.
     let budget = f64::from(size);
@@ -109,16 +108,7 @@ fn room(parts: &mut PartBuilder) {
     wall(WHITE, [(-l, h, k), (l, h, k), (l, h, f), (-l, h, f)]);
     let lamp = [(-0.34, -0.28), (0.34, -0.28), (0.34, 0.28), (-0.34, 0.28)];
     wall(LAMP, lamp.map(|(x, z)| (x, 1.985, z)));
-    let side = 8;
-    let step = 2.0 / f64::from(side);
-    for row in 0..side {
-        for column in 0..side {
-            let (x, z) = (-1.0 + f64::from(column) * step, 1.0 - f64::from(row) * step);
-            let tile = [(x, z), (x + step, z), (x + step, z - step), (x, z - step)];
-            let material = TILES[((row + column) % 2) as usize];
-            wall(material, tile.map(|(x, z)| (x, 0.0, z)));
-        }
-    }
+    parts.tiles(TILES, 1.0, 8);
 }
 
 /// The tall block under the mirror sphere and the low one beside it.
@@ -134,10 +124,7 @@ fn block(parts: &mut PartBuilder, (x, z): (f64, f64), (half, height): (f64, f64)
     let turn = turn / turn.length();
     let right = dvec3(turn.x, 0.0, turn.y);
     let front = dvec3(-turn.y, 0.0, turn.x);
-    let mut block = parts.at(LocalFrame {
-        origin: dvec3(x, 0.0, z),
-        axes: [right, DVec3::Y, front],
-    });
+    let mut block = parts.at(LocalFrame::upright(dvec3(x, 0.0, z), right, front));
     let (across, up) = (block.cells(2.0 * half), block.cells(height));
     let ring = [(-half, half), (half, half), (half, -half), (-half, -half)];
     for k in 0..4 {

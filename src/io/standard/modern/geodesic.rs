@@ -104,8 +104,7 @@ mod tests {
     #[test]
     fn the_sphere_is_closed_to_the_last_bit() {
         let mut edges = EdgeCounts::default();
-        let palette = [DocumentMaterial::default()];
-        let mut mesh = MeshBuilder::new(&mut edges, &palette);
+        let mut mesh = MeshBuilder::new(&mut edges, [DocumentMaterial::default()]);
         sphere(&mut mesh, 37, |p| dvec3(0.1, 0.2, 0.3) + p * 0.7);
         assert_eq!(mesh.triangles(), 20 * 37 * 37);
         mesh.finish();

@@ -54,16 +54,10 @@ fn palette() -> Vec<DocumentMaterial> {
         }
     }
     materials.push(matte(rgb(0.075, 0.10, 0.025), AMBIENT));
-    materials.push(polished(
-        matte(rgb(0.80, 0.79, 0.76), AMBIENT),
-        rgb(0.06, 0.06, 0.06),
-        300.0,
-    ));
-    materials.push(polished(
-        matte(rgb(0.008, 0.008, 0.01), AMBIENT),
-        rgb(0.07, 0.07, 0.07),
-        500.0,
-    ));
+    let white = matte(rgb(0.80, 0.79, 0.76), AMBIENT);
+    materials.push(polished(white, rgb(0.06, 0.06, 0.06), 300.0));
+    let black = matte(rgb(0.008, 0.008, 0.01), AMBIENT);
+    materials.push(polished(black, rgb(0.07, 0.07, 0.07), 500.0));
     materials
 }
 
@@ -105,8 +99,7 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.background(rgb(0.30, 0.50, 0.78));
     builder.light(&sun(dvec3(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
     builder.light(&sun(dvec3(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = f64::from(size);
     ground(&mut mesh, (budget * 0.02 / 2.0).sqrt() as usize);
     let frequency = geodesic::frequency(budget * 0.03 / 10.0).clamp(3, 60);
@@ -165,10 +158,8 @@ fn meadow(mesh: &mut MeshBuilder, count: u64, width: f64) {
         let (row, column) = (number / rows, number % rows);
         let across = 2.0 * (column as f64 + dice.unit()) / rows as f64 - 1.0;
         let root = ground_point(across, (row as f64 + dice.unit()) / rows as f64);
-        if DWELLERS
-            .iter()
-            .any(|d| (root - d.center).length() < d.radius)
-        {
+        let holds_root = |d: &Creature| (root - d.center).length() < d.radius;
+        if DWELLERS.iter().any(holds_root) {
             // Nothing grows inside a creature: the tube goes to its foot instead.
             skirt(mesh, number, width, &mut dice);
             continue;
@@ -264,16 +255,9 @@ impl Creature {
                 length *= 1.0 - 0.62 * near;
             }
             let whorl = 0.5 * fractal2(SEED + 55, dvec2(turn, y * 3.0), 2);
-            let scatter = dvec3(
-                dice.range(-0.5, 0.5),
-                dice.range(-0.5, 0.5),
-                dice.range(-0.5, 0.5),
-            );
-            let tuft = fractal2(
-                SEED + 60,
-                dvec2(normal.x * 3.0 + normal.z, normal.y * 3.0),
-                2,
-            );
+            let scatter = dice.vector(-0.5, 0.5);
+            let p = dvec2(normal.x * 3.0 + normal.z, normal.y * 3.0);
+            let tuft = fractal2(SEED + 60, p, 2);
             let hue = ((tuft * 1.6 + 0.5 + dice.range(-0.35, 0.35)).clamp(0.0, 0.99) * HUES as f64)
                 as usize;
             let tube = Tube {

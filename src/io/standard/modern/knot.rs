@@ -2,7 +2,8 @@
 
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::fractal3;
-use glam::{DVec3, dvec3};
+use super::props::on_circle;
+use glam::{DVec2, DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -19,11 +20,9 @@ pub(super) fn knot(mesh: &mut MeshBuilder, triangles: f64, middle: DVec3) {
     // The rope is seven times as long as it is around.
     let around = (triangles / 14.0).max(9.0).sqrt().round() as usize;
     let along = (triangles / 2.0 / around as f64).round().max(8.0) as usize;
-    let circle: Vec<(f64, f64, f64)> = (0..around)
-        .map(|i| {
-            let turn = TAU * i as f64 / around as f64;
-            (turn, cos(turn), sin(turn))
-        })
+    let turn = |i: usize| TAU * i as f64 / around as f64;
+    let circle: Vec<_> = (0..around)
+        .map(|i| (turn(i), on_circle(i, around)))
         .collect();
     let mut row = usize::MAX;
     let mut rope = Rope::at(0.0);
@@ -66,8 +65,8 @@ impl Rope {
         }
     }
 
-    fn surface(&self, (turn, c, s): (f64, f64, f64)) -> DVec3 {
-        let outward = self.out * c + self.across * s;
+    fn surface(&self, (turn, on): (f64, DVec2)) -> DVec3 {
+        let outward = self.out * on.x + self.across * on.y;
         // |cos| has its edges in the valleys between the strands.
         let strand = cos(2.0 * turn + self.twist * 0.5).abs();
         let round = self.center + outward * ROPE;

@@ -7,13 +7,14 @@
 
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
+use super::props::face_axes;
 use super::setup::{hd, lamp, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
 
 /// Deepest level, at any size.
-const LEVELS: usize = 5;
-const FLOOR: usize = LEVELS + 1;
+const LEVELS: u32 = 5;
+const FLOOR: usize = LEVELS as usize + 1;
 const AMBIENT: DVec3 = dvec3(0.10, 0.12, 0.18);
 
 /// Materials of the walls by the level at which their hole was cut (0: the outside), then of the
@@ -28,24 +29,20 @@ fn palette() -> Vec<DocumentMaterial> {
         rgb(0.26, 0.40, 0.24),
     ];
     let mut materials: Vec<_> = colors.iter().map(|c| matte(*c, AMBIENT)).collect();
-    materials.push(polished(
-        matte(rgb(0.05, 0.055, 0.07), AMBIENT),
-        rgb(0.30, 0.31, 0.34),
-        400.0,
-    ));
+    let floor = matte(rgb(0.05, 0.055, 0.07), AMBIENT);
+    materials.push(polished(floor, rgb(0.30, 0.31, 0.34), 400.0));
     materials
 }
 
 /// Number of quads of the surface at a level.
-fn quads(level: usize) -> u64 {
-    let power = |base: u64| (0..level).fold(1, |product, _| product * base);
-    2 * power(20) + 4 * power(8)
+fn quads(level: u32) -> u64 {
+    2 * 20u64.pow(level) + 4 * 8u64.pow(level)
 }
 
 /// Subdivision of the quads.
 #[derive(Clone, Copy, Debug)]
 struct SpongeDetail {
-    level: usize,
+    level: u32,
     /// Cells along the side of a quad.
     cells: usize,
     /// Number of points on the diagonals of every 2¹⁶ cells.
@@ -55,7 +52,7 @@ struct SpongeDetail {
 impl SpongeDetail {
     fn of(size: u32) -> SpongeDetail {
         let target = f64::from(size);
-        let fits = |level: &usize| 2 * quads(*level) <= u64::from(size);
+        let fits = |level: &u32| 2 * quads(*level) <= u64::from(size);
         let level = (1..=LEVELS).rev().find(fits).unwrap_or(1);
         let pairs = target / (2.0 * quads(level) as f64);
         let cells = pairs.sqrt().floor().max(1.0);
@@ -85,14 +82,12 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&sun(dvec3(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
     builder.light(&sun(dvec3(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
     builder.light(&lamp(dvec3(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    let mut mesh = MeshBuilder::new(builder, palette());
     floor(&mut mesh);
-    let mut sponge = Sponge {
-        cut: SpongeDetail::of(size),
-        number: 0,
-    };
-    sponge.draw(&mut mesh);
+    let cut = SpongeDetail::of(size);
+    if !mesh.counted(cut.triangles()) {
+        Sponge::new(cut).draw(&mut mesh);
+    }
     mesh.finish();
 }
 
@@ -108,18 +103,10 @@ fn floor(mesh: &mut MeshBuilder) {
 const BLOCK: usize = 9;
 
 /// For each coordinate the base-3 digits that are 1, as bits, finest first.
-fn middles(level: usize) -> Vec<u32> {
-    let side = (0..level).fold(1, |product, _| product * 3);
-    let mut middles = Vec::with_capacity(side);
-    for coordinate in 0..side {
-        let (mut rest, mut mask) = (coordinate, 0);
-        for digit in 0..level {
-            mask |= u32::from(rest % 3 == 1) << digit;
-            rest /= 3;
-        }
-        middles.push(mask);
-    }
-    middles
+fn middles(level: u32) -> Vec<u32> {
+    let bit = |c: u32, digit: u32| u32::from(c / 3u32.pow(digit) % 3 == 1) << digit;
+    let mask = |c: u32| (0..level).map(|digit| bit(c, digit)).sum();
+    (0..3u32.pow(level)).map(mask).collect()
 }
 
 /// The digits at which at least two of three coordinates are in the middle: the cell is cut out
@@ -130,23 +117,11 @@ fn holes([x, y, z]: [u32; 3]) -> u32 {
 
 struct Sponge {
     cut: SpongeDetail,
+    /// [`middles`] of its level.
+    middles: Vec<u32>,
     /// Number of cells of quads drawn so far.
     number: u64,
-}
-
-/// A face of a cell of stone that meets air.
-struct SpongeFace {
-    /// Least corner of the face, in cells, within the block.
-    corner: [usize; 3],
-    axis: usize,
-    /// True if the air is on the upper side.
-    upper: bool,
-    material: usize,
-}
-
-/// The drawn part of a block.
-struct SpongeBlock {
-    /// The block's least corner, in cells.
+    /// Least corner of the block that is being drawn, in cells, and its drawn part.
     origin: [usize; 3],
     vertices: Vec<DVec3>,
     facets: Vec<(usize, [u32; 3])>,
@@ -155,38 +130,39 @@ struct SpongeBlock {
 }
 
 impl Sponge {
-    fn draw(&mut self, mesh: &mut MeshBuilder) {
-        if mesh.counted(self.cut.triangles()) {
-            return;
-        }
-        let middles = middles(self.cut.level);
-        let points = BLOCK * self.cut.cells + 1;
-        let mut block = SpongeBlock {
+    fn new(cut: SpongeDetail) -> Sponge {
+        Sponge {
+            cut,
+            middles: middles(cut.level),
+            number: 0,
             origin: [0; 3],
             vertices: Vec::new(),
             facets: Vec::new(),
-            lattice: vec![u32::MAX; points * points * points],
-        };
-        for origin in blocks(middles.len()) {
-            // A block that is cut out as a whole has no stone; its walls belong to its neighbours.
-            if holes(origin.map(|c| middles[c] >> 2)) != 0 {
-                continue;
-            }
-            block.origin = origin;
-            for cell in cells() {
-                self.cell(&mut block, &middles, cell);
-            }
-            mesh.facets(&block.vertices, &block.facets);
-            block.vertices.clear();
-            block.facets.clear();
-            block.lattice.fill(u32::MAX);
+            lattice: vec![u32::MAX; (BLOCK * cut.cells + 1).pow(3)],
         }
     }
 
-    /// Draws the faces of a cell that meet air.
-    fn cell(&mut self, block: &mut SpongeBlock, middles: &[u32], cell: [usize; 3]) {
-        let position: [usize; 3] = std::array::from_fn(|k| block.origin[k] + cell[k]);
-        let here = position.map(|c| middles[c]);
+    fn draw(&mut self, mesh: &mut MeshBuilder) {
+        for origin in blocks(self.middles.len()) {
+            // A block that is cut out as a whole has no stone; its walls belong to its neighbours.
+            if holes(origin.map(|c| self.middles[c] >> 2)) != 0 {
+                continue;
+            }
+            self.origin = origin;
+            for cell in cells() {
+                self.cell(cell);
+            }
+            mesh.facets(&self.vertices, &self.facets);
+            self.vertices.clear();
+            self.facets.clear();
+            self.lattice.fill(u32::MAX);
+        }
+    }
+
+    /// Draws the faces of a cell of the block that meet air.
+    fn cell(&mut self, cell: [usize; 3]) {
+        let position: [usize; 3] = std::array::from_fn(|k| self.origin[k] + cell[k]);
+        let here = position.map(|c| self.middles[c]);
         if holes(here) != 0 {
             return;
         }
@@ -196,69 +172,58 @@ impl Sponge {
                     true => position[axis] + 1,
                     false => position[axis].wrapping_sub(1),
                 };
-                let material = match middles.get(next) {
-                    None => 0,
-                    Some(&middle) => {
-                        let mut there = here;
-                        there[axis] = middle;
-                        match holes(there) {
-                            0 => continue,
-                            cut => self.cut.level - cut.ilog2() as usize,
-                        }
+                let mut material = 0;
+                if let Some(&middle) = self.middles.get(next) {
+                    let mut there = here;
+                    there[axis] = middle;
+                    match holes(there) {
+                        0 => continue,
+                        cut => material = (self.cut.level - cut.ilog2()) as usize,
                     }
-                };
+                }
                 let mut corner = cell;
                 corner[axis] += usize::from(upper);
-                let face = SpongeFace {
-                    corner,
-                    axis,
-                    upper,
-                    material,
-                };
-                self.face(block, &face);
+                self.face(corner, face_axes(axis, upper), material);
             }
         }
     }
 
-    fn face(&mut self, block: &mut SpongeBlock, face: &SpongeFace) {
+    /// Draws a face from its least corner, in cells within the block, on; its columns and rows run
+    /// along the axes `u` and `v`.
+    fn face(&mut self, corner: [usize; 3], (u, v): (usize, usize), material: usize) {
         let cells = self.cut.cells;
-        let (mut u, mut v) = ((face.axis + 1) % 3, (face.axis + 2) % 3);
-        if !face.upper {
-            (u, v) = (v, u);
-        }
         for row in 0..cells {
             for column in 0..cells {
                 let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| {
-                    let mut point = face.corner.map(|c| c * cells);
+                    let mut point = corner.map(|c| c * cells);
                     point[u] += column + i;
                     point[v] += row + j;
-                    block.vertex(point, self.cut)
+                    self.vertex(point)
                 });
-                let points = self.cut.points(self.number);
-                self.number += 1;
-                block.quad(corners, face.material, points);
+                self.quad(corners, material);
             }
         }
     }
-}
 
-impl SpongeBlock {
     /// The vertex at a point of the block's lattice.
-    fn vertex(&mut self, point: [usize; 3], cut: SpongeDetail) -> u32 {
-        let points = BLOCK * cut.cells + 1;
+    fn vertex(&mut self, point: [usize; 3]) -> u32 {
+        let cells = self.cut.cells;
+        let points = BLOCK * cells + 1;
         let slot = &mut self.lattice[(point[2] * points + point[1]) * points + point[0]];
         if *slot == u32::MAX {
             *slot = self.vertices.len() as u32;
-            let side = (0..cut.level).fold(cut.cells, |side, _| side * 3) as f64;
+            let side = (cells * self.middles.len()) as f64;
             let [x, y, z] =
-                std::array::from_fn(|k| (self.origin[k] * cut.cells + point[k]) as f64 / side);
+                std::array::from_fn(|k| (self.origin[k] * cells + point[k]) as f64 / side);
             self.vertices.push(dvec3(x - 0.5, y, z - 0.5));
         }
         *slot
     }
 
-    /// Draws a quad with this many points on its diagonal.
-    fn quad(&mut self, [a, b, c, d]: [u32; 4], material: usize, points: u64) {
+    /// Draws the next quad, with points on its diagonal.
+    fn quad(&mut self, [a, b, c, d]: [u32; 4], material: usize) {
+        let points = self.cut.points(self.number);
+        self.number += 1;
         let (from, to) = (self.vertices[a as usize], self.vertices[c as usize]);
         let mut last = a;
         for k in 1..=points {

@@ -9,22 +9,20 @@ const CHUNK: usize = 8192;
 
 /// Draws with the materials of a palette.
 pub(super) struct MeshBuilder<'a> {
-    builder: Option<&'a mut dyn SceneBuilder>,
-    /// True if it only counts.
+    builder: &'a mut dyn SceneBuilder,
+    /// True if the scene builder needs no triangles, only their number.
     counting: bool,
-    palette: &'a [DocumentMaterial],
     /// One buffer for each material of the palette.
     buffers: Vec<MeshBuffer>,
     material: usize,
     triangles: u64,
     row: Vec<DVec3>,
-    first_row: Vec<DVec3>,
     scatter: BucketSort,
 }
 
 /// Triangles of one material that have not been passed on yet.
-#[derive(Clone, Default)]
 struct MeshBuffer {
+    material: DocumentMaterial,
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
 }
@@ -75,32 +73,24 @@ impl Grid {
 }
 
 impl<'a> MeshBuilder<'a> {
-    /// A mesh builder that draws into a scene builder, or counts for one that needs counts only.
+    /// A mesh builder that draws into a scene builder. For one that needs counts only it never asks
+    /// for a point.
     pub(super) fn new(
         builder: &'a mut dyn SceneBuilder,
-        palette: &'a [DocumentMaterial],
+        palette: impl IntoIterator<Item = DocumentMaterial>,
     ) -> MeshBuilder<'a> {
-        let counting = builder.takes_count(0);
+        let buffer = |material| MeshBuffer {
+            material,
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+        };
         MeshBuilder {
-            builder: Some(builder),
-            counting,
-            palette,
-            buffers: vec![MeshBuffer::default(); palette.len()],
-            ..MeshBuilder::counting()
-        }
-    }
-
-    /// A mesh builder that only counts: it never asks for a point.
-    pub(super) fn counting() -> MeshBuilder<'a> {
-        MeshBuilder {
-            builder: None,
-            counting: true,
-            palette: &[],
-            buffers: Vec::new(),
+            counting: builder.takes_count(0),
+            builder,
+            buffers: palette.into_iter().map(buffer).collect(),
             material: 0,
             triangles: 0,
             row: Vec::new(),
-            first_row: Vec::new(),
             scatter: BucketSort::default(),
         }
     }
@@ -125,7 +115,7 @@ impl<'a> MeshBuilder<'a> {
 
     /// Draws a grid whose corner in column `i` of row `j` is `point(i, j)`. Seen from its front,
     /// columns run to the right and rows upward. A closed direction has no last corner: the first
-    /// one is used again, bit by bit.
+    /// one is used again, so `point` must return the same each time.
     pub(super) fn grid(&mut self, grid: Grid, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += grid.triangles() as u64;
         if self.counting {
@@ -133,18 +123,9 @@ impl<'a> MeshBuilder<'a> {
         }
         let columns = grid.across + usize::from(!grid.closed_across);
         for j in 0..=grid.rows {
+            let row = if grid.closed_rows { j % grid.rows } else { j };
             self.row.clear();
-            if grid.closed_rows && j == grid.rows {
-                self.row.extend_from_slice(&self.first_row);
-            } else {
-                self.row.extend((0..columns).map(|i| point(i, j)));
-            }
-            if j == 0 {
-                self.first_row.clear();
-                if grid.closed_rows {
-                    self.first_row.extend_from_slice(&self.row);
-                }
-            }
+            self.row.extend((0..columns).map(|i| point(i, row)));
             self.add_row(grid, j > 0);
         }
     }
@@ -165,12 +146,15 @@ impl<'a> MeshBuilder<'a> {
             let (a, b, c, d) = (below + i, below + next, above + next, above + i);
             buffer.triangles.extend([[a, b, c], [a, c, d]]);
         }
-        if buffer.triangles.len() >= CHUNK {
+        self.end_row();
+    }
+
+    /// Passes on a full buffer, except the last row of corners, from which the next row starts.
+    fn end_row(&mut self) {
+        if self.buffers[self.material].triangles.len() >= CHUNK {
             self.flush(self.material);
-            // The next row of quads starts from this row of corners.
-            self.buffers[self.material]
-                .vertices
-                .extend_from_slice(&self.row);
+            let kept = &mut self.buffers[self.material].vertices;
+            kept.extend_from_slice(&self.row);
         }
     }
 
@@ -193,20 +177,11 @@ impl<'a> MeshBuilder<'a> {
             if j == 0 {
                 continue;
             }
-            for i in 0..=wide as u32 {
-                buffer.triangles.push([below + i, below + i + 1, above + i]);
-            }
-            for i in 0..wide as u32 {
-                buffer
-                    .triangles
-                    .push([below + i + 1, above + i + 1, above + i]);
-            }
-            if buffer.triangles.len() >= CHUNK {
-                self.flush(self.material);
-                self.buffers[self.material]
-                    .vertices
-                    .extend_from_slice(&self.row);
-            }
+            let wide = wide as u32;
+            let upright = (0..=wide).map(|i| [below + i, below + i + 1, above + i]);
+            let inverted = (0..wide).map(|i| [below + i + 1, above + i + 1, above + i]);
+            buffer.triangles.extend(upright.chain(inverted));
+            self.end_row();
         }
     }
 
@@ -274,11 +249,10 @@ impl<'a> MeshBuilder<'a> {
 
     fn flush(&mut self, material: usize) {
         let buffer = &mut self.buffers[material];
-        if let Some(builder) = &mut self.builder
-            && !buffer.triangles.is_empty()
-        {
-            builder.material(&MaterialDesc::Document(self.palette[material]));
-            builder.mesh(&buffer.vertices, &buffer.triangles);
+        if !buffer.triangles.is_empty() {
+            self.builder
+                .material(&MaterialDesc::Document(buffer.material));
+            self.builder.mesh(&buffer.vertices, &buffer.triangles);
         }
         buffer.vertices.clear();
         buffer.triangles.clear();
@@ -286,8 +260,8 @@ impl<'a> MeshBuilder<'a> {
 
     /// Passes on the rest. A mesh builder that is dropped without it draws only part of its scene.
     pub(super) fn finish(mut self) {
-        if let (true, Some(builder)) = (self.counting, &mut self.builder) {
-            builder.takes_count(self.triangles);
+        if self.counting {
+            self.builder.takes_count(self.triangles);
         }
         for material in 0..self.buffers.len() {
             self.flush(material);
@@ -324,34 +298,10 @@ impl BucketSort {
     }
 }
 
-/// The detail between `least` and `most` at which `draw` comes closest to `target` triangles from
-/// below, or nearly so. `draw` gets counting mesh builders only, and must draw more with more
-/// detail.
-pub(super) fn fit_detail(
-    target: u64,
-    (mut least, mut most): (f64, f64),
-    draw: impl Fn(&mut MeshBuilder, f64),
-) -> f64 {
-    let count = |detail: f64| {
-        let mut mesh = MeshBuilder::counting();
-        draw(&mut mesh, detail);
-        mesh.triangles()
-    };
-    for _ in 0..40 {
-        let middle = (least + most) / 2.0;
-        if count(middle) <= target {
-            least = middle;
-        } else {
-            most = middle;
-        }
-    }
-    least
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::standard::MemoryBuilder;
+    use crate::standard::{MemoryBuilder, ShapeCounter};
     use glam::dvec3;
 
     #[test]
@@ -371,29 +321,16 @@ mod tests {
             mesh.fan(DVec3::ZERO, 6, |i| DVec3::splat(i as f64));
             mesh.facets(&[DVec3::ZERO; 3], &[(1, [0, 1, 2]), (0, [2, 1, 0])]);
         };
-        let mut counting = MeshBuilder::counting();
+        let mut counter = ShapeCounter::default();
+        let mut counting = MeshBuilder::new(&mut counter, []);
         draw(&mut counting);
         let palette = [DocumentMaterial::default(); 2];
         let mut builder = MemoryBuilder::default();
-        let mut mesh = MeshBuilder::new(&mut builder, &palette);
+        let mut mesh = MeshBuilder::new(&mut builder, palette);
         draw(&mut mesh);
         assert_eq!(counting.triangles(), mesh.triangles());
         mesh.finish();
         let drawn = builder.finish().triangles.len() as u64;
         assert_eq!(drawn, counting.triangles());
-    }
-
-    #[test]
-    fn detail_is_found_from_below() {
-        let draw = |mesh: &mut MeshBuilder, detail: f64| {
-            for k in 0..100 {
-                let cells = (detail + f64::from(k) / 100.0) as usize;
-                mesh.grid(Grid::open(cells, cells), |_, _| unreachable!());
-            }
-        };
-        let detail = fit_detail(1_000_000, (1.0, 1000.0), draw);
-        let mut mesh = MeshBuilder::counting();
-        draw(&mut mesh, detail);
-        assert!((980_000..=1_000_000).contains(&mesh.triangles()));
     }
 }

@@ -45,6 +45,12 @@ impl Dice {
         from + (to - from) * self.unit()
     }
 
+    /// The next three numbers in [from, to), as a vector.
+    pub(super) fn vector(&mut self, from: f64, to: f64) -> DVec3 {
+        let mut number = || self.range(from, to);
+        dvec3(number(), number(), number())
+    }
+
     /// The next whole number below `count`, which is at least 1.
     pub(super) fn below(&mut self, count: usize) -> usize {
         (self.bits() % count as u64) as usize
@@ -96,12 +102,15 @@ fn lattice(parts: u64) -> f64 {
     f64::from((bits.wrapping_mul(STRIDES[0]) >> 32) as u32 as i32) * HALF
 }
 
+/// A step from 0 at 0 to 1 at 1, quintic so that the second derivative has no jumps, which would
+/// show as a lattice in the shading.
+fn fade(t: f64) -> f64 {
+    t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
+}
+
 /// Value noise in the plane, in [-1, 1), and its gradient.
 pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
     let ((xi, x), (yi, y)) = (cell(p.x), cell(p.y));
-    // Quintic, so that the second derivative has no jumps, which would show as a lattice in the
-    // shading.
-    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);
     let (hx, hy) = (parts(0, xi), parts(1, yi));
     let seed = seed.wrapping_mul(STRIDES[3]);
@@ -117,7 +126,6 @@ pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
 /// Value noise in space, in [-1, 1).
 pub(super) fn noise3(seed: u64, p: DVec3) -> f64 {
     let ((xi, x), (yi, y), (zi, z)) = (cell(p.x), cell(p.y), cell(p.z));
-    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let (u, v, w) = (fade(x), fade(y), fade(z));
     let (hx, hy, hz) = (parts(0, xi), parts(1, yi), parts(2, zi));
     let seed = seed.wrapping_mul(STRIDES[3]);

@@ -2,7 +2,8 @@
 
 use super::geodesic;
 use super::mesh_builder::{Grid, MeshBuilder};
-use glam::{DVec2, DVec3, dvec3};
+use crate::standard::count::ShapeCounter;
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -17,9 +18,14 @@ pub(super) struct LocalFrame {
 impl LocalFrame {
     /// The world's directions at this origin.
     pub(super) fn at(origin: DVec3) -> LocalFrame {
+        LocalFrame::upright(origin, DVec3::X, DVec3::Z)
+    }
+
+    /// A frame whose y is up, from its other unit vectors.
+    pub(super) fn upright(origin: DVec3, x: DVec3, z: DVec3) -> LocalFrame {
         LocalFrame {
             origin,
-            axes: [DVec3::X, DVec3::Y, DVec3::Z],
+            axes: [x, DVec3::Y, z],
         }
     }
 
@@ -56,6 +62,19 @@ pub(super) fn cells(length: f64, density: f64) -> usize {
     (length * density).round().clamp(1.0, 1e6) as usize
 }
 
+/// Cosine and sine of the `i`-th of `count` equal parts of a turn.
+pub(super) fn on_circle(i: usize, count: usize) -> DVec2 {
+    let turn = TAU * i as f64 / count as f64;
+    dvec2(cos(turn), sin(turn))
+}
+
+/// Axes of the columns and rows of a face across `axis`, so that it faces along the axis (`upper`)
+/// or against it.
+pub(super) fn face_axes(axis: usize, upper: bool) -> (usize, usize) {
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    if upper { (next, last) } else { (last, next) }
+}
+
 /// Sides of a box: left, right, bottom, top, back, front (x, y, z, lower before upper).
 pub(super) type BoxSides = [bool; 6];
 
@@ -66,6 +85,31 @@ pub(super) const STANDING: BoxSides = [true, true, false, true, true, true];
 
 /// All sides but the back, where it meets a wall.
 pub(super) const ON_WALL: BoxSides = [true, true, true, true, false, true];
+
+/// Draws parts in the detail between `least` and `most` at which they come closest to `target`
+/// triangles from below, or nearly so; returns the builder of that detail. `draw` must draw more
+/// with more detail.
+pub(super) fn draw_fitted<'m, 'b>(
+    mesh: &'m mut MeshBuilder<'b>,
+    target: u64,
+    (mut least, mut most): (f64, f64),
+    draw: impl Fn(&mut PartBuilder),
+) -> PartBuilder<'m, 'b> {
+    for _ in 0..40 {
+        let middle = (least + most) / 2.0;
+        let mut counter = ShapeCounter::default();
+        let mut counted = MeshBuilder::new(&mut counter, []);
+        draw(&mut PartBuilder::new(&mut counted, middle));
+        if counted.triangles() <= target {
+            least = middle;
+        } else {
+            most = middle;
+        }
+    }
+    let mut parts = PartBuilder::new(mesh, least);
+    draw(&mut parts);
+    parts
+}
 
 /// Draws parts in a frame, cut into about `detail` quads to a unit of length.
 pub(super) struct PartBuilder<'m, 'b> {
@@ -121,6 +165,24 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         self.quad(corners, (self.cells(across), self.cells(rows)));
     }
 
+    /// Draws a floor of `count` by `count` tiles in two materials by turns, from -`half` to `half`
+    /// in x and z.
+    pub(super) fn tiles(&mut self, materials: [usize; 2], half: f64, count: u32) {
+        let step = 2.0 * half / f64::from(count);
+        let n = self.cells(step);
+        for row in 0..count {
+            for column in 0..count {
+                self.material(materials[((row + column) % 2) as usize]);
+                let (x, z) = (
+                    f64::from(column) * step - half,
+                    half - f64::from(row) * step,
+                );
+                let tile = [(x, z), (x + step, z), (x + step, z - step), (x, z - step)];
+                self.quad(tile.map(|(x, z)| (x, 0.0, z)), (n, n));
+            }
+        }
+    }
+
     /// Draws all sides of a box between two opposite corners.
     pub(super) fn slab(&mut self, lo: FramePoint, hi: FramePoint) {
         self.cuboid(lo, hi, ALL);
@@ -138,10 +200,7 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         };
         for (number, _) in sides.iter().enumerate().filter(|(_, drawn)| **drawn) {
             let (axis, upper) = (number / 2, number % 2 == 1);
-            let (mut u, mut v) = ((axis + 1) % 3, (axis + 2) % 3);
-            if !upper {
-                (u, v) = (v, u);
-            }
+            let (u, v) = face_axes(axis, upper);
             self.mesh.grid(Grid::open(counts[u], counts[v]), |i, j| {
                 let mut p = if upper { hi } else { lo };
                 p[u] = coordinate(u, i);
@@ -157,8 +216,8 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
     pub(super) fn lathe(&mut self, profile: &[(f64, f64)], around: usize) {
         let frame = self.frame;
         let ring = |radius: f64, height: f64, i: usize| {
-            let turn = TAU * i as f64 / around as f64;
-            frame.point(dvec3(radius * cos(turn), height, -radius * sin(turn)))
+            let on = on_circle(i, around) * radius;
+            frame.point(dvec3(on.x, height, -on.y))
         };
         let closed = |p: DVec2| p.x <= 0.0;
         for pair in profile.windows(2) {
@@ -212,9 +271,9 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         let side = side / side.length();
         let up = along.cross(side);
         self.mesh.grid(Grid::tube(around, rows), |i, j| {
-            let turn = TAU * i as f64 / around as f64;
+            let on = on_circle(i, around);
             let t = j as f64 / rows as f64;
-            from + (to - from) * t + (side * cos(turn) + up * sin(turn)) * radius
+            from + (to - from) * t + (side * on.x + up * on.y) * radius
         });
     }
 
@@ -233,8 +292,7 @@ pub(super) mod tests {
     /// Volume inside closed surfaces that face outward, by the divergence theorem.
     pub(in crate::standard::modern) fn volume(detail: f64, draw: impl Fn(&mut PartBuilder)) -> f64 {
         let mut builder = MemoryBuilder::default();
-        let palette = [DocumentMaterial::default()];
-        let mut mesh = MeshBuilder::new(&mut builder, &palette);
+        let mut mesh = MeshBuilder::new(&mut builder, [DocumentMaterial::default()]);
         let frame = LocalFrame::at(dvec3(3.0, -2.0, 5.0)).turned(33.0);
         draw(&mut PartBuilder::new(&mut mesh, detail).at(frame));
         mesh.finish();
@@ -244,6 +302,20 @@ pub(super) mod tests {
             a.dot(b.cross(c)) / 6.0
         });
         parts.sum()
+    }
+
+    #[test]
+    fn detail_is_found_from_below() {
+        let mut counter = ShapeCounter::default();
+        let mut mesh = MeshBuilder::new(&mut counter, []);
+        draw_fitted(&mut mesh, 1_000_000, (1.0, 1000.0), |parts| {
+            for k in 0..100 {
+                let cells = (parts.detail + f64::from(k) / 100.0) as usize;
+                let grid = Grid::open(cells, cells);
+                parts.mesh.grid(grid, |_, _| unreachable!());
+            }
+        });
+        assert!((980_000..=1_000_000).contains(&mesh.triangles()));
     }
 
     #[test]

@@ -5,8 +5,8 @@
 
 use super::knot::knot;
 use super::materials::{glass, glow, matte, polished, rgb};
-use super::mesh_builder::{MeshBuilder, fit_detail};
-use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells};
+use super::mesh_builder::MeshBuilder;
+use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells, draw_fitted};
 use super::setup::{hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
@@ -34,35 +34,26 @@ const RUG: [usize; 2] = [11, 12];
 const DARK_WOOD: usize = 13;
 
 fn palette() -> [DocumentMaterial; 14] {
-    let marble = |color| polished(matte(color, AMBIENT), rgb(0.10, 0.10, 0.10), 400.0);
-    let gold = matte(rgb(0.46, 0.27, 0.075), AMBIENT);
-    let mirror = matte(rgb(0.01, 0.01, 0.012), AMBIENT);
+    let dull = |r: f64, g: f64, b: f64| matte(rgb(r, g, b), AMBIENT);
+    let marble = |material| polished(material, rgb(0.10, 0.10, 0.10), 400.0);
     [
-        matte(rgb(0.30, 0.42, 0.41), AMBIENT),
-        matte(rgb(0.66, 0.61, 0.53), AMBIENT),
-        marble(rgb(0.64, 0.60, 0.54)),
-        marble(rgb(0.07, 0.075, 0.08)),
-        polished(gold, rgb(0.50, 0.36, 0.15), 60.0),
-        polished(
-            matte(rgb(0.62, 0.60, 0.57), AMBIENT),
-            rgb(0.05, 0.05, 0.05),
-            200.0,
-        ),
+        dull(0.30, 0.42, 0.41),
+        dull(0.66, 0.61, 0.53),
+        marble(dull(0.64, 0.60, 0.54)),
+        marble(dull(0.07, 0.075, 0.08)),
+        polished(dull(0.46, 0.27, 0.075), rgb(0.50, 0.36, 0.15), 60.0),
+        polished(dull(0.62, 0.60, 0.57), rgb(0.05, 0.05, 0.05), 200.0),
         glass(1.5),
-        polished(mirror, rgb(0.82, 0.84, 0.84), 2000.0),
+        polished(dull(0.01, 0.01, 0.012), rgb(0.82, 0.84, 0.84), 2000.0),
         glow(rgb(1.0, 0.92, 0.74)),
         DocumentMaterial {
             ke: rgb(0.34, 0.22, 0.10),
-            ..matte(rgb(0.65, 0.56, 0.42), AMBIENT)
+            ..dull(0.65, 0.56, 0.42)
         },
-        matte(rgb(0.74, 0.71, 0.65), AMBIENT),
-        matte(rgb(0.36, 0.035, 0.04), AMBIENT),
-        matte(rgb(0.48, 0.30, 0.10), AMBIENT),
-        polished(
-            matte(rgb(0.13, 0.06, 0.028), AMBIENT),
-            rgb(0.04, 0.04, 0.04),
-            80.0,
-        ),
+        dull(0.74, 0.71, 0.65),
+        dull(0.36, 0.035, 0.04),
+        dull(0.48, 0.30, 0.10),
+        polished(dull(0.13, 0.06, 0.028), rgb(0.04, 0.04, 0.04), 80.0),
     ]
 }
 
@@ -73,13 +64,9 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&lamp(dvec3(-2.62, 1.78, -1.1), rgb(0.40, 0.27, 0.13), 1.3));
     builder.light(&lamp(dvec3(0.9, 1.78, -2.62), rgb(0.40, 0.27, 0.13), 1.3));
     builder.light(&lamp(dvec3(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = u64::from(size);
-    let detail = fit_detail(budget * 3 / 10, (0.1, 2000.0), |mesh, detail| {
-        furnish(&mut PartBuilder::new(mesh, detail))
-    });
-    furnish(&mut PartBuilder::new(&mut mesh, detail));
+    draw_fitted(&mut mesh, budget * 3 / 10, (0.1, 2000.0), furnish);
     let left = budget.saturating_sub(mesh.triangles());
     mesh.material(GOLD);
     knot(&mut mesh, left as f64, STATUE);
@@ -105,20 +92,7 @@ fn furnish(parts: &mut PartBuilder) {
 
 /// Tiles, and a rug of two colours.
 fn floor(parts: &mut PartBuilder) {
-    let side = 10;
-    let step = 2.0 * HALF / f64::from(side);
-    let n = parts.cells(step);
-    for row in 0..side {
-        for column in 0..side {
-            parts.material(TILES[((row + column) % 2) as usize]);
-            let (x, z) = (
-                -HALF + step * f64::from(column),
-                HALF - step * f64::from(row),
-            );
-            let corners = [(0.0, 0.0), (step, 0.0), (step, step), (0.0, step)];
-            parts.quad(corners.map(|(dx, dz)| (x + dx, 0.0, z - dz)), (n, n));
-        }
-    }
+    parts.tiles(TILES, HALF, 10);
     for (material, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
         parts.material(material);
         let rug = LocalFrame::at(dvec3(-0.1, 0.0, -0.2)).turned(45.0);

@@ -1,4 +1,4 @@
-//! Sizes, views and lights of the modern scenes.
+//! Views and lights of the modern scenes.
 
 use crate::standard::builder::{StandardLight, StandardView};
 use glam::{DVec3, dvec3};

@@ -137,8 +137,7 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&sun(dvec3(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
     // The sky's light from the other side, weak and blue.
     builder.light(&sun(dvec3(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    let mut mesh = MeshBuilder::new(builder, palette());
     lake(&mut mesh);
     let (across, rows) = net(size);
     if mesh.counted(2 * (across * rows) as u64) {

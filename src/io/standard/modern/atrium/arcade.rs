@@ -29,14 +29,12 @@ pub(super) fn storey(parts: &mut PartBuilder, wing: &Wing, storey: &Storey) {
     cornice(parts, wing, storey.top);
 }
 
-/// Points of a bay's arch from left to right.
-fn arch_points(storey: &Storey, segments: usize) -> Vec<DVec2> {
-    let point = |i: usize| {
-        let turn = PI * i as f64 / segments as f64;
-        let out = dvec2(-cos(turn), sin(turn)) * storey.arch;
-        dvec2(BAY / 2.0, storey.spring) + out
-    };
-    (0..=segments).map(point).collect()
+/// The end of the `i`-th of a number of segments, from left to right, on a bay's arch widened by
+/// this much.
+fn arch_point(storey: &Storey, i: usize, segments: usize, wider: f64) -> DVec2 {
+    let turn = PI * i as f64 / segments as f64;
+    let out = dvec2(-cos(turn), sin(turn)) * (storey.arch + wider);
+    dvec2(BAY / 2.0, storey.spring) + out
 }
 
 /// The wall of a bay: both faces above the arch, and its soffit. However large the scene, an arch
@@ -45,8 +43,8 @@ fn arch_wall(parts: &mut PartBuilder, storey: &Storey) {
     let segments = 2 * parts.cells(2.0).clamp(3, 14);
     parts.material(STONE);
     let frame = parts.frame;
-    let mut lower = arch_points(storey, segments);
-    lower.insert(0, dvec2(0.0, storey.spring));
+    let mut lower = vec![dvec2(0.0, storey.spring)];
+    lower.extend((0..=segments).map(|i| arch_point(storey, i, segments, 0.0)));
     lower.push(dvec2(BAY, storey.spring));
     let last = lower.len() - 1;
     let at = |i: usize, j: usize, z: f64| {
@@ -85,11 +83,9 @@ fn archivolt(parts: &mut PartBuilder, storey: &Storey) {
         return;
     }
     let (curve, frame) = (smooth(&outline, rows), parts.frame);
-    let center = dvec2(BAY / 2.0, storey.spring);
     parts.mesh.grid(Grid::open(segments, rows), |i, j| {
-        let turn = PI * i as f64 / segments as f64;
-        let on = center + dvec2(-cos(turn), sin(turn)) * (storey.arch + curve[j].x);
-        frame.point(dvec3(on.x, on.y, THICK + curve[j].y))
+        let on = arch_point(storey, i, segments, curve[j].x);
+        frame.point(on.extend(THICK + curve[j].y))
     });
 }
 

@@ -5,8 +5,8 @@ use super::palette::palette;
 use super::{arcade, column, court, drape, gallery, hanging};
 use crate::standard::builder::SceneBuilder;
 use crate::standard::modern::materials::rgb;
-use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
-use crate::standard::modern::props::PartBuilder;
+use crate::standard::modern::mesh_builder::MeshBuilder;
+use crate::standard::modern::props::{PartBuilder, draw_fitted};
 use crate::standard::modern::setup::{hd, lamp, sun};
 use glam::{DVec3, dvec3};
 
@@ -15,11 +15,8 @@ const SKY: DVec3 = dvec3(0.25, 0.43, 0.73);
 pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let atrium = Atrium::of(size);
     let long = atrium.wings[1].length() / 2.0;
-    builder.view(&hd(
-        dvec3(-1.7, 2.3, long - 0.3),
-        dvec3(0.7, 3.6, -0.3 * long),
-        60.0,
-    ));
+    let (from, at) = (dvec3(-1.7, 2.3, long - 0.3), dvec3(0.7, 3.6, -0.3 * long));
+    builder.view(&hd(from, at, 60.0));
     builder.background(SKY);
     builder.light(&sun(dvec3(-0.58, 0.72, 0.38), rgb(1.55, 0.98, 0.46)));
     builder.light(&sun(dvec3(0.25, 0.9, 0.22), rgb(0.09, 0.135, 0.23)));
@@ -29,13 +26,11 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     for (wing, bay) in [(0, 0), (0, 3), (1, 1), (1, 2)] {
         builder.light(&hanging::light(&atrium.wings[wing], bay));
     }
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = u64::from(size);
-    let detail = fit_detail(budget * 7 / 10, (0.05, 4000.0), |mesh, detail| {
-        atrium.build(&mut PartBuilder::new(mesh, detail))
+    draw_fitted(&mut mesh, budget * 7 / 10, (0.05, 4000.0), |parts| {
+        atrium.build(parts)
     });
-    atrium.build(&mut PartBuilder::new(&mut mesh, detail));
     let left = budget.saturating_sub(mesh.triangles());
     drape::hang(&mut mesh, &drape::drapes(&atrium.wings), left);
     mesh.finish();

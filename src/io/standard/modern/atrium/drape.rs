@@ -54,12 +54,9 @@ pub(super) fn drapes(wings: &[Wing; 4]) -> Vec<Drape> {
     let swags = [(0u32, 0.7), (1, -0.6), (2, 0.8)];
     for (k, slant) in swags.into_iter().take(wings[1].bays as usize / 2 - 1) {
         let z = -long / 2.0 + 2.2 + 2.9 * f64::from(k);
-        let frame = LocalFrame {
-            origin: dvec3(-HALF + THICK, 8.35, z),
-            axes: [DVec3::NEG_Z, DVec3::Y, DVec3::X],
-        };
+        let corner = dvec3(-HALF + THICK, 8.35, z);
         all.push(Drape {
-            frame,
+            frame: LocalFrame::upright(corner, DVec3::NEG_Z, DVec3::X),
             fall: Fall::Swag(slant),
             wide: 1.7,
             high: 2.0 * (HALF - THICK),

@@ -91,12 +91,10 @@ pub(super) fn roof(parts: &mut PartBuilder, wing: &Wing) {
     wood.wall([d, c, b, a]);
     wood.material(TIMBER);
     let (y, z) = (ROOF.0, EAVE);
-    wood.slab(
-        (EAVE, y - 0.05, z - 0.02),
-        (long - EAVE, y + 0.15, z + 0.03),
-    );
+    let lo = (EAVE, y - 0.05, z - 0.02);
+    wood.slab(lo, (long - EAVE, y + 0.15, z + 0.03));
     let hip = [(-AISLE, -AISLE), (EAVE, EAVE)];
-    slanted(&mut wood, hip.map(|(x, z)| (x, z)), 0.13, (0.16, 0.22));
+    slanted(&mut wood, hip, 0.13, (0.16, 0.22));
     for k in 0..=(f64::from(wing.bays) / step) as u32 {
         let x = BAY * step * f64::from(k);
         let rafter = [(x, -AISLE), (x, EAVE - 0.03)];

@@ -23,12 +23,10 @@ pub(super) fn light(wing: &Wing, bay: u32) -> StandardLight {
 
 /// The lanterns in the aisle of a wing.
 pub(super) fn lanterns(parts: &mut PartBuilder, wing: &Wing) {
-    let bays = if parts.detail < LANTERNS {
-        0
-    } else {
-        wing.bays
-    };
-    for k in 0..bays {
+    if parts.detail < LANTERNS {
+        return;
+    }
+    for k in 0..wing.bays {
         let x = BAY * (f64::from(k) + 0.5);
         lantern(&mut parts.moved(x, FLAMES, BEHIND));
     }
@@ -80,11 +78,9 @@ fn chain(parts: &mut PartBuilder, from: f64, to: f64) {
     );
     for k in 0..links as u32 {
         let y = from + pitch * (f64::from(k) + 0.5);
-        let frame = parts
-            .frame
-            .moved(0.0, y, 0.0)
-            .turned(90.0 * f64::from(k % 2));
-        ring(&mut parts.at(frame), (0.026, 0.046), 0.0075, wire);
+        let mut link = parts.moved(0.0, y, 0.0);
+        link.frame = link.frame.turned(90.0 * f64::from(k % 2));
+        ring(&mut link, (0.026, 0.046), 0.0075, wire);
     }
 }
 

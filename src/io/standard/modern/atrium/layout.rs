@@ -83,10 +83,7 @@ impl Wing {
 pub(super) fn wings(bays: u32) -> [Wing; 4] {
     let long = BAY * f64::from(bays) / 2.0;
     let wing = |number, x, z, right, toward, bays, ends| Wing {
-        frame: LocalFrame {
-            origin: dvec3(x, 0.0, z),
-            axes: [right, DVec3::Y, toward],
-        },
+        frame: LocalFrame::upright(dvec3(x, 0.0, z), right, toward),
         bays,
         ends,
         number,

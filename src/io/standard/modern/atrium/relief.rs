@@ -1,7 +1,7 @@
 //! Carved ornaments on walls: heads of lions, and flowers.
 
 use crate::standard::modern::mesh_builder::Grid;
-use crate::standard::modern::props::PartBuilder;
+use crate::standard::modern::props::{PartBuilder, on_circle};
 use glam::{DVec2, dvec2, dvec3};
 use libm::{cos, exp, sin};
 use std::f64::consts::TAU;
@@ -18,9 +18,8 @@ fn medallion(parts: &mut PartBuilder, radius: f64, fineness: f64, height: impl F
     };
     // Rows run from the rim inward, which is upward for columns that run counter-clockwise.
     let ring = |i: usize, j: usize| {
-        let turn = TAU * i as f64 / around as f64;
         let r = 1.0 - 0.96 * j as f64 / rows as f64;
-        at(dvec2(cos(turn), sin(turn)) * r)
+        at(on_circle(i, around) * r)
     };
     parts.mesh.grid(Grid::tube(around, rows), ring);
     if !parts.mesh.counted(around as u64) {
@@ -46,9 +45,9 @@ pub(super) fn lion(parts: &mut PartBuilder, radius: f64) {
         let mane = exp(-((r - 0.62) / 0.24) * ((r - 0.62) / 0.24));
         let head = 0.55 * (1.0 - (r / 0.7) * (r / 0.7)).max(0.0);
         let snout = 0.34 * bump(p, (0.0, -0.12), 0.2) + 0.1 * bump(p, (0.0, -0.03), 0.09);
-        let eyes = bump(p, (-0.21, 0.16), 0.075) + bump(p, (0.21, 0.16), 0.075);
-        let brows = bump(p, (-0.2, 0.29), 0.1) + bump(p, (0.2, 0.29), 0.1);
-        let ears = bump(p, (-0.45, 0.44), 0.12) + bump(p, (0.45, 0.44), 0.12);
+        let pair = |x: f64, y: f64, width| bump(p, (-x, y), width) + bump(p, (x, y), width);
+        let (eyes, brows) = (pair(0.21, 0.16, 0.075), pair(0.2, 0.29, 0.1));
+        let ears = pair(0.45, 0.44, 0.12);
         let mouth = bump(p * dvec2(0.5, 1.0), (0.0, -0.31), 0.055);
         0.06 + mane * (0.22 + 0.13 * strands) + head + snout - 0.17 * eyes
             + 0.09 * brows

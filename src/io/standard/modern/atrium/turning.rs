@@ -1,9 +1,8 @@
 //! Turned and bent work: smooth outlines, surfaces of revolution with carving, rings, and beams.
 
 use crate::standard::modern::mesh_builder::Grid;
-use crate::standard::modern::props::{FramePoint, PartBuilder};
-use glam::{DVec2, DVec3, dvec2, dvec3};
-use libm::{cos, sin};
+use crate::standard::modern::props::{FramePoint, PartBuilder, on_circle};
+use glam::{DVec2, DVec3, dvec3};
 use std::f64::consts::TAU;
 
 /// The same mesh and frame without detail: its walls and boxes are of two triangles to a side.
@@ -19,11 +18,11 @@ pub(super) fn plain(_: f64, _: f64) -> f64 {
 }
 
 /// Length of a polygon.
-pub(super) fn length(outline: &[(f64, f64)]) -> f64 {
-    let sides = outline.windows(2);
-    sides
-        .map(|pair| (DVec2::from(pair[1]) - DVec2::from(pair[0])).length())
-        .sum()
+pub(super) fn length<P: Copy + Into<DVec2>>(outline: &[P]) -> f64 {
+    let sides = outline
+        .windows(2)
+        .map(|pair| pair[1].into() - pair[0].into());
+    sides.map(DVec2::length).sum()
 }
 
 /// Points at equal distances on a smooth curve: the quadratic B-spline that a polygon controls. It
@@ -34,15 +33,10 @@ pub(super) fn smooth(outline: &[(f64, f64)], rows: usize) -> Vec<DVec2> {
     let last = p.len() - 1;
     let mut curve = vec![p[0]];
     for i in 1..last {
-        let from = if i == 1 {
-            p[0]
-        } else {
-            (p[i - 1] + p[i]) / 2.0
-        };
-        let to = if i + 1 == last {
-            p[last]
-        } else {
-            (p[i] + p[i + 1]) / 2.0
+        let from = curve[curve.len() - 1];
+        let to = match i + 1 == last {
+            true => p[last],
+            false => (p[i] + p[i + 1]) / 2.0,
         };
         curve.extend((1..=STEPS).map(|step| {
             let t = step as f64 / STEPS as f64;
@@ -58,7 +52,7 @@ pub(super) fn smooth(outline: &[(f64, f64)], rows: usize) -> Vec<DVec2> {
 
 /// Points at equal distances on a polygon, its ends included.
 fn evenly(curve: &[DVec2], rows: usize) -> Vec<DVec2> {
-    let total: f64 = curve.windows(2).map(|w| (w[1] - w[0]).length()).sum();
+    let total = length(curve);
     let mut points = Vec::with_capacity(rows + 1);
     let (mut side, mut passed) = (0, 0.0);
     for row in 0..rows {
@@ -82,10 +76,7 @@ fn evenly(curve: &[DVec2], rows: usize) -> Vec<DVec2> {
 
 /// Cosine and sine of equal parts of a turn.
 pub(super) fn circle(around: usize) -> Vec<DVec2> {
-    let turn = |i: usize| TAU * i as f64 / around as f64;
-    (0..around)
-        .map(|i| dvec2(cos(turn(i)), sin(turn(i))))
-        .collect()
+    (0..around).map(|i| on_circle(i, around)).collect()
 }
 
 /// Draws a surface of revolution about the frame's y axis, from a smooth outline of (radius,
@@ -130,13 +121,9 @@ pub(super) fn ring(
 ) {
     let frame = parts.frame;
     parts.mesh.grid(Grid::torus(around, along), |i, j| {
-        let (turn, tube) = (
-            TAU * j as f64 / along as f64,
-            TAU * i as f64 / around as f64,
-        );
-        let (c, s) = (cos(turn), sin(turn));
-        let (out, back) = (wire * cos(tube), -wire * sin(tube));
-        frame.point(dvec3((wide + out) * c, (high + out) * s, back))
+        let (on, tube) = (on_circle(j, along), on_circle(i, around) * wire);
+        let (x, y) = ((wide + tube.x) * on.x, (high + tube.x) * on.y);
+        frame.point(dvec3(x, y, -tube.y))
     });
 }
 

@@ -26,6 +26,11 @@ pub(super) struct House {
     pub(super) cafe: bool,
 }
 
+/// Height of a floor's upper end.
+fn top(floor: usize) -> f64 {
+    GROUND + FLOOR * floor as f64
+}
+
 impl House {
     pub(super) fn new(frame: LocalFrame, number: u64, width: f64, cafe: bool) -> House {
         let mut dice = Dice::of(SEED, number);
@@ -45,7 +50,7 @@ impl House {
     }
 
     fn height(&self) -> f64 {
-        GROUND + FLOOR * (self.floors - 1) as f64
+        top(self.floors - 1)
     }
 
     /// Everything but the ground floor of the café.
@@ -92,20 +97,15 @@ impl House {
     fn bay(&self, parts: &mut PartBuilder, floor: usize, bay: usize) {
         let wide = self.width / self.bays as f64;
         let (x0, x1) = (wide * bay as f64, wide * (bay + 1) as f64);
-        let (y0, y1) = match floor {
-            0 => (0.0, GROUND),
-            _ => (
-                GROUND + FLOOR * (floor - 1) as f64,
-                GROUND + FLOOR * floor as f64,
-            ),
-        };
+        let y0 = if floor == 0 { 0.0 } else { top(floor - 1) };
+        let y1 = top(floor);
         let middle = (x0 + x1) / 2.0;
         let door = floor == 0 && bay == self.bays / 2;
-        let (half, sill, top) = match door {
+        let (half, sill, head) = match door {
             true => (0.55, 0.0, 2.45),
             false => (0.5, 0.82, 2.42),
         };
-        let hole = Area::new(middle - half, y0 + sill, middle + half, y0 + top);
+        let hole = Area::new(middle - half, y0 + sill, middle + half, y0 + head);
         self.wall_around(parts, Area::new(x0, y0, x1, y1), hole);
         opening::reveal(parts, hole);
         if door {
@@ -168,13 +168,9 @@ impl House {
         for course in 0..courses {
             for column in 0..columns {
                 parts.material(BRICK + dice.below(3));
-                let corner = dvec3(
-                    area.x0 + size.x * column as f64,
-                    area.y0 + size.y * course as f64,
-                    0.0,
-                );
+                let corner = dvec2(area.x0, area.y0) + size * dvec2(column as f64, course as f64);
                 let depth = dice.range(0.012, 0.022);
-                stone(parts, corner, size, (0.07, depth), inner);
+                stone(parts, corner.extend(0.0), size, (0.07, depth), inner);
             }
         }
     }
@@ -192,8 +188,7 @@ impl House {
             (0.0, 0.07),
         ];
         for floor in 0..self.floors - 1 {
-            let y = GROUND + FLOOR * floor as f64;
-            parts.moved(0.0, y, 0.0).moulding(whole, &ledge);
+            parts.moved(0.0, top(floor), 0.0).moulding(whole, &ledge);
         }
         let steps = 6;
         let curve = (0..=steps).map(|k| {

@@ -3,21 +3,15 @@
 use super::layout::{HALF, SEED, START};
 use super::palette::{BULB, COBBLE, IRON, KERB, LEAF, TABLE, WOOD};
 use super::stone::{leaf, stone, stone_triangles};
+use crate::standard::builder::StandardLight;
+use crate::standard::modern::materials::rgb;
 use crate::standard::modern::noise::{Dice, fractal2};
 use crate::standard::modern::props::{LocalFrame, PartBuilder, STANDING, cells};
+use crate::standard::modern::setup::lamp;
 use glam::{DVec3, dvec2, dvec3};
 
-/// A lamp post.
-pub(super) struct Post {
-    x: f64,
-    z: f64,
-}
-
-pub(super) const LAMPS: [Post; 3] = [
-    Post { x: 2.75, z: 2.6 },
-    Post { x: -2.75, z: -4.4 },
-    Post { x: 2.75, z: -11.5 },
-];
+/// The lamp posts' x and z coordinates.
+pub(super) const LAMPS: [(f64, f64); 3] = [(2.75, 2.6), (-2.75, -4.4), (2.75, -11.5)];
 
 /// Height of a lantern's middle.
 const LANTERN: f64 = 3.32;
@@ -26,58 +20,55 @@ const KERB_AT: f64 = 2.3;
 /// Height of the footways above the road.
 const STEP: f64 = 0.1;
 
-impl Post {
-    /// Position of its light: under the lantern's roof, with nothing below.
-    pub(super) fn light(&self) -> DVec3 {
-        dvec3(self.x, LANTERN, self.z)
-    }
+/// Light of a lamp post, under the lantern's roof, with nothing below.
+pub(super) fn light((x, z): (f64, f64)) -> StandardLight {
+    lamp(dvec3(x, LANTERN, z), rgb(0.95, 0.62, 0.28), 2.1)
+}
 
-    fn build(&self, parts: &mut PartBuilder) {
-        parts.material(IRON);
-        let profile = [
-            (0.16, 0.0),
-            (0.16, 0.1),
-            (0.11, 0.16),
-            (0.1, 0.5),
-            (0.13, 0.54),
-            (0.06, 0.62),
-            (0.05, 1.4),
-            (0.075, 1.44),
-            (0.045, 1.5),
-            (0.035, 2.7),
-            (0.06, 2.75),
-            (0.03, 2.8),
-            (0.03, 2.95),
-            (0.11, 3.02),
-        ];
-        let mut parts = parts.at(LocalFrame::at(dvec3(self.x, STEP, self.z)));
-        parts.lathe(&profile, parts.cells(0.8).clamp(6, 96));
-        let roof = [
-            (0.24, 3.42),
-            (0.18, 3.5),
-            (0.06, 3.56),
-            (0.03, 3.66),
-            (0.0, 3.68),
-        ];
-        parts.lathe(&roof, 6);
-        let rows = parts.cells(0.4);
-        for k in 0..6 {
-            let side = parts.frame.turned(60.0 * f64::from(k) + 30.0);
-            let strut = [(0.11, 3.02, 0.0), (0.21, 3.42, 0.0)];
-            parts.at(side).rod(strut, 0.011, (4, rows));
-        }
-        parts.material(BULB);
-        // Below the light, so that light reaches the ground at a distance and all sides.
-        let bulb = (0.0, LANTERN - STEP - 0.14, 0.0);
-        parts.sphere(bulb, 0.085, parts.cells(0.15).max(1));
+fn lamp_post(parts: &mut PartBuilder) {
+    parts.material(IRON);
+    let profile = [
+        (0.16, 0.0),
+        (0.16, 0.1),
+        (0.11, 0.16),
+        (0.1, 0.5),
+        (0.13, 0.54),
+        (0.06, 0.62),
+        (0.05, 1.4),
+        (0.075, 1.44),
+        (0.045, 1.5),
+        (0.035, 2.7),
+        (0.06, 2.75),
+        (0.03, 2.8),
+        (0.03, 2.95),
+        (0.11, 3.02),
+    ];
+    parts.lathe(&profile, parts.cells(0.8).clamp(6, 96));
+    let roof = [
+        (0.24, 3.42),
+        (0.18, 3.5),
+        (0.06, 3.56),
+        (0.03, 3.66),
+        (0.0, 3.68),
+    ];
+    parts.lathe(&roof, 6);
+    let rows = parts.cells(0.4);
+    for k in 0..6 {
+        let side = parts.frame.turned(60.0 * f64::from(k) + 30.0);
+        let strut = [(0.11, 3.02, 0.0), (0.21, 3.42, 0.0)];
+        parts.at(side).rod(strut, 0.011, (4, rows));
     }
+    parts.material(BULB);
+    // Below the light, so that light reaches the ground at a distance and all sides.
+    let bulb = (0.0, LANTERN - STEP - 0.14, 0.0);
+    parts.sphere(bulb, 0.085, parts.cells(0.15).max(1));
 }
 
 /// Everything in the lane but its pavement; `parts` are in the world's frame.
 pub(super) fn furnish(parts: &mut PartBuilder, length: f64) {
     let end = START - length;
-    for post in LAMPS.iter().filter(|post| post.z > end) {
-        post.build(parts);
+    for (x, z) in LAMPS.into_iter().filter(|(_, z)| *z > end) {
+        lamp_post(&mut parts.moved(x, STEP, z));
     }
     kerbs(parts, end);
     garland(parts, 0.6);
@@ -113,11 +104,8 @@ fn kerbs(parts: &mut PartBuilder, end: f64) {
         let step = (near - end) / slabs as f64;
         for k in 0..slabs {
             let z = end + step * k as f64;
-            parts.cuboid(
-                (lo, -0.05, z + 0.006),
-                (hi, STEP, z + step - 0.006),
-                STANDING,
-            );
+            let corner = (lo, -0.05, z + 0.006);
+            parts.cuboid(corner, (hi, STEP, z + step - 0.006), STANDING);
         }
     }
 }
@@ -174,8 +162,7 @@ fn shrub(parts: &mut PartBuilder) {
     parts.lathe(&tub, parts.cells(1.5).clamp(8, 96));
     let mut dice = Dice::of(SEED + 5, (parts.frame.origin.z * 16.0) as i64 as u64);
     for _ in 0..parts.cells(260.0) {
-        let mut side = || dice.range(-1.0, 1.0);
-        let p = dvec3(side(), side(), side());
+        let p = dice.vector(-1.0, 1.0);
         let outward = p / (p.length() + 1e-9);
         let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, dvec2(p.x + p.z, p.y) * 2.0, 2));
         parts.material(LEAF + dice.below(2));

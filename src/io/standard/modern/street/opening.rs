@@ -113,11 +113,8 @@ pub(super) fn shutters(parts: &mut PartBuilder, hole: Area, material: usize) {
             slab((0.05, y), (wide - 0.05, y + 0.06), 0.06);
         }
         slab((0.05, 0.06), (wide - 0.05, high - 0.06), 0.025);
-        slats(
-            parts,
-            (x + 0.05, x + wide - 0.05),
-            (y0 + 0.06, y0 + high - 0.06),
-        );
+        let height = (y0 + 0.06, y0 + high - 0.06);
+        slats(parts, (x + 0.05, x + wide - 0.05), height);
     }
 }
 

@@ -7,8 +7,7 @@ use glam::{DVec2, DVec3, dvec3};
 
 /// A leaf: two triangles in a random direction.
 pub(super) fn leaf(parts: &mut PartBuilder, position: DVec3, dice: &mut Dice, size: f64) {
-    let mut number = || dice.range(-1.0, 1.0);
-    let mut side = || dvec3(number(), number(), number()) * size;
+    let mut side = || dice.vector(-1.0, 1.0) * size;
     let (a, b) = (side(), side());
     let at = |p: DVec3| parts.frame.point(position + p);
     parts

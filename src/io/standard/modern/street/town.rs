@@ -6,9 +6,9 @@ use super::palette::palette;
 use super::{cafe, lane};
 use crate::standard::builder::SceneBuilder;
 use crate::standard::modern::materials::rgb;
-use crate::standard::modern::mesh_builder::{MeshBuilder, fit_detail};
-use crate::standard::modern::props::{LocalFrame, PartBuilder};
-use crate::standard::modern::setup::{hd, lamp, sun};
+use crate::standard::modern::mesh_builder::MeshBuilder;
+use crate::standard::modern::props::{LocalFrame, PartBuilder, draw_fitted};
+use crate::standard::modern::setup::{hd, sun};
 use glam::{DVec3, dvec3};
 
 const SKY: DVec3 = dvec3(0.075, 0.135, 0.30);
@@ -19,18 +19,14 @@ pub(in crate::standard) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let town = Town::of(size);
     builder.light(&sun(dvec3(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
     cafe::lights(&town.cafe()).for_each(|light| builder.light(&light));
-    lane::LAMPS.iter().for_each(|post| {
-        let light = lamp(post.light(), rgb(0.95, 0.62, 0.28), 2.1);
-        builder.light(&light);
-    });
-    let palette = palette();
-    let mut mesh = MeshBuilder::new(builder, &palette);
+    for post in lane::LAMPS {
+        builder.light(&lane::light(post));
+    }
+    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = u64::from(size);
-    let detail = fit_detail(budget * 7 / 10, (0.01, 400.0), |mesh, detail| {
-        town.build(&mut PartBuilder::new(mesh, detail))
+    let mut parts = draw_fitted(&mut mesh, budget * 7 / 10, (0.01, 400.0), |parts| {
+        town.build(parts)
     });
-    let mut parts = PartBuilder::new(&mut mesh, detail);
-    town.build(&mut parts);
     let left = budget.saturating_sub(parts.mesh.triangles());
     lane::pave(&mut parts, town.length, left);
     mesh.finish();
@@ -58,14 +54,8 @@ impl Town {
         for k in 0..depth {
             let z = START - 7.2 * f64::from(k);
             // x runs to the right for an observer in front of the house.
-            let left = LocalFrame {
-                origin: dvec3(-HALF, 0.0, z),
-                axes: [DVec3::NEG_Z, DVec3::Y, DVec3::X],
-            };
-            let right = LocalFrame {
-                origin: dvec3(HALF, 0.0, z - 7.2),
-                axes: [DVec3::Z, DVec3::Y, DVec3::NEG_X],
-            };
+            let left = LocalFrame::upright(dvec3(-HALF, 0.0, z), DVec3::NEG_Z, DVec3::X);
+            let right = LocalFrame::upright(dvec3(HALF, 0.0, z - 7.2), DVec3::Z, DVec3::NEG_X);
             houses.push(House::new(left, u64::from(2 * k), 7.2, k == 0));
             houses.push(House::new(right, u64::from(2 * k + 1), 7.2, false));
         }
