@@ -4,6 +4,9 @@
 mod large_polygon;
 mod polygon;
 
+// Decoders of PNG and JPEG, for textures and for pictures.
+mod decoders;
+
 // Scene readers: bytes to a scene, or a scene without any.
 pub mod formats;
 pub mod standard;

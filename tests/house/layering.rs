@@ -67,7 +67,11 @@ const ROOMS: [(&str, &[&str], &str); 17] = [
         &["simd", "packet", "bvh", "traverse"],
         "what embedders call: columns to packets and back, and no kernels of its own",
     ),
-    ("io/formats", &["polygon"], "bytes become a scene, no more"),
+    (
+        "io/formats",
+        &["decoders", "polygon"],
+        "bytes become a scene, no more",
+    ),
     (
         "io/standard",
         &["polygon"],
@@ -78,7 +82,11 @@ const ROOMS: [(&str, &[&str], &str); 17] = [
         &[],
         "columns and tree as they are, whatever they came from",
     ),
-    ("io/image", &[], "writes films by the scene's tone"),
+    (
+        "io/image",
+        &["decoders"],
+        "writes films by the scene's tone",
+    ),
     (
         "render/shade",
         &[],
@@ -182,10 +190,11 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
             "io/image/png.rs",
             "io/image/mod.rs",
             "io/image/read/",
+            "io/decoders/",
             "io/formats/picture/",
             "io/formats/texture.rs",
         ],
-        "pictures are written row by row in one file, and read so in another; textures have their own",
+        "pictures are written row by row in one file, read so in another, and textures in a third; one opens the files of both",
     ),
     (
         "signal_hook",
@@ -194,7 +203,7 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "jpeg_decoder",
-        &["io/formats/picture/jpeg.rs", "io/image/read/jpeg.rs"],
+        &["io/decoders/jpeg.rs", "io/formats/picture/jpeg.rs"],
         "one decoder, without SIMD, gives every build the same texels and samples",
     ),
     (

@@ -1,4 +1,5 @@
-//! Pictures: tone, files, comparison. Only this module uses the crates `image`, `png` and `exr`.
+//! Pictures: tone, files, comparison. Only this module writes by the crates `image`, `png` and
+//! `exr`.
 //!
 //! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples
 //! ([`encode`]), and a picture becomes a file ([`save_png`]). Films that lie one below the other

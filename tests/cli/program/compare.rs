@@ -192,6 +192,12 @@ fn broken_pictures_of_every_format_are_refused() {
         );
         room.refused(&format!("compare half.{ending} a.{ending}"), 1, &[&said]);
     }
+    // The marker of a JPEG's end alone may be missing.
+    let whole = fs::read(room.path().join("a.jpg")).unwrap();
+    fs::write(room.path().join("cut.jpg"), &whole[..whole.len() - 2]).unwrap();
+    room.ok("compare a.jpg cut.jpg");
+    fs::write(room.path().join("half.jpg"), &whole[..whole.len() / 2]).unwrap();
+    room.refused("compare a.jpg half.jpg", 1, &["it ends too early"]);
     fs::write(room.path().join("huge.pfm"), "PF\n65536 65536\n-1\n").unwrap();
     room.refused("compare huge.pfm a.pfm", 1, &["it ends too early"]);
 }

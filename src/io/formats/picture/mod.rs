@@ -9,10 +9,10 @@ mod png;
 #[cfg(test)]
 pub(super) mod tests;
 
-use self::jpeg::JpegDecoder;
 use self::others::WholeImageDecoder;
 use self::pixels::{DecodedImage, ImageHeader};
 use self::png::PngReader;
+use crate::decoders::jpeg::JpegDecoder;
 
 /// A picture of which the header has been read.
 pub(super) struct EncodedImage<'a> {

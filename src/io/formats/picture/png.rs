@@ -1,7 +1,8 @@
 //! PNG, row by row: memory is touched as far as rows have come.
 
 use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides};
-use ::png::{BitDepth, ColorType, DecodingError, Transformations};
+use crate::decoders::png::{self, finish, plain};
+use ::png::BitDepth;
 use std::io::Cursor;
 
 /// A decoder that has read all before the first row.
@@ -11,30 +12,14 @@ pub(super) type PngReader<'a> = ::png::Reader<Cursor<&'a [u8]>>;
 /// is an objection: a picture of one colour takes a thousandth of the bytes of its rows, and a row
 /// an eighth of those of its pixels.
 pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<PngReader<'_>>, String> {
-    let mut decoder = ::png::Decoder::new(Cursor::new(bytes));
-    decoder.set_ignore_text_chunk(true);
-    decoder.set_ignore_iccp_chunk(true);
-    decoder.set_transformations(Transformations::EXPAND);
-    let header = decoder.read_header_info().map_err(plain)?;
-    let (width, height) = checked_sides(header.width.into(), header.height.into())?;
-    let reader = decoder.read_info().map_err(plain)?;
-    // Checked here, because the crate takes a palette's length to be right.
+    let reader = png::open(Cursor::new(bytes), checked_sides)?;
     let info = reader.info();
-    let palette = info.palette.as_deref().unwrap_or_default();
-    if info.color_type == ColorType::Indexed && !is_palette(palette) {
-        return Err("its palette (PLTE) does not hold whole colours, 1 to 256".into());
-    }
     Ok(ImageHeader {
-        width,
-        height,
+        width: info.width,
+        height: info.height,
         scratch: TABLES,
         decoder: reader,
     })
-}
-
-/// Returns true if these are 1 to 256 colours of three bytes each.
-fn is_palette(bytes: &[u8]) -> bool {
-    (3..=3 * 256).contains(&bytes.len()) && bytes.len().is_multiple_of(3)
 }
 
 /// Layout of the decoder's output.
@@ -62,15 +47,7 @@ pub(super) fn decode(
         image.reserve(width)?;
         layout.each(row.data(), |color, alpha| image.push(color, alpha));
     }
-    finish(reader)
-}
-
-/// Checks the sums of the data. An end that is missing after all rows is no objection.
-fn finish(mut reader: PngReader) -> Result<(), String> {
-    match reader.next_interlaced_row() {
-        Err(DecodingError::IoError(_)) | Ok(_) => Ok(()),
-        Err(error) => Err(plain(error)),
-    }
+    finish(&mut reader)
 }
 
 const TOO_FEW_ROWS: &str = "it has too few rows";
@@ -110,35 +87,8 @@ fn decode_interlaced(
         }
     }
     image.grow(width * height)?;
-    finish(reader)
+    finish(&mut reader)
 }
-
-/// The crate's message in plain words: of its debug text of a chunk the chunk's name is left.
-fn plain(error: DecodingError) -> String {
-    const DEFLATE: &str = "Corrupt deflate stream";
-    let mut message = match error {
-        DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
-            return "it ends too early".into();
-        }
-        other => other.to_string(),
-    };
-    if message.starts_with(DEFLATE) {
-        return BROKEN_DATA.into();
-    }
-    const START: &str = "ChunkType { type: ";
-    while let Some(start) = message.find(START) {
-        let name = start + START.len();
-        let end = message[name..]
-            .find(" }")
-            .map_or(message.len(), |end| name + end + 2);
-        let chunk = message[name..end].split(',').next().unwrap_or_default();
-        let chunk = chunk.to_owned();
-        message.replace_range(start..end, &chunk);
-    }
-    format!("it is broken: {message}")
-}
-
-const BROKEN_DATA: &str = "it is broken: its compressed data are no such data";
 
 #[cfg(test)]
 mod tests {
@@ -166,7 +116,10 @@ mod tests {
             "{told}"
         );
         broken[data + 5] ^= 1;
-        assert_eq!(reason(&broken), BROKEN_DATA);
+        assert_eq!(
+            reason(&broken),
+            "it is broken: its compressed data are no such data"
+        );
         assert_eq!(reason(&bytes[..data]), "it ends too early");
     }
 }

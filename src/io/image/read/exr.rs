@@ -5,8 +5,9 @@
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
 use super::layout::{
-    PictureChannel, PictureLayout, RowReader, SampleKind, SamplePlanes, TOO_SHORT, check_sides,
+    PictureChannel, PictureLayout, RowReader, SampleKind, SamplePlanes, check_sides,
 };
+use crate::decoders::TOO_SHORT;
 use exr::block::UncompressedBlock;
 use exr::block::chunk::Chunk;
 use exr::error::Error;

@@ -3,7 +3,8 @@
 
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
-use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides};
+use super::layout::{PictureLayout, RowReader, SamplePlanes, check_sides};
+use crate::decoders::TOO_SHORT;
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::{ImageDecoder, ImageError};
 use std::io::{BufRead, Cursor, ErrorKind, Read};

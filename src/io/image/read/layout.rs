@@ -91,9 +91,6 @@ pub(super) trait RowReader {
     fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String>;
 }
 
-/// The message for a file that ends before its last row.
-pub(super) const TOO_SHORT: &str = "it ends too early";
-
 /// Refuses sides that no picture of ours has, before anything is allocated by them.
 pub(super) fn check_sides(width: u64, height: u64) -> Result<(u32, u32), String> {
     let sides = 1..=u64::from(MAX_SIDE);

@@ -2,7 +2,8 @@
 
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
-use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides};
+use super::layout::{PictureLayout, RowReader, SamplePlanes, check_sides};
+use crate::decoders::TOO_SHORT;
 use std::io::{Read, SeekFrom};
 use std::ops::Range;
 

@@ -3,10 +3,11 @@
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
 use super::layout::{
-    PictureLayout, RowReader, SamplePlanes, TOO_SHORT, check_sides, check_whole, push_display,
+    PictureLayout, RowReader, SamplePlanes, check_sides, check_whole, push_display,
 };
-use ::png::{BitDepth, ColorType, DecodingError, Transformations};
-use std::io::ErrorKind;
+use crate::decoders::TOO_SHORT;
+use crate::decoders::png::{finish, open, plain};
+use ::png::BitDepth;
 use std::ops::Range;
 
 type PngDecoder = ::png::Reader<Box<dyn ReadSeek>>;
@@ -25,9 +26,8 @@ pub(super) struct PngRows {
 
 /// Reads the header of a PNG.
 pub(super) fn open_png(bytes: PictureBytes) -> Result<(PictureLayout, PngRows), String> {
-    let decoder = start(&bytes)?;
-    let info = decoder.info();
-    let (width, height) = check_sides(info.width.into(), info.height.into())?;
+    let decoder = open(bytes.reader()?, check_sides)?;
+    let (width, height) = decoder.info().size();
     let rows = PngRows {
         bytes,
         decoder,
@@ -37,23 +37,6 @@ pub(super) fn open_png(bytes: PictureBytes) -> Result<(PictureLayout, PngRows), 
         whole: None,
     };
     Ok((PictureLayout::rgb(ImageFormat::Png, (width, height)), rows))
-}
-
-/// A decoder that has read all before the first row.
-fn start(bytes: &PictureBytes) -> Result<PngDecoder, String> {
-    let mut decoder = ::png::Decoder::new(bytes.reader()?);
-    decoder.set_ignore_text_chunk(true);
-    decoder.set_ignore_iccp_chunk(true);
-    decoder.set_transformations(Transformations::EXPAND);
-    let reader = decoder.read_info().map_err(plain)?;
-    let info = reader.info();
-    let palette = info.palette.as_deref().unwrap_or_default();
-    // Checked here, because the crate takes a palette's length to be right.
-    let colors = (3..=3 * 256).contains(&palette.len()) && palette.len().is_multiple_of(3);
-    match info.color_type != ColorType::Indexed || colors {
-        true => Ok(reader),
-        false => Err("its palette (PLTE) does not hold whole colours, 1 to 256".into()),
-    }
 }
 
 impl PngRows {
@@ -79,10 +62,7 @@ impl PngRows {
         let row = row.ok_or(TOO_SHORT)?.data().to_vec();
         self.next += 1;
         if self.next == self.height {
-            match self.decoder.next_row() {
-                Err(DecodingError::IoError(_)) | Ok(_) => {}
-                Err(error) => return Err(plain(error)),
-            }
+            finish(&mut self.decoder)?;
         }
         Ok(row)
     }
@@ -103,7 +83,7 @@ impl RowReader for PngRows {
             return Ok(());
         }
         if rows.start < self.next {
-            self.decoder = start(&self.bytes)?;
+            self.decoder = open(self.bytes.reader()?, check_sides)?;
             self.next = 0;
         }
         while self.next < rows.end {
@@ -133,14 +113,5 @@ fn push_row(planes: &mut SamplePlanes, row: &[u8], samples: usize, wide: bool) {
             }
         }
         push_display(planes, &pixel[..samples]);
-    }
-}
-
-/// The crate's message in plain words.
-fn plain(error: DecodingError) -> String {
-    match error {
-        DecodingError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => TOO_SHORT.into(),
-        DecodingError::IoError(e) => e.to_string(),
-        other => format!("it is broken: {other}"),
     }
 }

@@ -6,9 +6,10 @@ use super::bytes::open_bytes;
 use super::exr::open_exr;
 use super::hdr::open_hdr;
 use super::jpeg::open_jpeg;
-use super::layout::{PictureLayout, RowReader, SamplePlanes, TOO_SHORT};
+use super::layout::{PictureLayout, RowReader, SamplePlanes};
 use super::pfm::open_pfm;
 use super::png::open_png;
+use crate::decoders::TOO_SHORT;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
