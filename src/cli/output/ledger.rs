@@ -7,9 +7,12 @@
 
 use super::error::CliError;
 use super::stdout::is_dash;
+use phalanx::formats::foreign;
 use phalanx::image::Destination;
 use phalanx::scene::shown_path;
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
 #[cfg(unix)]
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -41,12 +44,21 @@ fn identity(path: &Path) -> Option<PathBuf> {
     file.is_file().then_some(id)
 }
 
+/// Number of bytes that tell a packed file, or one that stands for another.
+const HEAD: u64 = 64;
+
 /// Notes a file that is read, for messages with its purpose; refuses one that a result would
-/// replace.
+/// replace, and one that is packed or kept elsewhere.
 pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
     let Some(id) = identity(path) else {
         return Ok(());
     };
+    let mut head = Vec::new();
+    // Other faults are told by the file's reader.
+    _ = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    if let Some(why) = foreign::refusal(&head) {
+        return Err(CliError::cannot_read(shown_path(path), why));
+    }
     let read = format!("{what} {}", shown_path(path));
     let mut ledger = ledger();
     if let Some((_, written)) = ledger.written.values().find(|(other, _)| *other == id) {

@@ -12,7 +12,7 @@ const PACKED: [(&[u8], &str); 6] = [
 ];
 
 /// Says of bytes what they are instead of a scene or of what belongs to one.
-pub(super) fn refusal(bytes: &[u8]) -> Option<String> {
+pub fn refusal(bytes: &[u8]) -> Option<String> {
     let packed = PACKED.iter().find(|(magic, _)| bytes.starts_with(magic));
     if let Some((_, what)) = packed {
         return Some(format!("it is {what}: unpack it first"));

@@ -13,7 +13,7 @@ mod defaults;
 mod diagnostics;
 mod faces;
 mod folder;
-mod foreign;
+pub mod foreign;
 mod framing;
 mod gltf;
 mod load;

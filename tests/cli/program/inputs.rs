@@ -258,3 +258,47 @@ fn a_default_name_that_an_input_has_is_left_to_it() {
         before
     );
 }
+
+/// A cache does not know the names of its textures.
+#[test]
+fn a_default_name_that_another_programs_picture_has_is_left_to_it() {
+    let room = TestFolder::new();
+    room.write("truck.obj", OBJ);
+    room.write("q.mtl", "newmtl m\nKd 1 1 1\nmap_Kd truck.png\n");
+    let texture = include_bytes!("../../pictures/interlaced.png");
+    fs::write(room.path().join("truck.png"), texture).unwrap();
+    room.ok("build truck.obj -o truck.phx");
+    // The second time the first picture is there, which is our own.
+    for _ in 0..2 {
+        let said = room.run("render truck.phx --size 8x6");
+        let note =
+            "truck.png is a picture of another program: the picture goes to truck-render.png";
+        assert!(said.stderr.contains(note), "{}", said.stderr);
+        assert!(said.stdout.contains("truck-render.png: 8x6"));
+    }
+    assert_eq!(fs::read(room.path().join("truck.png")).unwrap(), texture);
+}
+
+#[test]
+fn inputs_that_stand_for_others_are_named_by_every_command() {
+    let room = TestFolder::new();
+    room.write(
+        "lfs",
+        "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n",
+    );
+    fs::write(room.path().join("gz"), b"\x1f\x8b\x08\0\0").unwrap();
+    room.ok("render a.test --size 8x6 -o a.png");
+    for (name, words) in [("lfs", "git lfs pull"), ("gz", "compressed with gzip")] {
+        for line in [
+            format!("compare a.png {name}"),
+            format!("render --plan {name} --shard 0"),
+            format!("render a.test --size 8x6 --keyframes {name} -o f.png"),
+            format!("verify a.test --size 8x6 --against {name}"),
+            format!("bench a.test --size 8x6 --baseline {name}"),
+            format!("bench compare {name} {name}"),
+            format!("render {name} -o f.png"),
+        ] {
+            room.refused(&line, 1, &[&format!("cannot read {name}: "), words]);
+        }
+    }
+}

@@ -21,6 +21,8 @@ use phalanx::image::ImageFormat;
 use phalanx::jobs::TileFile;
 use phalanx::scene::{Scene, shown_path, shown_text};
 use report::{KeptTiles, RenderDocument, RenderImage, RenderSeconds};
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -153,14 +155,15 @@ fn check_checkpoint(path: &Path, origin: Option<&'static str>) -> Result<(), Cli
     origin.map_or(Ok(()), |origin| output::writes(origin, path))
 }
 
-/// A path in place of one that the user has not chosen: the same, or while an input is there, one
-/// with `-render` behind its stem.
+/// A path in place of one that the user has not chosen: the same, or while an input or another
+/// program's picture is there, one with `-render` behind its stem.
 fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
+    let taken = |path: &Path| output::input_at(path).or_else(|| foreign_picture(path));
     let input = |path: &Path| match sequence {
-        None => output::input_at(path),
+        None => taken(path),
         Some(sequence) => {
             let mut frames = sequence.frames.clone();
-            frames.find_map(|frame| output::input_at(&sequence.name(path, frame)))
+            frames.find_map(|frame| taken(&sequence.name(path, frame)))
         }
     };
     let Some(taken) = input(&path) else {
@@ -177,6 +180,16 @@ fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
         shown_path(&free)
     ));
     free
+}
+
+/// Words for a PNG that another program has made: the texture of a scene that was cached, say, of
+/// which the cache knows no name. Ours name this program before their pixels.
+fn foreign_picture(path: &Path) -> Option<String> {
+    let mut head = Vec::new();
+    let file = path.is_file().then(|| File::open(path).ok())??;
+    file.take(4096).read_to_end(&mut head).ok()?;
+    let ours = head.windows(8).any(|word| word == b"phalanx ");
+    (head.starts_with(b"\x89PNG") && !ours).then(|| "a picture of another program".to_owned())
 }
 
 /// Refuses frames without a view, and names of frames that cannot be written as files or are those
