@@ -109,6 +109,28 @@ impl Instances {
         is_moderate(&self.world_columns(i)) && is_moderate(&self.object_columns(i))
     }
 
+    /// The power of two that is nearest to another one, `factor`, by which the meshes' contents may
+    /// be scaled beside the world, so that all maps stay as [`super::Scene::add_instance`] accepts
+    /// them.
+    pub(super) fn bounded_factor(&self, mut factor: f64) -> f64 {
+        let (mut least, mut most) = (0.0f64, f64::INFINITY);
+        for i in (0..self.len()).filter(|&i| self.has_moderate_transforms(i)) {
+            let [world, object] = [self.world_columns(i), self.object_columns(i)].map(longest);
+            least = least
+                .max(world / MAX_STRETCH)
+                .max(1.0 / (object * MAX_STRETCH));
+            most = most.min(world * MAX_STRETCH).min(MAX_STRETCH / object);
+        }
+        // One is within these bounds.
+        while factor > most {
+            factor /= 2.0;
+        }
+        while factor < least {
+            factor *= 2.0;
+        }
+        factor
+    }
+
     /// World bounds of an instance of a mesh with these bounds, grown by the greatest rounding
     /// error of the two maps: [`PAD`] of the largest number that each of them adds up.
     #[inline]
@@ -140,10 +162,14 @@ impl Instances {
 }
 
 /// Returns true if the longest column of a map's matrix is neither too long nor too short.
-fn is_moderate(&[x, y, z, _]: &[Vec3; 4]) -> bool {
+fn is_moderate(map: &[Vec3; 4]) -> bool {
+    (1.0 / MAX_STRETCH..=MAX_STRETCH).contains(&longest(*map))
+}
+
+/// Length of the longest column of a map's matrix.
+fn longest([x, y, z, _]: [Vec3; 4]) -> f64 {
     let lengths = [x, y, z].map(|c| c.as_dvec3().length());
-    let longest = lengths.into_iter().fold(0.0, f64::max);
-    (1.0 / MAX_STRETCH..=MAX_STRETCH).contains(&longest)
+    lengths.into_iter().fold(0.0, f64::max)
 }
 
 fn linear([x, y, z, _]: &[DVec3; 4], v: DVec3) -> DVec3 {

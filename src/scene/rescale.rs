@@ -17,11 +17,15 @@ impl Scene {
     /// stays the same.
     ///
     /// The contents of meshes lie in spaces of their own. They are measured and scaled separately,
-    /// and the maps of instances compensate for both factors.
+    /// and the maps of instances compensate for both factors, as far as they can: meshes that are
+    /// too small for that are too small to be seen in this world.
     pub fn rescale_to_f32_range(&mut self) {
+        let world = power_of_two_factor(self.largest_coordinate());
+        let meshes = f64::from(power_of_two_factor(self.largest_in_meshes()));
+        let apart = meshes / f64::from(world);
         let scale = Scale {
-            world: power_of_two_factor(self.largest_coordinate()),
-            meshes: power_of_two_factor(self.largest_in_meshes()),
+            world,
+            meshes: (f64::from(world) * self.instances.bounded_factor(apart)) as f32,
         };
         let apart = scale.world != scale.meshes && self.shares_vertices();
         if (scale.world, scale.meshes) != (1.0, 1.0) && !apart {
@@ -318,5 +322,28 @@ fn scale_rows(rows: &mut [f32], in_meshes: &[bool], scale: Scale) {
     }
     for (c, &in_mesh) in rows.iter_mut().zip(in_meshes) {
         *c *= if in_mesh { scale.meshes } else { scale.world };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Material, Scene};
+    use glam::{DAffine3, Vec3};
+
+    /// A factor that suits the mesh alone would leave the maps that bring it back beyond their
+    /// limits.
+    #[test]
+    fn meshes_that_are_too_small_for_their_world_leave_a_valid_scene() {
+        for tiny in [1e-9, 1e-20, 1e-36] {
+            let mut scene = Scene::default();
+            scene.materials.push(&Material::default());
+            let mesh = scene.begin_mesh();
+            scene.add_triangle([Vec3::ZERO, Vec3::X * tiny, Vec3::Y * tiny], None, 0);
+            scene.end_mesh(mesh);
+            scene.add_instance(mesh, DAffine3::IDENTITY).unwrap();
+            scene.add_triangle([Vec3::X, Vec3::Y, Vec3::Z], None, 0);
+            scene.rescale_to_f32_range();
+            assert_eq!(scene.validate(), Ok(()), "{tiny}");
+        }
     }
 }
