@@ -177,10 +177,15 @@ fn token_length(json: &[u8]) -> usize {
     let length = match json[0] {
         b'"' => {
             let mut end = 1;
-            while json.get(end).is_some_and(|&byte| byte != b'"') {
-                end += if json[end] == b'\\' { 2 } else { 1 };
+            // Whole buffers are texts, too, as data URIs.
+            while let Some(next) = memchr::memchr2(b'"', b'\\', &json[end.min(json.len())..]) {
+                end += next + 1;
+                if json[end - 1] == b'"' {
+                    break;
+                }
+                end += 1;
             }
-            end + 1
+            end
         }
         b'{' | b'}' | b'[' | b']' | b',' | b':' => 1,
         _ => {
