@@ -1,6 +1,6 @@
 //! Several records side by side.
 
-use super::fixture::{record, scale};
+use super::fixture::{KINDS, record, scale};
 use phalanx::report::*;
 
 fn comparison(records: &[&BenchRecord], all: bool) -> RecordComparison {
@@ -192,4 +192,31 @@ fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
     let ours = measured(1.0, |row| row.engine == "phalanx", 0.9);
     assert!(machine(&ours).abs() < 1e-3, "{}", machine(&ours));
     assert_eq!(ours.kernels.len(), 6);
+}
+
+/// Other load slows all tracers in a measurement, in each by another share.
+#[test]
+fn a_slower_kernel_is_found_under_load() {
+    let (first, mut second) = (record(6), record(6));
+    let names: Vec<String> = second
+        .scenes
+        .iter()
+        .map(|scene| scene.name.clone())
+        .collect();
+    for (i, name) in names.iter().enumerate() {
+        for (k, kind) in KINDS.into_iter().enumerate() {
+            let share = 1.0 - 0.08 * ((3 * i + 2 * k) % 7) as f64;
+            scale(&mut second, share, |row| {
+                row.scene == *name && row.rays == kind
+            });
+        }
+    }
+    let found = |second: &BenchRecord| {
+        let of = comparison(&[&first, second], true);
+        let names = of.kernels.iter().map(|of| of.kernel.clone());
+        names.collect::<Vec<String>>()
+    };
+    assert_eq!(found(&second), Vec::<String>::new());
+    scale(&mut second, 0.95, |row| row.kernel == "packet8");
+    assert_eq!(found(&second), ["packet8", "packet8"]);
 }

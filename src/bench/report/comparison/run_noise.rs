@@ -39,13 +39,15 @@ pub struct KernelChange {
 pub(super) struct RunNoise<'a> {
     /// Change of the machine's speed.
     machine: LogRate,
+    /// The same for changes from which the load of each measurement has been taken out.
+    beyond_load: LogRate,
     /// The machine's part in the change of one rate: its speed, and what differs from run to run.
     of_rate: LogRate,
     changes: LogChanges<'a>,
 }
 
-/// Changes of an engine's kernel on a number of threads, as logarithms, over scenes and rays.
-type LogChanges<'a> = BTreeMap<(&'a str, &'a str, u32), Vec<f64>>;
+/// Changes of an engine's kernel on a number of threads, as logarithms, by scene and rays.
+type LogChanges<'a> = BTreeMap<(&'a str, &'a str, u32), BTreeMap<(&'a str, &'a str), f64>>;
 
 impl<'a> RunNoise<'a> {
     /// The machine's part in the changes between two records; `None` if they are of different
@@ -67,30 +69,36 @@ impl<'a> RunNoise<'a> {
         let of = |ours: bool| {
             let groups = changes.iter().filter(|(key, _)| (key.0 == PHALANX) == ours);
             groups
-                .flat_map(|(_, changes)| changes.clone())
+                .flat_map(|(_, changes)| changes.values().copied())
                 .collect::<Vec<f64>>()
         };
         let (mut others, mut ours) = (of(false), of(true));
         if others.is_empty() || ours.is_empty() {
             return None;
         }
-        let mut witnesses = vec![median(&mut others), median(&mut ours)];
+        let of_others = median(&mut others);
+        let mut witnesses = vec![of_others, median(&mut ours)];
         match &mut limits(old, new)[..] {
             // The other tracers are to be believed, as in `baseline`.
             [] => witnesses.truncate(1),
             limits => witnesses.push(median(limits)),
         }
         let scatter = changes.values().flat_map(|group| {
-            let middle = median(&mut group.clone());
-            group
-                .iter()
-                .map(move |change| (change - middle) * (change - middle))
+            let middle = middle(group);
+            let off = group.values().map(move |change| change - middle);
+            off.map(|off| off * off)
         });
-        let count = changes.values().map(Vec::len).sum::<usize>();
+        let count = changes.values().map(BTreeMap::len).sum::<usize>();
         let machine = LogRate::new(median(&mut witnesses), variance_of_median(&others));
+        // The others' error is in the load, too, with which it cancels.
+        let beyond_load = match machine == LogRate::new(of_others, variance_of_median(&others)) {
+            true => machine.exactly(),
+            false => machine,
+        };
         let between = LogRate::new(0.0, scatter.sum::<f64>() / count as f64);
         Some(RunNoise {
             machine,
+            beyond_load,
             of_rate: machine.over(between),
             changes,
         })
@@ -117,13 +125,22 @@ pub(super) fn rate_change(
 /// Our kernels whose rates together differ from the first record's by more than a share of the
 /// threshold of one rate, the whole interval: a kernel that is a little slower everywhere is found
 /// so, and in no single rate.
+///
+/// Other tracers take turns with ours on the same rays, so that other load slows both: what their
+/// change of a measurement deviates by from their median is load, and is taken out.
 pub(super) fn changed_kernels(noise: &[Option<RunNoise>], threshold: f64) -> Vec<KernelChange> {
     let mut changed = Vec::new();
     for (i, noise) in noise.iter().enumerate() {
         let Some(noise) = noise else { continue };
+        let load = load(&noise.changes);
         for ((engine, kernel, threads), changes) in &noise.changes {
-            let change = LogRate::new(median(&mut changes.clone()), variance_of_median(changes));
-            let change = change.over(noise.machine).change();
+            let beyond_load = changes.iter().map(|(&(scene, rays), change)| {
+                let load = load.get(&(scene, rays, *threads)).map(|all| mean(all));
+                change - load.unwrap_or(0.0)
+            });
+            let mut beyond_load: Vec<f64> = beyond_load.collect();
+            let change = LogRate::new(median(&mut beyond_load), variance_of_median(&beyond_load));
+            let change = change.over(noise.beyond_load).change();
             let threshold = threshold * KERNEL_THRESHOLD;
             let differs = change.slower_than(threshold) || change.faster_than(threshold);
             if *engine == PHALANX && changes.len() >= ROWS_TO_DECIDE && differs {
@@ -147,10 +164,33 @@ fn changes<'a>(old: &'a [RateRow], new: &'a [RateRow]) -> LogChanges<'a> {
         if let Some(old) = before.get(&key) {
             let change = libm::log(row.mrays_per_s.median / old.mrays_per_s.median);
             let kernel = (&*row.engine, &*row.kernel, row.threads);
-            changes.entry(kernel).or_default().push(change);
+            let of_kernel = changes.entry(kernel).or_default();
+            of_kernel.insert((&*row.scene, &*row.rays), change);
         }
     }
     changes
+}
+
+/// Deviations of other tracers' changes from their medians, by scene, rays and threads.
+fn load<'a>(changes: &LogChanges<'a>) -> BTreeMap<(&'a str, &'a str, u32), Vec<f64>> {
+    let mut load: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+    let others = changes.iter().filter(|(key, _)| key.0 != PHALANX);
+    for (&(_, _, threads), changes) in others {
+        let middle = middle(changes);
+        for (&(scene, rays), change) in changes {
+            let of_measurement = load.entry((scene, rays, threads)).or_default();
+            of_measurement.push(change - middle);
+        }
+    }
+    load
+}
+
+fn middle(changes: &BTreeMap<(&str, &str), f64>) -> f64 {
+    median(&mut changes.values().copied().collect::<Vec<f64>>())
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Changes of the machine's limits, as logarithms.
