@@ -83,9 +83,9 @@
 //! | feature | adds | crates |
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
-//! | `render` | file formats, pictures, whole frames | 95 |
-//! | `bench` | measurements beside other tracers | 107 |
-//! | `cli` (default) | the program | 165 |
+//! | `render` | file formats, pictures, whole frames | 99 |
+//! | `bench` | measurements beside other tracers | 111 |
+//! | `cli` (default) | the program | 169 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
@@ -157,7 +157,11 @@ pub use phalanx_trace::bvh;
 // Scenes and pictures as files.
 #[cfg(feature = "render")]
 #[doc(inline)]
-pub use phalanx_io::{cache, formats, image, open, standard};
+pub use {
+    phalanx_files as files, phalanx_formats as formats, phalanx_image as image,
+    phalanx_io::{cache, open},
+    phalanx_standard as standard,
+};
 
 // One frame by either tracer, and large ones band by band.
 #[cfg(feature = "render")]

@@ -2,9 +2,9 @@
 //! already.
 
 use crate::cache::{self, CacheError, Cached};
-use crate::formats::{self, Diagnostic, LoadError, Loaded, Options, Origin};
-use crate::standard::{self, StandardError};
+use phalanx_formats::{Diagnostic, LoadError, Loaded, Options, Origin};
 use phalanx_scene::{Scene, SceneError};
+use phalanx_standard::StandardError;
 use phalanx_trace::bvh::Bvh;
 use std::path::{Path, PathBuf};
 
@@ -65,16 +65,16 @@ pub fn is_cache(path: &Path) -> bool {
 /// `./standard:…`.
 pub fn standard_name(name: &Path) -> Option<&str> {
     let text = name.to_str();
-    text.filter(|text| text.starts_with(standard::PREFIX))
+    text.filter(|text| text.starts_with(phalanx_standard::PREFIX))
 }
 
-/// Opens a scene file of the format with this ending (one of [`formats::endings`]). The ending of
-/// its own name is not looked at.
+/// Opens a scene file of the format with this ending (one of [`phalanx_formats::endings`]). The
+/// ending of its own name is not looked at.
 ///
 /// # Errors
 /// [`OpenError`].
 pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
-    Ok(formats::load_as(path, ending, options)?.into())
+    Ok(phalanx_formats::load_as(path, ending, options)?.into())
 }
 
 /// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
@@ -88,7 +88,7 @@ pub fn open_bytes(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    Ok(formats::load_bytes(name, ending, bytes, options)?.into())
+    Ok(phalanx_formats::load_bytes(name, ending, bytes, options)?.into())
 }
 
 /// Opens a scene file, a scene cache, or a standard scene.
@@ -97,11 +97,11 @@ pub fn open_bytes(
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     if let Some(name) = standard_name(path) {
-        let scene = standard::scene(standard::parse_spec(name)?)?;
+        let scene = phalanx_standard::scene(phalanx_standard::parse_spec(name)?)?;
         return amended(scene, None, 0, options);
     }
     if !is_cache(path) {
-        return Ok(formats::load(path, options)?.into());
+        return Ok(phalanx_formats::load(path, options)?.into());
     }
     let Cached {
         scene,
@@ -118,16 +118,16 @@ fn amended(
     mapped_bytes: u64,
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    let mut notes = match formats::override_scene(&mut scene, options) {
+    let mut notes = match phalanx_formats::override_scene(&mut scene, options) {
         Err(SceneError::TooFar(_)) => {
             // As a reader would; the tree is of the old scale.
             scene.rescale_to_f32_range();
             bvh = None;
-            formats::override_scene(&mut scene, options)?
+            phalanx_formats::override_scene(&mut scene, options)?
         }
         done => done?,
     };
-    notes.extend(formats::origin_note(&scene));
+    notes.extend(phalanx_formats::origin_note(&scene));
     if options.origin != Origin::Auto {
         notes.push("the scene has its origin: --origin changes nothing".to_owned());
     }

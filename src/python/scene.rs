@@ -229,7 +229,7 @@ impl PyScene {
         let now = self.now(py);
         let bvh = now.tree(py)?;
         let write = || {
-            phalanx::image::replace_file(&path, |out| {
+            phalanx::files::replace_file(&path, |out| {
                 let written = phalanx::cache::write(out, &now.scene, &bvh);
                 written.map(drop).map_err(std::io::Error::other)
             })

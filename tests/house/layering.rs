@@ -8,7 +8,7 @@ use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, which of the others each may depend on, and why no more.
-const CRATES: [(&str, &[&str], &str); 6] = [
+const CRATES: [(&str, &[&str], &str); 10] = [
     ("scene", &[], "what is traced does not depend on how"),
     (
         "trace",
@@ -20,14 +20,30 @@ const CRATES: [(&str, &[&str], &str); 6] = [
         &["scene"],
         "a proof must not share what it proves",
     ),
+    ("files", &["scene"], "whole files, whatever is in them"),
+    (
+        "image",
+        &["scene", "files"],
+        "writes films by the scene's tone",
+    ),
+    (
+        "formats",
+        &["scene", "image"],
+        "bytes become a scene, no more",
+    ),
+    (
+        "standard",
+        &["scene", "formats"],
+        "a generator is a reader without a file",
+    ),
     (
         "io",
-        &["scene", "trace"],
-        "files know scenes and trees, and no renderer",
+        &["scene", "trace", "files", "formats", "standard"],
+        "opens scenes and trees, and knows no renderer",
     ),
     (
         "render",
-        &["scene", "trace", "oracle", "io"],
+        &["scene", "trace", "oracle", "files", "image", "io"],
         "measures nothing",
     ),
     (
@@ -38,7 +54,7 @@ const CRATES: [(&str, &[&str], &str); 6] = [
 ];
 
 /// Rooms within a crate, and which of the others each may import.
-const ROOMS: [(&str, &[&str], &str); 17] = [
+const ROOMS: [(&str, &[&str], &str); 14] = [
     ("scene/sampling", &[], "a definition both engines share"),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
     ("trace/simd", &[], "numbers know nothing of rays"),
@@ -68,24 +84,9 @@ const ROOMS: [(&str, &[&str], &str); 17] = [
         "what embedders call: columns to packets and back, and no kernels of its own",
     ),
     (
-        "io/formats",
-        &["decoders", "polygon"],
-        "bytes become a scene, no more",
-    ),
-    (
-        "io/standard",
-        &["polygon"],
-        "a generator is a reader without a file",
-    ),
-    (
         "io/cache",
         &[],
         "columns and tree as they are, whatever they came from",
-    ),
-    (
-        "io/image",
-        &["decoders"],
-        "writes films by the scene's tone",
     ),
     (
         "render/shade",
@@ -172,27 +173,23 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "image",
-        &["io/image/", "io/formats/picture/others.rs"],
+        &["image/", "formats/picture/others.rs"],
         "encoders can be exchanged in one room, and decoders of textures in one file",
     ),
     (
         "exr",
-        &[
-            "io/image/exr.rs",
-            "io/image/exr_header.rs",
-            "io/image/read/exr.rs",
-        ],
+        &["image/exr.rs", "image/exr_header.rs", "image/read/exr.rs"],
         "files of linear radiance are written in one file, their headers in another, and read in a third",
     ),
     (
         "png",
         &[
-            "io/image/png.rs",
-            "io/image/mod.rs",
-            "io/image/read/",
-            "io/decoders/",
-            "io/formats/picture/",
-            "io/formats/texture.rs",
+            "image/png.rs",
+            "image/lib.rs",
+            "image/read/",
+            "image/decoders/",
+            "formats/picture/",
+            "formats/texture.rs",
         ],
         "pictures are written row by row in one file, read so in another, and textures in a third; one opens the files of both",
     ),
@@ -203,12 +200,12 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "jpeg_decoder",
-        &["io/decoders/jpeg.rs", "io/formats/picture/jpeg.rs"],
+        &["image/decoders/jpeg.rs", "formats/picture/jpeg.rs"],
         "one decoder, without SIMD, gives every build the same texels and samples",
     ),
     (
         "base64",
-        &["io/formats/gltf/", "bench/report/html/"],
+        &["formats/gltf/", "bench/report/html/"],
         "only glTF carries files as text, and a page its pictures",
     ),
     (
@@ -283,7 +280,7 @@ const UNSAFE_FILES: [&str; 17] = [
     "trace/bvh/huge_pages.rs",
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
-    "io/image/descriptor.rs",
+    "files/descriptor.rs",
     "cli/options/bus_error.rs",
     // The allocator takes numbers through its C interface alone.
     "cli/options/heap.rs",

@@ -2,8 +2,8 @@
 
 use crate::cli::output::{self, CliError, Output, bytes, grouped, interrupt, lines, progress};
 use clap::{Args, value_parser};
+use phalanx::files::replace_file;
 use phalanx::frame::Control;
-use phalanx::image::replace_file;
 use phalanx::scene::shown_path;
 use phalanx::standard::{self, DroppedFeatures, FileFormat, PREFIX, SceneWriteError, Spec};
 use serde::Serialize;

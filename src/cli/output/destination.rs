@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::ledger;
 use super::stdout::{is_dash, reserve_stdout};
-use phalanx::image::{Destination, check_writable};
+use phalanx::files::{Destination, check_writable};
 use phalanx::scene::shown_path;
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal};

@@ -7,8 +7,8 @@
 
 use super::error::CliError;
 use super::stdout::is_dash;
+use phalanx::files::Destination;
 use phalanx::formats::foreign;
-use phalanx::image::Destination;
 use phalanx::scene::shown_path;
 use std::collections::BTreeMap;
 use std::fs::File;

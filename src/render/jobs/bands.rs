@@ -7,7 +7,7 @@ use super::stored_tiles::{StoredTiles, TileOutputs};
 use super::tile_file::TileFile;
 use crate::RenderStats;
 use crate::frame::{AccelRef, Control, FrameError, Interrupted, Settings, Tile, render_tiles};
-use phalanx_io::image::BAND_ROWS;
+use phalanx_image::BAND_ROWS;
 use phalanx_scene::Scene;
 use phalanx_scene::film::{Aovs, Film, TileSink, tiles};
 use std::panic::resume_unwind;

@@ -1,7 +1,7 @@
 //! Files in which finished work is kept, and to which one process at a time may add.
 
 use super::render_key::{KeyDifference, list_differences};
-use phalanx_io::image::Destination;
+use phalanx_files::Destination;
 use phalanx_scene::shown_path;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;

@@ -1,7 +1,7 @@
 //! Paths that a plan may send its picture to: those in its own folder. A plan may come from
 //! anybody, and the user who merges it has not chosen where it writes.
 
-use phalanx_io::image::folder_of;
+use phalanx_files::folder_of;
 use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf, absolute};

@@ -1,0 +1,19 @@
+//! Files that appear whole or not at all.
+//!
+//! A result goes through [`replace_file`], which finds out what its path names ([`Destination`]):
+//! a regular file is written beside its place and renamed over it, a pipe or a device is written
+//! into.
+
+#[cfg_attr(
+    unix,
+    allow(unsafe_code, reason = "an open file is known by its number alone")
+)]
+mod descriptor;
+mod destination;
+mod folder;
+mod replace;
+mod temporary;
+
+pub use destination::Destination;
+pub use folder::folder_of;
+pub use replace::{WriteSeek, check_writable, in_memory, replace_file, replace_file_seeking};

@@ -1,0 +1,262 @@
+//! All files are written through this module: regular ones appear whole or not at all, everything
+//! else is written into.
+
+use super::destination::Destination;
+use super::folder::folder_of;
+use super::temporary;
+use std::fs::{self, File, OpenOptions, Permissions};
+use std::io::{self, BufWriter, Cursor, Seek, Write};
+use std::path::Path;
+use tempfile::NamedTempFile;
+
+/// A writer for formats that seek back to fill in values that were not known before.
+pub trait WriteSeek: Write + Seek {}
+
+impl<T: Write + Seek> WriteSeek for T {}
+
+/// Writes the file at `path` through `fill`. The method depends on the kind of file that is there
+/// now (see [`Destination`]).
+///
+/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
+/// renamed over it. It has the permissions of the file that it replaces, and its owner where the
+/// system allows that; a file that may not be written is refused. If `path` is a link, its target
+/// is replaced and the link stays. Pipes, devices and open files of this process (`/dev/stdout`)
+/// are written into as the bytes come, and are never renamed over.
+///
+/// # Errors
+/// The first error of any step. Then no temporary file is left, and a regular file that was at
+/// `path` is still there.
+pub fn replace_file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let destination = Destination::of(path)?;
+    match (&destination, destination.open_stream()?) {
+        (_, Some(stream)) => write_through(stream, |out| fill(out)).map(drop),
+        (Destination::File(path), None) => replace(path, |out| fill(out)),
+        (_, None) => Ok(()),
+    }
+}
+
+/// As [`replace_file`], for formats that seek. For a pipe, device or open file, the bytes are put
+/// together in memory first.
+pub fn replace_file_seeking(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+) -> io::Result<()> {
+    match Destination::of(path)? {
+        Destination::File(path) => replace(&path, fill),
+        Destination::Stream(_) | Destination::Open(_) => {
+            let bytes = in_memory(fill)?;
+            replace_file(path, |out| out.write_all(&bytes))
+        }
+    }
+}
+
+/// The bytes that `fill` writes.
+pub fn in_memory(fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> io::Result<Vec<u8>> {
+    let mut bytes = Cursor::new(Vec::new());
+    fill(&mut bytes)?;
+    Ok(bytes.into_inner())
+}
+
+/// Returns the destination that [`replace_file`] would find there, and refuses one that it could
+/// not write. To be called before hours of work, not after. Nothing is waited for or left behind;
+/// what killed runs have left there is removed.
+///
+/// # Errors
+/// The system's reason why it cannot be written.
+pub fn check_writable(path: &Path) -> io::Result<Destination> {
+    let destination = Destination::of(path)?;
+    match &destination {
+        Destination::File(path) => {
+            temporary::remove_leftovers(path);
+            temporary_beside(path)?.close()?;
+        }
+        Destination::Stream(_) | Destination::Open(_) => destination.check_stream()?,
+    }
+    Ok(destination)
+}
+
+fn replace(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> io::Result<()> {
+    // Dropping it on an early return removes it.
+    let mut temporary = temporary_beside(path)?;
+    let file = write_through(temporary.as_file_mut(), |out| fill(out))?;
+    file.sync_all()?;
+    temporary.persist(path).map_err(|e| e.error)?;
+    sync_folder(folder_of(path));
+    Ok(())
+}
+
+/// Writes through a buffer, to its last byte.
+fn write_through<W: Write>(
+    file: W,
+    fill: impl FnOnce(&mut BufWriter<W>) -> io::Result<()>,
+) -> io::Result<W> {
+    let mut writer = BufWriter::new(file);
+    fill(&mut writer)?;
+    writer.into_inner().map_err(|e| e.into_error())
+}
+
+fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+    let there = fs::metadata(path).ok();
+    if there.is_some() {
+        // Its folder would let it be replaced, but who made it read-only did not mean that.
+        OpenOptions::new().write(true).open(path)?;
+    }
+    // If others may not read the file, they may not read its bytes while they are written either.
+    let permissions = there.as_ref().map(|there| there.permissions());
+    let temporary = temporary::create(path, permissions.or_else(ordinary_permissions))?;
+    if let Some(there) = there {
+        keep_ownership(temporary.as_file(), &there)?;
+    }
+    Ok(temporary)
+}
+
+/// Gives a new file the owner, the group and the permissions of another one. Only the system's
+/// administrator may give files away, and permissions of a new file are reduced by the umask.
+#[cfg(unix)]
+fn keep_ownership(file: &File, there: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    if fchown(file, Some(there.uid()), Some(there.gid())).is_err() {
+        let _ = fchown(file, None, Some(there.gid()));
+    }
+    // After the owner, whose change takes permissions away.
+    file.set_permissions(there.permissions())
+}
+
+/// Keeps nothing: the only permission there is read-only, and a read-only file could not be
+/// renamed.
+#[cfg(not(unix))]
+fn keep_ownership(_: &File, _: &fs::Metadata) -> io::Result<()> {
+    Ok(())
+}
+
+/// The permissions that a file made with `File::create` would get (less the umask), not the 0600 of
+/// temporary files.
+#[cfg(unix)]
+fn ordinary_permissions() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn ordinary_permissions() -> Option<Permissions> {
+    None
+}
+
+/// Makes the rename itself durable. The file is complete either way, so it is no failure if a
+/// system cannot do this.
+fn sync_folder(folder: &Path) {
+    if cfg!(unix)
+        && let Ok(folder) = File::open(folder)
+    {
+        let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> = entries
+            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        let failed = replace_file(&path, |w| {
+            w.write_all(b"half of the new one")?;
+            w.flush()?;
+            Err(io::Error::other("disk full"))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), "disk full");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.png"]);
+    }
+
+    #[test]
+    fn a_finished_write_replaces_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old and longer").unwrap();
+        replace_file(&path, |w| w.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names(folder.path()), ["a.png"]);
+    }
+
+    #[test]
+    fn folders_and_missing_folders_are_refused_before_anything_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("nowhere/a.png");
+        for path in [folder.path(), &missing] {
+            assert!(check_writable(path).is_err(), "{path:?}");
+            let fill = |_: &mut dyn Write| panic!("must not be reached");
+            assert!(replace_file(path, fill).is_err(), "{path:?}");
+        }
+        check_writable(&folder.path().join("a.png")).unwrap();
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_are_those_of_an_ordinary_file_and_links_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("ordinary"), "").unwrap();
+        symlink("target", at("link")).unwrap();
+        fs::write(at("target"), "old").unwrap();
+        replace_file(&at("link"), |w| w.write_all(b"new")).unwrap();
+        assert!(at("link").is_symlink());
+        assert_eq!(fs::read(at("target")).unwrap(), b"new");
+        let mode = |name| fs::metadata(at(name)).unwrap().permissions().mode();
+        assert_eq!(mode("target"), mode("ordinary"));
+        for bits in [0o600, 0o640, 0o666, 0o755] {
+            fs::set_permissions(at("target"), fs::Permissions::from_mode(bits)).unwrap();
+            replace_file(&at("link"), |w| w.write_all(b"newer")).unwrap();
+            assert_eq!(mode("target") & 0o7777, bits);
+        }
+    }
+
+    /// Checks what only an administrator can: that a file stays that of its owner.
+    #[cfg(unix)]
+    #[test]
+    fn owners_are_kept() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        if chown(&path, Some(12_345), Some(54_321)).is_err() {
+            return;
+        }
+        replace_file(&path, |w| w.write_all(b"new")).unwrap();
+        let there = fs::metadata(&path).unwrap();
+        assert_eq!((there.uid(), there.gid()), (12_345, 54_321));
+    }
+
+    /// Checks what an administrator is not refused.
+    #[cfg(unix)]
+    #[test]
+    fn read_only_files_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+        let allowed = OpenOptions::new().write(true).open(&path).is_ok();
+        assert_eq!(check_writable(&path).is_ok(), allowed);
+        let replaced = replace_file(&path, |w| w.write_all(b"new"));
+        assert_eq!(replaced.is_ok(), allowed);
+        assert_eq!(names(folder.path()), ["a.png"]);
+    }
+}

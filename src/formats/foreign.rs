@@ -1,0 +1,94 @@
+//! Files that stand in the place of others: compressed, kept elsewhere, or never downloaded.
+
+/// First bytes of packed files, and what packed them. Those of gzip include its one method: two
+/// bytes alone begin many a buffer of numbers.
+const PACKED: [(&[u8], &str); 6] = [
+    (b"\x1f\x8b\x08", "compressed with gzip"),
+    (b"\x28\xb5\x2f\xfd", "compressed with zstd"),
+    (b"\xfd7zXZ\0", "compressed with xz"),
+    (b"BZh", "compressed with bzip2"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive"),
+];
+
+/// Says of bytes what they are instead of a scene or of what belongs to one.
+pub fn refusal(bytes: &[u8]) -> Option<String> {
+    let packed = PACKED.iter().find(|(magic, _)| bytes.starts_with(magic));
+    if let Some((_, what)) = packed {
+        return Some(format!("it is {what}: unpack it first"));
+    }
+    if bytes.starts_with(b"version https://git-lfs") {
+        let words =
+            "it stands for a file that is kept elsewhere (Git LFS): fetch it with `git lfs pull`";
+        return Some(words.to_owned());
+    }
+    let text = bytes.trim_ascii_start();
+    let is_tag = |tag: &[u8]| {
+        let head = text.get(..tag.len());
+        head.is_some_and(|head| head.eq_ignore_ascii_case(tag))
+    };
+    let is_page = is_tag(b"<!doctype html") || is_tag(b"<html");
+    is_page.then(|| "it is a web page: download the file itself".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Options, endings, load, read_bytes};
+    use std::fs;
+
+    const POINTER: &[u8] = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n";
+
+    #[test]
+    fn what_is_no_scene_is_named_in_every_format() {
+        for ending in endings() {
+            for (bytes, words) in [
+                (POINTER, "git lfs pull"),
+                (b"\x1f\x8b\x08\0\0", "gzip"),
+                (b"PK\x03\x04\x14", "ZIP"),
+                (b"\n<!DOCTYPE HTML>\n", "web page"),
+            ] {
+                let read = read_bytes(ending, bytes, &Options::default()).unwrap();
+                let message = read.unwrap_err()[0].message.clone();
+                assert!(message.contains(words), "{ending}: {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn so_is_what_belongs_to_a_scene() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            fs::write(&path, bytes).unwrap();
+            path
+        };
+        file("a.mtl", POINTER);
+        file("b.mtl", b"newmtl m\nmap_Kd t.png\n");
+        file("t.png", POINTER);
+        file("a.bin", POINTER);
+        for mtl in ["a.mtl", "b.mtl"] {
+            let text = format!("mtllib {mtl}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+            let obj = file("a.obj", text.as_bytes());
+            let loaded = load(&obj, &Options::default()).unwrap();
+            let warning = loaded.warnings[0].message.clone();
+            assert!(warning.contains("git lfs pull"), "{warning}");
+        }
+        let gltf = r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a.bin","byteLength":36}],
+            "bufferViews":[{"buffer":0,"byteLength":36}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0}"#;
+        let gltf = file("a.gltf", gltf.as_bytes());
+        let refused = load(&gltf, &Options::default()).unwrap_err().to_string();
+        assert!(refused.contains("git lfs pull"), "{refused}");
+    }
+
+    /// Numbers of a buffer: the first is 1f 8b 00 3f as bytes, which gzip does not begin with.
+    #[test]
+    fn numbers_that_begin_like_a_packed_file_are_numbers() {
+        let numbers = f32::from_bits(0x3f00_8b1f).to_le_bytes();
+        assert_eq!(super::refusal(&numbers), None);
+        assert_eq!(super::refusal(b" \n\x1f\x8b\x08"), None);
+        assert_eq!(super::refusal(b"bzh is a word of a comment"), None);
+    }
+}

@@ -1,0 +1,117 @@
+//! Cameras: the first one that can be used is the scene's view.
+
+use super::document::{GltfCamera, Orthographic};
+use super::nodes::PlacedNode;
+use super::source::GltfSource;
+use crate::diagnostics::DiagnosticSink;
+use glam::DVec3;
+use phalanx_scene::{Bounds, Scene, View};
+
+/// Lens of a camera, and its picture's width over its height, if the file says it.
+struct Projection {
+    /// Vertical field of view in degrees.
+    fovy: f32,
+    /// Width and height that parallel rays show, in units of the file.
+    ortho_size: Option<[f64; 2]>,
+    aspect: Option<f64>,
+}
+
+/// Ratios of width and height that a picture takes from a camera.
+const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+/// Field of view that stands in a view of parallel rays, which do not use it.
+const UNUSED_FOVY: f32 = 45.0;
+
+/// Takes the camera of the first node with a usable one: the scene's view, and the width of its
+/// picture. Returns true if there is one.
+pub(super) fn add_camera(
+    source: &GltfSource,
+    nodes: &[PlacedNode],
+    bounds: Bounds,
+    scene: &mut Scene,
+    report: &mut DiagnosticSink,
+) -> bool {
+    for placed in nodes {
+        let Some(row) = source.document.nodes[placed.node].camera else {
+            continue;
+        };
+        let Some(camera) = source.document.cameras.get(row) else {
+            let message = format!("there is no cameras[{row}]");
+            source.error(report, "nodes", placed.node, &message);
+            continue;
+        };
+        let projection = projection(camera);
+        let view = projection
+            .as_ref()
+            .and_then(|projection| view(placed, projection, bounds));
+        let (Some(projection), Some(view)) = (projection, view) else {
+            let message = "the camera is left out: it has no direction or no field of view";
+            report.warning(source.span_of("cameras", row), message);
+            continue;
+        };
+        scene.view = view;
+        scene.made_up.ortho_size = projection.ortho_size;
+        if let Some(aspect) = projection.aspect.filter(|a| ASPECTS.contains(a)) {
+            scene.width = libm::round(f64::from(scene.height) * aspect) as u32;
+        }
+        return true;
+    }
+    false
+}
+
+fn projection(camera: &GltfCamera) -> Option<Projection> {
+    match (&camera.perspective, &camera.orthographic) {
+        (Some(perspective), _) => Some(Projection {
+            fovy: perspective.yfov.to_degrees() as f32,
+            ortho_size: None,
+            aspect: perspective.aspect_ratio,
+        }),
+        (None, Some(orthographic)) => parallel(orthographic),
+        (None, None) => None,
+    }
+}
+
+/// A lens of parallel rays. The file's picture has the shape of what is to be seen; one of another
+/// shape shows all of that, and more.
+fn parallel(orthographic: &Orthographic) -> Option<Projection> {
+    // Negative ones turn the picture over, which the format discourages.
+    let (width, height) = (orthographic.xmag.abs(), orthographic.ymag.abs());
+    let aspect = width / height;
+    if !(aspect > 0.0 && aspect.is_finite()) {
+        return None;
+    }
+    Some(Projection {
+        fovy: UNUSED_FOVY,
+        ortho_size: Some([2.0 * width, 2.0 * height]),
+        aspect: Some(aspect.clamp(*ASPECTS.start(), *ASPECTS.end())),
+    })
+}
+
+/// A camera looks along its own −z; its own y points up. Its scale is ignored, as the format wants
+/// it: a node that mirrors turns the camera with its axes, and does not mirror the picture.
+fn view(placed: &PlacedNode, projection: &Projection, bounds: Bounds) -> Option<View> {
+    let eye = placed.to_world.translation;
+    let m = placed.to_world.matrix3;
+    let [right, up, back] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::try_normalize);
+    // Two axes give the third, if the node makes one of them vanish.
+    let across = |a: Option<DVec3>, b: Option<DVec3>| a?.cross(b?).try_normalize();
+    let back = back.or_else(|| across(right, up))?;
+    let up = up.or_else(|| across(Some(back), right))?;
+    // The target is as far away as the geometry, so that neither rounding nor the point itself
+    // changes the scene's scale.
+    let middle = match bounds.is_empty() {
+        true => eye - back,
+        false => (bounds.lo.as_dvec3() + bounds.hi.as_dvec3()) / 2.0,
+    };
+    let distance = match (middle - eye).length() {
+        far if far > 0.0 => far,
+        _ => 1.0,
+    };
+    let view = View {
+        eye: eye.as_vec3(),
+        center: (eye - back * distance).as_vec3(),
+        up: up.as_vec3(),
+        fovy: projection.fovy,
+        ortho: projection.ortho_size.map(|[_, height]| height as f32),
+    };
+    view.basis().ok().map(|_| view)
+}

@@ -1,0 +1,92 @@
+//! Primitives: accessors to triangles, in their mesh's own space or baked into the world.
+
+use super::document::Primitive;
+use super::materials::PrimitiveMaterial;
+use super::source::GltfSource;
+use super::triangle_indices::TriangleIndices;
+use super::vertices::PrimitiveVertices;
+use glam::DVec3;
+use phalanx_scene::Bounds;
+
+/// Triangles of one material, in the form of the file's accessors.
+pub(super) struct PrimitiveGeometry<'a> {
+    pub(super) vertices: PrimitiveVertices<'a>,
+    pub(super) corners: Vec<[u32; 3]>,
+    pub(super) material: u32,
+}
+
+/// Bytes of a triangle of a shape.
+pub(super) const CORNERS_BYTES: u64 = 12;
+
+impl<'a> PrimitiveGeometry<'a> {
+    /// Reads the indices of a primitive: no more than `most` triangles, and only if `room` grants
+    /// memory for them and for the columns that are made of them.
+    pub(super) fn open(
+        source: &'a GltfSource,
+        primitive: &Primitive,
+        material: &PrimitiveMaterial,
+        vertices: PrimitiveVertices<'a>,
+        most: u64,
+        room: impl FnOnce(u64, u64) -> Result<(), String>,
+    ) -> Result<PrimitiveGeometry<'a>, String> {
+        let mut shape = PrimitiveGeometry {
+            vertices,
+            corners: Vec::new(),
+            material: material.material,
+        };
+        let corners = TriangleIndices::of(source, primitive, shape.vertices.count, most)?;
+        room(corners.count as u64, shape.bytes_of(corners.count as u64))?;
+        shape.corners = corners.collect()?;
+        Ok(shape)
+    }
+
+    /// Number of triangles.
+    pub(super) fn len(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Upper bound on the bytes of its columns.
+    pub(super) fn mesh_bytes(&self) -> u64 {
+        self.bytes_of(self.len() as u64)
+    }
+
+    /// Upper bound on the bytes of the columns of `triangles` of its triangles: they grow by
+    /// doubling.
+    fn bytes_of(&self, triangles: u64) -> u64 {
+        let per = |column: bool, bytes: u64| if column { bytes } else { 0 };
+        let has = self.vertices.attributes();
+        let triangle = 32 + per(has.normals, 12) + per(has.uvs, 12) + per(has.colors, 12);
+        let vertex = 12 + per(has.normals, 12) + per(has.uvs, 8) + per(has.colors, 16);
+        2 * (triangles * triangle + self.most_vertices(triangles) * vertex)
+    }
+
+    /// Upper bound on the vertices that `triangles` of its triangles use.
+    fn most_vertices(&self, triangles: u64) -> u64 {
+        (self.vertices.count as u64).min(3 * triangles)
+    }
+
+    /// Upper bound on the displacements that its vertices add up: for the triangles, and for their
+    /// bounds.
+    pub(super) fn displacements(&self) -> u64 {
+        let vertices = 3 * self.len() as u64;
+        vertices.saturating_mul(self.vertices.target_count() as u64)
+    }
+
+    /// Bounds of the corners, in the mesh's own space and without its joints.
+    pub(super) fn bounds(&self) -> Bounds {
+        let corners = self.corners.iter().flatten();
+        corners.fold(Bounds::EMPTY, |all, &corner| {
+            let position = self.vertices.position(corner as usize).as_vec3();
+            all.union(Bounds::new(position, position))
+        })
+    }
+
+    /// Returns true if subtracting an origin rounds no corner.
+    pub(super) fn is_exact_at(&self, origin: DVec3) -> bool {
+        let exact = |&corner: &u32| {
+            let at = self.vertices.stored_position(corner as usize);
+            (0..3).all(|axis| crate::origin::is_exact(at[axis], origin[axis]))
+        };
+        self.corners.iter().flatten().all(exact)
+    }
+}

@@ -1,0 +1,161 @@
+//! Lights: KHR_lights_punctual.
+
+use super::document::SpotAngles;
+use super::nodes::PlacedNode;
+use super::source::GltfSource;
+use crate::diagnostics::{DiagnosticSink, quoted};
+use glam::{DVec3, Vec3};
+use phalanx_scene::{Bounds, Scene};
+use std::f64::consts::FRAC_PI_2;
+
+/// Range of irradiance in which lights are left as they are. Beyond it, all lights are scaled so
+/// that the scene's middle gets 1.
+const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
+
+/// A light in the world. `strength` is colour times intensity over π, the radiance of a white
+/// surface that faces it at distance 1 (or anywhere, for a directional one).
+enum ConvertedLight {
+    Point {
+        position: DVec3,
+        strength: DVec3,
+    },
+    Spot {
+        position: DVec3,
+        strength: DVec3,
+        axis: DVec3,
+        angles: [f32; 2],
+    },
+    Directional {
+        toward: DVec3,
+        strength: DVec3,
+    },
+}
+
+/// Least angle of a spot light's cone. Narrower ones would light nothing.
+const MIN_CONE_ANGLE: f64 = 1e-3;
+
+/// The inner and the outer angle of a spot light, within what the format allows.
+fn cone(spot: &SpotAngles) -> [f32; 2] {
+    let outer = spot.outer_cone_angle.clamp(MIN_CONE_ANGLE, FRAC_PI_2);
+    // The inner angle must be less than the outer one.
+    let inner = spot
+        .inner_cone_angle
+        .clamp(0.0, outer - MIN_CONE_ANGLE / 2.0);
+    [inner as f32, outer as f32]
+}
+
+/// Adds the file's lights. Returns true if there are any.
+pub(super) fn add_lights(
+    source: &GltfSource,
+    nodes: &[PlacedNode],
+    bounds: Bounds,
+    scene: &mut Scene,
+    report: &mut DiagnosticSink,
+) -> bool {
+    let mut lamps = Vec::new();
+    let mut unknown = None;
+    for placed in nodes.iter().filter(|placed| placed.visible) {
+        let named = &source.document.nodes[placed.node].extensions.light;
+        let Some(index) = named.as_ref().and_then(|named| named.light) else {
+            continue;
+        };
+        let Some(light) = source.document.extensions.lights.lights.get(index) else {
+            let message = format!("there is no light {index}");
+            source.error(report, "nodes", placed.node, &message);
+            continue;
+        };
+        let intensity = light.intensity.max(0.0) / std::f64::consts::PI;
+        let strength = DVec3::from_array(light.color).max(DVec3::ZERO) * intensity;
+        let position = placed.to_world.translation;
+        // Light is sent along the node's own −z.
+        let axis = placed.to_world.matrix3.z_axis.try_normalize();
+        match (light.kind.as_str(), axis) {
+            ("directional", Some(toward)) => {
+                lamps.push(ConvertedLight::Directional { toward, strength });
+            }
+            ("spot", Some(back)) => lamps.push(ConvertedLight::Spot {
+                position,
+                strength,
+                axis: -back,
+                angles: cone(&light.spot),
+            }),
+            ("point", _) => lamps.push(ConvertedLight::Point { position, strength }),
+            ("directional" | "spot", None) => {
+                source.error(report, "nodes", placed.node, "a light without direction");
+            }
+            (kind, _) => _ = unknown.get_or_insert((placed.node, kind)),
+        }
+    }
+    if let Some((node, kind)) = unknown {
+        let kind = match kind {
+            "" => "without a type".to_owned(),
+            kind => format!("of the unknown type {}", quoted(kind)),
+        };
+        let message = format!("a light {kind} is left out");
+        source.warning(report, "nodes", node, &message);
+    }
+    let scale = exposure(&lamps, bounds);
+    if scale != 1.0 {
+        let message =
+            format!("the file's lights are scaled by {scale:.3e}, so that its middle is well lit");
+        report.warning(source.span_of("nodes", 0), message);
+    }
+    for lamp in &lamps {
+        match *lamp {
+            ConvertedLight::Point { position, strength } => {
+                let color = bounded(strength * scale);
+                scene.lights.add_point(position.as_vec3(), color, Vec3::Z);
+            }
+            ConvertedLight::Spot {
+                position,
+                strength,
+                axis,
+                angles,
+            } => {
+                let color = bounded(strength * scale);
+                let (position, axis) = (position.as_vec3(), axis.as_vec3());
+                scene
+                    .lights
+                    .add_spot(position, color, Vec3::Z, axis, angles);
+            }
+            ConvertedLight::Directional { toward, strength } => {
+                let color = bounded(strength * scale);
+                scene.lights.add_directional(toward.as_vec3(), color);
+            }
+        }
+    }
+    !lamps.is_empty()
+}
+
+/// Colours, clamped so that single precision adds them up without overflow.
+fn bounded(color: DVec3) -> Vec3 {
+    color.min(DVec3::splat(1e30)).as_vec3()
+}
+
+/// Factor by which all lights are scaled: candela and lux have no bound, and files are written for
+/// any exposure.
+fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
+    let (middle, reach) = match bounds.is_empty() {
+        true => (DVec3::ZERO, 1.0),
+        false => {
+            let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
+            ((lo + hi) / 2.0, (hi - lo).length() / 2.0)
+        }
+    };
+    let light = lamps.iter().map(|lamp| match lamp {
+        ConvertedLight::Directional { strength, .. } => strength.max_element(),
+        // A light inside the scene counts as if it stood at its edge.
+        ConvertedLight::Point { position, strength }
+        | ConvertedLight::Spot {
+            position, strength, ..
+        } => {
+            let squared = (*position - middle).length_squared().max(reach * reach);
+            strength.max_element() / squared
+        }
+    });
+    let light = light.sum::<f64>();
+    match light > 0.0 && light.is_finite() && !EXPOSURE_RANGE.contains(&light) {
+        true => 1.0 / light,
+        false => 1.0,
+    }
+}

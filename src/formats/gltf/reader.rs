@@ -1,0 +1,432 @@
+//! The reader: meshes that the nodes show, baked or instanced, and what surrounds them.
+
+use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
+use super::materials::{GltfMaterials, VertexPaint};
+use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
+use super::nodes::PlacedNode;
+use super::placements::{PlacedMesh, Placements, Pose};
+use super::placing::BadAttributes;
+use super::skins::Skins;
+use super::source::GltfSource;
+use super::triangle_indices::is_surface;
+use super::undrawn::UndrawnPrimitives;
+use super::vertices::PrimitiveVertices;
+use super::{cameras, container, extensions, lights, nodes};
+use crate::defaults::{MissingParts, finish_scene};
+use crate::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::folder::Folder;
+use crate::loaded::Loaded;
+use crate::memory_budget::MemoryBudget;
+use crate::mesh_defaults::{BARE, empty_scene};
+use crate::options::Options;
+use crate::origin::{self, Origin, ReadStop};
+use crate::text;
+use glam::{DAffine3, DVec3};
+use phalanx_scene::{Bounds, GeometryError, Scene};
+use std::collections::HashSet;
+
+/// The text of a file; a GLB has none that can be shown.
+pub(crate) fn text(bytes: &[u8]) -> String {
+    match is_binary(bytes) {
+        true => String::new(),
+        false => text::lossy(bytes),
+    }
+}
+
+fn is_binary(bytes: &[u8]) -> bool {
+    bytes.starts_with(container::MAGIC)
+}
+
+/// Reads a scene from the bytes of a `.gltf` or `.glb` file.
+///
+/// # Errors
+/// Faults of the file.
+pub(crate) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    let mut report = match is_binary(bytes) {
+        true => DiagnosticSink::binary(),
+        false => DiagnosticSink::new(text::utf8(bytes)?.as_bytes()),
+    };
+    let mut scene = empty_scene();
+    let mut missing = MissingParts {
+        up_unsaid: false,
+        ..BARE
+    };
+    let opened = container::open(bytes);
+    let parsed = opened.and_then(|parts| {
+        let count = |byte: u8| memchr::memchr_iter(byte, &bytes[parts.json.clone()]).count() as u64;
+        let what = || "for the rows of the document".to_owned();
+        // Names and data in the text stay in memory, and so do the numbers of lists.
+        let rows = count(b'{') * ROW_BYTES + count(b',') * NUMBER_BYTES;
+        let text = parts.json.len() as u64;
+        let allowed = asset_dir.allowance().take(rows + text, what);
+        allowed.map_err(|message| (Span::START, message))?;
+        Ok((GltfSource::parse(bytes, &parts)?, parts))
+    });
+    match parsed {
+        Err((span, message)) => report.error(span, message),
+        Ok((mut source, parts)) => {
+            if let Some((span, message)) = source.minus_one.take() {
+                report.warning(span, message);
+            }
+            let binary = parts.binary.map(|range| &bytes[range]);
+            source.load_buffers(binary, asset_dir, &mut report);
+            if extensions::are_known(&source, &mut report) && report.is_clean() {
+                let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
+                reader.run(&mut missing)?;
+                (scene, report) = (reader.scene, reader.report);
+            }
+        }
+    }
+    finish_scene(scene, &missing, options, report)
+}
+
+/// Memory for an object of the document, such as a node, and for its results.
+const ROW_BYTES: u64 = 1024;
+/// Memory for a number of a list, such as a node's children.
+const NUMBER_BYTES: u64 = 8;
+
+struct GltfReader<'a, 't> {
+    source: &'a GltfSource<'a>,
+    options: &'a Options,
+    scene: Scene,
+    report: DiagnosticSink<'t>,
+    materials: Option<GltfMaterials<'a>>,
+    allowance: &'a MemoryBudget,
+    instances: MeshInstances<'a>,
+    /// Number of triangles that may still be made: as many as the file has bytes, and a few
+    /// million. Accessors may be shared any number of times, and nothing else bounds that.
+    triangles_left: u64,
+    /// Number of displacements of vertices that morph targets may still make, likewise.
+    displacements_left: u64,
+    skins: Skins<'a>,
+    undrawn: UndrawnPrimitives,
+    /// Meshes about whose vertices there is a warning.
+    warned: HashSet<usize>,
+    /// Meshes of which there is a warning about attributes with too few rows.
+    warned_short: HashSet<usize>,
+    /// True if the scene's origin rounds coordinates that are single precision in the file.
+    inexact: bool,
+}
+
+/// Number of triangles that a file of any size may have.
+const FREE_TRIANGLES: u64 = 1 << 24;
+/// Number of displacements that a file of any size may have, and more of them for each byte.
+const FREE_DISPLACEMENTS: u64 = 1 << 26;
+const DISPLACEMENTS_PER_BYTE: u64 = 8;
+/// Extents of meshes that are instanced as they are. Beyond this range the stored mesh could not be
+/// intersected in single precision.
+const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
+
+/// The map from a mesh's own space to the one in which it is stored, and the map back. The mesh is
+/// moved to an origin, and then scaled.
+fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
+    let origin = origin.unwrap_or_default();
+    let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
+    [
+        scaled(scale) * DAffine3::from_translation(-origin),
+        DAffine3::from_translation(origin) * scaled(1.0 / scale),
+    ]
+}
+
+impl<'a, 't> GltfReader<'a, 't> {
+    fn new(
+        source: &'a GltfSource<'a>,
+        asset_dir: &'a Folder,
+        options: &'a Options,
+        scene: Scene,
+        report: DiagnosticSink<'t>,
+    ) -> Self {
+        GltfReader {
+            source,
+            options,
+            scene,
+            report,
+            materials: Some(GltfMaterials::new(source, asset_dir)),
+            allowance: asset_dir.allowance(),
+            instances: MeshInstances::of(&source.document),
+            triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
+            displacements_left: FREE_DISPLACEMENTS + DISPLACEMENTS_PER_BYTE * source.buffer_bytes(),
+            skins: Skins::new(source, options.origin),
+            undrawn: UndrawnPrimitives::default(),
+            warned: HashSet::new(),
+            warned_short: HashSet::new(),
+            inexact: false,
+        }
+    }
+
+    fn run(&mut self, missing: &mut MissingParts) -> Result<(), ReadStop> {
+        let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
+        let (source, report) = (self.source, &mut self.report);
+        let placements = Placements::of(source, self.allowance, &nodes, report);
+        for placed in self.instances.joined(placements) {
+            for part in self.instances.parts(&placed) {
+                if self.report.is_full() {
+                    return Ok(());
+                }
+                let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
+                let maps: Vec<DAffine3> = placed.maps.iter().copied().flat_map(times).collect();
+                if let Err(message) = self.mesh(&placed, &part, &maps) {
+                    source.error(&mut self.report, "meshes", placed.mesh, &message);
+                }
+            }
+        }
+        if !self.report.is_clean() {
+            return Ok(());
+        }
+        if self.inexact {
+            return Err(ReadStop::Inexact);
+        }
+        if self.scene.prims.is_empty() {
+            self.report.warning(
+                Span::START,
+                "the file shows no triangles: the picture will be empty",
+            );
+        }
+        let bounds = self.scene.bounds();
+        if self.options.origin == Origin::Auto
+            && let Some(far) = origin::of_bounds(bounds)
+        {
+            return Err(ReadStop::Far(far));
+        }
+        self.surroundings(&nodes, bounds, missing);
+        self.warn_unused(&nodes);
+        Ok(())
+    }
+
+    fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
+        let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
+        missing.view = !cameras::add_camera(source, nodes, bounds, scene, report);
+        missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
+    }
+
+    fn mesh(
+        &mut self,
+        placed: &PlacedMesh,
+        part: &MeshPart,
+        maps: &[DAffine3],
+    ) -> Result<(), String> {
+        let mesh = placed.mesh;
+        let shapes = self.shapes(mesh, part, &placed.pose)?;
+        let joints = placed.pose.skin.map(|skin| self.skins.joints(skin));
+        let joints = joints.transpose()?;
+        let joints = joints.as_deref();
+        let bounds = (maps.len() > 1).then(|| bounds(&shapes));
+        let size = bounds.and_then(|bounds| stored_size(&shapes, bounds, maps.len()));
+        let (Some(bounds), Some(size)) = (bounds, size) else {
+            // The same vertices are bad in each placement.
+            let mut bad = BadAttributes::default();
+            for map in maps {
+                bad = self.bake(&shapes, map, joints)?;
+            }
+            self.warn_bad_attributes(mesh, bad);
+            return Ok(());
+        };
+        let stored = self.scene.begin_mesh();
+        // An origin near the geometry if it is far away in the mesh's own space, too: some files
+        // have accessors in the coordinates of a map, and nodes that move them back.
+        let own = origin::of_bounds(bounds);
+        let [taken, back] = stored_space(own, size);
+        let bad = self.bake(&shapes, &taken, None)?;
+        self.scene.end_mesh(stored);
+        self.warn_bad_attributes(mesh, bad);
+        let mut baked = 0;
+        for map in maps {
+            // If there is nothing to undo, no product is formed: zeros keep their signs.
+            let undone = own.is_none() && size == 1.0;
+            let to_world = if undone { *map } else { *map * back };
+            match self.scene.add_instance(stored, to_world) {
+                Ok(_) => {}
+                Err(GeometryError::NotInvertible) => {
+                    baked += 1;
+                    self.bake(&shapes, map, None)?;
+                }
+                Err(error) => return Err(error.to_string()),
+            }
+        }
+        if baked > 0 {
+            let message = format!(
+                "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
+                maps.len()
+            );
+            let span = self.source.span_of("meshes", mesh);
+            self.report.warning(span, message);
+        }
+        Ok(())
+    }
+
+    /// Adds shapes under a map to the scene, and subtracts their triangles from those that may
+    /// still be made.
+    fn bake(
+        &mut self,
+        shapes: &[PrimitiveGeometry],
+        map: &DAffine3,
+        joints: Option<&[DAffine3]>,
+    ) -> Result<BadAttributes, String> {
+        let mut all = BadAttributes::default();
+        let open: usize = shapes.iter().map(PrimitiveGeometry::len).sum();
+        let open = open as u64 * CORNERS_BYTES;
+        for shape in shapes {
+            let left = self.triangles_left.checked_sub(shape.len() as u64);
+            self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
+            let what = || format!("for {} more triangles", shape.len());
+            let bytes = shape.mesh_bytes();
+            self.allowance.lend(open.saturating_add(bytes), what)?;
+            self.allowance.take(bytes, what)?;
+            let left = self.displacements_left.checked_sub(shape.displacements());
+            self.displacements_left =
+                left.ok_or("its morph targets are too many for a file of this size")?;
+            let (mesh, bad) = shape.mesh(map, joints, self.options.origin);
+            self.scene.append_mesh(mesh);
+            all.add(bad);
+        }
+        self.inexact |= all.inexact;
+        Ok(all)
+    }
+
+    fn warn_bad_attributes(&mut self, mesh: usize, bad: BadAttributes) {
+        let messages = bad.messages();
+        // A mesh may be in several poses.
+        if messages.is_empty() || !self.warned.insert(mesh) {
+            return;
+        }
+        for message in messages {
+            self.source
+                .warning(&mut self.report, "meshes", mesh, &message);
+        }
+    }
+
+    fn shapes(
+        &mut self,
+        mesh: usize,
+        part: &MeshPart,
+        pose: &Pose,
+    ) -> Result<Vec<PrimitiveGeometry<'a>>, String> {
+        let source = self.source;
+        let mut shapes = Vec::new();
+        // All primitives of a mesh are open at once, so their sum is checked.
+        let mut left = self.triangles_left;
+        let mut open = 0;
+        for &k in &part.primitives {
+            let primitive = &source.document.meshes[mesh].primitives[k];
+            if primitive.mode > 6 {
+                return Err(format!(
+                    "primitives[{k}]: there is no mode {}",
+                    primitive.mode
+                ));
+            }
+            if !is_surface(primitive.mode) {
+                self.undrawn.lines.insert((mesh, k));
+                continue;
+            }
+            if !primitive.attributes.contains_key("POSITION") {
+                self.undrawn.without_positions.insert((mesh, k));
+                continue;
+            }
+            let named = |reason: String| format!("primitives[{k}]: {reason}");
+            let Some(converter) = &mut self.materials else {
+                continue;
+            };
+            let (materials, report) = (&mut self.scene.materials, &mut self.report);
+            let paint = VertexPaint::of(primitive, &source.document);
+            let (row, options) = (primitive.material, self.options);
+            let material = converter.of(row, paint, options, materials, report);
+            let material = material.map_err(named)?;
+            let skinned = pose.skin.is_some();
+            let vertices =
+                PrimitiveVertices::open(source, primitive, &material, pose.weights, skinned)
+                    .map_err(named)?;
+            if let Some(name) = vertices.too_short.first()
+                && self.warned_short.insert(mesh)
+            {
+                let message = format!(
+                    "primitives[{k}]: {} is left out: it has fewer rows than POSITION",
+                    quoted(name)
+                );
+                source.warning(&mut self.report, "meshes", mesh, &message);
+            }
+            if let Some((set, _)) = &material.uvs
+                && !primitive.attributes.contains_key(set)
+                && self.warned_short.insert(mesh)
+            {
+                let message =
+                    format!("primitives[{k}]: its texture is not shown: it has no `{set}`");
+                source.warning(&mut self.report, "meshes", mesh, &message);
+            }
+            let budget = self.allowance;
+            let room = |triangles: u64, columns: u64| {
+                let what = || format!("for {triangles} more triangles");
+                open += triangles * CORNERS_BYTES;
+                budget.lend(open.saturating_add(columns), what)
+            };
+            let shape = PrimitiveGeometry::open(source, primitive, &material, vertices, left, room)
+                .map_err(named)?;
+            left -= shape.len() as u64;
+            if shape.len() > 0 {
+                shapes.push(shape);
+            }
+        }
+        Ok(shapes)
+    }
+
+    /// Adds one warning for all features that the file has and the picture does not show, then
+    /// moves the textures to the scene.
+    fn warn_unused(&mut self, nodes: &[PlacedNode]) {
+        let Some(mut materials) = self.materials.take() else {
+            return;
+        };
+        let document = &self.source.document;
+        let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
+        if !document.animations.is_empty() {
+            materials.unused.add("animations");
+        }
+        if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
+            materials.unused.add("copies of meshes with skins");
+        }
+        self.undrawn.warn(self.source, &mut self.report);
+        extensions::add_unknown(self.source, &mut materials.unused);
+        if let Some(message) = materials.unused.message() {
+            self.report.warning(Span::START, message);
+        }
+        self.scene.textures = materials.into_textures();
+    }
+}
+
+/// Bounds of shapes in their mesh's own space.
+fn bounds(shapes: &[PrimitiveGeometry]) -> Bounds {
+    let bounds = shapes.iter().map(PrimitiveGeometry::bounds);
+    bounds.fold(Bounds::EMPTY, Bounds::union)
+}
+
+/// Factor of shapes that are stored once for several placements; `None` if they have to be baked
+/// into each of them.
+fn stored_size(shapes: &[PrimitiveGeometry], bounds: Bounds, placements: usize) -> Option<f64> {
+    let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
+    let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
+    let copied = triangles.saturating_mul(placements as u64 - 1);
+    match SAFE_EXTENTS.contains(&extent) {
+        true => Some(1.0),
+        false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
+        false => None,
+    }
+}
+
+/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`]. As it is a power
+/// of two, nothing is rounded.
+fn power_of_two_into_range(extent: f32) -> f64 {
+    let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
+    match extent > 0.0 && extent.is_finite() {
+        true => libm::ldexp(
+            1.0,
+            libm::ilogb(f64::from(nearest)) - libm::ilogb(f64::from(extent)),
+        ),
+        false => 1.0,
+    }
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

@@ -1,0 +1,336 @@
+//! One chunk of an OBJ file, read independently of the others.
+
+use super::colors::ChunkColors;
+use super::cursor::{Cursor, KEYWORD_BYTES};
+use crate::decimal;
+use crate::diagnostics::Span;
+use crate::faces::{FaceCorner, Faces};
+use crate::memory_budget::BudgetShare;
+use crate::mesh::{self, NotFinite, Occurrences, ParseError, ParseErrors};
+use crate::text::mark_length;
+use glam::DVec3;
+
+/// Limits of the numbers to which a chunk may refer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct IndexLimits {
+    /// Rows of each attribute before the chunk.
+    pub(super) before: [i64; 3],
+    /// Rows of each attribute in the file.
+    pub(super) total: [i64; 3],
+}
+
+impl IndexLimits {
+    /// Limits for a first reading: every number that fits the columns is in range.
+    pub(super) const UNKNOWN: IndexLimits = IndexLimits {
+        before: [i32::MAX as i64; 3],
+        total: [i32::MAX as i64; 3],
+    };
+}
+
+/// Contents of a chunk.
+#[derive(Debug, Default)]
+pub(super) struct ObjChunk {
+    pub(super) vertices: [Vec<f32>; 3],
+    pub(super) normals: [Vec<f32>; 3],
+    pub(super) uvs: [Vec<f32>; 2],
+    pub(super) faces: Faces,
+    /// Changes of the material by `usemtl`: the first triangle with the new one, and the span of
+    /// its name.
+    pub(super) switches: Vec<(usize, Span)>,
+    /// The operands of each `mtllib`.
+    pub(super) libraries: Vec<Span>,
+    /// Vertices that are out of reach, by their numbers in the chunk.
+    pub(super) not_finite: Vec<NotFinite>,
+    /// Normals that are not finite or zero.
+    pub(super) bad_normals: Vec<NotFinite>,
+    /// UVs that are not finite; their rows are zero.
+    pub(super) bad_uvs: Occurrences,
+    /// Numbers of UVs and normals that the file does not have.
+    pub(super) bad_references: [Occurrences; 3],
+    /// Faces with a UV or a normal at some corners only.
+    pub(super) unlike: Occurrences,
+    /// Operands that statements do not have.
+    pub(super) surplus: Occurrences,
+    pub(super) colors: ChunkColors,
+    /// Changes of the smoothing group by `s`: the first triangle with the new one, and its number,
+    /// 0 for none.
+    pub(super) smoothing: Vec<(usize, u32)>,
+    pub(super) skipped: Skipped,
+    pub(super) errors: ParseErrors,
+    /// Largest absolute number of each attribute, counted from 1.
+    pub(super) highest: [u32; 3],
+    /// Relative number of each attribute that reaches back farthest, counted from the first row of
+    /// the chunk.
+    pub(super) lowest: [i64; 3],
+}
+
+/// Statements that are left out.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Skipped {
+    /// Faces of fewer than three corners, lines and points.
+    pub(super) lines: Occurrences,
+    /// Curves and surfaces.
+    pub(super) free_forms: Occurrences,
+    /// Statements that OBJ files do not have.
+    pub(super) unknown: Occurrences,
+}
+
+impl ObjChunk {
+    /// Rows of each attribute.
+    pub(super) fn counts(&self) -> [usize; 3] {
+        [
+            self.vertices[0].len(),
+            self.uvs[0].len(),
+            self.normals[0].len(),
+        ]
+    }
+}
+
+/// Reads the chunk of `text` from `start` to its end. `origin`, if there is one, is subtracted from
+/// vertices. Faces are made as long as there is memory for them in `share`.
+pub(super) fn read<'a>(
+    text: &'a [u8],
+    start: usize,
+    limits: IndexLimits,
+    origin: Option<DVec3>,
+    share: BudgetShare<'a>,
+) -> ObjChunk {
+    // A byte order mark is not part of the first name.
+    let at = if start == 0 { mark_length(text) } else { start };
+    let mut reader = ObjReader {
+        cursor: Cursor { text, at },
+        limits,
+        origin,
+        share,
+        chunk: ObjChunk::default(),
+        corners: Vec::new(),
+        out_of_range: [false; 3],
+    };
+    loop {
+        reader.cursor.skip_to_statement();
+        if reader.cursor.is_at_end() {
+            return reader.chunk;
+        }
+        if let Err(error) = reader.statement() {
+            reader.chunk.errors.push(error);
+        }
+        // The rest is a comment, or follows a fault.
+        reader.cursor.skip_statement();
+    }
+}
+
+pub(super) struct ObjReader<'a> {
+    pub(super) cursor: Cursor<'a>,
+    pub(super) limits: IndexLimits,
+    /// The origin that is subtracted from vertices, if the scene is moved.
+    origin: Option<DVec3>,
+    pub(super) share: BudgetShare<'a>,
+    pub(super) chunk: ObjChunk,
+    /// Corners of the current face.
+    pub(super) corners: Vec<FaceCorner>,
+    /// Attributes of which the current face has a number out of range.
+    pub(super) out_of_range: [bool; 3],
+}
+
+impl ObjReader<'_> {
+    #[inline]
+    fn statement(&mut self) -> Result<(), ParseError> {
+        let rest = &self.cursor.text[self.cursor.at..];
+        match rest {
+            [b'v', b' ' | b'\t', ..] => {
+                self.cursor.at += 1;
+                self.vertex()
+            }
+            [b'f', b' ' | b'\t', ..] => {
+                self.cursor.at += 1;
+                self.face()
+            }
+            [b'v', b'n', b' ' | b'\t', ..] => {
+                self.cursor.at += 2;
+                self.normal()
+            }
+            [b'v', b't', b' ' | b'\t', ..] => {
+                self.cursor.at += 2;
+                self.texture_uv()
+            }
+            [b'#', rest @ ..] => {
+                if rest.starts_with(b"MRGB") {
+                    self.painted_colors();
+                }
+                Ok(())
+            }
+            _ => self.rare_statement(),
+        }
+    }
+
+    /// Reads a statement by its name as a word.
+    fn rare_statement(&mut self) -> Result<(), ParseError> {
+        let name = self.cursor.word();
+        let mut lower = [0; KEYWORD_BYTES];
+        match self.cursor.keyword(name, &mut lower) {
+            b"v" => return self.vertex(),
+            b"vn" => return self.normal(),
+            b"vt" => return self.texture_uv(),
+            b"f" | b"fo" => return self.face(),
+            b"usemtl" => {
+                let material = self.cursor.rest_of_line();
+                self.chunk.switches.push((self.chunk.faces.len(), material));
+            }
+            b"mtllib" => {
+                let files = self.cursor.rest_of_line();
+                self.chunk.libraries.push(files);
+            }
+            b"s" => self.smoothing_group(),
+            b"l" | b"p" => self.chunk.skipped.lines.add(name),
+            b"g" | b"o" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" | b"maplib"
+            | b"usemap" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {
+            }
+            b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf"
+            | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" => {
+                self.chunk.skipped.free_forms.add(name)
+            }
+            _ => self.chunk.skipped.unknown.add(name),
+        }
+        Ok(())
+    }
+
+    /// Reads the number of a smoothing group, or `off`.
+    fn smoothing_group(&mut self) {
+        let word = self.cursor.word();
+        let group = match self.cursor.bytes(word) {
+            b"on" => 1,
+            text => decimal::integer(text, 0).0.clamp(0, i64::from(u32::MAX)) as u32,
+        };
+        let first = self.chunk.faces.len();
+        match self.chunk.smoothing.last_mut() {
+            Some(last) if last.0 == first => last.1 = group,
+            Some(last) if last.1 == group => {}
+            _ => self.chunk.smoothing.push((first, group)),
+        }
+    }
+
+    /// Reads x, y and z; a weight or a colour may follow.
+    #[inline]
+    fn vertex(&mut self) -> Result<(), ParseError> {
+        self.cursor.skip_blanks();
+        let start = self.cursor.at;
+        let position = match self.origin {
+            None => self.vector::<3>(),
+            Some(origin) => self.moved(origin),
+        };
+        // A faulty vertex still gets its row, so that later numbers, and the faces that use them,
+        // stay right.
+        let [x, y, z] = *position.as_ref().unwrap_or(&[0.0; 3]);
+        let mut row = [x, y, z];
+        if !mesh::is_in_reach(row) {
+            row = mesh::stored(row);
+            let number = self.chunk.vertices[0].len() as u32;
+            let span = Span::between(start, self.cursor.at);
+            self.chunk.not_finite.push(NotFinite { number, span });
+        }
+        push(&mut self.chunk.vertices, row);
+        position?;
+        if self.cursor.at_statement_end() {
+            return Ok(());
+        }
+        self.weight_or_color()
+    }
+
+    #[inline]
+    fn normal(&mut self) -> Result<(), ParseError> {
+        self.cursor.skip_blanks();
+        let start = self.cursor.at;
+        let vector = self.vector::<3>();
+        let [x, y, z] = *vector.as_ref().unwrap_or(&[0.0, 0.0, 1.0]);
+        let usable =
+            x.is_finite() && y.is_finite() && z.is_finite() && (x != 0.0 || y != 0.0 || z != 0.0);
+        if !usable {
+            let number = self.chunk.normals[0].len() as u32;
+            let span = Span::between(start, self.cursor.at);
+            self.chunk.bad_normals.push(NotFinite { number, span });
+        }
+        push(
+            &mut self.chunk.normals,
+            if usable { [x, y, z] } else { [0.0, 0.0, 1.0] },
+        );
+        vector?;
+        self.no_more()
+    }
+
+    /// Reads u, perhaps v, and perhaps w, which is ignored. OBJ's v is 0 at the bottom, the scene's
+    /// at the top.
+    #[inline]
+    fn texture_uv(&mut self) -> Result<(), ParseError> {
+        self.cursor.skip_blanks();
+        let start = self.cursor.at;
+        let position = self.one_to_three();
+        let [u, v] = *position.as_ref().unwrap_or(&[0.0; 2]);
+        let finite = u.is_finite() && v.is_finite();
+        if !finite {
+            let span = Span::between(start, self.cursor.at);
+            self.chunk.bad_uvs.add(span);
+        }
+        push(
+            &mut self.chunk.uvs,
+            if finite { [u, 1.0 - v] } else { [0.0; 2] },
+        );
+        position?;
+        self.no_more()
+    }
+
+    #[inline]
+    fn one_to_three(&mut self) -> Result<[f32; 2], ParseError> {
+        let u = self.cursor.float()?;
+        if self.cursor.at_statement_end() {
+            return Ok([u, 0.0]);
+        }
+        let v = self.cursor.float()?;
+        if !self.cursor.at_statement_end() {
+            self.cursor.float()?;
+        }
+        Ok([u, v])
+    }
+
+    /// The position of a vertex, from which an origin is subtracted before it is rounded.
+    fn moved(&mut self, origin: DVec3) -> Result<[f32; 3], ParseError> {
+        let mut position = DVec3::ZERO;
+        for axis in 0..3 {
+            position[axis] = self.cursor.double()? - origin[axis];
+        }
+        Ok(position.as_vec3().to_array())
+    }
+
+    #[inline]
+    fn vector<const N: usize>(&mut self) -> Result<[f32; N], ParseError> {
+        let mut out = [0.0; N];
+        for number in &mut out {
+            *number = self.cursor.float()?;
+        }
+        Ok(out)
+    }
+
+    #[inline]
+    fn no_more(&mut self) -> Result<(), ParseError> {
+        if self.cursor.at_statement_end() {
+            return Ok(());
+        }
+        let start = self.cursor.at;
+        self.cursor.float()?;
+        self.note_surplus(start);
+        Ok(())
+    }
+
+    /// Notes an operand that the statement does not have, and passes the rest.
+    #[cold]
+    pub(super) fn note_surplus(&mut self, start: usize) {
+        let span = Span::between(start, self.cursor.at);
+        self.chunk.surplus.add(span);
+    }
+}
+
+#[inline]
+fn push<const N: usize>(columns: &mut [Vec<f32>; N], row: [f32; N]) {
+    for (column, number) in columns.iter_mut().zip(row) {
+        column.push(number);
+    }
+}

@@ -1,0 +1,58 @@
+//! Colours in the text: three numbers behind a position, or ZBrush's comments.
+
+use super::chunk::ObjReader;
+use crate::diagnostics::Span;
+use crate::faces::VERTEX;
+use crate::mesh::ParseError;
+use crate::vertex_colors::COLOR_BYTES;
+
+impl ObjReader<'_> {
+    /// Reads the numbers after a position: a weight, or a colour and perhaps its opacity.
+    pub(super) fn weight_or_color(&mut self) -> Result<(), ParseError> {
+        let start = self.cursor.at;
+        let mut numbers = [0.0; 3];
+        let mut count = 0;
+        while !self.cursor.at_statement_end() {
+            let number = self.cursor.float()?;
+            if let Some(slot) = numbers.get_mut(count) {
+                *slot = number;
+            }
+            count += 1;
+        }
+        match count {
+            1 => {}
+            2 => self.note_surplus(start),
+            _ => self.add_color(numbers, start),
+        }
+        Ok(())
+    }
+
+    fn add_color(&mut self, rgb: [f32; 3], start: usize) {
+        if !self.share.take(COLOR_BYTES) {
+            return;
+        }
+        let vertex = self.chunk.counts()[VERTEX] - 1;
+        let span = Span::between(start, self.cursor.at);
+        self.chunk.colors.add(vertex, rgb, span);
+    }
+
+    /// Reads ZBrush's `#MRGB` and the colours after it, each of which is a mask, red, green and
+    /// blue in hexadecimal digits.
+    #[cold]
+    pub(super) fn painted_colors(&mut self) {
+        let rest = &self.cursor.text[self.cursor.at + b"#MRGB".len()..];
+        let digits = rest.trim_ascii_start();
+        let digit = |at: usize| {
+            let digit = digits.get(at).map(|&digit| char::from(digit));
+            digit.and_then(|digit| digit.to_digit(16))
+        };
+        let byte = |at: usize| Some((digit(at)? << 4 | digit(at + 1)?) as u8);
+        let color = |at: usize| Some([byte(at + 2)?, byte(at + 4)?, byte(at + 6)?]);
+        let colors = (0..).step_by(8).map_while(color);
+        for color in colors {
+            if self.share.take(COLOR_BYTES) {
+                self.chunk.colors.painted.push(color);
+            }
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Materials of triangles: rows of the scene, with the textures that they name.
+
+use super::mtl::{MtlMaterial, MtlOmission};
+use super::mtl_source::{KnownMaterial, MtlSource, accepted};
+use super::name::{text_of, texture_spellings, without_comment};
+use super::runs;
+use super::texture_map::{TextureMap, UvTransform};
+use crate::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, quoted_bytes};
+use crate::folder::{Folder, NamedFile};
+use crate::texture::TextureLibrary;
+use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// A material as triangles have it: its row, and the transform of its UVs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct MaterialLook {
+    pub(super) row: u32,
+    pub(super) transform: Option<UvTransform>,
+}
+
+/// The materials of a mesh.
+pub(super) struct MeshMaterials {
+    pub(super) rows: MeshMaterial,
+    /// Runs of triangles whose UVs are transformed.
+    pub(super) transformed: Vec<(Range<usize>, UvTransform)>,
+}
+
+impl MeshMaterials {
+    /// Materials of `triangles` triangles that change at `runs`.
+    pub(super) fn new(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterials {
+        let transformed = runs::ranges(runs, triangles)
+            .filter_map(|(range, look)| Some((range, look.transform?)));
+        MeshMaterials {
+            transformed: transformed.collect(),
+            rows: expand_runs(runs, triangles),
+        }
+    }
+}
+
+/// One row for all triangles, or one for each.
+fn expand_runs(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterial {
+    match runs {
+        [] => return MeshMaterial::One(0),
+        [(0, look), rest @ ..] if rest.iter().all(|(_, other)| other.row == look.row) => {
+            return MeshMaterial::One(look.row);
+        }
+        _ => {}
+    }
+    let mut rows = vec![0; triangles];
+    for (range, look) in runs::ranges(runs, triangles) {
+        rows[range].fill(look.row);
+    }
+    MeshMaterial::Each(rows.into())
+}
+
+/// Warns once of everything that a file's materials leave out, where the first stands.
+fn warn_left_out(file: &MtlSource, mut left_out: Vec<MtlOmission>, about: &mut DiagnosticSink) {
+    left_out.sort_by_key(|omission| omission.keyword.offset);
+    let Some(first) = left_out.first() else {
+        return;
+    };
+    let mut reasons: Vec<&str> = left_out.iter().map(|omission| omission.reason).collect();
+    let mut known = HashSet::new();
+    reasons.retain(|reason| known.insert(*reason));
+    let groups = reasons.iter().map(|reason| {
+        let same = left_out
+            .iter()
+            .filter(|omission| omission.reason == *reason);
+        let names = same.map(|omission| quoted_bytes(&file.bytes[omission.keyword.range()]));
+        let names: Vec<String> = names.collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} left out ({reason})", names.join(", "))
+    });
+    let groups: Vec<String> = groups.collect();
+    about.warning(first.keyword, groups.join("; "));
+}
+
+/// Makes rows of the materials that are used, and collects remarks about their files.
+pub(super) struct MaterialReader<'a> {
+    asset_dir: &'a Folder,
+    files: &'a [MtlSource],
+    textures: TextureLibrary<'a>,
+    /// Remarks about each file.
+    reports: Vec<DiagnosticSink<'a>>,
+    /// Keywords and kinds of remarks that each file has had, in lower case.
+    named: Vec<HashSet<Vec<u8>>>,
+    /// Statements that each file's materials leave out, each keyword once, and at most
+    /// [`MAX_DIAGNOSTICS`].
+    left_out: Vec<Vec<MtlOmission>>,
+}
+
+impl<'a> MaterialReader<'a> {
+    pub(super) fn new(
+        asset_dir: &'a Folder,
+        files: &'a [MtlSource],
+        textures: TextureLibrary<'a>,
+    ) -> MaterialReader<'a> {
+        let reports = files.iter().map(|file| DiagnosticSink::new(&file.bytes));
+        MaterialReader {
+            asset_dir,
+            files,
+            textures,
+            reports: reports.collect(),
+            named: vec![HashSet::new(); files.len()],
+            left_out: vec![Vec::new(); files.len()],
+        }
+    }
+
+    /// The row of a material, and what is done with UVs for it.
+    pub(super) fn look(
+        &mut self,
+        known: &KnownMaterial,
+        scene: &mut Scene,
+        table: &mut MaterialTable,
+    ) -> MaterialLook {
+        let KnownMaterial { material, source } = known;
+        for left_out in &material.left_out {
+            self.leave_out(*source, left_out);
+        }
+        self.warn_of_readings(*source, material);
+        let color = material.map_kd.or(material.map_ka);
+        let texture = color.map_or(NO_TEXTURE, |map| self.texture(*source, &map));
+        let mask = material
+            .map_d
+            .map(|map| self.mask(*source, &map, color, texture));
+        if let (Some(kd), Some(ka)) = (&material.map_kd, &material.map_ka)
+            && !self.same_file(*source, kd, ka)
+        {
+            let reason = "its picture is not shown: that of map_Kd colours the ambient light";
+            self.warn_once(*source, b"map_ka", ka, reason);
+        }
+        let maps = [color, material.map_d];
+        let mut transforms = maps.into_iter().flatten().map(|map| map.transform);
+        let transform = transforms.next().unwrap_or(UvTransform::IDENTITY);
+        if let (Some(map_d), true) = (&material.map_d, transforms.any(|other| other != transform)) {
+            let reason = "its -s and -o are not used: those of the colour's texture are";
+            self.warn_once(*source, b"map_d", map_d, reason);
+        }
+        let converted = material.to_material(texture, mask.unwrap_or(NO_TEXTURE));
+        let textured = converted.texture != NO_TEXTURE || converted.opacity_texture != NO_TEXTURE;
+        let moved = textured && transform != UvTransform::IDENTITY;
+        MaterialLook {
+            row: table.intern(&converted, &mut scene.materials),
+            transform: moved.then_some(transform),
+        }
+    }
+
+    /// The textures of all rows; remarks about the files go to the scene file's report.
+    pub(super) fn finish(self, report: &mut DiagnosticSink) -> Vec<Texture> {
+        let parts = self.files.iter().zip(self.reports).zip(self.left_out);
+        for ((file, mut about), left_out) in parts {
+            warn_left_out(file, left_out, &mut about);
+            about.emit_for_file(&file.name, file.library, report);
+        }
+        self.textures.into_textures()
+    }
+
+    fn texture(&mut self, source: usize, map: &TextureMap) -> u32 {
+        let (name, found) = self.find(source, map);
+        let report = &mut self.reports[source];
+        let found = found.map(|found| accepted(found, &name, map.name, report));
+        self.textures
+            .found(&name, found, map.wrap, || map.name, report)
+    }
+
+    /// The texture of opacity: that of the colour's file is its alpha alone, so that a picture
+    /// without alpha is whole.
+    fn mask(
+        &mut self,
+        source: usize,
+        map: &TextureMap,
+        color: Option<TextureMap>,
+        texture: u32,
+    ) -> u32 {
+        let same = color.is_some_and(|color| self.same_file(source, &color, map));
+        let matte = map.matte || same;
+        let row = match color {
+            Some(color) if same && color.wrap == map.wrap => texture,
+            _ => self.texture(source, map),
+        };
+        match matte {
+            true => self.textures.alpha_of(row),
+            false => self
+                .textures
+                .mask_of(row, || map.name, &mut self.reports[source]),
+        }
+    }
+
+    fn same_file(&self, source: usize, a: &TextureMap, b: &TextureMap) -> bool {
+        let bytes = &self.files[source].bytes;
+        if bytes[a.name.range()] == bytes[b.name.range()] {
+            return true;
+        }
+        let [a, b] = [a, b].map(|map| self.find(source, map).1.ok().map(|found| found.file));
+        a.is_some() && a == b
+    }
+
+    /// The file that a material file names, and its name: without comments unless they are part of
+    /// it.
+    fn find(&self, source: usize, map: &TextureMap) -> (String, Result<NamedFile, String>) {
+        let file = &self.files[source];
+        let text = &file.bytes[map.name.range()];
+        let mut last = (String::new(), Err(String::new()));
+        for name in texture_spellings(text) {
+            let name = text_of(name);
+            let found = self.asset_dir.find_for(Some(&file.file), &name);
+            last = (name, found);
+            if last.1.is_ok() {
+                break;
+            }
+        }
+        last
+    }
+
+    fn leave_out(&mut self, source: usize, left_out: &MtlOmission) {
+        let keyword = self.files[source].bytes[left_out.keyword.range()].to_ascii_lowercase();
+        let known = &mut self.left_out[source];
+        if known.len() < MAX_DIAGNOSTICS && self.named[source].insert(keyword) {
+            known.push(*left_out);
+        }
+    }
+
+    /// Warns of statements that are taken otherwise than they are defined, each kind once.
+    fn warn_of_readings(&mut self, source: usize, material: &MtlMaterial) {
+        let named = &mut self.named[source];
+        let report = &mut self.reports[source];
+        if material.tr_is_opacity() && named.insert(b"tr 1".to_vec()) {
+            let message = "`Tr 1` without a `d` is taken as opaque, because exporters write it so; \
+                           as a transparency, it would hide the surface (write `d 0` for that)";
+            report.warning(material.tr_keyword, message);
+        }
+        if material.kd_is_placeholder() && named.insert(b"kd 0".to_vec()) {
+            let message = "a black `Kd` with a `map_Kd` is taken as 1, because exporters write it so; \
+                           multiplied, the texture would be black";
+            report.warning(material.kd_keyword, message);
+        }
+    }
+
+    /// Warns of a texture, the first time of its kind.
+    fn warn_once(&mut self, source: usize, kind: &[u8], map: &TextureMap, reason: &str) {
+        if self.named[source].insert(kind.to_vec()) {
+            let name = text_of(without_comment(&self.files[source].bytes[map.name.range()]));
+            let message = format!("{}: {reason}", quoted_bytes(name.as_bytes()));
+            self.reports[source].warning(map.name, message);
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! MTL: named materials, as their file has them. Keywords may be in any case of letters.
+
+use super::cursor::{Cursor, KEYWORD_BYTES};
+use super::name::without_comment;
+use super::texture_map::{self, TextureMap};
+use crate::diagnostics::{MAX_DIAGNOSTICS, Span};
+use crate::text::mark_length;
+use glam::Vec3;
+
+/// A material as the file has it.
+#[derive(Debug)]
+pub(super) struct MtlMaterial {
+    /// Span of the name, perhaps with a comment behind it.
+    pub(super) name: Span,
+    pub(super) ka: Option<Vec3>,
+    pub(super) kd: Option<Vec3>,
+    pub(super) ks: Vec3,
+    pub(super) ke: Vec3,
+    pub(super) tf: Vec3,
+    pub(super) ns: Option<f32>,
+    pub(super) ni: f32,
+    pub(super) d: Option<f32>,
+    pub(super) tr: Option<f32>,
+    /// Keywords of the last `Kd` and the last `Tr`.
+    pub(super) kd_keyword: Span,
+    pub(super) tr_keyword: Span,
+    pub(super) illum: Option<f32>,
+    pub(super) map_kd: Option<TextureMap>,
+    pub(super) map_ka: Option<TextureMap>,
+    pub(super) map_d: Option<TextureMap>,
+    pub(super) has_map_ks: bool,
+    pub(super) has_map_ke: bool,
+    /// Statements and options that are left out, each kind once, and at most [`MAX_DIAGNOSTICS`].
+    pub(super) left_out: Vec<MtlOmission>,
+}
+
+/// Something that is left out: the span of its keyword, and the reason if there is a particular
+/// one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MtlOmission {
+    pub(super) keyword: Span,
+    pub(super) reason: &'static str,
+}
+
+/// The reason for statements that the renderer's materials have nothing for.
+const NOT_SHOWN: &str = "not shown";
+const NO_SPECULAR_MAP: &str =
+    "not shown, and Ks counts as 0, because the whole surface would mirror evenly";
+const NO_EMISSION_MAP: &str =
+    "not shown, and Ke counts as 0, because the whole surface would glow evenly";
+const NO_NUMBER: &str = "a number is missing, or is none";
+const NOT_FINITE: &str = "a number that is not finite";
+const NO_NAME: &str = "no name of a file";
+const NO_SPECTRUM: &str = "colours are read as red, green and blue only";
+
+impl MtlMaterial {
+    fn new(name: Span) -> MtlMaterial {
+        MtlMaterial {
+            name,
+            ka: None,
+            kd: None,
+            ks: Vec3::ZERO,
+            ke: Vec3::ZERO,
+            tf: Vec3::ONE,
+            ns: None,
+            ni: 1.0,
+            d: None,
+            tr: None,
+            kd_keyword: name,
+            tr_keyword: name,
+            illum: None,
+            map_kd: None,
+            map_ka: None,
+            map_d: None,
+            has_map_ks: false,
+            has_map_ke: false,
+            left_out: Vec::new(),
+        }
+    }
+
+    /// Notes something that is left out, unless its kind is known to be.
+    fn leave_out(&mut self, cursor: &Cursor, keyword: Span, reason: &'static str) {
+        let text = cursor.bytes(keyword);
+        let same = |known: &MtlOmission| {
+            known.reason == reason && cursor.bytes(known.keyword).eq_ignore_ascii_case(text)
+        };
+        if self.left_out.len() < MAX_DIAGNOSTICS && !self.left_out.iter().any(same) {
+            self.left_out.push(MtlOmission { keyword, reason });
+        }
+    }
+}
+
+/// Number of materials that a text may have, at most.
+pub(super) fn most_materials(text: &[u8]) -> u64 {
+    let starts = memchr::memchr2_iter(b'n', b'N', text);
+    let named = |&at: &usize| {
+        let word = text.get(at..at + 6);
+        word.is_some_and(|word| word.eq_ignore_ascii_case(b"newmtl"))
+    };
+    starts.filter(named).count() as u64
+}
+
+/// Reads an MTL file. Statements that are broken are left out.
+pub(super) fn read(text: &[u8]) -> Vec<MtlMaterial> {
+    let mut materials = Vec::new();
+    let mut cursor = Cursor {
+        text,
+        at: mark_length(text),
+    };
+    loop {
+        cursor.skip_to_statement();
+        if cursor.is_at_end() {
+            return materials;
+        }
+        if cursor.peek() != Some(b'#') {
+            statement(&mut cursor, &mut materials);
+        }
+        cursor.skip_statement();
+    }
+}
+
+/// Names of files in a text, also of those that are not shown.
+pub(super) fn named_files(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    const KEYWORDS: [&[u8]; 6] = [b"map_", b"bump", b"disp", b"deca", b"refl", b"norm"];
+    text.split(|&byte| byte == b'\n').filter_map(|line| {
+        let mut cursor = Cursor { text: line, at: 0 };
+        cursor.skip_blanks();
+        let keyword = cursor.word();
+        let keyword = cursor.bytes(keyword).get(..4)?.to_ascii_lowercase();
+        let named = KEYWORDS.contains(&&keyword[..]);
+        let map = named.then(|| texture_map::read(&mut cursor, |_, _| {}))??;
+        Some(without_comment(&line[map.name.range()]))
+    })
+}
+
+fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
+    let name = cursor.word();
+    let mut lower = [0; KEYWORD_BYTES];
+    let keyword = cursor.keyword(name, &mut lower);
+    if keyword == b"newmtl" {
+        materials.push(MtlMaterial::new(cursor.rest_of_line()));
+        return;
+    }
+    // Before the first `newmtl` there is no material to which a statement could apply.
+    let Some(material) = materials.last_mut() else {
+        return;
+    };
+    match keyword {
+        b"ka" | b"kd" | b"ks" | b"ke" | b"tf" => {
+            let color = match color(cursor) {
+                Ok(color) => color,
+                Err(reason) => return material.leave_out(cursor, name, reason),
+            };
+            match keyword {
+                b"ka" => material.ka = Some(color),
+                b"kd" => (material.kd, material.kd_keyword) = (Some(color), name),
+                b"ks" => material.ks = color,
+                b"ke" => material.ke = color,
+                _ => material.tf = color,
+            }
+        }
+        b"ns" | b"ni" | b"d" | b"tr" | b"illum" => {
+            if keyword == b"d" {
+                texture_map::skip_option(cursor, b"-halo", 0);
+            }
+            let number = match number(cursor) {
+                Ok(number) => number,
+                Err(reason) => return material.leave_out(cursor, name, reason),
+            };
+            match keyword {
+                b"ns" => material.ns = Some(number),
+                b"ni" => material.ni = number,
+                b"d" => material.d = Some(number),
+                b"tr" => (material.tr, material.tr_keyword) = (Some(number), name),
+                _ => material.illum = Some(number),
+            }
+        }
+        b"map_kd" | b"map_ka" | b"map_d" => map(cursor, material, name, keyword),
+        b"map_ks" => {
+            material.has_map_ks = true;
+            material.leave_out(cursor, name, NO_SPECULAR_MAP);
+        }
+        b"map_ke" => {
+            material.has_map_ke = true;
+            material.leave_out(cursor, name, NO_EMISSION_MAP);
+        }
+        _ => material.leave_out(cursor, name, NOT_SHOWN),
+    }
+}
+
+/// Reads a texture, and notes its options that are left out.
+fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, keyword: &[u8]) {
+    let map = texture_map::read(cursor, |cursor, option| {
+        material.leave_out(cursor, option, NOT_SHOWN);
+    });
+    if map.is_none() {
+        material.leave_out(cursor, name, NO_NAME);
+    }
+    match keyword {
+        b"map_kd" => material.map_kd = map.or(material.map_kd.take()),
+        b"map_ka" => material.map_ka = map.or(material.map_ka.take()),
+        _ => material.map_d = map.or(material.map_d.take()),
+    }
+}
+
+/// One number for grey, or three; else the reason why there is no colour.
+fn color(cursor: &mut Cursor) -> Result<Vec3, &'static str> {
+    cursor.skip_blanks();
+    let mut ahead = *cursor;
+    let word = ahead.word();
+    let word = ahead.bytes(word);
+    if word.eq_ignore_ascii_case(b"spectral") || word.eq_ignore_ascii_case(b"xyz") {
+        return Err(NO_SPECTRUM);
+    }
+    let r = number(cursor)?;
+    if cursor.at_statement_end() {
+        return Ok(Vec3::splat(r));
+    }
+    Ok(Vec3::new(r, number(cursor)?, number(cursor)?))
+}
+
+/// A finite number; else the reason why there is none.
+fn number(cursor: &mut Cursor) -> Result<f32, &'static str> {
+    let number = cursor.float().map_err(|_| NO_NUMBER)?;
+    number.is_finite().then_some(number).ok_or(NOT_FINITE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn left_out(text: &str) -> Vec<(String, &'static str)> {
+        let materials = read(text.as_bytes());
+        let all = materials.iter().flat_map(|m| &m.left_out);
+        let told = |l: &MtlOmission| (text[l.keyword.range()].to_owned(), l.reason);
+        all.map(told).collect()
+    }
+
+    #[test]
+    fn keywords_are_read_in_any_case() {
+        let text = b"\xef\xbb\xbfNewMtl a \t\nKD 1 0 0\nmap_kd a.png\nTR .5\nILLUM 4\nni 1.5\n";
+        let materials = read(text);
+        let material = &materials[0];
+        assert_eq!(&text[material.name.range()], b"a");
+        assert_eq!((material.kd, material.tr), (Some(Vec3::X), Some(0.5)));
+        assert!(material.map_kd.is_some());
+        assert_eq!((material.illum, material.ni), (Some(4.0), 1.5));
+        assert_eq!(most_materials(text), 1);
+    }
+
+    #[test]
+    fn what_is_left_out_is_noted_once() {
+        let text = "newmtl a\nmap_Bump a.png\nMAP_BUMP b.png\nwhat 5\nKs xyz 1 2 3\nNs nan\nNi -1.#IND\nmap_Ks c.png\nmap_Kd\n";
+        let names: Vec<String> = left_out(text).into_iter().map(|l| l.0).collect();
+        assert_eq!(
+            names,
+            ["map_Bump", "what", "Ks", "Ns", "Ni", "map_Ks", "map_Kd"]
+        );
+        let many: String = (0..1000).map(|k| format!("x{k}\n")).collect();
+        assert_eq!(
+            left_out(&format!("newmtl a\n{many}")).len(),
+            MAX_DIAGNOSTICS
+        );
+        assert!(left_out("newmtl a\nKd nan 0 0\n")[0].1.contains("finite"));
+    }
+
+    #[test]
+    fn a_broken_statement_is_left_out() {
+        let text =
+            "Kd x\nnewmtl a\nKd 1 0\nNs 1,5\nKs spectral a.rfl 1\nillum\nKd\nKa red\nTf 0,5 0 0\n";
+        let names: Vec<String> = left_out(text).into_iter().map(|l| l.0).collect();
+        assert_eq!(names, ["Kd", "Ns", "Ks", "illum", "Ka", "Tf"]);
+        assert!(left_out(text)[1].1.contains("missing"));
+        let after = read(format!("{text}Kd 0 1 0").as_bytes());
+        assert_eq!((after[0].kd, after[0].ns), (Some(Vec3::Y), None));
+    }
+}

@@ -1,0 +1,294 @@
+//! The reader: chunks of the text, joined into a mesh.
+
+use super::chunk::{IndexLimits, ObjChunk};
+use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
+use crate::diagnostics::{DiagnosticSink, Span};
+use crate::faces::{self, Faces, NORMAL, VERTEX};
+use crate::folder::Folder;
+use crate::loaded::Loaded;
+use crate::memory_budget::{MemoryBudget, SharedBudget};
+use crate::mesh::{self, MergedMesh, NotFinite};
+use crate::options::Options;
+use crate::origin::{self, Origin, ReadStop};
+use crate::text::HEAD_BYTES;
+use crate::vertex_colors::COLOR_ROW_BYTES;
+use crate::workers;
+use glam::DVec3;
+use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
+use std::ops::Range;
+
+/// Bytes of a chunk: large enough to be worth a task, small enough to keep all threads busy to the
+/// end.
+const CHUNK_BYTES: usize = 1 << 18;
+
+/// Reads an OBJ file; the material files and textures that it names are looked for beside it.
+pub(crate) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    let read = read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES);
+    match (read, first_nul(bytes)) {
+        // One error instead of many about lines that are none.
+        (Err(ReadStop::Wrong(_)), Some(nul)) => {
+            let mut report = DiagnosticSink::binary();
+            report.error(Span::at(nul), "this is not text: a Windows object file?");
+            Err(ReadStop::of(report))
+        }
+        (read, _) => read,
+    }
+}
+
+/// The first NUL at the beginning of a file, if it has more than those that pad it.
+fn first_nul(bytes: &[u8]) -> Option<usize> {
+    let nul = memchr::memchr(0, &bytes[..bytes.len().min(HEAD_BYTES)])?;
+    let padding = bytes[nul..].iter().all(|&byte| byte <= b' ');
+    (!padding).then_some(nul)
+}
+
+fn read_in_chunks(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+    chunk_bytes: usize,
+) -> Result<Loaded, ReadStop> {
+    let threads = workers::thread_count(options.threads);
+    let mut report = DiagnosticSink::new(bytes);
+    if bytes.trim_ascii().is_empty() {
+        report.error(Span::START, "the file is empty");
+        return Err(ReadStop::of(report));
+    }
+    let moved = options.origin.offset();
+    let made = asset_dir.allowance().shared();
+    let chunks = read_chunks(bytes, threads, (chunk_bytes, moved), &made, &mut report);
+    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
+    let needed = made.used().saturating_add(cutting);
+    if let Err(message) = asset_dir.allowance().lend(needed, faces::purpose) {
+        report.error(Span::START, message);
+    }
+    let mut table = MaterialTable::default();
+    if !report.is_clean() {
+        return Err(ReadStop::of(report));
+    }
+    let total = limits_of(&chunks)
+        .first()
+        .map_or([0; 3], |limits| limits.total);
+    remarks::warn(bytes, &chunks, total, &mut report);
+    let (mut joined, changes) = merge(chunks, threads, &mut report);
+    let mut scene = mesh::scene_for(&joined.colors, options, &mut table);
+    // Checked before materials and textures are read, which would be for nothing.
+    if options.origin == Origin::Auto
+        && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])
+    {
+        return Err(ReadStop::Far(far));
+    }
+    if let Err(message) = take_memory(&joined, made.used(), asset_dir) {
+        report.error(Span::START, message);
+    }
+    if report.is_clean() {
+        let triangles = joined.faces[VERTEX].len();
+        let library =
+            materials::MaterialLibrary::new(bytes, asset_dir, &changes.libraries, &mut report);
+        let materials = library.resolve(
+            changes.materials,
+            triangles,
+            &mut scene,
+            &mut table,
+            &mut report,
+        );
+        joined.material = materials.rows;
+        remarks::warn_unplaced(&scene, &joined, &mut report);
+        let budget = asset_dir.allowance();
+        let baked = uv_baking::bake(&mut joined, &materials.transformed, budget)
+            .and_then(|()| smoothing::smooth(&mut joined, &changes.smoothing, budget));
+        if let Err(message) = baked {
+            report.error(Span::START, message);
+        }
+    }
+    mesh::finish(scene, joined, options, report)
+}
+
+/// Takes the memory of triangles and colours.
+fn take_memory(joined: &MergedMesh, made: u64, asset_dir: &Folder) -> Result<(), String> {
+    let budget = asset_dir.allowance();
+    budget.take(made, faces::purpose)?;
+    if joined.colors.rgb.is_empty() {
+        return Ok(());
+    }
+    let rows = joined.faces[VERTEX].len() as u64 * COLOR_ROW_BYTES;
+    budget.take(rows, || "for the colours of the file's vertices".into())
+}
+
+/// Reads all chunks and reports their errors. Faces for which there is no memory are left out.
+fn read_chunks(
+    bytes: &[u8],
+    threads: usize,
+    (size, moved): (usize, Option<DVec3>),
+    made: &SharedBudget,
+    report: &mut DiagnosticSink,
+) -> Vec<ObjChunk> {
+    let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
+    let first = ranges
+        .iter()
+        .map(|range| (range.clone(), IndexLimits::UNKNOWN));
+    let read = |made: &SharedBudget, (range, limits): (Range<usize>, IndexLimits)| {
+        let text = &bytes[..range.end];
+        chunk::read(text, range.start, limits, moved, made.share())
+    };
+    let chunks = workers::map(threads, first.collect(), |part| read(made, part));
+    let limits = limits_of(&chunks);
+    let within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
+        let ends = |k: usize| i64::from(chunk.highest[k]) <= limits.total[k];
+        let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
+        chunk.errors.is_empty() && (0..3).all(|k| ends(k) && begins(k))
+    };
+    // No second reading if there is not enough memory either.
+    if made.is_over() || chunks.iter().zip(&limits).all(within) {
+        return chunks;
+    }
+    drop(chunks);
+    // The first reading has checked that there is memory for these.
+    let found = MemoryBudget::of(None).shared();
+    let parts = ranges.into_iter().zip(limits).collect();
+    let again = workers::map(threads, parts, |part| read(&found, part));
+    again
+        .into_iter()
+        .map(|mut chunk| {
+            std::mem::take(&mut chunk.errors).emit(report);
+            chunk
+        })
+        .collect()
+}
+
+/// Start of a statement at or after an offset: behind a line end that no `\` continues.
+fn line_start(bytes: &[u8], at: usize) -> usize {
+    let mut start = at;
+    while let Some(end) = memchr::memchr(b'\n', &bytes[start..]) {
+        start += end + 1;
+        let line = &bytes[..start - 1];
+        if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+            return start;
+        }
+    }
+    bytes.len()
+}
+
+/// Limits of the numbers to which each chunk may refer.
+fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
+    let mut total = [0; 3];
+    let before = chunks.iter().map(|chunk| {
+        let before = total;
+        for (sum, count) in total.iter_mut().zip(chunk.counts()) {
+            *sum += count as i64;
+        }
+        before
+    });
+    let before: Vec<[i64; 3]> = before.collect();
+    before
+        .into_iter()
+        .map(|before| IndexLimits { before, total })
+        .collect()
+}
+
+/// Statements that hold for the triangles after them, by the triangle that they begin at.
+#[derive(Default)]
+struct StateChanges {
+    /// Spans of the materials' names.
+    materials: Vec<(usize, Span)>,
+    /// Numbers of smoothing groups, 0 for none.
+    smoothing: Vec<(usize, u32)>,
+    /// The operands of each `mtllib`.
+    libraries: Vec<Span>,
+}
+
+/// Joins the chunks: the columns, and the changes of state.
+fn merge(
+    mut chunks: Vec<ObjChunk>,
+    threads: usize,
+    report: &mut DiagnosticSink,
+) -> (MergedMesh, StateChanges) {
+    let limits = limits_of(&chunks);
+    let mut not_finite = Vec::new();
+    let mut bad_normals = Vec::new();
+    for (chunk, limits) in chunks.iter_mut().zip(&limits) {
+        not_finite.extend(shifted(&chunk.not_finite, limits.before[VERTEX]));
+        bad_normals.extend(shifted(&chunk.bad_normals, limits.before[NORMAL]));
+        let before = limits.before.map(|count| count as u32);
+        chunk.faces.resolve(before);
+    }
+    let colors = chunks.iter_mut().map(|chunk| {
+        let vertices = chunk.counts()[VERTEX];
+        (vertices, std::mem::take(&mut chunk.colors))
+    });
+    let colors = colors::merge(colors.collect(), threads);
+    let (mut vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
+    let mut faces: Vec<&mut Faces> = chunks.iter_mut().map(|chunk| &mut chunk.faces).collect();
+    mesh::leave_out_unreachable(not_finite, &mut vertices, &mut faces, report);
+    mesh::warn_bad_normals(&bad_normals, report);
+    let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
+    let cut = |mut chunk: ObjChunk| {
+        chunk.faces.triangulate(&vertices);
+        if !bad.is_empty() {
+            chunk.faces.without_normals(&bad);
+        }
+        chunk
+    };
+    let chunks = workers::map(threads, chunks, cut);
+    let mut changes = StateChanges::default();
+    let mut triangles = 0;
+    let faces = chunks.into_iter().map(|chunk| {
+        let switches = chunk.switches.iter();
+        (changes.materials).extend(switches.map(|&(first, name)| (triangles + first, name)));
+        let groups = chunk.smoothing.iter();
+        (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
+        changes.libraries.extend(chunk.libraries);
+        triangles += chunk.faces.len();
+        chunk.faces
+    });
+    let faces: Vec<Faces> = faces.collect();
+    let joined = MergedMesh {
+        vertices,
+        vertex_normals,
+        vertex_uvs,
+        faces: mesh::merge_faces(threads, faces),
+        colors,
+        ..MergedMesh::default()
+    };
+    (joined, changes)
+}
+
+fn shifted(rows: &[NotFinite], before: i64) -> impl Iterator<Item = NotFinite> {
+    let shift = move |row: &NotFinite| NotFinite {
+        number: row.number + before as u32,
+        ..*row
+    };
+    rows.iter().map(shift)
+}
+
+fn join_vertices(chunks: &mut [ObjChunk], threads: usize) -> (Vec3s, Vec3s, Vec2s) {
+    let mut columns: [Vec<Vec<f32>>; 8] = Default::default();
+    for chunk in chunks {
+        let parts = chunk
+            .vertices
+            .iter_mut()
+            .chain(&mut chunk.normals)
+            .chain(&mut chunk.uvs);
+        for (column, part) in columns.iter_mut().zip(parts) {
+            column.push(std::mem::take(part));
+        }
+    }
+    let [x, y, z, nx, ny, nz, u, v] = mesh::merge_floats(threads, columns);
+    (
+        Vec3s { x, y, z },
+        Vec3s {
+            x: nx,
+            y: ny,
+            z: nz,
+        },
+        Vec2s { x: u, y: v },
+    )
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

@@ -1,0 +1,166 @@
+//! Colours of vertices and faces: the properties that hold them, and their numbers as linear
+//! colours.
+//!
+//! Numbers are on the sRGB curve, as screens show them. Their scale follows from them, because
+//! programs disagree about types: floats are from 0 to 1 (Open3D) or to 255, and integers of any
+//! type may be those of bytes. Alpha is not used: it is seldom meant as opacity.
+
+use super::header::{Element, PropertyKind};
+use crate::faces::Faces;
+use crate::vertex_colors::{ColorOwners, MeshColors, linear_of_byte, linear_of_share};
+use crate::workers;
+use phalanx_scene::{NO_COLORS, Vec3s};
+
+/// Names of the properties of a colour.
+const NAMES: [[&[u8]; 3]; 3] = [
+    [b"red", b"green", b"blue"],
+    [b"diffuse_red", b"diffuse_green", b"diffuse_blue"],
+    [b"r", b"g", b"b"],
+];
+
+/// The properties of an element that hold a colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ColorProperties {
+    /// Indices of red, green and blue.
+    pub(super) numbers: [usize; 3],
+    /// True if they are whole numbers.
+    whole: bool,
+}
+
+impl ColorProperties {
+    /// The colour of an element's rows, if they have one.
+    pub(super) fn of(element: &Element) -> Option<ColorProperties> {
+        let numbers = NAMES.into_iter().find_map(|names| element.numbers(names))?;
+        let is_whole = |&index: &usize| matches!(element.properties[index].kind, PropertyKind::One(kind) if kind.is_whole());
+        Some(ColorProperties {
+            numbers,
+            whole: numbers.iter().all(is_whole),
+        })
+    }
+
+    /// Turns numbers of a file into linear ones, on several threads.
+    fn make_linear(&self, rgb: &mut Vec3s, threads: usize) {
+        let blocks = || rgb.parts().into_iter().flat_map(|part| part.chunks(BLOCK));
+        let ranges = workers::map(threads, blocks().collect(), NumberRange::of);
+        let range = ranges
+            .into_iter()
+            .fold(NumberRange::default(), NumberRange::join);
+        let most = range.scale(self.whole);
+        let bytes = most == 255.0;
+        let parts = rgb.parts_mut().into_iter();
+        let blocks = parts.flat_map(|part| part.chunks_mut(BLOCK)).collect();
+        workers::map(threads, blocks, |block: &mut [f32]| {
+            for channel in block {
+                let byte = *channel as u8;
+                *channel = match bytes && f32::from(byte) == *channel {
+                    true => linear_of_byte(byte),
+                    false => linear_of_share(*channel / most),
+                };
+            }
+        });
+    }
+}
+
+/// Numbers that a thread looks at, at a time.
+const BLOCK: usize = 1 << 16;
+
+/// The largest of some numbers, and whether any is no whole one.
+#[derive(Clone, Copy, Debug, Default)]
+struct NumberRange {
+    most: f32,
+    fractions: bool,
+}
+
+impl NumberRange {
+    fn of(numbers: &[f32]) -> NumberRange {
+        let mut range = NumberRange::default();
+        for &number in numbers.iter().filter(|number| number.is_finite()) {
+            range.most = range.most.max(number);
+            range.fractions |= number.fract() != 0.0;
+        }
+        range
+    }
+
+    fn join(self, other: NumberRange) -> NumberRange {
+        NumberRange {
+            most: self.most.max(other.most),
+            fractions: self.fractions | other.fractions,
+        }
+    }
+
+    /// The number that stands for full intensity.
+    fn scale(self, whole: bool) -> f32 {
+        // Some programs announce bytes and write shares. Sums of weights may exceed 1 by a little.
+        let shares = !whole || self.fractions;
+        match self.most {
+            ..=1.5 if shares => 1.0,
+            ..=255.5 => 255.0,
+            ..=65535.5 => 65535.0,
+            _ if self.most <= i32::MAX as f32 => i32::MAX as f32,
+            _ => u32::MAX as f32,
+        }
+    }
+}
+
+/// Colours of faces, in a chunk.
+#[derive(Debug, Default)]
+pub(super) struct FaceColors {
+    /// Colours as in the file.
+    pub(super) rgb: [Vec<f32>; 3],
+    /// The number of the colour of each triangle; those at the end may be missing.
+    pub(super) numbers: Vec<u32>,
+}
+
+impl FaceColors {
+    /// Adds the colour of the last triangles, up to the `count`-th.
+    pub(super) fn add(&mut self, rgb: [f32; 3], count: usize) {
+        let number = self.rgb[0].len() as u32;
+        for (column, channel) in self.rgb.iter_mut().zip(rgb) {
+            column.push(channel);
+        }
+        self.numbers.resize(count, number);
+    }
+}
+
+/// The colours of a mesh whose vertices have them.
+pub(super) fn of_vertices(
+    mut rgb: Vec3s,
+    properties: &ColorProperties,
+    threads: usize,
+) -> MeshColors {
+    properties.make_linear(&mut rgb, threads);
+    MeshColors {
+        rgb,
+        ..MeshColors::default()
+    }
+}
+
+/// The colours of a mesh whose faces have them.
+pub(super) fn of_faces(
+    chunks: Vec<FaceColors>,
+    faces: &[Faces],
+    properties: &ColorProperties,
+    threads: usize,
+) -> MeshColors {
+    let triangles = faces.iter().map(Faces::len).sum();
+    let mut numbers = Vec::with_capacity(triangles);
+    let mut columns: [Vec<Vec<f32>>; 3] = Default::default();
+    let (mut colors, mut end) = (0, 0);
+    for (chunk, faces) in chunks.into_iter().zip(faces) {
+        let given = chunk.numbers.into_iter();
+        numbers.extend(given.map(|number| number + colors));
+        // Triangles of strips have none.
+        end += faces.len();
+        numbers.resize(end, NO_COLORS);
+        colors += chunk.rgb[0].len() as u32;
+        for (column, part) in columns.iter_mut().zip(chunk.rgb) {
+            column.push(part);
+        }
+    }
+    let [x, y, z] = crate::mesh::merge_floats(threads, columns);
+    let rgb = Vec3s { x, y, z };
+    MeshColors {
+        owners: ColorOwners::Triangles(numbers),
+        ..of_vertices(rgb, properties, threads)
+    }
+}

@@ -1,0 +1,109 @@
+//! Pictures that a header names in comments, `TextureFile`, and the materials that show them.
+
+use super::plan::ReadPlan;
+use super::uvs::NO_PICTURE;
+use crate::diagnostics::{DiagnosticSink, quoted};
+use crate::folder::Folder;
+use crate::mesh_defaults::{WHITE, empty_scene};
+use crate::options::Options;
+use crate::texture::TextureLibrary;
+use phalanx_scene::{Material, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture, Wrap};
+
+/// The pictures of a file.
+#[derive(Default)]
+pub(super) struct NamedPictures {
+    /// The texture of each name; [`NO_TEXTURE`] for a missing one.
+    rows: Vec<u32>,
+    textures: Vec<Texture>,
+    /// Remarks on what is not shown.
+    pub(super) notes: Vec<String>,
+}
+
+impl NamedPictures {
+    /// Reads the pictures, if there are texture coordinates for them. Coordinates without a picture
+    /// are left out of the plan.
+    pub(super) fn read(
+        bytes: &[u8],
+        plan: &mut ReadPlan,
+        asset_dir: &Folder,
+        report: &mut DiagnosticSink,
+    ) -> NamedPictures {
+        let mut pictures = NamedPictures::default();
+        let mut names = &plan.header.pictures[..];
+        match (plan.has_uvs(), names) {
+            (false, []) => {}
+            (false, _) => pictures.note("the file names a picture and has no texture coordinates: it is not shown"),
+            (true, []) => pictures.note(
+                "the file has texture coordinates and names no picture for them (`comment TextureFile NAME`)",
+            ),
+            (true, [_, second, ..]) if plan.face_uvs.picture.is_none() => {
+                let message = "the faces do not say which picture is theirs (`texnumber`): the first is used";
+                report.warning(*second, message);
+                names = &names[..1];
+            }
+            (true, _) => {}
+        }
+        for span in &plan.header.pictures {
+            asset_dir.note(&String::from_utf8_lossy(&bytes[span.range()]));
+        }
+        if plan.has_uvs() {
+            let mut library = TextureLibrary::new(asset_dir);
+            for &span in names {
+                let name = String::from_utf8_lossy(&bytes[span.range()]);
+                // MeshLab's word for the name of the file itself.
+                let name = name.replace("<this>", asset_dir.scene_stem());
+                let found = asset_dir.find_for(None, &name).map(|found| {
+                    if let Some(instead) = found.instead {
+                        let (name, instead) = (quoted(&name), quoted(&instead));
+                        let message = format!("there is no file {name}: {instead} is read instead");
+                        report.warning(span, message);
+                    }
+                    found.file
+                });
+                let wrap = [Wrap::Repeat; 2];
+                pictures
+                    .rows
+                    .push(library.found(&name, found, wrap, || span, report));
+            }
+            pictures.textures = library.into_textures();
+        }
+        let shown = match pictures.textures.is_empty() {
+            true => 0,
+            false => pictures.rows.len(),
+        };
+        plan.keep_uvs_for(shown);
+        pictures
+    }
+
+    fn note(&mut self, note: &str) {
+        self.notes.push(note.to_owned());
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.textures.is_empty()
+    }
+
+    /// A scene with the pictures, and the material of each triangle of these numbers of pictures;
+    /// all have the first picture if there are none.
+    pub(super) fn into_scene(self, numbers: &[u32], options: &Options) -> (Scene, MeshMaterial) {
+        let mut scene = empty_scene();
+        let mut table = MaterialTable::default();
+        let base = options.material.unwrap_or(WHITE);
+        let mut row = |texture| {
+            let material = Material { texture, ..base };
+            table.intern(&material, &mut scene.materials)
+        };
+        let rows: Vec<u32> = self.rows.iter().map(|&texture| row(texture)).collect();
+        let bare = row(NO_TEXTURE);
+        let of = |&number: &u32| match number {
+            NO_PICTURE => bare,
+            _ => rows.get(number as usize).copied().unwrap_or(bare),
+        };
+        scene.textures = self.textures;
+        let material = match numbers {
+            [] => MeshMaterial::One(of(&0)),
+            _ => MeshMaterial::Each(numbers.iter().map(of).collect::<Vec<u32>>().into()),
+        };
+        (scene, material)
+    }
+}

@@ -1,0 +1,341 @@
+//! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
+//!
+//! Words may be in any case, and those that begin with `end` may be two. The normal is not used, so
+//! it may be missing, or be no number. Words behind it and behind `endloop` are passed over, and
+//! text between facets that has none of the words of a facet. A loop of more than three vertices is
+//! a fan of triangles.
+
+use super::lexer::{StlLexer, is_in_remark};
+use crate::decimal;
+use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
+use crate::mesh::{Occurrences, ParseError, ParseErrors};
+use crate::text::mark_length;
+use crate::workers;
+use glam::DVec3;
+use std::ops::Range;
+
+/// Corners as in the file, three for each facet.
+pub(super) type Soup = Vec<[[f32; 3]; 3]>;
+
+/// Word that ends a facet; chunks of the text end behind it.
+const END: &[u8] = b"endfacet";
+
+/// Most names and comments with that word that are passed in search of the end of a chunk.
+const MAX_REMARKS: usize = 1000;
+
+/// The corners of all facets; errors are added to the report.
+///
+/// `origin` is subtracted from corners before they are rounded.
+pub(super) fn read(
+    bytes: &[u8],
+    threads: usize,
+    chunk_bytes: usize,
+    origin: DVec3,
+    report: &mut DiagnosticSink,
+) -> Soup {
+    let finder = memchr::memmem::Finder::new(END);
+    let start = mark_length(bytes);
+    let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
+    let ranges = workers::cut(start..bytes.len(), chunk_bytes, |at| {
+        // Names and comments may hold the word.
+        let ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
+        let is_end = |&i: &usize| i > 0 && blank(i - 1) && blank(i + END.len());
+        let mut ends = ends.filter(is_end).take(MAX_REMARKS);
+        let end = ends.find(|i| !is_in_remark(bytes, *i));
+        end.map_or(bytes.len(), |i| i + END.len())
+    });
+    let read = |range: Range<usize>| {
+        let mut reader = StlAsciiReader::new(&bytes[..range.end], range.start, origin);
+        reader.read();
+        reader.chunk
+    };
+    if !begins_well(bytes, start, report) {
+        return Soup::new();
+    }
+    let mut soups = Vec::new();
+    let (mut ignored, mut cut_off) = (Occurrences::default(), None);
+    for chunk in workers::map(threads, ranges, read) {
+        chunk.errors.emit(report);
+        ignored.merge(chunk.ignored);
+        cut_off = cut_off.or(chunk.cut_off);
+        soups.push(chunk.soup);
+    }
+    ignored.warn(report, |count| match count {
+        1 => "this word and what follows it up to the next facet is no facet: it is ignored".into(),
+        _ => format!("text between facets is ignored at {count} places, here first"),
+    });
+    let soup = workers::joined(soups);
+    if let Some(error) = cut_off {
+        match soup.is_empty() {
+            true => report.error(error.span(), error.message()),
+            false => {
+                let message = "the file ends within this facet, which is left out";
+                report.warning(error.span(), format!("{message}: {}", error.message()));
+            }
+        }
+    }
+    soup
+}
+
+/// Checks the first word.
+fn begins_well(bytes: &[u8], start: usize, report: &mut DiagnosticSink) -> bool {
+    let mut words = StlLexer::new(bytes, start);
+    if words.take(b"solid").is_some() {
+        return true;
+    }
+    let message = "text must begin with `solid`";
+    match words.take(b"facet") {
+        Some(word) => {
+            report.warning(
+                word,
+                format!("this STL file lacks its first line: {message}"),
+            );
+            true
+        }
+        None => {
+            report.error(Span::START, format!("this is not an STL file: {message}"));
+            false
+        }
+    }
+}
+
+/// Span of a corner, found by counting; for a message.
+pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
+    let mut words = StlLexer::new(bytes, mark_length(bytes));
+    let mut count = 0;
+    loop {
+        if words.take_solid() {
+            words.skip_name();
+        }
+        match words.word() {
+            None => return Span::START,
+            Some(word) if words.is(word, b"vertex") => {
+                if count == corner {
+                    return word;
+                }
+                count += 1;
+            }
+            Some(_) => {}
+        }
+    }
+}
+
+/// Contents of a chunk of the text.
+#[derive(Default)]
+struct StlChunk {
+    soup: Soup,
+    errors: ParseErrors,
+    /// Text between facets.
+    ignored: Occurrences,
+    /// The error of a facet that the end of the text cuts off.
+    cut_off: Option<ParseError>,
+}
+
+/// The reason why a facet is not complete.
+enum FacetFault {
+    Wrong(ParseError),
+    /// The text ends.
+    CutOff(ParseError),
+}
+
+struct StlAsciiReader<'a> {
+    /// The file up to the end of the chunk.
+    words: StlLexer<'a>,
+    origin: DVec3,
+    chunk: StlChunk,
+}
+
+impl<'a> StlAsciiReader<'a> {
+    fn new(text: &'a [u8], at: usize, origin: DVec3) -> StlAsciiReader<'a> {
+        StlAsciiReader {
+            words: StlLexer::new(text, at),
+            origin,
+            chunk: StlChunk::default(),
+        }
+    }
+
+    fn read(&mut self) {
+        loop {
+            let read = if self.words.take(b"facet").is_some() {
+                self.facet()
+            } else if self.words.take_solid() {
+                self.words.skip_name();
+                Ok(())
+            } else {
+                let before = self.words;
+                let Some(word) = self.words.word() else {
+                    return;
+                };
+                self.words = before;
+                self.between_facets(word)
+            };
+            match read {
+                Ok(()) => {}
+                Err(FacetFault::Wrong(error)) => {
+                    self.chunk.errors.push(error);
+                    self.resume();
+                }
+                Err(FacetFault::CutOff(error)) => self.chunk.cut_off = Some(error),
+            }
+            if self.chunk.errors.is_full() {
+                return;
+            }
+        }
+    }
+
+    /// Passes text up to the next facet or solid. It is an error if there is a word of a facet in
+    /// it, because its beginning is lost then.
+    fn between_facets(&mut self, first: Span) -> Result<(), FacetFault> {
+        loop {
+            let before = self.words;
+            if self.take_part() {
+                self.words = before;
+                let expected = "`facet` or `endsolid`";
+                return Err(FacetFault::Wrong(self.unexpected(first, expected)));
+            }
+            let begins = self.words.take(b"facet").is_some() || self.words.take_solid();
+            self.words = before;
+            if begins || self.words.word().is_none() {
+                self.chunk.ignored.add(first);
+                return Ok(());
+            }
+        }
+    }
+
+    /// Takes a word that only facets have.
+    fn take_part(&mut self) -> bool {
+        let words = &mut self.words;
+        words.take(b"outer").is_some()
+            || words.take(b"vertex").is_some()
+            || words.take_end(b"loop").is_some()
+            || words.take_end(b"facet").is_some()
+    }
+
+    /// Moves behind the facet that has the fault.
+    fn resume(&mut self) {
+        while self.words.take_end(b"facet").is_none() {
+            if self.words.word().is_none() {
+                return;
+            }
+        }
+    }
+
+    fn facet(&mut self) -> Result<(), FacetFault> {
+        self.skip_normal();
+        self.keyword(b"outer")?;
+        self.keyword(b"loop")?;
+        let mut corners = [[0.0; 3]; 3];
+        for corner in &mut corners {
+            self.keyword(b"vertex")?;
+            *corner = self.vertex()?;
+        }
+        let first = self.chunk.soup.len();
+        self.chunk.soup.push(corners);
+        let read = self.rest_of_facet(corners);
+        if read.is_err() {
+            self.chunk.soup.truncate(first);
+        }
+        read
+    }
+
+    /// Reads what follows the third vertex.
+    fn rest_of_facet(&mut self, [a, _, mut last]: [[f32; 3]; 3]) -> Result<(), FacetFault> {
+        while self.words.take(b"vertex").is_some() {
+            let next = self.vertex()?;
+            self.chunk.soup.push([a, last, next]);
+            last = next;
+        }
+        self.end(b"loop")?;
+        self.pass_words();
+        self.end(b"facet")
+    }
+
+    fn vertex(&mut self) -> Result<[f32; 3], FacetFault> {
+        let mut corner = [0.0; 3];
+        for (axis, number) in corner.iter_mut().enumerate() {
+            *number = match self.origin[axis] {
+                0.0 => self.number(decimal::float)?,
+                origin => (self.number(decimal::double)? - origin) as f32,
+            };
+        }
+        Ok(corner)
+    }
+
+    /// Passes the normal, if there is one. It is not used, and real files have anything here:
+    /// `nan`, `-nan(ind)`, `-1.#IND`.
+    fn skip_normal(&mut self) {
+        if self.words.take(b"normal").is_some() {
+            self.pass_words();
+        }
+    }
+
+    /// Passes words up to one that only facets have.
+    fn pass_words(&mut self) {
+        loop {
+            let before = self.words;
+            if self.take_part() || self.words.take(b"facet").is_some() {
+                self.words = before;
+                return;
+            }
+            if self.words.word().is_none() {
+                return;
+            }
+        }
+    }
+
+    fn keyword(&mut self, expected: &[u8]) -> Result<(), FacetFault> {
+        match self.words.take(expected) {
+            Some(_) => Ok(()),
+            None => Err(self.fault(&format!("`{}`", String::from_utf8_lossy(expected)))),
+        }
+    }
+
+    fn end(&mut self, part: &[u8]) -> Result<(), FacetFault> {
+        match self.words.take_end(part) {
+            Some(_) => Ok(()),
+            None => Err(self.fault(&format!("`end{}`", String::from_utf8_lossy(part)))),
+        }
+    }
+
+    fn number<T: From<f32>>(
+        &mut self,
+        parse: impl Fn(&[u8], usize) -> (T, usize),
+    ) -> Result<T, FacetFault> {
+        self.words.skip_blanks();
+        let StlLexer { text, at } = self.words;
+        let (value, end) = parse(text, at);
+        if end > at && text.get(end).is_none_or(|&byte| byte <= b' ') {
+            self.words.at = end;
+            return Ok(value);
+        }
+        match decimal::not_finite(text, at) {
+            Some((value, end)) if text.get(end).is_none_or(|&byte| byte <= b' ') => {
+                self.words.at = end;
+                Ok(value.into())
+            }
+            _ => Err(self.fault("a number")),
+        }
+    }
+
+    /// The fault of a word that is not the expected one. The word stays: it may be the one that
+    /// ends the facet.
+    #[cold]
+    fn fault(&mut self, expected: &str) -> FacetFault {
+        let before = self.words;
+        let word = self.words.word();
+        self.words = before;
+        match word {
+            Some(word) => FacetFault::Wrong(self.unexpected(word, expected)),
+            None => {
+                let end = Span::at(self.words.text.trim_ascii_end().len());
+                FacetFault::CutOff(ParseError::new(end, format!("{expected} is missing")))
+            }
+        }
+    }
+
+    #[cold]
+    fn unexpected(&self, word: Span, expected: &str) -> ParseError {
+        let found = quoted_bytes(&self.words.text[word.range()]);
+        ParseError::new(word, format!("{found} stands where {expected} is expected"))
+    }
+}

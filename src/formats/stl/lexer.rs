@@ -1,0 +1,194 @@
+//! Words of ascii STL: blanks and comments between them, and names, which have no end of their own.
+
+use crate::diagnostics::Span;
+
+/// Returns true if a word that begins like this begins a comment, which ends with its line.
+#[inline]
+fn is_comment(rest: &[u8]) -> bool {
+    matches!(rest, [b'#' | b';', ..] | [b'/', b'/', ..])
+}
+
+/// A position in the text, between words.
+#[derive(Clone, Copy)]
+pub(super) struct StlLexer<'a> {
+    pub(super) text: &'a [u8],
+    pub(super) at: usize,
+}
+
+impl<'a> StlLexer<'a> {
+    pub(super) fn new(text: &'a [u8], at: usize) -> StlLexer<'a> {
+        StlLexer { text, at }
+    }
+
+    /// Moves to the next word, or to the end of the text.
+    #[inline]
+    pub(super) fn skip_blanks(&mut self) {
+        loop {
+            while self.text.get(self.at).is_some_and(|&byte| byte <= b' ') {
+                self.at += 1;
+            }
+            if !self.text.get(self.at..).is_some_and(is_comment) {
+                return;
+            }
+            self.skip_line();
+        }
+    }
+
+    fn skip_line(&mut self) {
+        let rest = &self.text[self.at..];
+        self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+    }
+
+    /// Takes the next word; none at the end of the text.
+    pub(super) fn word(&mut self) -> Option<Span> {
+        self.skip_blanks();
+        let rest = &self.text[self.at..];
+        let length = rest.iter().position(|&byte| byte <= b' ');
+        let span = Span::new(self.at, length.unwrap_or(rest.len()));
+        self.at += span.length;
+        (span.length > 0).then_some(span)
+    }
+
+    /// Returns true if a word is this one, in any case.
+    #[inline]
+    pub(super) fn is(&self, word: Span, expected: &[u8]) -> bool {
+        self.text[word.range()].eq_ignore_ascii_case(expected)
+    }
+
+    /// Takes the next word if it is this one.
+    #[inline]
+    pub(super) fn take(&mut self, expected: &[u8]) -> Option<Span> {
+        let before = self.at;
+        let word = self.word().filter(|&word| self.is(word, expected));
+        if word.is_none() {
+            self.at = before;
+        }
+        word
+    }
+
+    /// Takes `end` and a part, written as one word or as two.
+    pub(super) fn take_end(&mut self, part: &[u8]) -> Option<Span> {
+        let before = self.at;
+        let word = self.word()?;
+        let bytes = &self.text[word.range()];
+        let (end, rest) = bytes.split_at_checked(3).unwrap_or_default();
+        let found = end.eq_ignore_ascii_case(b"end")
+            && match rest.is_empty() {
+                true => self.take(part).is_some(),
+                false => rest.eq_ignore_ascii_case(part),
+            };
+        if !found {
+            self.at = before;
+        }
+        found.then_some(word)
+    }
+
+    /// Takes the word that begins or ends a solid; a name may follow.
+    pub(super) fn take_solid(&mut self) -> bool {
+        self.take(b"solid").is_some() || self.take_end(b"solid").is_some()
+    }
+
+    /// Moves behind the name of a solid, which may hold blanks. It ends with its line, with a
+    /// comment, or before a facet: some files are one line.
+    pub(super) fn skip_name(&mut self) {
+        loop {
+            let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+            let blank = |byte: &&u8| **byte <= b' ' && !is_end(byte);
+            self.at += self.text[self.at..].iter().take_while(blank).count();
+            let rest = &self.text[self.at..];
+            if rest.first().is_none_or(is_end) {
+                return;
+            }
+            if is_comment(rest) {
+                return self.skip_line();
+            }
+            let mut next = *self;
+            if next.take(b"facet").is_some()
+                && (next.take(b"normal").is_some() || next.take(b"outer").is_some())
+            {
+                return;
+            }
+            self.word();
+        }
+    }
+}
+
+/// Most bytes that are looked back to find out whether a word stands in a name or in a comment.
+const MAX_LINE: usize = 4096;
+
+/// Returns true if the word at this position is in the name of a solid or in a comment.
+pub(super) fn is_in_remark(bytes: &[u8], at: usize) -> bool {
+    let from = at.saturating_sub(MAX_LINE);
+    let end = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]);
+    // The line up to the first letter of the word.
+    let mut words = StlLexer::new(&bytes[..=at], end.map_or(from, |end| from + end + 1));
+    if words.take_solid() {
+        words.skip_name();
+    }
+    while let Some(word) = words.word() {
+        if word.offset == at {
+            return false;
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_end_with_their_line_or_before_a_facet() {
+        for (text, rest) in [
+            (" a b\n facet", "\n facet"),
+            (" a facet b\r\nx", "\r\nx"),
+            ("\nfacet normal", "\nfacet normal"),
+            (" a b Facet normal 0", "Facet normal 0"),
+            (" a  facet outer", "facet outer"),
+            (" a # facet normal\nx", "\nx"),
+            (" #1 // ; facet outer", ""),
+            ("", ""),
+        ] {
+            let mut words = StlLexer::new(text.as_bytes(), 0);
+            words.skip_name();
+            assert_eq!(&text[words.at..], rest, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn an_end_is_one_word_or_two() {
+        for (text, found) in [
+            ("endloop x", true),
+            ("END\n Loop x", true),
+            ("endfacet x", false),
+            ("end facet x", false),
+            ("loop x", false),
+            ("\u{e9}\u{e9} x", false),
+            ("", false),
+        ] {
+            let mut words = StlLexer::new(text.as_bytes(), 0);
+            assert_eq!(words.take_end(b"loop").is_some(), found, "{text:?}");
+            let at = words.at;
+            assert_eq!(text[at..].trim_start(), if found { "x" } else { text });
+        }
+    }
+
+    #[test]
+    fn remarks_are_names_and_comments() {
+        for (text, remark) in [
+            ("solid an endfacet", true),
+            ("x\nend solid an endfacet", true),
+            ("endsolid # endfacet", true),
+            ("vertex 0 0 0 // endfacet", true),
+            ("vertex 0 0 0 /endfacet", false),
+            ("solid a facet normal 0 0 1 endfacet", false),
+            ("# x\nendfacet", false),
+            ("solid\r endfacet", false),
+            ("endfacet", false),
+        ] {
+            let at = text.find("endfacet").unwrap();
+            let at = if text.contains(" /e") { at - 1 } else { at };
+            assert_eq!(is_in_remark(text.as_bytes(), at), remark, "{text:?}");
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Welds corners: those with the same bits become one vertex, numbered in the order in which they
+//! first appear.
+//!
+//! Each thread has a share of all possible corners, by their hash, and finds the first occurrence
+//! of each of them. So the result depends neither on the number of threads nor on the hash. The
+//! hash differs from run to run, so that no file can be made to be slow.
+
+use crate::diagnostics::Span;
+use crate::mesh::{self, NotFinite};
+use crate::workers;
+use phalanx_scene::Vec3s;
+use std::collections::HashMap;
+use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Triangles over shared vertices.
+pub(super) struct Welded {
+    pub(super) vertices: Vec3s,
+    pub(super) corners: Vec<[u32; 3]>,
+    /// Vertices that are out of reach, and the corner where each occurs first.
+    bad: Vec<(u32, usize)>,
+}
+
+impl Welded {
+    /// The vertices that are out of reach, ascending, all with the span of the first.
+    pub(super) fn not_finite(&self, span: impl Fn(usize) -> Span) -> Vec<NotFinite> {
+        let span = self.bad.first().map_or(Span::START, |bad| span(bad.1));
+        let bad = self.bad.iter();
+        bad.map(|&(number, _)| NotFinite { number, span }).collect()
+    }
+}
+
+/// Welds the corners of `facets` facets, given by their bits.
+pub(super) fn weld(
+    facets: usize,
+    threads: usize,
+    corner: impl Fn(usize) -> [u32; 3] + Sync,
+) -> Welded {
+    let first = first_corners(facets, threads, &corner);
+    let mut welded = Welded {
+        vertices: Vec3s::default(),
+        corners: Vec::with_capacity(facets),
+        bad: Vec::new(),
+    };
+    // The number of each vertex, stored at the corner where it occurs first.
+    let mut numbers = first;
+    for facet in 0..facets {
+        let row = [0, 1, 2].map(|k| {
+            let at = facet * 3 + k;
+            let first = numbers[at] as usize;
+            if first == at {
+                numbers[at] = welded.vertices.len() as u32;
+                welded.add(corner(at).map(f32::from_bits), at);
+            } else {
+                numbers[at] = numbers[first];
+            }
+            numbers[at]
+        });
+        welded.corners.push(row);
+    }
+    welded
+}
+
+impl Welded {
+    fn add(&mut self, position: [f32; 3], corner: usize) {
+        if !mesh::is_in_reach(position) {
+            self.bad.push((self.vertices.len() as u32, corner));
+        }
+        self.vertices.push(mesh::stored(position).into());
+    }
+}
+
+/// For each corner, the first one with the same bits.
+fn first_corners(
+    facets: usize,
+    threads: usize,
+    corner: &(impl Fn(usize) -> [u32; 3] + Sync),
+) -> Vec<u32> {
+    let count = facets * 3;
+    let keys = RandomState::new();
+    let seed = [keys.hash_one(0), keys.hash_one(1) | 1];
+    let shares = threads.clamp(1, 64) as u64;
+    let firsts: Vec<AtomicU32> = std::iter::repeat_with(|| AtomicU32::new(0))
+        .take(count)
+        .collect();
+    workers::map(threads, (0..shares).collect(), |share| {
+        let mut seen: HashMap<WeldKey, u32, BuildHasherDefault<PrecomputedHasher>> =
+            HashMap::default();
+        for (at, slot) in firsts.iter().enumerate() {
+            let bits = corner(at);
+            let hash = hash(bits, seed);
+            // The lower bits choose the share, the upper ones the slot in its table.
+            if ((hash & 0xffff_ffff) * shares) >> 32 == share {
+                let first = seen.entry(WeldKey { hash, bits }).or_insert(at as u32);
+                slot.store(*first, Ordering::Relaxed);
+            }
+        }
+    });
+    firsts.into_iter().map(AtomicU32::into_inner).collect()
+}
+
+/// A corner with its hash, which is computed once.
+struct WeldKey {
+    hash: u64,
+    bits: [u32; 3],
+}
+
+impl PartialEq for WeldKey {
+    fn eq(&self, other: &WeldKey) -> bool {
+        self.bits == other.bits
+    }
+}
+
+impl Eq for WeldKey {}
+
+impl std::hash::Hash for WeldKey {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u64(self.hash);
+    }
+}
+
+/// Hasher that returns a given hash unchanged.
+#[derive(Default)]
+struct PrecomputedHasher(u64);
+
+impl Hasher for PrecomputedHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes
+            .iter()
+            .for_each(|&b| self.0 = self.0 << 8 | u64::from(b));
+    }
+
+    fn write_u64(&mut self, hash: u64) {
+        self.0 = hash;
+    }
+}
+
+#[inline]
+fn hash(bits: [u32; 3], seed: [u64; 2]) -> u64 {
+    let [x, y, z] = bits.map(u64::from);
+    let once = folded((x | y << 32) ^ seed[0], seed[1]);
+    folded(once ^ z, 0x9e37_79b9_7f4a_7c15)
+}
+
+/// Combines both halves of the product, so that every input bit affects every output bit.
+#[inline]
+fn folded(a: u64, b: u64) -> u64 {
+    let product = u128::from(a) * u128::from(b);
+    product as u64 ^ (product >> 64) as u64
+}

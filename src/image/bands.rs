@@ -1,0 +1,265 @@
+//! A picture file of any format from films that lie one below the other. Only one of them, and the
+//! part of the file being written of it, need be in memory at a time.
+
+use super::description::{BAND_ROWS, Depth, PictureFile};
+use super::encoder::Encoder;
+use super::error::PictureError;
+use super::exr::write_exr;
+use super::format::ImageFormat;
+use super::hdr_pfm::{write_hdr, write_pfm};
+use super::jpeg::write_jpeg;
+use super::png::{PngInfo, write_png, write_png_16};
+use phalanx_files::{WriteSeek, in_memory, replace_file, replace_file_seeking};
+use phalanx_scene::film::{Aovs, Film};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
+/// bytes depend on the description and on the radiance alone, not on the heights of the bands.
+///
+/// # Errors
+/// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of
+/// this size, or the system's reason.
+pub fn save_bands(
+    path: &Path,
+    file: &PictureFile,
+    bands: impl IntoIterator<Item = io::Result<Film>>,
+) -> Result<(), PictureError> {
+    let mut bands = CheckedBands::new(file, bands.into_iter());
+    let written = match file.format.seeks() {
+        true => replace_file_seeking(path, |out| bands.write_seeking(out, file)),
+        false => replace_file(path, |out| bands.write(out, file)),
+    };
+    written.map_err(|source| PictureError::Write {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// Writes a picture to any writer, as [`save_bands`] does to a file. A format that seeks is written
+/// when its bytes are complete.
+///
+/// # Errors
+/// The errors of [`save_bands`].
+pub fn write_bands(
+    out: &mut dyn Write,
+    file: &PictureFile,
+    bands: impl IntoIterator<Item = io::Result<Film>>,
+) -> io::Result<()> {
+    let mut bands = CheckedBands::new(file, bands.into_iter());
+    match file.format.seeks() {
+        true => out.write_all(&in_memory(|out| bands.write_seeking(out, file))?)?,
+        false => bands.write(out, file)?,
+    }
+    out.flush()
+}
+
+/// Bands that have been checked: each is as wide as the picture, and none reaches below it. If they
+/// end before the picture does, the last item is an error.
+struct CheckedBands<I> {
+    bands: I,
+    width: u32,
+    aovs: Aovs,
+    /// Rows that are still to come.
+    rows: u32,
+}
+
+impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
+    fn new(file: &PictureFile, bands: I) -> CheckedBands<I> {
+        CheckedBands {
+            bands,
+            width: file.width,
+            aovs: file.aovs,
+            rows: file.height,
+        }
+    }
+
+    /// Writes a format that needs no seeking.
+    fn write(&mut self, out: &mut dyn Write, file: &PictureFile) -> io::Result<()> {
+        let encoder = Encoder::new(file.exposure);
+        let (width, height) = (file.width, file.height);
+        let info = PngInfo {
+            transfer: file.exposure.encoding.transfer,
+            header: &file.header,
+        };
+        let bands = self.by_ref();
+        match (file.format, file.depth) {
+            (ImageFormat::Jpeg, _) => {
+                let rows = bands.map(|film| Ok(encoder.encode(&film?)));
+                write_jpeg(out, (width, height), &file.header, rows)?;
+            }
+            (ImageFormat::Hdr, _) => write_hdr(out, (width, height), &file.header, bands)?,
+            (_, Depth::Eight) => {
+                let rows = bands.map(|film| Ok(encoder.encode(&film?).rgb));
+                write_png(out, (width, height), info, rows)?;
+            }
+            (_, Depth::Sixteen) => {
+                let rows = bands.map(|film| Ok(encoder.encode_16(&film?).rgb));
+                write_png_16(out, (width, height), info, rows)?;
+            }
+        }
+        self.end()
+    }
+
+    /// Writes a format that needs seeking.
+    fn write_seeking(&mut self, out: &mut dyn WriteSeek, file: &PictureFile) -> io::Result<()> {
+        match file.format {
+            ImageFormat::Exr => write_exr(out, file, self)?,
+            _ => write_pfm(out, file.width, file.height, self)?,
+        }
+        self.end()
+    }
+
+    fn check(&mut self, film: Film) -> io::Result<Film> {
+        let last = film.height == self.rows;
+        if film.width != self.width || film.height > self.rows {
+            return Err(io::Error::other("a band is not of the picture's size"));
+        }
+        if film.aovs != self.aovs {
+            return Err(io::Error::other("a band has other layers than the picture"));
+        }
+        if film.height == 0 || !last && !film.height.is_multiple_of(BAND_ROWS) {
+            return Err(io::Error::other("a band ends between two tiles"));
+        }
+        self.rows -= film.height;
+        Ok(film)
+    }
+
+    /// Checks that nothing comes after the picture's last row.
+    fn end(&mut self) -> io::Result<()> {
+        match self.next() {
+            None => Ok(()),
+            Some(Err(error)) => Err(error),
+            Some(Ok(_)) => Err(io::Error::other("there are more bands than rows")),
+        }
+    }
+}
+
+impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<I> {
+    type Item = io::Result<Film>;
+
+    fn next(&mut self) -> Option<io::Result<Film>> {
+        match self.bands.next() {
+            Some(Ok(film)) => Some(self.check(film)),
+            Some(Err(error)) => Some(Err(error)),
+            None if self.rows > 0 => Some(Err(io::Error::other("the picture has no more bands"))),
+            None => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::encoder::Exposure;
+    use crate::header::PictureHeader;
+    use phalanx_scene::{OutputEncoding, Quantize, Transfer};
+    use std::fs;
+
+    const WIDTH: u32 = 70;
+    const HEIGHT: u32 = 200;
+
+    /// Rows of the picture, as a film.
+    fn rows(from: u32, to: u32) -> Film {
+        let mut film = Film::new(WIDTH, to - from, false);
+        for y in from..to {
+            for x in 0..WIDTH {
+                let at = ((y - from) * WIDTH + x) as usize;
+                let value = (x * 7 + y * 3) as f32 / 700.0;
+                for (k, plane) in film.planes.iter_mut().enumerate() {
+                    plane[at] = value * (k + 1) as f32;
+                }
+            }
+        }
+        film
+    }
+
+    fn cut(ends: &[u32]) -> Vec<io::Result<Film>> {
+        let starts = [0].into_iter().chain(ends.iter().copied());
+        starts.zip(ends).map(|(a, &b)| Ok(rows(a, b))).collect()
+    }
+
+    fn file(format: ImageFormat, depth: Depth) -> PictureFile {
+        PictureFile {
+            width: WIDTH,
+            height: HEIGHT,
+            crop: None,
+            format,
+            aovs: Aovs::default(),
+            origin: [0.0; 3],
+            exposure: Exposure {
+                stops: 0.5,
+                encoding: OutputEncoding {
+                    transfer: Transfer::Srgb,
+                    quantize: Quantize::Round,
+                },
+            },
+            depth,
+            header: PictureHeader {
+                scene: "a.test".to_owned(),
+                command: "phalanx render a.test".to_owned(),
+                ..PictureHeader::NONE
+            },
+        }
+    }
+
+    #[test]
+    fn the_bytes_do_not_depend_on_the_bands() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        for (ending, format) in ImageFormat::ENDINGS {
+            for depth in [Depth::Eight, Depth::Sixteen] {
+                let of = |ends: &[u32]| {
+                    save_bands(&path, &file(format, depth), cut(ends)).unwrap();
+                    fs::read(&path).unwrap()
+                };
+                let whole = of(&[HEIGHT]);
+                assert!(whole == of(&[64, 128, 192, 200]), "{ending}");
+                assert!(whole == of(&[128, 200]), "{ending}");
+            }
+        }
+    }
+
+    #[test]
+    fn bands_that_make_no_picture_make_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let failed = |bands: Vec<io::Result<Film>>| {
+            let mut said = String::new();
+            for (_, format) in ImageFormat::ENDINGS {
+                let again = bands.iter().map(|band| match band {
+                    Ok(film) => Ok(film.clone()),
+                    Err(error) => Err(io::Error::other(error.to_string())),
+                });
+                let saved = save_bands(&path, &file(format, Depth::Eight), again);
+                let error = saved.unwrap_err().to_string();
+                assert!(said.is_empty() || said == error, "{said} {error}");
+                said = error;
+            }
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+            said
+        };
+        assert!(failed(cut(&[64, 128])).contains("no more bands"));
+        assert!(failed(cut(&[64, 100, 200])).contains("between two tiles"));
+        assert!(failed(cut(&[64, 264])).contains("picture's size"));
+        assert!(failed(cut(&[128, 200, 201])).contains("picture's size"));
+        assert!(failed(vec![Ok(rows(0, 64)), Err(io::Error::other("hit"))]).contains("hit"));
+        let narrow = Film::new(WIDTH - 1, HEIGHT, false);
+        assert!(failed(vec![Ok(narrow)]).contains("picture's size"));
+    }
+
+    #[test]
+    fn what_goes_to_any_writer_is_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        for (_, format) in ImageFormat::ENDINGS {
+            let file = file(format, Depth::Sixteen);
+            save_bands(&path, &file, cut(&[64, HEIGHT])).unwrap();
+            let mut bytes = Vec::new();
+            write_bands(&mut bytes, &file, cut(&[128, HEIGHT])).unwrap();
+            assert!(bytes == fs::read(&path).unwrap(), "{format:?}");
+            let short = write_bands(&mut bytes, &file, cut(&[64]));
+            assert!(short.is_err(), "{format:?}: a part of the picture");
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Pictures of the differences of two pictures: of the colours, or of the first layer that both
+//! have.
+
+use super::super::error::{CompareError, PictureError};
+use super::super::png::write_plain_png;
+use super::super::read::{PictureReader, SampleKind};
+use super::band_pairs::{BandPair, BandPairs};
+use super::comparison::PictureComparison;
+use super::difference::SamplePair;
+use super::layer_pairs::{LayerPair, pair_layers};
+use super::on_screen::{on_screen, unit};
+use phalanx_files::replace_file;
+use std::io;
+use std::path::Path;
+
+/// Columns between pictures that stand beside each other.
+const GAP: usize = 8;
+/// Colour of these columns.
+const GAP_COLOR: [u8; 3] = [64; 3];
+/// Colour of a pixel of which a sample is not finite in one picture only.
+const NOT_FINITE: [u8; 3] = [0, 255, 255];
+
+/// Writes a PNG of the differences: black where the pictures are equal, then from dark red over
+/// yellow to white, and cyan where only one of them is finite. White is a difference of 255 steps
+/// for a screen, of 1 for linear colours, and of the largest value for other layers.
+///
+/// # Errors
+/// As [`compare_pictures`](super::compare_pictures), and of writing.
+pub fn save_heat(
+    path: &Path,
+    a: &mut PictureReader,
+    b: &mut PictureReader,
+    comparison: &PictureComparison,
+) -> Result<(), CompareError> {
+    let columns = comparison.width;
+    save(
+        path,
+        columns,
+        [a, b],
+        comparison,
+        |drawing, band, row, rgb| {
+            let pixels = (0..drawing.width).map(|x| drawing.heat(band, row, x));
+            rgb.extend(pixels.flatten());
+        },
+    )
+}
+
+/// Writes a PNG of the first picture, the second, and their differences as [`save_heat`] has them,
+/// beside each other. Linear colours pass the curve of sRGB; other layers are shown by the absolute
+/// values of their first three channels, as a share of the largest one.
+///
+/// # Errors
+/// As [`save_heat`].
+pub fn save_side_by_side(
+    path: &Path,
+    a: &mut PictureReader,
+    b: &mut PictureReader,
+    comparison: &PictureComparison,
+) -> Result<(), CompareError> {
+    let columns = 3 * comparison.width + 2 * GAP as u32;
+    save(
+        path,
+        columns,
+        [a, b],
+        comparison,
+        |drawing, band, row, rgb| {
+            for side in 0..2 {
+                let pixels = (0..drawing.width).map(|x| drawing.pixel(band, side, row, x));
+                rgb.extend(pixels.flatten());
+                rgb.extend([GAP_COLOR; GAP].as_flattened());
+            }
+            let pixels = (0..drawing.width).map(|x| drawing.heat(band, row, x));
+            rgb.extend(pixels.flatten());
+        },
+    )
+}
+
+/// Writes a PNG row by row. The function adds a row of a band to the samples.
+fn save(
+    path: &Path,
+    columns: u32,
+    [a, b]: [&mut PictureReader; 2],
+    comparison: &PictureComparison,
+    draw: impl Fn(&Drawing, &BandPair, usize, &mut Vec<u8>),
+) -> Result<(), CompareError> {
+    let pairs = pair_layers(a, b)?;
+    let first = pairs.common.first().zip(comparison.layers.first());
+    let (layer, found) =
+        first.ok_or_else(|| CompareError::NothingInCommon(pairs.only_in.clone()))?;
+    let height = a.layout().height;
+    let drawing = Drawing {
+        layer,
+        width: a.layout().width as usize,
+        color: layer.rgb().is_some(),
+        peak: found.peak,
+    };
+    let bands = BandPairs::new(a, b)?.map(|band| {
+        let band = band.map_err(io::Error::other)?;
+        let mut rgb = Vec::with_capacity(3 * columns as usize * band.rows as usize);
+        (0..band.rows as usize).for_each(|row| draw(&drawing, &band, row, &mut rgb));
+        Ok(rgb)
+    });
+    let written = replace_file(path, |out| write_plain_png(out, (columns, height), bands));
+    written.map_err(|source| {
+        CompareError::Picture(PictureError::Write {
+            path: path.to_path_buf(),
+            source,
+        })
+    })
+}
+
+/// Description of how a layer is drawn.
+struct Drawing<'a> {
+    layer: &'a LayerPair,
+    width: usize,
+    /// True if it has red, green and blue.
+    color: bool,
+    /// Largest value of a sample.
+    peak: f64,
+}
+
+impl Drawing<'_> {
+    /// The sample of a channel of one picture.
+    fn bits(&self, band: &BandPair, side: usize, channel: usize, row: usize, x: usize) -> u32 {
+        let index = self.layer.channels[channel].index[side];
+        band.planes[side][index][row * self.width + x]
+    }
+
+    fn pixel(&self, band: &BandPair, side: usize, row: usize, x: usize) -> [u8; 3] {
+        let share = |channel: usize| {
+            let kind = self.layer.channels[channel].kind[side];
+            let bits = self.bits(band, side, channel, row, x);
+            match self.color {
+                true => on_screen(kind, bits),
+                false => unit(kind.value(bits).abs() / self.peak.max(f64::MIN_POSITIVE)),
+            }
+        };
+        let byte = |share: f64| (share * 255.0 + 0.5) as u8;
+        match self.layer.channels.len() {
+            1 => [byte(share(0)); 3],
+            2 => [byte(share(0)), byte(share(1)), 0],
+            _ => [0, 1, 2].map(|channel| byte(share(channel))),
+        }
+    }
+
+    fn heat(&self, band: &BandPair, row: usize, x: usize) -> [u8; 3] {
+        let mut largest: f64 = 0.0;
+        for (c, channel) in self.layer.channels.iter().enumerate() {
+            let bits = [0, 1].map(|side| self.bits(band, side, c, row, x));
+            let pair = SamplePair::of(channel.kind, bits);
+            match pair.finite {
+                false if pair.same_number => {}
+                false => return NOT_FINITE,
+                true => largest = largest.max(pair.difference),
+            }
+        }
+        let display = self
+            .layer
+            .channels
+            .iter()
+            .all(|c| c.kind == [SampleKind::Display; 2]);
+        let full = match (display, self.color) {
+            (true, _) => 255.0,
+            (false, true) => 1.0,
+            (false, false) => self.peak.max(f64::MIN_POSITIVE),
+        };
+        ramp(largest / full)
+    }
+}
+
+/// Colour of a difference, 0 to 1: the square root lifts small ones, and the smallest is already
+/// visible.
+fn ramp(difference: f64) -> [u8; 3] {
+    if difference <= 0.0 {
+        return [0, 0, 0];
+    }
+    const FLOOR: f64 = 0.15;
+    let heat = FLOOR + (1.0 - FLOOR) * difference.min(1.0).sqrt();
+    // Three thirds: red rises, then green, then blue.
+    [0.0, 1.0, 2.0].map(|third| ((3.0 * heat - third).clamp(0.0, 1.0) * 255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heat_rises_from_black_over_red_and_yellow_to_white() {
+        assert_eq!(ramp(0.0), [0, 0, 0]);
+        let step = |d: u32| ramp(f64::from(d) / 255.0);
+        let [r, g, b] = step(1);
+        assert!(r > 100 && g == 0 && b == 0, "one step is visible: {r}");
+        assert_eq!(step(255), [255, 255, 255]);
+        let brightness = |d| step(d).iter().map(|&c| u32::from(c)).sum::<u32>();
+        assert!((1..255).all(|d| brightness(d) <= brightness(d + 1)));
+        assert_eq!(ramp(1e9), [255, 255, 255]);
+    }
+}

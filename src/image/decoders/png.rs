@@ -1,0 +1,61 @@
+//! PNG: the header, and faults in plain words.
+
+use super::{CheckSides, TOO_SHORT};
+use ::png::{ColorType, Decoder, DecodingError, Reader, Transformations};
+use std::io::{BufRead, ErrorKind, Seek};
+
+/// A decoder that has read all before the first row, which checks neither the text around the
+/// picture nor its colour profile.
+pub fn open<R: BufRead + Seek>(bytes: R, check: CheckSides) -> Result<Reader<R>, String> {
+    let mut decoder = Decoder::new(bytes);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_transformations(Transformations::EXPAND);
+    let header = decoder.read_header_info().map_err(plain)?;
+    check(header.width.into(), header.height.into())?;
+    let reader = decoder.read_info().map_err(plain)?;
+    let info = reader.info();
+    // Checked here, because the crate takes a palette's length to be right.
+    let palette = info.palette.as_deref().unwrap_or_default();
+    let is_palette = (3..=3 * 256).contains(&palette.len()) && palette.len().is_multiple_of(3);
+    match info.color_type != ColorType::Indexed || is_palette {
+        true => Ok(reader),
+        false => Err("its palette (PLTE) does not hold whole colours, 1 to 256".into()),
+    }
+}
+
+/// Checks the sums of the data behind the last row. An end that is missing there is no objection.
+pub fn finish<R: BufRead + Seek>(reader: &mut Reader<R>) -> Result<(), String> {
+    match reader.next_interlaced_row() {
+        Err(DecodingError::IoError(_)) | Ok(_) => Ok(()),
+        Err(error) => Err(plain(error)),
+    }
+}
+
+/// The crate's message in plain words: of its debug text of a chunk the chunk's name is left.
+pub fn plain(error: DecodingError) -> String {
+    const DEFLATE: &str = "Corrupt deflate stream";
+    let mut message = match error {
+        DecodingError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
+            return TOO_SHORT.into();
+        }
+        DecodingError::IoError(e) => return e.to_string(),
+        other => other.to_string(),
+    };
+    if message.starts_with(DEFLATE) {
+        return BROKEN_DATA.into();
+    }
+    const START: &str = "ChunkType { type: ";
+    while let Some(start) = message.find(START) {
+        let name = start + START.len();
+        let end = message[name..]
+            .find(" }")
+            .map_or(message.len(), |end| name + end + 2);
+        let chunk = message[name..end].split(',').next().unwrap_or_default();
+        let chunk = chunk.to_owned();
+        message.replace_range(start..end, &chunk);
+    }
+    format!("it is broken: {message}")
+}
+
+const BROKEN_DATA: &str = "it is broken: its compressed data are no such data";

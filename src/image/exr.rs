@@ -1,0 +1,166 @@
+//! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly
+//! compressed.
+
+use super::description::{Films, PictureFile};
+use super::exr_header::{ExrChannel, TILE, header, sorted_header};
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::math::Vec2;
+use exr::meta::MetaData;
+use exr::prelude::SmallVec;
+use phalanx_files::WriteSeek;
+use phalanx_scene::film::{Aovs, Film};
+use rayon::prelude::*;
+use std::io::{self, BufWriter, SeekFrom};
+
+/// Writes films, one below the other, as they come. All threads compress their tiles, which are
+/// written in order.
+pub(super) fn write_exr(
+    out: &mut dyn WriteSeek,
+    file: &PictureFile,
+    bands: Films,
+) -> io::Result<()> {
+    let channels = channels(file.aovs);
+    let header = header(file, &channels);
+    let sorted = sorted_header(&header)?;
+    // The error of a band is kept here, so that it is not lost among the crate's own errors.
+    let mut failed = None;
+    let written = exr::block::write(
+        BufWriter::new(&mut *out),
+        SmallVec::from_iter([header]),
+        true,
+        |meta, chunks| {
+            let mut top = 0;
+            for film in bands {
+                match film {
+                    Ok(film) => top += write_band(chunks, &meta, &channels, &film, top)?,
+                    Err(error) => {
+                        failed = Some(error);
+                        return Err(exr::error::Error::Aborted);
+                    }
+                }
+            }
+            Ok(())
+        },
+    );
+    match (failed, written) {
+        (Some(error), _) => Err(error),
+        (None, Err(exr::error::Error::Io(error))) => Err(error),
+        (None, Err(other)) => Err(io::Error::other(other)),
+        (None, Ok(())) => {
+            out.seek(SeekFrom::Start(0))?;
+            out.write_all(&sorted)
+        }
+    }
+}
+
+/// Radiance and the layers, named as OpenEXR names those of a single part. They are in the order of
+/// their names, as the format demands.
+fn channels(aovs: Aovs) -> Vec<ExrChannel> {
+    let radiance = ["R", "G", "B"].map(|name| (name, false));
+    let all = radiance.into_iter().chain(aovs.channels());
+    let mut all: Vec<ExrChannel> = (0..)
+        .zip(all)
+        .map(|(k, (name, id))| (name, id, k))
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+/// Writes the tiles of a film that begins in this row of the picture; returns its height.
+fn write_band(
+    chunks: &mut impl ChunksWriter,
+    meta: &MetaData,
+    channels: &[ExrChannel],
+    film: &Film,
+    top: usize,
+) -> exr::error::Result<usize> {
+    let (width, height) = (film.width as usize, film.height as usize);
+    let across = width.div_ceil(TILE);
+    for row in 0..height.div_ceil(TILE) {
+        let compressed: exr::error::Result<Vec<_>> = (0..across)
+            .into_par_iter()
+            .map(|column| {
+                let corner = Vec2(column * TILE, row * TILE);
+                tile(channels, film, corner, top).compress_to_chunk(&meta.headers)
+            })
+            .collect();
+        let first = (top / TILE + row) * across;
+        for (chunk, index) in compressed?.into_iter().zip(first..) {
+            chunks.write_chunk(index, chunk)?;
+        }
+    }
+    Ok(height)
+}
+
+/// The tile of a film with this upper left pixel: for each of its rows all samples of the first
+/// channel, then all of the second, and so on.
+fn tile(
+    channels: &[ExrChannel],
+    film: &Film,
+    corner: Vec2<usize>,
+    top: usize,
+) -> UncompressedBlock {
+    let (width, height) = (film.width as usize, film.height as usize);
+    let size = Vec2(TILE.min(width - corner.0), TILE.min(height - corner.1));
+    let planes: Vec<&[f32]> = film.all_planes();
+    let mut data = Vec::with_capacity(size.area() * 4 * channels.len());
+    for y in corner.1..corner.1 + size.1 {
+        let row = y * width + corner.0..y * width + corner.0 + size.0;
+        for (.., plane) in channels {
+            data.extend_from_slice(bytemuck::cast_slice(&planes[*plane][row.clone()]));
+        }
+    }
+    UncompressedBlock {
+        index: BlockIndex {
+            layer: 0,
+            pixel_position: Vec2(corner.0, top + corner.1),
+            pixel_size: size,
+            level: Vec2(0, 0),
+        },
+        data,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_film::{PLAIN_EXR, bits, film};
+    use super::*;
+    use exr::prelude::{ReadChannels, ReadLayers};
+    use std::io::Cursor;
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        let film = film();
+        let write = || {
+            let mut bytes = Cursor::new(Vec::new());
+            let file = PictureFile {
+                width: 70,
+                height: 67,
+                ..PLAIN_EXR
+            };
+            write_exr(&mut bytes, &file, &mut [Ok(film.clone())].into_iter()).unwrap();
+            bytes.into_inner()
+        };
+        let bytes = write();
+        let read = exr::image::read::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _| vec![[0.0f32; 3]; size.area()],
+                |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| {
+                    pixels[at.1 * 70 + at.0] = [r, g, b];
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(&bytes))
+            .unwrap();
+        let pixels = &read.layer_data.channel_data.pixels;
+        for (x, y) in (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y))) {
+            let got = pixels[(y * film.width + x) as usize].map(f32::to_bits);
+            assert_eq!(got, bits(&film, x, y), "{x},{y}");
+        }
+        assert!(bytes == write(), "two times the same bytes");
+    }
+}

@@ -1,0 +1,121 @@
+//! A standard scene as a [`Scene`].
+
+use super::builder::{
+    DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
+};
+use glam::{DVec3, Vec3};
+use phalanx_formats::polygon::triangulate;
+use phalanx_scene::{
+    Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, Vec3s, View,
+};
+
+/// A builder that fills a [`Scene`]'s columns.
+#[derive(Debug, Default)]
+pub struct MemoryBuilder {
+    scene: Scene,
+    lights: Vec<StandardLight>,
+    table: MaterialTable,
+    material: u32,
+}
+
+impl MemoryBuilder {
+    /// The scene, not yet validated. Lights of NFF's level get their level here, as their number is
+    /// known now.
+    pub fn finish(mut self) -> Scene {
+        let level = DVec3::splat(nff_level(self.lights.len()));
+        for light in &self.lights {
+            self.scene.lights.add_point(
+                light.position.as_vec3(),
+                light.color.unwrap_or(level).as_vec3(),
+                light.attenuation.as_vec3(),
+            );
+        }
+        self.scene
+    }
+}
+
+fn material_of(material: &DocumentMaterial) -> Material {
+    Material {
+        ka: material.ka.as_vec3(),
+        ke: material.ke.as_vec3(),
+        kd: material.kd.as_vec3(),
+        ks: material.ks.as_vec3(),
+        kt: material.kt.as_vec3(),
+        shininess: material.shininess as f32,
+        ior: material.ior as f32,
+        texture: NO_TEXTURE,
+        ..Material::DEFAULT
+    }
+}
+
+impl SceneBuilder for MemoryBuilder {
+    fn view(&mut self, view: &StandardView) {
+        self.scene.width = view.width;
+        self.scene.height = view.height;
+        self.scene.view = View {
+            eye: view.from.as_vec3(),
+            center: view.at.as_vec3(),
+            up: view.up.as_vec3(),
+            fovy: view.fovy as f32,
+            ortho: None,
+        };
+    }
+
+    fn background(&mut self, rgb: DVec3) {
+        self.scene.background = rgb.as_vec3();
+    }
+
+    fn light(&mut self, light: &StandardLight) {
+        self.lights.push(*light);
+    }
+
+    fn material(&mut self, material: &MaterialDesc) {
+        let surface = material_of(&material.to_document(nff_level(self.lights.len())));
+        self.material = self.table.intern(&surface, &mut self.scene.materials);
+    }
+
+    fn sphere(&mut self, center: DVec3, radius: f64) {
+        self.scene
+            .add_sphere(center.as_vec3(), radius as f32, self.material);
+    }
+
+    fn cone(&mut self, base: DVec3, base_radius: f64, apex: DVec3, apex_radius: f64) {
+        let cone = Cone {
+            base: base.as_vec3(),
+            base_radius: base_radius as f32,
+            apex: apex.as_vec3(),
+            apex_radius: apex_radius as f32,
+            inside: false,
+        };
+        self.scene.add_cone(cone, self.material);
+    }
+
+    fn polygon(&mut self, points: &[DVec3]) {
+        let points: Vec<Vec3> = points.iter().map(|p| p.as_vec3()).collect();
+        for triangle in triangulate(&points) {
+            let corners = triangle.map(|k| points[k as usize]);
+            self.scene.add_triangle(corners, None, self.material);
+        }
+    }
+
+    fn patch(&mut self, points: &[(DVec3, DVec3)]) {
+        let positions: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
+        for triangle in triangulate(&positions) {
+            let corners = triangle.map(|k| positions[k as usize]);
+            let normals = triangle.map(|k| points[k as usize].1.as_vec3());
+            self.scene
+                .add_triangle(corners, Some(normals), self.material);
+        }
+    }
+
+    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        let mut positions = Vec3s::default();
+        vertices.iter().for_each(|v| positions.push(v.as_vec3()));
+        self.scene.append_mesh(Mesh {
+            vertices: positions,
+            corners: triangles.to_vec().into(),
+            material: MeshMaterial::One(self.material),
+            ..Mesh::default()
+        });
+    }
+}

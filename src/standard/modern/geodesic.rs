@@ -1,0 +1,116 @@
+//! Spheres of equal triangles, closed to the last bit.
+
+use super::mesh_builder::MeshBuilder;
+use glam::{DVec3, dvec3};
+
+/// The golden ratio, (1 + √5) / 2.
+const GOLDEN: f64 = 1.618_033_988_749_895;
+
+/// Corners of an icosahedron.
+const CORNERS: [DVec3; 12] = [
+    dvec3(-1.0, GOLDEN, 0.0),
+    dvec3(1.0, GOLDEN, 0.0),
+    dvec3(-1.0, -GOLDEN, 0.0),
+    dvec3(1.0, -GOLDEN, 0.0),
+    dvec3(0.0, -1.0, GOLDEN),
+    dvec3(0.0, 1.0, GOLDEN),
+    dvec3(0.0, -1.0, -GOLDEN),
+    dvec3(0.0, 1.0, -GOLDEN),
+    dvec3(GOLDEN, 0.0, -1.0),
+    dvec3(GOLDEN, 0.0, 1.0),
+    dvec3(-GOLDEN, 0.0, -1.0),
+    dvec3(-GOLDEN, 0.0, 1.0),
+];
+
+/// Faces of an icosahedron, counter-clockwise from outside.
+const FACES: [[usize; 3]; 20] = [
+    [0, 11, 5],
+    [0, 5, 1],
+    [0, 1, 7],
+    [0, 7, 10],
+    [0, 10, 11],
+    [1, 5, 9],
+    [5, 11, 4],
+    [11, 10, 2],
+    [10, 7, 6],
+    [7, 1, 8],
+    [3, 9, 4],
+    [3, 4, 2],
+    [3, 2, 6],
+    [3, 6, 8],
+    [3, 8, 9],
+    [4, 9, 5],
+    [2, 4, 11],
+    [6, 2, 10],
+    [8, 6, 7],
+    [9, 8, 1],
+];
+
+/// The frequency (edge divisions) that comes closest to this many triangles: 20 f².
+pub(super) fn frequency(triangles: f64) -> usize {
+    (triangles / 20.0).max(1.0).sqrt().round() as usize
+}
+
+/// Draws a sphere of 20 `frequency`² triangles in the current material. `position` maps its points
+/// from the unit sphere to the scene.
+///
+/// A point on an edge comes out the same from both faces: its sum has two terms that are not zero,
+/// and a + b = b + a.
+pub(super) fn sphere(mesh: &mut MeshBuilder, frequency: usize, position: impl Fn(DVec3) -> DVec3) {
+    for [a, b, c] in FACES.map(|face| face.map(|i| CORNERS[i])) {
+        mesh.triangle(frequency, |i, j| {
+            let (u, v, w) = (frequency - i - j, i, j);
+            let sum = a * u as f64 + b * v as f64 + c * w as f64;
+            position(sum / sum.length())
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::{
+        DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView,
+    };
+    use std::collections::BTreeMap;
+
+    /// Counts how often each directed edge occurs, by the bits of its ends.
+    #[derive(Default)]
+    struct EdgeCounts(BTreeMap<[[u64; 3]; 2], usize>);
+
+    impl SceneBuilder for EdgeCounts {
+        fn view(&mut self, _: &StandardView) {}
+        fn background(&mut self, _: DVec3) {}
+        fn light(&mut self, _: &StandardLight) {}
+        fn material(&mut self, _: &MaterialDesc) {}
+        fn sphere(&mut self, _: DVec3, _: f64) {}
+        fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {}
+        fn polygon(&mut self, _: &[DVec3]) {}
+        fn patch(&mut self, _: &[(DVec3, DVec3)]) {}
+        fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+            // Adding 0 turns -0 into 0, as the two are equal to a ray.
+            let bits = |v: u32| vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
+            for t in triangles {
+                for k in 0..3 {
+                    *self
+                        .0
+                        .entry([bits(t[k]), bits(t[(k + 1) % 3])])
+                        .or_default() += 1;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_sphere_is_closed_to_the_last_bit() {
+        let mut edges = EdgeCounts::default();
+        let mut mesh = MeshBuilder::new(&mut edges, [DocumentMaterial::default()]);
+        sphere(&mut mesh, 37, |p| dvec3(0.1, 0.2, 0.3) + p * 0.7);
+        assert_eq!(mesh.triangles(), 20 * 37 * 37);
+        mesh.finish();
+        for ([a, b], count) in &edges.0 {
+            assert_eq!(*count, 1);
+            assert_eq!(edges.0.get(&[*b, *a]), Some(&1));
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The formats that standard scenes can be written in.
+
+use super::nff::NffWriter;
+use super::outcome::{DroppedFeatures, SceneWriteError};
+use super::ply::PlyWriter;
+use super::test_file::TestWriter;
+use crate::builder::SceneBuilder;
+use crate::spec::{Spec, generate};
+use crate::tessellate::Tessellate;
+use std::io::Write;
+use std::path::Path;
+
+/// A format that standard scenes can be written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileFormat {
+    /// Eric Haines' neutral file format, text.
+    Nff,
+    /// Polygons only, binary little-endian.
+    Ply,
+    /// The course's format, text: spheres and triangles.
+    Test,
+}
+
+impl FileFormat {
+    /// The format of a file's ending.
+    pub fn of(path: &Path) -> Option<FileFormat> {
+        let ending = path.extension()?.to_ascii_lowercase();
+        match ending.to_str()? {
+            "nff" => Some(FileFormat::Nff),
+            "ply" => Some(FileFormat::Ply),
+            "test" => Some(FileFormat::Test),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a standard scene, streaming; returns the features, beside the shapes, that the format
+/// could not hold.
+///
+/// With `tessellate`, spheres and cones become polygons first, by [`Tessellate`].
+///
+/// # Errors
+/// [`SceneWriteError`]; the part that has been written by then is of no use.
+pub fn write(
+    spec: Spec,
+    format: FileFormat,
+    tessellate: Option<u32>,
+    out: &mut dyn Write,
+) -> Result<DroppedFeatures, SceneWriteError> {
+    let build = |builder: &mut dyn SceneBuilder| match tessellate {
+        Some(fineness) => generate(spec, &mut Tessellate::new(fineness, builder)),
+        None => generate(spec, builder),
+    };
+    match format {
+        FileFormat::Nff => {
+            let mut builder = NffWriter::new(out);
+            build(&mut builder);
+            builder.finish()
+        }
+        FileFormat::Ply => {
+            let mut builder = PlyWriter::new(out);
+            loop {
+                build(&mut builder);
+                if !builder.end_pass() {
+                    return builder.finish();
+                }
+            }
+        }
+        FileFormat::Test => {
+            let mut builder = TestWriter::new(out, spec.scene.max_depth);
+            build(&mut builder);
+            builder.finish()
+        }
+    }
+}

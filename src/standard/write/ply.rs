@@ -1,0 +1,226 @@
+//! A standard scene as a PLY file, binary little-endian: its polygons, without lights and
+//! materials.
+//!
+//! The header has counts, then come all vertices, then all faces: three things that a scene mixes.
+//! Nothing is kept in memory for that. Instead the scene, which is the same every time, is built
+//! three times.
+
+use super::latched::LatchedWriter;
+use super::outcome::{DroppedFeatures, SceneWriteError};
+use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
+use glam::DVec3;
+use std::io::Write;
+
+/// Most vertices, as some readers take indices as signed.
+const MAX_VERTICES: u64 = i32::MAX as u64;
+/// Most corners that fit a count of one byte.
+const SHORT_LIST: usize = 255;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pass {
+    Count,
+    Vertices,
+    Faces,
+    Done,
+}
+
+/// A builder that writes PLY. The scene must be built into it three times, with
+/// [`PlyWriter::end_pass`] after each.
+///
+/// If any shape has vertex normals, all vertices get normals: those of polygons and meshes are
+/// perpendicular to their faces, and such triangles share no vertices.
+pub struct PlyWriter<W: Write> {
+    out: LatchedWriter<W>,
+    pass: Pass,
+    vertices: u64,
+    /// Number of vertices if none had to be split for its normal.
+    shared_vertices: u64,
+    faces: u64,
+    most_corners: usize,
+    normals: bool,
+    /// The first vertex of the next shape, in the pass over faces.
+    first: u64,
+}
+
+impl<W: Write> PlyWriter<W> {
+    /// Writes to `out`, buffered.
+    pub fn new(out: W) -> Self {
+        PlyWriter {
+            out: LatchedWriter::new(out),
+            pass: Pass::Count,
+            vertices: 0,
+            shared_vertices: 0,
+            faces: 0,
+            most_corners: 0,
+            normals: false,
+            first: 0,
+        }
+    }
+
+    /// Ends a pass: the scene has been built once more. Returns true if it must be built again.
+    pub fn end_pass(&mut self) -> bool {
+        self.pass = match self.pass {
+            Pass::Count => {
+                self.header();
+                Pass::Vertices
+            }
+            Pass::Vertices => Pass::Faces,
+            Pass::Faces | Pass::Done => Pass::Done,
+        };
+        // After an error nothing more can be written, so another pass is useless.
+        self.pass != Pass::Done && !self.out.failed()
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// The first error that occurred: [`SceneWriteError::CannotHold`] for spheres and cones, before
+    /// anything is written.
+    pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
+        self.out.finish()?;
+        Ok(vec!["PLY holds no camera, lights or surfaces"])
+    }
+
+    fn header(&mut self) {
+        if !self.normals {
+            self.vertices = self.shared_vertices;
+        }
+        if self.vertices > MAX_VERTICES {
+            return self.out.fail(SceneWriteError::TooMany(self.vertices));
+        }
+        let normals = if self.normals {
+            "property float nx\nproperty float ny\nproperty float nz\n"
+        } else {
+            ""
+        };
+        let count = if self.short_lists() { "uchar" } else { "uint" };
+        writeln!(
+            self.out,
+            "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+             property float x\nproperty float y\nproperty float z\n{normals}\
+             element face {}\nproperty list {count} int vertex_indices\nend_header",
+            self.vertices, self.faces
+        );
+    }
+
+    fn short_lists(&self) -> bool {
+        self.most_corners <= SHORT_LIST
+    }
+
+    fn vector(&mut self, v: DVec3) {
+        for number in v.to_array() {
+            self.out.bytes(&(number as f32).to_le_bytes());
+        }
+    }
+
+    fn face(&mut self, corners: impl ExactSizeIterator<Item = u64>) {
+        let count = corners.len() as u32;
+        if self.short_lists() {
+            self.out.bytes(&[count as u8]);
+        } else {
+            self.out.bytes(&count.to_le_bytes());
+        }
+        for corner in corners {
+            // The header has refused more than i32::MAX of them.
+            self.out.bytes(&(corner as u32).to_le_bytes());
+        }
+    }
+
+    /// A polygon with vertices of its own; normals are used only if the file has them.
+    fn lone_face(&mut self, corners: usize, point: impl Fn(usize) -> (DVec3, DVec3)) {
+        match self.pass {
+            Pass::Count => {
+                self.vertices += corners as u64;
+                self.faces += 1;
+                self.most_corners = self.most_corners.max(corners);
+            }
+            Pass::Vertices => {
+                for k in 0..corners {
+                    let (point, normal) = point(k);
+                    self.vector(point);
+                    if self.normals {
+                        self.vector(normal);
+                    }
+                }
+            }
+            Pass::Faces => {
+                let first = self.first;
+                self.face((0..corners).map(|k| first + k as u64));
+                self.first += corners as u64;
+            }
+            Pass::Done => {}
+        }
+    }
+
+    fn flat_face(&mut self, points: &[DVec3]) {
+        let normal = normal(points);
+        self.lone_face(points.len(), |k| (points[k], normal));
+    }
+
+    /// Triangles that share vertices.
+    fn shared(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        match self.pass {
+            Pass::Vertices => vertices.iter().for_each(|&v| self.vector(v)),
+            Pass::Faces => {
+                let first = self.first;
+                for triangle in triangles {
+                    self.face(triangle.iter().map(|&k| first + u64::from(k)));
+                }
+                self.first += vertices.len() as u64;
+            }
+            Pass::Count | Pass::Done => {}
+        }
+    }
+}
+
+/// The unit normal of a polygon by Newell's sum, which is correct with concave corners, too; z if
+/// it has no area.
+fn normal(points: &[DVec3]) -> DVec3 {
+    let origin = points.first().copied().unwrap_or_default();
+    let pairs = points.iter().zip(points.iter().cycle().skip(1));
+    let sum = pairs.fold(DVec3::ZERO, |sum, (&a, &b)| {
+        sum + (a - origin).cross(b - origin)
+    });
+    sum.try_normalize().unwrap_or(DVec3::Z)
+}
+
+impl<W: Write> SceneBuilder for PlyWriter<W> {
+    fn view(&mut self, _: &StandardView) {}
+
+    fn background(&mut self, _: DVec3) {}
+
+    fn light(&mut self, _: &StandardLight) {}
+
+    fn material(&mut self, _: &MaterialDesc) {}
+
+    fn sphere(&mut self, _: DVec3, _: f64) {
+        self.out.cannot_hold("PLY", "spheres");
+    }
+
+    fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
+        self.out.cannot_hold("PLY", "cones or cylinders");
+    }
+
+    fn polygon(&mut self, points: &[DVec3]) {
+        if self.pass == Pass::Count {
+            self.shared_vertices += points.len() as u64;
+        }
+        self.flat_face(points);
+    }
+
+    fn patch(&mut self, points: &[(DVec3, DVec3)]) {
+        self.normals = true;
+        self.lone_face(points.len(), |k| points[k]);
+    }
+
+    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        if self.pass == Pass::Count {
+            self.shared_vertices += vertices.len() as u64;
+        } else if !self.normals {
+            return self.shared(vertices, triangles);
+        }
+        for triangle in triangles {
+            self.flat_face(&triangle.map(|k| vertices[k as usize]));
+        }
+    }
+}
