@@ -113,6 +113,10 @@ impl Instances {
     /// be scaled beside the world, so that all maps stay as [`super::Scene::add_instance`] accepts
     /// them.
     pub(super) fn bounded_factor(&self, mut factor: f64) -> f64 {
+        // The factor of nearly every scene, and within any bounds.
+        if factor == 1.0 {
+            return factor;
+        }
         let (mut least, mut most) = (0.0f64, f64::INFINITY);
         for i in (0..self.len()).filter(|&i| self.has_moderate_transforms(i)) {
             let [world, object] = [self.world_columns(i), self.object_columns(i)].map(longest);
@@ -121,7 +125,6 @@ impl Instances {
                 .max(1.0 / (object * MAX_STRETCH));
             most = most.min(world * MAX_STRETCH).min(MAX_STRETCH / object);
         }
-        // One is within these bounds.
         while factor > most {
             factor /= 2.0;
         }

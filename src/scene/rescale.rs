@@ -22,10 +22,10 @@ impl Scene {
     pub fn rescale_to_f32_range(&mut self) {
         let world = power_of_two_factor(self.largest_coordinate());
         let meshes = f64::from(power_of_two_factor(self.largest_in_meshes()));
-        let apart = meshes / f64::from(world);
+        let ratio = self.instances.bounded_factor(meshes / f64::from(world));
         let scale = Scale {
             world,
-            meshes: (f64::from(world) * self.instances.bounded_factor(apart)) as f32,
+            meshes: (f64::from(world) * ratio) as f32,
         };
         let apart = scale.world != scale.meshes && self.shares_vertices();
         if (scale.world, scale.meshes) != (1.0, 1.0) && !apart {
