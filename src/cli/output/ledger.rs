@@ -47,16 +47,23 @@ fn identity(path: &Path) -> Option<PathBuf> {
 /// Number of bytes that tell a packed file, or one that stands for another.
 const HEAD: u64 = 64;
 
+/// The first bytes of a regular file, `most` of them; none of what cannot be read.
+pub fn first_bytes(path: &Path, most: u64) -> Vec<u8> {
+    let mut head = Vec::new();
+    if path.is_file() {
+        _ = File::open(path).and_then(|file| file.take(most).read_to_end(&mut head));
+    }
+    head
+}
+
 /// Notes a file that is read, for messages with its purpose; refuses one that a result would
 /// replace, and one that is packed or kept elsewhere.
 pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
     let Some(id) = identity(path) else {
         return Ok(());
     };
-    let mut head = Vec::new();
     // Other faults are told by the file's reader.
-    _ = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-    if let Some(why) = foreign::refusal(&head) {
+    if let Some(why) = foreign::refusal(&first_bytes(path, HEAD)) {
         return Err(CliError::cannot_read(shown_path(path), why));
     }
     let read = format!("{what} {}", shown_path(path));

@@ -21,8 +21,6 @@ use phalanx::image::ImageFormat;
 use phalanx::jobs::TileFile;
 use phalanx::scene::{Scene, shown_path, shown_text};
 use report::{KeptTiles, RenderDocument, RenderImage, RenderSeconds};
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -185,9 +183,7 @@ fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
 /// Words for a PNG that another program has made: the texture of a scene that was cached, say, of
 /// which the cache knows no name. Ours name this program before their pixels.
 fn foreign_picture(path: &Path) -> Option<String> {
-    let mut head = Vec::new();
-    let file = path.is_file().then(|| File::open(path).ok())??;
-    file.take(4096).read_to_end(&mut head).ok()?;
+    let head = output::first_bytes(path, 4096);
     let ours = head.windows(8).any(|word| word == b"phalanx ");
     (head.starts_with(b"\x89PNG") && !ours).then(|| "a picture of another program".to_owned())
 }
