@@ -105,6 +105,11 @@ impl<'a> RecordIndex<'a> {
         engines.filter(|engine| is_peer(engine))
     }
 
+    /// Returns true if any other project's tracer took part.
+    pub fn has_peers(&self) -> bool {
+        self.peers().next().is_some()
+    }
+
     /// The row of an entrant.
     pub fn get(&self, name: &str, scene: &str, rays: &str, threads: u32) -> Option<&'a RateRow> {
         self.rows.get(&(name, scene, rays, threads)).copied()

@@ -89,9 +89,10 @@ impl<'a> RunNoise<'a> {
             off.map(|off| off * off)
         });
         let count = changes.values().map(BTreeMap::len).sum::<usize>();
-        let machine = LogRate::new(median(&mut witnesses), variance_of_median(&others));
+        let speed = median(&mut witnesses);
+        let machine = LogRate::new(speed, variance_of_median(&others));
         // The others' error is in the load, too, with which it cancels.
-        let beyond_load = match machine == LogRate::new(of_others, variance_of_median(&others)) {
+        let beyond_load = match speed == of_others {
             true => machine.exactly(),
             false => machine,
         };
@@ -129,25 +130,26 @@ pub(super) fn rate_change(
 /// Other tracers take turns with ours on the same rays, so that other load slows both: what their
 /// change of a measurement deviates by from their median is load, and is taken out.
 pub(super) fn changed_kernels(noise: &[Option<RunNoise>], threshold: f64) -> Vec<KernelChange> {
+    let threshold = threshold * KERNEL_THRESHOLD;
     let mut changed = Vec::new();
     for (i, noise) in noise.iter().enumerate() {
         let Some(noise) = noise else { continue };
         let load = load(&noise.changes);
-        for ((engine, kernel, threads), changes) in &noise.changes {
+        for (&(engine, kernel, threads), changes) in &noise.changes {
+            if engine != PHALANX || changes.len() < ROWS_TO_DECIDE {
+                continue;
+            }
             let beyond_load = changes.iter().map(|(&(scene, rays), change)| {
-                let load = load.get(&(scene, rays, *threads)).map(|all| mean(all));
-                change - load.unwrap_or(0.0)
+                change - load.get(&(scene, rays, threads)).unwrap_or(&0.0)
             });
             let mut beyond_load: Vec<f64> = beyond_load.collect();
             let change = LogRate::new(median(&mut beyond_load), variance_of_median(&beyond_load));
             let change = change.over(noise.beyond_load).change();
-            let threshold = threshold * KERNEL_THRESHOLD;
-            let differs = change.slower_than(threshold) || change.faster_than(threshold);
-            if *engine == PHALANX && changes.len() >= ROWS_TO_DECIDE && differs {
+            if change.slower_than(threshold) || change.faster_than(threshold) {
                 changed.push(KernelChange {
                     record: i + 1,
-                    kernel: (*kernel).to_owned(),
-                    threads: *threads,
+                    kernel: kernel.to_owned(),
+                    threads,
                     rates: changes.len(),
                     change,
                 });
@@ -171,26 +173,24 @@ fn changes<'a>(old: &'a [RateRow], new: &'a [RateRow]) -> LogChanges<'a> {
     changes
 }
 
-/// Deviations of other tracers' changes from their medians, by scene, rays and threads.
-fn load<'a>(changes: &LogChanges<'a>) -> BTreeMap<(&'a str, &'a str, u32), Vec<f64>> {
-    let mut load: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+/// Mean deviation of other tracers' changes from their medians, by scene, rays and threads.
+fn load<'a>(changes: &LogChanges<'a>) -> BTreeMap<(&'a str, &'a str, u32), f64> {
+    let mut deviations: BTreeMap<_, Vec<f64>> = BTreeMap::new();
     let others = changes.iter().filter(|(key, _)| key.0 != PHALANX);
     for (&(_, _, threads), changes) in others {
         let middle = middle(changes);
         for (&(scene, rays), change) in changes {
-            let of_measurement = load.entry((scene, rays, threads)).or_default();
+            let of_measurement = deviations.entry((scene, rays, threads)).or_default();
             of_measurement.push(change - middle);
         }
     }
-    load
+    let mean = |all: Vec<f64>| all.iter().sum::<f64>() / all.len() as f64;
+    let means = deviations.into_iter().map(|(key, all)| (key, mean(all)));
+    means.collect()
 }
 
 fn middle(changes: &BTreeMap<(&str, &str), f64>) -> f64 {
     median(&mut changes.values().copied().collect::<Vec<f64>>())
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Changes of the machine's limits, as logarithms.

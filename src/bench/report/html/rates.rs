@@ -21,7 +21,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
             "Millions of rays a second, with the interval in which another run would be 9 times in 10, on "
             (threads_text(most)) ". The axis is logarithmic: equal distances are equal factors. "
             "Ours is the kernel " code { "auto" } ", which is what " code { "render" } " would use"
-            @if view.index.peers().next().is_some() { "; a peer is shown by its best exact mode for each scene" }
+            @if view.index.has_peers() { "; a peer is shown by its best exact mode for each scene" }
             "."
         }
         (legend(view))
@@ -32,7 +32,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
         h3 { "All rates" }
         p.note {
             "Mrays/s, below them where another run would be 9 times in 10. "
-            @if view.index.peers().next().is_some() { "† marks a mode that answers too many rays otherwise to count as exact." }
+            @if view.index.has_peers() { "† marks a mode that answers too many rays otherwise to count as exact." }
         }
         @for kind in &view.kinds {
             @for threads in view.threads_from_most() {

@@ -266,7 +266,7 @@ fn ratio_table(
     threads: u32,
     table: fn(&str, &[&'static str], usize, TableRows) -> Markup,
 ) -> Markup {
-    let peers = view.index.peers().next().is_some();
+    let peers = view.index.has_peers();
     let row = |kind: &&str| {
         let best = view.index.over_best_peer(kind, threads);
         let oracle = view.index.over(ORACLE, kind, threads);
