@@ -56,6 +56,8 @@ fn crates(files: impl Iterator<Item = (String, String)>) -> Vec<CrateTree> {
 impl CrateTree {
     /// The module in which the item at `path`, written in module `from`, is defined.
     fn target(&self, from: &[String], path: &[String], steps: usize) -> Option<Vec<String>> {
+        let imported = self.through_import(from, path);
+        let path = imported.as_deref().unwrap_or(path);
         let mut at = from.to_vec();
         let mut rest = path;
         let mut rooted = false;
@@ -105,6 +107,16 @@ impl CrateTree {
             }
         }
         Some(at)
+    }
+
+    /// `path` in full where it begins with a name that a `use` of `from` imports: after
+    /// `use crate::a;`, `a::f` is `crate::a::f`.
+    fn through_import(&self, from: &[String], path: &[String]) -> Option<Vec<String>> {
+        let (first, rest) = path.split_first().filter(|(_, rest)| !rest.is_empty())?;
+        let imports = &self.0.get(from)?.imports;
+        let import = imports.iter().find(|import| import.alias == *first)?;
+        let other = import.segments.first() != Some(first);
+        other.then(|| [import.segments.as_slice(), rest].concat())
     }
 
     fn edges(&self) -> BTreeSet<FileEdge> {
@@ -193,6 +205,31 @@ fn edges_lead_to_definitions() {
     let expected = ["x/a.rs -> x/b.rs", "x/a.rs -> x/lib.rs", "x/b.rs -> x/a.rs"];
     assert_eq!(rows, expected);
     assert_eq!(on_circles(&edges).len(), 2);
+}
+
+#[test]
+fn paths_through_imported_modules_are_edges() {
+    let files = [
+        ("x/lib.rs", "mod list; mod rows;"),
+        (
+            "x/list.rs",
+            "use crate::rows; struct List; fn all() { rows::balls::ENTRY }",
+        ),
+        ("x/rows/mod.rs", "pub mod balls;"),
+        (
+            "x/rows/balls.rs",
+            "use crate::list::List; const ENTRY: List = 0;",
+        ),
+    ];
+    let files = files.map(|(path, code)| (path.to_owned(), code.to_owned()));
+    let edges = crates(files.into_iter())[0].edges();
+    let circle = on_circles(&edges).into_iter();
+    let rows: Vec<String> = circle.map(|(from, to)| format!("{from} -> {to}")).collect();
+    let expected = [
+        "x/list.rs -> x/rows/balls.rs",
+        "x/rows/balls.rs -> x/list.rs",
+    ];
+    assert_eq!(rows, expected);
 }
 
 #[test]
