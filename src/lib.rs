@@ -83,9 +83,9 @@
 //! | feature | adds | crates |
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
-//! | `render` | file formats, pictures, whole frames | 99 |
-//! | `bench` | measurements beside other tracers | 111 |
-//! | `cli` (default) | the program | 169 |
+//! | `render` | file formats, pictures, whole frames | 100 |
+//! | `bench` | measurements beside other tracers | 112 |
+//! | `cli` (default) | the program | 170 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
@@ -166,7 +166,7 @@ pub use {
 // One frame by either tracer, and large ones band by band.
 #[cfg(feature = "render")]
 #[doc(inline)]
-pub use phalanx_render::{frame, jobs};
+pub use {phalanx_jobs as jobs, phalanx_render::frame};
 
 // Benchmarks: speed, peers, and the record of both.
 #[cfg(feature = "bench")]

@@ -13,7 +13,6 @@ pub mod frame;
 mod heatmap;
 #[doc(hidden)]
 pub mod isolated;
-pub mod jobs;
 mod ray_cost;
 mod sample_tracer;
 pub mod shade;

@@ -6,7 +6,7 @@ use std::path::Path;
 const MOST: usize = 16;
 
 /// Manifests of the workspace's crates, and where their sources lie.
-const CRATES: [(&str, &str); 11] = [
+const CRATES: [(&str, &str); 12] = [
     ("Cargo.toml", "src/lib.rs"),
     ("src/scene/Cargo.toml", "src/scene"),
     ("src/trace/Cargo.toml", "src/trace"),
@@ -17,6 +17,7 @@ const CRATES: [(&str, &str); 11] = [
     ("src/standard/Cargo.toml", "src/standard"),
     ("src/io/Cargo.toml", "src/io"),
     ("src/render/Cargo.toml", "src/render"),
+    ("src/jobs/Cargo.toml", "src/jobs"),
     ("src/bench/Cargo.toml", "src/bench"),
 ];
 

@@ -8,7 +8,7 @@ use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, which of the others each may depend on, and why no more.
-const CRATES: [(&str, &[&str], &str); 10] = [
+const CRATES: [(&str, &[&str], &str); 11] = [
     ("scene", &[], "what is traced does not depend on how"),
     (
         "trace",
@@ -43,8 +43,13 @@ const CRATES: [(&str, &[&str], &str); 10] = [
     ),
     (
         "render",
-        &["scene", "trace", "oracle", "files", "image", "io"],
-        "measures nothing",
+        &["scene", "trace", "oracle"],
+        "paints tiles, whatever becomes of them",
+    ),
+    (
+        "jobs",
+        &["scene", "render", "image", "files", "io"],
+        "keeps what frames are made of; how a tile is painted is not its business",
     ),
     (
         "bench",
@@ -54,7 +59,7 @@ const CRATES: [(&str, &[&str], &str); 10] = [
 ];
 
 /// Rooms within a crate, and which of the others each may import.
-const ROOMS: [(&str, &[&str], &str); 14] = [
+const ROOMS: [(&str, &[&str], &str); 13] = [
     ("scene/sampling", &[], "a definition both engines share"),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
     ("trace/simd", &[], "numbers know nothing of rays"),
@@ -92,11 +97,6 @@ const ROOMS: [(&str, &[&str], &str); 14] = [
         "render/shade",
         &[],
         "emits queues and never traces: data goes forward only",
-    ),
-    (
-        "render/jobs",
-        &["frame", "RenderStats"],
-        "keeps what frames are made of; how a tile is painted is not its business",
     ),
     (
         "bench/peers",
@@ -150,7 +150,7 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
         "crc32fast",
         &[
             "io/cache/",
-            "render/jobs/",
+            "jobs/",
             "bench/answer.rs",
             "bench/fingerprint.rs",
         ],

@@ -11,7 +11,7 @@
 //! | 36 to 40 | checksum of all bytes before this field |
 
 use super::render_key::RenderKey;
-use crate::frame::Tile;
+use phalanx_render::frame::Tile;
 
 /// First bytes of a record: in a damaged file, the next record is found by them.
 pub(super) const MAGIC: [u8; 8] = *b"\xf7PHXTILE";

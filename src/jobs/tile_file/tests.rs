@@ -1,5 +1,5 @@
 use super::*;
-use crate::frame::Settings;
+use phalanx_render::frame::Settings;
 use phalanx_scene::Scene;
 use phalanx_scene::film::tiles;
 use std::fs;

@@ -3,7 +3,7 @@
 use super::kept_file::KeptFileError;
 use super::thumbnail::Thumbnail;
 use super::tile_file::TileFile;
-use crate::frame::{Aovs, Control, Tile};
+use phalanx_render::frame::{Aovs, Control, Tile};
 use phalanx_scene::film::{TileBuffer, TileSink};
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, PoisonError};

@@ -7,7 +7,7 @@
 use super::file_header::{self, FileOwner};
 use super::render_key::RenderKey;
 use super::tile_record::{self, HEADER_BYTES, RecordHeader};
-use crate::frame::Tile;
+use phalanx_render::frame::Tile;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 

@@ -1,6 +1,6 @@
 //! A small picture of the tiles that are finished so far, for people who watch.
 
-use crate::frame::Tile;
+use phalanx_render::frame::Tile;
 use phalanx_scene::film::{Film, TileBuffer};
 use std::sync::{Mutex, PoisonError};
 

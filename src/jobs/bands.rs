@@ -5,9 +5,11 @@ use super::kept_file::KeptFileError;
 use super::open_bands::OpenBands;
 use super::stored_tiles::{StoredTiles, TileOutputs};
 use super::tile_file::TileFile;
-use crate::RenderStats;
-use crate::frame::{AccelRef, Control, FrameError, Interrupted, Settings, Tile, render_tiles};
 use phalanx_image::BAND_ROWS;
+use phalanx_render::RenderStats;
+use phalanx_render::frame::{
+    AccelRef, Control, FrameError, Interrupted, Settings, Tile, render_tiles,
+};
 use phalanx_scene::Scene;
 use phalanx_scene::film::{Aovs, Film, TileSink, tiles};
 use std::panic::resume_unwind;

@@ -12,7 +12,7 @@ use super::kept_file::{KeptFileError, check_regular, open_exclusive};
 use super::recovery::Recovery;
 use super::render_key::RenderKey;
 use super::tile_record::{self, HEADER_BYTES, MAX_SIDE, RecordHeader};
-use crate::frame::Tile;
+use phalanx_render::frame::Tile;
 use phalanx_scene::film::{Film, TileBuffer};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};

@@ -3,7 +3,7 @@
 
 use super::kept_file::KeptFileError;
 use super::stored_tiles::StoredTiles;
-use crate::frame::{Aovs, Settings, Tile};
+use phalanx_render::frame::{Aovs, Settings, Tile};
 use phalanx_scene::film::{Film, TileBuffer, TileSink};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
@@ -227,8 +227,8 @@ impl TileSink for OpenBands<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Control;
-    use crate::jobs::TileOutputs;
+    use crate::TileOutputs;
+    use phalanx_render::frame::Control;
 
     /// Checks that a stop while workers wait for a band to be taken loses no more than the picture:
     /// nobody waits for ever, and the bands are not all there.

@@ -3,8 +3,8 @@
 
 use super::frame_view::FrameView;
 use super::picture_settings::PictureSettings;
-use crate::frame::{Aov, Aovs, Settings, Tile};
 use phalanx_io::cache::fingerprint;
+use phalanx_render::frame::{Aov, Aovs, Settings, Tile};
 use phalanx_scene::{MAX_SIDE, Scene, View, check_image_size, quoted_text};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -257,8 +257,8 @@ fn describe_view(view: FrameView) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Adaptive, Engine, Integrator, Kernel, Lens, Sampling};
     use glam::Vec3;
+    use phalanx_render::frame::{Adaptive, Engine, Integrator, Kernel, Lens, Sampling};
 
     fn differing(here: &RenderKey, there: &RenderKey) -> Vec<&'static str> {
         let differences = there.differences(here);

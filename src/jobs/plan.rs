@@ -4,8 +4,8 @@
 use super::output_path;
 use super::render_key::{FieldError, RenderKey};
 use super::sequence_plan::SequencePlan;
-use crate::frame::{Aovs, Tile};
 use phalanx_image::{MAX_EXPOSURE, PictureHeader};
+use phalanx_render::frame::{Aovs, Tile};
 use phalanx_scene::film::tiles;
 use phalanx_scene::{ViewError, quoted_text, shown_path, shown_text};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! Finished pixels of a window, in blocks of 8x8. Tiles consist of whole blocks, whatever their
 //! size.
 
-use crate::frame::Tile;
+use phalanx_render::frame::Tile;
 use std::collections::HashMap;
 
 /// Side of a block. Every tile's sides are multiples of it, except where the window cuts them.

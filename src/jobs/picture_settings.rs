@@ -5,7 +5,7 @@
 //! listed as one that changes no pixel. Floats come back from JSON to the bit (serde_json's
 //! `float_roundtrip`). Values that may be infinite are `None` there, because JSON has no infinity.
 
-use crate::frame::{Integrator, Sampling, Settings};
+use phalanx_render::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
 /// Settings that pixels depend on, beside the picture's size, region and layers. Fields are named
@@ -129,7 +129,7 @@ fn given(value: Option<f32>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Adaptive, Filter, Lens};
+    use phalanx_render::frame::{Adaptive, Filter, Lens};
     use phalanx_scene::Scene;
 
     fn odd() -> Settings {

@@ -279,7 +279,7 @@ fn checksum(path: &Path) -> io::Result<(u64, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Settings;
+    use phalanx_render::frame::Settings;
     use phalanx_scene::Scene;
     use std::fs;
 

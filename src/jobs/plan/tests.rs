@@ -1,7 +1,7 @@
 //! Tests of plans.
 
 use super::*;
-use crate::frame::Settings;
+use phalanx_render::frame::Settings;
 use phalanx_scene::Scene;
 use serde_json::json;
 
