@@ -1,10 +1,10 @@
-//! The share of the sky that each vertex of a mesh sees, as a baker stores it:
+//! The share of the sky that each vertex of a mesh sees, as baked by a modelling tool:
 //! `cargo run --release --example ambient_occlusion`.
 
 use phalanx::glam::Vec3;
 use phalanx::{Bvh, RayColumns, Scene, TMax};
 
-/// Vertices along each side of the bowl, and rays of each vertex.
+/// Vertices along each side of the bowl, and rays per vertex.
 const SIDE: u32 = 65;
 const RAYS: usize = 64;
 
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count = vertices.len() * RAYS;
     let mut columns = [(); 6].map(|()| Vec::with_capacity(count));
     for (&vertex, &normal) in vertices.iter().zip(&normals) {
-        // Off the surface, so that rays do not meet the triangles they start on.
+        // Off the surface, so that rays do not hit the triangles they start on.
         let origin = Vec3::from(vertex) + 1e-3 * normal;
         for k in 0..RAYS {
             let numbers = origin
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rays = RayColumns {
         origin: [x, y, z],
         direction: [dx, dy, dz],
-        // Occluders farther away than this do not darken.
+        // Occluders farther away than this have no effect.
         tmax: TMax::All(2.0),
     };
     let mut blocked = vec![false; count];
@@ -80,7 +80,7 @@ fn bowl() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     )
 }
 
-/// Sums of the normals of the triangles around each vertex.
+/// Normalised sums of the normals of the triangles around each vertex.
 fn vertex_normals(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; vertices.len()];
     for corners in triangles {

@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let ray = Ray::new([0.0, 4.0, 6.0], [0.1, -0.7, -1.0]);
     let Some(hit) = bvh.intersect(&ray) else {
-        println!("the ray meets nothing");
+        println!("the ray hits nothing");
         return Ok(());
     };
     let name = match hit.geom_id {
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         hit.prim_id, hit.u, hit.v
     );
 
-    // A little above the floor, so that the ray does not meet the floor it starts on.
+    // Slightly above the floor, so that the ray does not hit the floor it starts on.
     let light = [3.0, 8.0, 0.0];
     let dark = bvh.occluded(&Ray::segment([x, y + 1e-3, z], light));
     println!(

@@ -1,11 +1,11 @@
-//! Millions of rays a second through plain slices: `cargo run --release --example million_rays`,
-//! or with a mesh of your own, `... --example million_rays -- bunny.ply` (default features).
+//! Millions of rays per second through plain slices: `cargo run --release --example million_rays`,
+//! or with your own mesh, `... --example million_rays -- bunny.ply` (default features).
 
 use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
 use std::error::Error;
 use std::time::Instant;
 
-/// Pixels along each side of the picture whose rays are cast: a million in all.
+/// Pixels along each side of the picture: a million rays in all.
 const SIDE: u32 = 1024;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let start = Instant::now();
     let bvh = Bvh::build(&scene);
-    // The first large batch would do this.
+    // Otherwise the first large batch would do this.
     bvh.build_wide(0);
     let seconds = start.elapsed().as_secs_f64();
     println!(
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene.visible_count()
     );
 
-    // From above and in front, toward the middle.
+    // From above and in front, toward the centre.
     let bounds = scene.bounds();
     let (center, size) = (
         (bounds.lo + bounds.hi) / 2.0,
@@ -33,8 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ahead = (center - eye).normalize();
     let right = ahead.cross(phalanx::glam::Vec3::Y).normalize();
     let up = right.cross(ahead);
-    // Neighbours in the columns are neighbours in the picture, in squares of 8×8: that is what
-    // packets and beams live on.
+    // Neighbours in the columns are neighbours in the picture, in squares of 8×8: packets and beams
+    // depend on it.
     let pixel = |k: u32| {
         let (square, inner) = (k / 64, k % 64);
         (
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A sphere with waves, of 2·`rings`² triangles.
+/// A wavy sphere of 2·`rings`² triangles.
 fn displaced_sphere(rings: u32) -> Result<Scene, Box<dyn Error>> {
     let vertex = |i: u32| {
         let (row, column) = (i / rings, i % rings);

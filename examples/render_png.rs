@@ -1,4 +1,4 @@
-//! A frame of a scene made in code, as a PNG file:
+//! A frame of a scene built in code, as a PNG file:
 //! `cargo run --release --example render_png -- picture.png`.
 
 use phalanx::frame::{Accel, Control, Engine, Settings, render};

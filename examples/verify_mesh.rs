@@ -1,4 +1,4 @@
-//! Both engines on a mesh of one's own, compared to the bit: what a test suite does with the meshes
+//! Both engines on your own mesh, compared bit for bit, as a test suite would do with the meshes
 //! that matter to it. `cargo run --release --example verify_mesh`.
 
 use phalanx::glam::Vec3;
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Casts rays through the box of a mesh with both engines.
 ///
 /// # Panics
-/// Where a bit differs.
+/// If any bit differs.
 fn verify(
     vertices: &[[f32; 3]],
     indices: &[[u32; 3]],
@@ -49,7 +49,7 @@ fn verify(
     Ok(count)
 }
 
-/// Numbers in \[0, 1), the same every time.
+/// Numbers in \[0, 1), the same in every run.
 fn random_numbers() -> impl FnMut(usize) -> f32 {
     let mut state = 1u32;
     move |_| {

@@ -1,4 +1,4 @@
-"""Ambient occlusion of each vertex: the share of a cosine-weighted sky that is free.
+"""Ambient occlusion of each vertex: the share of a cosine-weighted sky that is visible.
 
     python ambient_occlusion.py [--rays 256] [--out picture.png]
 

@@ -1,10 +1,10 @@
-"""A LiDAR that turns around in a scene: its points, and a plot of them from above.
+"""A rotating LiDAR in a scene: its points, and a plot of them from above.
 
     python lidar.py [scene.glb] [--at X Y Z] [--up y] [--out lidar.png]
 
-Needs numpy and matplotlib. The scene is a file of glTF, OBJ, PLY or STL, or a standard one, by
+Needs numpy and matplotlib. The scene is a glTF, OBJ, PLY or STL file, or a standard scene, by
 default standard:street:50k. The scanner has 64 lasers from 25° below the horizon to 15° above it,
-and 1800 steps of a turn; ranges have an error of 2 cm, and end at 100 m.
+and 1800 steps per revolution; ranges have an error of 2 cm and end at 100 m.
 """
 
 import argparse
@@ -16,7 +16,7 @@ import phalanx
 
 
 def beams(up: int, lasers: int = 64, steps: int = 1800) -> np.ndarray:
-    """Unit directions, float32, (lasers, steps, 3): laser after laser, so that neighbours agree."""
+    """Unit directions, float32, (lasers, steps, 3): laser after laser, so neighbours are coherent."""
     polar = np.radians(np.linspace(-25, 15, lasers))[:, None]
     around = np.radians(np.arange(steps) * 360 / steps)
     east, north = np.cos(polar) * np.cos(around), np.cos(polar) * np.sin(around)
@@ -35,7 +35,7 @@ def scan(scene: phalanx.Scene, at, up: int) -> np.ndarray:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("scene", nargs="?", default="standard:street:50k")
-    parser.add_argument("--at", type=float, nargs=3, help="the scanner's place")
+    parser.add_argument("--at", type=float, nargs=3, help="the scanner's position")
     parser.add_argument("--up", choices="xyz", default="y")
     parser.add_argument("--out", default="lidar.png")
     args = parser.parse_args()

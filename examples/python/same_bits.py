@@ -1,11 +1,11 @@
-"""A regression test that compares two machines: the same rays have the same bits everywhere.
+"""A regression test that compares two machines: the same rays give the same bits everywhere.
 
-    python same_bits.py > here.txt                 on the one
-    python same_bits.py --check here.txt           on the other
+    python same_bits.py > here.txt                 on one machine
+    python same_bits.py --check here.txt           on the other machine
 
-Needs numpy alone. Prints a hash of each column of answers, of a million rays through three scenes.
-With --check, exits with 1 where one differs. Rays are made of integers, so that no other library's
-rounding takes part.
+Needs only numpy. Prints a hash of each column of answers, for a million rays through three scenes.
+With --check, exits with 1 if one differs. Rays are made from integers, so that no other library's
+rounding is involved.
 """
 
 import argparse
@@ -45,9 +45,9 @@ def digests(name: str, n: int, threads: int | None = None):
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--rays", type=int, default=1_000_000, help="of all scenes together")
+    parser.add_argument("--rays", type=int, default=1_000_000, help="for all scenes together")
     parser.add_argument("--threads", type=int)
-    parser.add_argument("--check", type=pathlib.Path, help="what another machine has printed")
+    parser.add_argument("--check", type=pathlib.Path, help="the output of another machine")
     args = parser.parse_args()
     lines = [x for s in SCENES for x in digests(s, args.rays // len(SCENES), args.threads)]
     print("\n".join(lines))

@@ -1,8 +1,8 @@
-"""View factors of a room in which a box hangs: the share of a surface's light that meets another.
+"""View factors of a room with a hanging box: the share of a surface's light that reaches another.
 
     python view_factors.py [--samples 20000]
 
-Needs numpy alone. Rows are senders, and add up to 1; areas times factors are symmetric.
+Needs only numpy. Rows are senders, and add up to 1; areas times factors are symmetric.
 """
 
 import argparse

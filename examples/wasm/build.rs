@@ -1,5 +1,5 @@
-//! Room for the module's stack, of which a linker gives a mebibyte: kernels keep several packets on
-//! it, and code that is not optimised keeps every value.
+//! Enlarges the module's stack beyond the linker's default of a mebibyte: kernels keep several
+//! packets on it, and unoptimised code keeps every value.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -31,7 +31,7 @@ if (scenes.length === 0) {
 const { instance } = await WebAssembly.instantiate(read(path));
 const phalanx = instance.exports;
 
-// A view is made anew for each use: the memory moves when it grows.
+// Each use creates a new view, because the memory moves when it grows.
 const send = (buffer, bytes) => {
   const address = buffer(bytes.length);
   new Uint8Array(phalanx.memory.buffer, address, bytes.length).set(bytes);

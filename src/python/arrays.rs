@@ -1,4 +1,4 @@
-//! Arrays of the caller: checked, and converted where they are not float32 side by side.
+//! The caller's arrays: checked, and converted unless they are contiguous float32.
 
 use crate::errors::value_error;
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -6,13 +6,13 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// An array of float32, C-contiguous: the caller's own where it is one already, else a copy.
+/// A C-contiguous float32 array: the caller's own if it qualifies, else a copy.
 pub(crate) struct Floats<'py> {
     pub(crate) array: PyReadonlyArrayDyn<'py, f32>,
 }
 
 impl<'py> Floats<'py> {
-    /// Takes any array of numbers; `name` is what errors call it.
+    /// Accepts any array of numbers; errors refer to it by `name`.
     ///
     /// # Errors
     /// `TypeError` for anything but real numbers.
@@ -44,20 +44,20 @@ impl<'py> Floats<'py> {
     }
 }
 
-/// A numpy array of one type, C-contiguous, aligned and in the machine's byte order; the same array
-/// if it is so already.
+/// A numpy array of one type, C-contiguous, aligned and in native byte order; the same array if it
+/// already qualifies.
 ///
 /// # Errors
-/// `TypeError` for anything but real numbers, `OverflowError` or `ValueError` of numpy.
+/// `TypeError` for anything but real numbers, `OverflowError` or `ValueError` from numpy.
 pub(crate) fn as_contiguous<'py>(
     name: &str,
     object: &Bound<'py, PyAny>,
     dtype: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let numpy = object.py().import("numpy")?;
-    let array = numpy
-        .call_method1("asarray", (object,))
-        .map_err(|error| PyTypeError::new_err(format!("{name} is no array of numbers: {error}")))?;
+    let array = numpy.call_method1("asarray", (object,)).map_err(|error| {
+        PyTypeError::new_err(format!("{name} is not an array of numbers: {error}"))
+    })?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let empty = array.getattr("size")?.extract::<usize>()? == 0;
     let wanted = match dtype {
@@ -81,7 +81,7 @@ pub(crate) fn as_contiguous<'py>(
     numpy.call_method("require", (array,), Some(&options))
 }
 
-/// A `ValueError` on an array's shape.
+/// A `ValueError` about an array's shape.
 pub(crate) fn wrong_shape(name: &str, wanted: &str, shape: &[usize]) -> PyErr {
     let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
     let comma = if shape.len() == 1 { "," } else { "" };
@@ -91,7 +91,7 @@ pub(crate) fn wrong_shape(name: &str, wanted: &str, shape: &[usize]) -> PyErr {
     ))
 }
 
-/// The two halves of rows of (…, 6): origins and directions.
+/// Rows of (…, 6) split into their halves: origins and directions.
 pub(crate) fn halves<'py>(rays: &Bound<'py, PyAny>) -> PyResult<[Bound<'py, PyAny>; 2]> {
     let numpy = rays.py().import("numpy")?;
     let rays = numpy.call_method1("asarray", (rays,))?;
@@ -99,7 +99,7 @@ pub(crate) fn halves<'py>(rays: &Bound<'py, PyAny>) -> PyResult<[Bound<'py, PyAn
     Ok([halves.get_item(0)?, halves.get_item(1)?])
 }
 
-/// Three rows of vertices for each triangle, as 32-bit numbers.
+/// Three vertex rows for each triangle, as 32-bit numbers.
 ///
 /// # Errors
 /// `TypeError` for anything but integers, `ValueError` for any shape but (m, 3), `IndexError` for
@@ -116,14 +116,14 @@ pub(crate) fn faces(object: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
         let [a, b, c] = row.map(|index| u32::try_from(index).ok());
         a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]).ok_or_else(|| {
             pyo3::exceptions::PyIndexError::new_err(format!(
-                "face {k} is {row:?}: vertices are numbered from 0 on"
+                "face {k} is {row:?}: vertices are numbered from 0"
             ))
         })
     };
     rows.iter().enumerate().map(row).collect()
 }
 
-/// A column of answers as an array of some shape. Nothing is copied.
+/// A column of answers as an array of the given shape. Nothing is copied.
 pub(crate) fn shaped<'py, T: numpy::Element>(
     py: Python<'py>,
     column: Vec<T>,

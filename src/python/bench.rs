@@ -13,37 +13,38 @@ use pyo3::prelude::*;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Most pixels: rays of all kinds, and the answers of each engine, take some 400 bytes a pixel.
+/// Largest number of pixels: rays of all kinds, and each engine's answers, take some 400 bytes per
+/// pixel.
 const MAX_PIXELS: u64 = 1 << 22;
 
-/// Least seconds of a row's samples.
+/// Minimum duration of a row's samples, in seconds.
 const MIN_TIME: f64 = 0.2;
 
 #[pymethods]
 impl PyScene {
-    /// Rays per second through this scene, as `phalanx bench` measures them: a
-    /// dictionary, which json.dump() makes a file of that `phalanx bench
-    /// compare` and `report` read.
+    /// Rays per second through this scene, as measured by `phalanx bench`. The
+    /// answer is a dictionary; saved with json.dump(), it is a record that
+    /// `phalanx bench compare` and `report` read.
     ///
     /// rays : list of str
     ///     'primary', 'shadow', 'reflection', 'refraction', 'diffuse', 'ao';
-    ///     None for all of them.
+    ///     None for all.
     /// camera : (from, at, up, fov), as in render()
     /// size : (width, height) in pixels, at most 2^22 of them
     /// threads : int, or None for one per CPU
     /// repeat : int
-    ///     Least number of samples of each rate.
+    ///     Minimum number of samples of each rate.
     /// name : str
-    ///     What the record calls the scene.
+    ///     The scene's name in the record.
     ///
     /// Entries of 'rows' have 'rays', 'engine', 'kernel', 'threads', and
-    /// 'mrays_per_s' with 'median', 'low' and 'high', in millions of rays a
-    /// second. 'machine', 'program' and 'scenes' tell of what. The tree is
-    /// built anew, by the quality 'best', and answers are checked against the
-    /// oracle before anything is timed. Takes seconds; Ctrl-C is heard at its
-    /// end.
+    /// 'mrays_per_s' with 'median', 'low' and 'high', in millions of rays per
+    /// second. 'machine', 'program' and 'scenes' describe what was measured.
+    /// The tree is rebuilt with the quality 'best', and answers are checked
+    /// against the oracle before anything is timed. This takes seconds; Ctrl-C
+    /// takes effect when it ends.
     ///
-    /// Raises ValueError for names, a camera or a size that cannot be.
+    /// Raises ValueError for unknown names and an invalid camera or size.
     #[pyo3(
         signature = (rays=None, camera=None, size=(512, 512), threads=None, repeat=5, name="scene"),
         text_signature = "($self, rays=None, camera=None, size=(512, 512), threads=None, \
@@ -68,7 +69,7 @@ impl PyScene {
         let scene = self.now(py).framed(camera, Some(size))?;
         if u64::from(size.0) * u64::from(size.1) > MAX_PIXELS {
             let why =
-                format!("{size:?} are more than {MAX_PIXELS} pixels, the most to measure with");
+                format!("{size:?} are more than {MAX_PIXELS} pixels, the limit for measurements");
             return Err(value_error(why));
         }
         let plan = BenchPlan {
@@ -99,7 +100,7 @@ impl PyScene {
     }
 }
 
-/// Receives progress and tells nobody.
+/// Receives progress and discards it.
 struct Silence;
 
 impl ProgressListener for Silence {
@@ -118,7 +119,7 @@ fn kind(name: &String) -> PyResult<RayKind> {
     })
 }
 
-/// Date and time as RFC 3339 writes them, UTC.
+/// Date and time in UTC, in RFC 3339 format.
 fn now(py: Python<'_>) -> PyResult<String> {
     let datetime = py.import("datetime")?;
     let utc = datetime.getattr("timezone")?.getattr("utc")?;

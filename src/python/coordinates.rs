@@ -1,4 +1,4 @@
-//! The caller's coordinates and the scene's: a scene may have an origin and a scale of its own.
+//! The caller's and the scene's coordinates: a scene may have its own origin and scale.
 
 use crate::arrays::{Floats, as_contiguous, wrong_shape};
 use crate::errors::value_error;
@@ -26,7 +26,7 @@ impl Coordinates {
         self.origin == [0.0; 3] && self.scale == 1.0
     }
 
-    /// Points of the caller in the scene's coordinates. The difference is taken in double
+    /// The caller's points in the scene's coordinates. The difference is computed in double
     /// precision and rounded once.
     pub(crate) fn points<'py>(
         &self,
@@ -59,7 +59,7 @@ impl Coordinates {
         )
     }
 
-    /// A ray of the caller in the scene's coordinates, in double precision.
+    /// A caller's ray in the scene's coordinates, in double precision.
     pub(crate) fn ray(&self, origin: [f64; 3], direction: [f64; 3]) -> [[f64; 3]; 2] {
         [
             std::array::from_fn(|axis| (origin[axis] - self.origin[axis]) * self.scale),
@@ -67,13 +67,13 @@ impl Coordinates {
         ]
     }
 
-    /// A point of the scene in the caller's coordinates.
+    /// A scene point in the caller's coordinates.
     pub(crate) fn outside(&self, point: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| point[axis] / self.scale + self.origin[axis])
     }
 }
 
-/// A map of (3, 4) or (4, 4) from a prototype, in its own coordinates, to the scene's.
+/// A (3, 4) or (4, 4) map from a prototype's own coordinates to the scene's.
 ///
 /// # Errors
 /// `ValueError` for any other shape, and for a last row that is not (0, 0, 0, 1).

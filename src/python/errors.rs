@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use std::fmt::Display;
 use std::io;
 
-/// An `ImportError` where this CPU lacks instructions of this build.
+/// An `ImportError` if this CPU lacks instructions that the build uses.
 pub(crate) fn refuse_lesser_cpu() -> PyResult<()> {
     let lacking = |extension: &&phalanx::isa::Extension| extension.compiled && !extension.present;
     let extensions = phalanx::isa::extensions();
@@ -27,7 +27,7 @@ pub(crate) fn value_error(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-/// `IndexError` for an index beyond the vertices or the prototypes, `ValueError` for all else.
+/// `IndexError` for an index beyond the vertices or the prototypes, `ValueError` for anything else.
 pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
     match error {
         GeometryError::IndexOutOfRange { .. } | GeometryError::NoPrototype(_) => {
@@ -37,7 +37,7 @@ pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
     }
 }
 
-/// `OSError` with the file's name, if it was the system that refused.
+/// `OSError` with the file's name, if the error came from the system.
 fn system_error(path: &str, error: &io::Error) -> Option<PyErr> {
     let code = error.raw_os_error()?;
     Some(PyOSError::new_err((
@@ -47,12 +47,12 @@ fn system_error(path: &str, error: &io::Error) -> Option<PyErr> {
     )))
 }
 
-/// `OSError` where the system could not write a file, `ValueError` for all else.
+/// `OSError` if the system could not write a file, `ValueError` for anything else.
 pub(crate) fn write_error(path: &str, error: io::Error) -> PyErr {
     system_error(path, &error).unwrap_or_else(|| value_error(error))
 }
 
-/// `OSError` with the file's name for what the system refused, `ValueError` for what a file holds.
+/// `OSError` with the file's name for system errors, `ValueError` for errors in a file's contents.
 pub(crate) fn open_error(path: &str, error: OpenError) -> PyErr {
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(&error);
     let mut words = error.to_string();
@@ -74,7 +74,7 @@ pub(crate) fn open_error(path: &str, error: OpenError) -> PyErr {
     value_error(words)
 }
 
-/// `KeyboardInterrupt` where the user has stopped it.
+/// `KeyboardInterrupt` if the user has interrupted the call.
 pub(crate) fn frame_error(error: FrameError) -> PyErr {
     match error {
         FrameError::Interrupted(_) => PyKeyboardInterrupt::new_err(()),

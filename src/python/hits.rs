@@ -1,4 +1,4 @@
-//! Answers: columns of numpy arrays.
+//! Answers: columns as numpy arrays.
 
 use crate::arrays::{as_contiguous, halves, shaped};
 use crate::coordinates::Coordinates;
@@ -7,25 +7,26 @@ use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// The closest hits of rays: what Scene.intersect() returns. Each attribute
-/// is an array of the rays' shape without its last side.
+/// The closest hits of rays, as returned by Scene.intersect(). Each
+/// attribute is an array of the rays' shape without its last dimension.
 #[pyclass(name = "Hits", frozen, module = "phalanx")]
 pub(crate) struct PyHits {
     /// float32: the distance in units of the ray's direction; inf for a miss.
     #[pyo3(get)]
     t: Py<PyArrayDyn<f32>>,
-    /// float32: the weight of a triangle's second corner; 0 for anything else.
+    /// float32: the weight of a triangle's second vertex; 0 for anything else.
     #[pyo3(get)]
     u: Py<PyArrayDyn<f32>>,
-    /// float32: the weight of a triangle's third corner; 0 for anything else.
+    /// float32: the weight of a triangle's third vertex; 0 for anything else.
     #[pyo3(get)]
     v: Py<PyArrayDyn<f32>>,
     /// int32: the primitive, counted over the whole scene; -1 for a miss.
-    /// Scene.first_prim(geom_id) tells where those of a geometry begin.
+    /// Scene.first_prim(geom_id) is the first of a geometry.
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
-    /// int32: what add_mesh(), add_spheres() or add_instance() returned; -1
-    /// for a miss. save() keeps it. Of scene files, instances alone have one.
+    /// int32: the number returned by add_mesh(), add_spheres() or
+    /// add_instance(); -1 for a miss. save() keeps it. In scenes from files,
+    /// only instances have one.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     shape: Vec<usize>,
@@ -33,7 +34,7 @@ pub(crate) struct PyHits {
     normal: pyo3::sync::PyOnceLock<Py<PyArrayDyn<f32>>>,
 }
 
-/// The rays and the scene that hits are of.
+/// The rays and the scene to which hits belong.
 pub(crate) struct RaySource {
     scene: Arc<Scene>,
     coordinates: Coordinates,
@@ -51,7 +52,7 @@ pub(crate) struct HitVectors {
 }
 
 impl HitVectors {
-    /// Zeros, which the system gives without touching them.
+    /// Zeros, from memory that the system provides zeroed.
     pub(crate) fn new(rays: usize) -> HitVectors {
         HitVectors {
             t: vec![0.0; rays],
@@ -66,12 +67,12 @@ impl HitVectors {
 /// An array of double precision.
 type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Numbers as Python has them, where 2³² − 1 is −1.
+/// Numbers as Python uses them: 2³² − 1 becomes −1.
 fn signed(ids: Vec<u32>) -> Vec<i32> {
     bytemuck::cast_vec(ids)
 }
 
-/// The shape of vectors, one for each answer of a shape.
+/// The shape of an array of vectors, one for each answer.
 fn of_vectors(shape: &[usize]) -> Vec<usize> {
     [shape, &[3]].concat()
 }
@@ -102,7 +103,7 @@ impl PyHits {
 }
 
 impl RaySource {
-    /// Rays as the caller gave them to a query.
+    /// Rays as the caller passed them to a query.
     pub(crate) fn of(
         scene: Arc<Scene>,
         origins: &Bound<'_, PyAny>,
@@ -131,7 +132,7 @@ impl RaySource {
         let (scene, coordinates) = (&self.scene, self.coordinates);
         let count = scene.id_count();
         let refined = |(row, (&t, &prim_id)): (usize, (&f32, &i32))| {
-            // The caller may have written into the columns.
+            // The caller may have written to the columns.
             let prim_id = u32::try_from(prim_id).ok()?;
             let ray = ray(row);
             let (&origin, &direction) = (origins.get(ray)?, directions.get(ray)?);
@@ -195,11 +196,11 @@ impl PyHits {
         self.prim_id.bind(py).as_any().call_method1("__ge__", (0,))
     }
 
-    /// float32, with a last side of 3: the outward unit normal of the surface
-    /// (of a triangle, that of its plane); 0 for a miss.
+    /// float32, with a last dimension of 3: the outward unit normal of the
+    /// surface (for a triangle, that of its plane); 0 for a miss.
     ///
-    /// Computed when it is first asked for, from the rays as they are then: do
-    /// not change them before.
+    /// Computed on first access, from the rays as they are then: do not change
+    /// them before.
     #[getter]
     fn normal(&self, py: Python<'_>) -> PyResult<Py<PyArrayDyn<f32>>> {
         let make = || {
@@ -217,11 +218,11 @@ impl PyHits {
     }
 
     /// Distances and points in double precision: (t, points), float64, of the
-    /// hits' shape, points with a last side of 3. Misses are inf and nan.
+    /// hits' shape, points with a last dimension of 3. Misses are inf and nan.
     ///
-    /// Each is computed again from the ray, as it was given (in float64, if it
-    /// was), and the primitive that was hit. Points are in the coordinates of
-    /// the rays. Do not change the rays before.
+    /// Each is recomputed from the ray as it was given (in float64, if it was)
+    /// and the primitive that was hit. Points are in the coordinates of the
+    /// rays. Do not change the rays before.
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         self.from.refined(py, &self.in_double(py)?, &self.shape)
     }
@@ -244,13 +245,13 @@ impl PyHits {
     }
 }
 
-/// All hits of each ray, list after list: what Scene.all_hits() returns.
+/// All hits of each ray, list after list, as returned by Scene.all_hits().
 /// Ray i has the rows starts[i] to starts[i + 1] of all other attributes.
-/// Each list is in the order of (t, prim_id), and a primitive stands in it
+/// Each list is ordered by (t, prim_id) and contains a primitive at most
 /// once.
 #[pyclass(name = "AllHits", frozen, module = "phalanx")]
 pub(crate) struct PyAllHits {
-    /// int64, one more than there are rays: where each ray's list begins.
+    /// int64, with one more row than rays: where each ray's list begins.
     #[pyo3(get)]
     starts: Py<PyArrayDyn<i64>>,
     /// int64: the ray of each hit.
@@ -259,21 +260,21 @@ pub(crate) struct PyAllHits {
     /// float32: the distance in units of the ray's direction.
     #[pyo3(get)]
     t: Py<PyArrayDyn<f32>>,
-    /// float32: the weight of a triangle's second corner; 0 for anything else.
+    /// float32: the weight of a triangle's second vertex; 0 for anything else.
     #[pyo3(get)]
     u: Py<PyArrayDyn<f32>>,
-    /// float32: the weight of a triangle's third corner; 0 for anything else.
+    /// float32: the weight of a triangle's third vertex; 0 for anything else.
     #[pyo3(get)]
     v: Py<PyArrayDyn<f32>>,
     /// int32: the primitive, counted over the whole scene.
-    /// Scene.first_prim(geom_id) tells where those of a geometry begin.
+    /// Scene.first_prim(geom_id) is the first of a geometry.
     #[pyo3(get)]
     prim_id: Py<PyArrayDyn<i32>>,
-    /// int32: what add_mesh(), add_spheres() or add_instance() returned; as
-    /// in Hits.
+    /// int32: the number returned by add_mesh(), add_spheres() or
+    /// add_instance(), as in Hits.
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
-    /// As in `starts`, which the caller may write to.
+    /// A copy of `starts`, to which the caller may write.
     first_rows: Vec<usize>,
     /// Shape of the rays.
     shape: Vec<usize>,
@@ -309,7 +310,7 @@ impl PyAllHits {
 #[pymethods]
 impl PyAllHits {
     /// Distances and points in double precision: (t, points), float64, (n,)
-    /// and (n, 3), a row for each hit. As Hits.refine().
+    /// and (n, 3), one row per hit, as in Hits.refine().
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         let columns = (&self.t, &self.prim_id);
         let ray = |row| self.first_rows.partition_point(|&first| first <= row) - 1;

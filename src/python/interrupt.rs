@@ -1,26 +1,25 @@
-//! Ctrl-C: long work is done piece by piece, and Python's signals are looked at in between.
+//! Ctrl-C: long work is divided into pieces, and Python's signals are checked between them.
 
 use pyo3::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Rays of a piece: about a second of work where rays are slowest. Threads are started anew for
-/// each.
+/// Rays per piece: about a second of work for the slowest rays. Each piece starts its threads anew.
 pub(crate) const PIECE: usize = 1 << 20;
 
-/// Rays of a piece where each may meet everything: up to some 50 µs a ray.
+/// Rays per piece if each may hit everything: up to some 50 µs per ray.
 pub(crate) const SMALL_PIECE: usize = 1 << 15;
 
-/// Time between two looks at Python's signals.
+/// Interval between checks of Python's signals.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Beginnings and ends of the pieces of a number of rays.
+/// Ranges of the pieces of a number of rays.
 pub(crate) fn pieces(rays: usize, most: usize) -> impl Iterator<Item = (usize, usize)> {
     let starts = (0..rays).step_by(most);
     starts.map(move |from| (from, (from + most).min(rays)))
 }
 
-/// Does `work` on a thread of its own, without the interpreter's lock. A signal sets `stop`, and is
+/// Runs `work` on a separate thread, without the interpreter's lock. A signal sets `stop`, and is
 /// raised when the work has ended.
 pub(crate) fn stoppable<T: Send>(
     py: Python<'_>,

@@ -4,8 +4,8 @@
 //!  numpy arrays ── arrays ──> rays in rows ── scene ──> columns of hits ── hits ──> numpy arrays
 //! ```
 //!
-//! What Python sees is documented for Python: shapes, units, errors. Each query lets go of the
-//! interpreter's lock while it traces.
+//! Everything visible to Python is documented for Python users: shapes, units, errors. Each query
+//! releases the interpreter's lock while it traces.
 
 mod arrays;
 mod bench;
@@ -20,18 +20,18 @@ mod scene;
 
 use pyo3::prelude::*;
 
-/// The instruction set that this module was built for: 'x86-64-v3', or
-/// 'aarch64'.
+/// The instruction set that this module was built for, such as 'x86-64-v3'
+/// or 'aarch64'.
 ///
-/// The wheel holds a build for each of three levels of x86-64. Importing it
-/// takes the highest that this CPU has, or the one that the environment's
-/// variable PHALANX_LEVEL names. Answers are the same bits in all of them.
+/// The wheel contains a build for each of three levels of x86-64. Importing
+/// it loads the highest that this CPU supports, or the one named by the
+/// environment variable PHALANX_LEVEL. Answers are the same bits in all.
 #[pyfunction]
 fn isa() -> &'static str {
     phalanx::isa::compiled_level()
 }
 
-/// The highest level that this CPU has, as 'x86-64-v4'.
+/// The highest level that this CPU supports, such as 'x86-64-v4'.
 #[pyfunction]
 fn cpu_level() -> &'static str {
     phalanx::isa::cpu_level()

@@ -12,31 +12,31 @@ use phalanx::scene::{FileView, check_image_size};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A camera as Python gives it: from, at, up, and the vertical field of view in degrees.
+/// A camera as passed from Python: from, at, up, and the vertical field of view in degrees.
 pub(crate) type PyCamera = ([f64; 3], [f64; 3], [f32; 3], f32);
 
 #[pymethods]
 impl PyScene {
-    /// Renders a picture: float32, (height, width, 3), linear radiance, the
-    /// first row on top.
+    /// Renders a picture: float32, (height, width, 3), linear radiance, top
+    /// row first.
     ///
     /// camera : (from, at, up, fov)
     ///     Two points, a vector, and the vertical field of view in degrees;
-    ///     None for the file's camera, or one that shows everything.
+    ///     None for the file's camera, or one that frames everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
     /// spp : int
     ///     Samples per pixel.
     /// max_depth : int
-    ///     Most bounces of a ray; None for the scene's.
+    ///     Maximum number of bounces; None for the scene's.
     /// aovs : list of str
-    ///     Further layers, as 'depth', 'ns', 'albedo', 'primitive'. The answer
-    ///     is then a dictionary: 'color', and a layer for each name. Layers of
-    ///     one number are (height, width), layers of primitives and materials
-    ///     are int32.
+    ///     Additional layers, such as 'depth', 'ns', 'albedo', 'primitive'.
+    ///     The answer is then a dictionary: 'color', and a layer for each
+    ///     name. Layers with one number per pixel are (height, width), those
+    ///     of primitives and materials are int32.
     /// threads : int, or None for one per CPU
     ///
-    /// The same bits as `phalanx render` writes to an OpenEXR file. Raises
-    /// ValueError for a camera, a size or a layer that cannot be.
+    /// These are the bits that `phalanx render` writes to an OpenEXR file.
+    /// Raises ValueError for an invalid camera, size or layer.
     #[pyo3(signature = (camera=None, size=None, spp=1, max_depth=None, aovs=None, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn render<'py>(
@@ -69,10 +69,10 @@ impl PyScene {
         Ok(pictures.into_any())
     }
 
-    /// Distances along the camera's rays: float32, (height, width), inf where
-    /// there is nothing.
+    /// Distances along the camera's rays: float32, (height, width), inf for a
+    /// miss.
     ///
-    /// Arguments and errors are those of render().
+    /// Arguments and errors as for render().
     #[pyo3(signature = (camera=None, size=None, threads=None))]
     fn depth<'py>(
         &self,
@@ -116,7 +116,7 @@ impl PyScene {
 }
 
 impl Snapshot {
-    /// The scene with a camera and a size, where they are given.
+    /// The scene with the given camera and size, if any.
     pub(crate) fn framed(
         &self,
         camera: Option<PyCamera>,
@@ -130,7 +130,7 @@ impl Snapshot {
             size,
             ..Options::default()
         };
-        // A copy shares the columns of a scene that was opened; others are copied.
+        // A copy shares the columns of an opened scene; other columns are copied.
         let mut scene = (*self.scene).clone();
         if let Some((width, height)) = size {
             (scene.width, scene.height) = (width, height);

@@ -11,7 +11,7 @@ use phalanx::{Bvh, HitColumns, HitLists, Scene};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// A query: rays, and the scene as it is when it begins.
+/// A query: rays, and the scene at the time of the call.
 struct RayQuery<'py> {
     rays: Rays<'py>,
     scene: Arc<Scene>,
@@ -43,23 +43,24 @@ impl PyScene {
     /// The closest hit of each ray, as Hits.
     ///
     /// origins, directions : (..., 3)
-    ///     Either may be a single row for all, or whatever else numpy would
-    ///     broadcast. Or origins alone, as (..., 6): origin and direction side
-    ///     by side. float32, C-contiguous arrays are used as they are, others
-    ///     are converted. Directions have any length but zero: distances are in
-    ///     units of it.
+    ///     Either may be a single row for all, or any other shape that numpy
+    ///     broadcasts. Alternatively origins alone, as (..., 6): each origin
+    ///     followed by its direction. C-contiguous float32 arrays are used as
+    ///     they are, others are converted. Directions may have any length but
+    ///     zero: distances are in units of it.
     /// tmax : a number, or an array with one for each ray
-    ///     Hits count where 0 < t < tmax. None is infinity.
+    ///     Hits count if 0 < t < tmax. None is infinity.
     /// threads : int, or None for one per CPU
     ///
-    /// Where several hits share a distance, the smallest prim_id wins. No ray
+    /// If several hits share a distance, the smallest prim_id wins. No ray
     /// slips through an edge or a vertex that triangles share. Rays with a
-    /// number that is not finite, with a direction of zero, or with a tmax that
-    /// is not positive, hit nothing. Where there is a choice, put rays that go
-    /// nearly the same way side by side: that is faster.
+    /// component that is not finite, a zero direction, or a tmax that is not
+    /// positive hit nothing. Queries are fastest if adjacent rays have
+    /// similar directions.
     ///
-    /// Raises ValueError for shapes and for threads below 1, TypeError for what
-    /// holds no numbers, KeyboardInterrupt within about a second of Ctrl-C.
+    /// Raises ValueError for wrong shapes and for threads below 1, TypeError
+    /// for non-numeric arrays, KeyboardInterrupt within about a second of
+    /// Ctrl-C.
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn intersect(
         slf: &Bound<'_, PyScene>,
@@ -89,10 +90,10 @@ impl PyScene {
         PyHits::new(py, hits, query.rays.shape, from)
     }
 
-    /// True for each ray that meets anything before its tmax: bool, of the
-    /// rays' shape without the last side. Faster than intersect().
+    /// True for each ray that hits anything before its tmax: bool, of the
+    /// rays' shape without the last dimension. Faster than intersect().
     ///
-    /// Arguments and errors are those of intersect().
+    /// Arguments and errors as for intersect().
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn occluded<'py>(
         slf: &Bound<'py, PyScene>,
@@ -114,10 +115,10 @@ impl PyScene {
         shaped(py, blocked, &query.rays.shape)
     }
 
-    /// How many primitives each ray meets before its tmax: uint32, of the rays'
-    /// shape without the last side.
+    /// Number of primitives that each ray hits before its tmax: uint32, of the
+    /// rays' shape without the last dimension.
     ///
-    /// Arguments and errors are those of intersect().
+    /// Arguments and errors as for intersect().
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn count<'py>(
         slf: &Bound<'py, PyScene>,
@@ -139,10 +140,10 @@ impl PyScene {
         shaped(py, counts, &query.rays.shape)
     }
 
-    /// Everything that each ray meets before its tmax, in order, as AllHits.
+    /// All hits of each ray before its tmax, in order, as AllHits.
     ///
-    /// Arguments and errors are those of intersect(). Rays of more than one row
-    /// are numbered as in their reshape(-1, 3).
+    /// Arguments and errors as for intersect(). Rays of more than one row are
+    /// numbered as in their reshape(-1, 3).
     #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
     fn all_hits<'py>(
         slf: &Bound<'py, PyScene>,

@@ -1,4 +1,4 @@
-//! Rays of the caller: two arrays, or one of both.
+//! The caller's rays: two arrays, or one with both origins and directions.
 
 use crate::arrays::{Floats, as_contiguous, halves, wrong_shape};
 use crate::coordinates::Coordinates;
@@ -6,12 +6,12 @@ use crate::errors::value_error;
 use phalanx::{RayRows, TMax};
 use pyo3::prelude::*;
 
-/// Rays as the caller has them, one to a row.
+/// Rays in the caller's layout, one per row.
 pub(crate) struct Rays<'py> {
-    /// Shape of the answers: that of the rays without the last side.
+    /// Shape of the answers: that of the rays without the last dimension.
     pub(crate) shape: Vec<usize>,
     origins: Floats<'py>,
-    /// `None` where origin and direction lie side by side.
+    /// `None` if each row has an origin and a direction.
     directions: Option<Floats<'py>>,
     tmax: TMaxArray<'py>,
 }
@@ -37,7 +37,7 @@ impl<'py> Rays<'py> {
                 (rays, None)
             }
             None => {
-                // Halved before they are rounded: what is left of a large origin is small.
+                // Split before rounding: relative to a large origin, positions are small.
                 let rays = as_contiguous("rays", origins, "float64")?;
                 check_side_by_side(&rays.getattr("shape")?.extract::<Vec<usize>>()?)?;
                 let [origins, directions] = halves(&rays)?;
@@ -67,7 +67,7 @@ impl<'py> Rays<'py> {
         self.shape.iter().product()
     }
 
-    /// Some of the rays, one at least.
+    /// A range of at least one ray.
     pub(crate) fn rows(&self, from: usize, to: usize) -> PyResult<RayRows<'_>> {
         let origin = self.origins.numbers()?;
         let (stride, direction) = match &self.directions {
@@ -100,14 +100,14 @@ impl<'py> TMaxArray<'py> {
             return Ok(TMaxArray::All(*all));
         }
         if each.shape() != shape {
-            let wanted = format!("that of the rays, {shape:?}, and it is no single number");
+            let wanted = format!("that of the rays, {shape:?}, nor is it a single number");
             return Err(wrong_shape("tmax", &wanted, each.shape()));
         }
         Ok(TMaxArray::Each(each))
     }
 }
 
-/// Refuses what is not of (…, 6).
+/// Refuses any shape but (…, 6).
 fn check_side_by_side(shape: &[usize]) -> PyResult<()> {
     if shape.last() != Some(&6) {
         let wanted = "(…, 6): without directions, each row is an origin and a direction";
@@ -116,7 +116,7 @@ fn check_side_by_side(shape: &[usize]) -> PyResult<()> {
     Ok(())
 }
 
-/// Two arrays of (…, 3), of which one may have fewer sides: numpy's rules of broadcasting.
+/// Two arrays of (…, 3), broadcast to each other by numpy's rules.
 fn of_one_shape<'py>(a: Floats<'py>, b: Floats<'py>) -> PyResult<[Floats<'py>; 2]> {
     for (name, array) in [("origins", &a), ("directions", &b)] {
         if array.shape().last() != Some(&3) {

@@ -13,22 +13,22 @@ use pyo3::sync::MutexExt;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// Things to cast rays at: triangles, spheres, instances of meshes, or a
+/// Geometry to cast rays at: triangles, spheres, instances of meshes, or a
 /// whole scene from a file.
 ///
 /// origin : three numbers
-///     A point near the geometry, where coordinates are large, as in maps.
-///     It is subtracted from every position in double precision; answers
-///     come back in your coordinates.
+///     A point near the geometry, for large coordinates such as those of
+///     maps. It is subtracted from every position in double precision;
+///     answers are in your coordinates.
 ///
-/// Arrays are numpy's, or anything that numpy takes for one. Numbers are
-/// float32 inside; float64 is rounded once. Lengths are in your units.
+/// Arrays are numpy arrays, or anything that numpy converts to one. Numbers
+/// are float32 inside; float64 is rounded once. Lengths are in your units.
 /// The tree over the primitives is built by the first query, or by
-/// build(), and again after each change.
+/// build(), and rebuilt after each change.
 ///
-/// Python threads may share a scene. Calls answer for the scene as it is when
-/// they begin, whatever is added meanwhile; while one builds the tree, others
-/// that need it wait.
+/// Python threads may share a scene. A call uses the scene as it is when the
+/// call begins, even if geometry is added meanwhile; while one call builds
+/// the tree, others that need it wait.
 ///
 /// Raises ValueError for an origin that is not finite.
 ///
@@ -43,20 +43,20 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 /// array([ 0, -1], dtype=int32)
 #[pyclass(name = "Scene", frozen, module = "phalanx")]
 pub(crate) struct PyScene {
-    /// Held for moments, in which nothing of Python's runs.
+    /// Held only briefly, never while Python code runs.
     now: Mutex<Snapshot>,
 }
 
-/// A scene between two changes, which clones share.
+/// A scene between two changes, shared by clones.
 #[derive(Clone)]
 pub(crate) struct Snapshot {
     pub(crate) scene: Arc<Scene>,
-    /// Made by whoever needs it first: the tree, or why there cannot be one.
+    /// The tree, or the reason why there is none; made on first use.
     tree: Arc<OnceLock<Result<Arc<Bvh>, String>>>,
     settings: BuildSettings,
 }
 
-/// Most primitives, so that each has a number of 31 bits.
+/// Largest number of primitives, so that each index has 31 bits.
 const MAX_PRIMS: u64 = i32::MAX as u64;
 
 impl Snapshot {
@@ -64,7 +64,7 @@ impl Snapshot {
         Coordinates::of(&self.scene)
     }
 
-    /// The tree, built now if there is none. Whoever waits for it lets go of the interpreter.
+    /// The tree, built now if there is none. The interpreter's lock is released while waiting.
     pub(crate) fn tree(&self, py: Python<'_>) -> PyResult<Arc<Bvh>> {
         let tree = py.detach(|| self.tree.get_or_init(|| self.build()).clone());
         tree.map_err(value_error)
@@ -74,7 +74,7 @@ impl Snapshot {
         let prims = self.scene.id_count();
         if prims > MAX_PRIMS {
             return Err(format!(
-                "{prims} primitives, those of instances among them: at most {MAX_PRIMS}"
+                "{prims} primitives, including those of instances: at most {MAX_PRIMS}"
             ));
         }
         let valid = self.scene.validate().map_err(|error| error.to_string());
@@ -100,12 +100,12 @@ impl PyScene {
         now.unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The scene as it is now.
+    /// The current scene.
     pub(crate) fn now(&self, py: Python<'_>) -> Snapshot {
         self.lock(py).clone()
     }
 
-    /// Changes the scene; its tree is no longer of it.
+    /// Changes the scene, which invalidates its tree.
     fn change<T>(
         &self,
         py: Python<'_>,
@@ -120,11 +120,11 @@ impl PyScene {
     }
 }
 
-/// Most threads of a call, if there are no more CPUs. The tree's builder takes seconds to start
-/// thousands.
+/// Maximum number of threads of a call, unless there are more CPUs. The tree's builder takes
+/// seconds to start thousands.
 const MAX_THREADS: usize = 64;
 
-/// `threads` of a call: all where none is given.
+/// `threads` of a call; all CPUs if none is given.
 ///
 /// # Errors
 /// `ValueError` for less than one.
@@ -143,7 +143,7 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
     }
 }
 
-/// `threads` of a call, as a number above zero where none is given.
+/// `threads` of a call, as a number above zero if none is given.
 pub(crate) fn thread_count(asked: Option<i64>) -> PyResult<usize> {
     Ok(match threads(asked)? {
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
@@ -174,13 +174,13 @@ impl PyScene {
     /// Reads a scene from a file and returns it.
     ///
     /// path : str or os.PathLike
-    ///     OBJ, PLY, STL, glTF, NFF, .test, a scene that save() wrote (.phx),
-    ///     or the name of a standard one, as in 'standard:room:50k'.
+    ///     OBJ, PLY, STL, glTF, NFF, .test, a scene written by save() (.phx),
+    ///     or the name of a standard scene, such as 'standard:room:50k'.
     /// threads : int, or None for one per CPU
     ///
-    /// Camera, materials and lights come with it. Remarks of the reader become
-    /// warnings. Raises OSError where the system cannot read the file,
-    /// ValueError for what it holds.
+    /// Includes camera, materials and lights. The reader's remarks become
+    /// warnings. Raises OSError if the system cannot read the file,
+    /// ValueError for errors in its contents.
     #[staticmethod]
     #[pyo3(signature = (path, threads=None))]
     fn load(py: Python<'_>, path: PathBuf, threads: Option<i64>) -> PyResult<PyScene> {
@@ -202,13 +202,13 @@ impl PyScene {
         Ok(PyScene::of(opened.scene, opened.bvh))
     }
 
-    /// Opens a scene that save() wrote, and returns it.
+    /// Opens a scene written by save(), and returns it.
     ///
-    /// The file (.phx) is mapped, not read: the tree is there at once, and
-    /// several processes share its memory. It must not change meanwhile.
+    /// The file (.phx) is mapped, not read: the tree need not be built, and
+    /// several processes share its memory. It must not change while open.
     ///
-    /// Raises OSError where the system cannot read the file, ValueError where
-    /// it is no saved scene, or one of another version.
+    /// Raises OSError if the system cannot read the file, ValueError if it is
+    /// not a saved scene, or one of another version.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
         let cached = py.detach(|| phalanx::cache::open(&path));
@@ -216,14 +216,14 @@ impl PyScene {
         Ok(PyScene::of(cached.scene, Some(cached.bvh)))
     }
 
-    /// Writes the scene and its tree to a file for open(). The ending of path
-    /// is .phx. The tree is built first, if there is none.
+    /// Writes the scene and its tree to a file for open(). path must end in
+    /// .phx. The tree is built first, if there is none.
     ///
-    /// A file that is there already is replaced when all is written. Raises
-    /// OSError where the system cannot write, ValueError for another ending.
+    /// An existing file is replaced once everything is written. Raises
+    /// OSError if the system cannot write, ValueError for another extension.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         if !phalanx::open::is_cache(&path) {
-            let why = format!("{}: the ending of a saved scene is .phx", path.display());
+            let why = format!("{}: a saved scene's name ends in .phx", path.display());
             return Err(value_error(why));
         }
         let now = self.now(py);
@@ -243,13 +243,13 @@ impl PyScene {
     /// vertices : (n, 3)
     ///     Positions, all of them finite.
     /// faces : (m, 3) integers
-    ///     Rows of vertices, from 0 on. Corners are counter-clockwise, seen
-    ///     from outside; rays hit both sides, also of files whose pictures show
-    ///     only one.
+    ///     Rows of vertices, from 0. Vertices are in counter-clockwise order,
+    ///     seen from outside; rays hit both sides, even for files whose
+    ///     pictures show only one.
     ///
-    /// Both arrays may be empty. Raises ValueError for shapes and for vertices
-    /// that are not finite, IndexError for faces that name no vertex, TypeError
-    /// for what holds no numbers.
+    /// Both arrays may be empty. Raises ValueError for wrong shapes and for
+    /// vertices that are not finite, IndexError for faces that refer to no
+    /// vertex, TypeError for non-numeric arrays.
     fn add_mesh(
         &self,
         py: Python<'_>,
@@ -269,9 +269,9 @@ impl PyScene {
     /// centers : (n, 3)
     /// radii : (n,), or one number for all
     ///
-    /// Raises ValueError for shapes, for centers that are not finite, and for
-    /// radii that are not positive and finite; TypeError for what holds no
-    /// numbers.
+    /// Raises ValueError for wrong shapes, for centers that are not finite,
+    /// and for radii that are not positive and finite; TypeError for
+    /// non-numeric arrays.
     fn add_spheres(
         &self,
         py: Python<'_>,
@@ -291,10 +291,10 @@ impl PyScene {
         })
     }
 
-    /// Adds a mesh that only its instances show, in coordinates of its own, and
-    /// returns the number that add_instance() takes.
+    /// Adds a mesh that is hit only through its instances, in its own
+    /// coordinates, and returns its number for add_instance().
     ///
-    /// Arrays and errors are those of add_mesh(), with one face at least.
+    /// Arrays and errors as for add_mesh(), with at least one face.
     fn add_prototype(
         &self,
         py: Python<'_>,
@@ -317,12 +317,12 @@ impl PyScene {
     /// Places a prototype and returns the geometry's number, geom_id.
     ///
     /// prototype : int
-    ///     What add_prototype() returned.
+    ///     A number returned by add_prototype().
     /// transform : (4, 4), or its first three rows, (3, 4)
     ///     Maps columns (x, y, z, 1) of the prototype to the world.
     ///
-    /// Raises IndexError for a prototype that is not there, ValueError for a
-    /// shape, and for a transform that has no inverse.
+    /// Raises IndexError for an unknown prototype, ValueError for a wrong
+    /// shape and for a transform without an inverse.
     fn add_instance(
         &self,
         py: Python<'_>,
@@ -337,12 +337,12 @@ impl PyScene {
         })
     }
 
-    /// Builds the tree now, where the first query would, or another one where
-    /// there is one of another quality.
+    /// Builds the tree now instead of in the first query, or rebuilds it if
+    /// it has another quality.
     ///
     /// quality : 'fastest', 'fast', 'medium' or 'best'
-    ///     How much time to spend on it, for faster rays. Answers do not depend
-    ///     on it. It holds for later trees of this scene, too.
+    ///     Trades build time for tracing speed. Answers do not depend on it.
+    ///     It also applies to later trees of this scene.
     /// threads : int, or None for one per CPU
     ///
     /// Raises ValueError for another quality, and for threads below 1.
@@ -366,9 +366,9 @@ impl PyScene {
         Ok(())
     }
 
-    /// The prim_id of a geometry's first primitive; None for numbers that are
-    /// no geometry's. hits.prim_id less this is the row of the face or sphere
-    /// in the arrays that were added.
+    /// The prim_id of a geometry's first primitive; None for an unknown
+    /// geometry. hits.prim_id minus this is the row of the face or sphere in
+    /// the arrays that were added.
     fn first_prim(&self, py: Python<'_>, geom_id: i64) -> PyResult<Option<u32>> {
         let bvh = self.now(py).tree(py)?;
         Ok(u32::try_from(geom_id)
@@ -376,13 +376,13 @@ impl PyScene {
             .and_then(|id| bvh.first_prim(id)))
     }
 
-    /// Number of primitives, those of instances counted once for each.
+    /// Number of primitives; those of a prototype count once per instance.
     fn __len__(&self, py: Python<'_>) -> usize {
         self.now(py).scene.visible_count() as usize
     }
 
     /// Smallest and largest coordinates: float64, (2, 3), in your coordinates;
-    /// inf and -inf where there is nothing.
+    /// inf and -inf if the scene is empty.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let now = self.now(py);

@@ -6,11 +6,11 @@
 //! node examples/wasm/render.mjs MODULE.wasm 160 120 -o glass.pfm scenes/glass.test
 //! ```
 //!
-//! WebAssembly has neither threads nor files here. The library does the work on the one thread that
-//! there is, and refuses to open files.
+//! WebAssembly has neither threads nor files here. The library does the work on the only thread, and
+//! refuses to open files.
 #![allow(
     unsafe_code,
-    reason = "JavaScript finds functions by names that nothing else has"
+    reason = "JavaScript finds functions by unique, unmangled names"
 )]
 
 use phalanx::formats::Options;
@@ -26,7 +26,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 struct Exchange {
     /// Name of the scene, in UTF-8.
     name: Vec<u8>,
-    /// Contents of the scene's file; nothing for a standard scene.
+    /// Contents of the scene's file; empty for a standard scene.
     file: Vec<u8>,
     /// The picture, or an error message.
     answer: Vec<u8>,
@@ -58,8 +58,8 @@ pub extern "C" fn file_buffer(length: usize) -> *mut u8 {
     file.as_mut_ptr()
 }
 
-/// Renders the scene, by the packet tracer or by the oracle. Returns 1 if the answer is a portable
-/// float map, which holds the radiance of every pixel to its last bit, and 0 if it is an error
+/// Renders the scene, with the packet tracer or the oracle. Returns 1 if the answer is a portable
+/// float map, which stores the radiance of every pixel to the last bit, and 0 if it is an error
 /// message.
 #[unsafe(no_mangle)]
 pub extern "C" fn render_pfm(width: u32, height: u32, by_oracle: bool) -> u32 {
@@ -81,7 +81,7 @@ pub extern "C" fn answer() -> *const u8 {
     exchange().answer.as_ptr()
 }
 
-/// Bytes of the answer.
+/// Length of the answer in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer_length() -> usize {
     exchange().answer.len()

@@ -1,8 +1,8 @@
-"""Rays against triangles and spheres, from and to numpy arrays.
+"""Ray casting against triangles and spheres, from and to numpy arrays.
 
-Scene holds what rays meet, and casts them: help(phalanx.Scene). Answers are
-the same bits on every CPU. phalanx.trimesh and phalanx.open3d have classes
-for programs that use trimesh and Open3D.
+Scene holds the geometry and casts rays at it: help(phalanx.Scene). Answers
+are the same bits on every CPU. phalanx.trimesh and phalanx.open3d have
+classes for programs that use trimesh and Open3D.
 """
 
 from ._levels import load as _load

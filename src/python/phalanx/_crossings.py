@@ -1,4 +1,4 @@
-"""Hits on edges and vertices: one for each crossing of the surface."""
+"""Hits on edges and vertices, reduced to one per crossing of the surface."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from . import AllHits
 
-# Barycentric weights below this one lie on an edge as far as single precision can tell.
+# Hits with a barycentric weight below this are on an edge, within single precision.
 _EDGE = 1e-6
 
-# Distance between hits on edges that are at one place, in units of the scene's size.
+# Largest distance between hits on edges at the same point, in units of the scene's size.
 _SAME_PLACE = 1e-6
 
 
 def on_edge(hits: AllHits) -> NDArray[np.bool_]:
-    """Tells which hits lie on an edge or a vertex, as far as float32 can tell: (n,)."""
+    """Flags hits on an edge or a vertex, within float32 precision: (n,)."""
     return np.minimum(np.minimum(hits.u, hits.v), 1.0 - hits.u - hits.v) <= _EDGE
 
 
@@ -27,14 +27,14 @@ def crossings(
     normals: Callable[[NDArray[np.int64]], NDArray],
     size: float,
 ) -> NDArray[np.int64]:
-    """Rows of the hits, without those that meet another triangle at the same place of an edge.
+    """Rows of the hits, without duplicates on triangles that share an edge or a vertex.
 
-    Of hits on edges at one place, the nearest of those that enter the surface remains, and the
-    nearest of those that leave it: one where the ray crosses it, two where it touches an edge.
+    Among hits on edges at one point, the nearest that enters the surface and the nearest that
+    leaves it remain: one if the ray crosses the surface, two if it touches an edge.
 
     directions : (n, 3), of each ray
-    normals : gives the normals, (k, 3), of the triangles that k rows of the hits meet
-    size : size of the scene in units of the rays
+    normals : returns the normals, (k, 3), of the triangles of k rows of hits
+    size : size of the scene in the rays' units
     """
     rows = np.arange(len(hits))
     edge = np.flatnonzero(on_edge(hits))

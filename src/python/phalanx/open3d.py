@@ -1,12 +1,12 @@
-"""Rays for Open3D: RaycastingScene with the ray queries of open3d.t.geometry.RaycastingScene.
+"""Ray casting for Open3D: RaycastingScene with the ray queries of open3d.t.geometry.
 
-Tensors of Open3D in, tensors out; numpy arrays in, numpy arrays out, and then Open3D need not be
-installed. Missing are the queries about points, compute_closest_points, compute_distance,
-compute_signed_distance and compute_occupancy, and the argument device. Three things differ:
+Open3D tensors in, tensors out; numpy arrays in, numpy arrays out, in which case Open3D need not be
+installed. The point queries compute_closest_points, compute_distance, compute_signed_distance and
+compute_occupancy are missing, as is the argument device. There are three differences:
 
-- Hits count beyond the origin only (0 < t).
-- Arrays of any real numbers are taken, and rounded to float32; vertices and triangles are copied.
-- Where triangles coincide, all of them are counted and listed.
+- Hits count only beyond the origin (0 < t).
+- Arrays of any real numbers are accepted and rounded to float32; vertices and triangles are copied.
+- If triangles coincide, all of them are counted and listed.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from ._crossings import crossings
 
 __all__ = ["RaycastingScene"]
 
-# Rays whose hits are listed at once, to be counted: bounds the memory.
+# Number of rays whose hits are listed at once when counting; bounds the memory.
 _RAYS = 1 << 18
 
 
 class RaycastingScene:
-    """Triangle meshes, and rays that are cast at them; queries about points are missing.
+    """Triangle meshes to cast rays at; point queries are missing.
 
-    Rays are (…, 6) with two sides at least: origin and direction, of any length but zero. nthreads
-    is 0 for one thread per CPU. Queries raise ValueError for other shapes, and TypeError for what
-    holds no numbers.
+    Rays are (…, 6) with at least two dimensions: origin and direction, of any length but zero.
+    nthreads is 0 for one thread per CPU. Queries raise ValueError for other shapes, and TypeError
+    for non-numeric arrays.
     """
 
     INVALID_ID = 0xFFFFFFFF
 
     def __init__(self, nthreads: int = 0) -> None:
-        """Makes an empty scene; its tree is built with nthreads, by the first query."""
+        """Creates an empty scene; the first query builds its tree with nthreads threads."""
         self._scene = Scene()
         self._build_threads = _threads(nthreads)
         self._meshes: list[tuple[NDArray, NDArray]] = []
         self._table: _Table | None = None
-        # Held while the table and the meshes that it is of may differ.
+        # Held while the table and its meshes may differ.
         self._lock = threading.Lock()
 
     def add_triangles(
@@ -52,7 +52,7 @@ class RaycastingScene:
         """Adds an open3d.t.geometry.TriangleMesh, or vertices (n, 3) and triangles (m, 3).
 
         Returns the mesh's geometry ID. Raises ValueError for vertices that are not finite, and
-        IndexError for triangles that name no vertex.
+        IndexError for triangles that refer to no vertex.
         """
         vertices, triangles = vertex_positions, triangle_indices
         if triangles is None:
@@ -69,17 +69,17 @@ class RaycastingScene:
         return number
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """The first hit of each ray, in arrays of the rays' shape without its last side.
+        """The first hit of each ray, in arrays of the rays' shape without its last dimension.
 
         t_hit : float32, distance in units of the direction; inf for a miss
         geometry_ids, primitive_ids : uint32; INVALID_ID for a miss
-        primitive_uvs : float32, (…, 2), weights of the triangle's second and third corner
+        primitive_uvs : float32, (…, 2), weights of the triangle's second and third vertex
         primitive_normals : float32, (…, 3), unit normal of the triangle; 0 for a miss
         """
         numbers, wrap = _rays(rays)
         self._built()
         hits = self._scene.intersect(numbers, threads=_threads(nthreads))
-        # Of the meshes that were hit, at least, where another thread adds some.
+        # Covers at least the meshes that were hit, even if another thread has added some.
         table = self._built()
         found = {
             "t_hit": hits.t,
@@ -93,7 +93,7 @@ class RaycastingScene:
     def test_occlusions(
         self, rays: Any, tnear: float = 0.0, tfar: float = math.inf, nthreads: int = 0
     ) -> Any:
-        """Whether each ray meets anything with tnear < t < tfar: bool, of the rays' shape."""
+        """Whether each ray hits anything with tnear < t < tfar: bool, of the rays' shape."""
         numbers, wrap = _rays(rays)
         self._built()
         threads = _threads(nthreads)
@@ -101,7 +101,7 @@ class RaycastingScene:
             return wrap(self._scene.occluded(numbers, tmax=tfar, threads=threads))
         first = self._scene.intersect(numbers, tmax=tfar, threads=threads)
         blocked = np.array(first.hit & (first.t > tnear))
-        # What lies before tnear may hide more.
+        # A hit before tnear may hide others.
         rest = np.nonzero(first.hit & ~blocked)
         hits = self._scene.all_hits(numbers[rest], tmax=tfar, threads=threads)
         beyond = hits.ray_id[hits.t > tnear]
@@ -109,7 +109,7 @@ class RaycastingScene:
         return wrap(blocked)
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
-        """How often each ray crosses a surface: int32, of the rays' shape.
+        """Number of times that each ray crosses a surface: int32, of the rays' shape.
 
         A crossing at an edge or a vertex counts once.
         """
@@ -123,11 +123,11 @@ class RaycastingScene:
         return wrap(counts.reshape(numbers.shape[:-1]))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """All crossings of each ray, in the order of (ray, distance).
+        """All crossings of each ray, ordered by (ray, distance).
 
         ray_splits : uint32, (rays + 1,): ray i has rows ray_splits[i] to ray_splits[i + 1]
         ray_ids : uint32, the ray of each row
-        t_hit, geometry_ids, primitive_ids, primitive_uvs : as of cast_rays()
+        t_hit, geometry_ids, primitive_ids, primitive_uvs : as in cast_rays()
         """
         numbers, wrap = _rays(rays)
         flat = numbers.reshape(-1, 6)
@@ -146,14 +146,14 @@ class RaycastingScene:
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> Any:
-        """Rays of a pinhole camera: float32, (height_px, width_px, 6), through pixels' centres.
+        """Rays of a pinhole camera: float32, (height_px, width_px, 6), through pixel centres.
 
         create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px)
-            Upper triangular (3, 3), and (4, 4) from the world to the camera.
+            An upper triangular (3, 3) matrix, and a (4, 4) one from the world to the camera.
         create_rays_pinhole(fov_deg, center, eye, up, width_px, height_px)
             Horizontal field of view in degrees, and three points or vectors of (3,).
 
-        A tensor if a matrix or a point is one, else a numpy array.
+        Returns a tensor if a matrix or a point is one, else a numpy array.
         """
         given = [*args, *kwargs.values()]
         wrap = _wrapper(*given)
@@ -162,7 +162,7 @@ class RaycastingScene:
         return wrap(_rays_of_view(*args, **kwargs))
 
     def _built(self) -> _Table:
-        """The table of the meshes as they are now; builds the tree."""
+        """The table of the current meshes; builds the tree."""
         with self._lock:
             if self._table is None:
                 self._scene.build(threads=self._build_threads)
@@ -181,7 +181,7 @@ class RaycastingScene:
 
 
 class _Table:
-    """What belongs to each primitive; the last row is that of a miss, whose number is -1."""
+    """Data of each primitive; the last row is for a miss, whose number is -1."""
 
     def __init__(self, meshes: list[tuple[NDArray, NDArray]]) -> None:
         corners = [vertices[triangles.astype(np.int64)] for vertices, triangles in meshes]
@@ -211,7 +211,7 @@ def _as_numpy(value: Any) -> Any:
 
 
 def _wrapper(*values: Any) -> Any:
-    """What makes an answer: a tensor where one of the values is one."""
+    """The conversion of answers: to a tensor if one of the values is one."""
     if any(map(_is_tensor, values)):
         from open3d.core import Tensor  # type: ignore[import-not-found, unused-ignore]
 
@@ -220,10 +220,10 @@ def _wrapper(*values: Any) -> Any:
 
 
 def _rays(rays: Any) -> tuple[NDArray, Any]:
-    """Rays as an array, and what makes an answer from one."""
+    """Rays as an array, and the conversion of answers."""
     numbers = np.asarray(_as_numpy(rays))
     if numbers.ndim < 2 or numbers.shape[-1] != 6:
-        raise ValueError(f"rays have the shape {numbers.shape}, not (…, 6) with two sides or more")
+        raise ValueError(f"rays have the shape {numbers.shape}, not (…, 6) with at least two dimensions")
     return numbers, _wrapper(rays)
 
 
@@ -235,7 +235,7 @@ def _rays_of_matrices(
     if intrinsic.shape != (3, 3) or extrinsic.shape != (4, 4):
         shapes = f"{intrinsic.shape} and {extrinsic.shape}"
         raise ValueError(f"the matrices have the shapes {shapes}, not (3, 3) and (4, 4)")
-    # The camera looks along its z axis; rotated back to the world by the transpose.
+    # The camera looks along its z axis; the transpose rotates back to the world.
     rotation, offset = extrinsic[:3, :3], extrinsic[:3, 3]
     x, y = np.meshgrid(np.arange(width_px) + 0.5, np.arange(height_px) + 0.5)
     pixels = np.stack([x, y, np.ones_like(x)], axis=-1)

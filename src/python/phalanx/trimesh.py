@@ -1,10 +1,10 @@
-"""Rays for trimesh: `mesh.ray = phalanx.trimesh.RayMeshIntersector(mesh)`.
+"""Ray casting for trimesh: `mesh.ray = phalanx.trimesh.RayMeshIntersector(mesh)`.
 
-Methods, arguments and results are those of trimesh.ray.ray_pyembree. Three things differ:
+Methods, arguments and results are those of trimesh.ray.ray_pyembree, with three differences:
 
-- Hits count beyond the origin only (0 < t): a ray that starts on a surface does not hit it there.
-- All hits come from one pass through the tree, in the order of (ray, distance), and not from rays
-  that start again behind each hit. Surfaces that coincide are all hit.
+- Hits count only beyond the origin (0 < t): a ray that starts on a surface does not hit it there.
+- All hits come from one traversal of the tree, ordered by (ray, distance), rather than from rays
+  restarted behind each hit. Coincident surfaces are all hit.
 - Locations are computed in float64 from the rays as they were given.
 """
 
@@ -23,12 +23,12 @@ from ._crossings import crossings, on_edge
 
 __all__ = ["RayMeshIntersector"]
 
-# Exponents of two within which the mesh's size is left alone: products of three lengths are far
-# from the bounds of float32.
+# Sizes within these powers of two are not scaled: products of three lengths stay far from the
+# limits of float32.
 _EXPONENTS = 20
 
-# Lines of the test for points within: no planes, edges or symmetries of usual meshes lie along
-# them. Later ones are for points at which the earlier ones leave a doubt.
+# Lines for the test of points inside: not along planes, edges or symmetries of typical meshes.
+# Later ones serve points that earlier ones leave undecided.
 _LINES = np.array(
     [
         [0.4213, 0.6071, 0.6737],
@@ -39,26 +39,26 @@ _LINES = np.array(
     ]
 )
 
-# Points that are tested at once: bounds the memory.
+# Number of points tested at once; bounds the memory.
 _POINTS = 1 << 18
 
-# Squared lengths of directions that float32 takes as they are.
+# Squared lengths of directions that float32 represents without scaling.
 _LENGTHS = (1e-12, 1e12)
 
 
 class RayMeshIntersector:
-    """Ray queries on a trimesh.Trimesh. They follow the mesh when it changes.
+    """Ray queries on a trimesh.Trimesh; changes to the mesh are followed.
 
-    Rays are arrays of (n, 3), origins and directions; directions have any length but zero. Rays
-    with a number that is not finite hit nothing. Queries raise ValueError for other shapes and
-    TypeError for what holds no numbers.
+    Rays are arrays of (n, 3), origins and directions; directions may have any length but zero. Rays
+    with a component that is not finite hit nothing. Queries raise ValueError for other shapes and
+    TypeError for non-numeric arrays.
     """
 
     def __init__(self, mesh: Any, scale_to_box: bool = True, threads: int | None = None) -> None:
-        """Takes a trimesh.Trimesh; the tree is built by the first query.
+        """Wraps a trimesh.Trimesh; the first query builds the tree.
 
-        scale_to_box : whether meshes of extreme size are scaled by a power of two, which changes no
-            bits of others
+        scale_to_box : whether to scale meshes of extreme size by a power of two; other meshes keep
+            every bit
         threads : threads of each query; None for one per CPU
         """
         self.mesh = mesh
@@ -69,10 +69,10 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
     ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-        """Points where rays meet the mesh: (locations, index_ray, index_tri).
+        """Points where rays hit the mesh: (locations, index_ray, index_tri).
 
-        locations is float64, (m, 3); index_ray and index_tri are int64, (m,). In the order of (ray,
-        distance); only the first hit of each ray without multiple_hits.
+        locations is float64, (m, 3); index_ray and index_tri are int64, (m,). Ordered by (ray,
+        distance); without multiple_hits, only the first hit of each ray.
         """
         triangles, rays, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True
@@ -87,14 +87,14 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[NDArray, ...]:
-        """Triangles that rays meet: (index_tri, index_ray), and locations if they are asked for.
+        """Triangles that rays hit: (index_tri, index_ray), and locations if requested.
 
         index_tri and index_ray are int64, (m,), rows of mesh.faces and of the rays; locations is
-        float64, (m, 3). In the order of (ray, distance), max_hits at most for each ray; only the
-        first one without multiple_hits.
+        float64, (m, 3). Ordered by (ray, distance), at most max_hits per ray; without
+        multiple_hits, only the first one.
 
-        A ray that crosses the surface at an edge or a vertex meets one of the triangles there, that
-        of the nearest hit.
+        A ray that crosses the surface at an edge or a vertex hits one of the triangles there: the
+        one with the nearest hit.
         """
         origins, directions = self._rays(ray_origins, ray_directions)
         scene, scale = self._scene
@@ -123,17 +123,17 @@ class RayMeshIntersector:
     def intersects_any(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Whether each ray meets the mesh: bool, (n,)."""
+        """Whether each ray hits the mesh: bool, (n,)."""
         origins, directions = self._rays(ray_origins, ray_directions)
         return self._scene[0].occluded(origins, directions, threads=self._threads)
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points, (n, 3), lie within the mesh: bool, (n,). On its surface: either.
+        """Whether points, (n, 3), lie inside the mesh: bool, (n,). On its surface, either.
 
-        A point is within if a line through it crosses the surface an odd number of times on both
-        sides. Where the two sides disagree, as at a hole, or where the line touches an edge, other
-        lines are tried; a point from which one side of a line is free is outside. Raises ValueError
-        for other shapes.
+        A point is inside if a line through it crosses the surface an odd number of times on both
+        sides. If the two sides disagree, as at a hole, or the line touches an edge, other lines are
+        tried; a point is outside if one side of a line hits nothing. Raises ValueError for other
+        shapes.
         """
         points = np.asarray(points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
@@ -189,7 +189,7 @@ class RayMeshIntersector:
         return scene, scale
 
     def _size(self) -> float:
-        """Length of the mesh's box; trimesh's own scale is 1 for the smallest meshes."""
+        """Longest side of the mesh's box; trimesh's own scale is 1 for the smallest meshes."""
         return float(np.ptp(self.mesh.bounds, axis=0).max())
 
     def _rays(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray, NDArray]:
@@ -226,7 +226,7 @@ class RayMeshIntersector:
 
 
 def _of_usual_length(directions: NDArray) -> NDArray:
-    """Directions with those scaled that are too long or too short for float32."""
+    """Directions, scaled if they are too long or too short for float32."""
     if directions.dtype.kind != "f":
         directions = directions.astype(np.float64)
     with np.errstate(all="ignore"):
