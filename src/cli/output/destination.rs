@@ -1,4 +1,4 @@
-//! The files that results go to: checks of their names and places.
+//! Output files: checks of their names and locations.
 
 use super::error::CliError;
 use super::ledger;
@@ -9,8 +9,8 @@ use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
-/// Refuses a picture's name that is not `*.png`; `origin` names the option in the message. Pipes
-/// and devices may have any name.
+/// Refuses a picture's name that is not `*.png`; messages name the option by `origin`. Pipes and
+/// devices may have any name.
 fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     let ending = path.extension().and_then(OsStr::to_str);
     if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_stream(path) {
@@ -22,31 +22,31 @@ fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     )))
 }
 
-/// Refuses a path that a PNG cannot be written to; `origin` names the option in the message.
+/// Refuses a path that a PNG cannot be written to; messages name the option by `origin`.
 pub fn check_png_place(path: &Path, origin: &'static str) -> Result<(), CliError> {
     check_png_name(path, origin)?;
     check_picture_place(path, Some(origin))
 }
 
-/// Refuses a path that cannot be written, before any work is done. If it is that of a file itself,
-/// `origin` names its option in messages, and inputs and other results are refused, too.
+/// Refuses a path that cannot be written, before any work is done. If it is the path of a file
+/// itself, messages name its option by `origin`, and inputs and other results are refused, too.
 pub fn check_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     refuse_stdout(path, origin)?;
     place(path, origin).map(drop)
 }
 
-/// Refuses `-` where a file of that name must not be made, and stdout cannot be written.
+/// Refuses `-` where output to stdout is impossible; no file of that name is created.
 pub fn refuse_stdout(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     match is_dash(path) {
         true => Err(CliError::Usage(format!(
-            "{} -: this cannot go to stdout, name a file",
+            "{} -: cannot be written to stdout, name a file",
             origin.unwrap_or("the output")
         ))),
         false => Ok(()),
     }
 }
 
-/// As [`check_place`], for a report, which may go to stdout.
+/// As [`check_place`], for a report, which may be written to stdout.
 pub fn check_report_place(path: &Path, origin: &'static str) -> Result<(), CliError> {
     if !is_dash(path) {
         return check_place(path, Some(origin));
@@ -55,8 +55,8 @@ pub fn check_report_place(path: &Path, origin: &'static str) -> Result<(), CliEr
     ledger::writes(origin, path)
 }
 
-/// Refuses a folder, and any other kind of file that cannot be written or is an input. It is quick
-/// enough to be called for every frame.
+/// Refuses folders, any other kind of file that cannot be written, and inputs. Cheap enough to be
+/// called for every frame.
 pub fn check_kind(path: &Path, origin: &'static str) -> Result<(), CliError> {
     Destination::of(path).map_err(|e| CliError::cannot_write(path, e))?;
     ledger::writes(origin, path)
@@ -71,7 +71,7 @@ fn place(path: &Path, origin: Option<&'static str>) -> Result<Destination, CliEr
     Ok(place)
 }
 
-/// As [`check_place`], and refuses a terminal.
+/// As [`check_place`], but refuses terminals, too.
 pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     let terminal = match is_dash(path) {
         true => {
@@ -83,23 +83,23 @@ pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<
     match terminal {
         false => Ok(()),
         true => Err(CliError::Usage(format!(
-            "{}: a picture means nothing to a terminal: name a file, or send it on with > or |",
+            "{}: a picture cannot be shown by a terminal: name a file, or redirect with > or |",
             shown_path(path)
         ))),
     }
 }
 
-/// The path from the root, for processes that run elsewhere.
+/// The absolute path, for processes that run elsewhere.
 pub fn absolute_path(path: &Path) -> Result<PathBuf, CliError> {
     std::path::absolute(path).map_err(|e| CliError::not_located(path, e))
 }
 
-/// Returns true if a file of this name is written anew and renamed, and not written into.
+/// Returns true if output to this name replaces the file by renaming, instead of writing into it.
 pub fn is_replaced(path: &Path) -> bool {
     !is_dash(path) && !is_stream(path)
 }
 
-/// Returns true if a name is that of a stream, which is written into.
+/// Returns true if a name is that of a stream, which output is written into.
 fn is_stream(path: &Path) -> bool {
     matches!(
         Destination::of(path),

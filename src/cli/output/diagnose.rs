@@ -21,7 +21,7 @@ pub fn print_error(error: &LoadError) {
         LoadError::UnknownFormat { .. } => {
             let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
             stderr::error(&format!(
-                "{error} (known: {}; --format says which)",
+                "{error} (known: {}; --format chooses one)",
                 known.join(", ")
             ));
         }

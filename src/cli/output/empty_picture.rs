@@ -1,13 +1,14 @@
-//! A picture of something that shows nothing: found while its bands are written, and explained.
+//! Detection of empty pictures while their bands are written, and the likely reason.
 
 use phalanx::camera::Camera;
 use phalanx::render::Film;
 use phalanx::scene::{Bounds, Scene};
 
-/// Fewest pixels of a picture that may be called empty: a detail may well be of one colour.
+/// Minimum size, in pixels, of a picture that may be reported as empty: a small detail may well
+/// have one colour.
 const MIN_PIXELS: usize = 64;
 
-/// The colour of all pixels so far, while they are of one.
+/// The common colour of all pixels so far, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum EvenColor {
     /// No pixel yet.
@@ -37,8 +38,8 @@ impl EvenColor {
         };
     }
 
-    /// The reason why a picture of a scene, of this size, is empty: nothing but background, or
-    /// black. `None` if it is not, or if the scene is.
+    /// The reason why a scene's picture of this size shows only background or black. `None` if it
+    /// shows more, or if the scene is empty.
     pub fn explain(self, scene: &Scene, size: (u32, u32)) -> Option<String> {
         let EvenColor::All(color, pixels) = self else {
             return None;
@@ -49,7 +50,7 @@ impl EvenColor {
         }
         let reason = reason(scene, background, size);
         Some(format!(
-            "the picture is empty, all of it has one colour: {reason}"
+            "the picture is empty, every pixel has the same colour: {reason}"
         ))
     }
 }
@@ -59,33 +60,34 @@ fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
     let bounds = scene.bounds();
     let clear = |prim: u32| m.opacity[scene.prim_material(prim) as usize] == 0.0;
     if (0..scene.prim_count() as u32).all(clear) {
-        return "every surface is clear, its opacity is 0".into();
+        return "every surface is fully transparent".into();
     }
     if let Some(place) = outside(scene, bounds, size) {
-        return format!("all of the scene lies {place} (see --camera)");
+        return format!("the whole scene is {place} (see --camera)");
     }
     let eye = scene.view.eye;
     let inside = eye.cmpge(bounds.lo).all() && eye.cmple(bounds.hi).all();
     if background {
         return match inside {
-            true => "the camera stands within the scene and looks past all of it (see --camera)".into(),
-            false => "nothing of the scene is seen, or it is as dark or bright as the background (see --camera, --background)".into(),
+            true => "the camera is inside the scene and looks past all of it (see --camera)".into(),
+            false => "nothing of the scene is visible, or it has the background's colour (see --camera, --background)".into(),
         };
     }
     if scene.lights.is_empty() {
-        return "there is no light, and nothing shines by itself (see --light)".into();
+        return "there is no light, and no surface emits any (see --light)".into();
     }
     match inside {
-        true => "the camera stands within the scene, where no light comes (see --camera, --light)"
-            .into(),
-        false => "no light reaches what is seen (see --light)".into(),
+        true => {
+            "the camera is inside the scene, where no light reaches (see --camera, --light)".into()
+        }
+        false => "no light reaches the visible surfaces (see --light)".into(),
     }
 }
 
-/// Where the scene lies, if its box is wholly outside a picture of this size.
+/// Position of the scene, if its box is completely outside a picture of this size.
 fn outside(scene: &Scene, bounds: Bounds, (width, height): (u32, u32)) -> Option<&'static str> {
     let camera = Camera::new(&scene.view, width, height).ok()?;
-    // Right, up and ahead of the eye, and the distance of pixels there.
+    // Axes to the right, up and ahead of the eye, and the spacing of pixels there.
     let corners = bounds.corners().map(|corner| {
         let to = corner - camera.eye;
         let ahead = -to.dot(camera.back);
@@ -98,7 +100,7 @@ fn outside(scene: &Scene, bounds: Bounds, (width, height): (u32, u32)) -> Option
     }
     for sign in [1.0, -1.0] {
         if all(&|[right, _, _, pixel]| sign * right > camera.half_width * pixel) {
-            return Some("beside the picture");
+            return Some("to the side of the picture");
         }
         if all(&|[_, up, _, pixel]| sign * up > camera.half_height * pixel) {
             return Some("above or below the picture");

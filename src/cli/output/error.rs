@@ -14,18 +14,18 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Base of the exit code of a process that a signal has ended; the signal's number is added.
+/// Base of the exit code of a process ended by a signal; the signal's number is added.
 const BY_SIGNAL: u8 = 128;
 
-/// Number of the last signal; that of SIGINT until there is one.
+/// Number of the last signal; SIGINT's until there is one.
 static SIGNAL: AtomicU8 = AtomicU8::new(2);
 
-/// Sets the signal that [`signal_exit_code`] is for.
+/// Sets the signal for [`signal_exit_code`].
 pub fn record_signal(number: u8) {
     SIGNAL.store(number, Ordering::SeqCst);
 }
 
-/// The exit code for work that a signal has stopped.
+/// The exit code for work stopped by a signal.
 pub fn signal_exit_code() -> u8 {
     BY_SIGNAL + SIGNAL.load(Ordering::SeqCst)
 }
@@ -33,12 +33,12 @@ pub fn signal_exit_code() -> u8 {
 /// The reason why a command failed.
 #[derive(Debug)]
 pub enum CliError {
-    /// An error outside the program: files, mostly. Exit code 1.
+    /// An error outside the program, mostly about files. Exit code 1.
     Runtime(String),
     /// Arguments that cannot be satisfied. Exit code 2, like clap's own.
     Usage(String),
-    /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its
-    /// ending is unknown (2).
+    /// The file is not a valid scene. Exit code 3, unless the file could not be read (1) or its
+    /// extension is unknown (2).
     Load(Box<LoadError>),
     /// A standard scene that cannot be traced with its options. Exit code 3.
     Scene(String),
@@ -54,7 +54,7 @@ pub enum CliError {
     Missing(String),
     /// SIGHUP, SIGINT or SIGTERM. Exit code 129, 130 or 143.
     Interrupted,
-    /// One of these signals, but finished work has been kept. The text says where, and how much.
+    /// One of these signals, but finished work has been kept. The text says where and how much.
     Resumable(String),
 }
 
@@ -69,9 +69,9 @@ impl CliError {
         CliError::Runtime(format!("cannot write {}: {why}", shown_path(path)))
     }
 
-    /// A path of which the system does not tell where it is.
+    /// A path that the system cannot locate.
     pub fn not_located(path: &Path, why: impl Display) -> CliError {
-        CliError::Runtime(format!("cannot tell where {} is: {why}", shown_path(path)))
+        CliError::Runtime(format!("cannot locate {}: {why}", shown_path(path)))
     }
 
     /// Exit code of the process.
@@ -96,7 +96,7 @@ impl CliError {
         }
     }
 
-    /// Adds advice to a message of the command line itself.
+    /// Adds advice to a message about the command line itself.
     pub fn with_hint(self, remedy: &str) -> CliError {
         match self {
             CliError::Usage(message) => CliError::Usage(format!("{message}; {remedy}")),
@@ -118,7 +118,7 @@ impl CliError {
             CliError::Cache(error) => report_cache(error),
             CliError::Mismatch | CliError::Slower => {}
             CliError::Bench(wrong) => stderr::error(&format!(
-                "{wrong}\n  help: no rate is given for a wrong answer"
+                "{wrong}\n  help: rates are reported only for correct answers"
             )),
             CliError::Interrupted => message("interrupted"),
             CliError::Resumable(what) => message(&format!("interrupted: {what}")),
@@ -126,7 +126,7 @@ impl CliError {
     }
 }
 
-/// Prints the fault of a cache, with advice.
+/// Prints an error in a cache, with advice.
 fn report_cache(error: &CacheError) {
     stderr::error(&error.to_string());
     if let CacheError::Refused { path, .. } = error {
@@ -202,7 +202,9 @@ impl From<KeptFileError> for CliError {
         let failure = failure(error.to_string());
         match error {
             KeptFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
-                .with_hint("what is finished is kept: make room, and give the same command again"),
+                .with_hint(
+                    "finished work is kept: free some space, then run the same command again",
+                ),
             KeptFileError::Different { .. }
             | KeptFileError::Other { .. }
             | KeptFileError::Layout { .. } => {
@@ -219,10 +221,11 @@ impl From<PlanError> for CliError {
             PlanError::NoShard { .. } | PlanError::Frame { .. } => {
                 CliError::Usage(error.to_string())
             }
-            PlanError::Output { .. } => CliError::Usage(error.to_string())
-                .with_hint("where it goes is for you to say: name it with -o"),
+            PlanError::Output { .. } => {
+                CliError::Usage(error.to_string()).with_hint("choose the output yourself with -o")
+            }
             PlanError::Version { .. } => {
-                CliError::Runtime(error.to_string()).with_hint("make the plan again")
+                CliError::Runtime(error.to_string()).with_hint("create the plan again")
             }
             _ => CliError::Runtime(error.to_string()),
         }

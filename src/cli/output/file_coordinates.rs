@@ -1,10 +1,10 @@
-//! Positions in the file's coordinates, as they are shown to people.
+//! Positions in the file's coordinates, for display.
 
 use glam::Vec3;
 use phalanx::scene::Scene;
 
-/// A position of the scene in the file's coordinates, with no more digits than single precision has
-/// near the scene's origin: a coordinate of 500000.31 in the file is shown as that.
+/// A scene position in the file's coordinates, with no more digits than single precision has near
+/// the scene's origin: a coordinate of 500000.31 in the file is displayed as such.
 pub fn to_file_coordinates(scene: &Scene, position: Vec3) -> [f64; 3] {
     let local = (position / scene.scale).to_array();
     let told = |axis: usize| match (scene.origin[axis], shortest(local[axis])) {
@@ -19,7 +19,7 @@ fn shortest(c: f32) -> f64 {
     c.to_string().parse().unwrap_or(f64::from(c))
 }
 
-/// The table row of a scene's origin; `None` for a scene that is not moved.
+/// The table row for a scene's origin; `None` for a scene that was not moved.
 pub fn origin_row(origin: [f64; 3]) -> Option<(&'static str, String)> {
     let [x, y, z] = origin;
     let words = || format!("moved to a local origin: {x}, {y}, {z}");

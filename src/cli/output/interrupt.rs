@@ -1,12 +1,12 @@
 //! SIGINT, SIGTERM and SIGHUP.
 //!
 //! During a render, a signal requests a stop, so that workers finish in order. A second signal ends
-//! the process at once, and so does one while nothing stoppable runs (a scene is loading, a tree is
-//! being built). While a file is being written no signal ends the process, because an exit there
-//! would leave a temporary file behind: the signal waits, or requests the writing to stop. (Output
-//! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for
-//! SIGTERM and 129 for SIGHUP, as shells and schedulers count them. A SIGHUP that `nohup` has
-//! switched off stays so.
+//! the process at once, as does any signal while nothing stoppable runs (a scene is loading, a tree
+//! is being built). While a file is being written, no signal ends the process, because an exit would
+//! leave a temporary file behind: the signal waits, or requests the writing to stop. (Output to a
+//! pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for SIGTERM and
+//! 129 for SIGHUP, by the convention of shells and schedulers. A SIGHUP disabled by `nohup` stays
+//! disabled.
 
 use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};
@@ -24,15 +24,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 const EXIT_AT_ONCE: u8 = 0;
 const STOP: u8 = 1;
 const WAIT: u8 = 2;
-/// A signal came while a file was being written.
+/// A signal arrived while a file was being written.
 const CAME: u8 = 3;
-/// Stop the writer of a file, which then removes its temporary file.
+/// Stops the writer of a file, which then removes its temporary file.
 const STOP_WRITING: u8 = 4;
 
 static ANSWER: AtomicU8 = AtomicU8::new(EXIT_AT_ONCE);
 static RUNNING: Mutex<Option<Arc<Control>>> = Mutex::new(None);
 
-/// Takes over the signals that ask a process to end.
+/// Installs handlers for the signals that ask a process to end.
 pub fn listen() -> Result<(), CliError> {
     watch_signals().map_err(|e| CliError::Runtime(format!("cannot listen for signals: {e}")))
 }
@@ -49,7 +49,7 @@ fn watch_signals() -> std::io::Result<()> {
     std::thread::Builder::new().spawn(watch).map(drop)
 }
 
-/// Returns true if a signal was ignored when the process began; `None` where that cannot be told.
+/// Returns true if a signal was ignored when the process began; `None` if that is unknown.
 #[cfg(unix)]
 fn ignores(signal: i32) -> Option<bool> {
     let mask = u64::from_str_radix(&process_status("SigIgn")?, 16).ok()?;
@@ -61,7 +61,7 @@ fn watch_signals() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| on_signal(2))
 }
 
-/// Handles a signal of this number.
+/// Handles the signal with this number.
 fn on_signal(number: u8) {
     record_signal(number);
     match ANSWER.load(Ordering::SeqCst) {
@@ -82,7 +82,7 @@ fn on_signal(number: u8) {
 }
 
 /// Runs `work`, which stops when the control's `stop` is set. If it writes a file, further signals
-/// wait until that is whole.
+/// wait until the file is complete.
 pub fn interruptible<T>(writes: Option<&Path>, work: impl FnOnce(&Control) -> T) -> T {
     let control = Arc::new(Control::default());
     *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&control));
@@ -96,9 +96,9 @@ pub fn interruptible<T>(writes: Option<&Path>, work: impl FnOnce(&Control) -> T)
     result
 }
 
-/// Runs `work`, which writes to `path`. A regular file is written to its end, in spite of signals.
-/// A pipe may wait for its reader for ever, and leaves no temporary file behind, so a signal ends
-/// the process at once.
+/// Runs `work`, which writes to `path`. A regular file is written to its end despite signals. A
+/// pipe may wait forever for its reader, and leaves no temporary file behind, so a signal ends the
+/// process at once.
 pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliError> {
     if !is_replaced(path) {
         return Ok(work());
@@ -111,8 +111,7 @@ pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliE
     }
 }
 
-/// Writes a file, whole or not at all, in spite of signals; `-` is stdout, whose reader may go
-/// away.
+/// Writes a file, whole or not at all, despite signals; `-` is stdout, whose reader may disappear.
 pub fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,

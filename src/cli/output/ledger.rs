@@ -1,9 +1,8 @@
-//! The files that this process reads and writes. No result takes the place of an input, nor of
-//! another result.
+//! The files that this process reads and writes. No result replaces an input or another result.
 //!
-//! Files are compared by device and inode, or elsewhere than on Unix by their real names, whatever
-//! names and links lead to them. Pipes and devices are written into, and are not compared. A file
-//! that a command goes on with (finished tiles, a list of frames) is noted as written alone.
+//! Files are compared by device and inode on Unix, elsewhere by their canonical names, so that names
+//! and links do not matter. Pipes and devices are written into, and are not compared. A file that a
+//! command resumes (finished tiles, a list of frames) is recorded only as written.
 
 use super::error::CliError;
 use super::stdout::is_dash;
@@ -24,9 +23,9 @@ static LEDGER: Mutex<Ledger> = Mutex::new(Ledger {
 });
 
 struct Ledger {
-    /// Purpose and name of each, for messages, by its identity.
+    /// Purpose and name of each input, for messages, by its identity.
     read: BTreeMap<PathBuf, String>,
-    /// Identity of each, and option and name for messages, by the option.
+    /// Identity of each output, with option and name for messages, by the option.
     written: BTreeMap<&'static str, (PathBuf, String)>,
 }
 
@@ -34,7 +33,7 @@ fn ledger() -> MutexGuard<'static, Ledger> {
     LEDGER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The identity of a regular file: its real name, or on Unix device and inode in place of one.
+/// The identity of a regular file: device and inode on Unix, elsewhere its canonical name.
 fn identity(path: &Path) -> Option<PathBuf> {
     let file = path.metadata().ok()?;
     #[cfg(unix)]
@@ -44,10 +43,10 @@ fn identity(path: &Path) -> Option<PathBuf> {
     file.is_file().then_some(id)
 }
 
-/// Number of bytes that tell a packed file, or one that stands for another.
+/// Number of bytes needed to recognise a packed file or a placeholder for another file.
 const HEAD: u64 = 64;
 
-/// The first bytes of a regular file, `most` of them; none of what cannot be read.
+/// Up to `most` first bytes of a regular file; empty if it cannot be read.
 pub fn first_bytes(path: &Path, most: u64) -> Vec<u8> {
     let mut head = Vec::new();
     if path.is_file() {
@@ -56,13 +55,13 @@ pub fn first_bytes(path: &Path, most: u64) -> Vec<u8> {
     head
 }
 
-/// Notes a file that is read, for messages with its purpose; refuses one that a result would
-/// replace, and one that is packed or kept elsewhere.
+/// Records an input, with its purpose for messages; refuses one that a result would replace, and
+/// one that is packed or a placeholder.
 pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
     let Some(id) = identity(path) else {
         return Ok(());
     };
-    // Other faults are told by the file's reader.
+    // The file's reader reports other errors.
     if let Some(why) = foreign::refusal(&first_bytes(path, HEAD)) {
         return Err(CliError::cannot_read(shown_path(path), why));
     }
@@ -75,8 +74,8 @@ pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Notes a file that is written, named by the option `origin`; refuses one in the place of an input
-/// or of another option's. An option has one file at a time, so that frames may follow each other.
+/// Records an output, named by the option `origin`; refuses one that replaces an input or another
+/// option's output. An option has one file at a time, so that frames may follow each other.
 pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
     let id = match Destination::of(path) {
         _ if is_dash(path) => path.into(),

@@ -1,5 +1,4 @@
-//! The picture so far, for waiting users: in the terminal, or in a file that is rewritten now and
-//! then.
+//! Live view of an unfinished picture: in the terminal, or in a file rewritten at intervals.
 
 use super::destination::is_replaced;
 use super::error::CliError;
@@ -19,7 +18,7 @@ const SNAPSHOT_INTERVAL: Duration = Duration::from_secs(10);
 /// Longest side of a snapshot.
 const MAX_SNAPSHOT_SIDE: u32 = 2048;
 
-/// Views of a picture while it is rendered.
+/// Views of a picture during rendering.
 pub struct LivePreview<'a> {
     pub thumbnail: Thumbnail,
     exposure: Exposure,
@@ -28,7 +27,7 @@ pub struct LivePreview<'a> {
 }
 
 impl<'a> LivePreview<'a> {
-    /// The requested views, if there are any.
+    /// The requested views, if any.
     pub fn of(
         preview: bool,
         snapshot: Option<&'a Path>,
@@ -59,7 +58,7 @@ pub struct PreviewWriter<'a> {
     source: &'a LivePreview<'a>,
     preview: Option<Preview>,
     written: Instant,
-    /// Thread that writes the last snapshot to an output that may wait for a reader.
+    /// Thread that writes the last snapshot to an output that may block on its reader.
     sent: Option<JoinHandle<()>>,
 }
 
@@ -78,8 +77,8 @@ impl<'a> PreviewWriter<'a> {
         self.preview.is_some()
     }
 
-    /// Shows the picture so far, with these words. A file is written when it is due, or at the end.
-    /// A pipe without a reader blocks nothing, except at the end until `stop` is set.
+    /// Shows the picture so far, with a status line. A file is written when it is due, and at the
+    /// end. A pipe without a reader blocks nothing, except at the end until `stop` is set.
     pub fn show(&mut self, words: &str, end: bool, stop: &AtomicBool) {
         let due = end || self.written.elapsed() >= SNAPSHOT_INTERVAL;
         if self.preview.is_none() && !due {
@@ -116,8 +115,8 @@ impl<'a> PreviewWriter<'a> {
     }
 }
 
-/// Writes a snapshot. Errors are not fatal: a disk that is full for a moment is no reason to give
-/// up a picture that takes hours.
+/// Writes a snapshot. Errors are not fatal: a temporarily full disk is no reason to give up a
+/// picture that takes hours.
 fn save(path: &Path, picture: &Picture) {
     if let Err(error) = save_png(path, picture) {
         warning(&error.to_string());

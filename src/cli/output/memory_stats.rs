@@ -1,4 +1,4 @@
-//! Memory in use, part by part.
+//! Memory use by part.
 
 use super::process_status::process_status;
 use super::table::bytes;
@@ -7,29 +7,28 @@ use phalanx::scene::Scene;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Bytes of each part. Parts that lie in a mapped cache count as well, and once more in
-/// `mapped_bytes`.
+/// Bytes of each part. Parts in a mapped cache are included, and counted again in `mapped_bytes`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MemoryStats {
     /// All columns of the scene.
     scene_bytes: u64,
-    /// Columns of the scene, part by part.
+    /// Columns of the scene, by part.
     scene_parts: BTreeMap<&'static str, u64>,
     bvh_node_bytes: u64,
     bvh_primitive_bytes: u64,
-    /// The tree with more children a node; 0 if none was made.
+    /// The tree with more children per node; 0 if none was built.
     bvh_wide_bytes: u64,
-    /// The film and the picture made of it; 0 if none is made.
+    /// The film and the picture made from it; 0 if none is made.
     film_bytes: u64,
     /// Sum of all of the above.
     total_bytes: u64,
-    /// Scene and tree for each stored primitive; `None` if there are none.
+    /// Scene and tree per stored primitive; `None` if there are none.
     bytes_per_primitive: Option<f64>,
-    /// The process's peak for each stored primitive; `None` if either is unknown.
+    /// The process's peak per stored primitive; `None` if either is unknown.
     peak_bytes_per_primitive: Option<f64>,
     /// Size of the mapped cache; 0 if there is none.
     mapped_bytes: u64,
-    /// Most memory that the process has held at once; `None` if the system does not report it.
+    /// Peak memory of the process; `None` if the system does not report it.
     peak_rss_bytes: Option<u64>,
 }
 
@@ -102,7 +101,7 @@ impl MemoryStats {
     }
 }
 
-/// Most memory that this process has held at once, as Linux reports it.
+/// Peak memory of this process, as reported by Linux.
 fn peak_rss_bytes() -> Option<u64> {
     let peak = process_status("VmHWM")?;
     let kib: u64 = peak.strip_suffix("kB")?.trim().parse().ok()?;

@@ -1,4 +1,4 @@
-//! Results, progress, errors, and the files that results go to.
+//! Results, progress, errors and output files.
 
 mod destination;
 mod diagnose;

@@ -1,4 +1,4 @@
-//! `--preview`: the picture so far in the terminal, two pixels a character.
+//! `--preview`: the picture so far in the terminal, two pixels per character.
 
 use super::error::CliError;
 use phalanx::image::Picture;
@@ -9,7 +9,7 @@ use terminal_size::{Height, Width, terminal_size_of};
 /// Character for the upper half of a cell; the lower half is the background.
 const UPPER_HALF: char = '▀';
 
-/// Draws pictures in the terminal, each over the previous one.
+/// Draws pictures in the terminal, each replacing the previous one.
 #[derive(Default)]
 pub struct Preview {
     /// Lines of the last drawing.
@@ -17,24 +17,23 @@ pub struct Preview {
 }
 
 impl Preview {
-    /// Refuses an output that is not shown on a terminal.
+    /// Fails if stderr is not a terminal.
     pub fn check() -> Result<(), CliError> {
         if io::stderr().is_terminal() {
             return Ok(());
         }
         Err(CliError::Usage(
-            "--preview draws in a terminal, and stderr is none: --snapshot FILE.png writes a file now and then".to_owned(),
+            "--preview needs a terminal on stderr; --snapshot FILE.png writes a file at intervals instead".to_owned(),
         ))
     }
 
-    /// The longest side of a picture that fits into the terminal at its present size.
+    /// The longest side of a picture that fits into the terminal at its current size.
     pub fn side() -> u32 {
         let (columns, rows) = size();
         u32::min(columns.into(), 2 * u32::from(rows.saturating_sub(2)))
     }
 
-    /// Draws a picture, leaving out as many pixels as do not fit, and a line below it. A closed
-    /// stderr is no error.
+    /// Draws a picture, reduced to fit, and a line below it. A closed stderr is not an error.
     pub fn draw(&mut self, picture: &Picture, status: &str) {
         let mut text = String::new();
         if self.lines > 0 {

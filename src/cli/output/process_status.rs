@@ -1,6 +1,6 @@
-//! Facts about this process that Linux keeps.
+//! This process's status, as reported by Linux.
 
-/// The value behind a name in `/proc/self/status`; `None` where there is no such file or line.
+/// The value of a field in `/proc/self/status`; `None` if there is no such file or line.
 pub fn process_status(name: &str) -> Option<String> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let mut lines = status.lines().filter_map(|line| line.split_once(':'));

@@ -1,5 +1,5 @@
-//! Progress of a render: a bar, lines of JSON, or the picture so far. A polling loop beside the
-//! render shows it.
+//! Progress of a render: a bar, lines of JSON, or the picture so far. A polling loop runs alongside
+//! the render.
 
 use super::error::CliError;
 use super::interrupt;
@@ -18,11 +18,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Stack size. The scalar tracer recurses once per bounce, up to 1000 deep, on the thread that
-/// renders.
+/// Stack size of the rendering thread, on which the scalar tracer recurses once per bounce, up to
+/// 1000 deep.
 const STACK_BYTES: usize = 64 << 20;
 
-/// Options of the progress display of a render.
+/// Options of a render's progress display.
 #[derive(Clone, Copy, Default)]
 pub struct ProgressOptions<'a> {
     /// Pixels of the picture.
@@ -42,17 +42,17 @@ impl ProgressOptions<'_> {
     }
 }
 
-/// How progress is told.
+/// Form of progress reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ProgressMode {
-    /// A bar where stderr is a terminal
+    /// A bar if stderr is a terminal
     #[default]
     Auto,
     /// A bar
     Bar,
-    /// A line of JSON a second, on stderr
+    /// A line of JSON per second, on stderr
     Json,
-    /// Not at all
+    /// No progress reports
     None,
 }
 
@@ -72,7 +72,7 @@ pub fn render(
     })
 }
 
-/// Runs `fill`, which fills a picture, and may write a file, with signal handling and progress.
+/// Runs `fill`, which fills a picture and may write a file, with signal handling and progress.
 pub fn with_progress<T: Send, E: Into<CliError> + Send>(
     writes: Option<&Path>,
     options: ProgressOptions,
@@ -89,7 +89,7 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     std::thread::scope(|scope| {
         let (done, finished) = channel::<()>();
         let work = move || {
-            // Dropped when this thread ends, in any way; the loop waits for that.
+            // Dropped when this thread ends, however it ends; the loop waits for that.
             let _done = done;
             fill(control)
         };
@@ -105,7 +105,7 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     })
 }
 
-/// A bar on stderr, if that is a terminal: of a length, if that is known, in this style.
+/// A bar in this style on stderr, if that is a terminal; with a length, if that is known.
 pub fn bar(length: Option<u64>, template: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -148,15 +148,15 @@ impl ProgressOptions<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ProgressState {
     event: &'static str,
-    /// Pixels finished, including those of an earlier try.
+    /// Finished pixels, including those of an earlier run.
     pixels: u64,
     of: u64,
     fraction: f64,
     rays: u64,
     mrays_per_s: f64,
     seconds: f64,
-    /// Estimate that assumes the rest to be like the part that has been rendered; `None` if there
-    /// is no such part.
+    /// Estimate that assumes the rest to be like the part rendered so far; `None` if there is no
+    /// such part.
     seconds_left: Option<f64>,
 }
 
@@ -231,7 +231,7 @@ impl<'a> ProgressReporter<'a> {
         }
     }
 
-    /// Writes a line, and shows the picture so far; at the end that waits for readers.
+    /// Writes a line and shows the picture so far; at the end, waits for readers.
     fn report(&mut self, state: &ProgressState, end: bool, stop: &AtomicBool) {
         if self.json
             && let Ok(line) = serde_json::to_string(state)

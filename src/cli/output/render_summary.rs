@@ -1,4 +1,4 @@
-//! The settings of a picture beyond its size and depth, as reports and records state them.
+//! A picture's settings beyond its size and depth, as they appear in reports and records.
 
 use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
@@ -9,13 +9,13 @@ pub struct PictureWindow {
     pub width: u32,
     pub height: u32,
     /// Position of a region: column and row of its upper left pixel, and the size of the whole
-    /// picture. Older records are of no region.
+    /// picture. Older records have no regions.
     #[serde(default)]
     region: Option<[u32; 4]>,
 }
 
 impl PictureWindow {
-    /// The window of these settings.
+    /// The window given by these settings.
     pub fn of(settings: &Settings) -> PictureWindow {
         let Settings { width, height, .. } = *settings;
         PictureWindow {
@@ -33,21 +33,21 @@ impl PictureWindow {
     }
 }
 
-/// The settings that change the picture. A record without one is older than the setting, and has
-/// the only value that existed then.
+/// The settings that change the picture. A record that lacks one is older than the setting, and
+/// used the only value that existed then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderSummary {
-    /// Least weight of a traced ray. Older records are of pictures all of whose rays were traced.
+    /// Minimum weight of a traced ray. For older records, all rays were traced.
     #[serde(default)]
     min_weight: f32,
     #[serde(default = "one")]
     spp: u32,
     #[serde(default = "of_one")]
     filter: String,
-    /// Threshold at which a pixel has enough samples; `None` if all pixels have equally many.
+    /// Threshold at which a pixel has enough samples; `None` if all pixels have the same number.
     #[serde(default)]
     aa_threshold: Option<f32>,
-    /// Diameter of the lens; 0 for a pinhole, which has no focus.
+    /// Diameter of the lens; 0 for a pinhole, which has no focus distance.
     #[serde(default)]
     aperture: f32,
     #[serde(default)]
@@ -105,8 +105,7 @@ impl RenderSummary {
         format!("{most}{} sample{plural} per pixel", self.spp)
     }
 
-    /// The settings in words; the filter only where it matters, and the least weight where there is
-    /// one.
+    /// The settings in words; the filter only if it matters, and the minimum weight if there is one.
     pub fn words(&self) -> String {
         let mut words = self.samples_words();
         if self.spp > 1 {
@@ -125,7 +124,7 @@ impl RenderSummary {
             words.push_str(&format!(" within {distance}"));
         }
         if self.min_weight > 0.0 {
-            words.push_str(&format!(", rays of weight {} and more", self.min_weight));
+            words.push_str(&format!(", rays of weight {} or more", self.min_weight));
         }
         words
     }

@@ -9,15 +9,15 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use terminal_size::{Width, terminal_size_of};
 
-/// Version of every JSON document of the command line; it rises when a key changes its meaning or
+/// Version of all JSON documents of the command line; incremented when a key changes its meaning or
 /// is removed.
 const SCHEMA_VERSION: u32 = 1;
 
-/// Columns of a table where stdout is no terminal.
+/// Columns of a table if stdout is not a terminal.
 const COLUMNS: usize = 80;
 
-/// Columns of the terminal that results are shown on; 80 where there is none, so that what a pipe
-/// gets is the same everywhere.
+/// Columns of the terminal on which results appear; 80 if there is none, so that a pipe gets the
+/// same text everywhere.
 pub fn stdout_columns() -> usize {
     terminal_size_of(io::stdout()).map_or(COLUMNS, |(Width(columns), _)| columns.max(20).into())
 }
@@ -27,7 +27,7 @@ pub fn is_dash(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// True if a file's bytes go to stdout: other text there would get mixed with them.
+/// True if a file's bytes go to stdout, where other text would corrupt them.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// Keeps stdout free for a file's bytes.
@@ -35,8 +35,8 @@ pub fn reserve_stdout() {
     STDOUT_TAKEN.store(true, Ordering::Relaxed);
 }
 
-/// Writes results for people to stdout, or to stderr if stdout is one of the requested files, and
-/// nothing with `--quiet`. A reader that has gone away (`phalanx info … | head -1`) is no error.
+/// Writes results for people to stdout, or to stderr if stdout is one of the requested files;
+/// nothing with `--quiet`. A closed pipe (`phalanx info … | head -1`) is not an error.
 pub fn print(text: &str) -> Result<(), CliError> {
     match verbosity() {
         Verbosity::Quiet => Ok(()),
@@ -44,7 +44,7 @@ pub fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Writes text that is not for people, or that may contain control sequences, to the place of
+/// Writes text that is not for people, or that may contain control sequences, to the output of
 /// results.
 pub fn print_raw(text: &str) -> Result<(), CliError> {
     if STDOUT_TAKEN.load(Ordering::Relaxed) {
@@ -63,17 +63,17 @@ pub fn print_raw(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Result of a command, that programs and people read.
+/// Result of a command, for programs and for people.
 pub trait Output: Serialize {
     /// The text for people, with every figure.
     fn table(&self) -> String;
-    /// The text for people who did not ask for every figure.
+    /// The short text for people.
     fn short(&self) -> String {
         self.table()
     }
 }
 
-/// Writes a result to the place of results: as JSON, or its text as `--quiet` and `--verbose` ask.
+/// Writes a result: as JSON, or as the text that `--quiet` and `--verbose` select.
 pub fn print_output(output: &impl Output, json: bool) -> Result<(), CliError> {
     match (json, verbosity()) {
         (true, _) => print_json(output),
@@ -83,7 +83,7 @@ pub fn print_output(output: &impl Output, json: bool) -> Result<(), CliError> {
     }
 }
 
-/// Writes one JSON document to the place of results, with its version before its own keys.
+/// Writes one JSON document, with its version before its own keys.
 pub fn print_json(document: &impl Serialize) -> Result<(), CliError> {
     #[derive(Serialize)]
     struct VersionedDocument<'a, T> {
@@ -96,6 +96,6 @@ pub fn print_json(document: &impl Serialize) -> Result<(), CliError> {
         document,
     })
     .map_err(|e| CliError::Runtime(format!("cannot write JSON: {e}")))?;
-    // The texts in it are escaped already, in JSON's own way.
+    // JSON has already escaped the texts in it.
     print_raw(&(text + "\n"))
 }

@@ -1,8 +1,8 @@
-//! Text of tables: labelled rows, and numbers in them.
+//! Text tables: labelled rows, and the numbers in them.
 
 use phalanx::scene::shown_text;
 
-/// Labelled rows, the labels in a column of their own.
+/// Labelled rows, with the labels in a separate column.
 pub fn lines(rows: &[(&str, String)]) -> String {
     let width = rows
         .iter()
@@ -14,7 +14,7 @@ pub fn lines(rows: &[(&str, String)]) -> String {
     rows.iter().map(row).collect()
 }
 
-/// Rows in columns, the first to the left and the others to the right, one line each.
+/// Rows in columns, one line each: the first column left-aligned, the others right-aligned.
 pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -48,7 +48,7 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// Bytes in the unit that leaves one to four digits before the point.
+/// Bytes in the unit that gives one to four digits before the decimal point.
 pub fn bytes(number: u64) -> String {
     let mut amount = number as f64 / 1024.0;
     let mut unit = "KiB";

@@ -1,16 +1,16 @@
-//! How much a command tells: `--quiet` and `--verbose`.
+//! Amount of output: `--quiet` and `--verbose`.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// How much a command tells.
+/// Amount of output of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Verbosity {
     /// Warnings and errors only.
     Quiet,
-    /// The figures that most users want to know.
+    /// The figures that most users want.
     Normal,
-    /// All there is to tell.
+    /// All figures.
     Verbose,
 }
 

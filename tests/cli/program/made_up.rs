@@ -129,14 +129,14 @@ fn a_picture_that_shows_nothing_says_why() {
         (
             "Kd 1 1 1",
             "--camera 9,0,5 9,0,0 0,1,0 40",
-            "beside the picture",
+            "to the side of the picture",
         ),
         (
             "Kd 1 1 1",
             "--camera 0,9,5 0,9,0 0,1,0 40",
             "above or below",
         ),
-        ("Kd 1 1 1\nd 0", seen, "every surface is clear"),
+        ("Kd 1 1 1\nd 0", seen, "every surface is fully transparent"),
     ] {
         let stderr = said(material, line);
         let warned = stderr.contains("warning: the picture is empty");

@@ -72,7 +72,7 @@ fn usage_errors_are_2() {
         ("render a.test -o a.jpg --bits 16", "--bits is for PNG"),
         (
             "render a.test -o a.jpg --size 65536x1",
-            "65535 pixels at most",
+            "at most 65535 pixels",
         ),
         ("render a.test --bits 12", "8 or 16"),
         ("render a.test --exposure bright", "stops"),
