@@ -1,5 +1,5 @@
-//! The program, its benchmark records, and the page that shows one. Tests begin in the order of
-//! their names: the browser takes longest, and comes first.
+//! The program, its benchmark records, and the report page. Tests start in the order of their
+//! names: the browser takes longest, and comes first.
 
 mod browser;
 mod program;

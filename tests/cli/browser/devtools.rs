@@ -1,4 +1,4 @@
-//! Chromium without a window, spoken to in its own protocol (DevTools) through a pair of pipes.
+//! Headless Chromium, controlled by its DevTools protocol through a pair of pipes.
 
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -9,12 +9,12 @@ use std::thread;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Nothing takes so long unless it hangs.
+/// Time limit; anything that takes longer hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Chromium reads commands from descriptor 3 and answers on 4; the shell makes them of its own
-/// input and output, which needs no code between fork and exec. Root may not have a sandbox, and
-/// nothing may look for a network.
+/// Chromium reads commands from descriptor 3 and answers on 4; the shell duplicates them from its
+/// own input and output, which needs no code between fork and exec. Root cannot use a sandbox, and
+/// the network is disabled.
 const START: &str = "exec chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-component-update --disable-sync --hide-scrollbars \
     --remote-debugging-pipe --user-data-dir=\"$0\" about:blank 3<&0 4>&1 </dev/null >/dev/null 2>&1";
@@ -24,7 +24,7 @@ pub struct Browser {
     child: Child,
     commands: ChildStdin,
     messages: Receiver<Value>,
-    /// Events that arrived while an answer was awaited.
+    /// Events that arrived while waiting for an answer.
     events: VecDeque<Value>,
     session: Option<String>,
     last: u64,
@@ -32,7 +32,7 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// A browser; none, with the reason printed, where there is no Chromium.
+    /// A browser; none, with the reason printed, if there is no Chromium.
     pub fn start() -> Option<Browser> {
         if let Err(error) = Command::new("chromium").arg("--version").output() {
             eprintln!(
@@ -95,7 +95,7 @@ impl Browser {
         }
     }
 
-    /// Waits for an event; those before it are kept for [`Browser::events`].
+    /// Waits for an event; earlier ones are kept for [`Browser::events`].
     pub fn wait_for(&mut self, event: &str) {
         while !self.events.iter().any(|e| e["method"] == event) {
             let message = self.receive(event);
@@ -103,7 +103,7 @@ impl Browser {
         }
     }
 
-    /// All events since this was last asked.
+    /// All events since the last call.
     pub fn events(&mut self) -> Vec<Value> {
         self.events.drain(..).collect()
     }
@@ -127,7 +127,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // Asked to end, so that its helpers end with it; whether it still listens does not matter.
+        // Told to exit, so that its helpers exit with it; whether it still listens does not matter.
         let _ = write!(
             self.commands,
             "{}\0",

@@ -1,6 +1,6 @@
-//! The page in Chromium: no complaints, nothing cut off, narrow and wide, light and dark.
+//! The page in Chromium, narrow and wide, light and dark: no errors, nothing cut off.
 //!
-//! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there, to be looked at.
+//! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there for inspection.
 
 mod devtools;
 
@@ -14,24 +14,24 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Widths of a telephone and of a desk, and how high their windows are.
+/// Window sizes of a telephone and of a desktop.
 const WINDOWS: [(u32, u32); 2] = [(400, 800), (1400, 1000)];
 const SCHEMES: [&str; 2] = ["light", "dark"];
 
-/// Elements that reach beyond the window, but for what scrolls in a box of its own.
+/// Elements that extend beyond the window, except inside scrolling boxes.
 const BEYOND: &str = "Array.from(document.querySelectorAll('body *'))
     .filter(e => !e.closest('.scroll') || e.matches('.scroll'))
     .filter(e => e.getBoundingClientRect().right > innerWidth + 0.5)
     .map(e => e.outerHTML.slice(0, 120))";
 
-/// Texts of charts that their picture cuts off, or that are smaller than can be read.
+/// Chart texts that are cut off or too small to read.
 const CUT: &str = "Array.from(document.querySelectorAll('svg text')).filter(t => t.checkVisibility()).filter(t => {
     const text = t.getBoundingClientRect(), svg = t.closest('svg').getBoundingClientRect();
     return text.left < svg.left - 1 || text.right > svg.right + 1 || text.top < svg.top - 1
         || text.bottom > svg.bottom + 1 || text.height < 9;
 }).map(t => t.textContent)";
 
-/// The least contrast of text with what is behind it.
+/// The smallest contrast of text with its background.
 const CONTRAST: &str = "(() => {
     const part = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
     const light = c => c.match(/[\\d.]+/g).slice(0, 3).map(part).reduce((s, v, i) => s + v * [0.2126, 0.7152, 0.0722][i], 0);
@@ -67,7 +67,7 @@ fn show(browser: &mut Browser, file: &Path, (width, height): (u32, u32), scheme:
     browser.wait_for("Page.loadEventFired");
 }
 
-/// Complaints of the browser, and its requests to the network.
+/// Errors reported by the browser, and its network requests.
 fn complaints(browser: &mut Browser) -> Vec<String> {
     let bad = |event: &Value| match event["method"].as_str() {
         Some("Log.entryAdded" | "Runtime.consoleAPICalled" | "Runtime.exceptionThrown") => true,
@@ -88,7 +88,7 @@ fn complaints(browser: &mut Browser) -> Vec<String> {
         .collect()
 }
 
-/// Folder to keep pages and screenshots in, if they are wanted.
+/// Folder for pages and screenshots, if requested.
 fn kept() -> Option<PathBuf> {
     std::env::var_os("PHALANX_SHOTS").map(PathBuf::from)
 }
@@ -107,7 +107,7 @@ fn look(browser: &mut Browser, name: &str, record: &BenchRecord) {
     look_at(browser, name, &page(record, &fixture::pictures(record)));
 }
 
-/// A page in both widths and schemes, every fold open in the second look.
+/// A page in both widths and schemes, with all folds open the second time.
 fn look_at(browser: &mut Browser, name: &str, text: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("report.html");

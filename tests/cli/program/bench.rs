@@ -4,7 +4,7 @@ use super::TestFolder;
 use serde_json::Value;
 use std::fs;
 
-/// Quick enough for a test: what it measures is not looked at.
+/// Fast enough for a test; the measurements themselves are ignored.
 const FAST: &str = "--size 48x32 --repeat 2 --min-time 0 --threads 1,2";
 
 fn record(room: &TestFolder, name: &str) -> Value {
@@ -94,7 +94,7 @@ fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
     assert_eq!(allowed.code, Some(0), "{}", allowed.stdout);
 }
 
-/// Peers build the best trees that they can, and so do we, unless it is said.
+/// By default, peers build their best trees, and so does phalanx.
 #[test]
 fn trees_are_the_best_unless_said_otherwise() {
     let room = TestFolder::new();
@@ -130,7 +130,7 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     let run = format!("bench standard:balls:2 {FAST} --rays primary,shadow")
         .replace("--repeat 2", "--repeat 7");
     assert_eq!(room.run(&format!("{run} --json a.json")).code, Some(0));
-    // Ten times as fast as any machine's mood explains: this run must look slower.
+    // Ten times faster than any fluctuation explains: this run must look slower.
     let mut faster = record(&room, "a.json");
     for row in faster["rows"].as_array_mut().unwrap() {
         if row["engine"] == "phalanx" {
@@ -233,7 +233,7 @@ fn what_cannot_be_measured_is_said_with_what_to_do() {
     assert!(room.names().is_empty());
 }
 
-/// Follows the layout as it is documented, not as it is written.
+/// Parses the documented layout, independently of the writer.
 #[test]
 fn dumped_rays_can_be_read_by_their_documentation() {
     let room = TestFolder::new();

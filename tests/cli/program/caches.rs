@@ -1,4 +1,4 @@
-//! Caches that are shortened while they are in use.
+//! Caches that are truncated while in use.
 #![cfg(target_os = "linux")]
 
 use super::TestFolder;

@@ -14,7 +14,7 @@ fn rendered() -> TestFolder {
     room
 }
 
-/// The document of a comparison, whatever its verdict, and the exit code.
+/// The document of a comparison, with any verdict, and the exit code.
 fn document(room: &TestFolder, line: &str) -> (Value, Option<i32>) {
     let ran = ran(&mut room.command(&format!("compare {line} --json")));
     let json = serde_json::from_str(&ran.stdout);
@@ -63,7 +63,7 @@ fn every_format_is_compared_with_those_of_its_kind() {
         let below = largest * 0.999;
         let (json, code) = document(&room, &format!("a.{ending} b.{ending} --tolerance {below}"));
         assert_eq!(code, Some(4), "{json}");
-        // All pixels beyond the tolerance may be allowed for, by number or by share.
+        // All pixels beyond the tolerance may be permitted, by number or by share.
         let differing = json["differing_pixels"].as_u64().unwrap();
         for (most, want) in [
             (format!("{differing}"), 0),
@@ -192,7 +192,7 @@ fn broken_pictures_of_every_format_are_refused() {
         );
         room.refused(&format!("compare half.{ending} a.{ending}"), 1, &[&said]);
     }
-    // The marker of a JPEG's end alone may be missing.
+    // Only a JPEG's end marker may be missing.
     let whole = fs::read(room.path().join("a.jpg")).unwrap();
     fs::write(room.path().join("cut.jpg"), &whole[..whole.len() - 2]).unwrap();
     room.ok("compare a.jpg cut.jpg");

@@ -67,7 +67,7 @@ fn exposure_makes_a_picture_lighter() {
     let mut between = 0;
     for ((plain, halved), doubled) in plain.iter().zip(halved).zip(doubled) {
         match plain {
-            // Above 1, and cut there.
+            // Above 1, and clamped.
             65_535 => assert!(halved >= 32_767 && doubled == 65_535, "{halved} {doubled}"),
             // Both are rounded down.
             &plain => {

@@ -1,4 +1,4 @@
-//! Output for shells and for readers of manuals.
+//! Shell completions, manual pages and help.
 
 use super::{TestFolder, ran};
 use std::fs;
@@ -20,7 +20,7 @@ const COMMANDS: [&str; 13] = [
     "man",
 ];
 
-/// The long options of a command, by its help.
+/// The long options of a command, from its help.
 fn options(room: &TestFolder, command: &str) -> Vec<String> {
     let help = room.ok(&format!("{command} --help"));
     let words = help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
@@ -80,14 +80,14 @@ fn there_is_a_page_for_every_command() {
     room.refused("man --dir no/where", 1, &["no/where"]);
 }
 
-/// Stdout of a command that succeeds in a terminal of 80 columns.
+/// Stdout of a successful command in a terminal of 80 columns.
 fn at_80_columns(room: &TestFolder, line: &str) -> String {
     let ran = ran(room.command(line).env("COLUMNS", "80"));
     assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
     ran.stdout
 }
 
-/// Checks that `-h` of a command fits a terminal of 80 columns and 50 lines, an option a line.
+/// Checks that a command's `-h` fits a terminal of 80 columns and 50 lines, one option per line.
 #[test]
 fn short_help_fits_a_screen() {
     let room = TestFolder::new();

@@ -4,7 +4,7 @@ use super::TestFolder;
 use exr::prelude::{ReadChannels, ReadLayers};
 use std::fs;
 
-/// The texts of a PNG by their keywords, and its gamma.
+/// The texts of a PNG by keyword, and its gamma.
 fn texts(bytes: &[u8]) -> (Vec<(String, String)>, Option<u32>) {
     let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
     let reader = reader.unwrap();
@@ -25,7 +25,7 @@ fn text(bytes: &[u8], keyword: &str) -> String {
     found.unwrap_or_else(|| panic!("no {keyword}")).1
 }
 
-/// Runs a command of a picture, as a shell would, with another name for the result.
+/// Runs the command stored in a picture, as a shell would, with another output name.
 fn again(room: &TestFolder, command: &str, output: &str) {
     let program = env!("CARGO_BIN_EXE_phalanx");
     let line = command.replacen("phalanx", program, 1);
@@ -71,7 +71,7 @@ fn the_command_in_a_picture_makes_it_again() {
         };
         assert_eq!(texts(&one).1, Some(gamma));
     }
-    // A name that a shell would take apart, and frames: each has its own camera.
+    // A name that a shell would split, and frames: each has its own camera.
     let mut render = room.command("render -o three.png");
     let ran = super::ran(render.arg("it\'s ä.test"));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
@@ -158,7 +158,7 @@ fn a_region_lies_in_the_display_window_of_the_whole_picture() {
     room.ok("merge p.json");
     let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
     assert!(bytes("m.exr") == bytes("r.exr"));
-    // Elsewhere it is another picture, though its own pixels are the same everywhere there.
+    // Elsewhere it is a different picture, although its own pixels are the same there.
     room.ok("render a.test -o moved.exr --region 9 6 16 12 --aov Z");
     assert_eq!(room.run("compare r.exr moved.exr").code, Some(4));
 }

@@ -1,4 +1,4 @@
-//! No result takes the place of a file that the command reads.
+//! No result replaces a file that the command reads.
 
 use super::TestFolder;
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ fn furnished() -> TestFolder {
                property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     room.write("left.ply", ply);
     room.write("truck.gltf", GLTF);
-    // An ending is no more than a name: buffers, too, are called anything.
+    // Extensions are only names: buffers, too, may have any.
     let corners = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1].map(|n| n as f32);
     let bytes: Vec<u8> = corners.iter().flat_map(|n| n.to_le_bytes()).collect();
     fs::write(room.path().join("g.png"), bytes).unwrap();
@@ -50,14 +50,14 @@ fn furnished() -> TestFolder {
     let bench = "bench truck.obj --size 16x16 --rays primary --threads 1 --repeat 1";
     room.ok(&format!("{bench} --json r.json"));
     room.ok("build truck.obj -o c.phx");
-    // Named, but not shown: by a material that nobody has, an image without a texture, a comment.
+    // Named, but not shown: by an unused material, an image without a texture, a comment.
     for name in ["bump.png", "spare.png", "left.png"] {
         fs::copy(room.path().join("a.png"), room.path().join(name)).unwrap();
     }
     room
 }
 
-/// The bytes of every file, links followed.
+/// The bytes of every file, following links.
 fn files(room: &TestFolder) -> BTreeMap<String, Vec<u8>> {
     let bytes = |name: String| {
         (
@@ -259,7 +259,7 @@ fn a_default_name_that_an_input_has_is_left_to_it() {
     );
 }
 
-/// A cache does not know the names of its textures.
+/// A cache does not store the names of its textures.
 #[test]
 fn a_default_name_that_another_programs_picture_has_is_left_to_it() {
     let room = TestFolder::new();
@@ -268,7 +268,7 @@ fn a_default_name_that_another_programs_picture_has_is_left_to_it() {
     let texture = include_bytes!("../../pictures/interlaced.png");
     fs::write(room.path().join("truck.png"), texture).unwrap();
     room.ok("build truck.obj -o truck.phx");
-    // The second time the first picture is there, which is our own.
+    // The second time, the first run's picture is there, which is our own.
     for _ in 0..2 {
         let said = room.run("render truck.phx --size 8x6");
         let note =

@@ -1,4 +1,4 @@
-//! Pictures in parts, interrupted, and shared among machines: always the same bytes.
+//! Pictures rendered in parts, interrupted, and shared among machines: always the same bytes.
 
 use super::TestFolder;
 use super::signals::signal;
@@ -50,8 +50,7 @@ fn a_region_is_a_part_of_the_picture() {
     assert_eq!(json["rays"]["primary"], 140);
 }
 
-/// Who gets more samples is decided in blocks of the whole picture, whatever part of them is
-/// wanted.
+/// Adaptive sampling decides in blocks of the whole picture, whichever part is requested.
 #[test]
 fn adaptive_samples_of_a_region_look_beyond_its_borders() {
     let room = TestFolder::new();
@@ -138,7 +137,7 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
             ran.stderr
         );
         assert!(bytes(&room, "a.png") == whole);
-        // All of it is there now: nothing is left to render, whatever the tiles are.
+        // It is complete now: nothing is left to render, for any tile size.
         let json = room.json(&format!(
             "{} --checkpoint a.tiles --json",
             LONG.replace("--tile 8", "--tile 32 --kernel packet8")
@@ -156,7 +155,7 @@ fn a_killed_render_goes_on_from_what_it_has() {
     fs::remove_file(room.path().join("a.png")).unwrap();
     let tiles = room.path().join("a.tiles");
     let line = format!("{LONG} --checkpoint a.tiles");
-    // Each time killed a little later in the writing of a tile, and once more while it starts.
+    // Killed a little later in the writing of a tile each time, and once during start-up.
     for kill in 0..10 {
         let mut child = start(&room, &line);
         until_grown(&mut child, &tiles, kill * 9_001);
@@ -215,7 +214,7 @@ fn a_finished_checkpoint_stays_and_the_report_says_so() {
         assert!(said.contains(&kept), "{more}: {said}");
     }
     assert!(bytes("a.png") == bytes("b.png"));
-    // Nor is anything traced for another exposure in another format.
+    // Nothing is traced for another exposure or format, either.
     let json = room.json(&format!("{line} -o c.jpg --exposure 1 --json"));
     assert_eq!(json["rays"]["total"], 0);
     assert_eq!(json["checkpoint"]["bytes"], bytes("c.ckpt").len());
@@ -276,7 +275,7 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
         room.ok(&format!(
             "plan a.test --shards {shards} -o merged.png --plan p{shards}.json {options}"
         ));
-        // In an order of their own, each with other settings of those that give the same bits.
+        // In a different order, each with other settings that do not affect the bits.
         for k in 0..shards {
             let shard = (k * 37 + 5) % shards;
             let how = [
@@ -347,7 +346,7 @@ fn shards_that_are_missing_are_named() {
         6,
         &["1 of 9", "--array=3", "1 of them damaged"],
     );
-    // The same command mends it.
+    // The same command repairs it.
     let json = room.json("render --plan p.json --shard 3 --json");
     let kept = json["tiles"].as_u64().unwrap() - 1;
     assert_eq!(json["kept"], kept);
@@ -386,7 +385,7 @@ fn plans_that_do_not_fit_are_refused() {
         2,
         &[".bmp"],
     );
-    // The scene is not what it was.
+    // The scene has changed.
     let scene = fs::read_to_string(room.path().join("a.test")).unwrap();
     room.write("a.test", &format!("{scene}\nsphere 0 0 0 .1\n"));
     room.refused(
@@ -412,7 +411,7 @@ fn a_sequence_is_its_frames_one_by_one() {
     // The first is the scene's own view; all are different.
     assert!(frames[0] == bytes(&room, "one.png"));
     assert!((1..4).all(|k| frames[k] != frames[k - 1]));
-    // A frame alone is what it is among others, and what is finished is not rendered again.
+    // A frame on its own equals the one in a sequence, and finished frames are not rendered again.
     room.ok("render a.test -o c-##.png --frames 2..2 --turntable 4 --threads 1");
     assert!(bytes(&room, "c-02.png") == frames[2]);
     let json =
@@ -422,7 +421,7 @@ fn a_sequence_is_its_frames_one_by_one() {
         (&0.into(), &serde_json::json!([0, 3]))
     );
     room.ok("verify a.test --frames 1..2 --turntable 4 --threads 2");
-    // The same way by key frames that stand still.
+    // Likewise for constant key frames.
     room.write(
         "way",
         "3 0 0 5 0 0 0 0 1 0 40\n# still\n9 0 0 5 0 0 0 0 1 0 40\n",
@@ -436,7 +435,7 @@ fn a_sequence_is_its_frames_one_by_one() {
         &["bad:1: 3 numbers"],
     );
     room.refused("render a.test -o k.png --frames 5..6", 2, &["--turntable"]);
-    // Without frames, all of them: once around, and from the first to the last key frame.
+    // Without --frames, all of them: once around, and from the first to the last key frame.
     for (options, first, last) in [("--turntable 3", 0, 2), ("--keyframes way", 3, 9)] {
         let room_of = format!("frames-{first}");
         fs::create_dir(room.path().join(&room_of)).unwrap();
@@ -493,7 +492,7 @@ fn progress_is_told_in_lines_of_json_and_pictures_are_shown_before_they_are_done
     );
     let pixels: Vec<_> = lines.iter().map(|line| line["pixels"].as_u64()).collect();
     assert!(pixels.is_sorted(), "{pixels:?}");
-    // At the end the picture so far is the picture.
+    // At the end the snapshot is the final picture.
     let load = |name: &str| {
         phalanx::image::load(&room.path().join(name))
             .unwrap()

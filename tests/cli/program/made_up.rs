@@ -1,5 +1,5 @@
-//! Parts of a picture that a file does not give: parallel cameras, the sky that mirrors see, and a
-//! word on pictures that show nothing.
+//! Parts of a picture that a file does not specify: parallel cameras, the sky seen in mirrors, and
+//! warnings about empty pictures.
 
 use super::TestFolder;
 
@@ -32,7 +32,7 @@ fn picture(room: &TestFolder, line: &str) -> phalanx::image::Raster {
     phalanx::image::load(&room.path().join("out.png")).unwrap()
 }
 
-/// Columns and rows between the first and the last pixel that is not like the corner.
+/// Columns and rows between the first and the last pixel that differs from the corner.
 fn extent(picture: &phalanx::image::Raster) -> [usize; 4] {
     let width = picture.width as usize;
     let shown = |k: &usize| picture.pixels[*k] != picture.pixels[0];
@@ -55,10 +55,10 @@ fn a_parallel_camera_shows_its_height_whatever_the_distance() {
         // Eight units are forty pixels: from −1 to 3, and from −1 to 1.
         assert_eq!(seen, [15, 34, 15, 24], "{eye}");
     }
-    // Without a height the point looked at keeps its size: at a distance of 2, 90° show 4 units.
+    // Without a height the scale at the target is kept: at a distance of 2, 90° show 4 units.
     let near = "--camera 0,0,2 0,0,0 0,1,0 90 --light dir:0,0,1 --ortho";
     assert_eq!(extent(&picture(&room, near)), [10, 29, 10, 29]);
-    // A camera that is made up shows everything.
+    // A default camera frames everything.
     let [left, right, top, bottom] = extent(&picture(&room, "--ortho"));
     assert!(left > 0 && right < 39 && top > 0 && bottom < 39);
     assert!(right - left > 30 || bottom - top > 30);
@@ -85,7 +85,7 @@ fn the_test_format_has_parallel_cameras() {
     let read = |name: &str| phalanx::image::load(&room.path().join(name)).unwrap();
     let (a, b) = (read("a.png"), read("b.png"));
     assert_eq!(a.pixels, b.pixels);
-    // Both spheres are as large.
+    // Both spheres have the same size.
     let lit = |from: usize| {
         let row = &a.pixels[10 * 20..11 * 20];
         row[from..from + 6].iter().filter(|p| p[0] > 0).count()
@@ -102,10 +102,10 @@ fn mirrors_see_a_sky_where_the_file_has_no_surroundings() {
     assert!(ran.stderr.contains("mirrors see a sky"), "{}", ran.stderr);
     let seen = phalanx::image::load(&mirror.path().join("out.png")).unwrap();
     extent(&seen);
-    // The user's own background is all there is to see.
+    // Only the user's own background is visible.
     let ran = mirror.run("render s.obj -o out.png --size 40x40 --threads 1 --background .5");
     assert!(!ran.stderr.contains("sky"), "{}", ran.stderr);
-    // Nothing of it without mirrors.
+    // No sky without mirrors.
     let matt = room("Kd 1 1 1");
     let ran = matt.run("render s.obj -o out.png --size 40x40 --threads 1");
     assert!(!ran.stderr.contains("sky"), "{}", ran.stderr);
@@ -143,7 +143,7 @@ fn a_picture_that_shows_nothing_says_why() {
         assert!(warned && stderr.contains(reason), "{line}: {stderr}");
     }
     assert!(!said("Kd 1 1 1", seen).contains("empty"));
-    // A detail may well be of one colour.
+    // A detail may well have one colour.
     let detail = format!("{seen} --region 0 0 4 4");
     assert!(!said("Kd 1 1 1\nd 0", &detail).contains("empty"));
 }

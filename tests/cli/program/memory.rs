@@ -1,14 +1,13 @@
-//! That `--max-memory` is kept to: what a reader holds at its peak, and what it refuses before it
-//! would hold more. Files that would take more are read in an address space in which they could
-//! not.
+//! `--max-memory` is respected: a reader's peak memory, and its refusal before exceeding the limit.
+//! Files that would take more are read in an address space that is too small for them.
 
 use super::{Ran, SCENE, TestFolder};
 use std::fmt::Write;
 use std::fs;
 use std::process::Command;
 
-/// Runs what must be refused with this code and these parts of a message, in an address space of
-/// 400 MB.
+/// Runs a command that must be refused with this code and these parts of a message, in an address
+/// space of 400 MB.
 fn refused_in_400_mb(room: &TestFolder, line: &str, code: i32, parts: &[&str]) {
     let Ran {
         code: ended,
@@ -22,14 +21,13 @@ fn refused_in_400_mb(room: &TestFolder, line: &str, code: i32, parts: &[&str]) {
     }
 }
 
-/// The peak of `info` with so much memory, in millions of bytes.
+/// The peak of `info` with this memory limit, in millions of bytes.
 fn peak(room: &TestFolder, scene: &str, allowed: u64) -> u64 {
     let report = room.json(&format!("info {scene} --max-memory {allowed}M --json"));
     report["memory"]["peak_rss_bytes"].as_u64().unwrap() / 1_000_000
 }
 
-/// A grid of 2·599² triangles, the columns of which are freed and made again while it is read and
-/// built.
+/// A grid of 2·599² triangles, whose columns are freed and reallocated during reading and building.
 fn grid() -> String {
     let mut text = String::new();
     for k in 0..600 * 600 {
@@ -51,8 +49,7 @@ fn what_is_freed_is_given_back() {
     assert!(peak < 156, "{peak}");
 }
 
-/// A progressive JPEG of one scan, which says that it is of 4096×4096 pixels and is long enough to
-/// be believed.
+/// A progressive JPEG of one scan that claims 4096×4096 pixels and is long enough to be plausible.
 #[test]
 fn coefficients_of_one_progressive_scan_count() {
     let room = TestFolder::new();
@@ -106,7 +103,7 @@ fn a_buffer_is_held_once() {
     assert!(peak < 90, "{peak}");
 }
 
-/// The text stands in the file and in the document, and beside it what it says.
+/// The text exists in the file and in the document, in addition to its parsed content.
 #[test]
 fn data_in_the_text_counts_with_its_text() {
     let room = TestFolder::new();
@@ -126,7 +123,7 @@ fn data_in_the_text_counts_with_its_text() {
     assert!(peak < 210, "{peak}");
 }
 
-/// A strip has as many triangles as it has indices of a byte.
+/// A strip has about one triangle per one-byte index.
 #[test]
 fn triangles_of_strips_count_before_they_are_collected() {
     let room = TestFolder::new();
@@ -173,9 +170,9 @@ fn what_has_no_size_is_read_as_far_as_is_allowed() {
         .output()
         .unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
-    // No more is read than shows that it is too much: a third of what is left beside the program.
+    // Reading stops as soon as it is too much: a third of the memory that the program leaves.
     assert!(stderr.contains("to read a file of 11.1 MiB"), "{stderr}");
-    // A pipe that ends is a scene like any other.
+    // A pipe that ends is an ordinary scene.
     let pipe = room.path().join("pipe.test");
     let made = Command::new("mkfifo").arg(&pipe).status().unwrap();
     assert!(made.success());
@@ -210,7 +207,7 @@ fn devices_are_neither_pictures_nor_records_nor_keyframes() {
     }
 }
 
-/// Whatever does not fit: columns, or the tree beside them.
+/// Refusal of columns that do not fit, or of the tree in addition to them.
 #[test]
 fn standard_scenes_beyond_memory_are_errors() {
     let room = TestFolder::new();
@@ -239,7 +236,7 @@ fn standard_scenes_beyond_memory_are_errors() {
     assert!(room.names().is_empty());
 }
 
-/// Bytes of a PLY of one vertex and of faces of byte-sized corners, by the header's kind of count.
+/// A PLY of one vertex and of faces with byte-sized indices, by the header's type of count.
 fn ply(faces: usize, count: &str, body: &[u8]) -> Vec<u8> {
     let header = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
@@ -248,7 +245,7 @@ fn ply(faces: usize, count: &str, body: &[u8]) -> Vec<u8> {
     [header.as_bytes(), &[0; 12], body].concat()
 }
 
-/// Two bytes of an OBJ's polygon, and one of a PLY's, are a triangle.
+/// Two bytes of an OBJ polygon, or one of a PLY polygon, make a triangle.
 #[test]
 fn triangles_of_polygons_count_before_they_are_made() {
     let room = TestFolder::new();
@@ -261,7 +258,7 @@ fn triangles_of_polygons_count_before_they_are_made() {
         ply(120_000, "uchar", &row.repeat(120_000)),
     )
     .unwrap();
-    // Without memory, no second reading looks for mistakes elsewhere.
+    // Without memory, no second pass looks for further errors.
     let whole = fs::read_to_string(room.path().join("a.obj")).unwrap();
     room.write("b.obj", &format!("{whole}f 1 1 x\n"));
     for scene in ["a.obj", "a.ply", "b.obj"] {

@@ -31,7 +31,7 @@ use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
 
-/// A scene of two spheres and a mirroring, half transparent triangle, with both kinds of light.
+/// A scene of two spheres and a reflective, half transparent triangle, with both kinds of light.
 const SCENE: &str = "\
 size 40 24
 camera 0 0 5 0 0 0 0 1 0 45
@@ -50,7 +50,7 @@ ior 1.5
 tri 0 2 1
 ";
 
-/// A folder of its own to run in.
+/// A separate folder to run in.
 struct TestFolder(TempDir);
 
 /// Results of a run.
@@ -61,7 +61,7 @@ struct Ran {
 }
 
 impl TestFolder {
-    /// A room with the scene in it, as `a.test`.
+    /// A folder that contains the scene as `a.test`.
     fn new() -> TestFolder {
         let room = TestFolder(tempfile::tempdir().unwrap());
         room.write("a.test", SCENE);
@@ -76,7 +76,7 @@ impl TestFolder {
         fs::write(self.path().join(name), text).unwrap();
     }
 
-    /// Names of what is in the room, sorted, but for the scene.
+    /// Sorted names of the folder's contents, except the scene.
     fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.path()).unwrap();
         let names = entries.map(|e| e.unwrap().file_name().into_string().unwrap());
@@ -107,14 +107,14 @@ impl TestFolder {
             .args(line.split_whitespace()))
     }
 
-    /// Runs what must succeed, and gives its stdout.
+    /// Runs a command that must succeed, and returns its stdout.
     fn ok(&self, line: &str) -> String {
         let ran = self.run(line);
         assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
         ran.stdout
     }
 
-    /// Runs a script in the room, with calls of sbatch that do nothing.
+    /// Runs a script in the folder, with an sbatch that does nothing.
     fn carry_out(&self, script: &str) {
         let mut shell = Command::new("bash");
         let script = format!("sbatch() {{ :; }}\n{script}");
@@ -126,8 +126,8 @@ impl TestFolder {
         serde_json::from_str(&self.ok(line)).unwrap()
     }
 
-    /// Runs what must fail with `code`, say every part on stderr and nothing on stdout, and leave
-    /// no new file.
+    /// Runs a command that must fail with `code`, print every part on stderr and nothing on stdout,
+    /// and leave no new file.
     fn refused(&self, line: &str, code: i32, parts: &[&str]) {
         let before = self.names();
         let ran = self.run(line);

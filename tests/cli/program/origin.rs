@@ -1,16 +1,16 @@
-//! Scenes far from the origin of their coordinates: where places are given and told, and what keeps
-//! the origin.
+//! Scenes far from the origin of their coordinates: input and output of positions, and everything
+//! that stores the origin.
 
 use super::TestFolder;
 use serde_json::json;
 use std::fs;
 
-/// A box over a floor about x = 500000.25, z = -4012345.5.
+/// A box over a floor around x = 500000.25, z = -4012345.5.
 const PLACE: [f64; 3] = [500_000.25, 0.0, -4_012_345.5];
 const VIEW: [[f64; 3]; 2] = [[6.1, 8.0, 12.3], [0.2, 1.0, 0.0]];
 const LIGHT: [f64; 3] = [4.1, 9.0, 5.2];
 
-/// The scene with its coordinates' origin at the middle of the floor or far away; decimals are
+/// The scene with its coordinates' origin at the centre of the floor or far away; decimals are
 /// exact either way.
 fn obj(at: [f64; 3]) -> String {
     let mut text = String::new();
@@ -69,8 +69,8 @@ fn the_picture_is_that_of_the_scene_at_the_origin() {
     let room = room();
     room.ok(&format!("render near.obj -o near.pfm {}", given([0.0; 3])));
     let near = bytes(&room, "near.pfm");
-    // The chosen origin is beside the floor's middle, so that single precision may round otherwise:
-    // this one is not.
+    // The automatic origin is next to the floor's centre, so single precision may round
+    // differently; this one is at the centre.
     let place = words([0.0; 3], PLACE, ",");
     room.ok(&format!(
         "render far.obj -o far.pfm --origin {place} {}",

@@ -1,4 +1,4 @@
-//! Behaviour of the commands when they succeed, or find a difference.
+//! Commands that succeed, or find a difference.
 
 use super::{SCENE, TestFolder, ran};
 use serde_json::Value;
@@ -130,7 +130,7 @@ fn verify_holds_both_engines_together() {
     assert_eq!(json["scenes"][0]["rays"]["primary"], 24 * 16);
 }
 
-/// Whatever is left to chance: by options, and by the scene.
+/// Everything random, by options and by the scene.
 #[test]
 fn verify_knows_every_option_and_command() {
     let room = TestFolder::new();
@@ -273,7 +273,7 @@ fn info_tells_what_is_in_a_scene() {
     );
 }
 
-/// Stdout is chosen on the command line: what a scene names is a file.
+/// Only the command line selects stdout: a scene's output name is a file.
 #[test]
 fn a_scene_does_not_send_its_picture_to_stdout() {
     let room = TestFolder::new();

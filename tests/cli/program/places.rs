@@ -1,4 +1,4 @@
-//! Destinations of results: files are replaced; everything else is written into and keeps its kind.
+//! Destinations of results: files are replaced; anything else is written to and keeps its kind.
 
 use super::signals::signal;
 use super::{Ran, TestFolder, ran};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 const BENCH: &str = "bench a.test --rays primary --threads 1 --size 16x16 --repeat 1 --min-time 0";
 
-/// Every writer, with `@` where its file's name goes, and the ending that it wants.
+/// Every writer, with `@` for its file's name, and the extension that it needs.
 fn writers() -> Vec<(String, &'static str)> {
     let mut all = vec![
         ("render a.test -o @".to_owned(), "png"),
@@ -62,7 +62,7 @@ fn make_fifo(room: &TestFolder, name: &str) {
     assert!(made.unwrap().success());
 }
 
-/// A device node, where this user may make one.
+/// A device node, if this user may create one.
 fn make_device(room: &TestFolder, name: &str) -> bool {
     let null = ["c", "1", "3"];
     let mut command = Command::new("mknod");
@@ -76,7 +76,7 @@ fn make_device(room: &TestFolder, name: &str) -> bool {
     made
 }
 
-/// The rest of a run that somebody reads the pipe of; and what has come out of the pipe.
+/// The result of a run with a reader on its pipe, and the bytes from the pipe.
 fn read_by_cat(room: &TestFolder, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
     let mut cat = Command::new("cat");
     let mut cat = cat
@@ -93,7 +93,7 @@ fn read_by_cat(room: &TestFolder, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
     let ran = room.run(line);
     let still = fs::symlink_metadata(at(room, fifo)).unwrap().file_type();
     if !matches!(ran.code, Some(0 | 4)) || !still.is_fifo() {
-        // Its writer has not come, and will not.
+        // Its writer has not opened it, and will not.
         cat.kill().unwrap();
     }
     cat.wait().unwrap();
@@ -114,7 +114,7 @@ fn every_writer_writes_into_a_pipe() {
         room.run(&line.replace('@', &file));
         let wanted = fs::read(at(&room, &file)).unwrap();
         assert!(!bytes.is_empty(), "{line}: nothing came");
-        // A record has its time in it, a plan its arguments.
+        // A record contains its time, a plan its arguments.
         if ending != &"json" && !line.starts_with("bench") {
             assert!(bytes == wanted, "{line}: other bytes than the file's");
         }
@@ -165,7 +165,7 @@ fn every_writer_keeps_links_and_permissions() {
     assert!(parts.iter().all(|n| !n.ends_with(".part")), "{parts:?}");
 }
 
-/// The scene is not there, which nobody gets to know: the place is looked at first.
+/// The scene is missing, but the destination is checked first.
 #[test]
 fn folders_sockets_and_circles_are_refused_before_any_work() {
     let room = furnished();
@@ -245,7 +245,7 @@ fn open_files_are_written_where_they_stand() {
         let out = fs::read(at(&room, "out")).unwrap();
         assert!(out == wanted, "{name}: {}", String::from_utf8_lossy(&out));
         let told = fs::read_to_string(at(&room, "told")).unwrap();
-        // Elsewhere the table would be among the picture's bytes.
+        // Otherwise the table would be among the picture's bytes.
         let table = if third { &ran.stdout } else { &told };
         assert!(table.contains("Mrays/s"), "{name}: {table}");
         if !third {
@@ -298,7 +298,7 @@ fn a_pipe_whose_reader_goes_away_is_an_error() {
     }
 }
 
-/// Nobody reads the pipe: opening it waits, and a signal ends that.
+/// No reader on the pipe: opening it blocks, until a signal ends that.
 #[test]
 fn a_signal_ends_the_waiting_for_a_reader() {
     let room = TestFolder::new();
@@ -335,7 +335,7 @@ fn a_signal_ends_the_waiting_for_a_reader() {
         let output = child.wait_with_output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);
         let snapshot = line.contains("--snapshot");
-        // There the picture is whole, and only nobody has looked at it.
+        // There the picture is complete, only unread.
         let codes = if snapshot { vec![0, 143] } else { vec![143] };
         let code = output.status.code().unwrap_or(-1);
         assert!(codes.contains(&code), "{line}: {code}: {said}");
@@ -382,7 +382,7 @@ fn two_results_do_not_go_to_one_file() {
     }
 }
 
-/// The line matters only where a picture would be written by it.
+/// The line matters only if a picture would be written by it.
 #[test]
 fn a_scene_does_not_choose_the_folder_of_its_picture() {
     for name in ["a/p.png", "../p.png", "/tmp/p.png", "C:p.png", ".."] {

@@ -1,4 +1,4 @@
-//! Plans and tiles of somebody who means no good, and names that scripts are made of.
+//! Hostile plans and tiles, and names that appear in scripts.
 
 use super::{Ran, TestFolder, ran};
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// A room with a plan of two shards, whose picture is `m.png`, and both shards rendered.
+/// A folder with a plan of two shards for `m.png`, both rendered.
 fn rendered(room: &TestFolder) -> Value {
     room.ok("plan a.test --shards 2 -o m.png --plan p.json");
     for shard in 0..2 {
@@ -15,21 +15,21 @@ fn rendered(room: &TestFolder) -> Value {
     serde_json::from_slice(&fs::read(room.path().join("p.json")).unwrap()).unwrap()
 }
 
-/// The plan with something else at a place.
+/// The plan with one value replaced.
 fn forged(room: &TestFolder, plan: &Value, pointer: &str, value: Value) {
     let mut plan = plan.clone();
     *plan.pointer_mut(pointer).unwrap() = value;
     room.write("p.json", &plan.to_string());
 }
 
-/// The head of a tile file, and where its records begin.
+/// The header of a tile file, and the start of its records.
 fn beginning(file: &[u8]) -> (Value, usize) {
     let length = u32::from_le_bytes(file[8..12].try_into().unwrap()) as usize;
     let text = serde_json::from_slice(&file[16..16 + length]).unwrap();
     (text, 16 + length)
 }
 
-/// A tile file with this beginning, its checksum right.
+/// A tile file with this beginning and a valid checksum.
 fn tile_file(text: &str, records: &[u8]) -> Vec<u8> {
     let mut file = b"PHXTILES".to_vec();
     file.extend((text.len() as u32).to_le_bytes());
@@ -122,7 +122,7 @@ fn a_merge_writes_into_the_plans_folder_unless_it_is_told_otherwise() {
     let text = fs::read(room.path().join("job/p.json")).unwrap();
     let plan: Value = serde_json::from_slice(&text).unwrap();
     assert_eq!(plan["output"], "m.png");
-    // From wherever it is merged.
+    // From any working folder.
     room.ok("merge job/p.json");
     let whole = fs::read(room.path().join("job/m.png")).unwrap();
     std::os::unix::fs::symlink("../else", room.path().join("job/link")).unwrap();
@@ -146,7 +146,7 @@ fn a_merge_writes_into_the_plans_folder_unless_it_is_told_otherwise() {
             room.refused(command, 2, &["outside the plan's folder", "-o"]);
         }
         assert_eq!(files(room.path()), before, "{output}");
-        // Who says where it goes is obeyed, and shards are rendered whatever the picture's name is.
+        // An explicit destination is used, and shards are rendered whatever the picture's name.
         room.ok("render --plan job/p.json --shard 0");
         room.ok("merge job/p.json -o else/told.png");
         assert!(fs::read(room.path().join("else/told.png")).unwrap() == whole);
@@ -257,7 +257,7 @@ fn links_beside_a_plan_lead_nowhere_else() {
             assert!(!at("else/made").exists(), "{command}");
         }
     }
-    // Within the folder they may lead anywhere but to an input.
+    // Within the folder they may lead anywhere except to an input.
     room.write("job/kept", "");
     std::os::unix::fs::symlink("kept", at("job/p.shard-0.tiles")).unwrap();
     room.ok("render --plan job/p.json --shard 0");
@@ -271,7 +271,7 @@ fn links_beside_a_plan_lead_nowhere_else() {
 fn files_of_other_layouts_are_refused_by_version() {
     let room = TestFolder::new();
     let plan = rendered(&room);
-    // As this program's predecessor wrote them.
+    // As written by earlier versions.
     let old = json!({
         "schema_version": 1, "scene": "a.test", "arguments": ["plan"], "output": "/m.png", "shards": 1, "tile": 8,
         "developing": {"exposure": 0.0, "srgb": false, "round": false, "bits": 8},
@@ -356,7 +356,7 @@ fn names_with_control_characters_stand_in_no_script() {
         "\u{85}",
     ] {
         let name = format!("{bad}.json");
-        // Refused both where this program makes the plan and where somebody renames it.
+        // Refused both when the plan is created and after renaming it.
         let made = run(
             &room,
             &[
@@ -380,7 +380,7 @@ fn names_with_control_characters_stand_in_no_script() {
         );
         assert_eq!(room.names(), before, "{bad:?}");
         fs::remove_file(room.path().join(&name)).unwrap();
-        // Nor in what a user adds.
+        // Nor in the user's own additions.
         let picture = format!("{bad}.png");
         for more in [&["-o", &picture][..], &["--time", bad], &["--", bad]] {
             let arguments = [&["submit", "slurm", "good.json", "--dry-run"], more].concat();
@@ -388,7 +388,7 @@ fn names_with_control_characters_stand_in_no_script() {
         }
         assert_eq!(room.names(), ["good.json"]);
     }
-    // A folder's name stands in the script, too.
+    // A folder's name appears in the script, too.
     let folder = room.path().join("f\ntouch here #");
     fs::create_dir(&folder).unwrap();
     fs::write(folder.join("p.json"), &text).unwrap();
@@ -431,7 +431,7 @@ fn other_names_are_words_of_the_scripts_whatever_is_in_them() {
     room.ok("render a.test -o whole.png");
     let read = |name: &str| fs::read(room.path().join(name)).unwrap();
     assert!(read(&picture) == read("whole.png"));
-    // The line that would submit it: a percent sign of the name is none of Slurm's.
+    // The line that would submit it: a percent sign in the name has no meaning for Slurm.
     assert!(
         submitted.stdout.contains("--x %%a "),
         "{}",

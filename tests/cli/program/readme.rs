@@ -1,18 +1,17 @@
-//! Sessions of the README and the manual: every line that one shows is a line that the program
-//! prints.
+//! Sessions in the README and the manual: the program prints every line that they show.
 
 use super::{TestFolder, ran};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-/// Added where pictures are verified: the lines name no size, and `.ci/run` verifies whole ones.
+/// Added when pictures are verified: the sessions give no size, and `.ci/run` verifies full ones.
 const SMALL: &str = " --size 64x36";
 
 const README: &str = include_str!("../../../README.md");
 const MANUAL: &str = include_str!("../../../docs/manual.md");
 
-/// Most words of the README: what takes more belongs into the manual.
+/// Maximum number of words in the README; anything longer belongs in the manual.
 const MOST_WORDS: usize = 1500;
 
 #[test]
@@ -27,7 +26,7 @@ fn sessions_print_what_they_show() {
     assert!(shown > 10, "{shown} lines");
 }
 
-/// Runs the sessions of a text, and returns how many lines they show.
+/// Runs the sessions of a text, and returns the number of lines they show.
 fn sessions_of(text: &str) -> usize {
     let folder = TestFolder::new();
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -50,7 +49,7 @@ fn sessions_of(text: &str) -> usize {
             let output = folder.run(&format!("{arguments}{size}")).stdout;
             printed = output.lines().map(str::to_owned).rev().collect();
         } else if inside && line != "..." {
-            // Lines may be left out, and stand in the program's order.
+            // Lines may be omitted, but keep the program's order.
             let found = std::iter::from_fn(|| printed.pop()).any(|other| other == line);
             assert!(found, "the program does not print {line:?}");
             shown += 1;
@@ -59,8 +58,8 @@ fn sessions_of(text: &str) -> usize {
     shown
 }
 
-/// Checks that no output stands where the test above does not look, and that the program knows the
-/// options of every other command that is shown.
+/// Checks that no output is outside the sessions, and that the program accepts the options of every
+/// other command shown.
 #[test]
 fn commands_are_known_and_outputs_are_sessions() {
     let binary = Path::new(env!("CARGO_BIN_EXE_phalanx"));

@@ -1,4 +1,4 @@
-//! Refused inputs, with their messages and exit codes, and that nothing is left behind.
+//! Refused inputs, with their messages and exit codes; nothing is left behind.
 
 use super::{SCENE, TestFolder};
 use std::fs;
@@ -270,7 +270,7 @@ fn png_with_palette(color: u8, palette: usize) -> Vec<u8> {
     .concat()
 }
 
-/// The decoder takes the length of a palette to be right.
+/// The decoder trusts the length of a palette.
 #[test]
 fn palettes_that_are_not_whole_colours_are_refused() {
     let room = TestFolder::new();
@@ -281,7 +281,7 @@ fn palettes_that_are_not_whole_colours_are_refused() {
         let bytes = png_with_palette(color, palette);
         fs::write(room.path().join("a.png"), bytes).unwrap();
     };
-    // A palette is only a hint where pixels are colours themselves.
+    // A palette is only a hint if pixels are colours themselves.
     for (color, palette) in [(3, 3), (3, 768), (2, 3), (2, 4)] {
         picture(color, palette);
         room.ok("info a.obj");
@@ -289,12 +289,12 @@ fn palettes_that_are_not_whole_colours_are_refused() {
     }
     for palette in [0, 1, 4, 5, 767, 769, 771] {
         picture(3, palette);
-        // For no colour, and for more than 256, the decoder itself reports the mistake.
+        // With no colours, or more than 256, the decoder itself reports the error.
         let what = match palette {
             0 | 1 | 769 | 771 => "PLTE",
             _ => "its palette (PLTE) does not hold whole colours, 1 to 256",
         };
-        // A scene does without a texture that is broken.
+        // A scene omits a broken texture.
         let ran = room.run("info a.obj");
         assert_eq!(ran.code, Some(0), "{palette}: {}", ran.stderr);
         let left_out = "the texture `a.png` is left out: ";
@@ -306,7 +306,7 @@ fn palettes_that_are_not_whole_colours_are_refused() {
     }
 }
 
-/// Whatever says it: readers, writers, tables, the argument parser, and lists of what there is.
+/// In every source of messages: readers, writers, tables, the argument parser, and lists.
 #[test]
 fn names_on_the_command_line_do_not_steer_the_terminal() {
     let room = TestFolder::new();

@@ -1,4 +1,4 @@
-//! The table of pictures' hashes: this build's pictures are those of every other platform.
+//! The table of picture hashes: this build's pictures equal those of every other platform.
 
 use super::TestFolder;
 use std::io::ErrorKind;
@@ -15,8 +15,8 @@ fn rows() -> Vec<(&'static str, Vec<&'static str>)> {
     rows.collect()
 }
 
-/// The first digits of a file's hash; `None`, with the reason printed, where no program is there to
-/// compute it.
+/// The first digits of a file's hash; `None`, with the reason printed, if no program can compute
+/// it.
 fn hash_of(path: &Path) -> Option<String> {
     let mut program = Command::new("sha256sum");
     let output = match program.arg(path).stderr(Stdio::inherit()).output() {

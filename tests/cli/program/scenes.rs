@@ -1,9 +1,9 @@
-//! Files that may stand beside a scene, scene caches in its place, and the memory that it may take.
+//! Files next to a scene, scene caches in its place, and limits on its memory.
 
 use super::{SCENE, TestFolder};
 use std::fs;
 
-/// The pixels of the picture that a command line makes. Its file also names the scene.
+/// The pixels of the picture made by a command line. Its file also names the scene.
 fn picture(room: &TestFolder, line: &str) -> Vec<[u16; 4]> {
     room.ok(&format!("render {line} -o out.png"));
     let picture = phalanx::image::load(&room.path().join("out.png")).unwrap();
@@ -44,7 +44,7 @@ fn a_cache_stands_for_its_scene_in_every_command() {
     }
     assert_eq!(ours["memory"]["mapped_bytes"], length);
     assert_eq!(theirs["memory"]["mapped_bytes"], 0);
-    // A cache can be made of a cache, and is the same.
+    // A cache can be made from a cache, and is the same.
     room.ok("build a.phx -o c.phx");
     let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
     assert_eq!(bytes("c.phx"), bytes("a.phx"));
@@ -83,7 +83,7 @@ fn backs_of_single_sided_materials_are_passed_and_counted() {
         String::from_utf8_lossy(&fs::read(room.path().join("out.png")).unwrap()).into_owned();
     assert!(written.contains("--two-sided"), "{written}");
     room.ok(&format!("verify back.gltf {camera} --kernel all"));
-    // Tiles of one are none of the other.
+    // Tiles of one do not belong to the other.
     room.ok(&format!(
         "render back.gltf {camera} --checkpoint c.tiles -o out.png"
     ));
@@ -131,7 +131,7 @@ fn what_stands_beside_a_cache_changes_it_like_a_file() {
     );
 }
 
-/// A scene beyond f32's comfortable range is stored scaled; places are still meant in the file's
+/// A scene beyond f32's comfortable range is stored scaled; positions are still in the file's
 /// units.
 #[test]
 fn places_beside_a_scaled_cache_are_those_of_the_file() {
@@ -145,7 +145,7 @@ fn places_beside_a_scaled_cache_are_those_of_the_file() {
     let file = picture(&room, &format!("huge.test {beside}"));
     assert_eq!(file, picture(&room, &format!("huge.phx {beside}")));
     assert_ne!(file, picture(&room, "huge.phx"));
-    // Beyond what the stored scene has room for.
+    // Beyond the range of the stored scene.
     let far = "--camera 0,0,1e22 0,0,0 0,1,0 .00000001";
     let file = picture(&room, &format!("huge.test {far}"));
     assert_eq!(file, picture(&room, &format!("huge.phx {far}")));
@@ -211,7 +211,7 @@ fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
     room.ok("build a.test -o a.phx");
     let good = fs::read(room.path().join("a.phx")).unwrap();
     let write = |bytes: &[u8]| {
-        // In place of it, not into it.
+        // Replaced, not written into.
         fs::remove_file(room.path().join("a.phx")).unwrap();
         fs::write(room.path().join("a.phx"), bytes).unwrap();
     };
@@ -253,7 +253,7 @@ fn a_cache_goes_where_it_can_or_nowhere() {
     );
     room.write("bad.test", "size 4");
     room.refused("build bad.test -o a.phx", 3, &["bad.test"]);
-    // A file that exists already stays when there is nothing better.
+    // An existing file stays if there is nothing to replace it.
     room.write("old.phx", "old");
     room.refused("build bad.test -o old.phx", 3, &["bad.test"]);
     assert_eq!(fs::read(room.path().join("old.phx")).unwrap(), b"old");
@@ -285,7 +285,7 @@ fn memory_is_told_part_by_part() {
     }
 }
 
-/// Before anything of that size is allocated: in an address space in which it could not be.
+/// Refusal before any allocation of that size, in an address space that is too small for it.
 #[test]
 fn memory_beyond_what_is_allowed_is_refused_with_both_numbers() {
     let room = TestFolder::new();
@@ -300,7 +300,7 @@ fn memory_beyond_what_is_allowed_is_refused_with_both_numbers() {
             assert!(ran.stderr.contains(part), "{line}: {}", ran.stderr);
         }
     }
-    // A sparse file: it takes no room on the disk, and would take 30 GB once read.
+    // A sparse file: it takes no space on disk, but 30 GB once read.
     let sparse = |name: &str| {
         let file = fs::File::create(room.path().join(name)).unwrap();
         file.set_len(10_000_000_000).unwrap();
@@ -323,7 +323,7 @@ fn memory_beyond_what_is_allowed_is_refused_with_both_numbers() {
     room.refused("build many.test -o c.phx --max-memory 48MiB", 1, &parts);
 }
 
-/// A PNG of white pixels, a bit each.
+/// A PNG of white pixels with one bit each.
 fn white_png(side: u32) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, side, side);
@@ -336,7 +336,7 @@ fn white_png(side: u32) -> Vec<u8> {
     out
 }
 
-/// A few kilobytes of PNG are hundreds of megabytes of texels.
+/// A few kilobytes of PNG decode to hundreds of megabytes of texels.
 #[test]
 fn textures_and_copies_count_before_they_are_made() {
     let room = TestFolder::new();
@@ -404,7 +404,7 @@ fn deep_room(specular: &str, transmission: &str) -> String {
     )
 }
 
-/// Whatever depth, tile and engine.
+/// For any depth, tile size and engine.
 #[test]
 fn what_is_rendered_stays_below_what_is_allowed() {
     let room = TestFolder::new();
@@ -485,7 +485,7 @@ fn standard_scenes_are_opened_like_files() {
     for command in ["render", "verify", "info", "build -o c.phx"] {
         room.refused(&format!("{command} standard:bals"), 2, &["balls"]);
         room.refused(&format!("{command} standard:balls:x"), 2, &["size"]);
-        // (9^7 - 1) / 8 balls: what they would take is known before one is made.
+        // (9^7 - 1) / 8 balls: their memory is known before any is made.
         let parts = ["for the columns of 597,87", "--max-memory allows 47.7 MiB"];
         let line = format!("{command} standard:balls:6 --max-memory 50M");
         room.refused(&line, 1, &parts);

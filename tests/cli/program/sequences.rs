@@ -1,4 +1,4 @@
-//! Sequences on many machines: the frames of one machine to the last byte, whoever is killed.
+//! Sequences on many machines: the same bytes as on one machine, even if tasks are killed.
 
 use super::TestFolder;
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ fn bytes(room: &TestFolder, name: &str) -> Vec<u8> {
     fs::read(room.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// Frames of a picture in the folder `whole`, as one machine renders them.
+/// Frames of a picture in the folder `whole`, rendered by one machine.
 fn rendered_whole(room: &TestFolder, name: &str, options: &str) {
     fs::create_dir_all(room.path().join("whole")).unwrap();
     room.ok(&format!("render a.test -o whole/{name} {options}"));
@@ -35,7 +35,7 @@ fn start(room: &TestFolder, line: &str) -> Child {
         .unwrap()
 }
 
-/// Lines of a list of finished frames, the first of which is no frame.
+/// Lines of a list of finished frames; the first is not a frame.
 fn lines_of(path: &Path) -> usize {
     let text = fs::read_to_string(path).unwrap_or_default();
     text.matches('\n').count()
@@ -61,7 +61,7 @@ fn frames_of_two_nodes_are_those_of_one_machine_though_one_is_killed() {
         (&json!([0, 23]), &json!("frame"))
     );
     let node = |shard: u32| format!("render --plan p.json --shard {shard} --threads 1");
-    // Both begin a shard; the second dies after a frame, in the midst of another.
+    // Both start a shard; the second dies after a frame, in the middle of another.
     let mut first = start(&room, &node(0));
     let mut second = start(&room, &node(1));
     let list = room.path().join("p.shard-1.frames");
@@ -83,7 +83,7 @@ fn frames_of_two_nodes_are_those_of_one_machine_though_one_is_killed() {
     for shard in [2, 3, 4] {
         room.ok(&node(shard));
     }
-    // Its first shard is done by the other one, from where it was.
+    // The other one finishes its first shard from where it stopped.
     let last = "frame 21, shard 1: there is no m.0021.png";
     room.refused(
         "merge p.json",
@@ -112,7 +112,7 @@ fn frames_of_two_nodes_are_those_of_one_machine_though_one_is_killed() {
     names.extend(["p.json".to_owned(), "whole".to_owned()]);
     names.sort();
     assert_eq!(room.names(), names);
-    // All of it is there: nothing is rendered again.
+    // It is complete: nothing is rendered again.
     let again = room.json(&format!("{} --json", node(3)));
     assert_eq!((&again["rays"], &again["kept"]), (&json!(0), &json!(5)));
 }
@@ -177,7 +177,7 @@ fn tiles_of_each_frame_are_put_together() {
         6,
         &["3 of 9 parts of frames", missing, "--array=1"],
     );
-    // The key frames are in the plan: their file need not be there.
+    // The key frames are in the plan, so their file is not needed.
     fs::remove_file(room.path().join("way")).unwrap();
     room.ok("render --plan p.json --shard 1 --threads 1 --kernel packet8");
     let name = "p.shard-2.frame-0006.tiles";
@@ -200,7 +200,7 @@ fn tiles_of_each_frame_are_put_together() {
     room.ok("merge p.json -o other-#.exr");
     assert!(bytes(&room, "other-7.exr") == bytes(&room, "m.0007.exr"));
     room.refused("merge p.json -o -", 2, &["a file for each frame"]);
-    // A plan by tile may send its frames elsewhere, if the merge is told so.
+    // A plan by tile may put its frames elsewhere, if the merge is given the destination.
     let line = "plan a.test --shards 2 --shard-by tile --frames 0..1 --turntable 4";
     fs::create_dir(room.path().join("job")).unwrap();
     let ran = room.run(&format!("{line} -o m.png --plan job/p.json"));
@@ -220,7 +220,7 @@ fn pictures_are_taken_for_frames_only_as_they_were_written() {
     room.ok(&format!(
         "plan a.test --shards 2 -o m.png --plan p.json {options}"
     ));
-    // A picture that was there before has the name of a frame, and is none.
+    // An earlier picture has the name of a frame, but is not one.
     room.write("m.0002.png", "of somebody else");
     let ran = room.run("render --plan p.json --shard 0");
     let note = "m.0002.png is not listed as a frame of this plan, and is rendered again";
@@ -258,7 +258,7 @@ fn pictures_are_taken_for_frames_only_as_they_were_written() {
         assert_eq!(done["kept"], 1);
         assert!(bytes(&room, "m.0003.png") == good);
     }
-    // A list that is cut off costs the frames that it no longer names.
+    // A truncated list loses the frames that it no longer names.
     let list = bytes(&room, "p.shard-0.frames");
     fs::write(
         room.path().join("p.shard-0.frames"),
@@ -275,7 +275,7 @@ fn pictures_are_taken_for_frames_only_as_they_were_written() {
         1
     );
     room.ok("merge p.json");
-    // How samples are made is no matter of pixels, but one of frames.
+    // Exposure does not affect the pixels of tiles, but it does affect frames.
     room.ok(&format!(
         "plan a.test --shards 2 -o m.png --plan p.json {options} --exposure 1"
     ));
@@ -314,7 +314,7 @@ fn a_sequence_that_has_changed_meanwhile_is_refused() {
     room.write("way", &format!("# A way.\n{WAY}"));
     room.ok("render --plan p.json --shard 1");
     room.ok("merge p.json");
-    // The plan is made again: what was rendered is of another sequence.
+    // After creating the plan again, earlier results belong to another sequence.
     room.write("way", &moved);
     room.ok(plan);
     let parts =
@@ -336,7 +336,7 @@ fn a_sequence_that_has_changed_meanwhile_is_refused() {
         2,
         &["t.shard-0.frame-0004.tiles: holds tiles of another picture: the frame's view is "],
     );
-    // The scene is not what it was.
+    // The scene has changed.
     let scene = fs::read_to_string(room.path().join("a.test")).unwrap();
     room.write("a.test", &format!("{scene}\nsphere 0 0 0 .1\n"));
     room.refused(

@@ -1,4 +1,4 @@
-//! Readers that go away, and signals.
+//! Closed pipes and signals.
 
 use super::{SCENE, TestFolder, ran};
 use std::ffi::OsStr;
@@ -50,7 +50,7 @@ pub fn signal(child: &std::process::Child, name: &str) {
 #[test]
 fn an_interrupted_render_leaves_the_old_picture_or_none() {
     let room = TestFolder::new();
-    // Its warning tells that the signals are listened to.
+    // Its warning indicates that signal handlers are installed.
     room.write("open.test", &format!("{SCENE}pushTransform\n"));
     for (name, code, old) in [("INT", 130, None), ("TERM", 143, Some("old"))] {
         let path = room.path().join("b.png");

@@ -86,7 +86,7 @@ fn generated_files_are_scenes_that_can_be_read() {
     assert!(!document["losses"].as_array().unwrap().is_empty());
     let ply = fs::read(room.path().join("menger.PLY")).unwrap();
     assert!(ply.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
-    // A file that stands there is replaced.
+    // An existing file is replaced.
     room.ok("generate balls --size 1 -o shells.nff");
     let text = fs::read_to_string(room.path().join("shells.nff")).unwrap();
     assert_eq!(text.lines().filter(|l| l.starts_with("s ")).count(), 10);
@@ -139,7 +139,7 @@ fn an_interrupted_generation_leaves_the_old_file_and_no_part_of_a_new_one() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Its temporary file tells that it has begun.
+    // Its temporary file shows that it has started.
     while room.names() == before {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }

@@ -38,7 +38,7 @@ fn a_picture_to_stdout_is_that_of_the_file() {
     assert_eq!(report["image"]["path"], "-");
     let (out, _) = bytes("merge plan.json -o -");
     assert!(out == fs::read(at(&room, "one.png")).unwrap());
-    // An option says more than an ending.
+    // An option overrides an extension.
     room.ok("render a.test -o odd.name --format png");
     assert_eq!(
         fs::read(at(&room, "odd.name")).unwrap(),
@@ -95,7 +95,7 @@ fn pictures_to_stdout_are_refused_where_they_make_no_sense() {
     }
 }
 
-/// Runs with this on stdin.
+/// Runs a command with this on stdin.
 fn fed(room: &TestFolder, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, String) {
     let mut command = room.command(line);
     let mut child = command
@@ -104,7 +104,7 @@ fn fed(room: &TestFolder, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, St
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // One that refuses does not read it.
+    // A command that refuses does not read it.
     child.stdin.take().unwrap().write_all(stdin).ok();
     let output = child.wait_with_output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
@@ -150,7 +150,7 @@ fn a_scene_from_stdin_is_that_of_the_file() {
             "{name}"
         );
     }
-    // A file whose name does not say what it is.
+    // A file without an extension.
     fs::copy(at(&room, "quad.obj"), at(&room, "quad.txt")).unwrap();
     room.ok("render quad.txt --format obj -o again.pfm --size 40x30");
     assert_eq!(

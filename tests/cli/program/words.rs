@@ -1,4 +1,4 @@
-//! Remarks on arguments that mean nothing or too much, when they are made, and what is left behind.
+//! Remarks on arguments without effect or out of proportion, their timing, and leftover files.
 
 use super::signals::signal;
 use super::{TestFolder, ran};
@@ -138,7 +138,7 @@ fn a_name_stays_on_its_line() {
     );
 }
 
-/// Starts a long render, and waits until it has begun.
+/// Starts a long render, and waits until it has started.
 fn begun(room: &TestFolder, program: &str) -> std::process::Child {
     room.write("open.test", &format!("{}pushTransform\n", super::SCENE));
     let line = "render open.test -o b.png --size 4096x4096 --tile 8 --engine scalar --threads 1";
@@ -172,7 +172,7 @@ fn a_hangup_ends_a_render_as_other_signals_do() {
     signal(&child, "HUP");
     assert_eq!(child.wait().unwrap().code(), Some(129));
     assert_eq!(room.names(), ["open.test"]);
-    // `nohup` switches it off.
+    // `nohup` disables it.
     let mut child = begun(&room, "nohup");
     signal(&child, "HUP");
     std::thread::sleep(std::time::Duration::from_millis(300));

@@ -1,4 +1,4 @@
-//! One record against another.
+//! Comparison of one record with another.
 
 use super::fixture::{estimate, record, scale};
 use phalanx::report::*;
@@ -45,7 +45,7 @@ fn a_slower_machine_is_no_regression() {
     let table = changes_table(&changes, THRESHOLD);
     assert_heads(&table);
     assert!(table.contains("-50.0 % *"), "{table}");
-    // Groups that the machine's ups and downs are in do not decide.
+    // Groups affected by the machine's fluctuations do not decide.
     assert_eq!(changes.regressions(&[], THRESHOLD), []);
 }
 
@@ -63,7 +63,7 @@ fn the_oracle_on_one_thread_serves_where_there_is_no_other() {
     };
     assert!(of(1).all(|row| row.normalised == Normalisation::SameThreads));
     assert!(of(2).all(|row| row.normalised == Normalisation::OneThread));
-    // An oracle that was timed on another part of the rays is no yardstick.
+    // An oracle timed on another part of the rays is not a yardstick.
     let mut part = record(1);
     let oracles = part.rows.iter_mut().filter(|row| row.engine == "oracle");
     oracles.for_each(|row| row.rays_timed = 10);
@@ -94,7 +94,7 @@ fn a_slower_kernel_is_a_regression() {
         assert!(close(group.change.by, -0.15) && group.change.high < -THRESHOLD);
     }
     assert!(changes.regressions(&[], 0.2).is_empty());
-    // Faster is no regression.
+    // Faster is not a regression.
     let back = compare(&new, &record(6), false).expect("comparable");
     assert_eq!(back.regressions(&[], THRESHOLD), []);
 }
@@ -153,7 +153,7 @@ fn few_samples_say_little() {
     assert_eq!((none.rows.len(), none.empty.len()), (0, 3 * 2 * 2));
 }
 
-/// Refused comparisons, the reasons, and the effect of force.
+/// Refused comparisons, their reasons, and the effect of force.
 #[test]
 fn other_machines_and_other_rays_are_refused() {
     type Case = (&'static str, bool, fn(&mut BenchRecord));
@@ -245,7 +245,7 @@ fn counters_are_compared_exactly() {
     );
 }
 
-/// Checks that kinds of rays, scenes and kernels stand below their names.
+/// Checks that kinds of rays, scenes and kernels are listed below their headings.
 fn assert_heads(table: &str) {
     let mut lines = table.lines();
     for (title, heads) in [

@@ -14,7 +14,7 @@ fn comparison(records: &[&BenchRecord], all: bool) -> RecordComparison {
     RecordComparison::of(&records, options)
 }
 
-/// The text, which must fit into the width.
+/// The text, which must fit the width.
 fn text(of: &RecordComparison, width: usize) -> String {
     let text = comparison_text(of, width);
     for line in text.lines() {
@@ -104,7 +104,7 @@ fn more_records_than_fit_get_further_blocks() {
     text(&compared, 200);
 }
 
-/// Rates that one of them lacks are left out, and counted.
+/// Rates missing in one record are omitted, and counted.
 #[test]
 fn records_of_other_rays_share_what_they_have() {
     let (first, mut second) = (record(2), record(2));
@@ -177,7 +177,7 @@ fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
     assert!((machine(&slow) + 0.25).abs() < 1e-3, "{}", machine(&slow));
     assert_eq!((slow.differing, slow.kernels.len()), (0, 0));
     assert!(text(&slow, 80).contains("the machine itself: -25.0 % against A"));
-    // One kernel on such a machine, whose every rate is within its interval.
+    // One kernel on such a machine, with every rate within its interval.
     let kernel = measured(0.75, |row| row.kernel == "packet8", 0.95);
     let names: Vec<(&str, u32)> = (kernel.kernels.iter())
         .map(|of| (&*of.kernel, of.threads))
@@ -194,7 +194,7 @@ fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
     assert_eq!(ours.kernels.len(), 6);
 }
 
-/// Other load slows all tracers in a measurement, in each by another share.
+/// Other load slows all tracers in a measurement, each by a different share.
 #[test]
 fn a_slower_kernel_is_found_under_load() {
     let (first, mut second) = (record(6), record(6));

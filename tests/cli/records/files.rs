@@ -1,4 +1,4 @@
-//! Records to files and back, and what is said of files that are none.
+//! Records written and read back, and errors about files that are not records.
 
 use super::fixture;
 use phalanx::report::{BenchRecord, RecordError, SCHEMA_VERSION, load, to_csv, to_json};
@@ -21,7 +21,7 @@ fn a_record_survives_its_file() {
     assert_eq!(load_text(&text).expect("a record"), record);
 }
 
-/// Trees were medium before one could say.
+/// Trees were medium before the option existed.
 #[test]
 fn an_older_record_is_of_medium_trees() {
     let text = to_json(&fixture::record(1));
@@ -101,7 +101,7 @@ fn samples_as_csv() {
         let origin = ",1000,700,,true,,\"Imaginary, 9000\",2,x86-64-v4,0.1.0,0123abc,false,";
         assert!(line.contains(origin), "{line}");
         assert!(line.ends_with(&record.run.started), "{line}");
-        // Two commas stand within quotes.
+        // Two commas are within quotes.
         assert_eq!(line.split(',').count(), columns + 2, "{line}");
     }
 }

@@ -1,4 +1,4 @@
-//! Records that nobody measured.
+//! Artificial records.
 
 use phalanx::report::*;
 use phalanx::trace::TraversalStats;
@@ -13,8 +13,8 @@ const ENGINES: [(&str, &str, f64); 5] = [
     ("embree", "single", 9.0),
 ];
 
-/// A record of some scenes on one thread and two, nine rounds: every rate its own, drifting from
-/// round to round.
+/// A record of several scenes on one and two threads, nine rounds: every rate is different and
+/// drifts from round to round.
 pub fn record(scenes: usize) -> BenchRecord {
     let names: Vec<String> = (0..scenes)
         .map(|i| format!("standard:scene{i}:small"))
@@ -76,7 +76,7 @@ fn row(
     threads: u32,
     rate: f64,
 ) -> RateRow {
-    // Drift that both engines feel, and jitter of a per mille that they do not share.
+    // Drift that affects both engines, and separate jitter of a per mille.
     let jitter = |round: usize| ((round * 7 + kernel.len() * 3) % 5) as f64 / 1000.0;
     let sample = |round: usize| rate * (1.0 + 0.003 * round as f64) * (1.0 + jitter(round));
     let samples: Vec<f64> = (0..9).map(sample).collect();
@@ -96,13 +96,13 @@ fn row(
     }
 }
 
-/// Estimate from rounds of one piece.
+/// Estimate from rounds of a single piece.
 pub fn estimate(samples: &[f64]) -> Estimate {
     let rounds: Vec<Vec<f64>> = samples.iter().map(|rate| vec![1.0 / rate]).collect();
     Estimate::of_fastest(&rounds, 1.0)
 }
 
-/// Multiplies the rates of some rows.
+/// Multiplies the rates of selected rows.
 pub fn scale(record: &mut BenchRecord, by: f64, of: impl Fn(&RateRow) -> bool) {
     for row in record.rows.iter_mut().filter(|row| of(row)) {
         row.samples.iter_mut().for_each(|sample| *sample *= by);

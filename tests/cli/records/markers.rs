@@ -1,12 +1,12 @@
-//! Tables in Markdown files that are those of a record.
+//! Tables in Markdown files that are generated from a record.
 //!
-//! Between `<!-- NAME: perf/records/FILE.json -->` and `<!-- /NAME -->` stands a table of that
-//! record. `PHALANX_BLESS=1 cargo test --release --test cli records::` writes it there.
+//! Between `<!-- NAME: perf/records/FILE.json -->` and `<!-- /NAME -->` is a table of that record.
+//! `PHALANX_BLESS=1 cargo test --release --test cli records::` writes it there.
 
 use std::fs;
 use std::path::Path;
 
-/// The record in the marker and what stands below it; the text around the latter.
+/// The record named in the marker, the table below it, and the text around the table.
 struct Marked<'a> {
     record: &'a str,
     before: &'a str,
@@ -28,8 +28,8 @@ fn marked<'a>(text: &'a str, name: &str) -> Option<Marked<'a>> {
     })
 }
 
-/// Holds the table between a file's markers against what `table_of` makes of the record that they
-/// name, whose name is returned. None in the published package, which has no records.
+/// Compares the table between a file's markers with the one that `table_of` makes from the named
+/// record; returns the record's name. None in the published package, which has no records.
 pub fn held(file: &str, name: &str, table_of: impl Fn(&Path) -> String) -> Option<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     if !root.join("perf/records").is_dir() {

@@ -1,4 +1,4 @@
-//! Benchmark records: their schema, their files, and one against another.
+//! Benchmark records: their schema, files and comparison.
 
 mod baseline;
 mod comparison;

@@ -1,4 +1,4 @@
-//! The tables of rates in the README and in `perf/rates.md` are those of a record in `perf/`.
+//! The tables of rates in the README and in `perf/rates.md` match a record in `perf/`.
 //!
 //! Both are made by the program's own [`readme_table`] and [`scene_table`].
 
@@ -8,7 +8,7 @@ use phalanx::report::{BenchRecord, load, readme_table, scene_table};
 /// A function that makes a table of a record, as Markdown.
 type TableWriter = fn(&BenchRecord) -> String;
 
-/// Files that hold a table, and the functions that make it.
+/// Files that contain a table, and the functions that make it.
 const TABLES: [(&str, TableWriter); 2] =
     [("README.md", readme_table), ("perf/rates.md", scene_table)];
 
@@ -31,7 +31,7 @@ fn a_table_of_few_scenes() {
             row.scene = "odd|scene_1".into();
         }
     }
-    // A mode that is wrong does not count, however fast; nor does a peer that cannot take a scene.
+    // An inexact mode does not count, however fast; nor does a peer that cannot load a scene.
     for row in record
         .rows
         .iter_mut()
@@ -94,7 +94,7 @@ fn a_table_of_few_scenes() {
     );
     assert!(line("| embree").starts_with(&theirs), "{table}");
     assert!(table.contains("**odd\\|scene\\_1**"), "{table}");
-    // The one scene that the peer took.
+    // The only scene that the peer supports.
     assert_eq!(table.matches("\n| embree").count(), 1, "{table}");
     let source = "Imaginary 9000, 2 hardware threads, virtualised (KVM); phalanx 0.1.0 (0123abc) for x86-64-v4, kernel auto, best trees, embree 4.4.0; 2026-11-21";
     assert!(readme.ends_with(&format!("{source}.\n")), "{readme}");

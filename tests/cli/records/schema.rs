@@ -1,4 +1,4 @@
-//! `perf/record.schema.json` says what a record is, no more and no less.
+//! `perf/record.schema.json` describes a record completely and exactly.
 
 use super::fixture;
 use phalanx::bench::RayKind;
@@ -22,7 +22,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// Errors that the schema finds.
+/// Schema violations.
 fn errors(perf: &Path, document: &Value) -> Vec<String> {
     let schema = json(&perf.join("record.schema.json"));
     jsonschema::meta::validate(&schema).expect("a schema");
@@ -103,11 +103,11 @@ fn kinds_of_rays_are_the_benchmarks() {
     assert_eq!(schema["$defs"]["ray_kind"]["enum"], Value::from(names));
 }
 
-/// Fields that records have only where they say something.
+/// Optional fields.
 const OPTIONAL: [(&str, &str); 1] = [("scene", "origin")];
 
-/// Every field is described and required, but for those, and no object takes others. Maps have a
-/// description of what they map to.
+/// Checks that every field is described and, apart from the optional ones, required, and that no
+/// object accepts others. Maps describe their values.
 #[test]
 fn the_schema_is_complete() {
     fn check(schema: &Value, place: &str) {

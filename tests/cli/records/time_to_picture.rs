@@ -1,8 +1,8 @@
-//! The README's table of seconds to a picture is that of a record in `perf/`.
+//! The README's table of seconds to a picture matches a record in `perf/`.
 //!
-//! `perf/time_to_picture` takes such records and prints the table of one. The rule is written here
-//! once more, so that no Python is needed; `.ci/run` holds the script's own table against the
-//! README, too.
+//! `perf/time_to_picture` makes such records and prints the table of one. The rule is repeated
+//! here, so that no Python is needed; `.ci/run` compares the script's own table with the README,
+//! too.
 
 use super::markers;
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ fn median_of(scene: &Value, tracer: &str) -> Option<f64> {
     Some(median(list(run, "samples")))
 }
 
-/// A record as Markdown: medians, ratios to ours, the depths, and where it was taken.
+/// A record as Markdown: medians, ratios to ours, the depths, and the machine.
 fn table(record: &Value) -> String {
     let tracers = list(record, "tracers");
     let names: Vec<&str> = tracers.iter().map(|tracer| text(tracer, "name")).collect();

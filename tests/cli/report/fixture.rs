@@ -1,4 +1,4 @@
-//! Records such as a run might write: a full suite, a single row, and odd ones.
+//! Records like those of a real run: a full suite, a single row, and unusual ones.
 
 use image::{ImageFormat, Rgb, RgbImage};
 use phalanx::report::html::ScenePictures;
@@ -13,7 +13,7 @@ pub const FAMILIES: [&str; 18] = [
 ];
 const STEPS: [(&str, u64); 3] = [("small", 2_000), ("medium", 60_000), ("large", 1_500_000)];
 
-/// Kind, and the rate of `auto` on a middling scene.
+/// Kind, and the rate of `auto` on an average scene.
 const KINDS: [(&str, f64); 7] = [
     ("primary", 28.0),
     ("shadow", 24.0),
@@ -41,11 +41,11 @@ const MODES: [(&str, &str, [f64; 2], bool); 12] = [
     ("obvhs", "cwbvh", [0.31, 0.8], true),
 ];
 
-/// Numbers that look measured, and are the same each time.
+/// Numbers that look measured, but are reproducible.
 struct Noise(u64);
 
 impl Noise {
-    /// From −1 to 1.
+    /// A number from −1 to 1.
     fn next(&mut self) -> f64 {
         self.0 = self
             .0
@@ -65,7 +65,7 @@ pub fn suite() -> BenchRecord {
         ..minimal()
     };
     for (f, family) in FAMILIES.iter().enumerate() {
-        // Some families are several times as dear as others.
+        // Some families are several times as expensive as others.
         let ease = 0.35 * 1.13_f64.powi((f * 7 % 17) as i32);
         for (step, primitives) in STEPS {
             let primitives = primitives + (f as u64 * 977) % (primitives / 3);
@@ -260,7 +260,7 @@ fn limits() -> MachineLimits {
     }
 }
 
-/// One scene, one row, and nothing that can be left out.
+/// One scene, one row, and no optional fields.
 pub fn minimal() -> BenchRecord {
     let mut noise = Noise(1);
     BenchRecord {
@@ -349,7 +349,7 @@ pub fn machines() -> Vec<(&'static str, BenchRecord)> {
     ]
 }
 
-/// Nothing at all.
+/// An empty record.
 pub fn empty() -> BenchRecord {
     BenchRecord {
         scenes: Vec::new(),
@@ -358,7 +358,7 @@ pub fn empty() -> BenchRecord {
     }
 }
 
-/// The suite with every number of every sort made strange, and names that are markup.
+/// The suite with unusual values of every kind, and names that contain markup.
 pub fn odd() -> BenchRecord {
     let mut record = suite();
     let strange = [
@@ -402,8 +402,7 @@ pub fn odd() -> BenchRecord {
     record
 }
 
-/// Pictures for every scene of a record: hills, and how dear they are, which is higher by the scale
-/// below.
+/// Pictures for every scene of a record: hills, and their cost, which is higher by the scale below.
 pub fn pictures(record: &BenchRecord) -> Vec<ScenePictures> {
     let of_scene = |(i, scene): (usize, &SceneRecord)| ScenePictures {
         scene: scene.name.clone(),

@@ -1,4 +1,4 @@
-//! The page of a record: what stands on it.
+//! The report page: its content.
 
 pub mod fixture;
 mod page;

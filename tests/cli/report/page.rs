@@ -10,7 +10,7 @@ fn parsed(record: &BenchRecord) -> Parsed {
     parse(&page(record, &fixture::pictures(record)))
 }
 
-/// The page of a suite, which most tests look at.
+/// The page of a suite, used by most tests.
 static SUITE: LazyLock<Parsed> = LazyLock::new(|| parsed(&fixture::suite()));
 
 #[test]
@@ -48,7 +48,7 @@ fn links_lead_to_sections() {
     }
 }
 
-/// Everything is in the file: nothing is fetched from anywhere.
+/// The file is self-contained: nothing is fetched.
 #[test]
 fn nothing_comes_from_elsewhere() {
     let record = fixture::suite();
@@ -162,7 +162,7 @@ fn machines_stand_side_by_side() {
     assert_eq!(page.named("script").count(), 0);
 }
 
-/// All of a chart's markers are in groups with a name, in every kind of chart.
+/// All markers are in named groups, in every kind of chart.
 #[test]
 fn every_dot_has_a_name() {
     for page in [&*SUITE, &side_by_side(&fixture::machines())] {
@@ -211,8 +211,7 @@ fn a_baseline_has_a_section() {
     assert!(!SUITE.text.contains("Against the run"));
 }
 
-/// The headline is the geometric mean of ours over the best exact peer: an inexact mode is no
-/// peer's best.
+/// The headline is the geometric mean of ours over the best exact peer; inexact modes do not count.
 #[test]
 fn an_inexact_mode_is_not_the_best() {
     let mut record = fixture::minimal();

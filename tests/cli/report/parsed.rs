@@ -1,5 +1,4 @@
-//! A page as its tags, once it is sure that they are well formed: a strict reading, where browsers
-//! forgive.
+//! A page as its tags, after checking that they are well formed: strict where browsers forgive.
 
 use html5gum::{DefaultEmitter, Token, Tokenizer};
 use std::collections::BTreeMap;
@@ -22,8 +21,8 @@ pub struct Parsed {
     pub style: String,
 }
 
-/// Reads a page; panics where it is not well formed: parse errors, elements not closed or closed in
-/// another order, identifiers given twice.
+/// Parses a page; panics if it is not well formed: parse errors, elements that are unclosed or
+/// closed out of order, duplicate identifiers.
 pub fn parse(page: &str) -> Parsed {
     let mut parsed = Parsed::default();
     let mut open: Vec<String> = Vec::new();
@@ -64,19 +63,19 @@ pub fn parse(page: &str) -> Parsed {
 }
 
 impl Parsed {
-    /// Elements of a name.
+    /// Elements with a name.
     pub fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Tag> {
         self.tags.iter().filter(move |tag| tag.name == name)
     }
 
-    /// Values of an attribute, on whatever element.
+    /// Values of an attribute on any element.
     pub fn values<'a>(&'a self, attribute: &'a str) -> impl Iterator<Item = &'a str> {
         let tags = self.tags.iter();
         tags.filter_map(move |tag| tag.attributes.get(attribute))
             .map(String::as_str)
     }
 
-    /// The last words, to find a place by.
+    /// The last words, to locate an error.
     fn tail(&self) -> String {
         let start = self
             .text
