@@ -1,5 +1,5 @@
-//! All hits of rays, and rays in rows, against the oracle: what it finds on each primitive alone is
-//! what a list must hold, in order.
+//! All hits of rays, and rays in rows, against the oracle: a list must contain, in order, the hits
+//! that it finds on each primitive alone.
 
 use crate::common::rng::Rng;
 use crate::front_door::{mixed_scene, rays, soup};
@@ -27,7 +27,7 @@ enum LonePrim {
     Instance([[f32; 3]; 3], DAffine3),
 }
 
-/// Triangles, of which five coincide with others and share every distance, and spheres.
+/// Triangles, five of which coincide with others and share every distance, and spheres.
 fn surfaces(random: &mut Rng, triangles: usize) -> Vec<LonePrim> {
     let (vertices, indices) = soup(random, triangles);
     let corners = |row: &[u32; 3]| row.map(|index| vertices[index as usize]);
@@ -69,7 +69,7 @@ fn add_cones(random: &mut Rng, pieces: &mut Vec<LonePrim>) {
     }
 }
 
-/// A scene of pieces. Instances come last, so that the number of a primitive is its place.
+/// A scene of pieces. Instances come last, so a primitive's number is its index.
 fn scene_of(pieces: &[LonePrim]) -> (Scene, u32) {
     let mut scene = Scene::new();
     let mut prototypes = 0;
@@ -90,7 +90,7 @@ fn scene_of(pieces: &[LonePrim]) -> (Scene, u32) {
     (scene, prototypes)
 }
 
-/// The hits of rays on one piece, by the oracle.
+/// The hits of rays on one piece, according to the oracle.
 fn alone(piece: &LonePrim, prim_id: u32, rays: &[Ray]) -> Vec<Option<[u32; 4]>> {
     let (scene, _) = scene_of(std::slice::from_ref(piece));
     let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
@@ -111,7 +111,7 @@ fn lists_hold_what_each_primitive_alone_is_hit_at() {
     }
 }
 
-/// Rays of one limit that part are traced one by one, where the tree is wide and deep enough.
+/// Divergent rays with a common limit are traced singly if the tree is large enough.
 #[test]
 fn lists_of_single_rays_hold_what_each_primitive_alone_is_hit_at() {
     for (seed, tmax) in [(4, f32::INFINITY), (5, 0.9)] {
@@ -126,7 +126,7 @@ fn lists_of_single_rays_hold_what_each_primitive_alone_is_hit_at() {
 
 fn lists_are_those_of_each_alone(pieces: &[LonePrim], all: &[Ray]) {
     let (scene, prototypes) = scene_of(pieces);
-    // Prototypes are stored primitives, too, which nothing meets.
+    // Prototypes are stored primitives, too, but nothing hits them.
     let number = |place: usize| match pieces[place] {
         LonePrim::Instance(..) => place as u32 + prototypes,
         _ => place as u32,
@@ -181,7 +181,7 @@ fn rows_give_the_same_bits_as_columns() {
     }
 }
 
-/// Compares a batch of rays in rows, `stride` numbers apart, with the same in columns.
+/// Compares a batch of rays in rows, `stride` numbers apart, with the same rays in columns.
 fn rows_are_as_columns(bvh: &Bvh, all: &[Ray], stride: usize) {
     let length = all.len();
     let buffer: RayBuffer = all.iter().copied().collect();
@@ -249,8 +249,8 @@ fn rows_that_are_none_are_refused() {
     assert!(bvh.all_hits_batch(&one, 1).is_ok());
 }
 
-/// Largest relative error of a distance that is refined: a few roundings of f64, times the
-/// conditions of the triangles and spheres of these tests.
+/// Largest relative error of a refined distance: a few roundings of f64, times the condition
+/// numbers of the triangles and spheres in these tests.
 const REFINED: f64 = 1e-9;
 
 #[test]
@@ -288,7 +288,7 @@ fn refined_hits_lie_on_their_surfaces() {
             LonePrim::Round(_) => unreachable!("there are no cones"),
             LonePrim::Triangle(corners) => plane_distance(point, normal, corners.map(world)),
             LonePrim::Instance(corners, map) => {
-                // The scene holds the map in single precision.
+                // The scene stores the map in single precision.
                 let map = DAffine3 {
                     matrix3: map.matrix3.as_mat3().as_dmat3(),
                     translation: map.translation.as_vec3().as_dvec3(),
@@ -310,7 +310,7 @@ fn world(corner: [f32; 3]) -> DVec3 {
     DVec3::from(corner.map(f64::from))
 }
 
-/// Distance of a point from a triangle's plane, which has this normal.
+/// Distance of a point from a triangle's plane with this normal.
 fn plane_distance(point: DVec3, normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     assert!(normal.dot((b - a).cross(c - a)) >= 0.0);
     (point - a).dot(normal)
@@ -320,7 +320,7 @@ fn plane_distance(point: DVec3, normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 fn pictures_give_the_same_bits_ray_by_ray() {
     let scene = mixed_scene(13);
     let bvh = Bvh::build(&scene);
-    // Whole bands and blocks, parts of both, and rays after the last row.
+    // Complete and partial bands and blocks, and rays after the last row.
     for (width, rows, more) in [(100, 83, 37), (64, 16, 0), (33, 9, 5)] {
         let ray = |k: usize| {
             let (x, y) = (

@@ -1,6 +1,6 @@
-//! Beams find what packets find, to the bit: rays of one origin, toward one light near and far, and
-//! parallel ones, in scenes of every kind of primitive, from eyes that lie far off, on corners,
-//! within boxes and beside edges.
+//! Beams find the same hits as packets, bit for bit: rays from one origin, toward one light near
+//! and far, and parallel rays, in scenes of every kind of primitive, with eyes far away, on
+//! vertices, inside boxes and next to edges.
 
 use crate::common::rng::Rng;
 use crate::common::scenes;
@@ -13,7 +13,7 @@ use phalanx::scene::Scene;
 use phalanx::standard;
 use phalanx::trace::{Kernel, Traversal};
 
-/// Pixels of a side: more than one beam, and not a whole number of them.
+/// Pixels along a side: more than one beam, and not a whole number of beams.
 const SIDE: usize = 41;
 
 type Segments = Vec<(Vec3, Vec3)>;
@@ -35,7 +35,7 @@ fn closest(bvh: &Bvh, kernel: Kernel, rays: &Segments) -> Vec<[u32; 4]> {
     let bits = |ray: usize| {
         let (hit, lane) = (&hits[ray / LANES], ray % LANES);
         let id = hit.prim_id.lane(lane);
-        // Weights of a miss mean nothing.
+        // Weights of a miss are undefined.
         match id {
             NO_PRIM => [hit.t.lane(lane).to_bits(), 0, 0, id],
             _ => {
@@ -102,7 +102,7 @@ fn points(bvh: &Bvh, rays: &Segments) -> Vec<Vec3> {
         .collect()
 }
 
-/// All that is asked of a scene.
+/// All checks on a scene.
 fn try_scene(scene: &Scene, rng: &mut Rng, about: &str) -> usize {
     let bvh = Bvh::build(scene);
     let bounds = scene.bounds();
@@ -194,7 +194,7 @@ fn standard_scenes() {
     }
 }
 
-/// Small things far from the origin, and everything tiny: margins must go with sizes.
+/// Small objects far from the origin, and everything tiny: margins must scale with sizes.
 #[test]
 fn other_places_and_sizes() {
     for (position, scale) in [
@@ -221,7 +221,7 @@ fn other_places_and_sizes() {
     }
 }
 
-/// A beam visits a node once for all its rays: if it did not, these would not be beams.
+/// A beam visits a node once for all its rays; otherwise it is not a beam.
 #[test]
 fn many_rays_share_a_visit() {
     let spec = standard::parse_spec("standard:terrain:20k").expect("a name");
@@ -240,7 +240,7 @@ fn many_rays_share_a_visit() {
     assert!(10 * beams < packets, "{beams} of {packets}");
 }
 
-/// Rays that are no numbers hit nothing, and end; those beside them hit what they hit.
+/// NaN rays hit nothing and terminate; their neighbours' hits are unchanged.
 #[test]
 fn no_numbers() {
     let mut rng = Rng::new(9);
@@ -268,7 +268,7 @@ fn no_numbers() {
     }
 }
 
-/// Rays that share nothing, or only nearly.
+/// Rays without a common point, or with only an approximate one.
 #[test]
 fn what_is_no_beam() {
     let mut rng = Rng::new(3);

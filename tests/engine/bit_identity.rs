@@ -1,5 +1,5 @@
 //! The contract: the packet engine and the oracle make the same picture, bit for bit, however it is
-//! cut up.
+//! divided.
 
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
@@ -198,7 +198,7 @@ fn place_eye(scene: &mut Scene, place: EyePlace, scale: f32, rng: &mut Rng) {
     };
 }
 
-/// Numbers of threads and tile sides that a picture is rendered with.
+/// Numbers of threads and tile sizes for rendering a picture.
 const CUTS: [(usize, u32); 12] = [
     (1, 8),
     (2, 17),
@@ -219,7 +219,7 @@ fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result
     compare_as(scene, cuts, sizes, &Settings::of(scene))
 }
 
-/// But for what `asked` says of size, cuts and engine.
+/// Settings with the size, tiles and engine from `asked`.
 fn compare_as(
     scene: &Scene,
     cuts: &[(usize, u32)],
@@ -301,7 +301,7 @@ fn several_samples() {
     }
 }
 
-/// Rays of little weight, and of none: both engines leave out the same ones.
+/// Rays of little or no weight: both engines skip the same ones.
 #[test]
 fn least_weights() {
     let turn = Cell::new(0);
@@ -382,8 +382,8 @@ fn split_waves() {
     }
 }
 
-/// Samples that halve cells, and believe each other about lights: many of them, some in tiles whose
-/// blocks do not fit in memory at once.
+/// Adaptive samples that halve cells and reuse each other's light visibility: many of them, some in
+/// tiles whose blocks do not fit in memory at once.
 #[test]
 fn halved_cells() {
     let turn = Cell::new(0);
@@ -425,9 +425,8 @@ fn sampled(scene: &Scene, k: usize) -> Settings {
     }
 }
 
-/// Holds both engines together where something is left to chance: `with` changes scene and
-/// settings, and is told the turn. One in five takes one sample a pixel, whose decisions are left
-/// to chance, too.
+/// Compares both engines with random effects: `with` changes scene and settings, given the
+/// iteration. One in five takes one sample per pixel, whose decisions are random, too.
 fn by_chance(seed: u8, with: impl Fn(&Recipe, usize, &mut Scene, &mut Settings)) {
     let turn = Cell::new(0);
     let outcome = runner(24, seed).run(&recipes(), |recipe| {
@@ -480,7 +479,7 @@ fn everything_by_chance() {
     });
 }
 
-/// From none, and one whose rays all start in the eye, to one as large as the scene.
+/// Lenses from none, and one whose rays all start at the eye, to one as large as the scene.
 fn lens(recipe: &Recipe, k: usize) -> Lens {
     Lens {
         aperture: [0.0, 1e-30, 1e-3, 0.3, 3.0][k % 5] * recipe.scale(),
@@ -502,7 +501,7 @@ fn add_area_lights(recipe: &Recipe, scene: &mut Scene) {
     }
 }
 
-/// From next to nothing, which shadow rays reach as a beam, to larger than the scene.
+/// Lights from almost a point, which shadow rays reach as a beam, to larger than the scene.
 fn add_area_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
     let position = rng.point(2.0 * scale);
     let color = rng.color() * rng.magnitude(-1.0, 1.0);
@@ -527,8 +526,8 @@ fn every_cut_and_size() {
     }
 }
 
-/// The recipes hold what they are meant to hold: if none bounced or cast shadows, equal pictures
-/// would say little.
+/// The recipes exercise what they are meant to: without bounces or shadows, equal pictures would
+/// prove little.
 #[test]
 fn the_recipes_have_everything_in_them() {
     let (rays, kinds) = (Cell::new(RayCounts::default()), Cell::new([0; 4]));

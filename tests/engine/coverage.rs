@@ -1,5 +1,5 @@
-//! Surfaces that are only partly there, clear ones, and light that passes them: what each is by its
-//! definition, and the same bits by both engines and every kernel wherever such surfaces lie.
+//! Partly transparent and fully transparent surfaces, and light that passes through them: their
+//! definition, and the same bits from both engines and every kernel, wherever such surfaces are.
 
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
@@ -31,7 +31,7 @@ fn empty() -> Scene {
     }
 }
 
-/// Adds a square of half side `half` in the plane of this z, turned to the camera.
+/// Adds a square of half side `half` in the plane of this z, facing the camera.
 fn add_wall(scene: &mut Scene, z: f32, half: f32, material: &Material) {
     let row = scene.materials.push(material);
     let corner = |x: f32, y: f32| Vec3::new(x * half, y * half, z);
@@ -45,7 +45,7 @@ fn add_wall(scene: &mut Scene, z: f32, half: f32, material: &Material) {
     scene.add_triangle([a, c, d], None, row);
 }
 
-/// A surface that shines in one colour, and is there to this share.
+/// An emissive surface of one colour, with this opacity.
 fn shining(color: Vec3, opacity: f32) -> Material {
     Material {
         ka: Vec3::ZERO,
@@ -65,8 +65,8 @@ fn white(opacity: f32) -> Material {
     }
 }
 
-/// The middle pixel, after every kernel, with and without samples that halve cells, was found to
-/// give what the oracle gives.
+/// The middle pixel, after checking that every kernel, with and without adaptive cells, agrees with
+/// the oracle.
 fn middle(scene: &Scene) -> Vec3 {
     assert_same_everywhere(scene, "");
     let prepared = Accel::build(scene, Engine::Simd);
@@ -127,12 +127,12 @@ fn what_is_not_covered_shows_what_is_behind() {
     add_wall(&mut scene, -1.0, 9.0, &shining(blue, 0.5));
     let rest = blue * 0.5 + behind * 0.5;
     assert_eq!(middle(&scene), red * 0.25 + rest * 0.75);
-    // Not there at all.
+    // Fully transparent.
     add_wall(&mut scene, 1.0, 9.0, &shining(Vec3::ONE, 0.0));
     assert_eq!(middle(&scene), red * 0.25 + rest * 0.75);
 }
 
-/// Decals lie in the plane of the wall that they stick to.
+/// Decals lie in the plane of their wall.
 #[test]
 fn surfaces_in_one_plane_are_met_in_the_order_of_their_numbers() {
     let (red, blue) = (Vec3::X, Vec3::Z);
@@ -167,8 +167,8 @@ fn rays_pass_more_surfaces_than_they_may_bounce() {
     );
 }
 
-/// Each ray goes on through all of them, and so does the light of the lamp behind them; what counts
-/// is the traversals that this takes, and that both engines see the same.
+/// Each ray continues through all of them, as does the light of the lamp behind them. The test
+/// bounds the number of traversals, and checks that both engines agree.
 #[test]
 fn surfaces_in_one_place_take_few_traversals() {
     let packets = |opacity: f32, surfaces: usize| {
@@ -201,7 +201,7 @@ fn surfaces_in_one_place_take_few_traversals() {
     }
 }
 
-/// The light of a wall under a lamp behind the camera, with screens that only the light meets.
+/// The light on a wall from a lamp behind the camera, with screens that only the light passes.
 fn lit_through(screens: &[Material]) -> Vec3 {
     let heights = (0..).map(|k| 5.0 + k as f32);
     let screens: Vec<(Material, f32)> = screens.iter().copied().zip(heights).collect();
@@ -214,7 +214,7 @@ fn lit_at(screens: &[(Material, f32)]) -> Vec3 {
     scene.view.ortho = Some(0.1);
     add_wall(&mut scene, 0.0, 9.0, &white(1.0));
     for (screen, height) in screens {
-        // Behind the camera, and before the lamp.
+        // Behind the camera, and in front of the lamp.
         add_wall(&mut scene, *height, 9.0, screen);
     }
     scene.lights.add_directional(Vec3::Z, Vec3::ONE);
@@ -239,7 +239,7 @@ fn light_passes_as_much_as_is_not_covered() {
     assert_eq!(lit_at(&[(half, 5.0), (half, 5.0)]), Vec3::splat(0.25));
     assert_eq!(lit_through(&[sheet]), Vec3::new(1.0, 0.5, 0.0));
     assert_eq!(lit_through(&[sheet, half]), Vec3::new(0.5, 0.25, 0.0));
-    // Glass that bends light keeps its shadow.
+    // Refractive glass keeps its shadow.
     let glass = Material {
         thin: false,
         ior: 1.5,
@@ -249,7 +249,7 @@ fn light_passes_as_much_as_is_not_covered() {
     assert_eq!(lit_through(&[half, glass]), Vec3::ZERO);
 }
 
-/// Walls whose front points to +z, straight on and under instances that mirror.
+/// Walls with the front toward +z, directly and under mirroring instances.
 #[test]
 fn single_sided_walls_are_seen_from_the_front_alone() {
     let shown = |turned: bool, material: &Material, map: Option<DVec3>| {
@@ -286,7 +286,7 @@ fn single_sided_walls_are_seen_from_the_front_alone() {
             assert_eq!(shown(!is_turned, &one_sided, map), behind, "{map:?}");
         }
     }
-    // The lamp is above the front of the screens, and what it lights beneath their backs.
+    // The lamp is above the front of the screens, and the lit surface below their backs.
     let screen = Material {
         single_sided: true,
         ..white(1.0)
@@ -294,7 +294,7 @@ fn single_sided_walls_are_seen_from_the_front_alone() {
     assert_eq!(lit_through(&[screen]), Vec3::ZERO);
 }
 
-/// A floor that mirrors the back of a wall, or not, and a wall that is seen through its back.
+/// A floor that reflects the back of a wall, or not, and a wall seen through its back.
 #[test]
 fn mirrors_and_layers_pass_backs() {
     let mirrored = |single_sided: bool| {
@@ -376,7 +376,7 @@ fn a_spot_lights_a_cone() {
     assert!((lit(0.3) - share(0.3).powi(2)).abs() < 1e-4);
 }
 
-/// Reversed corners with right normals, as exporters of mirrored parts leave them.
+/// Reversed vertex order with correct normals, as exporters of mirrored parts write them.
 #[test]
 fn normals_of_the_file_say_which_side_is_lit() {
     let seen = |reversed: bool, normal: f32| {
@@ -397,7 +397,7 @@ fn normals_of_the_file_say_which_side_is_lit() {
     }
 }
 
-/// Normals that lie in the plane of their triangles say nothing about its sides.
+/// Normals in the plane of their triangle do not determine its sides.
 #[test]
 fn normals_in_the_plane_leave_no_speckles() {
     let mut scene = empty();
@@ -459,7 +459,7 @@ fn random_material(rng: &mut Rng, textures: usize) -> Material {
 }
 
 /// Triangles of all such surfaces, many of them in one plane, spheres, lights of all kinds, and in
-/// half of the scenes instances of it all.
+/// half of the scenes instances of everything.
 fn random_scene(seed: u64) -> Scene {
     let rng = &mut Rng::new(seed);
     let mut scene = Scene {
@@ -530,7 +530,7 @@ fn random_scene(seed: u64) -> Scene {
 
 #[test]
 fn both_engines_and_all_kernels_agree_on_surfaces_that_are_partly_there() {
-    // As long as `random_scenes` hunts, and from the same seed on.
+    // As long as `random_scenes` runs, and from the same seed.
     let variable = |name: &str| std::env::var(name).ok()?.parse::<u64>().ok();
     let end = variable("PHALANX_HUNT_SECONDS").map(Duration::from_secs);
     let (first, start) = (variable("PHALANX_HUNT_SEED").unwrap_or(0), Instant::now());

@@ -1,6 +1,6 @@
-//! Accuracy of the distance at which a triangle is hit, against f64: needles, long triangles and
-//! grazing rays, by the ratio of the triangle's longest edge to the distance.
-//! `PHALANX_DISTANCE_RAYS=10000000` for more rays than usual, `-- --nocapture` for the table.
+//! Accuracy of hit distances on triangles, against f64: needles, long triangles and grazing rays,
+//! by the ratio of the triangle's longest edge to the distance. `PHALANX_DISTANCE_RAYS=10000000`
+//! for more rays than usual, `-- --nocapture` for the table.
 
 use crate::common::rng::Rng;
 use crate::common::scenes;
@@ -21,8 +21,8 @@ struct Decade {
     sum: f64,
 }
 
-/// A triangle about the origin or beside it: as wide as long, or a needle, or two corners next to
-/// each other.
+/// A triangle around or next to the origin: equally wide and long, a needle, or with two vertices
+/// close together.
 fn triangle(rng: &mut Rng) -> [Vec3; 3] {
     let length = rng.magnitude(-3.0, 5.0);
     let at = rng.point(length) * rng.pick(&[0.0, 1.0, 3.0]);
@@ -35,8 +35,8 @@ fn triangle(rng: &mut Rng) -> [Vec3; 3] {
     [a, b, c]
 }
 
-/// At a point of a triangle from `distance` before it: from anywhere, or along its surface, with a
-/// direction of any length.
+/// A ray at a point of a triangle from `distance` in front of it: from anywhere, or along its
+/// surface, with a direction of any length.
 fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> OracleRay {
     let (v, w) = (rng.unit(), rng.unit());
     let (v, w) = if v + w > 1.0 {
@@ -54,7 +54,7 @@ fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> OracleRay {
     OracleRay::new(point - dir * distance, dir * rng.magnitude(-1.0, 1.0))
 }
 
-/// The distance in f64, and how far it may be off: products of three lengths, each rounded.
+/// The distance in f64, and its error bound: products of three lengths, each rounded.
 fn truth(corners: [Vec3; 3], ray: &OracleRay) -> (f64, f64) {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3() - ray.org.as_dvec3());
     let dir = ray.dir.as_dvec3();

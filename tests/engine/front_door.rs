@@ -1,5 +1,5 @@
-//! The calls that embedders make, against the oracle bit by bit: one ray and batches of them, of
-//! every length, with rays that are none among them.
+//! The public calls against the oracle, bit for bit: single rays and batches of every length,
+//! including invalid rays.
 
 use crate::common::rng::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -59,7 +59,7 @@ pub(super) fn mixed_scene(seed: u64) -> Scene {
     scene
 }
 
-/// A mesh large enough for rays on their own, and for beams.
+/// A mesh large enough for single rays, and for beams.
 fn mesh_scene(seed: u64) -> Scene {
     let (vertices, indices) = soup(&mut Rng::new(seed), 9000);
     let mut scene = Scene::new();
@@ -67,8 +67,8 @@ fn mesh_scene(seed: u64) -> Scene {
     scene
 }
 
-/// Kinds of rays, by the hundred: from one point, from everywhere, along axes, toward one point;
-/// and, now and then, rays that are none.
+/// Hundreds of rays of each kind: from one point, from everywhere, along axes, toward one point;
+/// occasionally invalid.
 pub(super) fn rays(seed: u64, count: usize) -> Vec<Ray> {
     let mut random = Rng::new(seed);
     let eye = [0.3, 0.2, 4.0];
@@ -95,7 +95,7 @@ pub(super) fn rays(seed: u64, count: usize) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
-/// The oracle's answer, with the limit kept by hand.
+/// The oracle's answer, with the limit applied here.
 fn expected(oracle: &Oracle, ray: &Ray) -> (Option<[u32; 4]>, bool) {
     let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
     let hit = oracle.closest(&asked).filter(|hit| hit.t < ray.tmax);
@@ -148,8 +148,7 @@ fn batches_may_have_any_length() {
     }
 }
 
-/// With one limit for all rays every kernel serves, with one for each packets alone: nothing else
-/// may tell them apart.
+/// A common limit allows every kernel, one per ray only packets: there must be no other difference.
 #[test]
 fn common_limits_give_the_same_bits_as_limits_of_each() {
     let scene = mesh_scene(7);

@@ -1,8 +1,7 @@
-//! The standard scenes look as they looked when somebody last looked at them: `scenes/golden`,
-//! pixel for pixel.
+//! The standard scenes match their last reviewed pictures in `scenes/golden`, pixel for pixel.
 //!
-//! `PHALANX_BLESS=1 cargo test --release --test engine goldens::` writes the pictures anew; look at
-//! them before they are committed.
+//! `PHALANX_BLESS=1 cargo test --release --test engine goldens::` rewrites the pictures; review
+//! them before committing.
 
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::image::{Picture, encode, load, save_png};
@@ -28,8 +27,7 @@ fn picture(scene: &Scene, engine: Engine, (width, height): (u32, u32)) -> Pictur
     encode(&frame.expect("nobody interrupts").film, scene.encoding)
 }
 
-/// Number of pixels that differ from the golden picture, which is first written anew if that was
-/// requested.
+/// Number of pixels that differ from the golden picture, which is rewritten first if requested.
 fn differences(name: &str, picture: &Picture) -> usize {
     if std::env::var_os("PHALANX_BLESS").is_some() {
         save_png(&golden(name), picture).expect("a golden picture");
@@ -45,7 +43,7 @@ fn differences(name: &str, picture: &Picture) -> usize {
     pixels.filter(|&(a, b)| !equal((a, b))).count()
 }
 
-/// The databases at their default size, the modern scenes small, so that they are soon there.
+/// The databases at their default size, the modern scenes small, so that they render quickly.
 #[test]
 fn standard_scenes_look_as_they_did() {
     let mut wrong = Vec::new();

@@ -1,5 +1,5 @@
 //! Meshes stored once and placed many times: the same answers from brute force and both engines'
-//! trees, and what they must be where it can be said.
+//! trees, and known answers where there are any.
 
 use crate::common::rays::{Engines, hit_bits, lane_bits, pack, toward};
 use crate::common::rng::Rng;
@@ -19,8 +19,7 @@ fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     ask(&mut Engines::new(scene, &forest, &bvh));
 }
 
-/// A ray about the scene: from anywhere, also from far away, toward some place on a primitive or
-/// anywhere.
+/// A random ray: from anywhere, including far away, toward a point on a primitive or anywhere.
 fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> OracleRay {
     let reach = if rng.once_in(8) { 1000.0 } else { 2.0 };
     let org = rng.point(scale * reach);
@@ -70,7 +69,7 @@ fn every_search_agrees() {
     assert!(met > 10_000, "only {met} hits on instances");
 }
 
-/// An instance whose maps change nothing is its mesh to the bit.
+/// An instance with identity maps equals its mesh, bit for bit.
 #[test]
 fn an_unmoved_instance_is_the_mesh_itself() {
     let mut rng = Rng::new(72);
@@ -103,7 +102,7 @@ fn an_unmoved_instance_is_the_mesh_itself() {
     }
 }
 
-/// The first of several instances in the same position is hit, whichever tree is used.
+/// The first of several instances in the same position is hit, with any tree.
 #[test]
 fn ties_go_to_the_smaller_number() {
     let mut scene = scenes::bare();
@@ -125,7 +124,7 @@ fn ties_go_to_the_smaller_number() {
     });
 }
 
-/// A flat mesh lies wholly in the surface of its box, where rounding could lose it.
+/// A flat mesh lies entirely in the surface of its box, where rounding could lose it.
 #[test]
 fn a_flat_mesh_has_no_holes() {
     let mut rng = Rng::new(73);
@@ -203,7 +202,7 @@ fn a_flat_mesh_stretched_out_of_all_proportion_has_no_holes() {
     }
 }
 
-/// No ray leaves a closed mesh, wherever and however it is placed.
+/// No ray leaves a closed mesh, whatever its placement.
 #[test]
 fn closed_meshes_stay_closed() {
     let mut rng = Rng::new(74);
@@ -235,7 +234,7 @@ fn closed_meshes_stay_closed() {
     }
 }
 
-/// A picture of instances is the picture of the same triangles in the world, but for rounding.
+/// A picture of instances equals that of the same triangles in the world, up to rounding.
 #[test]
 fn instances_look_like_what_they_place() {
     let mut rng = Rng::new(75);
@@ -287,8 +286,7 @@ fn instances_look_like_what_they_place() {
     assert!(same * 1000 >= pixels * 995, "{same} of {pixels}");
 }
 
-/// The tree does not depend on threads, whatever the quality, and every quality gives the same
-/// picture.
+/// The tree does not depend on threads at any quality, and every quality gives the same picture.
 #[test]
 fn trees_of_any_quality_on_any_threads() {
     let mut rng = Rng::new(76);
@@ -317,7 +315,7 @@ fn trees_of_any_quality_on_any_threads() {
             assert!(trees[0].0 == other.0, "{name}: the tree depends on threads");
         }
         let mut engines = Engines::new(&scene, &forest, &trees[0].1);
-        // Brute force over all rays takes too long here: the oracle's tree is the other side.
+        // Brute force over all rays takes too long here: compared with the oracle's tree instead.
         let hits: Vec<_> = rays
             .iter()
             .flatten()
@@ -336,7 +334,7 @@ fn trees_of_any_quality_on_any_threads() {
     }
 }
 
-/// Two triangles that face the camera, as a mesh that is placed or as what it is in the world.
+/// Two triangles that face the camera, as an instanced mesh or directly in the world.
 fn two_squares(size: f64, apart: f64, baked: bool, stored: f64) -> Scene {
     let mut scene = scenes::bare();
     let corner = |x: f64, y: f64, map: &DAffine3| {
@@ -372,13 +370,13 @@ fn two_squares(size: f64, apart: f64, baked: bool, stored: f64) -> Scene {
     scene
 }
 
-/// A scene is scaled as a whole, whether its small or its large numbers stand in meshes or in maps.
+/// A scene is scaled as a whole, whether its small or large numbers are in meshes or in maps.
 #[test]
 fn meshes_and_maps_of_other_scales_are_seen_like_what_is_baked() {
     for (size, stored, apart) in [
         (1e11, 1.0, 3.0),
         (1e-11, 1.0, 3.0),
-        // The farthest that maps may go.
+        // The largest allowed maps.
         (1e11, 1.0, 1e5),
         (1e-15, 1e-3, 3.0),
         (1.0, 1e-11, 3.0),
@@ -412,7 +410,8 @@ fn meshes_and_maps_of_other_scales_are_seen_like_what_is_baked() {
     }
 }
 
-/// Neither a panic where the tree is built, nor a number for a mesh that is not there.
+/// Invalid instances are errors when they are added: no panic in the tree's build, and no numbers
+/// for a missing mesh.
 #[test]
 fn what_cannot_be_placed_is_refused() {
     let mut scene = scenes::bare();
@@ -435,7 +434,7 @@ fn what_cannot_be_placed_is_refused() {
     }
 }
 
-/// Each primitive of each instance has a number of 32 bits; they would begin again at 0.
+/// Each primitive of each instance has a 32-bit number; more would wrap around to 0.
 #[test]
 fn more_primitives_than_there_are_numbers_are_refused_wherever_they_come_from() {
     const PRIMS: usize = 1 << 20;
@@ -466,7 +465,7 @@ fn more_primitives_than_there_are_numbers_are_refused_wherever_they_come_from() 
     let ray = Ray::new([4.0 * 4093.0 + 0.25, 0.25, 9.0], [0.0, 0.0, -1.0]);
     let hit = bvh.intersect(&ray).expect("the last instance");
     assert_eq!((hit.geom_id, hit.prim_id), (4093, 4094 << 20));
-    // Rows that were filled by hand.
+    // Rows filled by hand.
     scene.instances.mesh.push(mesh);
     scene.instances.first.push(4094 << 20);
     let maps = &mut scene.instances;

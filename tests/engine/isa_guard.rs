@@ -3,8 +3,8 @@
 
 use std::process::{Command, Output};
 
-/// Emulated CPUs, oldest first, with the level that the message must name, and whether they have
-/// AVX, AVX2, AVX-512.
+/// Emulated CPUs, oldest first, with the level that the message must name, and flags for AVX, AVX2
+/// and AVX-512.
 const CPUS: [(&str, &str, [bool; 3]); 4] = [
     ("core2duo", "x86-64", [false; 3]),
     ("Nehalem", "x86-64-v2", [false; 3]),
@@ -19,7 +19,7 @@ const USED: [bool; 3] = [
     cfg!(target_feature = "avx512f"),
 ];
 
-/// Runs the binary on an emulated CPU; `None`, with the reason printed, where there is no emulator.
+/// Runs the binary on an emulated CPU; `None`, with the reason printed, if there is no emulator.
 fn run_on(cpu: &str, argument: &str) -> Option<Output> {
     let binary = env!("CARGO_BIN_EXE_phalanx");
     let mut command = Command::new("qemu-x86_64");
@@ -33,7 +33,7 @@ fn run_on(cpu: &str, argument: &str) -> Option<Output> {
     }
 }
 
-/// Output of the program, without the emulator's own remarks on features that it cannot emulate.
+/// Output of the program, without the emulator's remarks about features that it cannot emulate.
 fn lines(bytes: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(bytes);
     let own = |line: &&str| !line.starts_with("qemu-x86_64: warning");
@@ -97,9 +97,9 @@ fn a_cpu_that_has_what_the_build_uses_runs_it() {
     }
 }
 
-/// Link-time optimisation across crates compiles the standard library anew for the target CPU, and
-/// then the runtime dies before `main`. The tests above run the profile they are built with, so
-/// this holds the other one.
+/// Link-time optimisation across crates recompiles the standard library for the target CPU, and
+/// then the runtime dies before `main`. The tests above cover the profile that they are built with;
+/// this one checks the other.
 #[test]
 fn the_release_profile_leaves_the_standard_library_as_it_is() {
     let manifest = include_str!("../../Cargo.toml");
@@ -113,7 +113,7 @@ fn the_release_profile_leaves_the_standard_library_as_it_is() {
     );
 }
 
-/// Flags of `[build]` go to every target, and there is no ARM that is this machine's CPU.
+/// Flags in `[build]` apply to every target, and `native` makes no sense for ARM here.
 #[test]
 fn builds_for_other_targets_are_not_for_this_cpu() {
     let config = include_str!("../../.cargo/config.toml");

@@ -1,5 +1,5 @@
-//! The packet tracer, lane by lane, against the oracle one ray at a time: the same bits, whatever
-//! the other lanes do.
+//! The packet tracer, lane by lane, against the oracle, ray by ray: the same bits, whatever is in
+//! the other lanes.
 
 use crate::common::rays::{hit_bits, lane_bits, pack};
 use crate::common::rng::Rng;
@@ -14,7 +14,7 @@ use phalanx::scene::Scene;
 use phalanx::shade;
 use phalanx::trace::PacketTracer;
 
-/// Asks for one packet's hits and occlusions and compares each lane with the oracle.
+/// Compares each lane of a packet's hits and occlusion with the oracle.
 fn compare(
     oracle: &Oracle,
     tracer: &mut PacketTracer,
@@ -49,7 +49,7 @@ fn compare(
     }
 }
 
-/// Two packets side by side, one the other's mirror image, against each alone.
+/// Two packets side by side, mirror images of each other, against each alone.
 fn compare_pair(bvh: &Bvh, rays: &[OracleRay; LANES], tmax: [f32; LANES], on: u32) {
     let mut mirrored = *rays;
     mirrored.reverse();
@@ -88,7 +88,7 @@ fn compare_pair(bvh: &Bvh, rays: &[OracleRay; LANES], tmax: [f32; LANES], on: u3
     }
 }
 
-/// Runs `each` over some scenes of different size and scale.
+/// Runs `each` over scenes of different size and scale.
 fn over_scenes(seed: u64, mut each: impl FnMut(&Scene, &Oracle, &mut PacketTracer, &mut Rng, f32)) {
     let mut rng = Rng::new(seed);
     for (count, scale) in [(1, 1.0), (5, 1e-3), (60, 1.0), (300, 100.0), (60, 1e6)] {
@@ -227,7 +227,7 @@ const ODD: [f32; 16] = [
     0.5,
 ];
 
-/// Replaces some components by odd ones.
+/// Replaces some components by special values.
 fn spoil(rng: &mut Rng, v: Vec3) -> Vec3 {
     Vec3::from_array(
         v.to_array()
@@ -260,7 +260,7 @@ fn rays_that_are_not_numbers() {
     });
 }
 
-/// Values of inactive lanes, garbage included, change nothing for the active ones.
+/// Values in inactive lanes, even garbage, do not affect the active ones.
 #[test]
 fn inactive_lanes_do_not_matter() {
     over_scenes(7, |scene, _, tracer, rng, scale| {

@@ -1,4 +1,4 @@
-//! Layers of a picture beside radiance, compared with known facts of a scene, in both engines.
+//! Layers other than radiance, compared with known facts of a scene, in both engines.
 
 use crate::common::tolerances::LAYER_SUM;
 use exr::prelude::{ReadChannels, ReadLayers};
@@ -10,8 +10,8 @@ use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, PictureHeader, s
 use phalanx::render::Film;
 use phalanx::scene::Scene;
 
-/// A mirror and a piece of glass in front of a wall of two materials, seen from a distance of 5, a
-/// hole between them.
+/// A mirror and a piece of glass in front of a wall of two materials, seen from a distance of 5,
+/// with a gap between them.
 const SCENE: &str = "size 64 48\nmaxdepth 3\ncamera 0 0 5 0 0 0 0 1 0 45\npoint 3 4 6 1 1 1\nambient .1 .1 .1\n\
     diffuse .6 .3 .2\nvertex -9 -9 -1\nvertex 0 -9 -1\nvertex 0 9 -1\nvertex -9 9 -1\ntri 0 1 2\ntri 0 2 3\n\
     diffuse .2 .3 .6\nspecular .5 .5 .5\nsphere -1 0 0 .5\nspecular 0 0 0\ntransmission .8 .8 .8\nior 1.3\nsphere 1 0 0 .5\n";
@@ -20,7 +20,7 @@ fn scene() -> Scene {
     read_test(SCENE).expect("a scene").scene
 }
 
-/// The film with all layers, after asserting that both engines make the same, to the bit.
+/// The film with all layers, after asserting that both engines agree, bit for bit.
 fn film(asked: &Settings) -> Film {
     let scene = scene();
     let [simd, scalar] = [Engine::Simd, Engine::Scalar].map(|engine| {
@@ -109,7 +109,7 @@ fn layers_tell_what_is_known_of_the_scene() {
     );
 }
 
-/// All light comes some way, whatever the samples; and their number is told.
+/// All light belongs to some path, whatever the sampling; and the number of samples is reported.
 #[test]
 fn light_adds_up_to_radiance() {
     let adaptive = Some(Adaptive { threshold: 0.01 });
@@ -197,8 +197,8 @@ fn the_file_has_them_by_name() {
     }
 }
 
-/// Positions are those of the file: the scene's origin is added in double precision, in both
-/// engines alike.
+/// Positions are in the file's coordinates: both engines add the scene's origin in double
+/// precision.
 #[test]
 fn positions_are_in_the_files_coordinates() {
     let position = [500_000.5, 0.0, -4_012_345.0];

@@ -1,4 +1,4 @@
-//! Both tracers: against each other to the bit, against closed forms and exact arithmetic, and
+//! Both tracers: against each other, bit for bit, against closed forms and exact arithmetic, and
 //! against other tracers.
 
 #[path = "../common/mod.rs"]

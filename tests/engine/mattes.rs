@@ -8,8 +8,8 @@ use phalanx::render::Film;
 use phalanx::scene::{Scene, matte_id};
 use std::collections::BTreeMap;
 
-/// Three panes, one behind the other and each to the right of the one before by a pixel, and a ball
-/// beside them. A picture of parallel rays, a unit of the scene high and wide for each pixel.
+/// Three panes one behind the other, each shifted right by a pixel, and a ball next to them. A
+/// picture of parallel rays, one scene unit per pixel.
 const SCENE: &str = "size 16 8\ncamera 0 0 9 0 0 0 0 1 0 45\northo 8\npoint 3 4 6 1 1 1\nambient .1 .1 .1\n\
     diffuse .6 .3 .2\n\
     vertex -6 -4 2\nvertex -2 -4 2\nvertex -2 4 2\nvertex -6 4 2\ntri 0 1 2\ntri 0 2 3\n\
@@ -19,7 +19,7 @@ const SCENE: &str = "size 16 8\ncamera 0 0 9 0 0 0 0 1 0 45\northo 8\npoint 3 4 
     vertex -4 -4 0\nvertex 0 -4 0\nvertex 0 4 0\nvertex -4 4 0\ntri 8 9 10\ntri 8 10 11\n\
     diffuse .9 .9 .2\nsphere 4 0 0 3\n";
 
-/// The scene, with these opacities of the panes.
+/// The scene with these opacities of the panes.
 fn scene(opacity: [f32; 3]) -> Scene {
     let mut scene = read_test(SCENE).expect("a scene").scene;
     for (pane, opacity) in opacity.into_iter().enumerate() {
@@ -29,14 +29,14 @@ fn scene(opacity: [f32; 3]) -> Scene {
     scene
 }
 
-/// Values of a pixel: its alpha, and the coverage of each object and of each material.
+/// Values of a pixel: alpha, and the coverage of each object and of each material.
 struct Mattes {
     alpha: f32,
     objects: BTreeMap<u32, f32>,
     materials: BTreeMap<u32, f32>,
 }
 
-/// The pixels of the scene, after asserting that both engines make the same film, to the bit.
+/// The pixels of the scene, after asserting that both engines make the same film, bit for bit.
 fn pixels(scene: &Scene, asked: &Settings) -> Vec<Mattes> {
     let aovs = [Aov::Alpha, Aov::CryptoObject, Aov::CryptoMaterial];
     let aovs = aovs.into_iter().fold(Aovs::NONE, Aovs::with);
@@ -81,7 +81,7 @@ fn ids(names: &[(&str, f32)]) -> BTreeMap<u32, f32> {
     pairs.collect()
 }
 
-/// One ray a pixel: each pane takes its part of what those before it leave.
+/// One ray per pixel: each pane covers its share of what the panes in front leave.
 #[test]
 fn panes_take_their_parts_of_a_ray() {
     let scene = scene([0.5, 0.25, 1.0]);
@@ -103,7 +103,7 @@ fn panes_take_their_parts_of_a_ray() {
         let sum: f32 = parts.iter().map(|(_, part)| part).sum();
         assert_eq!(row(x).alpha, sum, "column {x}");
     }
-    // A pane that is not there at all is nowhere, and to ambient occlusion the others are whole.
+    // A fully transparent pane covers nothing, and ambient occlusion treats the others as opaque.
     let scene = self::scene([0.0, 0.25, 1.0]);
     let pixels = self::pixels(
         &scene,
@@ -116,8 +116,8 @@ fn panes_take_their_parts_of_a_ray() {
     assert_eq!(pixels[4 * 16 + 5].objects, ids(&[(b, 1.0)]));
 }
 
-/// With many rays, the parts of a pixel are the areas of the objects in it, and add up to alpha,
-/// however its samples are chosen.
+/// With many rays, coverage is the area of the objects in a pixel, and adds up to alpha for any
+/// sampling.
 #[test]
 fn parts_are_areas_and_add_up_to_alpha() {
     let scene = scene([0.5, 1.0, 1.0]);
@@ -154,7 +154,7 @@ fn parts_are_areas_and_add_up_to_alpha() {
         let edge = &pixels[16 + 13];
         assert!((0.4..0.7).contains(&edge.alpha), "{}", edge.alpha);
     }
-    // A filter with negative weights lets no identifier have a negative part.
+    // A filter with negative weights must not give negative coverage.
     let filter = Filter::Mitchell;
     let settings = Settings {
         sampling: Sampling { filter, ..many },
@@ -165,8 +165,8 @@ fn parts_are_areas_and_add_up_to_alpha() {
     assert!(parts.into_iter().all(|part| (0.0..=1.0).contains(part)));
 }
 
-/// With alpha, radiance is that of the surfaces alone: with the background where they are not, it
-/// is the picture without alpha.
+/// With alpha, radiance is that of the surfaces alone: over the background, it gives the picture
+/// without alpha.
 #[test]
 fn the_background_is_what_alpha_leaves() {
     let background = glam::Vec3::new(0.2, 0.5, 0.75);

@@ -1,7 +1,7 @@
-//! Other tracers on our rays: their answers are ours, but for what single precision leaves open.
+//! Other tracers on our rays: their answers match ours, except where single precision leaves room.
 //!
-//! Embree is asked where it is found; `PHALANX_EMBREE` may name further libraries, as `PATH` names
-//! folders.
+//! Embree is tested if it is found; `PHALANX_EMBREE` may name additional libraries, like `PATH`
+//! names folders.
 
 use crate::common::rays::{pack, toward};
 use crate::common::rng::Rng;
@@ -19,12 +19,12 @@ use phalanx::scene::{Cone, Scene};
 use phalanx::trace::{Kernel, Traversal};
 use std::path::Path;
 
-/// Not a multiple of eight: the last packet is not full, and there is half a packet of sixteen.
+/// Not a multiple of eight: the last packet is not full, and half of a packet of sixteen.
 const RAYS: usize = 100_003;
-/// Rays whose answer may differ, where an edge or a limb is met.
+/// Number of rays whose answer may differ, at edges and silhouettes.
 const MOST_DIFFERENT: usize = RAYS / 10_000;
 
-/// Every Embree there is.
+/// Every available Embree.
 fn libraries() -> Vec<EmbreeLibrary> {
     let named = std::env::var_os("PHALANX_EMBREE").unwrap_or_default();
     let named = std::env::split_paths(&named).filter(|path| !path.as_os_str().is_empty());
@@ -119,7 +119,7 @@ impl Answers {
         Answers::of(&hits, &blocked)
     }
 
-    /// In chunks, as the benchmark asks.
+    /// Hits, in chunks, as in the benchmark.
     fn theirs(closest: &dyn BenchEngine, occluded: &dyn BenchEngine) -> Answers {
         let packets = packets_for(RAYS);
         let mut hits = vec![HitPacket::miss(); packets];
@@ -137,9 +137,8 @@ impl Answers {
     }
 }
 
-/// Rays whose closest hit is another, and rays that are occluded for one only. In random scenes two
-/// primitives are hardly ever met at the same distance, so that a number which is not ours counts,
-/// too.
+/// Rays with a different closest hit, and rays occluded for only one tracer. In random scenes two
+/// primitives are rarely hit at the same distance, so a different primitive counts, too.
 fn differences(ours: &Answers, theirs: &Answers) -> [usize; 2] {
     let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 * a.abs();
     let both = ours.closest.iter().zip(&theirs.closest);
@@ -149,7 +148,7 @@ fn differences(ours: &Answers, theirs: &Answers) -> [usize; 2] {
     [closest.count(), both.filter(|(a, b)| a != b).count()]
 }
 
-/// Traces with every engine, and prints and asserts how far it differs.
+/// Traces with every engine; prints and checks the differences.
 fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: impl Fn(RaySetRef) -> NamedEngines) {
     scene.validate().expect("a valid scene");
     let (arena, bvh, tmax) = (Bump::new(), Bvh::build(scene), 0.9);
@@ -178,7 +177,7 @@ fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: impl Fn(RaySetRef)
     }
 }
 
-/// Denormals are no longer taken for zero.
+/// Denormals are no longer treated as zero.
 fn flushing_is_over() {
     let least = std::hint::black_box(f32::MIN_POSITIVE);
     assert!(least / 2.0 > 0.0, "denormals are flushed");
@@ -251,7 +250,7 @@ fn obvhs_agrees() {
     }
 }
 
-/// An empty scene is a scene.
+/// An empty scene is valid.
 #[test]
 fn nothing_is_hit_where_there_is_nothing() {
     let (scene, arena) = (scenes::bare(), Bump::new());

@@ -1,4 +1,4 @@
-//! The rays that `phalanx bench` measures, and what it does with a wrong answer.
+//! The rays that `phalanx bench` measures, and its reaction to a wrong answer.
 
 use glam::Vec3;
 use phalanx::bench::Answer;
@@ -17,7 +17,7 @@ use phalanx::standard;
 use phalanx::trace::Kernel;
 use std::collections::BTreeMap;
 
-/// Directions are of unit length, and angles equal, but for the rounding of some f32 operations.
+/// Directions have unit length, and angles are equal, up to the rounding of a few f32 operations.
 const ROUNDING: f32 = 1e-5;
 
 fn scene(name: &str) -> Scene {
@@ -145,8 +145,7 @@ fn plan(timed: bool) -> BenchPlan<'static> {
     }
 }
 
-/// Sets are the same whoever makes them, however often; and nothing is measured where one is not
-/// what is expected.
+/// Sets are reproducible; and nothing is measured if one is not as expected.
 #[test]
 fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
     let scene = scene("standard:tree:4");
@@ -177,7 +176,7 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
     }
 }
 
-/// Counts that must not depend on the kernel's width do not.
+/// Counts that must not depend on the kernel's width.
 #[test]
 fn work_adds_up() {
     let scene = scene("standard:balls:3");

@@ -1,5 +1,4 @@
-//! The course's scenes against independent renderings of them
-//! (`../shared/scenes/cse167/SOURCES.md`).
+//! The course's scenes against independent renderings of them.
 
 use crate::common::tolerances::{
     COVERAGE_SHARE, REFERENCE_LEVELS, REFERENCE_SHARE, REFERENCE_SPREAD,
@@ -9,7 +8,7 @@ use phalanx::frame::{Accel, Control, Engine, Frame, Settings, render};
 use phalanx::render::NO_HIT;
 use std::path::PathBuf;
 
-/// The course's folder, if it is there.
+/// The course's folder, if available.
 fn folder() -> Option<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/cse167");
     let there = folder.join("reference").is_dir();

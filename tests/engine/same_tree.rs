@@ -1,7 +1,7 @@
 //! The tree of a scene is the same on every build: the same boxes, the same leaves, in the same
 //! order.
 //!
-//! The hashes below were taken once; `.ci/run` runs this test on every instruction set that it
+//! The hashes below were recorded once; `.ci/run` runs this test on every instruction set that it
 //! builds for.
 
 use phalanx::bvh::{BuildSettings, Bvh, Child};

@@ -1,4 +1,4 @@
-//! Pixels of several samples against closed forms, in both engines.
+//! Pixels with several samples against closed forms, in both engines.
 
 use crate::common::tolerances::{ALL_SAMPLES, SAMPLED_EDGE, SAMPLED_LOBES};
 use phalanx::formats::read_test;
@@ -10,7 +10,7 @@ use phalanx::standard;
 
 const SPP: u32 = 1024;
 
-/// Twelve pixels across the edge of a shining wall that ends `right` pixels from the middle, seen
+/// Twelve pixels across the edge of an emissive wall that ends `right` pixels from the middle, seen
 /// at a right angle.
 fn edge(right: f64) -> Scene {
     // 2 tan(45°)/1 is a pixel's width at distance 1.
@@ -33,7 +33,7 @@ fn uniform(spp: u32, filter: Filter) -> Sampling {
     }
 }
 
-/// The picture of both engines, after asserting that they are the same bits.
+/// The picture of both engines, after asserting that it has the same bits.
 fn film(scene: &Scene, sampling: Sampling) -> Film {
     traced(scene, sampling).0
 }
@@ -57,7 +57,7 @@ fn traced(scene: &Scene, sampling: Sampling) -> (Film, RayCounts) {
     simd
 }
 
-/// Share of a filter that lies left of `x`, by its closed form.
+/// Share of a filter to the left of `x`, in closed form.
 fn left_of(filter: Filter, x: f64) -> f64 {
     match filter {
         Filter::Box => (x + 0.5).clamp(0.0, 1.0),
@@ -104,7 +104,7 @@ fn an_edge_is_as_soft_as_its_filter() {
     }
 }
 
-/// A picture without edges is the same whatever the filter and the number of samples.
+/// A picture without edges is the same for any filter and number of samples.
 #[test]
 fn a_plain_wall_stays_plain() {
     let scene = edge(20.0);
@@ -118,7 +118,7 @@ fn a_plain_wall_stays_plain() {
     }
 }
 
-/// One sample is the picture that it has always been, whatever the filter.
+/// One sample gives the same picture for any filter.
 #[test]
 fn one_sample_has_no_filter() {
     let scene = edge(0.3);
@@ -138,8 +138,8 @@ fn one_sample_has_no_filter() {
     );
 }
 
-/// Only what an edge goes through, and what lies beside it, is halved; and then it is as good as
-/// with all samples.
+/// Only cells crossed by an edge, and their neighbours, are halved; the result is as good as with
+/// all samples.
 #[test]
 fn adaptive_samples_go_where_the_edge_is() {
     for right in [0.3, -0.45] {
@@ -178,8 +178,8 @@ fn adaptive_samples_go_where_the_edge_is() {
     }
 }
 
-/// Benefit of adaptive samples: the error of 64 uniform ones with a third of their rays, where
-/// spheres mirror spheres and there are shadows in each.
+/// Benefit of adaptive sampling: the error of 64 uniform samples with a third of their rays, in a
+/// scene of mirror spheres with shadows.
 #[test]
 fn adaptive_samples_are_worth_three_uniform_ones() {
     let mut scene = standard::scene(standard::parse_spec("standard:balls:2").expect("a name"))

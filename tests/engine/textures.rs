@@ -1,5 +1,5 @@
-//! Textures: what a texel looks like on a surface, between texels and beyond the edges, and the
-//! same bits by both engines wherever the texture coordinates lead.
+//! Textures: appearance at texels, between texels and beyond the edges, and the same bits from both
+//! engines for any texture coordinates.
 
 use crate::common::rng::Rng;
 use glam::{DAffine3, Vec2, Vec3};
@@ -48,8 +48,8 @@ fn texture(
     }
 }
 
-/// A square of side 2 about the origin, looked at so that it just fills the picture, and lit by its
-/// Ka alone. `uvs` are those of its lower left, lower right, upper right and upper left corner.
+/// A square of side 2 around the origin that just fills the picture, lit only by its Ka. `uvs` are
+/// those of its lower left, lower right, upper right and upper left corner.
 fn square(size: [u32; 2], texture: Texture, uvs: Option<[Vec2; 4]>) -> Scene {
     let mut scene = Scene {
         width: size[0],
@@ -229,8 +229,8 @@ fn random_place(rng: &mut Rng) -> Vec2 {
     Vec2::new(one(), one())
 }
 
-/// Triangles, some without places and of some materials without a texture, spheres and lights and
-/// mirrors among them.
+/// Triangles, some without texture coordinates or with untextured materials, and spheres, lights
+/// and mirrors.
 fn random_scene(seed: u64) -> Scene {
     let rng = &mut Rng::new(seed);
     let mut scene = Scene {

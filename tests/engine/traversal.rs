@@ -1,6 +1,6 @@
-//! Directions, origins and trees that traversals stumble over. Every answer is compared between
-//! brute force, the oracle's tree and the packet engine ([`Engines`]); what it must be is asserted
-//! where it can be said.
+//! Directions, origins and trees that are difficult for traversals. Every answer is compared
+//! between brute force, the oracle's tree and the packet engine ([`Engines`]), and with the known
+//! answer, if there is one.
 
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
@@ -220,7 +220,7 @@ fn one_primitive_of_each_kind() {
     }
 }
 
-/// Copies cannot be told apart by any split: a leaf may hold them all, and the first wins.
+/// No split separates copies: a leaf may hold them all, and the first wins.
 #[test]
 fn many_identical_primitives() {
     for copies in [2, 9, 100, 4000] {
@@ -294,8 +294,8 @@ fn mixed_kinds_in_one_leaf() {
     }
 }
 
-/// Triangles one within the other, each `ratio` times as large: every split takes off one, so that
-/// the tree is as deep as it can be.
+/// Nested triangles, each `ratio` times as large as the previous: every split removes one, so the
+/// tree has maximum depth.
 fn nested(count: usize, ratio: f32) -> Scene {
     let mut scene = scenes::bare();
     let mut size = 1e-9f32;

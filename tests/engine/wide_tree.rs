@@ -1,5 +1,5 @@
-//! The tree with as many children a node as there are lanes holds what the binary tree holds, each
-//! primitive once, within the boxes above it.
+//! The wide tree contains the same primitives as the binary tree, each once and within the boxes
+//! above it.
 
 use crate::common::rng::Rng;
 use crate::common::scenes;
@@ -9,7 +9,7 @@ use phalanx::lanes::NATIVE;
 use phalanx::scene::{Bounds, PrimKind, Scene};
 use phalanx::standard;
 
-/// Walks the whole tree, and returns the slots of every kind that were met, by number in the file.
+/// Walks the whole tree, and returns the visited slots of every kind, by number in the file.
 fn check(bvh: &Bvh) -> Vec<u32> {
     let wide = bvh.wide();
     let mut met = Vec::new();
@@ -133,7 +133,7 @@ fn a_scene_without_primitives_has_an_empty_root() {
     assert_eq!(bvh.wide().nodes().len(), 1);
 }
 
-/// A leaf whose primitives no box can separate becomes a tree of blocks.
+/// A leaf of inseparable primitives becomes a tree of blocks.
 #[test]
 fn a_leaf_of_many_is_parted() {
     for count in [1, 8, 9, 16, 17, 64, 65, 256, 257, 1000] {
@@ -149,7 +149,7 @@ fn a_leaf_of_many_is_parted() {
     }
 }
 
-/// Most lanes have a child: a wide tree whose nodes are half empty is a slow one.
+/// Most lanes have a child: a wide tree with half-empty nodes is slow.
 #[test]
 fn nodes_and_blocks_are_well_filled() {
     let spec = standard::parse_spec("standard:terrain:20k").expect("a standard scene");

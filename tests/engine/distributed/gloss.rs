@@ -1,4 +1,4 @@
-//! Mirror rays that are spread.
+//! Glossy reflection.
 
 use super::{planes, plate, red, sampled, scene};
 use crate::common::tolerances::SAMPLED_CAP;
@@ -6,7 +6,8 @@ use phalanx::frame::Settings;
 
 const MIRROR: &str = "ambient 0 0 0\nspecular .5 .5 .5\n";
 
-/// A shining ball whose middle is `distance` away along (x, y, z), seen in a mirror of this gloss.
+/// An emissive ball with its centre `distance` away along (x, y, z), seen in a mirror of this
+/// gloss.
 fn of_a_ball(gloss: &str, [x, y, z]: [f64; 3], distance: f64, radius: f64) -> f64 {
     let [bx, by, bz] = [x, y, z].map(|c| c * distance);
     // The eye is nearer than the ball.
@@ -38,8 +39,8 @@ fn a_ball_in_the_mirror_direction_has_its_share_of_the_lobe() {
     }
 }
 
-/// Rays of the lobe that would go through the surface are reflected back. Where the surface is seen
-/// at a slant, all rays still meet the sky above it, and none the dark cellar.
+/// Rays of the lobe that would go through the surface are reflected back. At grazing angles all
+/// rays still reach the sky above, and none the dark below.
 #[test]
 fn nothing_goes_through_the_surface() {
     let cellar = format!("specular 0 0 0\n{}", plate(4, -1.0, -9e3));
@@ -50,7 +51,7 @@ fn nothing_goes_through_the_surface() {
     }
 }
 
-/// No gloss, and a gloss of 0, are the perfect mirror, to the bit and with one sample.
+/// No gloss, and a gloss of 0, are the perfect mirror, bit for bit and with one sample.
 #[test]
 fn a_gloss_of_zero_is_a_perfect_mirror() {
     let with = |gloss: &str| {

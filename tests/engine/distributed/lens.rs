@@ -6,12 +6,12 @@ use phalanx::formats::read_test;
 use phalanx::frame::{Lens, LensError, Settings};
 use phalanx::scene::Scene;
 
-/// Pixels along a side, and how much the slope grows from one to the next.
+/// Pixels along a side, and the increase in slope from one to the next.
 const SIDE: u32 = 48;
 const SLOPE: f64 = 0.004;
 
-/// A picture down -z from the origin, of a shining ball, which looks as large from everywhere;
-/// lengths times `unit`.
+/// A picture along -z from the origin of an emissive ball, which looks equally large from every
+/// direction; lengths are scaled by `unit`.
 fn ball([x, y, z]: [f64; 3], radius: f64, unit: f32) -> Scene {
     let half = f64::from(SIDE) * SLOPE / 2.0;
     let fovy = 2.0 * libm::atan(half).to_degrees();
@@ -33,7 +33,7 @@ fn through(scene: &Scene, spp: u32, aperture: f32, focus: f32) -> Settings {
     }
 }
 
-/// Mean and variance of a picture along its rows and columns, from its middle, in pixels.
+/// Mean and variance of a picture along its rows and columns, from its centre, in pixels.
 fn moments(red: &[f32]) -> [[f64; 2]; 2] {
     let middle = f64::from(SIDE) / 2.0;
     let (mut all, mut sums) = (0.0, [[0.0; 2]; 2]);
@@ -52,10 +52,9 @@ fn moments(red: &[f32]) -> [[f64; 2]; 2] {
     })
 }
 
-/// A small thing at a distance d is spread over a disc of diameter A |d - f|/d in the plane of
-/// focus (the lens equation, by similar triangles), which is seen from f away. The variance along
-/// an axis is a quarter of the radius's square; those of the thing itself and of the pixel's square
-/// add to it.
+/// A small object at distance d is spread over a disc of diameter A |d - f|/d in the plane of focus
+/// (the lens equation, by similar triangles), seen from distance f. The variance along an axis is a
+/// quarter of the squared radius; those of the object itself and of the square pixel are added.
 #[test]
 fn the_blur_is_as_wide_as_the_lens_equation_says() {
     let (aperture, focus) = (0.2f64, 5.0f64);
@@ -73,7 +72,7 @@ fn the_blur_is_as_wide_as_the_lens_equation_says() {
         let blur = 0.5 * aperture * (distance - focus).abs() / distance / focus;
         let own = radius / distance;
         let variance = (blur * blur + own * own) / 4.0 / (SLOPE * SLOPE) + 1.0 / 12.0;
-        // The blur of what is out of focus must be what is seen.
+        // The blur of out-of-focus objects must dominate.
         assert!(blur > 1.5 * own || distance == focus);
         let [across, down] = moments(&red);
         for ([mean, got], want) in [(across, x / distance), (down, -y / distance)] {
@@ -90,7 +89,7 @@ fn the_blur_is_as_wide_as_the_lens_equation_says() {
     }
 }
 
-/// A lens of diameter 0 is the pinhole, to the bit.
+/// A lens of diameter 0 is the pinhole, bit for bit.
 #[test]
 fn an_aperture_of_zero_is_a_pinhole() {
     let scene = ball([0.3, 0.2, -5.0], 0.3, 1.0);
@@ -101,7 +100,7 @@ fn an_aperture_of_zero_is_a_pinhole() {
     }
 }
 
-/// Aperture and focus are in the file's units, whatever the scene was scaled by when it was read.
+/// Aperture and focus are in the file's units, even if the scene was scaled when it was read.
 #[test]
 fn lenses_scale_with_the_scene() {
     let picture = |unit: f32| {
@@ -118,8 +117,8 @@ fn lenses_scale_with_the_scene() {
     }
 }
 
-/// All rays of a place in the picture meet in one point of the plane of focus, which is upright on
-/// the direction of view.
+/// All rays of a point in the picture meet at one point of the plane of focus, which is
+/// perpendicular to the view direction.
 #[test]
 fn rays_through_the_lens_meet_in_the_plane_of_focus() {
     let mut scene = ball([0.0, 0.0, -5.0], 0.3, 1.0);

@@ -5,8 +5,8 @@ use crate::common::tolerances::{HIDDEN_SHARE, SAMPLED_EDGE, SMOOTH_MEAN};
 
 const WHITE: &str = "ambient 0 0 0\ndiffuse 1 1 1\n";
 
-/// A light at height 1,000, 20 wide, whose middle is above x = 0; a plate half way up hides what
-/// lies to the right of it. From x on the floor the plate's edge is seen at -x on the light.
+/// A light at height 1,000, 20 wide, centred above x = 0; a plate half way up hides everything to
+/// its right. From x on the floor, the plate's edge is seen at -x on the light.
 fn half_hidden(light: &str, x: f64) -> f64 {
     let body = format!(
         "{light}\n{WHITE}{}{}",
@@ -20,7 +20,7 @@ fn half_hidden(light: &str, x: f64) -> f64 {
     )
 }
 
-/// Light from so high up comes straight down: the cosine is 1 to 1e-4.
+/// Light from such a height comes straight down: the cosine is 1 to within 1e-4.
 #[test]
 fn the_penumbra_of_a_rectangle_is_linear() {
     for light in [
@@ -42,7 +42,7 @@ fn the_penumbra_of_a_rectangle_is_linear() {
     }
 }
 
-/// So is that of a sphere, whose surface is as large between any two planes that are as far apart
+/// The same for a sphere: its area between two parallel planes depends only on their distance
 /// (Archimedes).
 #[test]
 fn the_penumbra_of_a_sphere_is_linear() {
@@ -50,7 +50,7 @@ fn the_penumbra_of_a_sphere_is_linear() {
         "spherelight 0 0 1000 10 1 1 1",
         "rotate 1 2 3 40\nscale 2 2 2\nspherelight 0 0 0 5 1 1 1",
     ] {
-        // The second is turned about the origin, and so must be pushed up from outside.
+        // The second is rotated about the origin, so the translation comes first.
         let light = match light.starts_with("rotate") {
             true => format!("pushTransform\ntranslate 0 0 1000\n{light}\npopTransform"),
             false => light.to_owned(),
@@ -67,8 +67,8 @@ fn the_penumbra_of_a_sphere_is_linear() {
     }
 }
 
-/// Light of a sphere's surface that falls with the square of the distance is like gravity: as if
-/// all came from the middle (Newton's theorem of shells).
+/// Light from a sphere's surface that falls with the square of the distance behaves like gravity:
+/// as if all of it came from the centre (Newton's shell theorem).
 #[test]
 fn a_sphere_shines_as_its_middle() {
     for (x, y, z, radius) in [
@@ -90,8 +90,8 @@ fn a_sphere_shines_as_its_middle() {
     }
 }
 
-/// And with it a rectangle's light on a parallel plane is the solid angle that it covers, by its
-/// area: from under a corner, atan(a b / (h √(a² + b² + h²))).
+/// With it, a rectangle's light on a parallel plane is the solid angle that it covers, divided by
+/// its area: from below a corner, atan(a b / (h √(a² + b² + h²))).
 #[test]
 fn a_rectangle_shines_as_its_solid_angle() {
     for (a, b, h) in [(1.0f64, 1.0f64, 1.0f64), (3.0, 0.5, 2.0), (0.1, 4.0, 4.0)] {
@@ -108,8 +108,8 @@ fn a_rectangle_shines_as_its_solid_angle() {
     }
 }
 
-/// One shadow ray for each light and sample, to the same place of the light in every sample only if
-/// the light is a point; and the two lights' places have nothing to do with each other.
+/// One shadow ray per light and sample, to the same point of the light in every sample only for a
+/// point light; the two lights' points are independent.
 #[test]
 fn pixels_lights_and_samples_choose_for_themselves() {
     let lights =

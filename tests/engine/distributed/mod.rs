@@ -10,7 +10,7 @@ use phalanx::formats::read_test;
 use phalanx::frame::{Accel, Control, Engine, Sampling, Settings, render};
 use phalanx::scene::Scene;
 
-/// A picture of one small pixel, whose camera rays run from `eye` to about `at` (both as in a
+/// A picture of one small pixel, with camera rays from `eye` to approximately `at` (both as in a
 /// file), with up along y.
 fn scene(eye: &str, at: &str, body: &str) -> Scene {
     let text = format!("size 1 1\ncamera {eye} {at} 0 1 0 0.001\n{body}");
@@ -20,7 +20,7 @@ fn scene(eye: &str, at: &str, body: &str) -> Scene {
     }
 }
 
-/// The settings of a scene with `spp` samples a pixel.
+/// The settings of a scene with `spp` samples per pixel.
 fn sampled(scene: &Scene, spp: u32) -> Settings {
     Settings {
         sampling: Sampling {
@@ -31,7 +31,7 @@ fn sampled(scene: &Scene, spp: u32) -> Settings {
     }
 }
 
-/// The picture's planes, after asserting that both engines make the same.
+/// The picture's planes, after asserting that both engines agree.
 fn planes(scene: &Scene, settings: &Settings) -> [Vec<f32>; 3] {
     let [simd, scalar] = [Engine::Simd, Engine::Scalar].map(|engine| {
         let settings = Settings {

@@ -6,7 +6,7 @@ use phalanx::frame::{Integrator, Settings};
 use phalanx::scene::Scene;
 
 /// Two triangles in the plane z = `height`, 200 wide: rays start off a surface by some millionths
-/// of its size, and that is to be next to nothing beside what stands on it.
+/// of its size, which must be negligible compared with the objects on it.
 fn floor(first: usize, height: f64) -> String {
     let [a, b, c, d] = std::array::from_fn(|k| first + k);
     let corners = [[-100, -100], [100, -100], [100, 100], [-100, 100]];
@@ -29,7 +29,7 @@ fn open(scene: &Scene, spp: u32, distance: f32) -> [Vec<f32>; 3] {
     planes(scene, &settings)
 }
 
-/// A wall of height h, whose foot is a line at distance a, in a direction. It is as long as the
+/// A wall of height h with its foot on a line at distance a, in a given direction, as long as the
 /// floor.
 fn wall(a: f64, h: f64, degrees: f64) -> String {
     let (sin, cos) = libm::sincos(degrees.to_radians());
@@ -53,8 +53,8 @@ fn assert_open(got: f64, want: f64, what: &str) {
     );
 }
 
-/// Seen from the floor, a wall of height h at distance a takes (1 - a/√(a² + h²))/2 of the sky, by
-/// the cosine: half, if it is endless.
+/// Seen from the floor, a wall of height h at distance a covers (1 - a/√(a² + h²))/2 of the
+/// cosine-weighted sky: half, if it is infinite.
 #[test]
 fn a_wall_takes_up_to_half_of_the_sky() {
     for (a, h, degrees) in [
@@ -69,7 +69,7 @@ fn a_wall_takes_up_to_half_of_the_sky() {
     }
 }
 
-/// A ball of radius r overhead, d away, takes r²/d² of it.
+/// A ball of radius r overhead at distance d covers r²/d² of it.
 #[test]
 fn a_ball_takes_the_square_of_its_sine() {
     for (d, r) in [(2.0f64, 1.0f64), (1.0, 0.3), (5.0, 4.4)] {
@@ -82,8 +82,8 @@ fn a_ball_takes_the_square_of_its_sine() {
     }
 }
 
-/// Ceiling at height h: the part farther than D is at more than the angle of cosine h/D, and leaves
-/// h²/D² of the sky open.
+/// Ceiling at height h: the part farther away than D lies beyond the angle of cosine h/D, which
+/// leaves h²/D² of the sky open.
 #[test]
 fn what_is_too_far_away_does_not_count() {
     let ceiling = floor(4, 0.75);
@@ -96,8 +96,8 @@ fn what_is_too_far_away_does_not_count() {
     assert!(openness(&ceiling, f32::INFINITY) < 1e-3);
 }
 
-/// Normals that lean over send no ray through the surface, whatever lies below; and the distance is
-/// one of the file.
+/// Tilted normals send no ray through the surface, whatever is below; the distance is in the file's
+/// units.
 #[test]
 fn rays_stay_outside_and_units_are_the_files() {
     let leaning = "vertexnormal -90 -90 0 2 0 1\nvertexnormal 90 -90 0 2 0 1\nvertexnormal 0 90 0 2 0 1\ntrinormal 0 1 2\n";
@@ -119,7 +119,7 @@ fn rays_stay_outside_and_units_are_the_files() {
     assert_eq!(same.1, scaled.1);
 }
 
-/// Colours and lights do not matter, and what misses has the background.
+/// Colours and lights do not matter, and misses show the background.
 #[test]
 fn only_shapes_matter() {
     let body = "ambient .1 .2 .3\nspecular 1 1 1\npoint 0 0 9 1 1 1\nsphere 0 0 0 1\n";

@@ -1,4 +1,4 @@
-//! Rays against single primitives in f64, and how far f32 may be from that.
+//! Rays against single primitives in f64, with error bounds for f32.
 
 use crate::common::tolerances::{CONE_ULPS, EPSILON, HIT_ULPS};
 use glam::{DVec3, Vec3};
@@ -7,16 +7,16 @@ use phalanx::scene::{Cone, PrimKind, Scene};
 
 /// Result in f64 for one ray and one primitive.
 pub struct Exact {
-    /// Distance in units of the direction, and the error that f32 may make in it.
+    /// Distance in units of the direction, and its error bound in f32.
     pub t: f64,
     pub error: f64,
-    /// The other root, where f32 cannot tell on which side of the surface the ray starts.
+    /// The other root, if f32 cannot decide on which side of the surface the ray starts.
     pub other: f64,
-    /// Weights of the second and third corner, and the error in them.
+    /// Weights of the second and third vertex, and their error bound.
     pub weights: [f64; 2],
     pub weight_error: f64,
-    /// Distance by which the ray runs inside the primitive's outline, in units of the error that
-    /// f32 may make in that: above 1 it surely meets the primitive, below −1 it surely does not.
+    /// Distance of the ray inside the primitive's outline, in units of f32's error bound: above 1
+    /// it certainly hits the primitive, below −1 it certainly misses.
     pub margin: f64,
 }
 
@@ -123,12 +123,12 @@ fn sphere(from_center: DVec3, dir: DVec3, radius: f64, size: f64) -> Exact {
     }
 }
 
-/// A hit on a cone that f64 finds, whether or not it counts.
+/// A hit on a cone in f64, whether or not it counts.
 #[derive(Clone, Copy)]
 struct Candidate {
     t: f64,
     error: f64,
-    /// The least of the margins at the silhouette, at the ends and at the ray's origin.
+    /// The smallest of the margins at the silhouette, at the ends and at the ray's origin.
     margin: f64,
 }
 

@@ -1,5 +1,5 @@
-//! The oracle itself: its tree against brute force to the bit, and brute force against f64 within a
-//! stated bound.
+//! The oracle itself: its tree against brute force, bit for bit, and brute force against f64 within
+//! a stated bound.
 
 mod exact;
 
@@ -13,7 +13,7 @@ use phalanx::scene::{PAD, Scene};
 
 const SCALES: [f32; 5] = [1e-3, 0.1, 1.0, 1e3, 1e6];
 
-/// A ray at a scene: from within, around, or far outside, at a surface, past it, or anywhere.
+/// A random ray: from inside, around, or far outside, at a surface, past it, or anywhere.
 fn ray_at(scene: &Scene, rng: &mut Rng, scale: f32) -> OracleRay {
     let distance = rng.pick(&[0.5, 2.0, 2.0, 1000.0]);
     let org = match rng.below(8) {
@@ -99,7 +99,7 @@ fn brute_force_finds_what_f64_finds() {
     tally.conclude(80_000);
 }
 
-/// Cones of every shape, each alone, met from near, from far away, from within, and at their rims.
+/// Cones of every shape, each alone, hit from near, from far away, from inside, and at their rims.
 #[test]
 fn a_cone_is_met_where_f64_meets_it() {
     let mut tally = ErrorTally::default();
@@ -131,7 +131,7 @@ fn a_cone_is_met_where_f64_meets_it() {
 #[derive(Default)]
 struct ErrorTally {
     hits: u32,
-    /// Hits of a primitive at whose outline, ends or silhouette f32 may decide otherwise.
+    /// Hits at an outline, end or silhouette, where f32 may decide differently.
     at_outlines: u32,
     excused: u32,
     /// Largest error of a distance, as a share of the bound.
@@ -192,7 +192,7 @@ impl ErrorTally {
         }
     }
 
-    /// The nearest by f64 is another one only where something could not be decided.
+    /// The nearest hit by f64 differs only where something was undecidable.
     fn judge_order(&mut self, ray: &OracleRay, hit: &OracleHit, all: &[Exact]) {
         let at = &all[hit.prim_id as usize];
         let meets = |at: &Exact| at.margin > 0.0 && at.t > 0.0;
@@ -226,8 +226,7 @@ impl ErrorTally {
     }
 }
 
-/// Distances stay within the own box's padding of the box that the primitive fills: what the clamp
-/// promises.
+/// Distances stay within the padding of the primitive's box, as the clamp guarantees.
 #[test]
 fn hits_lie_in_the_primitive_s_own_box() {
     each_ray(14, 500, |scene, _, ray| {

@@ -1,8 +1,8 @@
 //! A hunt for scenes in which a kernel and the oracle differ by a bit.
 //!
-//! `PHALANX_HUNT_SECONDS` says how long (a few hundred scenes of one seed if it is not set), and
-//! `PHALANX_HUNT_SEED` with which seed; the seed is printed. A scene that differs is written into
-//! the temporary folder and named, to be rendered with `phalanx verify`.
+//! `PHALANX_HUNT_SECONDS` sets the duration (by default, a few hundred scenes of one seed), and
+//! `PHALANX_HUNT_SEED` the seed, which is printed. A scene that differs is written to the temporary
+//! folder and named, for `phalanx verify`.
 
 mod text;
 
@@ -14,13 +14,13 @@ use phalanx::scene::Scene;
 use std::time::{Duration, Instant};
 use text::random_scene;
 
-/// Scenes of an ordinary test run.
+/// Number of scenes in an ordinary test run.
 const SCENES: usize = 300;
 
 /// Seed of an ordinary test run.
 const SEED: u64 = 29;
 
-/// Settings beside the scene's own, for one scene in three.
+/// Additional settings for one scene in three.
 fn random_settings(scene: &Scene, rng: &mut Rng) -> Settings {
     let mut settings = Settings::of(scene);
     match rng.below(9) {

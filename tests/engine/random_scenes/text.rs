@@ -1,6 +1,6 @@
-//! Random scenes as text of the `.test` format, so that one that differs can be kept and rendered.
+//! Random scenes in the `.test` format, so that a failing one can be kept and rendered.
 //!
-//! Sizes go from 10⁻²⁰ to 10²⁰. A scene has a small part, where the camera stands, and a large one,
+//! Sizes range from 10⁻²⁰ to 10²⁰. A scene has a small part, where the camera is, and a large one,
 //! up to 10¹⁰ times as large: rounding that is negligible for one is large for the other.
 
 use crate::common::rng::Rng;
@@ -9,13 +9,13 @@ use std::fmt::Write;
 /// Largest power of ten by which the large part of a scene exceeds the small one.
 pub const MAX_RATIO_EXPONENT: f32 = 10.0;
 
-/// Text of a scene in the making.
+/// Text of a scene under construction.
 struct SceneText<'r> {
     rng: &'r mut Rng,
     text: String,
     /// Sizes of the small and of the large part.
     sizes: [f64; 2],
-    /// Vertices of both kinds written up to now.
+    /// Number of vertices of both kinds written so far.
     vertices: usize,
     normal_vertices: usize,
     /// Position of the small part.

@@ -1,5 +1,4 @@
-//! Cones and cylinders: not in the design document, which has spheres and triangles; as NFF has
-//! them.
+//! Cones and cylinders as in NFF; the design document has only spheres and triangles.
 
 use super::{assert_near, shot};
 use crate::common::rays::{Engines, toward};
@@ -152,7 +151,7 @@ fn an_inside_is_seen_from_inside_alone() {
     assert_eq!((down(false), down(true)), (Some(3.5), None));
 }
 
-/// The silhouette of a cylinder is where it should be, to the last few places.
+/// The silhouette of a cylinder is where it should be, to the last few digits.
 #[test]
 fn silhouettes() {
     let mut rng = Rng::new(51);
@@ -177,7 +176,7 @@ fn silhouettes() {
     }
 }
 
-/// Lambert's cosine shows the normal: radial, and against the slope.
+/// Lambert's cosine reveals the normal: radial, and against the slope.
 #[test]
 fn normals() {
     let mut rng = Rng::new(52);
@@ -228,7 +227,7 @@ fn normals() {
     assert!(lit_ones > 50, "only {lit_ones} were lit");
 }
 
-/// The unit normal toward the viewer in f64; none near the tip and the rims, or at a slant.
+/// The unit normal toward the viewer in f64; none near the tip and the rims, or at grazing angles.
 fn exact_normal(cone: &Cone, point: DVec3, dir: DVec3) -> Option<DVec3> {
     let along = (cone.apex - cone.base).as_dvec3();
     let f = point - cone.base.as_dvec3();
@@ -244,7 +243,7 @@ fn exact_normal(cone: &Cone, point: DVec3, dir: DVec3) -> Option<DVec3> {
     (facing.abs() > 0.2).then_some(normal * -facing.signum())
 }
 
-/// Light comes in at an open end: a look through a tube, and a shadow with a bright spot.
+/// Light enters at an open end: a view through a tube, and a shadow with a bright spot.
 #[test]
 fn open_ends_let_light_through() {
     let mut scene = Scene::default();
@@ -289,7 +288,8 @@ fn open_ends_let_light_through() {
     );
 }
 
-/// A ray straight through a thick tube of glass is bent twice and leaves as it came, moved aside.
+/// A ray straight through a thick glass tube is refracted twice and leaves in its original
+/// direction, displaced.
 #[test]
 fn a_glass_cylinder_refracts() {
     for ior in [1.0f32, 1.5, 2.0] {
@@ -341,7 +341,7 @@ fn a_glass_cylinder_refracts() {
     }
 }
 
-/// Rays that leave a cone's surface do not meet it again there: the offset is enough, at every
+/// Rays that leave a cone's surface do not hit it again there: the offset is sufficient at every
 /// size, slope and distance.
 #[test]
 fn no_cone_shades_its_own_surface() {
@@ -381,7 +381,7 @@ fn no_cone_shades_its_own_surface() {
     assert!(shots > 1000, "only {shots} were lit");
 }
 
-/// A place on a cone is on it, wherever it is seen from.
+/// A hit point on a cone is on it, from every viewpoint.
 #[test]
 fn far_cones_are_met_on_their_surface() {
     let mut rng = Rng::new(54);

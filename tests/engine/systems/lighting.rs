@@ -90,7 +90,7 @@ fn lights() -> [TestLight; 3] {
 const LIGHTS: &str =
     "point 4 5 6 1 0.5 0.25\ndirectional -1 2 3 0.25 0.5 1\npoint 0 -3 4 0.5 0.5 0.5\n";
 
-/// Blinn's model in f64, everything visible.
+/// Blinn's model in f64, with everything visible.
 fn blinn_phong(point: DVec3, normal: DVec3, eye: DVec3, shininess: f64) -> DVec3 {
     let viewer = (eye - point).normalize();
     let (kd, ks) = (DVec3::new(0.75, 0.5, 0.25), DVec3::new(0.5, 0.25, 1.0));
@@ -126,7 +126,7 @@ fn shading_with_shadow_rays() {
     lights_behind();
 }
 
-/// One ball on the way to each light leaves exactly Ka + Ke; also if it is of glass.
+/// One ball on the way to each light leaves exactly Ka + Ke, even if it is of glass.
 fn occluders(point: DVec3) {
     for glass in ["", "transmission 1 1 1\nior 1.5\n"] {
         let mut body = format!("{LIGHTS}{PAINT}sphere 0 0 0 1.5\n{glass}");
@@ -142,7 +142,7 @@ fn occluders(point: DVec3) {
         assert_eq!(radiance, OWN);
         assert_eq!(rays.shadow, 3);
     }
-    // Objects behind a light shade nothing.
+    // Objects behind a light cast no shadow.
     let free = format!("point 0 0 4 1 1 1\n{PAINT}{}", floor(0.0, true));
     let behind = format!("{free}sphere 0 0 5 0.9\n");
     let (alone, _) = shot(&scene("-3 0 3", "0 0 0", &free));
@@ -150,7 +150,7 @@ fn occluders(point: DVec3) {
     assert_eq!(shot(&scene("-3 0 3", "0 0 0", &behind)).0, alone);
 }
 
-/// A light adds nothing where l·ng ≤ 0, and no ray is traced, whatever the interpolated normal is.
+/// A light adds nothing if l·ng ≤ 0, and no ray is traced, whatever the interpolated normal.
 fn lights_behind() {
     for light in [
         "point 1 0 -2 9 9 9",

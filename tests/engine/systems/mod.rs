@@ -1,5 +1,5 @@
-//! The systems of the design document, a test named after each, in both engines and against closed
-//! forms.
+//! The systems of the design document, with a test named after each, in both engines and against
+//! closed forms.
 
 mod cones;
 mod lighting;
@@ -13,8 +13,8 @@ use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 
-/// A picture of one pixel, whose camera ray runs from `eye` to `at` (both as in a file), with up
-/// along y.
+/// A picture of one pixel, with a camera ray from `eye` to `at` (both as in a file), with up along
+/// y.
 fn scene(eye: &str, at: &str, body: &str) -> Scene {
     let text = format!("size 1 1\ncamera {eye} {at} 0 1 0 30\n{body}");
     match read_test(&text) {
@@ -23,13 +23,12 @@ fn scene(eye: &str, at: &str, body: &str) -> Scene {
     }
 }
 
-/// The pixel's radiance and the rays it took, all of them, after asserting that both engines say
-/// the same.
+/// The pixel's radiance and the number of rays, after asserting that both engines agree.
 fn shot(scene: &Scene) -> (Vec3, RayCounts) {
     shot_of_weight(scene, 0.0)
 }
 
-/// The same, with no rays of less weight than this.
+/// The same, without rays below this weight.
 fn shot_of_weight(scene: &Scene, min_weight: f32) -> (Vec3, RayCounts) {
     let by = |engine: Engine| {
         let settings = Settings {

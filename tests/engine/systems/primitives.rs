@@ -12,7 +12,7 @@ use phalanx::bvh::Bvh;
 use phalanx::oracle::{OracleHit, OracleRay, TwoLevelBvh};
 use phalanx::scene::Scene;
 
-/// The hit that brute force, the oracle's tree and the packet engine agree on.
+/// The hit on which brute force, the oracle's tree and the packet engine agree.
 fn closest(scene: &Scene, ray: &OracleRay) -> Option<OracleHit> {
     let (tree, bvh) = (TwoLevelBvh::build(scene), Bvh::build(scene));
     Engines::new(scene, &tree, &bvh).closest(ray)
@@ -55,7 +55,7 @@ fn ray_sphere() {
     ellipsoid_distances_and_normals();
 }
 
-/// Cancellation of b² − 4ac: a sphere a hundred to 300,000 radii away, met off its centre.
+/// Cancellation of b² − 4ac: a sphere a hundred to 300,000 radii away, hit off-centre.
 fn far_and_small_spheres() {
     let mut rng = Rng::new(43);
     for _ in 0..500 {
@@ -81,8 +81,8 @@ fn far_and_small_spheres() {
     }
 }
 
-/// An ellipsoid of axes 2, 1, 0.5 under a rotation: its normal is the gradient (x/a², y/b², z/c²),
-/// turned.
+/// An ellipsoid of axes 2, 1, 0.5 under a rotation: its normal is the rotated gradient (x/a², y/b²,
+/// z/c²).
 fn ellipsoid_distances_and_normals() {
     let axes = DVec3::new(2.0, 1.0, 0.5);
     let mut rng = Rng::new(44);
@@ -194,7 +194,7 @@ fn orientation() {
     assert_eq!(lit(-1), lit(1));
 }
 
-/// Vertex normals are weighted with the weights of the hit, then made unit.
+/// Vertex normals are interpolated with the weights of the hit, then normalised.
 fn interpolated_normals() {
     let body = "ambient 0 0 0\ndiffuse 1 1 1\ndirectional 0 0 1 1 1 1\n\
         vertexnormal 0 0 0 0 0 1\nvertexnormal 4 0 0 3 0 4\nvertexnormal 0 4 0 0 -4 3\ntrinormal 0 1 2\n";

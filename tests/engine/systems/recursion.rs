@@ -1,10 +1,10 @@
-//! "Recursive shading model": mirrors, refraction, and which rays are traced at all.
+//! "Recursive shading model": mirrors, refraction, and the choice of rays to trace.
 
 use super::{floor, scene, shot, shot_of_weight};
 use glam::{DVec3, Vec3};
 use phalanx::scene::Scene;
 
-/// A ball of this emission, for a ray to find; other balls and floors keep theirs.
+/// A ball with this emission as a ray's target; other balls and floors keep theirs.
 const GLOW: Vec3 = Vec3::new(0.75, 0.5, 0.25);
 
 fn glowing_ball(center: DVec3, radius: f64) -> String {
@@ -13,7 +13,7 @@ fn glowing_ball(center: DVec3, radius: f64) -> String {
     format!("{plain}ambient 0 0 0\nemission 0.75 0.5 0.25\nsphere {x} {y} {z} {radius}\n")
 }
 
-/// A ball so small that only the right direction finds it, three away.
+/// A ball so small that only the right direction hits it, at distance three.
 const TARGET: f64 = 2e-3;
 
 #[test]
@@ -78,8 +78,8 @@ fn rays_of_less_than_the_least_weight_are_not_traced() {
     }
 }
 
-/// Glass that mirrors half of the light and lets through the other half sends two rays for each:
-/// without a least weight 2¹⁰⁰ of them.
+/// Glass that reflects half of the light and transmits the other half sends two rays for each:
+/// without a minimum weight, 2¹⁰⁰ of them.
 #[test]
 fn glass_and_mirrors_of_great_depth_take_bounded_time() {
     let body = facing_mirrors(100, "specular 0.5 0.5 0.5\ntransmission 0.5 0.5 0.5");
@@ -88,7 +88,7 @@ fn glass_and_mirrors_of_great_depth_take_bounded_time() {
     assert!((12..8192).contains(&rays.total()), "{rays:?}");
 }
 
-/// Weights that add up to more than 1 are parts of their sum, each component by itself.
+/// Weights that add up to more than 1 are divided by their sum, component by component.
 #[test]
 fn materials_that_send_more_than_they_get_end_as_soon() {
     let sent = |material: &str, depth: u32, least: f32| {
@@ -124,7 +124,7 @@ fn materials_that_send_more_than_they_get_end_as_soon() {
     }
 }
 
-/// Deeper than any thread's stack. Every bounce adds Ka.
+/// Recursion deeper than any thread's stack. Every bounce adds Ka.
 #[test]
 fn perfect_mirrors_may_be_of_any_depth() {
     let body = facing_mirrors(1000, "specular 1 1 1");
@@ -150,7 +150,7 @@ fn a_mirror() {
     assert_eq!(shot(&scene("-2 -1 2", "0 0 0", &body)).0, Vec3::ZERO);
 }
 
-/// Between two mirrors every bounce adds Ka: a geometric sum, and as many rays as `maxdepth` says.
+/// Between two mirrors every bounce adds Ka: a geometric sum, with `maxdepth` rays.
 fn two_mirrors() {
     for depth in [0, 1, 2, 5, 20, 100] {
         let body = format!(
@@ -169,7 +169,8 @@ fn two_mirrors() {
     }
 }
 
-/// A plate of glass, 1 thick: the ray leaves as it came, moved sideways by what Snell's law says.
+/// A glass plate of thickness 1: the ray leaves in its original direction, displaced sideways by
+/// Snell's law.
 fn a_slab() {
     let down = DVec3::new(1.0, 0.0, -1.0).normalize();
     for index in [1.0, 1.25, 1.5, 2.5] {
@@ -193,7 +194,7 @@ fn a_slab() {
     }
 }
 
-/// A ball deviates a ray by 2(θi − θr), sin θi the impact parameter.
+/// A ball deflects a ray by 2(θi − θr), where sin θi is the impact parameter.
 fn a_glass_ball() {
     for (index, impact) in [
         (1.5, 0.5),
@@ -219,7 +220,7 @@ fn a_glass_ball() {
     }
 }
 
-/// From below at 45° and index 1.5 nothing gets out: the term is (Ks + Kt)·I_R, one ray.
+/// From below at 45° with index 1.5 nothing is transmitted: the term is (Ks + Kt)·I_R, one ray.
 fn total_reflection() {
     for (specular, sum) in [("0.25 0.25 0.25", 0.75), ("0 0 0", 0.5)] {
         let glass =
@@ -235,7 +236,7 @@ fn total_reflection() {
     }
 }
 
-/// Traced rays: those whose weight is not zero in every channel, and only down to `maxdepth`.
+/// Traced rays: only those with a nonzero weight in some channel, and down to `maxdepth`.
 fn rays_without_weight() {
     for (specular, transmission, depth, bounces) in [
         ("0 0 0", "0 0 0", 5, (0, 0)),

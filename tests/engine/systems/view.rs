@@ -19,7 +19,7 @@ fn random_view(rng: &mut Rng) -> View {
     }
 }
 
-/// (u, v, w) as the document writes it.
+/// (u, v, w) as in the document.
 fn frame(view: &View) -> [DVec3; 3] {
     let a = view.eye.as_dvec3() - view.center.as_dvec3();
     let b = view.up.as_dvec3();
@@ -82,7 +82,7 @@ fn camera_frame() {
     }
 }
 
-/// The direction as the document writes it, with fov_x = 2 atan(tan(fov_y/2)·W/H).
+/// The direction as in the document, with fov_x = 2 atan(tan(fov_y/2)·W/H).
 fn direction(view: &View, size: (u32, u32), row: f64, column: f64) -> DVec3 {
     let (width, height) = (f64::from(size.0), f64::from(size.1));
     let tan_y = (f64::from(view.fovy).to_radians() / 2.0).tan();

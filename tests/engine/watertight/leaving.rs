@@ -1,6 +1,6 @@
-//! Rays that leave a face on its lit side do not hit it: neither shadow rays, mirrored ones nor
-//! those of ambient occlusion, whatever the coordinates. `PHALANX_LEAVING_RAYS=100000000` for more
-//! than usual, `-- --nocapture` for the table.
+//! Rays that leave a face on its lit side do not hit it: shadow, mirror and ambient occlusion rays,
+//! at any coordinates. `PHALANX_LEAVING_RAYS=100000000` for more rays than usual, `-- --nocapture`
+//! for the table.
 
 use super::meshes::{ClosedMesh, cube, geodesic, globe};
 use crate::common::rays::pack;
@@ -36,7 +36,7 @@ fn seen(oracle: &Oracle, at: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, Ora
     surface.entering.then_some((hit.prim_id, surface))
 }
 
-/// A ray that leaves a surface on the side it was seen from, now and then as near to it as can be.
+/// A ray that leaves a surface on the side from which it was seen, occasionally almost along it.
 fn leaving(surface: &OracleSurface, rng: &mut Rng) -> OracleRay {
     let up = surface.ng.as_dvec3();
     loop {
@@ -53,7 +53,7 @@ fn leaving(surface: &OracleSurface, rng: &mut Rng) -> OracleRay {
     }
 }
 
-/// Lets rays leave a scene's surfaces near the points that `at` gives.
+/// Sends rays off a scene's surfaces near the points given by `at`.
 fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: usize) -> Ends {
     let (bvh, tree) = (Bvh::build(scene), TwoLevelBvh::build(scene));
     let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
@@ -84,7 +84,7 @@ fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: u
     ends
 }
 
-/// A cube whose corners are next to each other and whose edges are not along axes.
+/// The mesh, rotated so that its edges are not along the axes.
 fn turned(mesh: ClosedMesh) -> ClosedMesh {
     let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
     ClosedMesh {
@@ -126,8 +126,8 @@ fn rays_that_leave_a_face_do_not_hit_it() {
     }
 }
 
-/// A floor of ten million, seen and left near its middle, where its plane passes through the origin
-/// or beside it.
+/// A floor of size ten million, seen and left near its centre, with its plane through or near the
+/// origin.
 #[test]
 fn rays_that_leave_a_large_floor_do_not_hit_it() {
     for (slope, height) in [(0.0, 0.0), (0.0, 3.0), (0.25, 0.0), (-0.31, 0.7)] {
@@ -152,8 +152,7 @@ fn rays_that_leave_a_large_floor_do_not_hit_it() {
     }
 }
 
-/// Spheres, stretched ones and cones have no plane: a ray that leaves the bulge outward does not
-/// come back.
+/// Spheres, ellipsoids and cones are convex: a ray that leaves outward does not return.
 #[test]
 fn rays_that_leave_a_bulge_do_not_hit_it() {
     for kind in [PrimKind::Sphere, PrimKind::Ellipsoid, PrimKind::Cone] {

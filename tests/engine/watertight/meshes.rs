@@ -7,7 +7,7 @@ use phalanx::scene::Scene;
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
 
-/// A closed mesh: shared vertices, triangles, and how to find a point inside.
+/// A closed mesh: shared vertices, triangles, and a way to find a point inside.
 pub struct ClosedMesh {
     pub vertices: Vec<Vec3>,
     pub triangles: Vec<[usize; 3]>,
@@ -78,7 +78,7 @@ pub fn globe(rings: usize, segments: usize) -> ClosedMesh {
     }
 }
 
-/// An octahedron whose triangles are quartered `times` times and pushed onto the sphere.
+/// An octahedron with its triangles quartered `times` times and projected onto the sphere.
 pub fn geodesic(times: usize) -> ClosedMesh {
     let axes = [Vec3::X, Vec3::Y, -Vec3::X, -Vec3::Y];
     let mut vertices = vec![Vec3::Z, -Vec3::Z];

@@ -1,5 +1,5 @@
 //! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and
-//! anywhere, all hit. And none that leaves a surface hits it: see `leaving`.
+//! anywhere, all hit. And no ray that leaves a surface hits it: see `leaving`.
 
 mod leaving;
 mod meshes;
@@ -29,8 +29,7 @@ fn ray(mesh: &ClosedMesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut R
     OracleRay::new(org, dir)
 }
 
-/// Shoots packets of rays, one in `CHECKED` packets through the oracle, too; returns the number of
-/// rays.
+/// Traces packets of rays, one in `CHECKED` with the oracle, too; returns the number of rays.
 fn shoot(mesh: &ClosedMesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -> usize {
     const CHECKED: usize = 40;
     let (scene, placed) = mesh.scene(scale, offset);
