@@ -1,7 +1,7 @@
-//! Folders of bad files, with the messages about each in a file beside it.
+//! Folders of bad files, each with a file of expected messages next to it.
 //!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files bad_files::` writes today's
-//! messages: read the difference before committing it.
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files bad_files::` writes the
+//! current messages: review the difference before committing it.
 
 use crate::folders::folder;
 use phalanx::formats::{Diagnostic, LoadError, Loaded, Options, load};
@@ -19,8 +19,8 @@ fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
     out
 }
 
-/// Listing of the warnings or errors about a file. Spans of a diagnostic lie in the text; in
-/// `binary` formats one may have no line, and then no span.
+/// Listing of the warnings or errors about a file. Spans are within the text; in `binary` formats a
+/// diagnostic may have no line, and then no span.
 fn messages_about(path: &Path, binary: bool) -> String {
     match load(path, &Options::default()) {
         Ok(Loaded { warnings, .. }) => listing("warning: ", &warnings),
@@ -37,8 +37,8 @@ fn messages_about(path: &Path, binary: bool) -> String {
     }
 }
 
-/// Compares the messages about each file of these endings with the file that `expected` names;
-/// `PHALANX_BLESS` writes that file anew. There are more than `least` files.
+/// Compares the messages about each file with these extensions with the file named by `expected`,
+/// which `PHALANX_BLESS` rewrites. There must be more than `least` files.
 fn assert_messages(files: &str, endings: &[&str], expected: fn(&Path) -> PathBuf, least: usize) {
     let mut failures = String::new();
     let mut count = 0;

@@ -1,4 +1,4 @@
-//! Folders that tests read.
+//! Folders used by tests.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ pub fn folder(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// A folder of scenes that others made, where it is beside the repository.
+/// A folder of third-party scenes, if it exists next to the repository.
 pub fn shared_scenes(name: &str) -> Option<PathBuf> {
     let folder = folder("../shared/scenes").join(name);
     let there = folder.is_dir();

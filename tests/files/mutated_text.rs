@@ -1,10 +1,10 @@
-//! Files with tokens or bytes changed, and what must hold of every answer about them.
+//! Files with changed tokens or bytes, and invariants of every answer about them.
 
 use phalanx::formats::{Diagnostic, Loaded, MAX_DIAGNOSTICS};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-/// Tokens that have broken readers before, whatever the format.
+/// Tokens that have broken readers before, for any format.
 const SPICE: [&str; 19] = [
     "nan",
     "inf",
@@ -27,8 +27,7 @@ const SPICE: [&str; 19] = [
     "é",
 ];
 
-/// Asserts that a scene is valid, that diagnostics stand in file order, and that each passes
-/// `check`.
+/// Asserts that a scene is valid, that diagnostics are in file order, and that each passes `check`.
 pub fn check_answer(answer: Result<Loaded, Vec<Diagnostic>>, check: impl Fn(&Diagnostic)) {
     let diagnostics = match answer {
         Ok(loaded) => {
@@ -48,7 +47,7 @@ pub fn check_answer(answer: Result<Loaded, Vec<Diagnostic>>, check: impl Fn(&Dia
     diagnostics.iter().for_each(check);
 }
 
-/// [`check_answer`] for a text: each diagnostic's span lies in it, on its line.
+/// [`check_answer`] for a text: each diagnostic's span is within it, on its line.
 pub fn check_text_answer(text: &str, answer: Result<Loaded, Vec<Diagnostic>>) {
     check_answer(answer, |d| {
         let span = text.get(d.offset..d.offset + d.length);
@@ -63,7 +62,7 @@ pub fn check_text_answer(text: &str, answer: Result<Loaded, Vec<Diagnostic>>) {
     });
 }
 
-/// One token's fate.
+/// Mutation of one token.
 #[derive(Clone, Debug)]
 enum TokenMutation {
     Delete,
@@ -105,7 +104,7 @@ fn mutated(text: &str, at: usize, mutation: &TokenMutation) -> String {
     tokens.concat()
 }
 
-/// The valid text with one to seven mutations, one time in five cut off somewhere.
+/// The valid text with one to seven mutations, truncated one time in five.
 pub fn mutants(
     valid: &'static str,
     words: &'static [&'static str],

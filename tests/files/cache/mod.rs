@@ -1,4 +1,4 @@
-//! The scene cache: what comes out is what went in, and nothing else comes out.
+//! The scene cache: a scene survives the round trip unchanged, and nothing else is accepted.
 
 mod hostile;
 mod pictures;
@@ -96,7 +96,7 @@ fn bytes_of(scene: &Scene, bvh: &Bvh) -> Vec<u8> {
     bytes
 }
 
-/// A folder with a file in it that is written again and again.
+/// A folder with a file that is rewritten repeatedly.
 struct CacheFolder {
     _folder: TempDir,
     path: PathBuf,
@@ -166,7 +166,7 @@ fn an_empty_scene_can_be_stored() {
     assert_eq!(bytes_of(&cached.scene, &cached.bvh), bytes);
 }
 
-/// A column keeps the mapping alive, whatever becomes of the file's name and of the other columns.
+/// A column keeps the mapping alive, even if the file is removed and the other columns are dropped.
 #[test]
 fn columns_outlive_the_file_and_each_other() {
     let (scene, bvh) = scene(5, 40);

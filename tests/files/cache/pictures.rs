@@ -1,4 +1,4 @@
-//! A cache gives the picture of its file, whatever options there are on either side of it.
+//! A cache gives the same picture as its file, with any options when it is built or used.
 //!
 //! `PHALANX_CACHE_PAIRS` says how many pairs of random scenes and options are tried.
 
@@ -13,12 +13,12 @@ use phalanx::scene::{FileView, Material, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Pairs of an ordinary test run.
+/// Number of pairs in an ordinary test run.
 const PAIRS: usize = 200;
 
 const ENDINGS: [&str; 6] = ["test", "obj", "stl", "ply", "gltf", "nff"];
 
-/// A few triangles near one place, with numbers that every format can hold.
+/// A few triangles close together, with numbers that every format can represent.
 fn corners(rng: &mut Rng) -> Vec<Vec3> {
     // The last is one whose camera leaves the range of a stored scene, for narrow pictures.
     let size = rng.pick(&[1.0, 1.0, 30.0, 1e-3, 4e7, 1.2e7]);
@@ -33,7 +33,7 @@ fn words(v: Vec3) -> String {
     format!("{} {} {}", v.x, v.y, v.z)
 }
 
-/// Writes a scene of the format with this ending into a folder.
+/// Writes a scene in the format with this extension to a folder.
 fn write_scene(rng: &mut Rng, ending: &str, folder: &Path) -> PathBuf {
     let path = folder.join(format!("s.{ending}"));
     let corners = corners(rng);
@@ -100,7 +100,7 @@ fn write_scene(rng: &mut Rng, ending: &str, folder: &Path) -> PathBuf {
     path
 }
 
-/// A document with its buffer, perhaps with a camera of either kind and a light.
+/// A document with its buffer, optionally with a camera of either kind and a light.
 fn gltf(rng: &mut Rng, corners: &[Vec3], mirror: bool, folder: &Path) -> Value {
     let positions: Vec<u8> = corners
         .iter()
@@ -150,7 +150,7 @@ fn gltf(rng: &mut Rng, corners: &[Vec3], mirror: bool, folder: &Path) -> Value {
     document
 }
 
-/// Options that a command may have, of which most have few.
+/// Random options of a command, usually few.
 fn options(rng: &mut Rng) -> Options {
     let mut options = Options {
         threads: 1,
@@ -187,7 +187,7 @@ fn options(rng: &mut Rng) -> Options {
     options
 }
 
-/// The options of both sides: where both say something, the later ones count.
+/// The combined options: if both sides set one, the later one counts.
 fn joined(built: &Options, asked: &Options) -> Options {
     Options {
         view: asked.view.or(built.view),

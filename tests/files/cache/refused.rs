@@ -1,4 +1,4 @@
-//! Damage of every kind is seen and named.
+//! Damage of every kind is detected and named.
 
 use super::{CacheFolder, bytes_of, scene};
 use phalanx::bvh::Bvh;
@@ -14,7 +14,7 @@ fn fault(room: &CacheFolder, bytes: &[u8]) -> CacheFault {
     }
 }
 
-/// All but the header's own fields are covered by checksums; those say by themselves what they are.
+/// Checksums cover everything except the header's own fields, which are validated individually.
 #[test]
 fn every_flipped_bit_is_refused() {
     let room = CacheFolder::new();

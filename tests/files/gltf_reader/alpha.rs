@@ -1,4 +1,4 @@
-//! Alpha modes: the share of a surface that is there.
+//! Alpha modes: opacity of surfaces.
 
 use super::{File, base64, messages};
 use glam::Vec3;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 /// A picture of 2 × 1 texels without alpha.
 const OPAQUE: &[u8] = include_bytes!("two.png");
 
-/// A picture of 2 × 1 texels, the right one clear.
+/// A picture of 2 × 1 texels, the right one transparent.
 fn clear_right() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
@@ -41,7 +41,7 @@ fn loaded(material: Value, picture: Option<&[u8]>) -> Loaded {
     loaded
 }
 
-/// A material of this mode and alpha of its factor.
+/// A material with this mode and alpha factor.
 fn paint(mode: Value, alpha: f64) -> Value {
     json!({
         "alphaMode": mode,

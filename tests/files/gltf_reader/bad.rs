@@ -1,10 +1,10 @@
-//! Bad files, and what is said about them.
+//! Bad files, and messages about them.
 
 use super::{File, glb, read};
 use phalanx::formats::Diagnostic;
 use serde_json::{Value, json};
 
-/// The only message of a file that is refused.
+/// The only message about a refused file.
 fn message(file: &File) -> String {
     let messages = file.refused();
     assert_eq!(messages.len(), 1, "{messages:?}");

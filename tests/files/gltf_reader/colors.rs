@@ -1,4 +1,4 @@
-//! Colours of vertices.
+//! Vertex colours.
 
 use super::{File, messages};
 use glam::Vec3;
@@ -9,7 +9,7 @@ const FLOAT: u32 = 5126;
 const UBYTE: u32 = 5121;
 const USHORT: u32 = 5123;
 
-/// A triangle whose colours are these bytes.
+/// A triangle with these bytes as colours.
 fn colored(bytes: &[u8], kind: u32, width: usize) -> File {
     let mut file = File::triangle();
     let colors = file.accessor(bytes, kind, width, 3);
@@ -81,7 +81,8 @@ fn colours_are_clamped_and_those_that_are_no_numbers_left_out() {
     assert!(messages(&bad.warnings)[0].contains("one vertex colour is no number"));
 }
 
-/// They multiply the base colour, so without a material the base is white and not the usual grey.
+/// Vertex colours multiply the base colour, so without a material the base is white instead of
+/// grey.
 #[test]
 fn the_material_under_colours() {
     let of = |material: Option<Value>| {
@@ -126,7 +127,7 @@ fn white_colours_cost_nothing() {
     assert!(File::triangle().loaded().scene.triangles.colors.is_empty());
 }
 
-/// Opacities of the vertices under a mode of alpha.
+/// Opacities of the vertices in an alpha mode.
 fn opacities(mode: &str) -> Vec<f32> {
     let mut file = colored(
         &floats(&[1., 0., 0., 1., 0., 1., 0., 0.5, 0., 0., 1., 0.]),

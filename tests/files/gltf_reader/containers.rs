@@ -1,10 +1,10 @@
-//! Chunks, buffers and URIs as other writers make them.
+//! Chunks, buffers and URIs as written by other programs.
 
 use super::{File, base64, messages, read};
 use phalanx::formats::{Options, load};
 use serde_json::json;
 
-/// A GLB of these chunks, with its length in the header.
+/// A GLB with these chunks and its length in the header.
 fn glb(chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
     let word = |n: usize| (n as u32).to_le_bytes();
     let mut out = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
@@ -90,7 +90,7 @@ fn a_chunk_whose_padding_is_not_counted() {
     assert!(has_a_triangle(&bytes).is_empty());
 }
 
-/// It is no fault as long as nothing reaches beyond what there is.
+/// Not an error as long as nothing reads beyond the existing bytes.
 #[test]
 fn a_buffer_that_is_shorter_than_it_says() {
     let mut file = File::triangle();
@@ -186,7 +186,7 @@ fn names_of_files_may_be_escaped_or_look_so() {
     assert!(read("x.bin", "y.bin").is_err());
 }
 
-/// Compressed data with the same data beside it, not compressed.
+/// Compressed data, with the same data also uncompressed.
 #[test]
 fn the_fallback_of_compressed_views_is_read() {
     let mut file = File::triangle();

@@ -138,7 +138,7 @@ fn copies_that_show_more_than_can_be_numbered_are_refused_at_their_mesh() {
     );
 }
 
-/// Copies of rows that the file does not have would be free.
+/// Copies of rows that the file lacks would cost nothing in the file.
 #[test]
 fn copies_are_bounded_by_the_file_and_by_memory() {
     let mut file = File::triangle();

@@ -1,4 +1,5 @@
-//! Corners of the format: rows of zeros, primitives without positions, hidden nodes, extensions.
+//! Corner cases of the format: rows of zeros, primitives without positions, hidden nodes,
+//! extensions.
 
 use super::{File, messages};
 use glam::{Vec2, Vec3};

@@ -1,4 +1,4 @@
-//! The real files of `../shared/scenes/gltf`, against the counts of its SOURCES.md.
+//! Real files, against the counts listed with them.
 
 use crate::folders::shared_scenes;
 use phalanx::formats::{Options, load};

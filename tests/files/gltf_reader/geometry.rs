@@ -1,12 +1,11 @@
-//! Triangles where the file puts them.
+//! Positions of triangles.
 
 use super::{File, messages};
 use glam::Vec3;
 use phalanx::scene::Scene;
 use serde_json::json;
 
-/// The corners of every stored triangle.
-/// In the file's coordinates.
+/// The vertices of every stored triangle. In the file's coordinates.
 fn triangles(scene: &Scene) -> Vec<[Vec3; 3]> {
     let there = |corner| scene.file_position(corner).as_vec3();
     (0..scene.triangles.len())
@@ -71,7 +70,7 @@ fn points_and_lines_are_left_out_with_a_warning() {
     assert!(said[1].contains("points or lines"), "{said:?}");
 }
 
-/// The x coordinates of one triangle whose positions are stored as these bytes.
+/// The x coordinates of a triangle with positions stored as these bytes.
 fn stored(bytes: &[u8], kind: u32, normalized: bool, stride: Option<usize>) -> Vec<f32> {
     let mut file = File::empty();
     let positions = file.accessor(bytes, kind, 3, 3);

@@ -1,4 +1,4 @@
-//! Whatever the bytes, the reader answers, and every span it names lies in the file.
+//! For any bytes, the reader returns, and every span it reports is within the file.
 
 use super::{File, base64, glb, read};
 use crate::mutated_text::check_answer;
@@ -8,7 +8,7 @@ use proptest::sample::Index;
 use serde_json::json;
 use std::path::Path;
 
-/// A file with something of everything in it.
+/// A file with an example of every feature.
 fn everything() -> File {
     let mut file = File::triangle();
     let positions = file.floats(3, &[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]);
@@ -54,7 +54,7 @@ fn everything() -> File {
     file
 }
 
-/// A file of poses, copies and colours.
+/// A file with poses, copies and colours.
 fn posed() -> File {
     let mut file = File::triangle();
     let moved = file.floats(3, &[1., 0., 0., 1., 0., 0., 1., 0., 0.]);
@@ -96,7 +96,7 @@ fn check(bytes: &[u8]) {
     });
 }
 
-/// Sets bytes, and cuts the rest off.
+/// Sets bytes, and truncates the rest.
 fn mutate(bytes: &mut Vec<u8>, changes: Vec<(Index, u8)>, cut: Option<Index>) {
     for (at, byte) in changes {
         let at = at.index(bytes.len());
@@ -107,8 +107,8 @@ fn mutate(bytes: &mut Vec<u8>, changes: Vec<(Index, u8)>, cut: Option<Index>) {
     }
 }
 
-/// The seeds of `tests/allocation/fuzz_readers`, written anew by
-/// `PHALANX_BLESS=1 cargo test --test files gltf_reader::mangled::`.
+/// The seeds of `tests/allocation/fuzz_readers`, rewritten by `PHALANX_BLESS=1 cargo test --test
+/// files gltf_reader::mangled::`.
 #[test]
 fn the_fuzz_targets_seeds_are_these_files() {
     let mut picture = everything();

@@ -203,7 +203,7 @@ fn the_users_material_stands_in_where_there_is_none() {
     );
 }
 
-/// A triangle with a picture, which `image` tells where to find.
+/// A triangle with a picture at the location given by `image`.
 fn textured(image: impl FnOnce(&mut File) -> Value) -> File {
     let mut file = with_material(json!({
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}

@@ -1,5 +1,4 @@
-//! The glTF reader: what it makes of files written here by hand, what it says about bad ones, and
-//! the real ones beside the project.
+//! The glTF reader: hand-written files, messages about bad ones, and real files.
 
 mod alpha;
 mod bad;
@@ -29,7 +28,7 @@ const FLOAT: u32 = 5126;
 const USHORT: u32 = 5123;
 
 impl File {
-    /// No nodes yet, and nothing to see.
+    /// No nodes yet, and nothing visible.
     fn empty() -> File {
         let json = json!({
             "asset": {"version": "2.0"},
@@ -91,7 +90,7 @@ impl File {
         self.accessor(&bytes, USHORT, 1, values.len())
     }
 
-    /// The file as text, its buffer as hexadecimal would be too long: base64.
+    /// The file as text, with its buffer in base64, which is shorter than hexadecimal.
     fn text(&self) -> String {
         let mut json = self.json.clone();
         let data = format!(
@@ -120,7 +119,7 @@ impl File {
         self.read().unwrap_or_else(|errors| panic!("{errors:#?}"))
     }
 
-    /// The messages of a file that is refused.
+    /// The messages about a refused file.
     fn refused(&self) -> Vec<String> {
         let errors = self.read().map(|_| "a scene").expect_err("refused");
         errors.into_iter().map(|error| error.message).collect()

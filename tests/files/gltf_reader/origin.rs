@@ -1,4 +1,4 @@
-//! Files whose nodes or accessors lie far from the origin.
+//! Files with nodes or accessors far from the origin.
 
 use super::File;
 use glam::{DVec3, Vec3};
@@ -8,7 +8,7 @@ use serde_json::json;
 
 const PLACE: [f64; 3] = [500_123.25, 0.0, -4_012_345.5];
 
-/// A triangle in coordinates of its own that single precision could not hold at `PLACE`.
+/// A triangle in local coordinates that single precision could not represent at `PLACE`.
 fn shape(file: &mut File, offset: [f32; 3]) {
     let [x, y, z] = offset;
     let corners = [x - 4.1, y, z, x + 4.3, y, z + 0.7, x, y + 3.3, z];
@@ -52,7 +52,7 @@ fn a_nodes_translation_is_taken_from_the_origin_in_double_precision() {
     assert_eq!(corners(&rounded)[0][1].z, -4_012_344.8);
 }
 
-/// Each coordinate of the file and its difference from the chosen origin is single precision.
+/// Each coordinate in the file, and its difference from the chosen origin, fits single precision.
 #[test]
 fn accessors_of_single_precision_move_exactly_or_not_at_all() {
     let mut file = File::empty();
@@ -98,8 +98,8 @@ fn the_maps_of_instances_take_the_origin() {
     }
 }
 
-/// A map's coordinates in an accessor, which nodes take back: near in the world, far in the mesh's
-/// own space.
+/// Map coordinates in an accessor, which nodes undo: near in the world, far in the mesh's own
+/// space.
 #[test]
 fn a_mesh_that_is_far_away_in_its_own_space_is_stored_near() {
     let offset = [500_000.0, 0.0, -4_012_344.0f32];

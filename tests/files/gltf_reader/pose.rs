@@ -138,7 +138,7 @@ fn targets_may_be_sparse_and_of_integers() {
     );
 }
 
-/// A triangle whose corners follow the joints 0, 1 and 2 of a skin. The node itself moves away.
+/// A triangle whose vertices follow the joints 0, 1 and 2 of a skin. The node itself moves away.
 fn skinned(joints: &[Value], bound: Option<&[f32]>) -> File {
     let mut file = File::triangle();
     let numbers = file.accessor(&[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0], UBYTE, 4, 3);
@@ -352,7 +352,7 @@ fn a_skin_and_morph_targets_at_once() {
     );
 }
 
-/// The format wants joints in every primitive of such a mesh. Without them there is its node.
+/// The format requires joints in every primitive of such a mesh. Without them, its node is used.
 #[test]
 fn a_primitive_without_joints_stays_with_its_node() {
     let mut file = skinned(&three(), None);
@@ -385,7 +385,7 @@ fn two_skins_of_one_mesh_stand_apart() {
     near(corners(&loaded, 1), moved(Vec3::Z * 5.0));
 }
 
-/// Any number of targets may share one accessor, so that a small file would mean much work.
+/// Any number of targets may share one accessor, so a small file could cause a lot of work.
 #[test]
 fn displacements_are_bounded_by_the_file() {
     let mut file = File::triangle();
@@ -402,7 +402,7 @@ fn displacements_are_bounded_by_the_file() {
     );
 }
 
-/// Meshes of nothing, in the pose of each of many nodes, would take time as the square of the file.
+/// Empty meshes posed by each of many nodes would take time quadratic in the file's size.
 #[test]
 fn poses_are_bounded_by_the_file() {
     for posed in [

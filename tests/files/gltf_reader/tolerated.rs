@@ -1,10 +1,10 @@
-//! Files that bend the rules and whose meaning is plain, and words for those that are refused.
+//! Nonconforming files with a clear meaning, and messages about those that are refused.
 
 use super::{File, messages, read};
 use phalanx::formats::Loaded;
 use serde_json::{Value, json};
 
-/// A triangle whose document another program has written differently.
+/// A triangle with a document in another program's style.
 fn rewritten(change: impl Fn(&str) -> String) -> Result<Loaded, Vec<String>> {
     let text = change(&File::triangle().text());
     let read = read("gltf", text.as_bytes());

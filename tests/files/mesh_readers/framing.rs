@@ -1,4 +1,4 @@
-//! The made-up camera and light: for the picture that is asked for, from a file or from a cache.
+//! The default camera and light, for the requested picture, from a file or from a cache.
 
 use super::read;
 use phalanx::bvh::Bvh;
@@ -8,7 +8,7 @@ use phalanx::open::{Opened, open};
 use phalanx::scene::Scene;
 use std::path::PathBuf;
 
-/// A wide board, a thin rod that leans away, and nothing in between.
+/// A wide board, a thin rod leaning away, and nothing in between.
 const BOARD: &str = "v -5 0 0\nv 5 0 0\nv 5 1 0\nv -5 1 0\nv 0 4 -8\nf 1 2 3 4\nf 1 1 5\n";
 
 fn read_with(options: &Options) -> Scene {

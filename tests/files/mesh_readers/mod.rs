@@ -1,5 +1,4 @@
-//! The readers of meshes from outside: what files mean, what is said about bad ones, and that
-//! others read the same.
+//! The mesh readers: meaning of files, messages about bad ones, and agreement with other readers.
 
 mod framing;
 mod obj;
@@ -14,7 +13,7 @@ mod stl;
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};
 use phalanx::scene::Scene;
 
-/// Reads bytes as a file with that ending, which must be a scene.
+/// Reads bytes as a file with this extension, which must be a scene.
 fn read(ending: &str, bytes: &[u8]) -> Loaded {
     let read = read_bytes(ending, bytes, &Options::default()).expect("a known ending");
     read.unwrap_or_else(|errors| panic!("{errors:#?}"))
@@ -29,7 +28,7 @@ fn messages(diagnostics: &[Diagnostic]) -> Vec<String> {
     diagnostics.iter().map(|d| d.message.clone()).collect()
 }
 
-/// The triangles' corners.
+/// The triangles' vertices.
 fn triangles(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
     let corners = |i| scene.triangles.corners(i).map(|c| c.to_array());
     (0..scene.triangles.len()).map(corners).collect()

@@ -1,5 +1,4 @@
-//! OBJ and MTL files that other programs write otherwise than the format is defined, and text in
-//! UTF-16.
+//! OBJ and MTL files from programs that deviate from the format's definition, and UTF-16 text.
 
 use super::{FLAT, errors, messages, triangles};
 use glam::Vec3;
@@ -15,7 +14,7 @@ fn write(folder: &Path, files: &[(&str, &[u8])]) {
     }
 }
 
-/// Reads the first of these files, beside the others.
+/// Reads the first of these files, with the others in the same folder.
 fn first_of(files: &[(&str, &[u8])]) -> Loaded {
     let scratch = tempfile::tempdir().unwrap();
     write(scratch.path(), files);

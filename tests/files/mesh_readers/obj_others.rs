@@ -1,4 +1,4 @@
-//! OBJ and MTL files as other programs write them: colours, names, paths, masks and slips.
+//! OBJ and MTL files as written by other programs: colours, names, paths, masks and mistakes.
 
 use super::{FLAT, messages, triangles};
 use glam::{Vec2, Vec3};
@@ -13,7 +13,7 @@ fn read(text: &str) -> Loaded {
     super::read("obj", text.as_bytes())
 }
 
-/// A picture of two pixels beside each other.
+/// A picture of two adjacent pixels.
 fn picture(color: png::ColorType, samples: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
@@ -28,7 +28,7 @@ fn rgb() -> Vec<u8> {
     picture(png::ColorType::Rgb, &[255, 0, 0, 0, 0, 255])
 }
 
-/// Reads `a.obj` beside the other files.
+/// Reads `a.obj`, with the other files in the same folder.
 fn beside(obj: &str, files: &[(&str, &[u8])]) -> Loaded {
     let scratch = tempfile::tempdir().unwrap();
     write_files(scratch.path(), files);
@@ -54,7 +54,7 @@ fn first_material(scene: &Scene) -> Material {
     scene.materials.get(scene.triangles.material[0] as usize)
 }
 
-/// A triangle with a material of this text, beside two pictures.
+/// A triangle with a material of this text, and two pictures in the folder.
 fn with_material(mtl: &str) -> Loaded {
     let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}usemtl m\nf 1/1 2/2 3/3\n");
     let leaf = picture(png::ColorType::Rgba, &[0, 99, 0, 0, 0, 99, 0, 255]);

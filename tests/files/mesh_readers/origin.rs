@@ -5,17 +5,17 @@ use glam::{DVec3, Vec3};
 use phalanx::formats::{AddedLight, Loaded, Options, Origin, read_bytes};
 use phalanx::scene::FileView;
 
-/// A triangle about a map's coordinates, in decimals that single precision does not have.
+/// A triangle at map coordinates, in decimals beyond single precision.
 const FAR: [[f64; 3]; 3] = [
     [499_999.9, 8.1, -4_012_344.3],
     [500_001.2, 8.0, -4_012_344.0],
     [500_000.0, 9.1, -4_012_343.7],
 ];
 
-/// The same place less the origin that is chosen for it.
+/// The same point minus the automatically chosen origin.
 const ORIGIN: [f64; 3] = [500_000.5, 0.0, -4_012_344.0];
 
-/// The expected result: coordinates less the origin in double precision, rounded once.
+/// The expected result: coordinates minus the origin in double precision, rounded once.
 fn moved(corners: [[f64; 3]; 3], origin: [f64; 3]) -> Vec<[[f32; 3]; 3]> {
     let position = |c: [f64; 3]| (DVec3::from(c) - DVec3::from(origin)).as_vec3().to_array();
     vec![corners.map(position)]
@@ -68,7 +68,7 @@ fn bytes_of<const N: usize>(corners: [[f64; 3]; 3], of: impl Fn(f64) -> [u8; N])
     corners.as_flattened().iter().flat_map(|&c| of(c)).collect()
 }
 
-/// The files in which coordinates have more digits than single precision.
+/// Files with coordinates beyond single precision.
 fn wide_files(corners: [[f64; 3]; 3]) -> Vec<(&'static str, Vec<u8>)> {
     let row = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}\n");
     let vertex = |c: [f64; 3]| format!("vertex {}", row(c));
@@ -122,7 +122,7 @@ fn an_origin_that_is_asked_for_is_taken() {
     }
 }
 
-/// Whole numbers of 32 bits are wider than single precision, too.
+/// 32-bit integers exceed single precision, too.
 #[test]
 fn whole_numbers_are_taken_from_the_origin_before_they_are_rounded() {
     let corners = [
@@ -183,7 +183,7 @@ fn single_precision_stays_where_a_difference_would_be_rounded() {
     }
 }
 
-/// Single precision leaves nothing of it at first sight.
+/// In single precision alone it would collapse.
 #[test]
 fn a_small_thing_very_far_away_is_found_in_steps() {
     let corners = [

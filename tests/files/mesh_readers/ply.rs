@@ -323,7 +323,7 @@ const COLORED: &str = "element vertex 3\nproperty float x\nproperty float y\npro
                        property TYPE red\nproperty TYPE green\nproperty TYPE blue\n\
                        element face 1\nproperty list uchar int vertex_indices\nend_header\n";
 
-/// The colours of the first triangle's corners.
+/// The colours of the first triangle's vertices.
 fn colors(scene: &phalanx::scene::Scene) -> [[f32; 3]; 3] {
     let colors = scene.triangles.corner_colors(0).expect("colours");
     colors.map(|color| color.to_array())

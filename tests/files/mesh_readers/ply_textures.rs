@@ -27,7 +27,7 @@ fn picture(color: [u8; 3]) -> Vec<u8> {
     bytes
 }
 
-/// Reads a file beside some pictures.
+/// Reads a file with pictures in the same folder.
 fn try_beside(file: &[u8], options: &Options) -> Result<Loaded, LoadError> {
     let scratch = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| {
@@ -45,7 +45,7 @@ fn beside(file: &[u8]) -> Loaded {
     try_beside(file, &Options::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The header of a file, with its pictures.
+/// The header of a file that names pictures.
 fn header(encoding: &str, pictures: &[&str], elements: &str) -> String {
     let pictures = pictures
         .iter()

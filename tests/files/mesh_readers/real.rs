@@ -1,5 +1,4 @@
-//! Real files, and what other readers find in them. Skipped where `../shared/scenes` is not at
-//! hand.
+//! Real files, compared with other readers. Skipped if the shared scenes are not available.
 
 use super::triangles;
 use crate::folders::shared_scenes;
@@ -8,7 +7,7 @@ use phalanx::scene::Scene;
 use ply_rs_bw::{parser::Parser, ply};
 use std::path::{Path, PathBuf};
 
-/// All files with that ending below a folder of the shared scenes.
+/// All files with this extension below a folder of the shared scenes.
 fn files(ending: &str) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let mut folders = Vec::from_iter(shared_scenes(ending));
@@ -33,8 +32,7 @@ fn scene(path: &Path, threads: usize) -> Scene {
     load(path, &options).unwrap_or_else(|e| panic!("{e}")).scene
 }
 
-/// Triangles apart from their order and from where they begin; polygons are cut in more than one
-/// way.
+/// Triangles regardless of their order and first vertex; polygons may be triangulated differently.
 fn sorted(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Vec<[[u32; 3]; 3]> {
     let turned = |t: [[f32; 3]; 3]| {
         let [a, b, c] = t.map(|corner| corner.map(f32::to_bits));

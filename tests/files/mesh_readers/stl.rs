@@ -3,7 +3,7 @@
 use super::{FLAT, area_from_z, errors, messages, read, triangles};
 use phalanx::formats::{Options, UpAxis, read_bytes};
 
-/// A binary file of facets with these corners.
+/// A binary file of facets with these vertices.
 fn binary(header: &[u8], facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
     let mut file = header.to_vec();
     file.resize(80, 0);
@@ -89,7 +89,7 @@ fn what_follows_the_last_facet_and_files_without_any_are_warnings() {
     );
 }
 
-/// A picture's worth of text: facets in this form.
+/// A text file with facets in this form.
 const SQUARE: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n\
                       facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
 

@@ -1,4 +1,4 @@
-//! Bad files, and what is said about them.
+//! Bad files, and messages about them.
 
 use phalanx::formats::{MAX_DIAGNOSTICS, read_nff};
 

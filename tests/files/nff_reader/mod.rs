@@ -1,5 +1,4 @@
-//! The NFF reader from outside: what files mean, what is said about bad ones, and that nothing
-//! makes it panic.
+//! The NFF reader: meaning of files, messages about bad ones, and no panics.
 
 mod bad;
 mod mangled;

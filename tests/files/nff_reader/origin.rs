@@ -46,7 +46,8 @@ fn every_position_is_taken_from_the_origin_in_double_precision() {
     assert_eq!(scene.triangles.corner_normals(1).unwrap()[1], Vec3::Y * 2.0);
 }
 
-/// A hair more than half a unit in the last place above 1, which double precision does not hold.
+/// Slightly more than half a unit in the last place above 1, which double precision cannot
+/// represent.
 #[test]
 fn near_scenes_round_positions_once() {
     let number = "1.00000005960464477539062500001";

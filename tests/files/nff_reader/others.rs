@@ -1,9 +1,9 @@
-//! Files of others, where `../shared/scenes` is there.
+//! Third-party files, if the shared scenes are available.
 
 use crate::folders::shared_scenes;
 use phalanx::formats::{LoadError, Options, load};
 
-/// Spheres, cones, triangles, lights (a key light where the file has none) and warnings.
+/// Spheres, cones, triangles, lights (a key light if the file has none) and warnings.
 const FILES: [(&str, [usize; 5]); 11] = [
     ("default/balls.nff", [7381, 0, 2, 3, 0]),
     ("default/gears.nff", [0, 0, 36_610, 5, 0]),
@@ -38,7 +38,7 @@ fn files_of_others_load_with_their_counts() {
     }
 }
 
-/// Only this one of all the files is refused: its records lack operands, or have too many.
+/// The only file that is refused: its records lack operands, or have too many.
 #[test]
 fn the_file_with_faulty_records_is_refused_at_each_of_them() {
     let Some(folder) = shared_scenes("nff") else {

@@ -99,7 +99,7 @@ fn lights_may_have_a_colour_and_count_all_the_same() {
     assert_eq!(scene.lights.position.get(1), Vec3::new(1.0, 2.0, 3.0));
 }
 
-/// Even lights that stand after the shapes.
+/// Lights count even after the shapes.
 #[test]
 fn all_lights_of_the_file_count() {
     let scene = scene("f 1 1 1 1 0 1 0 1\ns 0 0 0 1\nl 0 0 1\nl 0 0 2\nl 0 0 3\n");

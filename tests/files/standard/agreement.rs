@@ -8,9 +8,9 @@ use phalanx::scene::{Scene, Vec3s};
 /// Largest difference over the scene's size; the files' own rounding is half a unit of the sixth
 /// digit.
 const TOLERANCE: f32 = 2e-6;
-/// Relative difference that six digits leave.
+/// Relative difference allowed by six digits.
 const SIX_DIGITS: f32 = 5e-6;
-/// Tolerance of numbers that have no length: surfaces and normals.
+/// Tolerance for dimensionless numbers: surfaces and normals.
 const ABSOLUTE: f32 = 2e-5;
 
 const FILES: [(&str, &str); 9] = [

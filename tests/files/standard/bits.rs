@@ -1,8 +1,7 @@
 //! The databases bit for bit: the same on every platform and in every build.
 //!
-//! When these were recorded, all eleven databases, at default and at other sizes, agreed with the
-//! files that the original programs (SPD 3.14, compiled by gcc) wrote, to the six digits that they
-//! print.
+//! When these were recorded, all eleven databases, at default and other sizes, agreed with the
+//! files of the original programs (SPD 3.14, compiled by gcc), to the six digits that they print.
 
 use super::{numbers, scene, spec};
 use phalanx::standard::{MemoryBuilder, Tessellate};

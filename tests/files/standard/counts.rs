@@ -20,7 +20,7 @@ const PUBLISHED: [(&str, u64, u64, u64, u64); 11] = [
     ("tree:11", 4095, 4095, 1, 7),
 ];
 
-/// Other sizes from the heads of the original programs.
+/// Other sizes, from the headers of the original programs.
 const OTHER_SIZES: [(&str, u64, u64, u64, u64); 11] = [
     ("balls:2", 91, 0, 1, 3),
     ("balls:5", 66430, 0, 1, 3),
@@ -65,8 +65,8 @@ fn other_sizes_have_the_counts_of_the_programs_heads() {
     check(&OTHER_SIZES);
 }
 
-/// "poly/patches" of the databases' table: polygons and patches at a resolution of 4, in thousands
-/// where it says so.
+/// "poly/patches" in the databases' table: polygons and patches at a resolution of 4, in thousands
+/// where the table says so.
 #[test]
 fn tessellated_scenes_have_the_published_numbers_of_polygons() {
     let table = [

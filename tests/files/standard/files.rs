@@ -1,4 +1,4 @@
-//! Our own files: what is written is read back as the same scene, as far as the format holds it.
+//! Written files: they are read back as the same scene, as far as the format can represent it.
 
 use super::{numbers, scene, spec};
 use phalanx::formats::{Loaded, read_nff, read_test};
@@ -39,7 +39,7 @@ fn read_back(name: &str, loaded: Result<Loaded, Vec<phalanx::formats::Diagnostic
     loaded.scene
 }
 
-/// Every number of every primitive, by value (a file says −0 as 0).
+/// Every number of every primitive, by value (files write −0 as 0).
 fn assert_same_shapes(name: &str, a: &Scene, b: &Scene) {
     assert_eq!(a.prim_count(), b.prim_count(), "{name}");
     for prim in 0..a.prim_count() {
@@ -51,8 +51,7 @@ fn assert_same_shapes(name: &str, a: &Scene, b: &Scene) {
     }
 }
 
-/// As [`assert_same_shapes`], but for the last bits of normals, which `.test` gives unit length
-/// once more.
+/// As [`assert_same_shapes`], except for the last bits of normals, which `.test` normalises again.
 pub fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
     assert_eq!(a.prim_count(), b.prim_count(), "{name}");
     for prim in 0..a.prim_count() {
@@ -145,7 +144,7 @@ fn tessellated_scenes_fit_every_format() {
     }
 }
 
-/// Corners of a tessellated cone lie on its ends, and their normals point away from its axis.
+/// Vertices of a tessellated cone lie on its ends, and their normals point away from its axis.
 #[test]
 fn tessellated_cones_face_outward() {
     let file = text(written("tree:1", FileFormat::Nff, Some(2)));
@@ -173,7 +172,7 @@ fn tessellated_cones_face_outward() {
     }
 }
 
-/// Reads the PLY files that we write: positions, perhaps normals, lists with counts of one byte.
+/// Reads our own PLY files: positions, optional normals, lists with one-byte counts.
 pub fn ply_triangles(bytes: &[u8]) -> (usize, Vec<Vec<[f32; 3]>>) {
     let end = bytes
         .windows(11)
@@ -229,7 +228,7 @@ fn ply_holds_the_polygons() {
     }
 }
 
-/// A disk that is full for one write, then no more: the error must be kept, not met again.
+/// A disk that is full for just one write: the error must be kept.
 struct Full {
     failed: bool,
 }
@@ -282,7 +281,7 @@ fn every_scene_can_be_written_tessellated_or_not() {
     }
 }
 
-/// A scene in which the kinds are mixed stays in order.
+/// A scene with mixed kinds keeps its order.
 #[test]
 fn kinds_stay_in_the_order_of_the_databases() {
     let tree = scene("tree:2");

@@ -1,5 +1,5 @@
-//! Meshes, coloured lights and the document's surfaces through every sink: what the modern scenes
-//! are made of.
+//! Meshes, coloured lights and the document's surfaces through every sink: the ingredients of the
+//! modern scenes.
 
 use super::files::{assert_close_shapes, assert_same_setting, ply_triangles};
 use glam::{DVec3, Vec3, dvec3};
@@ -153,7 +153,7 @@ fn ply_shares_vertices_unless_there_are_normals() {
     }
 }
 
-/// Concave: its first corner alone would have it face the other way.
+/// Concave: judged by its first corner alone, it would face the other way.
 #[test]
 fn flat_faces_of_a_ply_with_normals_stand_upright() {
     let bytes = ply(true);

@@ -1,5 +1,4 @@
-//! The standard scenes from outside: what is published of them, what files others made of them, and
-//! our own files.
+//! The standard scenes: published facts, third-party files, and our own files.
 
 mod agreement;
 mod bits;
@@ -21,7 +20,7 @@ fn scene(text: &str) -> Scene {
     phalanx::standard::scene(spec(text)).expect("a valid scene")
 }
 
-/// All numbers of a primitive, in a fixed order by kind; its surface's come last.
+/// All numbers of a primitive, in a fixed order by kind, ending with its surface's.
 fn numbers(scene: &Scene, prim: usize) -> (PrimKind, Vec<f32>, Vec<f32>) {
     let id = scene.prims[prim];
     let i = id.index();

@@ -1,4 +1,4 @@
-//! The modern scenes: as many triangles as asked for, sound ones, and the same on every machine.
+//! The modern scenes: the requested number of valid triangles, and the same on every machine.
 
 use super::{scene, spec};
 use glam::Vec3;
@@ -6,8 +6,8 @@ use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::scene::{OutputEncoding, Scene};
 use phalanx::standard::{CATALOGUE, Family, StandardScene, counts};
 
-/// Names, and a hash of each scene at 8,000 triangles. Another hash means another scene: benchmarks
-/// of then and now could not be compared any more.
+/// Names, and a hash of each scene at 8,000 triangles. A different hash means a different scene:
+/// benchmarks would no longer be comparable with earlier ones.
 const HASHES: [(&str, u64); 7] = [
     ("cornell", 0x7e2a17423270ba62),
     ("terrain", 0xa1f6305671f03ca1),

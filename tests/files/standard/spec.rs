@@ -1,4 +1,4 @@
-//! Names and sizes as they are given on a command line.
+//! Names and sizes, as given on a command line.
 
 use phalanx::standard::{CATALOGUE, StandardError, find, parse_spec};
 

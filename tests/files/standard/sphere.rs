@@ -1,10 +1,10 @@
-//! Tessellated spheres, in the double precision in which they are made.
+//! Tessellated spheres, in the double precision of their construction.
 
 use glam::DVec3;
 use phalanx::standard::{MaterialDesc, SceneBuilder, StandardLight, StandardView, Tessellate};
 use std::collections::HashSet;
 
-/// Keeps patches, and expects nothing else.
+/// Collects patches, and expects nothing else.
 #[derive(Default)]
 struct Patches(Vec<Vec<(DVec3, DVec3)>>);
 
@@ -38,7 +38,7 @@ impl SceneBuilder for Patches {
     }
 }
 
-/// Each edge is there once in either direction, its ends the same to the last bit.
+/// Each edge exists once in either direction, with ends equal to the last bit.
 #[test]
 fn a_tessellated_sphere_is_closed_and_faces_outward() {
     for fineness in [1, 2, 3, 7, 12] {

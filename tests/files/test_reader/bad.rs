@@ -1,4 +1,4 @@
-//! Bad files, and what is said about them.
+//! Bad files, and messages about them.
 
 use crate::folders::folder;
 use phalanx::formats::{LoadError, MAX_DIAGNOSTICS, Options, load, read_test};

@@ -1,4 +1,4 @@
-//! The course's own scenes, with the counts of `scenes/cse167/SOURCES.md`.
+//! The course's own scenes, with the counts listed with them.
 
 use crate::folders::shared_scenes;
 use phalanx::formats::{Options, load};

@@ -1,4 +1,4 @@
-//! Whatever the bytes, the reader answers, and every span it names lies in the file.
+//! For any bytes, the reader returns, and every span it reports is within the file.
 
 use crate::mutated_text::{check_answer, check_text_answer, mutants};
 use phalanx::formats::{LoadError, Options, load, read_test};

@@ -10,7 +10,7 @@ fn scene(text: &str) -> Scene {
         .scene
 }
 
-/// One of each thing that has a position, about x = 6400000, z = -250000.
+/// One of everything that has a position, around x = 6400000, z = -250000.
 const FAR: &str = "size 4 4
 camera 6400000.1 2 -249990 6400000.3 1 -250000.7 0 1 0 45
 point 6400004.1 9 -250000 1 1 1
@@ -85,7 +85,7 @@ fn near_scenes_round_operands_as_they_always_did() {
     assert_eq!(scene.spheres.center.get(0).x, center as f32);
 }
 
-/// In single precision the eye is where it looks.
+/// In single precision the eye and its target coincide.
 #[test]
 fn a_camera_is_checked_where_the_scene_is_moved() {
     let text = "size 4 4\ncamera 6400000.1 0 0 6400000.2 0 0 0 1 0 45\nsphere 6400003.1 0 0 0.5\n";

@@ -1,12 +1,12 @@
-//! Scenes in units far from 1 are scaled by an exact power of two, and nothing about the picture
-//! changes.
+//! Scenes in units far from 1 are scaled by an exact power of two, without any change to the
+//! picture.
 
 use super::{read, scene};
 use glam::Vec3;
 use phalanx::formats::read_test;
 use phalanx::scene::Scene;
 
-/// A scene with a sphere, an ellipsoid, a triangle and both lights, in units of `unit` (as it is
+/// A scene with a sphere, an ellipsoid, a triangle and both lights, in units of `unit` (as
 /// written).
 fn in_units(unit: &str) -> Scene {
     let text = format!(
@@ -99,7 +99,7 @@ fn ellipsoids_keep_both_maps_inverse_to_each_other() {
     }
 }
 
-/// L/(const + lin·d + quad·d²) in f64, as the file has it or as the scene does.
+/// L/(const + lin·d + quad·d²) in f64, with the file's values or the scene's.
 fn light_at(color: f64, attenuation: [f64; 3], d: f64) -> f64 {
     color / (attenuation[0] + attenuation[1] * d + attenuation[2] * d * d)
 }
