@@ -42,7 +42,7 @@ fn building(c: &mut Criterion) {
     }
 }
 
-/// Primitives that the camera rays hit through a tree: no tree may change them.
+/// Primitives hit by the camera rays through a tree, which must be the same for any tree.
 fn seen(scene: &Scene, bvh: &Bvh) -> Vec<u32> {
     let arena = Bump::new();
     let rays = primary(&arena, scene, SMALL).expect("a valid scene").queue;

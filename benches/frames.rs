@@ -1,6 +1,6 @@
 //! Whole frames, including shading, by both engines.
 //!
-//! `cargo bench --bench frames`. An element is a ray of any kind. For pass or fail see the ratios
+//! `cargo bench --bench frames`. An element is a ray of any kind. For pass or fail, see the ratios
 //! (`cargo bench --bench ratios`).
 
 mod common;

@@ -1,16 +1,16 @@
 //! Instruction counts of the kernels, compared with `perf/instructions.json`. Unlike times, they
-//! are the same every time, so that a slowdown of a few percent is found on any machine.
+//! are reproducible, so a slowdown of a few percent is detected on any machine.
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-cpu=x86-64-v3" CARGO_TARGET_DIR=target/v3 cargo bench --bench instructions
 //! ```
 //!
-//! The program runs itself under valgrind's callgrind, one workload a run, and counts within one
-//! function only. `-- --bless` writes a new baseline. Exits 0 where every count is within
-//! [`TOLERANCE`] or below, or no statement is possible (no valgrind, another compiler); 1 where one
-//! is above or has no baseline; 2 where this build is not one to count.
+//! The program runs itself under valgrind's callgrind, one workload per run, and counts only within
+//! one function. `-- --bless` writes a new baseline. Exits 0 if every count is within [`TOLERANCE`]
+//! or below, or no statement is possible (no valgrind, another compiler); 1 if a count is above or
+//! has no baseline; 2 if this build is not suitable for counting.
 //!
-//! Nothing else may enter the counts. A workload is prepared before counting begins, and allocates
+//! Nothing else may affect the counts. A workload is prepared before counting begins, and allocates
 //! nothing afterwards. It runs on one thread, without environment, and valgrind always assigns the
 //! same addresses.
 
@@ -28,22 +28,22 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Share by which a count may exceed its baseline. The same sources and compiler give the same
-/// count to the instruction. This much is left for another system's linker and C library, and for
-/// the effects of a change elsewhere in the crate on the compiler's choices. Slowdowns worth a look
-/// are larger.
+/// count to the instruction. The tolerance allows for another system's linker and C library, and
+/// for the effects of changes elsewhere in the crate on the compiler's choices. Slowdowns worth
+/// investigating are larger.
 const TOLERANCE: f64 = 0.01;
 
-/// Instruction-set level that counts are taken at: valgrind knows no AVX-512.
+/// Instruction-set level of the counts: valgrind does not support AVX-512.
 const LEVEL: &str = "x86-64-v3";
 
-/// Option by which the program runs as the counted one, with the name of the workload.
+/// Option that runs the program as the counted one, with the name of the workload.
 const WORKLOAD: &str = "--workload";
 
 /// Committed counts.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct CommittedCounts {
     schema_version: u32,
-    /// `rustc --version` of the compiler that made the program.
+    /// `rustc --version` of the compiler that built the program.
     rustc: String,
     /// Instruction-set level, [`LEVEL`].
     level: String,
@@ -100,7 +100,7 @@ fn baseline_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("perf/instructions.json")
 }
 
-/// Reason why counts of this build would be meaningless, if they would.
+/// Reason why counts of this build would be meaningless, if any.
 fn not_countable() -> Option<String> {
     if compiled_level() != LEVEL {
         return Some(format!(
@@ -108,8 +108,8 @@ fn not_countable() -> Option<String> {
             compiled_level()
         ));
     }
-    // Every CPU of the level has this feature, and the level does not include it. So this build was
-    // made with target-cpu=native, tuned for the machine at hand.
+    // Every CPU of the level has this feature, but the level does not include it. So this build is
+    // for target-cpu=native, tuned for the host.
     if cfg!(target_feature = "pclmulqdq") {
         return Some(format!(
             "this is a build for one CPU and not for {LEVEL} at large"
@@ -134,8 +134,8 @@ fn command(bless: bool) -> String {
     )
 }
 
-/// Path of valgrind. It is searched for here because it starts without an environment, and so
-/// without a PATH.
+/// Path of valgrind, found here because valgrind runs without an environment, and so without a
+/// PATH.
 fn valgrind() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders)
@@ -210,7 +210,7 @@ impl CountedWorkload {
         }
     }
 
-    /// Does the work, and returns a checksum of the result.
+    /// Does the work and returns a checksum of the result.
     fn run(&self) -> u64 {
         match *self {
             CountedWorkload::Alone {
@@ -236,7 +236,7 @@ impl CountedWorkload {
         }
     }
 
-    /// Instructions of the work, counted after the result was found right.
+    /// Instructions of the work, counted after the result was found correct.
     fn count(&self, valgrind: &Path) -> u64 {
         let name = self.name();
         let expected = self.expected();
@@ -281,8 +281,8 @@ fn total(text: &str) -> Option<u64> {
     line.trim().parse().ok().filter(|&count| count > 0)
 }
 
-/// The counted function: callgrind collects between its beginning and its end. Its name must be in
-/// no other symbol's, or the counting would be switched twice.
+/// The counted function: callgrind collects between its entry and its exit. No other symbol may
+/// contain its name, or counting would be toggled twice.
 #[inline(never)]
 fn counted_work(work: &mut dyn FnMut()) {
     work();

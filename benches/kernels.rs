@@ -19,7 +19,7 @@ fn kernels(c: &mut Criterion) {
                 trial.answer()
             });
             let what = format!("{test_name} x{TARGETS}, {order_name}");
-            // A rate counts only for the same result, and only where some rays hit.
+            // A rate counts only for the same result, and only if some rays hit.
             assert!(answers[0].met() > RAYS / 20, "{what}: {}", answers[0].met());
             assert!(answers.iter().all(|a| *a == answers[0]), "{what}");
             let mut group = brief(c, &what);

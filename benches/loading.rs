@@ -1,10 +1,10 @@
 //! Speed of loading meshes, as ratios within one run against widely used readers. The compared
-//! readers run in alternation; both sides must find the same triangles. Exits 1 where a ratio is
-//! below its floor.
+//! readers run in alternation; both sides must find the same triangles. Exits 1 if a ratio is below
+//! its floor.
 //!
 //! `cargo bench --bench loading`; `-- --json` prints a record. The files of 10 million triangles
-//! are generated in the system's folder for temporary files and take half a gigabyte; `-- --small`
-//! leaves them out. trimesh runs in the Python of `PHALANX_PYTHON` (default `python3`), if it is
+//! are generated in the system's temporary folder and take half a gigabyte; `-- --small` skips
+//! them. trimesh runs in the Python named by `PHALANX_PYTHON` (default `python3`), if it is
 //! installed there; its start-up does not count.
 
 use phalanx::formats::{Options, load};
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
-/// Threads that phalanx may use: the promise is made for two.
+/// Threads that phalanx may use: the promise is for two.
 const THREADS: usize = 2;
 
 /// One promised ratio: the median over the passes of `other` seconds ÷ `ours` seconds.
@@ -75,7 +75,7 @@ fn main() {
     }
 }
 
-/// Files to load: the available ones, and the generated ones.
+/// Files to load: available and generated ones.
 fn files(scratch: &Path, small: bool) -> Vec<PathBuf> {
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
     let mut files = Vec::new();
@@ -201,7 +201,7 @@ fn compare(
     passes: usize,
     mut others: impl FnMut(&Path) -> (f64, usize),
 ) -> LoadRatio {
-    // One unmeasured run: it brings the file into the system's cache, and compares the results.
+    // One unmeasured run brings the file into the system's cache and compares the results.
     let (ours, theirs) = (our_triangles(path), others(path));
     assert_eq!(ours.1, theirs.1, "{}: triangles by {other}", path.display());
     let passes: Vec<(f64, f64)> = (0..passes)
@@ -227,7 +227,7 @@ fn compare(
     }
 }
 
-/// Loads with tobj as its users call it: triangles, and otherwise the defaults.
+/// Loads with tobj, as its users call it: triangles, otherwise the defaults.
 fn tobj_triangles(path: &Path) -> (f64, usize) {
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -272,8 +272,8 @@ impl ply::PropertyAccess for PlyFace {
     }
 }
 
-/// Loads straight into the caller's structures, which is the fastest way of this reader, and from
-/// there into columns.
+/// Loads directly into the caller's structures, this reader's fastest way, and from there into
+/// columns.
 fn ply_triangles(path: &Path) -> (f64, usize) {
     timed(|| {
         let file = File::open(path).expect("the file");
@@ -331,7 +331,7 @@ for line in sys.stdin:
 ";
 
 impl Python {
-    /// Starts Python. Returns `None`, with the reason on stderr, where there is no Python with
+    /// Starts Python. Returns `None`, with the reason on stderr, if there is no Python with
     /// trimesh.
     fn start() -> Option<Python> {
         let name = std::env::var("PHALANX_PYTHON").unwrap_or_else(|_| "python3".into());

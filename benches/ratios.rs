@@ -1,5 +1,5 @@
 //! The speed promises as ratios within one run. The compared engines run in alternation, so that
-//! changes of the machine's speed affect both sides. Exits 1 where a ratio is below its floor.
+//! changes of the machine's speed affect both sides. Exits 1 if a ratio is below its floor.
 //!
 //! `cargo bench --bench ratios`; `-- --json` prints the record that `perf/records/` keeps.
 
@@ -26,12 +26,12 @@ struct RenderRatio {
     what: &'static str,
     median: f64,
     floor: f64,
-    /// Medians of millions of rays a second, here and in `other_mrays`.
+    /// Medians of millions of rays per second, here and in `other_mrays`.
     ours_mrays: f64,
     other_mrays: f64,
 }
 
-/// Rate of camera rays alone, by one kernel.
+/// Rate of camera rays only, by one kernel.
 #[derive(serde::Serialize)]
 struct Rate {
     scene: String,
@@ -191,7 +191,7 @@ fn primary_rates(name: &str, scene: &Scene) -> Vec<Rate> {
     rates.into()
 }
 
-/// Model name of the first CPU, where the system reports it.
+/// Model name of the first CPU, if the system reports it.
 fn cpu() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find(|l| l.starts_with("model name"));

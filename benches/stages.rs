@@ -1,9 +1,7 @@
-//! The stages of a wave between its traversals, each by itself: hits grouped by material into
-//! surfaces, lights sampled into queues of shadow rays, bounces queued; and the queue's compaction
-//! by itself.
+//! The stages of a wave between its traversals, in isolation: hits grouped by material into
+//! surfaces, lights sampled into queues of shadow rays, bounces queued; and the queue's compaction.
 //!
-//! `cargo bench --bench stages`. An element is a primary ray; for the compaction, a ray that is
-//! pushed.
+//! `cargo bench --bench stages`. An element is a primary ray; for compaction, a pushed ray.
 
 mod common;
 
@@ -23,7 +21,7 @@ use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
 use std::ops::Range;
 
-/// Packets of a wave of a tile's primary rays.
+/// Number of packets in a wave of a tile's primary rays.
 const WAVE: usize = (DEFAULT_TILE * DEFAULT_TILE) as usize / LANES;
 
 /// Primary rays of a picture and their hits.
@@ -143,7 +141,7 @@ fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u6
     black_box(&*queue).len() as u64
 }
 
-/// The rays that a render with this depth traces.
+/// The rays traced by a render with this depth.
 fn counts(scene: &Scene, max_depth: u32) -> RayCounts {
     let prepared = Accel::build(scene, Engine::Simd);
     let settings = Settings {

@@ -1,7 +1,7 @@
 //! Whole traversals by kind of ray: every kernel, the oracle and obvhs on the same rays.
 //!
-//! `cargo bench --bench traversal`. An element is a ray. For pass or fail see the ratios
-//! (`cargo bench --bench ratios`), for more scenes, threads and peers `phalanx bench`.
+//! `cargo bench --bench traversal`. An element is a ray. For pass or fail, see the ratios (`cargo
+//! bench --bench ratios`); for more scenes, threads and peers, `phalanx bench`.
 
 mod common;
 
@@ -44,7 +44,7 @@ fn traversal(c: &mut Criterion) {
             );
             let modes = peer.as_ref().map(|p| p.engines(set.rays()));
             for (mode, engine) in modes.into_iter().flatten() {
-                // A peer may round in another way; one whose results differ more is not timed.
+                // A peer may round differently; one whose results differ more is not timed.
                 let theirs = answer(&*engine, &set);
                 let differs = expected.share_of_differences(&theirs, set.queue.len());
                 if differs > MAX_DIFFERING_SHARE {

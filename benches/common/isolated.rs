@@ -12,10 +12,10 @@ use phalanx::trace::isolated::IsolatedTests;
 
 /// Number of rays of every test.
 pub const RAYS: usize = 1024;
-/// Boxes or primitives that each ray is tested against.
+/// Number of boxes or primitives that each ray is tested against.
 pub const TARGETS: usize = 64;
 
-/// The test that is measured.
+/// The measured test.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Test {
     /// Intersection with boxes.
@@ -42,7 +42,7 @@ impl Test {
 
     fn kind(self) -> PrimKind {
         match self {
-            // The boxes of spheres stand for those of all kinds, as they are of similar size.
+            // The boxes of spheres represent those of all kinds, which have similar sizes.
             Test::Boxes => PrimKind::Sphere,
             Test::Closest(kind) | Test::Occluded(kind) => kind,
         }
@@ -52,11 +52,11 @@ impl Test {
 /// The arrangement of the rays.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Order {
-    /// Rays from one eye through the cells of a grid, a packet through neighbours. All of their
-    /// directions agree in sign and in their longest axis, so that boxes are tested in order and
-    /// triangles in one frame.
+    /// Rays from one eye through the cells of a grid, with neighbours in a packet. All directions
+    /// agree in sign and in their longest axis, so that boxes are tested in order and triangles in
+    /// one frame.
     Coherent,
-    /// Rays without any relation to each other.
+    /// Unrelated rays.
     Scattered,
 }
 
@@ -85,7 +85,7 @@ impl Order {
         (0..RAYS).map(ray).collect()
     }
 
-    /// A distance about the middle of those at which the rays can hit.
+    /// A distance near the middle of those at which the rays can hit.
     fn middle(self) -> f32 {
         match self {
             Order::Coherent => EYE.length(),
@@ -112,7 +112,7 @@ pub enum TestOutcome {
 }
 
 impl TestOutcome {
-    /// Checksum of the result; the same result has the same checksum in every build.
+    /// Checksum of the result; equal results have equal checksums in every build.
     pub fn checksum(&self) -> u64 {
         let mix = |sum: u64, word: u32| {
             (sum ^ u64::from(word))
@@ -259,7 +259,7 @@ fn nothing<L: Lanes>() -> HitPacket<L> {
     }
 }
 
-/// Packs rays into packets; only rays that fill packets are taken.
+/// Packs rays into packets; only rays that fill packets are used.
 fn packets<L: Lanes>(rays: &[OracleRay], tmax: f32) -> Vec<RayPacket<L>> {
     let of = |chunk: &[OracleRay]| {
         let column = |of: &dyn Fn(&OracleRay) -> f32| {
@@ -335,7 +335,7 @@ impl EngineTest for OracleEngineTest {
     }
 }
 
-/// Primitives of one kind, all about the origin, large enough for a ray to hit a few.
+/// Primitives of one kind, all around the origin, large enough for a ray to hit a few.
 fn targets(kind: PrimKind) -> Scene {
     let mut scene = Scene::default();
     scene.materials.push(&Material::default());

@@ -1,4 +1,4 @@
-//! Common parts of the benchmarks: scenes, the same rays for every engine, and criterion's
+//! Shared parts of the benchmarks: scenes, the same rays for every engine, and criterion's
 //! settings.
 #![allow(dead_code, reason = "every benchmark uses its own part")]
 
@@ -22,10 +22,10 @@ use std::time::Duration;
 /// Image size of the ratios in `ratios`.
 pub const SIZE: [u32; 2] = [1280, 960];
 
-/// Image size where criterion repeats a frame many times.
+/// Image size for benchmarks in which criterion repeats a frame many times.
 pub const SMALL: [u32; 2] = [512, 384];
 
-/// A group that takes a second or two for each function: enough to compare, not enough to wait for.
+/// A group that takes a second or two per function: enough to compare, short enough to wait for.
 pub fn brief<'c>(c: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTime> {
     let mut group = c.benchmark_group(name);
     group
@@ -55,7 +55,7 @@ pub fn scenes() -> Vec<(String, Scene)> {
     scenes
 }
 
-/// Standard scenes, which are the same everywhere: triangles only, spheres nearly only, cones and
+/// Standard scenes, which are the same everywhere: only triangles, almost only spheres, cones and
 /// spheres.
 pub const STANDARD: [&str; 3] = [
     "standard:terrain:64k",
@@ -69,7 +69,7 @@ pub fn standard_scene(name: &str) -> Scene {
     standard::scene(spec).expect("a valid scene")
 }
 
-/// obvhs's own tree and triangles, as its examples use them.
+/// obvhs's own tree and triangles, used as in its examples.
 pub struct ObvhsPeer {
     bvh: Bvh2,
     triangles: Vec<Triangle>,

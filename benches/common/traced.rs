@@ -73,7 +73,7 @@ pub fn answer(engine: &dyn BenchEngine, set: &RaySet) -> Answer {
     answer
 }
 
-/// Traces all packets that `answer` has storage for.
+/// Traces all packets for which `answer` has storage.
 pub fn trace(engine_thread: &mut dyn BenchEngineThread, answer: &mut Answer) {
     match answer {
         Answer::Closest(hits) => engine_thread.closest(0..hits.len(), hits),
@@ -81,7 +81,7 @@ pub fn trace(engine_thread: &mut dyn BenchEngineThread, answer: &mut Answer) {
     }
 }
 
-/// Returns true if two results of a set of rays are the same bits.
+/// Returns true if two results of a set of rays have the same bits.
 pub fn same(a: &Answer, b: &Answer, set: &RaySet) -> bool {
     a.first_difference(b, 0..set.queue.len()).is_none()
 }

@@ -1,4 +1,4 @@
-//! The allocator of this test binary. It counts what each thread asks for and holds, and keeps the
+//! The allocator of this test binary. It counts each thread's requests and memory, and records the
 //! largest single request of all threads.
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
@@ -14,15 +14,15 @@ struct Counting;
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Allocations and reallocations of this thread. Const, without a destructor: reading it
+    /// Allocations and reallocations of this thread. Const and without a destructor, so reading it
     /// allocates nothing.
     static ASKED: Cell<u64> = const { Cell::new(0) };
-    /// Bytes that this thread holds, and the most it has held.
+    /// Bytes that this thread holds, and its peak.
     static HELD: Cell<(i64, i64)> = const { Cell::new((0, 0)) };
 }
 
-/// Counts a request of `size` bytes by which the thread holds `more`. While a thread is torn down
-/// its counters may be gone; nobody asks for them then.
+/// Counts a request of `size` bytes that changes the thread's memory by `more`. While a thread is
+/// torn down, its counters may be gone; nobody reads them then.
 fn count(size: usize, more: i64) {
     LARGEST.fetch_max(size, Ordering::Relaxed);
     let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
@@ -67,8 +67,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Keeps the binary's other tests waiting: the largest request is kept for the whole process. A
-/// test that failed leaves nothing behind that another could mind.
+/// Serialises the binary's tests, because the largest request is recorded for the whole process. A
+/// failed test leaves no state that affects another.
 pub fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -79,7 +79,7 @@ pub fn asked() -> u64 {
     ASKED.get()
 }
 
-/// Runs `work` and gives the most bytes that this thread held meanwhile beyond what it held before.
+/// Runs `work` and returns the peak growth of this thread's memory, in bytes.
 pub fn peak_of(work: impl FnOnce()) -> i64 {
     let (before, _) = HELD.get();
     HELD.set((before, before));

@@ -1,5 +1,5 @@
-//! Memory that is asked for: how much a tile takes, and how much a hostile file can make a reader
-//! ask for. A test binary of its own, because it replaces the allocator.
+//! Memory requests: how much a tile takes, and how much a hostile file can make a reader request. A
+//! separate test binary, because it replaces the allocator.
 
 mod allocator;
 #[path = "../common/mod.rs"]

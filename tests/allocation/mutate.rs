@@ -1,8 +1,8 @@
-//! Changes to an input that have broken readers before.
+//! Mutations that have broken readers before.
 
 use crate::common::rng::Rng;
 
-/// Words of texts.
+/// Words for text files.
 const WORDS: [&str; 40] = [
     "nan",
     "inf",
@@ -45,7 +45,7 @@ const WORDS: [&str; 40] = [
     "1e-12",
     " ",
 ];
-/// Numbers of binary files, cut to one, two, four or eight bytes.
+/// Numbers for binary files, truncated to one, two, four or eight bytes.
 const NUMBERS: [u64; 12] = [
     0,
     1,
@@ -106,7 +106,7 @@ fn change(input: &mut Vec<u8>, corpus: &[Vec<u8>], rng: &mut Rng) {
     }
 }
 
-/// Up to a few dozen bytes from a place.
+/// Up to a few dozen bytes from a position.
 fn span(input: &[u8], at: usize, rng: &mut Rng) -> std::ops::Range<usize> {
     let magnitude = 1 + rng.below(7);
     let length = 1 + rng.below(1 << magnitude);
@@ -131,7 +131,7 @@ fn number(input: &mut [u8], at: usize, rng: &mut Rng) {
     }
 }
 
-/// Puts another word in the place of the one around `at`.
+/// Replaces the word around `at`.
 fn replace_word(input: &mut Vec<u8>, at: usize, rng: &mut Rng) {
     let blank = |b: &u8| *b <= b' ';
     let start = input[..at].iter().rposition(blank).map_or(0, |i| i + 1);

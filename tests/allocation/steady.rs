@@ -1,5 +1,5 @@
-//! A painter that has warmed up paints without asking for memory, and how much it asks for does not
-//! grow with the depth.
+//! A warmed-up painter paints without allocating memory, and its memory does not grow with the
+//! depth.
 
 use crate::allocator::{alone, asked, peak_of};
 use crate::common::rng::Rng;
@@ -11,7 +11,7 @@ use phalanx::render::{Tile, TileBuffer, TileRenderer, WaveSizes, WavefrontRender
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
 
-/// Mirrors, glass, dull things and lights of both kinds.
+/// Mirrors, glass, matte objects and lights of both kinds.
 fn busy_scene() -> Scene {
     let mut rng = Rng::new(71);
     let mut scene = Scene::default();
@@ -91,8 +91,8 @@ fn painting_allocates_nothing_once_warm() {
     }
 }
 
-/// A room whose walls are perfect mirrors, and a ball that is one; the walls of the other room send
-/// two rays for each.
+/// A room with walls and a ball that are perfect mirrors; the walls of the other room send two rays
+/// for each.
 fn mirror_rooms() -> [Scene; 2] {
     [
         (Vec3::ONE, Vec3::ZERO),

@@ -3,12 +3,12 @@
 use phalanx::frame::{Accel, Control, Frame, Settings, render};
 use phalanx::scene::Scene;
 
-/// A frame that nobody interrupts.
+/// A frame, rendered without interruption.
 pub fn frame_of(scene: &Scene, prepared: &Accel, settings: Settings) -> Frame {
     render(scene, prepared, &settings, &Control::default()).expect("a frame")
 }
 
-/// The first pixel in which two frames differ by a bit, hits included.
+/// The first pixel in which two frames differ by a bit, including hits.
 pub fn difference(a: &Frame, b: &Frame) -> Option<String> {
     let (hits_a, hits_b) = (a.film.hits.as_ref()?, b.film.hits.as_ref()?);
     let floats = |f: &Frame, k: usize| -> Vec<u32> {

@@ -1,4 +1,4 @@
-//! Common parts of several integration tests: random numbers, random scenes, packets, and the
+//! Shared parts of the integration tests: random numbers, random scenes, packets, and the
 //! tolerances.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 

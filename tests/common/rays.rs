@@ -53,7 +53,7 @@ pub struct Engines<'a> {
     pub oracle: Oracle<'a>,
     pub brute: Oracle<'a>,
     pub tracer: PacketTracer<'a>,
-    /// Every kernel that is not the tracer's.
+    /// Every kernel other than the tracer's.
     pub others: Vec<(&'static str, Traversal<'a>)>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Engines<'a> {
     }
 
     /// The closest hit, after asserting that brute force, the oracle's tree and the packet engine
-    /// say the same.
+    /// agree.
     pub fn closest(&mut self, ray: &OracleRay) -> Option<OracleHit> {
         self.closest_of(std::slice::from_ref(ray))[0]
     }
@@ -142,7 +142,7 @@ impl<'a> Engines<'a> {
     }
 }
 
-/// Up to eight rays, waiting.
+/// Up to eight queued rays.
 fn queue<'a>(arena: &'a Bump, rays: &[OracleRay]) -> RayQueue<'a> {
     let mut queue = RayQueue::with_capacity(arena, LANES);
     for ray in rays {

@@ -19,38 +19,38 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Below `n`.
+    /// A number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
-    /// One in `n`.
+    /// True once in `n` times.
     pub fn once_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }
 
-    /// In \[0, 1).
+    /// A number in \[0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// In \[lo, hi).
+    /// A number in \[lo, hi).
     pub fn range(&mut self, lo: f32, hi: f32) -> f32 {
         lo + (hi - lo) * self.unit()
     }
 
-    /// Powers of ten between 10^lo and 10^hi, evenly in the exponent.
+    /// A number between 10^lo and 10^hi, with a uniform exponent.
     pub fn magnitude(&mut self, lo: f32, hi: f32) -> f32 {
         10f32.powf(self.range(lo, hi))
     }
 
-    /// In the cube of half side `half` about the origin.
+    /// A point in the cube of half side `half` around the origin.
     pub fn point(&mut self, half: f32) -> Vec3 {
         let mut coordinate = || self.range(-half, half);
         Vec3::new(coordinate(), coordinate(), coordinate())
     }
 
-    /// A unit vector, all directions alike.
+    /// A unit vector, uniform over all directions.
     pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.point(1.0);

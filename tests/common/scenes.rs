@@ -46,7 +46,7 @@ pub fn bare() -> Scene {
     scene
 }
 
-/// A corner of the cube of half side 1, by bits: which side it is on, axis by axis.
+/// A corner of the cube of half side 1; each bit selects the side along an axis.
 pub fn cube_corner(k: usize) -> Vec3 {
     Vec3::from_array([0, 1, 2].map(|bit| if k >> bit & 1 == 1 { 1.0 } else { -1.0 }))
 }
@@ -65,7 +65,7 @@ pub fn cube_triangles() -> impl Iterator<Item = [usize; 3]> {
     faces.into_iter().flat_map(halves)
 }
 
-/// Adds the unit sphere stretched along three turned axes, as the reader would: maps in f64, then
+/// Adds the unit sphere stretched along three rotated axes, as the reader would: maps in f64, then
 /// rounded.
 pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, paint: u32) {
     let turn = turn.as_dvec3();
@@ -82,8 +82,8 @@ pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, pa
     scene.add_ellipsoid(to_world.as_affine3a(), to_object.as_affine3a(), paint);
 }
 
-/// One primitive of any kind within reach of `scale` about the origin: also slivers, copies and
-/// coplanar overlaps.
+/// One primitive of any kind within `scale` of the origin, including slivers, copies and coplanar
+/// overlaps.
 pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
     let center = rng.point(scale);
     match rng.below(11) {
@@ -112,7 +112,7 @@ pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
             scene.add_triangle([center, end, between + off], None, paint);
         }
         6 => {
-            // Axis-parallel, and in one of few planes, so that many overlap exactly.
+            // Axis-parallel, and in one of a few planes, so that many overlap exactly.
             let plane = scale * [-0.5, 0.0, 0.5][rng.below(3)];
             let axis = rng.below(3);
             let corners = [0; 3].map(|_| {
@@ -130,8 +130,8 @@ pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
     }
 }
 
-/// A cylinder, a cone with or without a tip, either end the wider, among them threads, near-discs,
-/// and cones along an axis of the world.
+/// A cylinder, or a cone with or without a tip, with either end wider; including thin threads,
+/// near-discs, and cones along a world axis.
 pub fn random_cone(rng: &mut Rng, base: Vec3, scale: f32) -> Cone {
     let length = scale * rng.magnitude(-2.0, -0.3);
     let radius = scale * rng.magnitude(-2.5, -0.3);
@@ -158,7 +158,7 @@ pub fn random_cone(rng: &mut Rng, base: Vec3, scale: f32) -> Cone {
     }
 }
 
-/// The same primitive once more, if there is one to copy.
+/// A copy of an existing primitive, if there is one.
 fn copy_of_one(scene: &mut Scene, rng: &mut Rng, paint: u32) {
     let triangles = scene.triangles.len();
     let (spheres, cones) = (scene.spheres.len(), scene.cones.len());
@@ -170,7 +170,7 @@ fn copy_of_one(scene: &mut Scene, rng: &mut Rng, paint: u32) {
             apex_radius,
             inside,
         } = scene.cones.get(rng.below(cones));
-        // The same from the other end.
+        // The same, from the other end.
         let copy = Cone {
             base: apex,
             base_radius: apex_radius,
@@ -249,7 +249,7 @@ pub fn point_on(scene: &Scene, rng: &mut Rng) -> Vec3 {
     Vec3::ZERO
 }
 
-/// Some map: turned, stretched, sometimes mirrored or sheared or of a scale far from 1.
+/// A random map: rotated, stretched, sometimes mirrored or sheared, or with a scale far from 1.
 pub fn random_map(rng: &mut Rng, scale: f32) -> DAffine3 {
     let turn = (rng.direction() * rng.range(0.0, 3.0)).as_dvec3();
     let stretch = match rng.below(4) {
@@ -268,8 +268,8 @@ pub fn random_map(rng: &mut Rng, scale: f32) -> DAffine3 {
     }
 }
 
-/// A map that stretches its axes by factors up to a million times apart: what it loses by rounding
-/// is no longer small beside the padding of boxes.
+/// A map that stretches its axes by factors up to a million times apart, so that its rounding
+/// errors are not small compared with the padding of boxes.
 pub fn extreme_map(rng: &mut Rng, scale: f32) -> DAffine3 {
     let stretch = DVec3::from_array([0; 3].map(|_| f64::from(rng.magnitude(-3.0, 3.0))));
     let turn = (rng.direction() * rng.range(0.0, 3.0)).as_dvec3();
@@ -298,7 +298,7 @@ pub fn add_instances(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
             scene.add_instance(mesh, map).expect("an invertible map");
         }
         if rng.once_in(2) {
-            // So that the world's primitives are several runs.
+            // Splits the world's primitives into several runs.
             add_random(scene, rng, scale, paint);
         }
     }

@@ -1,4 +1,4 @@
-//! Every tolerance of the integration tests, each with its reason. What is not here is compared bit
+//! All tolerances of the integration tests, each with its reason. Everything else is compared bit
 //! for bit.
 
 /// A component of a camera direction against f64: some ten roundings of numbers of size 1.
@@ -14,19 +14,19 @@ pub const FRAME: f64 = 3.0 * EPSILON;
 /// sum.
 pub const RADIANCE: f64 = 64.0 * EPSILON;
 
-/// As [`RADIANCE`], where a distance, its square and an angle against a wall carry the hit point's
+/// As [`RADIANCE`], if a distance, its square and an angle against a wall carry the hit point's
 /// error as well.
 pub const ATTENUATED: f64 = 4.0 * RADIANCE;
 
 /// As [`RADIANCE`] and [`SPECULAR_PER_SHININESS`] on a sphere seen from a few radii away: the
-/// distance's rounding turns the normal by as much.
+/// distance's rounding turns the normal by the same amount.
 pub const ON_A_SPHERE: f64 = 8.0;
 
 /// Diffuse light on an ellipsoid with axes of 2 to 0.5: where its curvature is 8, the hit point's
-/// error turns the normal by eight times as much, and the cosine may be as small as 0.05.
+/// error turns the normal by eight times that amount, and the cosine may be as small as 0.05.
 pub const ON_AN_ELLIPSOID: f64 = 20.0 * RADIANCE;
 
-/// A distance of about 4 to that ellipsoid, which it may meet at a slant: some hundred roundings of
+/// A distance of about 4 to that ellipsoid, possibly at a grazing angle: some hundred roundings of
 /// 4.
 pub const ELLIPSOID_DISTANCE: f64 = 1e-5;
 
@@ -35,7 +35,7 @@ pub const ELLIPSOID_DISTANCE: f64 = 1e-5;
 /// the radius in the test.
 pub const FAR_SPHERE: f64 = 8.0 * EPSILON;
 
-/// A place on a plane one away, made from a camera direction; a distance of about 1.
+/// A point on a plane at distance one, from a camera direction; a distance of about 1.
 pub const PLACE: f32 = 1e-6;
 
 /// A pixel of 1,024 samples across an edge along a column, against the filter's integral: the
@@ -72,7 +72,7 @@ pub const BLUR_WIDTH: f64 = 0.03;
 /// error e of x into s·e, and x carries those of two normalised vectors.
 pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;
 
-/// Half a unit in the last place of 1 in f32, the relative error of one operation.
+/// Half a unit in the last place of 1 in f32: the relative error of one operation.
 pub const EPSILON: f64 = 1.0 / 16_777_216.0;
 
 /// A hit place against f64, in units of [`EPSILON`] times the lengths involved (origin and farthest
@@ -91,24 +91,24 @@ pub const ON_A_CONE: f64 = 100.0 * EPSILON;
 /// Barycentric weights of a well-shaped triangle against f64.
 pub const BARYCENTRIC: f64 = 32.0 * EPSILON;
 
-/// Share of reference pixels that must agree: what independent renderings agree on among themselves
-/// (`../shared/formats.md`).
+/// Share of reference pixels that must agree: the share on which independent renderings agree with
+/// each other.
 pub const REFERENCE_SHARE: f64 = 0.995;
 
-/// Share of pixels whose coverage must agree with a rendering whose colours are not comparable.
+/// Share of pixels with equal coverage in a rendering whose colours are not comparable.
 pub const COVERAGE_SHARE: f64 = 0.999;
 
 /// Levels of 255 by which a pixel may differ from the median of the references: floor(255 c) on
 /// either side of an integer.
 pub const REFERENCE_LEVELS: i32 = 1;
 
-/// Reference pixels whose renderings spread by more levels than this say nothing.
+/// Spread, in levels, beyond which a reference pixel is ignored.
 pub const REFERENCE_SPREAD: u8 = 2;
 
-/// Light by three ways, added up, against the radiance: the ways are means of their own, each
-/// rounded to f32 once, and so is the radiance of every sample.
+/// The sum of light by three paths, against the radiance: each path is a separate mean, rounded to
+/// f32 once, as is the radiance of every sample.
 pub const LAYER_SUM: f32 = 4.0 * f32::EPSILON;
 
-/// A distance to a triangle, relative, whatever the triangle: what is asked, three times the worst
-/// of ten million rays.
+/// A distance to any triangle, relative: the requirement, three times the worst of ten million
+/// rays.
 pub const DISTANCE: f64 = 1e-5;

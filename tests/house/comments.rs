@@ -1,15 +1,14 @@
-//! Comments: how wide they are, and how they begin.
+//! Comments: their width and their first words.
 
 use crate::source::everything;
 
 /// Last column of a comment.
 const WIDTH: usize = 100;
 
-/// Words that no doc comment begins with: a noun or a verb names the thing.
+/// Words with which no doc comment may begin: a noun or a verb names the thing.
 const OPENINGS: [&str; 4] = ["What", "Whether", "Of", "By"];
 
-/// Doc comments that may begin as they do, and why: the file, the beginning, the reason. At most
-/// ten.
+/// Exceptions, at most ten: the file, the beginning of the comment, the reason.
 const EXCEPTIONS: [(&str, &str, &str); 0] = [];
 
 #[test]
@@ -24,7 +23,7 @@ fn comments_end_at_column_100() {
             if comment && body.starts_with("```") {
                 fenced = !fenced;
             }
-            // Rows of tables and lines of examples cannot be broken, nor can a single word.
+            // Table rows, lines of examples and single words cannot be broken.
             let whole = fenced || body.starts_with('|') || !body.contains(' ');
             let wide = line.chars().count() > WIDTH;
             if wide && !(comment && whole) && (comment || line.contains(" // ")) {
@@ -63,7 +62,7 @@ fn doc_comments(text: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// Doc comments for which `wrong` holds, less the exceptions.
+/// Doc comments for which `wrong` holds, except the exceptions.
 fn doc_comments_that(wrong: impl Fn(&str) -> bool) -> Vec<String> {
     const { assert!(EXCEPTIONS.len() <= 10) };
     let mut found = Vec::new();

@@ -1,9 +1,9 @@
-//! Crates that each feature of the library brings along, as its documentation counts them.
+//! Number of crates that each feature of the library adds, as stated in its documentation.
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
-/// Names and versions of all crates of a build for this machine, the library itself included.
+/// Names and versions of all crates in a build for this machine, including the library itself.
 fn crates(feature: &str) -> usize {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args("tree --locked --offline --edges normal --prefix none --no-dedupe".split(' '));

@@ -1,10 +1,10 @@
 //! Paths to other files of the same crate, read from a file's code.
 
-/// A path as it is written, `use` trees expanded: `crate::bvh::Bvh` is three segments.
+/// A path as written, with `use` trees expanded: `crate::bvh::Bvh` has three segments.
 #[derive(Debug, PartialEq)]
 pub struct ImportPath {
     pub segments: Vec<String>,
-    /// Name under which a `use` makes it known; empty outside of `use`.
+    /// Name under which a `use` imports it; empty outside of `use`.
     pub alias: String,
     /// Re-exported by a `pub use`.
     pub public: bool,
@@ -31,7 +31,7 @@ fn is_word(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
-/// Blanks the bodies of inline test modules: tests may import what they like.
+/// Blanks the bodies of inline test modules: tests may import anything.
 fn without_tests(tokens: &[&str]) -> Vec<String> {
     let mut kept = Vec::new();
     let mut i = 0;
@@ -55,7 +55,7 @@ fn without_tests(tokens: &[&str]) -> Vec<String> {
     kept
 }
 
-/// The paths in a file's code, inline test modules left out.
+/// The paths in a file's code, except in inline test modules.
 pub fn import_paths(code: &str) -> Vec<ImportPath> {
     let tokens = without_tests(&tokens(code));
     let tokens: Vec<&str> = tokens.iter().map(String::as_str).collect();
@@ -91,7 +91,7 @@ pub fn import_paths(code: &str) -> Vec<ImportPath> {
     found
 }
 
-/// Expands a `use` tree that begins at token `i` below `prefix`; gives the token after it.
+/// Expands a `use` tree that begins at token `i` below `prefix`; returns the token after it.
 fn tree(
     tokens: &[&str],
     mut i: usize,

@@ -1,4 +1,4 @@
-//! The house and its rules, read from the text of the sources.
+//! Rules for the source code, checked in its text.
 
 mod binaries;
 mod circles;

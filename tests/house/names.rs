@@ -1,20 +1,21 @@
-//! Names: each type has one of its own, and those that were given up stay unused.
+//! Names: each type has a unique one, and abandoned names stay unused.
 
 use crate::source::{SourceFile, everything, places, sources};
 use std::collections::BTreeMap;
 
-/// Types that may be defined more than once, how often, and why.
+/// Types that may be defined more than once, with the number of definitions and the reason.
 const TWICE: [(&str, usize, &str); 1] = [(
     "Native",
     2,
     "one alias under two cfgs: sixteen lanes or eight",
 )];
 
-/// Old names, one a line: `type` is defined nowhere, `word` stands nowhere in code, `file` is no
-/// module of `src`.
+/// Old names, one per line: a `type` is defined nowhere, a `word` appears nowhere in code, a `file`
+/// is not a module of `src`.
 const OLD: &str = include_str!("old_names.txt");
 
-/// Names of the types that `code` defines. Associated types are the traits' words and do not count.
+/// Names of the types that `code` defines. Associated types belong to their traits and do not
+/// count.
 fn types_defined(code: &str) -> Vec<&str> {
     let mut found = Vec::new();
     // One flag for each open brace: it belongs to an `impl` or a trait.
@@ -74,7 +75,7 @@ fn no_two_types_share_a_name() {
     assert!(twice.is_empty(), "{}", twice.join("\n"));
 }
 
-/// Entries of the list of old names of one kind.
+/// Old names of one kind.
 fn old(kind: &str) -> Vec<&'static str> {
     let rows = OLD.lines().filter_map(|line| line.strip_prefix(kind));
     let found: Vec<&str> = rows.map(str::trim).collect();

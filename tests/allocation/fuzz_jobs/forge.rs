@@ -1,4 +1,4 @@
-//! Files whose checksums fit, and whose numbers are an enemy's.
+//! Forged files: valid checksums, hostile numbers.
 
 use crate::common::rng::Rng;
 use serde_json::{Value, json};
@@ -34,27 +34,25 @@ fn set(file: &mut [u8], at: usize, number: u32) {
     file[at..at + 4].copy_from_slice(&number.to_le_bytes());
 }
 
-/// Makes the checksum of a record's head fit.
+/// Recomputes the checksum of a record's header.
 fn seal(file: &mut [u8], at: usize) {
     let sum = crc32fast::hash(&file[at..at + 36]);
     set(file, at + 36, sum);
 }
 
-/// One of the files with numbers of its heads changed, or its beginning, or its records in another
-/// order.
+/// One of the files with changed numbers in its headers, a changed beginning, or reordered records.
 pub fn tiles(seeds: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
     let mut file = seeds[rng.below(seeds.len())].clone();
     for _ in 0..1 + rng.below(3) {
         let places = places(&file);
         let at = places[rng.below(places.len())];
         match rng.below(5) {
-            // Its place, its size, its planes, or whose it is; and whether its content is what was
-            // written.
+            // Its position, size, planes or picture; and whether its content is what was written.
             0 | 1 => {
                 set(&mut file, at + 8 + 4 * rng.below(7), rng.pick(&NUMBERS));
                 seal(&mut file, at);
             }
-            // Numbers that may be a tile's.
+            // Numbers that are plausible for a tile.
             2 => {
                 let small = 8 * rng.below(6) as u32;
                 set(&mut file, at + 8 + 4 * rng.below(4), small);
@@ -72,7 +70,7 @@ pub fn tiles(seeds: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
     file
 }
 
-/// The file with another beginning, whose length and checksum fit.
+/// The file with another beginning, with matching length and checksum.
 fn begun(file: &[u8], rng: &mut Rng) -> Vec<u8> {
     let length = u32::from_le_bytes(file[8..12].try_into().unwrap()) as usize;
     let text = json(&[file[16..16 + length].to_vec()], rng);
@@ -84,7 +82,7 @@ fn begun(file: &[u8], rng: &mut Rng) -> Vec<u8> {
     new
 }
 
-/// One of the documents with values changed.
+/// One of the documents with changed values.
 pub fn json(seeds: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
     let seed = &seeds[rng.below(seeds.len())];
     let mut document: Value = serde_json::from_slice(seed).unwrap();

@@ -1,11 +1,10 @@
-//! Mutated plans, tile files and lists of frames: nothing panics, hangs, or asks for memory by a
-//! number that was not checked; what a file says is either refused or leads to the right picture,
-//! because tiles that are damaged are rendered again.
+//! Mutated plans, tile files and lists of frames: nothing panics, hangs, or allocates memory by an
+//! unchecked number. A file is either refused or leads to the right picture, because damaged tiles
+//! are rendered again.
 //!
-//! Some thousands of each by default;
-//! `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test allocation fuzz_jobs::` for more. A
-//! mutant that fails is written to the system's folder for temporary files, and its path is in the
-//! message.
+//! Some thousands of each by default; `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test
+//! allocation fuzz_jobs::` for more. A failing mutant is written to the system's temporary folder;
+//! the message has its path.
 
 mod forge;
 mod picture;
@@ -21,11 +20,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Longest time for one mutant, on a machine that does other things too.
+/// Time limit for one mutant, on a machine with other load.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Largest single request for a file of some length: its own bytes, and what rendering the small
-/// picture takes.
+/// Limit on a single request for a file of a given length: its own bytes, plus the needs of
+/// rendering the small picture.
 fn most_memory(length: usize) -> usize {
     length * 64 + (16 << 20)
 }
@@ -35,8 +34,7 @@ fn mutants(usual: usize) -> usize {
     given.and_then(|n| n.parse().ok()).unwrap_or(usual)
 }
 
-/// Looks at a mutant, and at how long it took and what it asked for; its answer is a word for the
-/// table.
+/// Checks a mutant, its time and its requests; returns a word for the table.
 fn watched(mutant: &[u8], look: impl FnOnce() -> &'static str) -> &'static str {
     forget();
     let start = Instant::now();
@@ -66,7 +64,7 @@ fn tell(what: &str, count: usize, start: Instant, words: &BTreeMap<&str, usize>)
     println!("{what}: {count} mutants in {seconds:.1} s, no finding: {words:?}");
 }
 
-/// A file of tiles that was damaged, or that an enemy made.
+/// A damaged or forged file of tiles.
 fn tiles(picture: &FuzzedPicture, folder: &Path) {
     let path = folder.join("mutant.tiles");
     let seeds = picture.tile_files(folder);
@@ -85,8 +83,7 @@ fn tiles(picture: &FuzzedPicture, folder: &Path) {
             std::fs::write(&path, &mutant).unwrap();
             let resumed = picture.resumed(&path);
             for film in [&merged, &resumed].into_iter().flatten() {
-                // Whoever makes checksums fit chooses pixels, but no others than those of the
-                // picture's.
+                // Valid checksums allow forged pixels, but only within the picture.
                 assert!(forged || *film == picture.film, "another picture");
                 assert_eq!((film.width, film.height), picture.size());
             }
@@ -105,7 +102,7 @@ fn tiles(picture: &FuzzedPicture, folder: &Path) {
     tell("tile files", count, start, &words);
 }
 
-/// A plan that was damaged, or that an enemy made, with good tiles.
+/// A damaged or forged plan, with good tiles.
 fn plans(picture: &FuzzedPicture, folder: &Path) {
     let path = folder.join("mutant.json");
     let good: PathBuf = folder.join("good.tiles");
@@ -137,12 +134,12 @@ fn plans(picture: &FuzzedPicture, folder: &Path) {
     tell("plans", count, start, &words);
 }
 
-/// Does with a plan what `render --plan` and `merge` do.
+/// Processes a plan as `render --plan` and `merge` do.
 fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) -> &'static str {
     if let Ok(output) = plan.picture_path(path) {
         let folder = path.parent().unwrap().canonicalize().unwrap();
         let place = output.parent().unwrap().canonicalize().ok();
-        // Into a folder that is not there nothing is written.
+        // Nothing can be written to a missing folder.
         assert!(
             place.is_none_or(|place| place.starts_with(folder)),
             "{output:?}"
@@ -169,7 +166,7 @@ fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) ->
     }
 }
 
-/// Does with the frames of a plan what `render --plan` and `merge` do before they render or write.
+/// Processes a plan's frames as `render --plan` and `merge` do before they render or write.
 fn used_frames(frames: &PlannedFrames, path: &Path) {
     let plan = frames.plan();
     for frame in frames.all().take(9) {
@@ -216,7 +213,7 @@ fn lists(picture: &FuzzedPicture, folder: &Path) {
             let Ok(mut list) = open() else {
                 return "refused";
             };
-            // Whatever was in it, a frame that is added is there.
+            // Whatever the list contained, an added frame is in it.
             list.add(frame, &shown).unwrap();
             drop(list);
             let list = open().unwrap();

@@ -1,5 +1,5 @@
-//! A picture of a few hundred pixels, its tiles, and what merging and resuming make of a file of
-//! them.
+//! A picture of a few hundred pixels, its tiles, and the results of merging and resuming from a
+//! file of them.
 
 use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
 use phalanx::jobs::{
@@ -18,7 +18,7 @@ pub struct FuzzedPicture {
     prepared: Accel,
     settings: Settings,
     identity: RenderKey,
-    /// As it is rendered without a file.
+    /// The picture rendered without a file.
     pub film: Film,
 }
 
@@ -61,14 +61,14 @@ impl FuzzedPicture {
         all
     }
 
-    /// Resumes a render from a file of tiles, if it is one of this picture's.
+    /// Resumes a render from a file of tiles, if it belongs to this picture.
     pub fn resumed(&self, path: &Path) -> Option<Film> {
         let file = TileFile::open(path, &self.identity).ok()?;
         assert!(file.pixels() <= self.settings.pixels());
         self.rendered(&self.settings, Some(&file))
     }
 
-    /// Merges a file of tiles, if all of the picture is in it.
+    /// Merges a file of tiles, if it contains the whole picture.
     pub fn merged(&self, path: &Path) -> Option<Film> {
         let file = TileFile::read(path, &self.identity).ok()?;
         merge(&self.plan(1), file)
@@ -130,7 +130,7 @@ impl FuzzedPicture {
     }
 }
 
-/// The picture of a plan whose tiles are all in one file; `None` where some are missing.
+/// The picture of a plan with all tiles in one file; `None` if some are missing.
 pub fn merge(plan: &RenderPlan, file: TileFile) -> Option<Film> {
     if !plan.tiles().iter().all(|tile| file.has(*tile)) {
         return None;

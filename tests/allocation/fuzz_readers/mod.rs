@@ -1,10 +1,10 @@
-//! Mutated files: no reader panics, hangs, or asks for memory by a count that it has not checked,
-//! and what it says is about places in the file.
+//! Mutated files: no reader panics, hangs, or allocates memory by an unchecked count, and its
+//! messages refer to positions in the file.
 //!
-//! Each format has seeds in `corpus/<ending>`. A second each by default;
-//! `PHALANX_FUZZ_SECONDS=600 cargo test --release --test allocation fuzz_readers::` for more.
-//! Mutants about which something new is said join the corpus of the run. An input that fails is
-//! written to the system's folder for temporary files, and its path is in the message.
+//! Each format has seeds in `corpus/<ending>`. A second each by default; `PHALANX_FUZZ_SECONDS=600
+//! cargo test --release --test allocation fuzz_readers::` for more. Mutants that cause new messages
+//! join the corpus of the run. A failing input is written to the system's temporary folder; the
+//! message has its path.
 
 use crate::allocator::{alone, forget, largest};
 use crate::common::rng::Rng;
@@ -16,17 +16,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Largest single request for a file of some length: what its columns may grow to, and room for
+/// Limit on a single request for a file of a given length: the size of its columns, plus room for
 /// small tables.
 fn most_memory(length: usize) -> usize {
     length * 64 + (1 << 20)
 }
 
-/// Longest time for one small file, on a machine that does other things too.
+/// Time limit for one small file, on a machine with other load.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Longest input.
+/// Maximum length of an input.
 const MAX_LENGTH: usize = 1 << 16;
-/// Most inputs of the run's corpus.
+/// Maximum number of inputs in the run's corpus.
 const MAX_CORPUS: usize = 2000;
 
 fn seconds() -> u64 {
@@ -49,7 +49,7 @@ fn seeds(ending: &str) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// Feeds mutants of the seeds to the reader of files with that ending.
+/// Feeds mutants of the seeds to the reader of files with that extension.
 fn fuzz(ending: &str) {
     let mut corpus = seeds(ending);
     if corpus.is_empty() {
@@ -60,7 +60,7 @@ fn fuzz(ending: &str) {
     for seed in &corpus {
         said.insert(checked(ending, seed));
     }
-    // A longer run is another run; each is the same wherever it is repeated.
+    // A longer run is a different run; each is reproducible.
     let mut rng = Rng::new(seconds());
     let end = Instant::now() + Duration::from_secs(seconds());
     let (mut executions, seed_count) = (0u64, corpus.len());
@@ -78,8 +78,7 @@ fn fuzz(ending: &str) {
     );
 }
 
-/// Reads the input, checks what must hold whatever it is, and gives a digest of what was said about
-/// it.
+/// Reads the input, checks what must hold for any input, and returns a digest of the messages.
 fn checked(ending: &str, input: &[u8]) -> u64 {
     let options = Options {
         threads: 1 + input.len() % 2,
@@ -122,7 +121,7 @@ fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
     };
     assert!(said.len() <= MAX_DIAGNOSTICS, "{} diagnostics", said.len());
     for d in said {
-        // In a text that is not UTF-8 a byte may be shown as U+FFFD, which has three.
+        // In text that is not UTF-8, a byte may be shown as U+FFFD, which has three bytes.
         let shown = String::from_utf8_lossy(input).len();
         assert!(
             d.offset.saturating_add(d.length) <= shown,
@@ -133,8 +132,8 @@ fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
     }
 }
 
-/// Digest of a result: its messages without their numbers, and its approximate size. It is new
-/// where the reader took a new path.
+/// Digest of a result: its messages without their numbers, and its approximate size. A new digest
+/// indicates a new path in the reader.
 fn digest(read: &Result<Loaded, Vec<Diagnostic>>) -> u64 {
     let words = |all: &[Diagnostic]| -> Vec<String> {
         let plain = |d: &Diagnostic| {
