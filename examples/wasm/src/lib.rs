@@ -6,7 +6,7 @@
 //! node examples/wasm/render.mjs MODULE.wasm 160 120 -o glass.pfm scenes/glass.test
 //! ```
 //!
-//! WebAssembly has neither threads nor files here. The library does the work on the only thread, and
+//! WebAssembly has neither threads nor files here. The library works on the only thread, and
 //! refuses to open files.
 #![allow(
     unsafe_code,

@@ -2,11 +2,11 @@
 //!
 //! During a render, a signal requests a stop, so that workers finish in order. A second signal ends
 //! the process at once, as does any signal while nothing stoppable runs (a scene is loading, a tree
-//! is being built). While a file is being written, no signal ends the process, because an exit would
-//! leave a temporary file behind: the signal waits, or requests the writing to stop. (Output to a
-//! pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for SIGTERM and
-//! 129 for SIGHUP, by the convention of shells and schedulers. A SIGHUP disabled by `nohup` stays
-//! disabled.
+//! is being built). While a file is being written, no signal ends the process, because exiting
+//! would leave a temporary file behind: the signal waits, or requests the writing to stop. (Output
+//! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for SIGTERM
+//! and 129 for SIGHUP, by the convention of shells and schedulers. A SIGHUP disabled by `nohup`
+//! stays disabled.
 
 use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};

@@ -1,7 +1,7 @@
 //! The files that this process reads and writes. No result replaces an input or another result.
 //!
-//! Files are compared by device and inode on Unix, elsewhere by their canonical names, so that names
-//! and links do not matter. Pipes and devices are written into, and are not compared. A file that a
+//! Files are compared by device and inode on Unix, elsewhere by canonical name, so that names and
+//! links do not matter. Pipes and devices are written into, and are not compared. A file that a
 //! command resumes (finished tiles, a list of frames) is recorded only as written.
 
 use super::error::CliError;

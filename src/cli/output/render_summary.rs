@@ -105,7 +105,7 @@ impl RenderSummary {
         format!("{most}{} sample{plural} per pixel", self.spp)
     }
 
-    /// The settings in words; the filter only if it matters, and the minimum weight if there is one.
+    /// The settings in words; the filter only if it matters, and the minimum weight if any.
     pub fn words(&self) -> String {
         let mut words = self.samples_words();
         if self.spp > 1 {

@@ -94,7 +94,7 @@ fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
     assert_eq!(allowed.code, Some(0), "{}", allowed.stdout);
 }
 
-/// By default, peers build their best trees, and so does phalanx.
+/// Peers build their best trees by default, and so does phalanx.
 #[test]
 fn trees_are_the_best_unless_said_otherwise() {
     let room = TestFolder::new();
