@@ -1,5 +1,5 @@
-//! Caches of the first CPU, as Linux describes them: for processors that do not describe
-//! themselves. On other systems there are none.
+//! Caches of the first CPU as reported by Linux, for processors that do not describe their own. On
+//! other systems the list is empty.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +17,7 @@ pub struct CpuCache {
     pub shared_by: u32,
 }
 
-/// The caches that the system describes, by level and kind.
+/// The caches reported by the system, by level and kind.
 pub fn cpu_caches() -> Vec<CpuCache> {
     let folder = Path::new("/sys/devices/system/cpu/cpu0/cache");
     let found = (0..16).map_while(|k| read_cache(&folder.join(format!("index{k}"))));
@@ -26,7 +26,8 @@ pub fn cpu_caches() -> Vec<CpuCache> {
     caches
 }
 
-/// Bytes of the data cache nearest to the first CPU. Processors of x86-64 describe it themselves.
+/// Size in bytes of the data cache nearest to the first CPU. x86-64 processors report it
+/// themselves.
 #[cfg(any(test, not(target_arch = "x86_64")))]
 pub(crate) fn nearest_data_cache() -> Option<usize> {
     let mut caches = cpu_caches().into_iter();

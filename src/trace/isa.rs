@@ -1,10 +1,10 @@
 //! Instruction sets: those that this build uses, those that this CPU has, and a guard that compares
 //! the two.
 //!
-//! `wide` chooses its instructions when it is compiled, so a binary is made for one level of CPU.
-//! On a lesser CPU it would die of SIGILL somewhere in the middle. [`guard`], called first of all
-//! in `main`, ends it with one clear line instead. `is_x86_feature_detected!` cannot serve here:
-//! for a feature that is compiled in it is constant true.
+//! `wide` chooses its instructions at compile time, so a binary is built for one level of CPU. On a
+//! lesser CPU it would die of SIGILL somewhere in the middle. [`guard`], called before anything
+//! else in `main`, ends it with one clear line instead. `is_x86_feature_detected!` cannot serve
+//! here: for a feature that is compiled in it is constant true.
 //!
 //! The guard itself is compiled with the instructions for which it checks. So it is written as
 //! scalar steps, one `cpuid` word and one mask at a time. Each word is taken through
@@ -60,9 +60,9 @@ macro_rules! features {
     };
 }
 
-/// All features that `target-cpu=native` may switch on and code may then use without a check: name,
-/// bit, level. It omits xsaveopt, xsavec and xsaves, which only systems use and hypervisors often
-/// hide.
+/// All features that `target-cpu=native` may enable and code may then use without a check: name,
+/// bit, level. Omits xsaveopt, xsavec and xsaves, which only operating systems use and hypervisors
+/// often hide.
 #[rustfmt::skip]
 const TABLE: &[Feature] = &features! {
     Basic {
@@ -111,7 +111,7 @@ pub const fn compiled_level() -> &'static str {
     }
 }
 
-/// The level of this CPU, named as [`compiled_level`] names them.
+/// The level of this CPU, named as by [`compiled_level`].
 pub fn cpu_level() -> &'static str {
     if cfg!(target_arch = "x86_64") {
         LEVELS[cpu::level() as usize]
@@ -158,13 +158,13 @@ pub fn extensions() -> Vec<Extension> {
     known.iter().map(stand).collect()
 }
 
-/// Bytes of the data cache nearest to a core; `None` if neither the processor nor the system
-/// reports it.
+/// Size in bytes of the data cache nearest to a core; `None` if neither the processor nor the
+/// system reports it.
 pub fn nearest_cache() -> Option<usize> {
     cpu::nearest_cache()
 }
 
-/// Bytes of a cache that the processor describes.
+/// Size in bytes of a cache, as reported by the processor.
 #[cfg(target_arch = "x86_64")]
 pub fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
     let lines = cache.sets() * cache.associativity() * cache.physical_line_partitions();
@@ -174,8 +174,8 @@ pub fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
 /// Ends the process, with one line on stderr and exit code 1, if this CPU lacks what this build
 /// uses.
 ///
-/// It must be called before anything else, from a `main` that does nothing itself. It does nothing
-/// on other architectures: their builds are for the least CPU, unless RUSTFLAGS ask for more.
+/// Call it before anything else, from a `main` that does nothing itself. It has no effect on other
+/// architectures: their builds are for the baseline CPU, unless RUSTFLAGS ask for more.
 #[inline(never)]
 pub fn guard() {
     for feature in FEATURES {
@@ -242,9 +242,9 @@ mod cpu {
 
     /// A word of cpuid; 0 if the CPU does not support its leaf.
     ///
-    /// A CPU with AVX under a system that does not save its registers has no AVX. (A system that
-    /// saves those of AVX but not those of AVX-512 goes unnoticed: only `xgetbv` would tell, which
-    /// needs unsafe code.)
+    /// A CPU with AVX counts as having none if the system does not save its registers. (A system
+    /// that saves AVX registers but not those of AVX-512 goes unnoticed: detecting it takes
+    /// `xgetbv`, which needs unsafe code.)
     #[inline(never)]
     fn word(which: Word) -> u32 {
         match which {

@@ -20,7 +20,7 @@ pub mod cast;
 pub mod cpu_caches;
 pub mod isa;
 
-// Time, also where there is no clock.
+// Time, even without a clock.
 pub mod stopwatch;
 
 pub use cast::{

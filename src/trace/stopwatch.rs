@@ -1,11 +1,11 @@
-//! Time that passes while rays are traced, also where there is no clock.
+//! Elapsed time while rays are traced, even on systems without a clock.
 
 use std::time::Duration;
 #[cfg(not(all(target_family = "wasm", target_os = "unknown")))]
 use std::time::Instant;
 
-/// A running clock. Plain WebAssembly has none, and the standard library's panics there: this one
-/// stands still.
+/// A running clock. Plain WebAssembly has none, and the standard library's panics there; this one
+/// always reads zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch {
     #[cfg(not(all(target_family = "wasm", target_os = "unknown")))]
@@ -22,7 +22,7 @@ impl Stopwatch {
         }
     }
 
-    /// The time since the start; zero where there is no clock.
+    /// The time since the start; zero without a clock.
     #[inline]
     pub fn elapsed(&self) -> Duration {
         #[cfg(not(all(target_family = "wasm", target_os = "unknown")))]

@@ -1,4 +1,4 @@
-//! Columns in, columns out: chunks of rays go to worker threads, each of which has its own traced.
+//! Columns in, columns out: worker threads trace chunks of rays.
 
 use super::columns::same_length;
 use super::hit_lists::HitLists;
@@ -11,22 +11,21 @@ use crate::traverse::Kernel;
 use std::sync::{Mutex, PoisonError};
 
 /// Rays that a worker takes at once: several beams, and few enough that rays and hits stay in the
-/// second cache on their way.
+/// second-level cache.
 const CHUNK: usize = 2048;
 
 impl Bvh {
-    /// Finds the closest hit of every ray: see [`HitColumns`] for what a miss looks like. The same
-    /// bits as [`Bvh::intersect`] gives for each ray, whatever the order, the length and the number
-    /// of threads.
+    /// Finds the closest hit of every ray; [`HitColumns`] describes a miss. The bits are those of
+    /// [`Bvh::intersect`] for each ray, for any order, batch size and number of threads.
     ///
-    /// `threads` is the number of threads, 0 for one per CPU; a batch of up to 2048 rays stays in
-    /// the caller's. Kernels are chosen for 512 rays at a time ([`Kernel::Auto`]): beams,
-    /// packets or single rays. The first large batch makes [`Bvh::wide`]; [`Bvh::build_wide`] does
-    /// so ahead of time. Each call makes a few hundred KiB of working memory for each thread, so
-    /// batches of 10 000 rays and more are the ones that pay.
+    /// `threads` is the number of threads, 0 for one per CPU; a batch of up to 2048 rays stays on
+    /// the caller's thread. Kernels are chosen for 512 rays at a time ([`Kernel::Auto`]): beams,
+    /// packets or single rays. The first large batch builds [`Bvh::wide`]; [`Bvh::build_wide`] does
+    /// so ahead of time. Each call allocates a few hundred KiB of working memory per thread, which
+    /// pays off for batches of 10 000 rays or more.
     ///
     /// # Errors
-    /// [`BatchError`] where columns differ in length; then nothing is written.
+    /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
     /// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
@@ -72,11 +71,11 @@ impl Bvh {
         Ok(())
     }
 
-    /// Tells for every ray if it meets anything before its `tmax`. Threads, kernels and cost as
-    /// with [`Bvh::intersect_batch`]; the search ends at the first hit, so it is the faster one.
+    /// Determines for every ray if it hits anything before its `tmax`. Threads, kernels and cost
+    /// are as for [`Bvh::intersect_batch`]; the search ends at the first hit, so it is faster.
     ///
     /// # Errors
-    /// [`BatchError`] where columns differ in length; then nothing is written.
+    /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
     /// use phalanx_trace::{RayColumns, TMax, bvh::Bvh};
@@ -130,12 +129,12 @@ impl Bvh {
         Ok(())
     }
 
-    /// Finds everything that each ray meets before its `tmax`, not only the closest: see
-    /// [`HitLists`]. Threads as with [`Bvh::intersect_batch`]. A list costs what a ray costs that
-    /// nothing stops, and its sorting.
+    /// Finds all hits of each ray before its `tmax`, not only the closest: see [`HitLists`].
+    /// Threads are as for [`Bvh::intersect_batch`]. A list costs as much as an unobstructed ray,
+    /// plus sorting.
     ///
     /// # Errors
-    /// [`BatchError`] where columns differ in length.
+    /// [`BatchError`] if columns differ in length.
     ///
     /// ```
     /// use phalanx_scene::Scene;
@@ -178,11 +177,11 @@ impl Bvh {
         Ok(HitLists::joined(&parts))
     }
 
-    /// Counts what each ray meets before its `tmax`: the lengths of [`Bvh::all_hits_batch`]'s
+    /// Counts the hits of each ray before its `tmax`: the lengths of [`Bvh::all_hits_batch`]'s
     /// lists, without the lists.
     ///
     /// # Errors
-    /// [`BatchError`] where columns differ in length; then nothing is written.
+    /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
     /// use phalanx_scene::Scene;
@@ -230,13 +229,13 @@ impl Bvh {
     }
 }
 
-/// Rays of a chunk.
+/// Rays in a chunk.
 fn chunk_of(order: &Option<ScanOrder>) -> usize {
     order.as_ref().map_or(CHUNK, ScanOrder::band)
 }
 
-/// Does all of a batch, chunk by chunk, on at most `threads` threads; the caller's is one of them.
-/// `outputs` has a place for the answers of each chunk.
+/// Processes a batch, chunk by chunk, on at most `threads` threads, including the caller's.
+/// `outputs` has a slot for the answers of each chunk.
 fn run<'a, O: Send>(
     bvh: &'a Bvh,
     (rays, order): (RayBatch, &Option<ScanOrder>),
@@ -279,7 +278,7 @@ fn run<'a, O: Send>(
     };
     std::thread::scope(|scope| {
         for _ in 1..threads {
-            // Where there is no thread to be had, the others do its share.
+            // If a thread cannot be spawned, the others do its share.
             let _ = std::thread::Builder::new().spawn_scoped(scope, drain);
         }
         drain();

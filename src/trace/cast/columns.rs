@@ -1,4 +1,4 @@
-//! Rays and hits as columns: plain slices, one for each number, of any length and alignment.
+//! Rays and hits as columns: plain slices, one per component, of any length and alignment.
 
 use super::{Hit, Ray};
 use crate::packet::NO_PRIM;
@@ -20,16 +20,17 @@ use phalanx_scene::NO_GEOM;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TMax<'a> {
-    /// The same for all rays; infinity where rays have no end. The fast way: all kernels serve, but
-    /// for closest hits below a finite distance, which packets alone find.
+    /// The same for all rays; infinity if rays have no end. The fast case: all kernels are
+    /// available, except for closest hits below a finite distance, which only packets find.
     All(f32),
-    /// One for each ray. Where neighbours differ, packets alone serve, so that coherent rays are
-    /// slower than with [`TMax::All`]; rays of which all end at 1 (see [`Ray::segment`]) are not.
+    /// One for each ray. If neighbours differ, only packets are available, so coherent rays are
+    /// slower than with [`TMax::All`]; this does not apply if all rays end at 1 (see
+    /// [`Ray::segment`]).
     Each(&'a [f32]),
 }
 
 impl TMax<'_> {
-    /// The distances of some of the rays.
+    /// The distances of a range of rays.
     pub(super) fn slice(&self, from: usize, to: usize) -> Self {
         match self {
             TMax::Each(each) => TMax::Each(&each[from..to]),
@@ -38,13 +39,12 @@ impl TMax<'_> {
     }
 }
 
-/// Rays of a batch: x, y and z of origins and directions in slices of their own.
+/// Rays of a batch: x, y and z of origins and directions in separate slices.
 ///
-/// Origins are in scene units, directions of any length: distances count in units of it. A ray with
-/// a number that is not finite in origin or direction, with a direction of zero, or with a `tmax`
-/// that is NaN, zero or negative misses everything. Rays that lie beside each other in the slices
-/// should go nearly the same way, as the rays of one square of a picture do: that is where speed
-/// comes from; answers do not depend on it.
+/// Origins are in scene units; directions may have any length, and distances are in units of it. A
+/// ray with an origin or direction that is not finite, a zero direction, or a `tmax` that is NaN,
+/// zero or negative misses everything. For speed, adjacent rays in the slices should be coherent,
+/// like the rays of one square of a picture; answers do not depend on it.
 ///
 /// ```
 /// use phalanx_trace::{RayColumns, TMax};
@@ -63,14 +63,14 @@ pub struct RayColumns<'a> {
     pub origin: [&'a [f32]; 3],
     /// x, y and z of the directions.
     pub direction: [&'a [f32]; 3],
-    /// Distances from which on hits do not count.
+    /// Distances at which rays end; hits beyond do not count.
     pub tmax: TMax<'a>,
 }
 
-/// Places for the hits of a batch, one row for each ray. A call overwrites every row.
+/// Output columns for the hits of a batch, one row per ray. A call overwrites every row.
 ///
 /// A miss has `t` = infinity, `u` = `v` = 0, `prim_id` = [`NO_PRIM`] and `geom_id` = [`NO_GEOM`],
-/// which are both 2³² − 1. What the columns of a hit mean is told at [`Hit`].
+/// which are both 2³² − 1. [`Hit`] documents the columns of a hit.
 ///
 /// ```
 /// use phalanx_scene::{NO_GEOM, NO_PRIM, Scene};
@@ -96,9 +96,9 @@ pub struct RayColumns<'a> {
 pub struct HitColumns<'a> {
     /// Distances in units of the rays' directions.
     pub t: &'a mut [f32],
-    /// Barycentric weights of triangles' second corners.
+    /// Barycentric weights of triangles' second vertices.
     pub u: &'a mut [f32],
-    /// Barycentric weights of triangles' third corners.
+    /// Barycentric weights of triangles' third vertices.
     pub v: &'a mut [f32],
     /// Primitives.
     pub prim_id: &'a mut [u32],
@@ -106,7 +106,8 @@ pub struct HitColumns<'a> {
     pub geom_id: &'a mut [u32],
 }
 
-/// Columns of one batch that differ in length. A call that returns it has written nothing.
+/// Error for columns of one batch that differ in length. A call that returns it has written
+/// nothing.
 ///
 /// ```
 /// use phalanx_scene::Scene;
@@ -137,7 +138,7 @@ impl RayColumns<'_> {
         self.origin[0].len()
     }
 
-    /// Tells if there are none.
+    /// Returns true if there are none.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -172,7 +173,7 @@ impl RayColumns<'_> {
         }
     }
 
-    /// Some of the rays.
+    /// A range of the rays.
     pub(super) fn slice(&self, from: usize, to: usize) -> Self {
         RayColumns {
             origin: self.origin.map(|column| &column[from..to]),
@@ -226,9 +227,9 @@ pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Resu
     }
 }
 
-/// Rays in columns of their own, pushed one by one, for those who have no columns yet.
+/// Buffer of rays in columns, filled one by one, for callers without columns of their own.
 ///
-/// 28 bytes a ray.
+/// 28 bytes per ray.
 ///
 /// ```
 /// use phalanx_trace::{Ray, RayBuffer};
@@ -248,7 +249,7 @@ pub struct RayBuffer {
 }
 
 impl RayBuffer {
-    /// Makes an empty buffer with room for `rays` rays.
+    /// Creates an empty buffer with room for `rays` rays.
     pub fn with_capacity(rays: usize) -> RayBuffer {
         let column = || Vec::with_capacity(rays);
         RayBuffer {
@@ -268,7 +269,7 @@ impl RayBuffer {
         self.tmax.push(ray.tmax);
     }
 
-    /// Forgets the rays and keeps the memory.
+    /// Removes all rays and keeps the memory.
     pub fn clear(&mut self) {
         let columns = self.origin.iter_mut().chain(&mut self.direction);
         columns.for_each(Vec::clear);
@@ -281,13 +282,13 @@ impl RayBuffer {
         self.tmax.len()
     }
 
-    /// Tells if there are none.
+    /// Returns true if there are none.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.tmax.is_empty()
     }
 
-    /// Lends the columns.
+    /// Borrows the columns.
     #[inline]
     pub fn columns(&self) -> RayColumns<'_> {
         RayColumns {
@@ -306,9 +307,9 @@ impl FromIterator<Ray> for RayBuffer {
     }
 }
 
-/// Hits in columns of their own, all of them misses at first.
+/// Buffer of hits in columns, initially all misses.
 ///
-/// 20 bytes a ray. A buffer serves any number of batches of its length.
+/// 20 bytes per ray. A buffer can be reused for any number of batches of its length.
 ///
 /// ```
 /// use phalanx_scene::Scene;
@@ -336,7 +337,7 @@ pub struct HitBuffer {
 }
 
 impl HitBuffer {
-    /// Makes rows for the hits of `rays` rays.
+    /// Creates rows for the hits of `rays` rays.
     pub fn new(rays: usize) -> HitBuffer {
         HitBuffer {
             t: vec![f32::INFINITY; rays],
@@ -353,13 +354,13 @@ impl HitBuffer {
         self.t.len()
     }
 
-    /// Tells if there are none.
+    /// Returns true if there are none.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }
 
-    /// Lends the columns to be filled.
+    /// Borrows the columns to be filled.
     #[inline]
     pub fn columns(&mut self) -> HitColumns<'_> {
         HitColumns {
@@ -371,7 +372,7 @@ impl HitBuffer {
         }
     }
 
-    /// The hit of ray `i`, or `None` where it missed.
+    /// The hit of ray `i`, or `None` if it missed.
     ///
     /// # Panics
     /// If there is no ray `i`.

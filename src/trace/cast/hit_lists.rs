@@ -5,24 +5,24 @@ use crate::bvh::GeometryStarts;
 use crate::traverse::every_hit::FoundHit;
 use std::ops::Range;
 
-/// All that rays meet, in columns: the list of ray `i` is in rows `starts[i]` to `starts[i + 1]`.
+/// All hits of rays, in columns: the list of ray `i` is in rows `starts[i]` to `starts[i + 1]`.
 ///
-/// Each list is in the order of (t, prim_id). A primitive stands in it once at most, an edge or a
-/// vertex that a ray goes through once for each triangle that the rules of
-/// [`Bvh::intersect`](crate::bvh::Bvh::intersect) give it to, and surfaces that coincide once each.
-/// A sphere stands in it with the point where the ray enters it, or leaves it if it starts inside.
-/// 20 bytes a hit. What the columns mean is told at [`Hit`].
+/// Each list is ordered by (t, prim_id). A primitive appears in it at most once; an edge or a
+/// vertex that a ray passes through, once for each triangle that it belongs to by the rules of
+/// [`Bvh::intersect`](crate::bvh::Bvh::intersect); coincident surfaces, once each. A sphere appears
+/// with the point where the ray enters it, or leaves it if the ray starts inside. 20 bytes per hit.
+/// [`Hit`] documents the columns.
 ///
-/// [`Bvh::all_hits_batch`](crate::bvh::Bvh::all_hits_batch) makes them, and has an example.
+/// Made by [`Bvh::all_hits_batch`](crate::bvh::Bvh::all_hits_batch), which has an example.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HitLists {
     /// Row at which the list of each ray begins; the last entry is the number of hits.
     pub starts: Vec<usize>,
     /// Distances in units of the rays' directions.
     pub t: Vec<f32>,
-    /// Barycentric weights of triangles' second corners.
+    /// Barycentric weights of triangles' second vertices.
     pub u: Vec<f32>,
-    /// Barycentric weights of triangles' third corners.
+    /// Barycentric weights of triangles' third vertices.
     pub v: Vec<f32>,
     /// Primitives.
     pub prim_id: Vec<u32>,
@@ -80,7 +80,7 @@ impl HitLists {
         all
     }
 
-    /// Lists of no ray.
+    /// No lists.
     pub fn empty() -> HitLists {
         HitLists {
             starts: vec![0],
@@ -92,7 +92,7 @@ impl HitLists {
         }
     }
 
-    /// Adds the lists of further rays after these.
+    /// Appends the lists of further rays.
     pub fn append(&mut self, more: HitLists) {
         if self.starts.len() == 1 {
             *self = more;

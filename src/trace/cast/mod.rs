@@ -1,21 +1,21 @@
-//! The front door of the tracer: [`Bvh::intersect`] and [`Bvh::occluded`] for one ray,
+//! The tracer's public interface: [`Bvh::intersect`] and [`Bvh::occluded`] for one ray,
 //! [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] for many, [`Bvh::all_hits_batch`] and
-//! [`Bvh::count_batch`] for all that they meet.
+//! [`Bvh::count_batch`] for all hits of each ray.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `columns` | rays and hits of a batch: slices, and buffers of one's own |
-//! | `rows` | rays whose numbers lie side by side |
-//! | `scan_order` | pictures, row of pixels by row of pixels, in blocks |
+//! | `columns` | rays and hits of a batch: borrowed slices, and buffers |
+//! | `rows` | rays with interleaved components |
+//! | `scan_order` | pictures in scan order, traced in blocks |
 //! | `hit_lists` | all hits of each ray |
 //! | `batch` | chunks and threads |
 //! | `worker` | packets of a thread |
 //! | `refine` | a hit in double precision |
 //!
 //! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
-//! Hits count where 0 < t < `tmax`; ties go to the smaller `prim_id`. All give the same bits
-//! as the scalar oracle, ray by ray. They meet every surface, whatever its material's opacity:
-//! coverage is a matter of pictures (`phalanx_scene::Scene::coverage` gives that of a hit).
+//! Hits count if 0 < t < `tmax`; ties go to the smaller `prim_id`. All calls give the same bits as
+//! the scalar oracle, ray by ray. They hit every surface, whatever its material's opacity: opacity
+//! only affects pictures (`phalanx_scene::Scene::coverage` is that of a hit).
 
 mod batch;
 mod columns;
@@ -36,10 +36,10 @@ use crate::packet::NO_PRIM;
 use crate::traverse::packet_pairs;
 use phalanx_scene::GeomId;
 
-/// A ray: what it meets at `origin` + t · `direction`, 0 < t < `tmax`, counts.
+/// A ray: hits at `origin` + t · `direction` count if 0 < t < `tmax`.
 ///
-/// A ray with a number that is not finite in origin or direction, with a direction of zero, or with
-/// a `tmax` that is NaN, zero or negative misses everything: it is no error.
+/// A ray with an origin or direction that is not finite, a zero direction, or a `tmax` that is NaN,
+/// zero or negative misses everything; that is not an error.
 ///
 /// ```
 /// use phalanx_trace::Ray;
@@ -51,17 +51,17 @@ use phalanx_scene::GeomId;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts, in scene units. A ray that starts on a surface may meet that surface again;
-    /// move it off by a small part of the scene's extent.
+    /// Starting point, in scene units. A ray that starts on a surface may hit that surface again;
+    /// move the point off by a small part of the scene's extent.
     pub origin: [f32; 3],
-    /// Where it goes; any length but zero.
+    /// Direction, of any length but zero.
     pub direction: [f32; 3],
-    /// Distance from which on hits do not count, in units of `direction`.
+    /// Distance at which the ray ends, in units of `direction`.
     pub tmax: f32,
 }
 
 impl Ray {
-    /// Makes a ray without end, whose `tmax` is infinity. Takes arrays and glam's vectors.
+    /// Creates a ray with infinite `tmax`. Accepts arrays and glam's vectors.
     ///
     /// ```
     /// use phalanx_trace::Ray;
@@ -78,7 +78,7 @@ impl Ray {
         }
     }
 
-    /// Makes a ray from one point to another, whose `tmax` is 1: what is beyond `to` does not
+    /// Creates a ray from one point to another, with `tmax` 1, so that hits beyond `to` do not
     /// count. For shadow rays.
     ///
     /// ```
@@ -97,8 +97,8 @@ impl Ray {
         }
     }
 
-    /// The point at distance `t`, in units of the direction. For t of a hit it lies on the surface
-    /// but for rounding: about as many digits as the coordinates have in single precision.
+    /// The point at distance `t`, in units of the direction. At a hit's t it lies on the surface up
+    /// to rounding in single precision.
     ///
     /// ```
     /// use phalanx_trace::Ray;
@@ -110,7 +110,7 @@ impl Ray {
         std::array::from_fn(|axis| self.origin[axis] + t * self.direction[axis])
     }
 
-    /// Tells if the ray can hit anything at all: see [`Ray`], which has an example.
+    /// Returns true if the ray can hit anything at all: see [`Ray`], which has an example.
     #[inline]
     pub fn can_hit(&self) -> bool {
         let mut numbers = self.origin.iter().chain(&self.direction);
@@ -118,7 +118,7 @@ impl Ray {
     }
 }
 
-/// The closest thing that a ray meets. A miss is no `Hit`, but `None`.
+/// The closest hit of a ray. A miss is `None` instead.
 ///
 /// ```
 /// use phalanx_scene::Scene;
@@ -136,26 +136,26 @@ impl Ray {
 pub struct Hit {
     /// Distance, 0 < t < `tmax`, in units of the ray's direction.
     pub t: f32,
-    /// Barycentric weight of a triangle's second corner, in \[0, 1\]; 0 on anything else. The first
-    /// corner weighs 1 − u − v.
+    /// Barycentric weight of a triangle's second vertex, in \[0, 1\]; 0 on anything else. The first
+    /// vertex has the weight 1 − u − v.
     pub u: f32,
-    /// Barycentric weight of a triangle's third corner, in \[0, 1\]; 0 on anything else.
+    /// Barycentric weight of a triangle's third vertex, in \[0, 1\]; 0 on anything else.
     pub v: f32,
     /// Primitive, counted over the whole scene; see [`Bvh::first_prim`] for its number within its
     /// geometry.
     pub prim_id: u32,
-    /// Geometry as [`add_mesh`](phalanx_scene::Scene::add_mesh) and its kin returned it; of an
-    /// instance, that of the instance. [`NO_GEOM`](phalanx_scene::NO_GEOM) for primitives that were
-    /// added one by one, as those of files are. Caches keep it.
+    /// Geometry, as returned by [`add_mesh`](phalanx_scene::Scene::add_mesh) and related methods;
+    /// for an instance, that of the instance. [`NO_GEOM`](phalanx_scene::NO_GEOM) for primitives
+    /// that were added one by one, such as those of files. Caches keep it.
     pub geom_id: GeomId,
 }
 
 impl Bvh {
-    /// Finds the closest hit of one ray; `None` is a miss. Here and in all other queries triangles
-    /// are hit from both sides, whatever their material: only pictures have single-sided ones.
+    /// Finds the closest hit of one ray; `None` is a miss. In this and all other queries, triangles
+    /// are hit from both sides, whatever their material: only pictures treat any as single-sided.
     ///
-    /// Allocates a stack of a few KiB for each call. For more than a handful of rays
-    /// [`Bvh::intersect_batch`] is many times as fast, with the same bits.
+    /// Allocates a stack of a few KiB per call. For more than a handful of rays,
+    /// [`Bvh::intersect_batch`] is many times as fast and gives the same bits.
     ///
     /// ```
     /// use phalanx_trace::{Ray, bvh::Bvh};
@@ -188,7 +188,7 @@ impl Bvh {
         })
     }
 
-    /// Tells if one ray meets anything before its `tmax`. Cost as with [`Bvh::intersect`].
+    /// Returns true if a ray hits anything before its `tmax`. Cost as for [`Bvh::intersect`].
     ///
     /// ```
     /// use phalanx_trace::{Ray, bvh::Bvh};
@@ -206,11 +206,11 @@ impl Bvh {
         ray.can_hit() && packet_pairs::occluded_one(self, ray.origin, ray.direction, ray.tmax)
     }
 
-    /// The `prim_id` of the first primitive of a geometry: `hit.prim_id` less this is the row of
-    /// the triangle or sphere in the slices that made it. `None` for geometries without primitives,
-    /// for [`NO_GEOM`](phalanx_scene::NO_GEOM), and in trees that came from a cache.
+    /// The `prim_id` of a geometry's first primitive: `hit.prim_id` minus this is the row of the
+    /// triangle or sphere in the slices that it was added from. `None` for geometries without
+    /// primitives, for [`NO_GEOM`](phalanx_scene::NO_GEOM), and in trees from a cache.
     ///
-    /// Costs a search through the list of geometries, so where hits are many, keep the answers.
+    /// Each call searches the list of geometries; for many hits, keep the answers.
     ///
     /// ```
     /// use phalanx_scene::Scene;

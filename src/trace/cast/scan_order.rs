@@ -1,31 +1,31 @@
-//! Rays of a picture, row of pixels by row of pixels, as programs make them: traced in blocks of
-//! pixels, which are coherent in both directions.
+//! Rays of a picture in scan order, as most programs generate them, traced in blocks of pixels that
+//! are coherent in both directions.
 //!
-//! Answers do not depend on the order of rays, so what follows decides on time alone.
+//! Answers do not depend on the order of rays, so this only affects speed.
 
 use super::RayBatch;
 
-/// Rows of pixels of a band, the part of a picture that a worker takes at once.
+/// Rows of pixels in a band, the part of a picture that a worker takes at once.
 const BAND_ROWS: usize = 8;
 
-/// Columns of a block: with the rows of a band, as many rays as a beam takes.
+/// Columns of a block: with the rows of a band, it has the rays of a beam.
 const BLOCK_COLUMNS: usize = 64;
 
 /// Columns and rows of a packet.
 const PACKET: (usize, usize) = (4, 2);
 
-/// Least and greatest width of a picture that is looked for.
+/// Range of picture widths that are recognised.
 const WIDTHS: (usize, usize) = (32, 1 << 15);
 
 /// The order in which rays of a picture are traced.
 pub(super) struct ScanOrder {
-    /// Places of a band's rays, block by block and packet by packet.
+    /// Indices of a band's rays, block by block and packet by packet.
     places: Vec<u32>,
     width: usize,
 }
 
 impl ScanOrder {
-    /// The order for rays that scan a picture; `None` for all others.
+    /// The order for rays in scan order; `None` for all others.
     pub(super) fn of(rays: &RayBatch) -> Option<ScanOrder> {
         let width = width(rays)?;
         Some(ScanOrder {
@@ -39,8 +39,8 @@ impl ScanOrder {
         BAND_ROWS * self.width
     }
 
-    /// Places of the rays of a band, in the order in which they are traced. The last band of a
-    /// picture may be smaller, and is traced as it comes.
+    /// Indices of a band's rays, in tracing order. The last band of a picture may be smaller, and
+    /// is traced in the given order.
     pub(super) fn places(&self, rays: usize) -> Option<&[u32]> {
         (rays == self.places.len()).then_some(&self.places)
     }
@@ -63,15 +63,15 @@ fn places(width: usize, rows: usize) -> Vec<u32> {
     places
 }
 
-/// The number of rays after which a second row of pixels begins: steps from ray to ray are alike
-/// within a row, and the one from its end to the next row's beginning is another.
+/// The number of rays after which a second row of pixels begins: steps between rays are equal
+/// within a row, and differ from its end to the start of the next row.
 fn width(rays: &RayBatch) -> Option<usize> {
     let count = rays.len();
     let (least, greatest) = WIDTHS;
     if count < 2 * least {
         return None;
     }
-    // A camera of parallel rays moves their origins, any other turns them.
+    // A parallel camera moves the rays' origins, any other camera rotates them.
     let turns = rays.ray(0).1 != rays.ray(1).1;
     let place = |k: usize| {
         let (origin, direction) = rays.ray(k);
@@ -83,11 +83,11 @@ fn width(rays: &RayBatch) -> Option<usize> {
         let next = between(k, k + 1);
         let alike = length(difference(next, step)) <= length(step);
         step = next;
-        // NaN is not alike.
+        // NaN compares unequal.
         !alike
     })?;
     let width = end + 1;
-    // Rows begin beneath each other, closer than they are long.
+    // Rows start below each other, closer together than their length.
     let row = length(between(0, end));
     let beneath = |k: usize| {
         let down = length(between((k - 1) * width, k * width));

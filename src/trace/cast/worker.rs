@@ -1,4 +1,4 @@
-//! One thread's share of a batch: copies rays into packets, has them traced and copies the answers
+//! One thread's share of a batch: copies rays into packets, traces them and copies the answers
 //! back.
 
 use super::rows::run_of_four;
@@ -10,22 +10,22 @@ use crate::traverse::every_hit::FoundHit;
 use crate::traverse::queue_kernel::TMaxOf;
 use crate::traverse::{Kernel, Traversal};
 
-/// Three numbers of each of eight rays.
+/// Three components of each of eight rays.
 type Octet3 = [[f32; LANES]; 3];
 
-/// The same of rays in columns.
+/// Components of rays in columns.
 type Octets<'a> = [&'a [f32; LANES]; 3];
 
-/// Rows of the answers to some rays, where those are traced in another order than they came.
+/// Output rows of rays that are traced in another order than given.
 pub(super) type RowNumbers<'p> = Option<&'p [u32]>;
 
-/// Where a packet's answers go.
+/// Destination of a packet's answers.
 enum EightRows<'p> {
     From(usize),
     At(&'p [u32]),
 }
 
-/// The substitute of a ray that cannot hit anything, in a packet without any that can.
+/// Substitute for a ray that cannot hit anything, in a packet without any that can.
 const STAND_IN: (Octet3, Octet3) = ([[0.0; LANES]; 3], [[1.0; LANES]; 3]);
 
 /// One thread's kernels and memory.
@@ -45,7 +45,7 @@ pub(super) struct Worker<'a> {
 #[derive(Default)]
 struct PacketStorage {
     queue: QueueStorage,
-    /// Limits of each packet, where they differ.
+    /// Limits of each packet, if they differ.
     tmax: Vec<[f32; LANES]>,
     /// Lanes of each packet that can hit anything.
     able: Vec<u8>,
@@ -64,7 +64,8 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// The closest hits of rays, put into rows of these numbers; into the rays' own without.
+    /// The closest hits of rays, stored in the rows with these indices, or in the rays' own rows if
+    /// there are none.
     pub(super) fn closest(&mut self, rays: &RayColumns, hits: &mut HitColumns, rows: RowNumbers) {
         self.find_closest(rays);
         let mut run = self.geometries.run_of(0);
@@ -80,7 +81,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// The closest hits of all rays, in `hits`; those of lanes that are not able mean nothing.
+    /// The closest hits of all rays, in `hits`; lanes not in `able` are undefined.
     fn find_closest(&mut self, rays: &RayColumns) {
         let endless = rays.common_tmax() == Some(f32::INFINITY);
         let any_able = self.packets.fill(rays, !endless);
@@ -97,15 +98,15 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Everything that rays hit: the list of each ray, sorted by (t, prim_id).
+    /// All hits: the list of each ray, sorted by (t, prim_id).
     pub(super) fn hit_lists(&mut self, rays: &RayColumns) -> impl Iterator<Item = &[FoundHit]> {
         self.find_every_hit(rays);
-        // Counted by ray first: one sort of all would compare each hit with those of other rays.
+        // A counting sort by ray first: a single sort would compare hits of different rays.
         let mut ends = vec![0; rays.len()];
         for hit in &self.found {
             ends[hit.ray as usize] += 1;
         }
-        // Where each list begins, and once its hits are in place, where it ends.
+        // Start of each list, and once its hits are in place, its end.
         let mut sum = 0;
         for end in &mut ends {
             sum += std::mem::replace(end, sum);
@@ -127,7 +128,7 @@ impl<'a> Worker<'a> {
         })
     }
 
-    /// Everything that rays hit, in no order.
+    /// All hits, unordered.
     pub(super) fn find_every_hit(&mut self, rays: &RayColumns) -> &[FoundHit] {
         let common = rays.common_tmax();
         self.found.clear();
@@ -144,7 +145,7 @@ impl<'a> Worker<'a> {
         &self.found
     }
 
-    /// Flags of rays that meet anything, put into rows as by [`Worker::closest`].
+    /// Flags of rays that hit anything, stored in rows as by [`Worker::closest`].
     pub(super) fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool], rows: RowNumbers) {
         let common = rays.common_tmax();
         let any_able = self.packets.fill(rays, common.is_none());
@@ -173,8 +174,7 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// Eight answers as they are given out: lanes that are not in `able` miss, and all misses are
-/// alike.
+/// Eight answers in their final form: lanes not in `able` miss, and all misses are the same.
 #[inline(always)]
 fn if_able(packet: &HitPacket, able: u8) -> HitPacket {
     let (miss, able) = (HitPacket::miss(), Mask8::from_bits(u32::from(able)));
@@ -188,7 +188,7 @@ fn if_able(packet: &HitPacket, able: u8) -> HitPacket {
 }
 
 impl<'p> EightRows<'p> {
-    /// Those of the packet whose rays begin at `from`.
+    /// Answers of the packet whose rays begin at `from`.
     #[inline(always)]
     fn of(rows: RowNumbers<'p>, from: usize) -> EightRows<'p> {
         match rows {
@@ -197,7 +197,7 @@ impl<'p> EightRows<'p> {
         }
     }
 
-    /// Writes eight answers, or as many as there are rows.
+    /// Writes eight answers, or fewer if there are fewer rows.
     #[inline(always)]
     fn put<T: Copy>(&self, column: &mut [T], eight: [T; LANES]) {
         match *self {
@@ -236,8 +236,8 @@ impl PacketStorage {
         let (able, limits) = (&mut self.able[..], &mut self.tmax[..]);
         let mut neighbour = STAND_IN;
         self.queue.fill(count, QueueColumns::default(), |queue| {
-            // Whole packets go from the columns to the queue as they are. Arrays that may also be
-            // put together number by number would be copied so, too.
+            // Whole packets are copied directly from the columns to the queue. Arrays that might
+            // also be assembled number by number would be copied that way, too.
             let [ox, oy, oz] = rays.origin.map(|column| &column.as_chunks().0[..whole]);
             let [dx, dy, dz] = rays.direction.map(|column| &column.as_chunks().0[..whole]);
             for (k, able) in able[..whole].iter_mut().enumerate() {
@@ -276,7 +276,7 @@ impl PacketStorage {
     }
 }
 
-/// Appends a packet with a ray that can hit something in place of each that cannot.
+/// Appends a packet in which every ray that cannot hit anything is replaced by one that can.
 #[cold]
 fn push_able(
     queue: &mut RayQueue,
@@ -290,12 +290,12 @@ fn push_able(
     queue.push_octet(org.each_ref(), dir.each_ref(), count);
 }
 
-/// Fewer than eight numbers, the last one again and again.
+/// Fewer than eight numbers, padded with the last one.
 fn repeat_last(numbers: &[f32]) -> [f32; LANES] {
     std::array::from_fn(|lane| numbers[lane.min(numbers.len() - 1)])
 }
 
-/// Lanes (as bits) of rays that can hit something: see [`RayColumns`].
+/// Lanes (as bits) of rays that can hit something; see [`RayColumns`].
 #[inline(always)]
 fn able_lanes(org: Octets, dir: Octets, tmax: &[f32; LANES]) -> u8 {
     // 0 for a finite number, else NaN.
@@ -308,9 +308,9 @@ fn able_lanes(org: Octets, dir: Octets, tmax: &[f32; LANES]) -> u8 {
     able.bits() as u8
 }
 
-/// Puts a ray that can hit something in place of each that cannot: numbers that are none would
-/// spread over the whole beam, and its neighbour is the ray that costs least. `before` is a ray of
-/// an earlier packet; returns one for later ones.
+/// Replaces each ray that cannot hit anything by a neighbour that can: NaNs would spread over the
+/// whole beam, and a copy of a neighbour is the cheapest substitute. `before` is a ray of an
+/// earlier packet; returns one for later packets.
 fn replace_unable(
     able: u8,
     (org, dir): (&mut Octet3, &mut Octet3),

@@ -9,7 +9,7 @@ use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3Lane
 
 pub use phalanx_scene::NO_PRIM;
 
-/// Rays as columns of lanes, eight unless said otherwise.
+/// Rays as columns of lanes, eight by default.
 #[derive(Clone, Copy, Debug)]
 pub struct RayPacket<L = F32x8> {
     /// Origins.
@@ -29,7 +29,7 @@ pub struct HitPacket<L: Lanes = F32x8> {
     pub u: L,
     /// Barycentric weight of a triangle's third vertex, else 0.
     pub v: L,
-    /// Primitive by the scene's numbers, those of instances included, or [`NO_PRIM`].
+    /// Primitive in the scene's numbering, including instances, or [`NO_PRIM`].
     pub prim_id: L::U32,
 }
 

@@ -1,5 +1,5 @@
-//! A queue of rays in a bump arena, stored packet by packet, so that rays that are pushed one by
-//! one come out in full packets.
+//! A queue of rays in a bump arena, stored packet by packet, so that rays pushed one by one come
+//! out in full packets.
 
 use super::{RayPacket, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneMove, Lanes, Mask8, U32x8, Vec3Lanes, Vec3x8};
@@ -13,7 +13,7 @@ pub(crate) struct RaySlot {
     pub(crate) dir: [[f32; LANES]; 3],
 }
 
-/// Payload of eight rays. It is separate from them, because traversal does not read it.
+/// Payload of eight rays. Stored separately, because traversal does not read it.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct RayPayload {
@@ -57,7 +57,7 @@ pub struct QueueColumns {
     pub shares: bool,
 }
 
-/// Memory of a queue, kept and filled again and again: for rays that wait while others are traced.
+/// Reusable memory of a queue, for rays that wait while others are traced.
 #[derive(Default)]
 pub struct QueueStorage {
     slots: Vec<RaySlot>,
@@ -80,7 +80,7 @@ impl QueueStorage {
         self.len = 0;
     }
 
-    /// Removes all rays, and calls `push` to fill the queue with up to `packets` packets of others.
+    /// Clears the queue and refills it from `push`, up to `packets` packets.
     pub fn fill<T>(
         &mut self,
         packets: usize,
@@ -113,7 +113,7 @@ impl QueueStorage {
     }
 }
 
-/// Lengthens a column to `packets`, if it is shorter, and allocates no more memory than that.
+/// Extends a column to at least `packets`, allocating no more than that.
 fn grow<T: Clone>(column: &mut Vec<T>, packets: usize, empty: T) {
     if column.len() < packets {
         column.reserve_exact(packets - column.len());
@@ -134,7 +134,7 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// An empty queue, with room for seeds if `seeded` is true.
+    /// An empty queue, with seeds if `seeded` is true.
     #[inline]
     pub fn seeded(arena: &'arena Bump, capacity: usize, seeded: bool) -> RayQueue<'arena> {
         let queue = RayQueue::with_capacity(arena, capacity);
@@ -169,7 +169,7 @@ impl<'arena> RayQueue<'arena> {
         self.len == 0
     }
 
-    /// Removes all rays, and keeps the memory.
+    /// Removes all rays and keeps the memory.
     #[inline]
     pub fn clear(&mut self) {
         self.len = 0;
@@ -195,8 +195,8 @@ impl<'arena> RayQueue<'arena> {
         let (slot, payload) = (&mut self.slots[packet], &mut self.payloads[packet]);
         let count = lanes.count_ones() as usize;
         self.len += count;
-        // Column by column into the slot. A whole slot made first would be copied in pieces of
-        // other sizes than it was written in, for which a processor waits.
+        // Column by column into the slot. A slot built first would be copied in pieces of other
+        // sizes than those of its stores, which stalls.
         if count == LANES && at == 0 {
             set_columns(&mut slot.org, org, |column| column);
             set_columns(&mut slot.dir, dir, |column| column);
@@ -206,7 +206,7 @@ impl<'arena> RayQueue<'arena> {
         }
         let to = LaneMove::new(lanes, at);
         let moved = |column| to.floats(column);
-        // Lanes behind the last ray get copies of others, which the next push overwrites.
+        // Lanes after the last ray get copies of others, which the next push overwrites.
         let kept = Mask8::first(at);
         set_other_columns(kept, &mut slot.org, org, moved);
         set_other_columns(kept, &mut slot.dir, dir, moved);
@@ -271,8 +271,8 @@ impl<'arena> RayQueue<'arena> {
         self.len += 1;
     }
 
-    /// Appends the first `count` of eight rays, without purpose. Nothing follows a packet that is
-    /// not full.
+    /// Appends the first `count` of eight rays, without a payload. Nothing may follow a packet that
+    /// is not full.
     ///
     /// # Panics
     /// If the queue is full, or its last packet is not.
@@ -301,8 +301,8 @@ impl<'arena> RayQueue<'arena> {
         )
     }
 
-    /// Packets side by side, as many as `L` holds: `index` gives the index of the k-th. Past the
-    /// end the last packet is repeated.
+    /// As many packets side by side as `L` holds; `index` gives the index of the k-th. Past the
+    /// end, the last packet is repeated.
     #[inline(always)]
     pub fn packets_at<L: Lanes>(&self, index: impl Fn(usize) -> usize, tmax: f32) -> RayPacket<L> {
         let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];
@@ -320,7 +320,7 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// The rays as they lie in memory, for prefetching.
+    /// The rays' memory, for prefetching.
     #[inline(always)]
     pub(crate) fn slots(&self) -> &[RaySlot] {
         &self.slots[..self.packets()]
@@ -380,8 +380,8 @@ impl<'arena> RayQueue<'arena> {
     }
 }
 
-/// Sets three columns to those of a vector, each passed through `moved`. Component by component: a
-/// loop over an array of vectors moves them about on the stack.
+/// Sets three columns to those of a vector, each passed through `moved`. Written component by
+/// component, because a loop over an array of vectors moves them around on the stack.
 #[inline(always)]
 fn set_columns(to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
     to[0] = moved(from.x).to_array();

@@ -1,9 +1,9 @@
-//! Some of eight lanes moved together.
+//! Compaction of selected lanes.
 
 use super::{F32x8, LANES, U32x8};
 
-/// Compaction table: `[0][mask]` lists the set lanes of `mask`, one a byte, in ascending order, and
-/// `[1][mask]` in descending order.
+/// Compaction table: `[0][mask]` lists the set lanes of `mask`, one per byte, in ascending order,
+/// and `[1][mask]` in descending order.
 pub(crate) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     let mut tables = [[[0; LANES]; 256]; 2];
     let mut set = 0;
@@ -23,11 +23,11 @@ pub(crate) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     tables
 };
 
-/// A move of some of eight lanes, in their order, to the lanes from one of eight on. What does not
-/// fit there continues at lane 0, for the eight after them.
+/// A move of selected lanes, in their order, to consecutive lanes from a given one. Lanes that do
+/// not fit wrap around to lane 0, for the following octet.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneMove {
-    /// The lane that each is taken from, one a byte.
+    /// Source lane of each lane, one per byte.
     order: [u8; LANES],
 }
 
@@ -50,13 +50,13 @@ impl LaneMove {
         }
     }
 
-    /// The lanes after the move. Those that nothing is moved to are copies of others.
+    /// The lanes after the move. Lanes without a source hold copies of others.
     #[inline(always)]
     pub(crate) fn floats(self, from: F32x8) -> F32x8 {
         F32x8::from_bits(U32x8::new(permute(from.to_bits().to_array(), self.order)))
     }
 
-    /// The lanes after the move. Those that nothing is moved to are copies of others.
+    /// The lanes after the move. Lanes without a source hold copies of others.
     #[inline(always)]
     pub(crate) fn numbers(self, from: &[u32; LANES]) -> [u32; LANES] {
         permute(*from, self.order)

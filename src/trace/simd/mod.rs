@@ -8,7 +8,7 @@
 //! }`, the bits of `minps`; the scalar oracle writes them out the same way.
 //!
 //! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is
-//! written over [`Lanes`], so that two packets can traverse the tree as one [`F32x16`].
+//! generic over [`Lanes`], so that two packets can traverse the tree as one [`F32x16`].
 
 #[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
 mod compact;
@@ -21,15 +21,15 @@ pub use vec3::{Vec3Lanes, Vec3x8};
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Lanes in a packet: part of the contract, whatever the width of the machine's registers.
+/// Lanes in a packet: part of the contract, independent of the machine's register width.
 pub const LANES: usize = 8;
 
-/// As many lanes as the widest registers that the build is for: children of a wide node, and
-/// primitives of a block. Results do not depend on that number.
+/// Vector as wide as the widest registers of the build: children of a wide node, and primitives of
+/// a block. Results do not depend on that width.
 #[cfg(target_feature = "avx512f")]
 pub type Native = F32x16;
-/// As many lanes as the widest registers that the build is for: children of a wide node, and
-/// primitives of a block. Results do not depend on that number.
+/// Vector as wide as the widest registers of the build: children of a wide node, and primitives of
+/// a block. Results do not depend on that width.
 #[cfg(not(target_feature = "avx512f"))]
 pub type Native = F32x8;
 
@@ -54,9 +54,9 @@ pub trait Lanes:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Booleans of as many lanes.
+    /// Booleans with the same number of lanes.
     type Mask: LaneMask<Self, Self::U32>;
-    /// Unsigned integers of as many lanes.
+    /// Unsigned integers with the same number of lanes.
     type U32: LaneU32<Self::Mask>;
     /// Packets of [`LANES`] that fit side by side.
     const PACKETS: usize;
@@ -73,9 +73,9 @@ pub trait Lanes:
     fn octet(self, k: usize) -> F32x8;
     /// The k-th run of lanes of a column.
     fn load_run(column: &[f32; COLUMN_LANES], k: usize) -> Self;
-    /// The smallest lane; if there is a NaN among them, any of them.
+    /// The smallest lane; any lane, if one of them is NaN.
     fn min_element(self) -> f32;
-    /// The largest lane; if there is a NaN among them, any of them.
+    /// The largest lane; any lane, if one of them is NaN.
     fn max_element(self) -> f32;
     /// `if self < other { self } else { other }`: a NaN in `other` is returned, a NaN in `self` is
     /// not.
@@ -86,8 +86,8 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
-    /// self · by − less, rounded once or twice, by build: for bounds that have room for it, never
-    /// for values of a result.
+    /// self · by − less, rounded once or twice, depending on the build: for bounds with a margin,
+    /// never for values of a result.
     fn mul_sub_any_rounding(self, by: Self, less: Self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;

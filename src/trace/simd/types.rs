@@ -4,8 +4,8 @@ use super::{COLUMN_LANES, LANES, LaneMask, LaneU32, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::{f32x4, f32x8, f32x16, f64x8, u32x8, u32x16};
 
-/// Folds all lanes, four by four and then those four by halves. Without this order, the compiler
-/// makes masks and blends of it.
+/// Folds all lanes, first in groups of four, then those four by halves. With any other order the
+/// compiler generates masks and blends.
 #[inline(always)]
 fn fold<const N: usize>(
     lanes: [f32; N],
@@ -21,13 +21,13 @@ fn fold<const N: usize>(
     pick(pick(a, c), pick(b, d))
 }
 
-/// True if `wide`'s fastest minimum and maximum are those of [`Lanes::min`] and [`Lanes::max`], as
-/// `minps` is. NEON's give NaN where either operand is one, and zeros of different sign an order;
-/// those of WebAssembly return the other operand than `minps` where the two do not compare.
+/// True if `wide`'s fastest minimum and maximum behave like [`Lanes::min`] and [`Lanes::max`], as
+/// `minps` does. NEON's return NaN if either operand is NaN, and order zeros by sign; WebAssembly's
+/// return the other operand than `minps` if the two do not compare.
 const HAS_ORDERED_MIN_MAX: bool = cfg!(target_arch = "x86_64");
 
-/// Defines the types of one lane count. It is a macro and not a generic, because `wide`'s types
-/// share no trait.
+/// Defines the types of one lane count. A macro instead of a generic, because `wide`'s types share
+/// no trait.
 macro_rules! lane_types {
     ($count:literal, $F:ident($f:ident), $U:ident($u:ident), $M:ident) => {
         #[doc = concat!(stringify!($count), " floats.")]
@@ -392,9 +392,9 @@ lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8);
 lane_types!(16, F32x16(f32x16), U32x16(u32x16), Mask16);
 
 impl F32x8 {
-    /// Lanes by their index. The calls are written out, so that lanes are put together in a
-    /// register: a loop, or a closure in an array's map, writes them to memory one by one, and a
-    /// processor waits before it reads them as eight.
+    /// Lanes by index. The calls are written out, so that lanes are assembled in a register: a
+    /// loop, or a closure in an array's map, stores them one by one, and reading them back as eight
+    /// stalls.
     #[inline(always)]
     pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
         F32x8::new([

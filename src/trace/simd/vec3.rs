@@ -61,8 +61,9 @@ impl<L: Lanes> Vec3Lanes<L> {
     /// The zero vector.
     pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
 
-    /// The components from an axis on: its own, the next one's and the last one's. An index would
-    /// take them through memory, where the read of the whole waits for the writes of its halves.
+    /// The components starting at an axis: its own, the next one's and the last one's. An index
+    /// would pass them through memory, where the load of the whole waits for the stores of its
+    /// halves.
     #[inline(always)]
     pub fn from_axis(self, axis: usize) -> [L; 3] {
         match axis {
