@@ -73,7 +73,7 @@ impl<'a> BuildInput<'a> {
         }
     }
 
-    /// The padded box, from which every box around it is made.
+    /// The padded box, from which every enclosing box is computed.
     #[inline(always)]
     fn bounds(&self, object: PrimIndex) -> Bounds {
         match self.prims.get(object as usize) {

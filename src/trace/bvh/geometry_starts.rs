@@ -1,9 +1,9 @@
-//! From the number of a primitive to that of the geometry it was added with.
+//! Mapping from a primitive to the geometry that it was added with.
 
 use crate::simd::{LaneMask, LaneU32, U32x8};
 use phalanx_scene::{GeomId, NO_GEOM, NO_PRIM, Scene};
 
-/// Geometries of a tree by the first `prim_id` of each, ascending; the last entry begins beyond all
+/// A tree's geometries by their first `prim_id`, ascending; the last entry begins beyond all
 /// primitives.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GeometryStarts(Vec<(u32, GeomId)>);
@@ -25,8 +25,8 @@ impl GeometryStarts {
         self.run_of(prim_id).geometry
     }
 
-    /// The geometries of eight primitives, those of [`NO_PRIM`] among them; `run` is where to look
-    /// first, the run that was found last.
+    /// The geometries of eight primitives, some of which may be [`NO_PRIM`]; `run` is the run found
+    /// last, which is tried first.
     #[inline(always)]
     pub(crate) fn find_eight(&self, prim_id: U32x8, run: &mut GeometryRun) -> U32x8 {
         let none = prim_id.eq(U32x8::splat(NO_PRIM));
@@ -50,7 +50,7 @@ impl GeometryStarts {
         }))
     }
 
-    /// The run of primitives in which one lies.
+    /// The run that contains a primitive.
     pub(crate) fn run_of(&self, prim_id: u32) -> GeometryRun {
         let after = self.0.partition_point(|&(first, _)| first <= prim_id);
         let end = self.0.get(after).map_or(u32::MAX, |&(first, _)| first);
@@ -66,7 +66,7 @@ impl GeometryStarts {
     }
 }
 
-/// Primitives from `first` to before `end`, which were added together.
+/// Primitives from `first` up to, but not including, `end`, which were added together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GeometryRun {
     first: u32,

@@ -1,13 +1,13 @@
 //! Rows on huge pages, if the system supports them. Incoherent rays read rows all over a tree, and
-//! each page of four kibibytes needs a look-up of its own.
+//! each page of four kibibytes needs a separate TLB entry.
 
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-/// Least size for which huge pages pay: two huge pages of x86-64.
+/// Minimum size for which huge pages pay off: two huge pages of x86-64.
 const MIN_BYTES: usize = 4 << 20;
 
-/// Collects rows into a new vector, on huge pages if they are many.
+/// Collects rows into a new vector, on huge pages if it is large.
 pub(super) fn collect_on_huge_pages<T: Send>(
     rows: impl IndexedParallelIterator<Item = T>,
 ) -> Vec<T> {
@@ -20,8 +20,8 @@ pub(super) fn collect_on_huge_pages<T: Send>(
     all
 }
 
-/// Rows of zeros, on huge pages if they are many. The system gives them their memory when they are
-/// first written to, on the thread that does so.
+/// Zeroed rows, on huge pages if they are many. The system allocates their memory on the first
+/// write, on the writing thread.
 pub(super) fn zeroed_on_huge_pages<T: Zeroable>(len: usize) -> Vec<T> {
     let mut all = bytemuck::zeroed_vec(len);
     if size_of_val(&all[..]) >= MIN_BYTES {
@@ -30,7 +30,7 @@ pub(super) fn zeroed_on_huge_pages<T: Zeroable>(len: usize) -> Vec<T> {
     all
 }
 
-/// Slices of given lengths that follow one another, for threads to fill.
+/// Consecutive slices of the given lengths, for threads to fill.
 pub(super) fn consecutive<T>(
     mut rows: &mut [T],
     lens: impl IntoIterator<Item = usize>,
@@ -44,8 +44,8 @@ pub(super) fn consecutive<T>(
     slices
 }
 
-/// Moves rows onto huge pages, if they are many; for a moment two copies exist. The rows' contents
-/// do not change, and it is unknown whether the system complied.
+/// Moves rows onto huge pages, if they are many; two copies exist briefly. The contents do not
+/// change, and whether the system complied is unknown.
 pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     if size_of_val(&rows[..]) < MIN_BYTES {
         return;

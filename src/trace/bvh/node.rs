@@ -81,7 +81,7 @@ const _: () = assert!(
     LeafKind::COUNT <= (LEAF >> KIND_SHIFT) as usize,
     "no room for another kind below the leaf flag"
 );
-/// Most primitives in a leaf.
+/// Maximum number of primitives in a leaf.
 pub const MAX_LEAF: u32 = (1 << KIND_SHIFT) - 1;
 
 impl Node {
@@ -125,7 +125,7 @@ impl Node {
 
     /// Replaces the padded box of child `k`.
     pub(super) fn set_box(&mut self, k: usize, bounds: Bounds) {
-        // A child without primitives needs a box that compares like any other.
+        // A child without primitives still needs a box that compares like any other.
         let b = match bounds.is_empty() {
             true => Bounds::new(glam::Vec3::ZERO, glam::Vec3::ZERO),
             false => bounds,

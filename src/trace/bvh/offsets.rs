@@ -1,8 +1,8 @@
-//! Places of one tree's rows behind those of others.
+//! Offsets of a tree's rows in arrays shared with other trees.
 
 use super::{Child, LeafKind, LeafPrims, Node};
 
-/// Offsets of the nodes and slots of a tree in arrays that hold several.
+/// Offsets of a tree's nodes and slots in the shared arrays.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Offsets {
     pub(super) node: u32,
@@ -22,12 +22,12 @@ impl Offsets {
         offsets
     }
 
-    /// Offsets of slots alone.
+    /// Offsets of slots only.
     pub(super) fn of_slots(slot: [u32; LeafKind::COUNT]) -> Offsets {
         Offsets { node: 0, slot }
     }
 
-    /// A reference within a tree, converted to the common arrays.
+    /// A reference within a tree, converted to the shared arrays.
     #[inline(always)]
     pub(super) fn rebased(&self, child: Child) -> Child {
         match child {
@@ -41,7 +41,7 @@ impl Offsets {
         }
     }
 
-    /// Converts all nodes of a tree to the common arrays.
+    /// Converts all nodes of a tree to the shared arrays.
     pub(super) fn rebase_nodes(&self, nodes: &mut [Node]) {
         for node in nodes {
             for k in 0..2 {

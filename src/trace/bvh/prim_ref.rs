@@ -1,4 +1,4 @@
-//! References to objects while a tree is built: number, kind and padded box, in 32 bytes.
+//! References to objects during a tree build: number, kind and padded box, in 32 bytes.
 
 use super::LeafKind;
 use crate::simd::{F32x8, Lanes};
@@ -6,13 +6,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use phalanx_scene::Bounds;
 
-/// Number of an object: a stored primitive below [`Scene::prim_count`], from there on an instance.
+/// Number of an object: a stored primitive below [`Scene::prim_count`], an instance from there on.
 ///
 /// [`Scene::prim_count`]: phalanx_scene::Scene::prim_count
 pub(super) type PrimIndex = u32;
 
-/// An object and its padded box. The upper corner is stored negated, so that a minimum of eight
-/// lanes unites two boxes (tinybvh does the same).
+/// An object and its padded box. The upper corner is stored negated, so that the minimum of eight
+/// lanes is the union of two boxes (as in tinybvh).
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(super) struct PrimRef {
@@ -56,8 +56,8 @@ impl PrimRef {
         Vec3::from(self.lo) - Vec3::from(self.minus_hi)
     }
 
-    /// The row as lanes: the lower corner, a lane of no meaning, the negated upper corner, and
-    /// another lane of no meaning.
+    /// The row as lanes: the lower corner, an unused lane, the negated upper corner, and another
+    /// unused lane.
     #[inline(always)]
     pub(super) fn lanes(&self) -> F32x8 {
         F32x8::new(bytemuck::cast(*self))
@@ -74,7 +74,7 @@ pub(super) fn center_extent(items: &[PrimRef]) -> Bounds {
     extent
 }
 
-/// A box as lanes, as [`PrimRef::lanes`] has them; their minimum unites boxes.
+/// A box as lanes, in the layout of [`PrimRef::lanes`]; the minimum is the union.
 #[derive(Clone, Copy)]
 pub(super) struct LaneBounds(pub(super) F32x8);
 

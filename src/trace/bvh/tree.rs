@@ -8,12 +8,12 @@ use super::{
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 
-/// The trees of a scene, and with them everything that a ray can hit: [`Bvh::build`] makes them,
-/// [`Bvh::intersect`] and [`Bvh::intersect_batch`] ask them.
+/// The trees of a scene, with everything that a ray can hit: built by [`Bvh::build`], queried by
+/// [`Bvh::intersect`] and [`Bvh::intersect_batch`].
 ///
-/// There is the world's tree, whose root is node 0 and always exists, and one for every mesh.
-/// Instances of a mesh continue at the root of its tree. A tree may be shared among threads, all of
-/// its queries take `&self`, and no answer depends on its shape.
+/// There is the world's tree, with a root at node 0 that always exists, and one tree per instanced
+/// mesh. Instances of a mesh continue at the root of its tree. A `Bvh` may be shared among threads,
+/// all of its queries take `&self`, and no answer depends on the trees' shape.
 ///
 /// ```
 /// use phalanx_scene::Scene;
@@ -58,7 +58,7 @@ impl Bvh {
         }
     }
 
-    /// Nodes, depth first. Every node index in them is in range, every leaf's slots exist.
+    /// Nodes, depth first. Every node index in them is in range, and every leaf's slots exist.
     #[inline]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
@@ -100,33 +100,33 @@ impl Bvh {
         &self.slots.instances
     }
 
-    /// Which geometry a hit belongs to. A tree that came from arrays knows none.
+    /// The geometry of each hit. Empty for a tree made from arrays.
     #[inline]
     pub(crate) fn geometries(&self) -> &GeometryStarts {
         &self.geometries
     }
 
-    /// Most nodes on a path from the world's root, through an instance to the end of its mesh's
-    /// tree. A traversal stack of this many entries never overflows.
+    /// Number of nodes on the longest path from the world's root, through an instance to the end of
+    /// its mesh's tree. A traversal stack with this number of entries never overflows.
     #[inline]
     pub fn depth(&self) -> usize {
         self.depth
     }
 
     /// Cost of the world's tree by the surface area heuristic: expected nodes visited plus
-    /// primitives (or instances) tested by a random ray that meets the root box, both at cost 1.
+    /// primitives (or instances) tested by a random ray that hits the root box, both at cost 1.
     #[inline]
     pub fn sah(&self) -> f64 {
         self.sah
     }
 
-    /// Returns true if [`Bvh::wide`] has been made.
+    /// Returns true if [`Bvh::wide`] has been built.
     #[inline]
     pub fn has_wide(&self) -> bool {
         self.wide.get().is_some()
     }
 
-    /// Bytes of [`Bvh::wide`]; 0 if it has not been made.
+    /// Bytes of [`Bvh::wide`]; 0 if it has not been built.
     #[inline]
     pub fn wide_bytes(&self) -> usize {
         self.wide.get().map_or(0, |wide| wide.bytes())

@@ -1,17 +1,17 @@
-//! Verification that arrays from a file are a tree. It checks all that a builder guarantees, so
-//! that kernels without bounds checks may traverse them.
+//! Verification that arrays from a file are a tree. It checks everything that a builder guarantees,
+//! so that kernels without bounds checks may traverse them.
 //!
 //! The proof is divided into blocks that can be verified in any order on any thread. Each block
-//! covers some rows of one array. A level for every node, stored beside the nodes, makes that
+//! covers a range of rows of one array. A level for every node, stored with the nodes, makes that
 //! possible:
 //!
 //! - Children have larger levels than their parents, so no path comes back, and none is longer than
 //!   the largest level.
-//! - A level carries a mark in the trees of meshes. The mark is inherited, instances lead to marked
-//!   nodes, and no marked node has instances. So trees nest once.
+//! - Levels in the trees of meshes carry a mark. The mark is inherited, instances lead to marked
+//!   nodes, and no marked node has instances. So trees nest only once.
 //! - A count shows that no node has two parents.
 //! - Slots are counted as a whole. Two leaves may still share a slot while another slot has none.
-//!   That makes a wrong picture, but never an unsafe or endless traversal.
+//!   That gives a wrong picture, but never an unsafe or endless traversal.
 
 use super::geometry_starts::GeometryStarts;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
@@ -23,13 +23,13 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Re
 /// Set in the levels of nodes of meshes.
 const IN_MESH: u16 = 0x8000;
 
-/// Reasons why arrays are no tree.
+/// Reasons why arrays are not a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BvhError {
     /// A path is too long for a level to be stored for each of its nodes.
     #[error("a path of the tree is longer than 32,767 nodes")]
     TooDeep,
-    /// There are not as many levels as nodes, or there are no nodes.
+    /// The number of levels differs from the number of nodes, or there are no nodes.
     #[error("nodes and levels differ in number, or there are none")]
     Lengths,
     /// A row was not verified, or no builder would have made it.
@@ -87,7 +87,7 @@ impl Bvh {
         arrays(&self.nodes, &self.slots)
     }
 
-    /// The level of every node, as [`UnverifiedBvh`] needs them.
+    /// The level of every node, for [`UnverifiedBvh`].
     ///
     /// # Errors
     /// [`BvhError::TooDeep`].
@@ -283,7 +283,7 @@ impl UnverifiedBvh {
             .map(|kind| parts.slots.count(kind) as u64)
             .sum();
         let instances = parts.slots.instances.len();
-        // Every object has one slot at most: more cannot be a tree of this scene.
+        // Every object has at most one slot, so more cannot be a tree of this scene.
         let surplus =
             instances > scene.instances.len() || slots - instances as u64 > u64::from(self.prims);
         if surplus
@@ -346,7 +346,7 @@ impl UnverifiedBvh {
         let mut mesh = None;
         let mut stack = vec![root];
         while let Some(index) = stack.pop() {
-            // Two roots in one tree: visited again and again, it would take forever.
+            // Two roots in one tree would be visited endlessly.
             if std::mem::replace(&mut seen[index as usize], true) {
                 return Err(BvhError::Instance);
             }

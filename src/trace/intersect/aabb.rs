@@ -9,7 +9,7 @@
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 use phalanx_scene::PAD;
 
-/// Least size of a component when it is inverted; smaller ones count as this: 2⁻⁸⁰. With
+/// Smallest magnitude of a component to be inverted; smaller ones are replaced by it: 2⁻⁸⁰. With
 /// coordinates below 2²⁹ no product overflows.
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
@@ -18,11 +18,11 @@ const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 pub(crate) struct RaySlabs<L> {
     /// One over each component of the directions.
     pub(crate) rdir: Vec3Lanes<L>,
-    /// Origins for the planes that a ray meets first, and for those that it meets last. Both are
-    /// moved by the padding, away from the box. If the rays' signs differ, they are for the lower
-    /// and for the upper planes instead.
+    /// Origins for the planes that a ray crosses first, and for those that it crosses last. Both
+    /// are moved by the padding, away from the box. If the rays' signs differ, they are for the
+    /// lower and the upper planes instead.
     pub(crate) org: [Vec3Lanes<L>; 2],
-    /// Corner of a box (0 lower, 1 upper) that is met first, per axis, if all rays agree.
+    /// Side of a box (0 lower, 1 upper) that is crossed first, per axis, if all rays agree.
     pub(crate) octant: Option<[usize; 3]>,
 }
 
@@ -108,17 +108,16 @@ impl<L: Lanes> SlabTest<L> for RaySlabs<L> {
     }
 }
 
-/// Distances of planes along rays, and from these the intervals of rays in boxes. It is a trait,
-/// because closures would not be inlined.
+/// Distances of planes along rays, and from these the intervals of rays in boxes. A trait, because
+/// closures would not be inlined.
 pub(crate) trait SlabTest<L: Lanes> {
-    /// Distances of three planes, one across each axis, on the side of a box that rays meet first
-    /// (0) or last (1). If the rays' signs differ, the sides are those of the lower and of the
-    /// upper planes.
+    /// Distances of three planes, one per axis, on the side of a box that rays cross first (0) or
+    /// last (1). If the rays' signs differ, the sides are the lower and the upper planes.
     fn distances(&self, side: usize, planes: [f32; 3]) -> [L; 3];
 
-    /// Entry (not before 0) and exit distances, for rays whose direction signs agree. They need no
-    /// min and max of plane distances, and the numbers are the same, because rounding keeps their
-    /// order. `near` is [`RaySlabs::octant`].
+    /// Entry (not before 0) and exit distances, for rays whose direction signs agree. No min and
+    /// max of plane distances is needed, and the numbers are the same, because rounding preserves
+    /// their order. `near` is [`RaySlabs::octant`].
     #[inline(always)]
     fn intersect_box_same_octant(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> TInterval<L> {
         let [i, j, k] = near.map(|n| n & 1);

@@ -40,7 +40,7 @@ impl<L: Lanes> HitCandidate<L> {
 }
 
 impl<L: Lanes> HitRecord<L> {
-    /// A record that only hits closer than `limit` replace.
+    /// A record replaced only by hits closer than `limit`.
     #[inline(always)]
     pub(crate) fn before(limit: L) -> HitRecord<L> {
         HitRecord {
@@ -48,7 +48,7 @@ impl<L: Lanes> HitRecord<L> {
             v: L::ZERO,
             w: L::ZERO,
             det: L::ONE,
-            // No number is smaller, so a hit at the limit itself does not win the tie.
+            // The smallest number, so that a hit at the limit itself does not win the tie.
             prim_id: L::U32::splat(0),
         }
     }
@@ -71,7 +71,7 @@ impl<L: Lanes> HitRecord<L> {
         t.lt(self.t) | (t.eq(self.t) & id.lt(self.prim_id))
     }
 
-    /// Replaces the record by a hit that is closer, or as close with a smaller number.
+    /// Replaces the record by a hit that is closer, or equally close with a smaller number.
     #[inline(always)]
     pub(crate) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {
         let take = hit.valid & self.is_after(hit.t, id);

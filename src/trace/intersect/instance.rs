@@ -37,7 +37,7 @@ fn crosses<L: Lanes>(interval: &TInterval<L>) -> L::Mask {
     interval.tnear.le(interval.tfar) & interval.tfar.gt(L::ZERO)
 }
 
-/// Limit up to which hits inside may matter; −∞ in lanes where none can. If hits count up to any
+/// Limit up to which hits inside may matter; −∞ in lanes in which none can. If hits count up to any
 /// distance, the limit is finite, because a hit at the limit itself counts.
 #[inline(always)]
 pub(crate) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {

@@ -1,5 +1,5 @@
-//! The interface of primitives: all that the packet kernel, and leaves without blocks in the wide
-//! tree, know of them.
+//! The interface of primitives for the packet kernel, and for leaves without blocks in the wide
+//! tree.
 
 use super::hit::HitCandidate;
 use super::ray_setup::RaySetup;

@@ -1,4 +1,4 @@
-//! Rays as the tests take them.
+//! Rays prepared for the tests.
 
 use super::aabb::RaySlabs;
 use super::shear::Shear;

@@ -68,7 +68,7 @@ fn in_frame<L: Lanes>(
 /// Orders (kx, ky, kz) by dominant axis; x, y, z if the lanes' axes differ.
 const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
-/// Stands for "the lanes' dominant axes differ" in [`Shear::axis`].
+/// Value of [`Shear::axis`] if the lanes' dominant axes differ.
 pub(crate) const MIXED: usize = 3;
 
 impl<L: Lanes> Shear<L> {
@@ -152,7 +152,7 @@ impl<L: Lanes> Shear<L> {
         permute(self.x_major, self.y_major, v)
     }
 
-    /// Slopes and scale, as [`intersect`](super::triangle::intersect) takes them.
+    /// Slopes and scale, for [`intersect`](super::triangle::intersect).
     #[inline(always)]
     pub(crate) fn slopes(&self) -> [L; 3] {
         [self.slope_x, self.slope_y, self.scale]
@@ -188,9 +188,9 @@ fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec
     )
 }
 
-/// Greatest coordinate of an origin, greatest largest component of a direction, and greatest
-/// reciprocal of that: 2⁴⁰. Beyond it, intermediate numbers of a distance may overflow or vanish,
-/// and the reciprocals of the slab test are not those of the directions.
+/// Limit on the coordinates of an origin, on the largest component of a direction, and on its
+/// reciprocal: 2⁴⁰. Beyond it, intermediate numbers of a distance may overflow or vanish, and the
+/// reciprocals of the slab test are not those of the directions.
 const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 #[inline(always)]

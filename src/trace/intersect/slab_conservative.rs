@@ -1,8 +1,8 @@
-//! Slab test for boxes of nodes: that of [`super::aabb`] with half its arithmetic and a little
+//! Slab test for boxes of nodes: that of [`super::aabb`] with half the arithmetic and a little
 //! slack.
 //!
-//! The result for a primitive's own box must be the same bits everywhere. The results for the boxes
-//! around it only must lose nothing. So the distance of a plane at c is c·r − o·r here, with o·r
+//! The result for a primitive's own box must be the same bits everywhere. The results for enclosing
+//! boxes need only be conservative. So the distance of a plane at c is c·r − o·r here, with o·r
 //! computed once for a ray. This is a product and a difference that are fused if the build has an
 //! instruction for it. Fused or not, the hits are the same; only the number of visited boxes may
 //! differ between builds, by very few.
@@ -35,10 +35,10 @@ use super::aabb::{RaySlabs, SlabTest};
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// Share by which a reciprocal is made smaller and larger: 8u.
+/// Relative amount by which a reciprocal is decreased and increased: 8u.
 const REL_SLACK: f32 = 8.0 / 16_777_216.0;
 
-/// Amount subtracted from distances of entering and added to those of leaving: 2⁻¹⁰⁰.
+/// Amount subtracted from entry distances and added to exit distances: 2⁻¹⁰⁰.
 const ABS_SLACK: f32 = f32::from_bits((127 - 100) << 23);
 
 /// Data of the planes on one side of boxes: their distance is their coordinate times `by`, less
@@ -49,7 +49,7 @@ struct SlabSide<L> {
     less: Vec3Lanes<L>,
 }
 
-/// A packet's rays, prepared for the boxes of nodes. The sides are the planes that the rays meet
+/// A packet's rays, prepared for the boxes of nodes. The sides are the planes that the rays cross
 /// first and last if their directions agree in sign, else the lower and upper planes.
 #[derive(Clone, Copy)]
 pub(crate) struct ConservativeSlabs<L> {
@@ -97,7 +97,7 @@ impl<L: Lanes> SlabTest<L> for ConservativeSlabs<L> {
     }
 }
 
-/// Sizes with the signs of other values.
+/// Magnitudes with the signs of other values.
 #[inline(always)]
 fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
     let one = |size: L, like: L| like.lt(L::ZERO).select(-size, size);

@@ -8,18 +8,18 @@
 //!
 //! Departures:
 //!
-//! - There is no double precision fallback of the edge functions; zeros are accepted on both sides
+//! - The edge functions have no double-precision fallback; zeros are accepted on both sides
 //!   instead.
 //! - There is no culling, and no swap of axes for winding.
 //! - Slopes are products with the reciprocal that the distance needs anyway.
-//! - The distance is that to the plane if the edge functions give no accurate one (see
+//! - The distance is that to the plane if the edge functions are not accurate enough (see
 //!   [`distance`]). It is clamped to the ray's interval in the triangle's own box (see
 //!   [`crate::traverse`]), if that may change it.
 //!
-//! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an
+//! The design notes proposed edge functions (a − o) × (b − o) · d. Those have exact signs along an
 //! edge. But at a vertex shared by n triangles their n rounding errors are independent, and all can
-//! fall on the same side. Of 20,000 rays aimed at the vertices of a sphere mesh that form lost 521,
-//! this one none.
+//! fall on the same side. Of 20,000 rays aimed at the vertices of a sphere mesh, that form lost
+//! 521, this one none.
 
 mod distance;
 mod edges;
@@ -89,9 +89,8 @@ pub(crate) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
     [lo - pad, hi + pad]
 }
 
-/// Rays and the triangles against which they are tested, a pair in every lane: the data that are
-/// needed if the edge functions do not suffice. It is a trait, because closures would not be
-/// inlined.
+/// Rays and the triangles against which they are tested, one pair per lane: the data needed if the
+/// edge functions do not suffice. A trait, because closures would not be inlined.
 pub(crate) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
     fn interval(&self) -> TInterval<L>;
@@ -99,11 +98,9 @@ pub(crate) trait Pairing<L: Lanes> {
     fn in_safe_range(&self) -> bool;
     /// Origins and directions.
     fn rays(&self) -> [Vec3Lanes<L>; 2];
-    /// The triangles, as they are stored; and the index of the triangle, if it is one for all
-    /// lanes.
+    /// The stored triangles, and the index of the triangle if all lanes share one.
     fn stored(&self) -> (&impl Vertices, Option<usize>);
-    /// `raw`, in `vague` lanes replaced by the distances to the planes of the triangles as they are
-    /// stored.
+    /// `raw`, replaced in `vague` lanes by the distances to the planes of the stored triangles.
     #[inline(always)]
     fn to_planes(&self, raw: L, vague: L::Mask) -> L {
         let (stored, only) = self.stored();
@@ -157,8 +154,8 @@ pub(crate) fn intersect<L: Lanes>(
     Some(resolve_hit(edges, corners, slopes, pairs))
 }
 
-/// The hits of [`intersect`] without a branch on whether any ray is within all edges, for triangles
-/// that most likely are hit.
+/// The hits of [`intersect`], without a branch on whether any ray is within all edges, for
+/// triangles that are likely hit.
 #[inline(always)]
 pub(crate) fn intersect_branchless<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],

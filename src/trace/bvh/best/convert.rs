@@ -6,10 +6,10 @@ use crate::bvh::{Child, LeafKind, Node};
 use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
 
-/// A tree of obvhs over a chunk.
+/// obvhs's tree over a chunk.
 pub(super) struct ObvhsTree<'a> {
     tree: &'a Bvh2,
-    /// Objects in the order in which they were given to obvhs.
+    /// Objects in the order in which obvhs received them.
     objects: &'a [PrimRef],
 }
 

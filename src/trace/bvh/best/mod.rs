@@ -1,5 +1,5 @@
-//! Chunks as obvhs builds them, for the best quality: `ploc` clusters and optimises, `convert`
-//! makes nodes of the result. This is the only module that uses obvhs.
+//! Chunks built by obvhs, for the best quality: `ploc` clusters and optimises, `convert` turns the
+//! result into nodes. This is the only module that uses obvhs.
 
 mod convert;
 mod ploc;
@@ -10,7 +10,7 @@ use convert::ObvhsTree;
 use obvhs::aabb::Aabb;
 use phalanx_scene::Bounds;
 
-/// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see
+/// Maximum number of objects in a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see
 /// `perf/notes/parallel-build.md`.
 pub(super) const CHUNK_PRIMS: usize = 1 << 15;
 

@@ -2,14 +2,12 @@
 //! for Bounding Volume Hierarchy Construction", 2018), with a bound on its work.
 //!
 //! In each round two clusters merge if each is the other's cheapest neighbour. In ordinary scenes a
-//! third of them does so, and all rounds together visit three to five times as many clusters as
-//! there are boxes.
+//! third of them do, and all rounds together visit three to five clusters per box.
 //!
-//! Among equal costs the neighbour farthest to the right is taken. So of boxes at one position, of
-//! equal boxes in a row and of nested boxes only the last two agree: every round merges one pair,
-//! and the time is quadratic. Therefore the rounds are implemented here. Up to
-//! [`MAX_VISITS_PER_BOX`] they give the same bits as obvhs's own; from there on neighbours merge in
-//! pairs.
+//! Among equal costs, the rightmost neighbour is taken. So of boxes at one position, equal boxes in
+//! a row, and nested boxes only the last two agree: every round merges one pair, and the time is
+//! quadratic. Therefore the rounds are implemented here. Up to [`MAX_VISITS_PER_BOX`] they give the
+//! same bits as obvhs's own; beyond it, neighbours merge in pairs.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -19,16 +17,17 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::morton::morton_encode_u128_unorm;
 
-/// Clusters that all rounds together may visit, per box. Grids of equal boxes need up to 12.
+/// Limit on the clusters that all rounds together visit, per box. Grids of equal boxes need up to
+/// 12.
 const MAX_VISITS_PER_BOX: usize = 32;
 
-/// The tree over these boxes, of which there is at least one.
+/// The tree over at least one box.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     let preset = preset();
     let Clustered { mut tree, stalled } = cluster(boxes);
     let mut optimizer = ReinsertionOptimizer::default();
-    // If boxes cannot be separated, or lie within each other, no other position is better, and the
-    // search for one takes as long as merging did.
+    // If boxes coincide or are nested, no other position is better, and searching for one takes as
+    // long as merging did.
     let mut reinsert = |tree: &mut Bvh2, ratio: f32| {
         if !stalled {
             optimizer.run(tree, ratio, None);
@@ -46,7 +45,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     tree
 }
 
-/// A tree with one box a leaf.
+/// A tree with one box per leaf.
 struct Clustered {
     tree: Bvh2,
     /// True if merging by cost was stopped by the bound.
@@ -75,8 +74,8 @@ fn sorted(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     rows.into_iter().map(leaf).collect()
 }
 
-/// A position along the curve and the box there. Rows are as long as obvhs's own, because the order
-/// of equal keys depends on their length.
+/// A position along the curve and the box there. Rows have the size of obvhs's own, because the
+/// order of equal keys depends on it.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct SortRow {
@@ -166,7 +165,7 @@ fn choose_near(clusters: &[Bvh2Node], partners: &mut [i8]) {
 }
 
 /// Pairs each cluster with its adjacent neighbour, at any cost. If their number is odd, the last
-/// one stays: its neighbour has chosen another.
+/// one remains: its neighbour has chosen another.
 fn pair_up(partners: &mut [i8]) {
     let last = partners.len() - 1;
     for (k, partner) in partners.iter_mut().enumerate() {
@@ -180,8 +179,8 @@ fn pair_up(partners: &mut [i8]) {
 struct Costs([[f32; REACH]; REACH]);
 
 impl Costs {
-    /// Chooses the cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones
-    /// the last.
+    /// Chooses the cheapest neighbour within `REACH`, for each cluster as an offset; among equal
+    /// costs, the last.
     fn choose(&mut self, clusters: &[Bvh2Node], partners: &mut [i8]) {
         for (k, partner) in partners.iter_mut().enumerate() {
             let mut best = (f32::INFINITY, k);

@@ -1,9 +1,10 @@
-//! Boxes of clusters as columns, one lane a cluster.
+//! Boxes of clusters as columns, one cluster per lane.
 
 use crate::bvh::prim_ref::PrimRef;
 use crate::simd::NATIVE;
 
-/// Clusters before the first and after the last, which no one prefers: their boxes are infinite.
+/// Padding clusters before the first and after the last. Their boxes are infinite, so they are
+/// never preferred.
 pub(super) const PADDING: usize = NATIVE + 32;
 
 /// Set in references to merges; clear in those to objects.
@@ -38,14 +39,14 @@ impl ClusterRef {
 /// Clusters in the order of the curve.
 #[derive(Default)]
 pub(super) struct Clusters {
-    /// Lower corners by axis, then upper corners; each column has [`PADDING`] rows more at both
+    /// Lower corners by axis, then upper corners; each column has [`PADDING`] extra rows at both
     /// ends.
     columns: [Vec<f32>; 6],
     refs: Vec<ClusterRef>,
 }
 
 impl Clusters {
-    /// One cluster an object.
+    /// One cluster per object.
     pub(super) fn set(&mut self, objects: &[PrimRef]) {
         for (k, column) in self.columns.iter_mut().enumerate() {
             column.clear();
@@ -63,7 +64,7 @@ impl Clusters {
         self.refs.len()
     }
 
-    /// The content of the first cluster: of everything, once all is merged.
+    /// The content of the first cluster; once all are merged, that of the whole chunk.
     pub(super) fn root(&self) -> ClusterRef {
         self.refs[0]
     }
@@ -102,7 +103,7 @@ impl Clusters {
         [a[row], b[row], c[row], d[row], e[row], f[row]]
     }
 
-    /// Puts the union of the k-th pair's boxes into the k-th place. Pairs are of old places, which
+    /// Stores the union of the k-th pair's boxes at position k. Pairs refer to old positions, which
     /// ascend and are not before the new one.
     pub(super) fn unite(&mut self, pairs: &[[u32; 2]]) {
         let [x0, y0, z0, x1, y1, z1] = self.columns.each_mut().map(|c| &mut c[PADDING..]);

@@ -1,4 +1,4 @@
-//! From the merges of a chunk to nodes depth first, and its objects in leaf order.
+//! Conversion of a chunk's merges to nodes, depth first, and to objects in leaf order.
 
 use super::clusters::ClusterRef;
 use super::merge::Merges;
@@ -6,8 +6,8 @@ use crate::bvh::prim_ref::{PrimIndex, PrimRef};
 use crate::bvh::{Child, LeafKind, Node};
 use phalanx_scene::Bounds;
 
-/// A tree over a chunk. Its nodes lie depth first, so that all that is below a node follows it;
-/// nodes and slots are counted from its own beginning.
+/// A tree over a chunk. Its nodes are stored depth first, so that a node is followed by everything
+/// below it; nodes and slots are numbered from the chunk's start.
 pub(in crate::bvh) struct ChunkTree {
     pub(in crate::bvh) root: Child,
     pub(in crate::bvh) bounds: Bounds,
@@ -18,7 +18,7 @@ pub(in crate::bvh) struct ChunkTree {
     pub(in crate::bvh) slots: [u32; LeafKind::COUNT],
 }
 
-/// Memory for the nodes of one chunk after another.
+/// Reusable memory for the nodes of a chunk.
 #[derive(Default)]
 pub(super) struct EmittedNodes {
     nodes: Vec<Node>,
@@ -29,8 +29,7 @@ pub(super) struct EmittedNodes {
 }
 
 impl EmittedNodes {
-    /// The nodes and the objects below a cluster. Objects are those of `sorted`, which merges refer
-    /// to.
+    /// The nodes and the objects below a cluster. Merges refer to objects in `sorted`.
     pub(super) fn run(
         &mut self,
         merges: &Merges,
@@ -126,7 +125,7 @@ impl Emission<'_> {
             for (child, part) in children.iter_mut().zip(parts) {
                 let content = match self.is_leaf(part) {
                     true => self.leaf(part),
-                    // The index follows when the node is written.
+                    // The index is set when the node is written.
                     false => Child::Node(0),
                 };
                 *child = (content, self.bounds(part));

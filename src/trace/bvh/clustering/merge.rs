@@ -1,4 +1,4 @@
-//! Merging of clusters that chose each other, and the choice between a node and a leaf.
+//! Merging of clusters that chose each other, and the choice between node and leaf.
 
 use super::clusters::{ClusterRef, Clusters};
 use super::neighbours::Neighbours;
@@ -8,7 +8,7 @@ use std::hint::select_unpredictable;
 /// Cost of visiting a node, in tests of a primitive (`perf/notes/tree-preset.md`).
 const NODE_COST: f32 = 3.0;
 
-/// Most primitives of a leaf.
+/// Maximum number of primitives in a leaf.
 const MAX_LEAF: u8 = 8;
 
 /// Two clusters that have become one.
@@ -36,10 +36,10 @@ struct Contents {
 #[derive(Default)]
 pub(super) struct Merges {
     all: Vec<Merge>,
-    /// The clusters after a round: their first part, and their second, or the first again for a
-    /// cluster that stays as it is.
+    /// The clusters after a round: their first part, and their second, or the first again for an
+    /// unchanged cluster.
     pairs: Vec<[u32; 2]>,
-    /// The parts of this round's merges, and the place of the merged cluster.
+    /// The parts of this round's merges, and the position of the merged cluster.
     merged: Vec<([ClusterRef; 2], u32)>,
 }
 
@@ -52,9 +52,9 @@ impl Merges {
         &self.all[index]
     }
 
-    /// Merges pairs of clusters that have chosen each other; the merged cluster takes the place of
-    /// the first. Whether a cluster has a partner cannot be foreseen, so that loops over all
-    /// clusters do not branch on it.
+    /// Merges pairs of clusters that have chosen each other; the merged cluster takes the position
+    /// of the first. Whether a cluster has a partner is unpredictable, so loops over all clusters
+    /// do not branch on it.
     #[inline(never)]
     pub(super) fn add_round(
         &mut self,

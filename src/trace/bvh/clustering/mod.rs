@@ -1,4 +1,4 @@
-//! Clustering of a chunk from below, in lanes (PLOC: Meister and Bittner, "Parallel Locally-Ordered
+//! Bottom-up clustering of a chunk, in lanes (PLOC: Meister and Bittner, "Parallel Locally-Ordered
 //! Clustering for Bounding Volume Hierarchy Construction", 2018).
 //!
 //! | file | contents |
@@ -7,12 +7,12 @@
 //! | `clusters` | boxes of clusters as columns |
 //! | `neighbours` | the cheapest neighbour of each cluster, in lanes |
 //! | `merge` | merging of pairs that chose each other, and the choice of leaves |
-//! | `emit` | from merges to nodes depth first |
+//! | `emit` | conversion of merges to nodes, depth first |
 //!
-//! It departs from the paper in three points. Clusters lie in columns, and a lane is a cluster, so
-//! that a neighbour's box is a load and a round costs the same whatever is chosen. The choice
-//! between a node and a leaf is made at once, as a merge knows the costs of both its parts. And
-//! rounds are bounded: see [`MAX_VISITS_PER_BOX`].
+//! It departs from the paper in three points. Clusters are stored in columns, and a lane is a
+//! cluster, so that a neighbour's box is a load and a round costs the same for any choice. Node or
+//! leaf is chosen at once, because a merge knows the costs of both its parts. And rounds are
+//! bounded: see [`MAX_VISITS_PER_BOX`].
 
 mod clusters;
 mod emit;
@@ -28,15 +28,15 @@ use merge::Merges;
 use morton::MortonOrder;
 use neighbours::{Neighbours, choose};
 
-/// Most objects of a chunk: its columns and merges fit a cache of one mebibyte.
+/// Maximum number of objects in a chunk: its columns and merges fit a cache of one mebibyte.
 pub(super) const CHUNK_PRIMS: usize = 1 << 13;
 
-/// Clusters that all rounds together may visit, per box. Ordinary scenes need three to five, grids
-/// of equal boxes fewer. Of boxes that lie within each other only two agree in a round, so that the
-/// time would be quadratic; from this bound on, neighbours merge in pairs.
+/// Limit on the clusters that all rounds together visit, per box. Ordinary scenes need three to
+/// five, grids of equal boxes fewer. Of nested boxes only two agree in a round, so the time would
+/// be quadratic; beyond this limit, neighbours merge in pairs.
 const MAX_VISITS_PER_BOX: usize = 32;
 
-/// Memory that a thread uses for one chunk after another.
+/// Scratch memory of a thread, reused for each chunk.
 #[derive(Default)]
 pub(super) struct Clustering {
     order: MortonOrder,
@@ -47,8 +47,8 @@ pub(super) struct Clustering {
 }
 
 impl Clustering {
-    /// The tree over a chunk. `REACH` is how many neighbours on each side a cluster is compared
-    /// with, at most [`MAX_REACH`](neighbours::MAX_REACH).
+    /// The tree over a chunk. A cluster is compared with `REACH` neighbours on each side, at most
+    /// [`MAX_REACH`](neighbours::MAX_REACH).
     pub(super) fn run<const REACH: usize>(&mut self, chunk: &[PrimRef]) -> ChunkTree {
         let sorted = self.order.sort(chunk);
         self.clusters.set(sorted);

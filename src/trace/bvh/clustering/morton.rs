@@ -3,11 +3,11 @@
 use crate::bvh::prim_ref::{PrimRef, center_extent};
 use glam::Vec3;
 
-/// Bits of a coordinate. Three coordinates and the number of an object within its chunk fill a key.
+/// Bits per coordinate. Three coordinates and an object's index within its chunk fill a key.
 const BITS: u32 = 16;
 const CELLS: f32 = 65_535.0;
 
-/// Memory for keys and for objects in order.
+/// Reusable memory for keys and sorted objects.
 #[derive(Default)]
 pub(super) struct MortonOrder {
     keys: Vec<u64>,
@@ -33,7 +33,7 @@ impl MortonOrder {
     }
 }
 
-/// The bits of three coordinates in turn. The conversion saturates, also for NaN.
+/// The interleaved bits of three coordinates. The conversion saturates, also for NaN.
 #[inline(always)]
 fn interleave(cell: Vec3) -> u64 {
     let x = spread(cell.x as u16);
@@ -42,7 +42,7 @@ fn interleave(cell: Vec3) -> u64 {
     x | y << 1 | z << 2
 }
 
-/// The bits of a number, two zeros before each.
+/// The bits of a number, each preceded by two zeros.
 #[inline(always)]
 fn spread(number: u16) -> u64 {
     let mut x = u64::from(number);

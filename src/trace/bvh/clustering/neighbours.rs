@@ -1,20 +1,19 @@
-//! The cheapest neighbour of each cluster, in lanes: the one with which it would have the smallest
-//! box.
+//! The cheapest neighbour of each cluster, in lanes: the one that gives the smallest union.
 //!
-//! Each cost is computed once, by the first of both clusters, and read by the second. Of equal
-//! costs, a cluster of even position prefers the next one and one of odd position the one before,
-//! so that equal boxes merge in pairs at once.
+//! Each cost is computed once, by the first of the two clusters, and read by the second. Among
+//! equal costs, a cluster at an even position prefers the next one and one at an odd position the
+//! previous one, so that equal boxes merge in pairs at once.
 
 use super::clusters::{Clusters, PADDING};
 use crate::simd::{LaneMask, LaneU32, Lanes, NATIVE, Native, NativeMask};
 
-/// Most neighbours on each side.
+/// Maximum number of neighbours on each side.
 pub(super) const MAX_REACH: usize = 16;
 
 /// Clusters whose costs are kept at a time; a multiple of the lanes.
 const TILE: usize = 128;
 
-/// Positions of a window that all neighbours of a run of lanes lie in.
+/// Size of a window that contains all neighbours of a run of lanes.
 const WINDOW: usize = NATIVE + MAX_REACH;
 const _: () = assert!(WINDOW <= PADDING && TILE.is_multiple_of(NATIVE));
 
@@ -31,14 +30,14 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// The position of the neighbour that a cluster has chosen, which may be none: no cluster, or
-    /// its own.
+    /// The position of the neighbour that a cluster has chosen. It may be invalid: outside the
+    /// clusters, or the cluster's own.
     #[inline(always)]
     pub(super) fn of(&self, k: usize) -> usize {
         (k + self.offsets[k] as usize).wrapping_sub(MAX_REACH)
     }
 
-    /// Pairs each cluster with the next, at any cost. If their number is odd, the last one stays.
+    /// Pairs each cluster with the next, at any cost. If their number is odd, the last one remains.
     pub(super) fn pair_up(&mut self, count: usize) {
         self.offsets.clear();
         let offset = |k: usize| MAX_REACH as u32 + 1 - 2 * (k & 1) as u32;
@@ -68,7 +67,7 @@ pub(super) fn choose<const REACH: usize>(clusters: &Clusters, neighbours: &mut N
     }
 }
 
-/// Chooses for as many clusters as there are lanes, `at` positions after the tile's first.
+/// Chooses for one cluster per lane, `at` positions after the tile's first.
 #[inline(always)]
 fn choose_run<const REACH: usize>(
     clusters: &Clusters,

@@ -7,16 +7,17 @@ use phalanx_scene::Bounds;
 
 /// Bins per axis.
 const BINS: usize = 32;
-/// Cells from which both parts are divided on threads of their own.
+/// Minimum number of cells for dividing both parts in parallel.
 const PARALLEL_GRAIN: usize = 1 << 10;
-/// Depth from which cells are halved by number, so that no order of sizes makes the recursion deep.
+/// Depth from which cells are halved by count, which bounds the recursion for any distribution of
+/// sizes.
 const MAX_SAH_DEPTH: usize = 40;
 
 /// A step of a division, in preorder.
 pub(super) enum DivisionStep {
-    /// Two parts, which follow.
+    /// Two parts, which follow in preorder.
     Divided,
-    /// Cells that follow one another, and their objects, which are not divided further here.
+    /// Consecutive cells, and their objects, which are not divided further here.
     Whole { cells: usize, prims: usize },
 }
 
@@ -113,8 +114,8 @@ fn unite(a: BoxCount, b: BoxCount) -> BoxCount {
     (a.0.union(b.0), a.1 + b.1)
 }
 
-/// The border with the least sum of both sides' areas times counts; `None` if no border separates
-/// anything.
+/// The border with the smallest sum of both sides' areas times counts; `None` if no border
+/// separates anything.
 #[inline(never)]
 fn best_split(cells: &[OccupiedCell]) -> Option<Split> {
     let grid = BinGrid::over(cells);

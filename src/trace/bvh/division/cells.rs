@@ -1,13 +1,13 @@
-//! Boxes and numbers of the objects in each cell, segment by segment.
+//! Boxes and counts of the objects in each cell, segment by segment.
 
 use super::grid::CellGrid;
 use crate::bvh::prim_ref::{LaneBounds, PrimRef};
 use rayon::prelude::*;
 
-/// Parts of the objects that threads take. More than these leave other threads idle for the few
-/// passes that need them.
+/// Number of segments for the threads. Additional threads stay idle during the few passes that use
+/// segments.
 const SEGMENTS: usize = 8;
-/// Least objects of a segment.
+/// Minimum number of objects in a segment.
 const MIN_SEGMENT: usize = 1 << 14;
 
 /// A cell that is not empty.
@@ -22,9 +22,9 @@ pub(super) struct OccupiedCell {
 /// The objects of all cells.
 pub(super) struct GridCells {
     pub(super) grid: CellGrid,
-    /// Objects of a segment; the last one may be shorter.
+    /// Objects per segment; the last one may be shorter.
     pub(super) segment_len: usize,
-    /// Numbers of objects in each cell, by segment.
+    /// Object counts of each cell, by segment.
     pub(super) counts: Vec<Vec<u32>>,
     /// Cells with objects, by index.
     pub(super) occupied: Vec<OccupiedCell>,
@@ -60,7 +60,7 @@ impl GridCells {
     }
 }
 
-/// Boxes and numbers of the objects of a segment, by cell.
+/// Boxes and counts of a segment's objects, by cell.
 fn fill(segment: &[PrimRef], grid: &CellGrid) -> (Vec<LaneBounds>, Vec<u32>) {
     let mut bounds = vec![LaneBounds::EMPTY; grid.len()];
     let mut counts = vec![0; grid.len()];

@@ -1,11 +1,11 @@
-//! The cell of an object: a grid over the extent of all centres, of cells as cubic as can be.
+//! The cell of an object: a grid of nearly cubic cells over the extent of all centres.
 
 use crate::bvh::prim_ref::{PrimRef, center_extent};
 use glam::Vec3;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 
-/// Objects for each cell of a grid, most of whose cells are empty where objects are surfaces.
+/// Average number of objects per cell of a grid. If objects form surfaces, most cells are empty.
 const PRIMS_PER_CELL: usize = 32;
 const CELLS: [usize; 2] = [1 << 9, 1 << 17];
 
@@ -20,7 +20,7 @@ pub(super) struct CellGrid {
 }
 
 impl CellGrid {
-    /// A grid over objects, which are taken by threads in the given segments.
+    /// A grid over objects, which threads process in the given segments.
     pub(super) fn over(segments: &[&[PrimRef]]) -> CellGrid {
         let extents = segments.par_iter().map(|segment| center_extent(segment));
         let extent = extents.reduce(|| Bounds::EMPTY, Bounds::union);
@@ -55,8 +55,8 @@ impl CellGrid {
     }
 }
 
-/// Cells along each axis of an extent, about as many in all as wanted. Axes that are shorter than a
-/// cell have one, and the others share what is left.
+/// Cells along each axis of an extent, close to the wanted total. Axes shorter than a cell have
+/// one, and the others share the rest.
 fn sides(size: [f32; 3], cells: f32) -> [u32; 3] {
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| size[a].total_cmp(&size[b]));
@@ -64,11 +64,11 @@ fn sides(size: [f32; 3], cells: f32) -> [u32; 3] {
     let mut left = cells;
     for (k, &axis) in order.iter().enumerate() {
         let longer = &order[k..];
-        // The edge of a cell, if `left` cubes fill the axes that are left.
+        // The edge of a cell, if `left` cubes fill the remaining axes.
         let mean: f32 = longer.iter().map(|&a| libm::log2f(size[a])).sum::<f32>();
         let edge = (mean - libm::log2f(left)) / longer.len() as f32;
         let wanted = libm::exp2f(libm::log2f(size[axis]) - edge);
-        // An extent of zero or beyond all numbers takes one cell.
+        // An extent of zero or infinity gets one cell.
         side[axis] = (wanted as u32).clamp(1, left as u32);
         left /= side[axis] as f32;
     }

@@ -5,15 +5,15 @@
 //! | file | contents |
 //! |---|---|
 //! | `grid` | the cell of an object |
-//! | `cells` | the box and the number of the objects in each cell |
+//! | `cells` | the box and the count of the objects in each cell |
 //! | `bins` | division of cells by the surface area heuristic |
 //! | `sorted` | objects sorted by cells, from which chunks are gathered |
 //!
-//! The departure from Wald is that cells are divided instead of objects: each object is moved once,
-//! and not once on every level. A cell of more objects than fit a chunk has a grid of its own.
+//! Unlike Wald, it divides cells instead of objects: each object is moved once rather than once per
+//! level. A cell with more objects than fit a chunk gets its own grid.
 //!
-//! Objects are taken in segments whose number depends on the number of objects alone, so the
-//! chunks do not depend on threads.
+//! Objects are processed in segments, and the number of segments depends only on the number of
+//! objects, so the chunks do not depend on threads.
 
 mod bins;
 mod cells;
@@ -26,11 +26,11 @@ use cells::GridCells;
 use sorted::SortedPrims;
 use std::ops::Range;
 
-/// Depth of grids within cells from which objects are halved by count, so that no order of sizes
-/// makes the recursion deep.
+/// Depth of nested grids from which objects are halved by count, which bounds the recursion for any
+/// distribution of sizes.
 const MAX_GRIDS: usize = 16;
 
-/// Chunks of objects, and how they were divided.
+/// Chunks of objects, and the tree of their divisions.
 pub(super) struct Division {
     chunk_prims: usize,
     sources: Vec<ChunkSource>,
@@ -42,7 +42,7 @@ pub(super) struct Division {
 
 /// Objects of several chunks.
 enum ChunkSource {
-    /// A chunk is some of their cells.
+    /// A chunk is a set of cells.
     Sorted(SortedPrims),
     /// A chunk is a range.
     Plain(Vec<PrimRef>),
@@ -88,7 +88,7 @@ impl Division {
         }
     }
 
-    /// Adds the division of some objects; `grids` is the number of grids around them.
+    /// Adds the division of the given objects; `grids` is the number of grids around them.
     fn divide(&mut self, all: Vec<PrimRef>, grids: usize) {
         if all.len() <= self.chunk_prims || grids == MAX_GRIDS {
             return self.halve(all);
@@ -127,7 +127,7 @@ impl Division {
         self.divide(objects, grids + 1);
     }
 
-    /// Adds objects that no grid separates: they are halved until they fit.
+    /// Adds objects that no grid separates, halved until they fit.
     fn halve(&mut self, all: Vec<PrimRef>) {
         let source = self.sources.len();
         let mut waiting: Vec<Range<usize>> = std::iter::once(0..all.len()).collect();

@@ -1,5 +1,5 @@
-//! Objects sorted by cells, segment by segment: a chunk is gathered from the runs of its cells in
-//! all segments, when it is built.
+//! Objects sorted by cells, segment by segment: building a chunk gathers its cells' runs from all
+//! segments.
 
 use super::cells::{GridCells, OccupiedCell};
 use crate::bvh::prim_ref::PrimRef;
@@ -9,13 +9,13 @@ use std::ops::Range;
 /// Objects of a grid.
 pub(super) struct SortedPrims {
     prims: Vec<PrimRef>,
-    /// Places of a segment's objects in it, sorted by cells, by segment. The objects themselves are
-    /// not moved, since new memory for them costs more than what is gained.
+    /// Indices of a segment's objects, sorted by cells, by segment. The objects themselves are not
+    /// moved, because new memory for them costs more than it gains.
     order: Vec<u32>,
     segment_len: usize,
     /// End of each cell's run in a segment, by segment.
     ends: Vec<Vec<u32>>,
-    /// Numbers of objects in each cell, by segment.
+    /// Object counts of each cell, by segment.
     counts: Vec<Vec<u32>>,
     /// Cells with objects, in the order of their division.
     divided: Vec<OccupiedCell>,
@@ -43,7 +43,7 @@ impl SortedPrims {
         }
     }
 
-    /// Appends the objects of some cells, by their places in the order of the division.
+    /// Appends the objects of the given cells, by their positions in the order of the division.
     pub(super) fn gather(&self, cells: Range<usize>, objects: &mut Vec<PrimRef>) {
         for cell in &self.divided[cells] {
             let index = cell.index as usize;
@@ -59,7 +59,7 @@ impl SortedPrims {
     }
 }
 
-/// Sorts the places of a segment's objects by cells; returns the end of each cell's run.
+/// Sorts the indices of a segment's objects by cells; returns the end of each cell's run.
 fn sort_segment(
     segment: &[PrimRef],
     order: &mut [u32],

@@ -1,18 +1,18 @@
-//! Optimisation by reinsertion: a node and its parent are removed, and inserted where the tree's
+//! Optimisation by reinsertion: a node and its parent are removed, and reinserted where the tree's
 //! area grows least (Bittner, Hapala and Havran, "Fast Insertion-Based Optimization of Bounding
 //! Volume Hierarchies", 2013; the search is that of Meister and Bittner, "Parallel Reinsertion for
 //! Bounding Volume Hierarchy Optimization", 2018).
 //!
-//! Nodes are taken one after another, the largest first, and each sees the tree that those before
-//! it left. So no two of them are in conflict, and the tree does not depend on threads.
+//! Nodes are processed one after another, largest first, and each sees the tree that its
+//! predecessors left. So there are no conflicts, and the tree does not depend on threads.
 
 use super::upper_tree::{UpperContent, UpperTree};
 use phalanx_scene::Bounds;
 
-/// How often all nodes are taken.
+/// Number of passes over all nodes.
 const PASSES: usize = 2;
 
-/// Reinserts all nodes where that saves area.
+/// Reinserts every node for which that saves area.
 pub(super) fn reinsert_all(tree: &mut UpperTree) {
     let mut waiting = Vec::new();
     for _ in 0..PASSES {
@@ -45,8 +45,8 @@ impl UpperTree {
         }
     }
 
-    /// The node beside which another saves most area; `None` if it is best where it is. `waiting`
-    /// is memory for the search.
+    /// The sibling that saves most area for a node; `None` if its current position is best.
+    /// `waiting` is memory for the search.
     fn best_position(&self, node: u32, waiting: &mut Vec<(u32, f32)>) -> Option<u32> {
         if node == self.root {
             return None;
@@ -55,7 +55,7 @@ impl UpperTree {
         let least = bounds.half_area();
         let mut best = (0.0, None);
         let parent = self.parent(node);
-        // The area that the removal saves above the place that is searched.
+        // The area that the removal saves above the position being searched.
         let mut saved = self.bounds(parent).half_area();
         let mut pivot = parent;
         let mut outside = self.sibling(node);
@@ -89,7 +89,7 @@ impl UpperTree {
         }
     }
 
-    /// Moves a node beside another, which is not below it. Its parent moves with it.
+    /// Makes a node the sibling of another, which is not below it. Its parent moves with it.
     fn reinsert(&mut self, node: u32, at: u32) {
         let parent = self.parent(node);
         let sibling = self.sibling(node);
@@ -105,7 +105,7 @@ impl UpperTree {
         self.refit_from(parent);
     }
 
-    /// Puts a node into another's place under its parent, or at the root.
+    /// Puts a node in another's position under its parent, or at the root.
     fn replace(&mut self, old: u32, new: u32) {
         let above = self.parent(old);
         if old == self.root {

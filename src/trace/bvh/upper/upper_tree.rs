@@ -6,7 +6,7 @@ use phalanx_scene::Bounds;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Nodes of chunks that become upper nodes: this number, and a share of all nodes.
+/// Number of chunk nodes that become upper nodes: this number, plus a share of all nodes.
 const OPENED: usize = 1024;
 const NODES_PER_OPENED: usize = 256;
 
@@ -14,7 +14,7 @@ const NODES_PER_OPENED: usize = 256;
 pub(in crate::bvh) struct UpperTree {
     pub(super) nodes: Vec<UpperNode>,
     pub(super) root: u32,
-    /// The nodes of chunks that have become upper nodes, by chunk, ascending.
+    /// The chunk nodes that have become upper nodes, by chunk, ascending.
     pub(super) opened: Vec<Vec<u32>>,
 }
 
@@ -29,11 +29,11 @@ pub(super) struct UpperNode {
 pub(super) enum UpperContent {
     /// The indices of both children.
     Children([u32; 2]),
-    /// Everything below a child of a node of a chunk.
+    /// Everything below a child of a chunk's node.
     Below { chunk: u32, child: Child },
 }
 
-/// A node that may be opened; the one of largest area first.
+/// A node that may be opened, ordered by area, largest first.
 #[derive(PartialEq)]
 struct NodeByArea {
     area: f32,
@@ -56,7 +56,7 @@ impl Ord for NodeByArea {
 }
 
 impl UpperTree {
-    /// The tree by which the chunks were divided, with the largest nodes of the chunks.
+    /// The tree of divisions, with the largest nodes of the chunks.
     pub(super) fn new(is_chunk: &[bool], chunks: &[ChunkTree]) -> UpperTree {
         let mut tree = UpperTree {
             nodes: Vec::with_capacity(is_chunk.len()),
@@ -69,7 +69,7 @@ impl UpperTree {
         tree
     }
 
-    /// Adds what the rest of the divisions begins with; returns its index.
+    /// Adds the next subtree of the remaining divisions; returns its index.
     fn add_divisions<'c>(
         &mut self,
         is_chunk: &mut std::slice::Iter<bool>,
@@ -100,7 +100,7 @@ impl UpperTree {
         index
     }
 
-    /// Makes upper nodes of the largest nodes of the chunks.
+    /// Turns the largest nodes of the chunks into upper nodes.
     fn open(&mut self, chunks: &[ChunkTree], count: usize) {
         let by_area = |(index, node): (usize, &UpperNode)| NodeByArea {
             area: node.bounds.half_area(),

@@ -1,5 +1,4 @@
-//! One tree of the upper levels and of what is below them: upper nodes first, then the rest of
-//! each chunk as it lies there.
+//! The complete tree: upper nodes first, then the rest of each chunk in its existing order.
 
 use super::upper_tree::{UpperContent, UpperNode, UpperTree};
 use crate::bvh::clustering::ChunkTree;
@@ -10,33 +9,33 @@ use phalanx_scene::Bounds;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Nodes of a whole tree and their figures. Its slots are those of the chunks, one after another.
+/// Nodes of a complete tree, with statistics. Its slots are those of the chunks, one after another.
 pub(in crate::bvh) struct WholeTree {
-    /// The root is the first.
+    /// Nodes; the root is first.
     pub(in crate::bvh) nodes: Vec<Node>,
     pub(in crate::bvh) bounds: Bounds,
-    /// Most nodes on a path.
+    /// Number of nodes on the longest path.
     pub(in crate::bvh) depth: usize,
     /// Σ area · cost over the children of all nodes.
     pub(in crate::bvh) weighted_cost: f64,
 }
 
-/// Nodes of a chunk that follow one another, all that is below one of them.
+/// Consecutive nodes of a chunk: one node and everything below it.
 struct MovedPart {
     from: Range<u32>,
     to: u32,
 }
 
-/// New places of what a chunk has.
+/// New positions of a chunk's nodes.
 struct ChunkMove {
     /// Ascending.
     parts: Vec<MovedPart>,
     slots: [u32; LeafKind::COUNT],
 }
 
-/// Figures of a chunk's nodes that have been moved.
+/// Statistics of a chunk's moved nodes.
 struct MovedFigures {
-    /// Most nodes on a path, by part.
+    /// Number of nodes on the longest path, by part.
     depths: Vec<usize>,
     weighted_cost: f64,
 }
@@ -45,7 +44,7 @@ impl WholeTree {
     /// Joins upper levels and the chunks below them.
     pub(super) fn new(tree: &UpperTree, chunks: &[ChunkTree]) -> WholeTree {
         let inner = |node: &&UpperNode| matches!(node.content, UpperContent::Children(_));
-        // A tree that is one leaf has a node all the same.
+        // A tree that is a single leaf still has a node.
         let upper = tree.nodes.iter().filter(inner).count().max(1);
         let moves = tree.moves(chunks, upper as u32);
         let len = |moved: &ChunkMove| moved.parts.iter().map(|part| part.from.len()).sum();
@@ -68,9 +67,9 @@ impl WholeTree {
 }
 
 impl UpperTree {
-    /// New places of all chunks, the first node at `to`.
+    /// New positions of all chunks, with the first node at `to`.
     fn moves(&self, chunks: &[ChunkTree], mut to: u32) -> Vec<ChunkMove> {
-        // The beginnings of parts, and nodes that are none any more.
+        // The starts of parts, and nodes that have become upper nodes.
         let mut marks: Vec<Vec<(u32, bool)>> = Vec::with_capacity(chunks.len());
         marks.extend(self.opened.iter().map(|opened| {
             let gone = opened.iter().map(|&node| (node, false));
@@ -161,12 +160,12 @@ impl UpperTree {
 }
 
 impl ChunkMove {
-    /// The part that a node lies in.
+    /// The part that contains a node.
     fn part_of(&self, node: u32) -> usize {
         self.parts.partition_point(|part| part.from.start <= node) - 1
     }
 
-    /// Offsets of what a part refers to.
+    /// Offsets for a part's references.
     fn offsets(&self, part: usize) -> Offsets {
         let MovedPart { from, to } = &self.parts[part];
         Offsets {
@@ -184,7 +183,7 @@ impl ChunkMove {
         self.offsets(part).rebased(child)
     }
 
-    /// Writes a chunk's nodes to their new places.
+    /// Writes a chunk's nodes to their new positions.
     fn run(&self, nodes: &[Node], mut place: &mut [Node]) -> MovedFigures {
         let mut figures = MovedFigures {
             depths: Vec::with_capacity(self.parts.len()),

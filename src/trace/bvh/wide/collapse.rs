@@ -13,12 +13,12 @@ use phalanx_scene::Bounds;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Cost of visiting a node, and of a block; by measurement (`perf/notes/sixteen-children.md`).
+/// Measured cost of visiting a node, and of a block (`perf/notes/sixteen-children.md`).
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = if NATIVE > LANES { 1.0 } else { 0.7 };
 
-/// Most roots as which a subtree of the binary tree appears within its parent; one more makes a
-/// node full.
+/// Maximum number of roots by which a subtree of the binary tree is represented within its parent;
+/// one more fills a node.
 pub(super) const MAX_ROOTS: usize = NATIVE - 1;
 
 /// Nodes that a thread plans at a time.

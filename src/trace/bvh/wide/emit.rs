@@ -1,4 +1,5 @@
-//! Drafts of the wide nodes by the plan, before they have positions: each level on all threads.
+//! Drafts of the wide nodes according to the plan, before they have positions: each level on all
+//! threads.
 
 use super::collapse::{BoxContents, CollapsePlan, MAX_ROOTS};
 use super::rows::{OtherLeaf, WideNode};
@@ -136,7 +137,7 @@ impl ChildKind {
     }
 }
 
-/// The children of the wide node that stands for a binary one.
+/// The children of the wide node that replaces a binary one.
 fn children(plan: &CollapsePlan, index: u32) -> Vec<BoxedContents> {
     let mut items = Vec::with_capacity(NATIVE);
     let mut waiting = Vec::with_capacity(NATIVE);
@@ -149,7 +150,7 @@ fn children(plan: &CollapsePlan, index: u32) -> Vec<BoxedContents> {
             continue;
         };
         let choice = plan.at(index);
-        // The greatest number of roots that pays.
+        // The largest number of roots that pays off.
         let pays = (2..=roots).rev().find(|roots| choice.first[roots - 2] > 0);
         match pays {
             Some(roots) => part(plan, index, choice.first[roots - 2], roots, &mut waiting),

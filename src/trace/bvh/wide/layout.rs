@@ -43,8 +43,8 @@ struct WideRows {
 }
 
 impl WideRows {
-    /// Assigns all rows their positions, and enters them in the drafts. The children of a node lie
-    /// side by side, and the rows below the last child come first.
+    /// Assigns all rows their positions, and enters them in the drafts. The children of a node are
+    /// adjacent, and the rows below the last child come first.
     fn of(drafts: &mut [WideNodeDraft]) -> WideRows {
         let mut rows = WideRows {
             nodes: vec![0],

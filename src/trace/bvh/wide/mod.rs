@@ -1,10 +1,10 @@
-//! A second tree with as many children a node as the build has lanes (`NATIVE`: sixteen or eight),
+//! A second tree with one child per lane of the build in each node (`NATIVE`: sixteen or eight),
 //! for beams and for single rays. A node's boxes are columns, so that one ray, or one beam, is
-//! tested against all of them at once. Triangles and spheres are stored in blocks of as many.
-//! Hits do not depend on that number (`perf/notes/sixteen-children.md` has what it saves).
+//! tested against all of them at once. Triangles and spheres are stored in blocks of the same size.
+//! Hits do not depend on that size (`perf/notes/sixteen-children.md` measures its effect).
 //!
-//! `rows` has what is traced. `collapse` chooses which nodes of the binary tree become children of
-//! one wide node, `emit` makes drafts of the nodes, and `layout` assigns all positions. The tree
+//! `rows` defines the traced data. `collapse` chooses which nodes of the binary tree become
+//! children of one wide node, `emit` drafts the nodes, and `layout` assigns all positions. The tree
 //! does not depend on the number of threads.
 
 mod collapse;

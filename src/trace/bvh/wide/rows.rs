@@ -12,7 +12,7 @@ pub struct WideNode {
     /// empty box, from +∞ to −∞.
     pub boxes: [[[f32; NATIVE]; 3]; 2],
     /// References to the children: [`ChildRef`] codes. A missing child is [`ChildRef::NOTHING`],
-    /// because a ray with a NaN passes every box, and must come to an end.
+    /// because a ray with a NaN passes every box, and must terminate.
     pub children: [u32; NATIVE],
     /// Order of the children by the middles of their boxes, one row per axis; missing children come
     /// last.
@@ -22,7 +22,7 @@ pub struct WideNode {
     pub axis: u8,
 }
 
-/// As many triangles as there are lanes, as columns. Unused lanes are NaN, which no ray hits.
+/// One triangle per lane, as columns. Unused lanes are NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
@@ -32,7 +32,7 @@ pub struct TriangleBlock {
     pub prim_id: [u32; NATIVE],
 }
 
-/// As many spheres as there are lanes, as columns. Unused lanes are NaN, which no ray hits.
+/// One sphere per lane, as columns. Unused lanes are NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct SphereBlock {
@@ -79,7 +79,7 @@ impl ChildRef {
     /// An empty leaf.
     pub const NOTHING: ChildRef = ChildRef::Other(0);
 
-    /// The code of no row of the tree, for a node that is elsewhere.
+    /// A code that belongs to no row of the tree, for a node stored elsewhere.
     pub const ELSEWHERE: u32 = INDEX;
 
     /// The reference as one word.
@@ -176,17 +176,17 @@ impl WideBvh {
         finite.fold(0.0, |most: f32, x| most.max(x.abs()))
     }
 
-    /// Returns true if the tree holds nothing but triangles.
+    /// Returns true if the tree contains only triangles.
     pub fn has_triangles_only(&self) -> bool {
         self.is_all_blocks() && self.spheres.is_empty()
     }
 
-    /// Returns true if the tree holds nothing but triangles and spheres.
+    /// Returns true if the tree contains only triangles and spheres.
     pub fn is_all_blocks(&self) -> bool {
         self.others.len() <= 1
     }
 
-    /// Most nodes on a path from the root.
+    /// Number of nodes on the longest path from the root.
     pub fn depth(&self) -> usize {
         self.depth
     }

@@ -1,17 +1,17 @@
 //! Distance of a hit along its ray, within 10⁻⁵ of the truth.
 //!
-//! The edge functions weigh the vertices' depths, as in Woop's test. That is as accurate as
-//! anything in `f32` if a triangle is about as large as it is far. If it is long and near, the
-//! error of the weights is multiplied by its length. Where that may matter, the distance is that to
-//! the triangle's plane, in `f64` and from the vertices as they are stored.
+//! The edge functions weigh the vertices' depths, as in Woop's test. That is as accurate as `f32`
+//! allows if a triangle's size is similar to its distance. If it is long and near, the error of the
+//! weights is multiplied by its length. If that may matter, the distance is that to the triangle's
+//! plane, in `f64` and from the stored vertices.
 //!
 //! | symbol | meaning |
 //! |---|---|
 //! | u | 2⁻²⁴ |
 //! | S | the largest of the positions beside the ray |
 //! | Z | the largest depth |
-//! | H | the greatest difference of the depths |
-//! | D | the size of the sum of the edge functions |
+//! | H | the largest difference between depths |
+//! | D | the magnitude of the sum of the edge functions |
 //! | s | the sum of the depths weighed by them: the depth is s/D |
 //!
 //! | error | at most | because |
@@ -26,7 +26,7 @@
 //!
 //! With F = (S + Z)SH + ZD the error is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin
 //! for certain, and the relative error is below 24 · 60u = 9·10⁻⁵ if F < 24|s|. The bound is for
-//! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/engine/distance.rs,
+//! errors that all add up: the worst measured is 4·10⁻⁶ (tests/engine/distance.rs,
 //! `perf/notes/distances.md`).
 
 use super::edges::EdgeFunctions;
@@ -34,12 +34,12 @@ use crate::intersect::shear::Vertices;
 use crate::simd::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 
-/// Greatest F, in units of |s|: for a depth ahead of the origin, and for one behind it.
+/// Largest F, in units of |s|: for a depth ahead of the origin, and for one behind it.
 const MAX_DEPTH_RATIO_AHEAD: f32 = 24.0;
 const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
 
-/// Least ZD, in units of S³, of a hit that is in its triangle's own box for certain: 1.34, and an
-/// eighth more for rounding.
+/// Smallest ZD, in units of S³, of a hit that is certainly in its triangle's own box: 1.34, plus an
+/// eighth for rounding.
 const MIN_DEPTH_RATIO: f32 = 1.5;
 
 /// Term added to the bound that |s| must exceed, and to the one that ZD must, so that losses below
@@ -51,7 +51,7 @@ pub(crate) struct EdgeDistance<L: Lanes> {
     pub(crate) t: L,
     /// The sum of the edge functions.
     pub(crate) det: L,
-    /// Greatest allowed F: |s| times [`MAX_DEPTH_RATIO_AHEAD`] or [`MAX_DEPTH_RATIO_BEHIND`].
+    /// Largest allowed F: |s| times [`MAX_DEPTH_RATIO_AHEAD`] or [`MAX_DEPTH_RATIO_BEHIND`].
     reach: L,
     /// The terms S, H, Z · H and Z · D of F.
     size: L,
@@ -87,12 +87,12 @@ impl<L: Lanes> EdgeDistance<L> {
         }
     }
 
-    /// Lanes whose distance is accurate, or behind the origin for certain: F is within reach.
+    /// Lanes whose distance is accurate, or certainly behind the origin: F is within its limit.
     #[inline(always)]
     pub(crate) fn accurate(&self) -> L::Mask {
         let bound =
             self.size * (self.size * self.spread + self.depth_by_spread) + self.depth_by_det;
-        // A NaN is not less; a product that overflowed is no distance yet.
+        // A NaN compares false; a product that overflowed is not a distance.
         (bound + L::splat(MIN_DETERMINANT)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
     }
 
@@ -122,7 +122,7 @@ impl<L: Lanes> EdgeDistance<L> {
 /// The distances to the planes of triangles, which replace those by the edges; a ray in the plane
 /// keeps the latter. `only` is the one triangle of `stored` against which all rays are tested.
 /// Without it, each lane has its own triangle, and only those in `asked` lanes are computed.
-/// Everything is taken by value: a value whose address is passed to a call would stay in memory
+/// Everything is passed by value: a value whose address is passed to a call would live in memory
 /// elsewhere, too.
 #[cold]
 #[inline(never)]
@@ -145,9 +145,9 @@ pub(crate) fn to_planes<L: Lanes>(
     L::from_octets(|k| distances[k % 2])
 }
 
-/// [`to_planes`] where each lane has a triangle of its own: `ray` gives its origin and direction.
-/// Seldom is more than one lane asked for. Each is put in its place in a register, because a read
-/// of a whole vector waits for writes of its parts.
+/// [`to_planes`] with a separate triangle in each lane: `ray` gives its origin and direction. More
+/// than one lane is rarely asked for. Each is inserted into a register, because loading a whole
+/// vector stalls on stores of its parts.
 #[inline(always)]
 pub(crate) fn to_own_planes<L: Lanes>(
     by_edges: L,
@@ -164,8 +164,8 @@ pub(crate) fn to_own_planes<L: Lanes>(
     })
 }
 
-/// The plane of a triangle: a vertex, and the product of the two shorter edges, whose error is
-/// least.
+/// The plane of a triangle: a vertex, and the cross product of the two shorter edges, which has the
+/// smallest error.
 struct Plane {
     corner: DVec3,
     normal: DVec3,
@@ -201,7 +201,7 @@ impl Plane {
         if t.is_finite() { t as f32 } else { otherwise }
     }
 
-    /// Distances of the plane for eight rays by columns. They are arrays, which the compiler
+    /// Distances of the plane for eight rays in columns. These are arrays, which the compiler
     /// vectorises.
     #[inline(always)]
     fn distances(&self, org: [[f32; LANES]; 3], dir: [[f32; LANES]; 3], t: &mut [f32; LANES]) {
