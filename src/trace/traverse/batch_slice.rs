@@ -1,16 +1,16 @@
-//! Packets of a batch: all, or some fours of every eight, so that two kernels can be timed on
-//! similar rays.
+//! Packets of a batch: all, or selected groups of four out of every eight groups, so that two
+//! kernels can be timed on similar rays.
 
 use std::ops::Range;
 
 /// Consecutive packets that go to the same kernel: rays of one square of the picture.
 const FOUR: usize = 4;
 
-/// Part of a trial that has each of eight fours: two fours warm the caches for a kernel, three time
-/// one kernel, three time the other.
+/// Part of a trial to which each of eight groups of four belongs: two groups warm the caches for a
+/// kernel, three time one kernel, three the other.
 const SHARES: [usize; 8] = [0, 1, 2, 1, 0, 2, 1, 2];
 
-/// Some packets of a queue.
+/// A selection of a queue's packets.
 #[derive(Clone)]
 pub(super) struct BatchSlice {
     pub(super) packets: Range<usize>,
@@ -42,7 +42,7 @@ impl BatchSlice {
         [start..from, from..middle, middle..end].map(BatchSlice::all)
     }
 
-    /// The packets, in order. All fours but the last are complete.
+    /// The packets, in order. All groups of four but the last are complete.
     pub(super) fn each(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         let BatchSlice {
             packets,
@@ -55,8 +55,8 @@ impl BatchSlice {
         })
     }
 
-    /// The packets, two by two if `pairs` is true: the first of each, and whether the next one
-    /// belongs to it. Fours are complete, so that a pair is two consecutive packets.
+    /// The packets, in pairs if `pairs` is true: the first of each pair, and whether the next one
+    /// belongs to it. Groups of four are complete, so a pair is two consecutive packets.
     pub(super) fn pairs(&self, pairs: bool) -> impl Iterator<Item = (usize, bool)> + use<> {
         let (mut packets, end) = (self.each(), self.packets.end);
         std::iter::from_fn(move || {

@@ -2,11 +2,11 @@
 //!
 //! Reflections off a floor are coherent, those off the objects on it are not. Packets are twice as
 //! fast for the former and half as fast for the latter, and the crossover depends on the scene and
-//! the machine. One choice for all would be wrong for many batches. One for each class is nearly
-//! always right (`perf/notes/coherence.md`).
+//! the machine. A single choice would be wrong for many batches; one per class is nearly always
+//! right (`perf/notes/coherence.md`).
 //!
-//! Shadow rays of one batch all have nearly the same direction. They differ in where they start: on
-//! one surface, where beams are faster, or on several surfaces one behind the other.
+//! Shadow rays of one batch have nearly the same direction, but differ in their origins: on one
+//! surface, where beams are faster, or on several surfaces one behind the other.
 
 use crate::packet::RayQueue;
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Vec3x8};
@@ -19,12 +19,12 @@ const SQUARED_COSINES: [f32; 4] = [0.997_26, 0.956_77, 0.75, 0.25];
 /// the last.
 pub(super) const DIVERGENCE_CLASSES: usize = SQUARED_COSINES.len() + 1;
 
-/// First class, 30 degrees and more, of rays that meet in no common point: those of ambient
-/// occlusion, for instance, and not shadow rays.
+/// First class, 30 degrees and more, of rays without a common point: those of ambient occlusion,
+/// for instance, but not shadow rays.
 pub(super) const FIRST_DIVERGENT: usize = 3;
 
-/// The class of some packets of a queue. It depends on the largest angle between the first ray of a
-/// packet and any other, in at least half of the sampled packets, one in `stride`.
+/// The class of the given packets of a queue. It depends on the largest angle between the first ray
+/// of a packet and any other, in at least half of the sampled packets, one in `stride`.
 pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
     let looked_at = packets.step_by(stride);
     let count = looked_at.len();
@@ -38,8 +38,8 @@ pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: u
     within.iter().filter(|&&within| 2 * within < count).count()
 }
 
-/// Returns true if the rays of some packets seem to start in one point: those of the first packet
-/// and the first ray of the last do.
+/// Returns true if the rays of the given packets seem to start at one point: those of the first
+/// packet and the first ray of the last one do.
 pub(super) fn start_in_one_point(rays: &RayQueue, packets: Range<usize>) -> bool {
     if packets.is_empty() || rays.len() <= (packets.end - 1) * LANES {
         return false;
@@ -55,15 +55,15 @@ pub(super) const SPREAD_CLASSES: usize = 2;
 /// Ratio to the usual spread beyond which the origins of a batch are not on one surface.
 const MAX_USUAL_RATIO: f32 = 1.5;
 
-/// Least step of the usual spread. With the n-th batch it changes by two n-ths, up or down, and by
-/// no less than this. So about as many batches of a picture lie above as below it. With larger
-/// steps it would follow the current part of the picture.
+/// Minimum step of the usual spread. With the n-th batch it changes by two n-ths, up or down, but
+/// at least by this. So about half of a picture's batches lie above it. With larger steps it would
+/// follow the current part of the picture.
 const STEP: f32 = 0.002;
 
 /// Usual spread of the origins of a batch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OriginSpread {
-    /// Spread along an axis, as a share of the way to the light; 0 until it is measured.
+    /// Spread along an axis, as a share of the distance to the light; 0 until measured.
     usual: f32,
     step: f32,
 }
@@ -74,7 +74,7 @@ impl OriginSpread {
         step: 2.0,
     };
 
-    /// The class of some packets of a queue: 1 if their rays' origins are spread wider than is
+    /// The class of the given packets of a queue: 1 if their rays' origins are spread wider than
     /// usual, else 0. One packet in `stride` is sampled.
     pub(super) fn spread_class(
         &mut self,
@@ -102,7 +102,7 @@ impl OriginSpread {
     }
 }
 
-/// Spread of the origins of some packets, along the axis where it is greatest, as a share of the
+/// Spread of the origins of the given packets, along the axis of largest spread, as a share of the
 /// longest direction.
 fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     let far = F32x8::splat(f32::INFINITY);
@@ -119,8 +119,8 @@ fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     along(0).max(along(1)).max(along(2)) / way.max_element()
 }
 
-/// The least squared cosine between the first ray of a packet and any other; negative if rays are
-/// more than 90 degrees apart.
+/// The smallest squared cosine between the first ray of a packet and any other; negative if rays
+/// are more than 90 degrees apart.
 #[inline(always)]
 fn least_cosine(rays: &RayQueue, packet: usize) -> f32 {
     let (rays, active) = rays.packet::<F32x8>(packet, 0.0);

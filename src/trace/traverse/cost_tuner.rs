@@ -1,10 +1,10 @@
-//! Choice of a kernel for any hit by what a batch costs: its first packets are timed.
+//! Choice of a kernel for any hit by the cost of a batch: its first packets are timed.
 //!
-//! Times of a packet in one picture lie between 20 and 3000 ns. The other kernel, beams or single
-//! rays, takes 80 to 400 ns before a ray meets anything, and less than packets do from there on. So
-//! packets are faster for rays that soon escape or end, and the other kernel for rays that find
-//! much in their way: this is told by the time of a few packets, and by nothing that is seen of the
-//! rays (`perf/notes/coherence.md`).
+//! The times of a picture's packets range from 20 to 3000 ns. The other kernel, beams or single
+//! rays, takes 80 to 400 ns before a ray hits anything, and less than packets from there on. So
+//! packets are faster for rays that soon escape or end, and the other kernel for rays with much in
+//! their path. The time of a few packets predicts this; no property of the rays does
+//! (`perf/notes/coherence.md`).
 
 use super::batch_slice::BatchSlice;
 use super::kernel_tuner::PerClassTuner;
@@ -17,29 +17,30 @@ pub(super) const COST_CLASSES: usize = 9;
 /// Upper bound of the time of a packet in the first class, in seconds.
 const LEAST_COST: f32 = 32e-9;
 
-/// Packets that are timed: two squares of the picture.
+/// Number of timed packets: two squares of the picture.
 const PROBE: usize = 8;
 
-/// Least packets of a batch whose first are timed: of a smaller one too little would be left.
+/// Minimum size, in packets, of a batch whose first packets are timed: too little of a smaller one
+/// would be left.
 const MIN_PROBED: usize = 5 * PROBE;
 
-/// Most batches between two that are probed, and how many decisions have to be the same for each of
-/// them.
+/// Maximum number of batches between probes, and the number of consecutive equal decisions that
+/// adds one batch to the interval.
 const MAX_UNPROBED: u32 = 7;
 const SAME_FOR_EACH: u32 = 3;
 
-/// A tuner of packets, the first kernel, and another for batches of any of `N` classes, and of any
+/// A tuner of packets, the first kernel, and another kernel, for batches of `N` classes and any
 /// cost.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CostTuner<const N: usize> {
     classes: PerClassTuner<N>,
-    /// Addends to the log ratio of a class, by cost.
+    /// Offsets of a class's log ratio, by cost.
     biases: [f32; COST_CLASSES],
-    /// True if the other kernel can trace a few packets as well as many.
+    /// True if the other kernel can also trace just a few packets.
     both_probe: bool,
-    /// True if the other kernel was the faster for the last batch that was probed.
+    /// True if the other kernel was faster for the last probed batch.
     last: bool,
-    /// Batches that were probed with the same result, one after the other.
+    /// Number of consecutive probes with the same result.
     same: u32,
     /// Batches since the last probe.
     unprobed: u32,

@@ -1,8 +1,8 @@
-//! The query for everything that a ray meets, in one traversal.
+//! The query for all hits of a ray, in one traversal.
 //!
-//! Nothing ends the search before the limit, so that the order of nodes does not matter, and every
-//! box along the ray is entered once. Each primitive is in one leaf of its tree, so that it is met
-//! once. What counts within instances is told at [`instance`].
+//! Nothing ends the search before the limit, so the order of nodes does not matter, and every box
+//! along the ray is entered once. Each primitive is in one leaf of its tree, so it is tested once.
+//! [`instance`] documents which hits count within instances.
 
 use super::query::Query;
 use crate::intersect::aabb::TInterval;
@@ -23,18 +23,17 @@ pub(crate) struct FoundHit {
 }
 
 impl FoundHit {
-    /// A key that sorts the hits of a ray by (t, prim_id): positive numbers are in the order of
-    /// their bits.
+    /// A key that sorts the hits of a ray by (t, prim_id): positive floats sort like their bits.
     pub(crate) fn key(&self) -> u64 {
         u64::from(self.t.to_bits()) << 32 | u64::from(self.prim_id)
     }
 }
 
-/// Hits of the rays of a queue, in no order. Queries are copied, so that their copies share it.
+/// Unordered hits of a queue's rays, shared by copies of a query.
 pub(super) type FoundHits = RefCell<Vec<FoundHit>>;
 
-/// All hits before a limit, as they are met. Distances and numbers are those in the world, within
-/// an instance, too.
+/// All hits before a limit, in the order of discovery. Distances and numbers are those in the
+/// world, also within an instance.
 #[derive(Clone, Copy)]
 pub(super) struct EveryHit<'f, L: Lanes> {
     limit: L,
@@ -108,7 +107,7 @@ impl<L: Lanes> Query<L> for EveryHit<'_, L> {
         false
     }
 
-    /// Hits are in the world's distances and numbers already.
+    /// Hits are already in the world's distances and numbers.
     #[inline(always)]
     fn exit_instance(&mut self, _: Self, _: &TInterval<L>, _: u32) -> bool {
         false

@@ -1,8 +1,8 @@
 //! Steps of rays from hit to hit, in the order of (t, prim_id).
 //!
-//! Most rays take few steps, and each of these is a traversal for the next hit. Rays that take more
-//! find some hits ahead in one traversal, and each time more of them: n surfaces in one place,
-//! which every traversal meets, cost O(n log n) and not O(n²).
+//! Most rays take few steps, each of which is a traversal for the next hit. Rays that take more
+//! find several hits ahead in one traversal, a growing number each time: n surfaces in one place,
+//! which every traversal meets, cost O(n log n) instead of O(n²).
 
 use super::next_hit::HitsByLane;
 use super::traversal::Traversal;
@@ -10,22 +10,22 @@ use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LaneMask, Mask8};
 use std::cmp::Reverse;
 
-/// Steps that find one hit each.
+/// Number of steps that find one hit each.
 const SINGLE_STEPS: u32 = 12;
 
-/// Hits that the first traversal looks ahead, growth of that from one to the next, and the most:
+/// Number of hits that the first traversal looks ahead, its growth per traversal, and its maximum:
 /// lists of eight rays then take up to 10 MiB.
 const FIRST_AHEAD: usize = 16;
 const GROWTH: usize = 8;
 const MOST_AHEAD: usize = 1 << 15;
 
-/// The way of eight rays from hit to hit.
+/// State of eight rays on their way from hit to hit.
 #[derive(Default)]
 pub struct HitWalk {
     steps: u32,
-    /// Hits to look ahead for next.
+    /// Number of hits to look ahead for next.
     most: usize,
-    /// The hits after the last step, the farthest first.
+    /// The hits after the last step, farthest first.
     ahead: HitsByLane,
     /// Lanes without further hits than those.
     ended: u32,

@@ -1,4 +1,4 @@
-//! The kernels by name, and which of them pays.
+//! The kernels by name, and the choice between them.
 
 use crate::bvh::Bvh;
 use crate::simd::{LANES, NATIVE};
@@ -6,10 +6,10 @@ use crate::simd::{LANES, NATIVE};
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// The fastest known kernel for these rays, sixty-four packets at a time. Rays of one origin go
-    /// as beams. Shadow rays go as packets or beams, and other rays in a large tree as packets or
-    /// single rays, whichever was faster lately for rays of that divergence. All else goes as
-    /// packets. Packets are of sixteen if the build has AVX-512, else of eight. Figures stand in
+    /// The fastest known kernel for these rays, sixty-four packets at a time. Rays with a common
+    /// point are traced as packets or beams, other rays in a large tree as packets or single rays,
+    /// whichever was faster recently for rays of that divergence. Everything else is traced as
+    /// packets. Packets have sixteen lanes if the build has AVX-512, else eight. Figures are in
     /// `perf/notes/coherence.md`, `perf/notes/beams.md`, `perf/notes/single-rays.md` and
     /// `perf/notes/packets-of-sixteen.md`.
     Auto,
@@ -18,10 +18,10 @@ pub enum Kernel {
     /// Two packets side by side against the binary tree.
     Packet16,
     /// Beams against the wide tree, in sub-beams of up to eight rays; [`Kernel::Packet8`] for rays
-    /// that share no point.
+    /// without a common point.
     Beam8,
     /// Beams against the wide tree, in sub-beams of up to sixteen rays; [`Kernel::Packet16`] for
-    /// rays that share no point.
+    /// rays without a common point.
     Beam16,
     /// Single rays against the wide tree.
     Single,
@@ -44,9 +44,9 @@ impl Kernel {
         known.map_or("", |(name, _)| name)
     }
 
-    /// The kernel that pays for one frame of the given number of pixels. Making the wide tree takes
-    /// as long as beams save with about four pixels for each primitive. So if [`Kernel::Auto`]
-    /// would have to make it for less, packets are used.
+    /// The best kernel for one frame of the given number of pixels. Building the wide tree takes as
+    /// long as beams save with about four pixels per primitive. So if [`Kernel::Auto`] would have
+    /// to build it for less, packets are used.
     pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
         let prims = bvh.triangles().len() + bvh.spheres().len();
         let pays = bvh.has_wide() || pixels >= MIN_PIXELS_PER_PRIM * prims as u64;
@@ -64,7 +64,7 @@ impl Kernel {
         }
     }
 
-    /// The packet kernel that pays on this build.
+    /// The best packet kernel for this build.
     pub const fn packets() -> Kernel {
         if SIXTEEN {
             Kernel::Packet16
@@ -73,7 +73,7 @@ impl Kernel {
         }
     }
 
-    /// The beam kernel of those packets.
+    /// The beam kernel for those packets.
     pub(super) const fn beams() -> Kernel {
         if SIXTEEN {
             Kernel::Beam16
@@ -83,9 +83,9 @@ impl Kernel {
     }
 }
 
-/// Least pixels for each primitive for which a wide tree pays that is made for one frame
+/// Minimum number of pixels per primitive for which building a wide tree for one frame pays off
 /// (`perf/notes/whole-frames.md`).
 const MIN_PIXELS_PER_PRIM: u64 = 4;
 
-/// True if sixteen lanes pay on this build.
+/// True if sixteen lanes are faster on this build.
 const SIXTEEN: bool = NATIVE > LANES;

@@ -3,19 +3,19 @@
 //! Divergent rays are faster as packets in an open scene and as single rays in a closed one. Shadow
 //! rays are faster as a beam or as packets. No property of the rays predicts it, and it also
 //! depends on the machine. So now and then each kernel traces a part of a batch, and the one that
-//! takes less time per ray traces the batches that follow. The trial uses parts of one batch and
-//! not whole batches, because distant rays may differ more than kernels do. Rays are divided into
-//! classes, see [`super::coherence`], which are tuned separately, but measurements of one also
-//! adjust the others. Either kernel gives the same bits.
+//! takes less time per ray traces the following batches. The trial uses parts of one batch instead
+//! of whole batches, because distant rays may differ more than kernels do. Rays are divided into
+//! classes, see [`super::coherence`], which are tuned separately, but measurements of one class
+//! also adjust the others. Both kernels give the same bits.
 
 use super::batch_slice::BatchSlice;
 use crate::stopwatch::Stopwatch;
 use std::ops::Range;
 
 /// Time from one trial to the next, in units of a trial's time and of the logarithm of the kernels'
-/// speed ratio. So a much slower kernel is tried seldom, and a trial of one that is nearly as fast
-/// costs nothing. The interval is a time and not a number of batches: if rays begin to take longer,
-/// there is more to gain, and a trial is due sooner.
+/// speed ratio. So a much slower kernel is rarely tried, and a trial of one that is nearly as fast
+/// costs nothing. The interval is a time instead of a number of batches: if rays begin to take
+/// longer, there is more to gain, and a trial is due sooner.
 const TRIAL_INTERVAL: f32 = 64.0;
 
 /// Bounds on the interval between trials, in units of one trial's time: at least `MIN_INTERVAL`, at
@@ -26,11 +26,11 @@ const MAX_INTERVAL_GROWTH: f32 = 2.0;
 /// Approximate number of trials in the means: older ones are forgotten.
 const HISTORY: u32 = 8;
 
-/// Greatest change by one trial relative to the present estimate, as a natural logarithm: a thread
-/// that had to wait is not slow.
+/// Maximum change of the estimate by one trial, as a natural logarithm: a thread that had to wait
+/// is not slow.
 const MAX_LOG_STEP: f32 = 0.5;
 
-/// Least packets of a batch for a trial: parts of smaller batches are too noisy.
+/// Minimum size, in packets, of a batch for a trial: parts of smaller batches are too noisy.
 const MIN_TRIAL_PACKETS: usize = 32;
 
 /// A tuner of two kernels, the first and the second.
@@ -62,9 +62,9 @@ enum Next {
 /// Order of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Trial {
-    /// Kernel that was not used lately: true for the second. It first traces some rays that are not
-    /// timed, because its nodes have left the nearest caches, and the few rays of a trial take no
-    /// longer than fetching those.
+    /// Kernel that was not used recently: true for the second. It first traces some rays untimed,
+    /// because its nodes have left the nearest caches, and the few rays of a trial take no longer
+    /// than fetching those.
     cold: bool,
     /// Kernel that is timed first: true for the second.
     leads: bool,
@@ -75,7 +75,7 @@ impl KernelTuner {
     /// second's.
     pub(super) fn new(log_ratio: f32) -> KernelTuner {
         KernelTuner {
-            // One batch: memory is cold.
+            // After one batch: memory is cold.
             until_trial: f32::MIN_POSITIVE,
             trials: 1,
             mean_time: [0.5, -0.5].map(|half| (log_ratio * half).exp()),
@@ -153,7 +153,7 @@ impl KernelTuner {
     /// the given number of packets.
     fn record_trial(&mut self, [first, second]: [f32; 2], packets: usize) {
         let second = second / self.trial_penalty;
-        // A clock that stands still gives no measurement.
+        // A stopped clock gives no measurement.
         if first > 0.0 && second > 0.0 {
             let [low, high] =
                 [-MAX_LOG_STEP, MAX_LOG_STEP].map(|more| (self.log_ratio() + more).exp());
@@ -174,7 +174,7 @@ impl KernelTuner {
             return;
         }
         let most = MAX_INTERVAL_GROWTH * (self.trials * self.trials) as f32;
-        // The means are used and not this trial, in which a thread may have had to wait.
+        // The means are used instead of this trial, in which a thread may have had to wait.
         let trial = (self.mean_time[0] + self.mean_time[1]) * 0.5 * packets as f32;
         self.until_trial =
             trial * (TRIAL_INTERVAL * self.log_ratio().abs()).clamp(MIN_INTERVAL, most);

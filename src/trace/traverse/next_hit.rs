@@ -1,12 +1,12 @@
-//! Queries for the hits of a ray after another, the next one or the next few: how rays go on
-//! through surfaces that are only partly there.
+//! Queries for a ray's next hit, or next few, after a given one: how rays pass through partly
+//! transparent surfaces.
 //!
-//! Hits have an order, that of (t, prim_id), where the distance of a hit on an instance is the one
-//! in the world (see [`instance`]). So the hits of a ray are met one after another, each primitive
-//! once, whatever the tree: also those that share a distance.
+//! Hits are ordered by (t, prim_id); the distance of a hit on an instance is the one in the world
+//! (see [`instance`]). So the hits of a ray are found one after another, each primitive once, even
+//! at equal distances and for any tree.
 //!
-//! Boxes that a ray has left before the hit `after` are not entered: each box is left no earlier
-//! than the hits in it are met ([`slab_conservative`](crate::intersect::slab_conservative)).
+//! Boxes that a ray has left before the hit `after` are not entered: no box is left before the hits
+//! in it ([`slab_conservative`](crate::intersect::slab_conservative)).
 
 use super::every_hit::FoundHit;
 use super::query::Query;
@@ -18,13 +18,13 @@ use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8};
 use std::cell::RefCell;
 
 /// The closest hit after `after`, by (t, prim_id). Distances and numbers are those in the world,
-/// within an instance, too.
+/// also within an instance.
 #[derive(Clone, Copy)]
 pub(super) struct NextHit<L: Lanes> {
     best: HitRecord<L>,
     after_t: L,
     after_id: L::U32,
-    /// Distance before which a ray has left the boxes that hold nothing any more.
+    /// Boxes that a ray leaves before this distance contain no further hits.
     near: L,
     /// Interval in the box of the instance whose mesh is searched; all distances in the world.
     interval: TInterval<L>,
@@ -52,7 +52,7 @@ impl<L: Lanes> NextHit<L> {
         self.best.hits(tmax, active)
     }
 
-    /// A candidate as it counts in the world, valid where it comes after `after`, and its number.
+    /// A candidate in the world's distances, valid if it comes after `after`, and its number.
     #[inline(always)]
     fn later(&self, hit: &HitCandidate<L>, id: u32) -> (HitCandidate<L>, L::U32) {
         let t = hit.t.max(self.interval.tnear).min(self.interval.tfar);
@@ -105,7 +105,7 @@ impl<L: Lanes> Query<L> for NextHit<L> {
 
     #[inline(always)]
     fn exit_instance(&mut self, inner: NextHit<L>, _: &TInterval<L>, _: u32) -> bool {
-        // In the world's distances and numbers already; no closer where nothing was found.
+        // Already in the world's distances and numbers; no closer if nothing was found.
         let found = inner.best;
         self.best.update(
             &HitCandidate {
@@ -121,12 +121,12 @@ impl<L: Lanes> Query<L> for NextHit<L> {
     }
 }
 
-/// Hits of eight rays, a list each.
+/// Hits of eight rays, one list each.
 pub(super) type HitsByLane = [Vec<FoundHit>; LANES];
 
-/// The closest hits after `after` of each of eight rays, `most` at least where there are as many.
-/// Lists hold all hits before the limit, in no order; those that grow to twice `most` are cut, and
-/// lower their ray's limit. Queries are copied, so that their copies share the lists.
+/// The closest hits after `after` of each of eight rays, at least `most` if that many exist. Lists
+/// hold all hits before the limit, unordered; a list that grows to twice `most` is cut, and lowers
+/// its ray's limit. Copies of a query share the lists.
 #[derive(Clone, Copy)]
 pub(super) struct NextHits<'f> {
     /// Its `best` is the limit: no hit found, but the last one that may be.
@@ -203,7 +203,7 @@ impl Query<F32x8> for NextHits<'_> {
         false
     }
 
-    /// Hits are in the world's distances and numbers already, and so are the limits.
+    /// Hits and limits are already in the world's distances and numbers.
     #[inline(always)]
     fn exit_instance(&mut self, inner: Self, _: &TInterval<F32x8>, _: u32) -> bool {
         let (best, inside) = (&mut self.next.best, inner.next.best);

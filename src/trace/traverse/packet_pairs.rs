@@ -1,8 +1,8 @@
-//! Packets of a queue through the packet kernel, two side by side where sixteen lanes are wanted;
-//! and single rays as packets of one.
+//! Packets of a queue through the packet kernel, two side by side for sixteen lanes; and single
+//! rays as packets of one.
 //!
-//! Packets keep the limit of the search in lanes, so that here each ray may have its own. Beams and
-//! single rays of a queue share one.
+//! Packets keep search limits in lanes, so each ray may have its own. Beams and single rays of a
+//! queue share one.
 
 use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
@@ -26,8 +26,8 @@ pub(super) struct PacketPairs<'a, T> {
 
 /// Tracing with a limit for each ray.
 pub(crate) trait LimitedRays {
-    /// The closest hits below the limits, for all packets of a queue: a row of `tmax` and of `hits`
-    /// for each.
+    /// The closest hits below the limits, for all packets of a queue, with one row of `tmax` and of
+    /// `hits` each.
     fn closest_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], hits: &mut [HitPacket]);
     /// Sets `blocked` to the lanes (as bits) that hit anything before their limits, for all packets
     /// of a queue.

@@ -16,8 +16,8 @@ const _: () = assert!(
     "the first lines and the last ones are almost all of a row"
 );
 
-/// Addresses of a tree's rows, by kind of target. It is a table and no match: the next kind cannot
-/// be predicted, and a mispredicted branch costs more than the row.
+/// Addresses of a tree's rows, by kind of target. A table instead of a match, because the next kind
+/// is unpredictable, and a mispredicted branch costs more than the row.
 #[derive(Clone, Copy)]
 pub(super) struct PrefetchTable {
     start: [usize; 4],
@@ -37,7 +37,7 @@ impl PrefetchTable {
                 size_of::<WideNode>(),
                 size_of::<TriangleBlock>(),
                 size_of::<SphereBlock>(),
-                // The first of them will do: there are few, and their targets are elsewhere.
+                // The first of them is enough: there are few, and their targets are elsewhere.
                 0,
             ],
         }
@@ -50,16 +50,15 @@ impl PrefetchTable {
         let size = self.size[kind];
         let row = self.start[kind].wrapping_add(index * size);
         node_at(row);
-        // The last lines, which are among the first ones if a row is short: this is cheaper than a
-        // check.
+        // The last lines, which overlap the first ones if a row is short: cheaper than a check.
         let end = row.wrapping_add(size);
         for line in 1..=MORE {
             line_at(end.wrapping_sub(line * LINE));
         }
     }
 
-    /// Prefetches the target of a child if it is a node. Else it prefetches the root, which is
-    /// cached anyway, so that there is no branch.
+    /// Prefetches the target of a child if it is a node, else the root, which is cached anyway. So
+    /// there is no branch.
     #[inline(always)]
     pub(super) fn prefetch_node(&self, code: u32) {
         let (kind, index) = ChildRef::parts(code);
@@ -68,9 +67,8 @@ impl PrefetchTable {
     }
 }
 
-/// Prefetches the first line of both children of a binary node while its boxes are tested. Of
-/// leaves, only triangles are asked for; the address of another kind's is as good as none. There is
-/// no branch.
+/// Prefetches the first line of both children of a binary node while its boxes are tested. For
+/// leaves, only triangles are prefetched; any address will do for other kinds. There is no branch.
 #[inline(always)]
 pub(super) fn prefetch_children(node: &Node, nodes: &[Node], triangles: &[LeafTriangle]) {
     for k in [0, 1] {
@@ -90,8 +88,8 @@ fn node_at(row: usize) {
     }
 }
 
-/// Prefetches the lines of a row into the first cache. It does nothing on
-/// architectures other than x86-64 and 64-bit ARM.
+/// Prefetches the lines of a row into the first-level cache. Has no effect on architectures other
+/// than x86-64 and 64-bit ARM.
 #[inline(always)]
 pub(super) fn prefetch<T>(rows: &[T], index: u32) {
     let row = rows.as_ptr().wrapping_add(index as usize).addr();

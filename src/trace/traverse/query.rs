@@ -17,7 +17,7 @@ use std::ops::Range;
 
 /// Query of a traversal.
 pub(super) trait Query<L: Lanes>: Copy {
-    /// True if near leaves should be visited first; any hit does not need that.
+    /// True if near leaves should be visited first; not needed for any hit.
     const FRONT_TO_BACK: bool;
     /// Limit of each ray's search.
     fn limit(&self) -> L;
@@ -26,12 +26,12 @@ pub(super) trait Query<L: Lanes>: Copy {
     fn overlaps(&self, interval: &TInterval<L>) -> L::Mask {
         interval.overlaps(self.limit())
     }
-    /// The query within an instance, whose box the rays cross in `interval`, and whose primitives
-    /// have numbers that are larger by `id_offset`; none if nothing inside can matter.
+    /// The query within an instance, whose box the rays cross in `interval`, and whose primitives'
+    /// numbers are larger by `id_offset`; none if nothing inside can matter.
     fn enter_instance(&self, interval: &TInterval<L>, id_offset: u32) -> Option<Self>
     where
         Self: Sized;
-    /// Accepts a hit in the lanes where it counts; returns true if there is any.
+    /// Accepts a hit in the lanes in which it counts; returns true if there is any.
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool;
     /// Takes over the result of the query within an instance; true ends the traversal.
     fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
@@ -82,8 +82,8 @@ pub(super) trait Query<L: Lanes>: Copy {
     }
 }
 
-/// Tests primitives of a kind that is rare or needs many registers, by a call. The query goes in
-/// and comes back by value: a value whose address is passed to a call stays in memory.
+/// Tests primitives of a kind that is rare or needs many registers, by a call. The query is passed
+/// and returned by value: a value whose address is passed to a call stays in memory.
 #[inline(never)]
 fn call_test_each<L: Lanes, Q: Query<L>, P: LeafPrim>(
     mut query: Q,

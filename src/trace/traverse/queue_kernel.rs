@@ -6,8 +6,8 @@ use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{LANES, Lanes};
 use std::ops::Range;
 
-/// A kernel that traces packets of a queue, and counts by `T`. Rays that it cannot trace it leaves
-/// to the packet kernel, which takes all.
+/// A kernel that traces packets of a queue, and counts by `T`. It leaves rays that it cannot trace
+/// to the packet kernel, which can trace any.
 pub(super) trait QueueKernel<T> {
     /// Finds the closest hits of the packets of a slice; `hits` has a row for every packet of the
     /// slice's range. Returns false, and does nothing, if the kernel cannot trace these rays.
@@ -24,8 +24,8 @@ pub(super) trait QueueKernel<T> {
         blocked: &mut [u8],
     ) -> bool;
 
-    /// Adds everything that the rays of a slice hit before `tmax` to `found`. Returns false, and
-    /// does nothing, if the kernel cannot trace these rays.
+    /// Adds all hits of a slice's rays before `tmax` to `found`. Returns false, and does nothing,
+    /// if the kernel cannot trace these rays.
     fn every_hit(
         &mut self,
         rays: &RayQueue,
@@ -34,11 +34,11 @@ pub(super) trait QueueKernel<T> {
         found: &FoundHits,
     ) -> bool;
 
-    /// Counters since the kernel was made.
+    /// Counters since the kernel was created.
     fn counters(&self) -> T;
 }
 
-/// Limits of the rays of some packets.
+/// Limits of packets' rays.
 #[derive(Clone, Copy)]
 pub(crate) enum TMaxOf<'r> {
     /// One for all.
@@ -48,7 +48,7 @@ pub(crate) enum TMaxOf<'r> {
 }
 
 impl TMaxOf<'_> {
-    /// Packet `index` of a queue, or as many from there on as `L` has room for, and the lanes with
+    /// Packet `index` of a queue, with the following ones if `L` holds several, and the lanes with
     /// rays.
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(self, rays: &RayQueue, index: usize) -> (RayPacket<L>, L::Mask) {

@@ -1,4 +1,4 @@
-//! Tracing packet by packet with every step counted: for the cost of single rays, and for tests.
+//! Tracing packet by packet with every step counted, for the cost of single rays and for tests.
 
 use super::counters::TraversalStats;
 use super::packet::PacketKernel;
@@ -90,7 +90,7 @@ impl<'a, L: PacketLanes> PacketTracer<'a, L> {
         L::occluded(&mut self.kernel, rays, active)
     }
 
-    /// Takes the counts since the tracer was made, or since they were last taken.
+    /// Takes the counts since the tracer was created, or since they were last taken.
     pub fn take_stats(&mut self) -> TraversalStats {
         std::mem::take(&mut self.kernel.0.counters)
     }

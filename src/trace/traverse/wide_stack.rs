@@ -24,7 +24,7 @@ pub(super) struct WideStack {
 }
 
 impl WideStack {
-    /// A stack with room for `room` entries, which may be divided into any number of stacks.
+    /// A stack with room for `room` entries, which may be divided into several stacks.
     pub(super) fn with_capacity(room: usize) -> WideStack {
         WideStack {
             tnear: vec![0.0; room],
@@ -32,8 +32,8 @@ impl WideStack {
         }
     }
 
-    /// Writes the children that a ray meets between 0 and `best` from `at` on, in their stored
-    /// order or `reversed`, and others behind them. Returns the number of those that are met.
+    /// Writes the children that a ray hits between 0 and `best` from `at` on, in their stored order
+    /// or `reversed`, and arbitrary entries behind them. Returns the number of hit children.
     /// `crossing` gives the intervals of the ray's line in their boxes, which may begin behind its
     /// origin.
     ///
@@ -60,8 +60,8 @@ impl WideStack {
         push_simd(reversed, crossing, best, codes, to)
     }
 
-    /// Writes the children that a ray meets as [`WideStack::push_hits`] does, in their stored order
-    /// and without their distances. Any hit needs no more: its limit stays as it is, and rays that
+    /// Writes the children that a ray hits, as [`WideStack::push_hits`] does, in their stored order
+    /// and without their distances. Any hit needs no more: its limit does not change, and rays that
     /// hit nothing visit the same nodes in any order. The others visit 1 % fewer in the mean of
     /// seven scenes (`perf/notes/single-rays.md`).
     ///
@@ -94,7 +94,7 @@ impl WideStack {
         unsafe { *self.code.get_unchecked(at) }
     }
 
-    /// Keeps the entries of a stack that begin at a distance of `limit` at most, and returns its
+    /// Keeps the entries of a stack that begin at a distance of at most `limit`, and returns its
     /// new end.
     #[inline(always)]
     pub(super) fn prune(&mut self, stack: Range<usize>, limit: f32) -> usize {
@@ -110,7 +110,7 @@ impl WideStack {
     }
 }
 
-/// Writes the numbers of some lanes, in their order, and any others behind them.
+/// Writes the numbers of the selected lanes, in order, and arbitrary values behind them.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
 #[inline(always)]
 fn compact(lanes: u32, from: &[u32; NATIVE], to: &mut [u32; NATIVE]) {
@@ -150,7 +150,7 @@ fn push_scalar(
     let mut count = 0;
     for k in 0..NATIVE {
         let lane = if reversed { NATIVE - 1 - k } else { k };
-        // Always written, and kept only if it is met: no branch. At most k entries were written
+        // Always written, but kept only if it is hit: no branch. At most k entries were written
         // before.
         (to_enter[count % NATIVE], to_code[count % NATIVE]) = (enter[lane], codes[lane]);
         count += (met >> lane & 1) as usize;
@@ -245,8 +245,8 @@ fn push_simd(
         let order = _mm512_loadu_si512(REVERSE[usize::from(reversed)].as_ptr().cast());
         let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
         let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
-        // Values that are equal in all lanes are used after the permutation: before it, the
-        // compiler would permute them, too.
+        // Values equal in all lanes are applied after the permutation: before it, the compiler
+        // would permute them, too.
         let enter = _mm512_max_ps(enter, _mm512_setzero_ps());
         let limit = _mm512_min_ps(leave, _mm512_set1_ps(best));
         let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));

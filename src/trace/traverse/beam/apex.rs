@@ -16,31 +16,31 @@ pub(super) enum Apex {
     Sun { dir: [f32; 3], rays: Spread },
 }
 
-/// Distances of rays that end in one point, or nearly, from each other and from that point; all are
-/// measured along any axis.
+/// Distances of rays that end at one point, or nearly so, from each other and from that point; all
+/// are maxima over the axes.
 #[derive(Clone, Copy)]
 pub(super) struct Spread {
     /// The first origin.
     pub(super) center: [f32; 3],
-    /// Greatest distance of the other origins from it.
+    /// Largest distance of the other origins from it.
     pub(super) around: f32,
     /// The largest absolute coordinate of any origin.
     pub(super) farthest: f32,
-    /// Longest and shortest way from an origin to the apex.
+    /// Largest and smallest distance from an origin to the apex.
     pub(super) longest: f32,
     pub(super) shortest: f32,
-    /// Greatest distance at which rays pass the apex.
+    /// Largest distance at which rays pass the apex.
     pub(super) blur: f32,
 }
 
-/// Greatest distance at which rays may miss a point and still count as ending there, as a share of
-/// the shortest way to it: 2⁻¹⁰. Shadow rays start off the surface by a few units in the last
-/// place, and miss their light by as much.
+/// Largest distance by which rays may miss a point and still count as ending there, as a share of
+/// the smallest distance to it: 2⁻¹⁰. Shadow rays start off the surface by a few units in the last
+/// place, and miss their light by the same amount.
 const BLUR: f32 = 1.0 / 1024.0;
 
 impl Apex {
-    /// The origin of the first ray, if all rays of its packet have the same to the bit. The other
-    /// packets are checked when they are loaded.
+    /// The origin of the first ray, if all rays of its packet have the same bits. The other packets
+    /// are checked when they are loaded.
     #[inline(always)]
     pub(super) fn behind(rays: &RayQueue, packets: &Range<usize>) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {
@@ -52,8 +52,7 @@ impl Apex {
         (!apart.any()).then_some(Apex::Eye(org))
     }
 
-    /// The point that all rays reach at `tmax`, if it is one; or their direction, if it is the same
-    /// to the bit.
+    /// The common point of all rays at `tmax`, if any; or their direction, if it has the same bits.
     #[inline(never)]
     pub(super) fn ahead(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {
@@ -71,7 +70,7 @@ impl Apex {
             let most = |of: Native, x: Native| of.max(active.select(x, Native::ZERO));
             let way = rays.dir.scale(rays.tmax);
             let miss = (rays.org + way - apex).max_abs();
-            // A ray whose end is NaN meets no point.
+            // A ray with a NaN end reaches no point.
             blur = most(blur, miss.lt(far).select(miss, far));
             farthest = most(farthest, rays.org.max_abs());
             around = most(around, (rays.org - center).max_abs());
@@ -85,11 +84,11 @@ impl Apex {
             farthest: farthest.max_element(),
             longest: longest.max_element(),
             shortest: shortest.min_element(),
-            // Four roundings of sums and products as long as the way.
+            // Four roundings of sums and products of that magnitude.
             blur: blur.max_element()
                 + (longest.max_element() + farthest.max_element()) * f32::EPSILON * 2.0,
         };
-        // Ways of infinite length do not lead to a point.
+        // Infinite distances do not lead to a point.
         if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {
             return Some(Apex::Light { position, rays });
         }

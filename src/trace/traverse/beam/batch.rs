@@ -1,4 +1,4 @@
-//! The packets of a beam, as a queue has them, and prepared for tests.
+//! The packets of a beam, from a queue, prepared for tests.
 
 use crate::intersect::aabb::RaySlabs;
 use crate::intersect::ray_setup::RaySetup;
@@ -8,7 +8,7 @@ use crate::simd::{LANES, LaneMask, Lanes};
 use crate::traverse::prefetch::prefetch;
 use std::ops::Range;
 
-/// Packets of eight in a beam. More packets share more of the nodes, and less of the caches.
+/// Packets of eight in a beam. More packets share more nodes, but use more cache.
 pub(crate) const SIZE: usize = 64;
 
 /// The rays of a packet, with the data of triangle tests.
@@ -46,8 +46,8 @@ impl BeamBatch<'_, '_> {
         self.packets.len().div_ceil(L::PACKETS)
     }
 
-    /// Prefetches the rays that come after these. A beam needs its rays all at once, and then there
-    /// is no other work to overlap with the fetch.
+    /// Prefetches the rays after these. A beam needs all its rays at once, with no other work to
+    /// overlap the fetch.
     pub(super) fn fetch_next(&self) {
         let slots = self.rays.slots();
         let end = self.packets.end;

@@ -40,8 +40,8 @@ impl<'a> BeamTriangles<'a> {
         self.intersect::<L, false>(lane, rays, query)
     }
 
-    /// Tests one triangle against rays whose dominant axes differ. It is a function of its own,
-    /// because it is rare and needs many registers.
+    /// Tests one triangle against rays whose dominant axes differ. A separate function, because it
+    /// is rare and needs many registers.
     #[cold]
     #[inline(never)]
     pub(super) fn test_apart<L: Lanes>(
@@ -89,7 +89,7 @@ impl<L: Lanes> RayTrianglePair<'_, L> {
     /// vertices relative to the rays' origins.
     #[inline(always)]
     pub(super) fn intersect(&self, corners: [Vec3Lanes<L>; 3], query: &mut impl Query<L>) -> bool {
-        // Most pairs that are left by now are hits, and the misses cannot be predicted.
+        // Most remaining pairs are hits, and the misses are unpredictable.
         let hit = triangle::intersect_branchless(corners, self.rays.shear.slopes(), self);
         query.update(&hit, self.block.prim_id[self.lane % NATIVE])
     }

@@ -2,8 +2,8 @@
 //! then tested.
 //!
 //! For any hit the order does not matter, so blocks wait until there are [`BLOCKS`] of them. The
-//! number of pairs of a sub-beam and a triangle that one block leaves cannot be predicted, and a
-//! loop with a mispredicted end takes as long as three culls.
+//! number of pairs of a sub-beam and a triangle that one block leaves is unpredictable, and a loop
+//! with a mispredicted end takes as long as three culls.
 
 use super::batch::BeamGroup;
 use super::block::{RayTrianglePair, vertices};
@@ -18,7 +18,7 @@ use crate::traverse::query::Query;
 
 /// Blocks that wait for their tests.
 pub(super) struct DeferredBlocks<'a> {
-    /// Blocks, and the sub-beams that may meet them.
+    /// Blocks, and the sub-beams that may hit them.
     blocks: [Option<&'a TriangleBlock>; BLOCKS],
     sub_beams: [u64; BLOCKS],
     count: usize,
@@ -39,7 +39,7 @@ impl DeferredBlocks<'_> {
 }
 
 impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
-    /// Defers a block that some sub-beams may meet.
+    /// Defers a block that some sub-beams may hit.
     #[inline(always)]
     pub(super) fn defer(
         &mut self,
@@ -55,7 +55,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         }
     }
 
-    /// Culls the triangles of the waiting blocks, and tests the pairs that are left.
+    /// Culls the triangles of the waiting blocks, and tests the remaining pairs.
     #[inline(never)]
     pub(super) fn test_deferred(&mut self, deferred: &mut DeferredBlocks<'a>) {
         deferred.pairs.count = 0;
@@ -124,8 +124,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     }
 }
 
-/// Tests a triangle against rays whose dominant axes differ. It is a function of its own, because
-/// it is rare and needs many registers.
+/// Tests a triangle against rays whose dominant axes differ. A separate function, because it is
+/// rare and needs many registers.
 #[cold]
 #[inline(never)]
 fn test_apart<L: Lanes>(

@@ -34,7 +34,7 @@ pub(crate) struct Beams<'a, L: Lanes = F32x8, T = PacketCount> {
     sub_beams: Box<SubBeams>,
     /// Packets of the beam, prepared for tests of triangles.
     groups: Vec<BeamGroup<L>>,
-    /// Slabs of the packets, if the tree holds anything but triangles.
+    /// Slabs of the packets, unless the tree contains only triangles.
     slabs: Vec<RaySlabs<L>>,
     /// Projections of the packets' rays.
     projected: Vec<[L; 3]>,
@@ -70,8 +70,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         }
     }
 
-    /// Returns true if all rays start at the apex and none hits anything. Sky is beside sky, so
-    /// this is called if the beam before had no hits. It costs a fifth of the set-up of a beam.
+    /// Returns true if all rays start at the apex and none hits anything. Sky neighbours sky, so
+    /// this is called if the previous beam had no hits. It costs a fifth of a beam's set-up.
     #[inline(never)]
     fn is_clear(&mut self, space: &BeamSpace, batch: &BeamBatch) -> bool {
         let [x, y, z] = space.center;
@@ -92,8 +92,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         clear
     }
 
-    /// Passes `blocked`, for each group, the lanes (as bits) that hit anything. Returns false, and
-    /// passes nothing, in the same case as [`Beams::trace`].
+    /// Passes to `blocked`, for each group, the lanes (as bits) that hit anything. Returns false,
+    /// and passes nothing, in the same case as [`Beams::trace`].
     #[inline(always)]
     fn shadows<const SHARED: bool>(
         &mut self,
@@ -159,9 +159,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         Some(alone)
     }
 
-    /// Makes sub-beams of packets from the `next`-th on, as many as there is room for, and returns
-    /// the first packet that has no room. Packets that diverge too much are marked in `alone`, as
-    /// bits.
+    /// Makes sub-beams of packets from the `next`-th on, as many as fit, and returns the first
+    /// packet that does not fit. Packets that diverge too much are marked in `alone`, as bits.
     #[inline(always)]
     fn fill_sub_beams<G: Query<L>>(
         &mut self,

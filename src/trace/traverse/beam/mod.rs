@@ -4,8 +4,7 @@
 //! triangles have projections, too. A node's children are projected from the apex once for all
 //! rays. Then each child is tested against all sub-beams; a lane is a sub-beam of up to sixteen
 //! rays. A leaf's triangles are projected once, and then tested against each sub-beam; a lane is a
-//! triangle. Only the pairs that are left are tested ray by ray, by the same test that every kernel
-//! has.
+//! triangle. Only the remaining pairs are tested ray by ray, with the same test as in every kernel.
 //!
 //! The idea is that of beam and frustum tracing (Reshetov, Soupikov and Hurley, "Multi-Level Ray
 //! Tracing Algorithm", 2005; Wald et al., "Ray Tracing Deformable Scenes Using Dynamic Bounding

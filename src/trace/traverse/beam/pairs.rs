@@ -3,16 +3,16 @@
 use super::sub_beams::MAX_SUB_BEAMS;
 use crate::simd::{COMPACT_LUT, LANES, NATIVE};
 
-/// Most blocks whose pairs are listed together.
+/// Maximum number of blocks whose pairs are listed together.
 pub(super) const BLOCKS: usize = 8;
 
-/// Greatest number of pairs, and room for eight more, because eight are written at once.
+/// Maximum number of pairs, plus eight, because eight are written at once.
 const ROOM: usize = BLOCKS * MAX_SUB_BEAMS * NATIVE + LANES;
 
 /// Factor that copies a byte to each of eight bytes.
 const EACH: u64 = 0x0101_0101_0101_0101;
 
-/// Pairs that have to be tested.
+/// Pairs to be tested.
 pub(super) struct Pairs {
     sub_beams: [u8; ROOM],
     /// Triangle of each pair: its lane, plus `NATIVE` for each block before its own.
@@ -30,8 +30,8 @@ impl Pairs {
         }
     }
 
-    /// Adds a sub-beam with each of some lanes of the `block`-th block. Eight pairs are written at
-    /// a time, and as many are kept as there are lanes.
+    /// Adds pairs of a sub-beam with the given lanes of the `block`-th block. Eight pairs are
+    /// written at a time, and one per lane is kept.
     #[inline(always)]
     pub(super) fn add(&mut self, sub_beam: usize, block: usize, lanes: u32) {
         for first in (0..NATIVE).step_by(LANES) {
@@ -44,7 +44,7 @@ impl Pairs {
                     self.triangles.get_unchecked_mut(at..at + LANES),
                 )
             };
-            // Added as numbers of eight bytes: arrays would be added byte by byte.
+            // Added as eight-byte numbers: arrays would be assembled byte by byte.
             let base = (block % BLOCKS * NATIVE + first) as u64 * EACH;
             let of_lanes = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize]);
             sub_beams.copy_from_slice(&(sub_beam as u64 * EACH).to_le_bytes());

@@ -13,7 +13,7 @@
 //! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. It is for an eye,
 //!   and for lights among the origins of the rays that go to them.
 //! - **Local.** The centre is the origin of a shadow ray. The light is at A from it, and D is the
-//!   way to it along the dominant axis. Then p and q are where a ray's line passes the plane
+//!   distance to it along the dominant axis. Then p and q are where a ray's line passes the plane
 //!   through the centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light. With W = 1 the rays
 //!   are parallel. Shadow rays are tested mostly against objects near their origins. In coordinates
 //!   that begin at the light, those would drown in rounding.
@@ -42,8 +42,8 @@
 //! | M | [`MIN_LIGHT_DISTANCE_RATIO`] |
 //!
 //! **Ratios.** A local frame needs depths from 4uS − D on, and boxes grown by more than 30uS. Both
-//! mean nothing if S is as large as D/u: then depths would begin behind the origins of the rays,
-//! and rays would lose what is between. So:
+//! are meaningless if S is as large as D/u: depths would begin behind the rays' origins, and hits
+//! in between would be lost. So:
 //!
 //! | frame | condition |
 //! |---|---|
@@ -112,18 +112,19 @@ use crate::packet::RayPacket;
 use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
 use phalanx_scene::PAD;
 
-/// Greatest |p| and |q| of sub-beams in near frames, and of slopes in local ones.
+/// Limit on |p| and |q| of sub-beams in near frames, and on slopes in local ones.
 pub(super) const MAX_RECT: f32 = 2.0;
 
 /// 2⁻²⁴: half a unit in the last place of one.
 pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Greatest distance of origins from the first one in a local frame, as a share of the way to the
-/// light.
+/// Largest distance of origins from the first one in a local frame, as a share of the distance to
+/// the light.
 const MAX_LATERAL_RATIO: f32 = 0.25;
 
-/// Least ratio of the way to the light and the growth of boxes. Below it a frame culls too little
-/// to be of use. A local frame is wrong if 4uS, some eighth of the growth, comes near 3/4 of D.
+/// Smallest ratio of the distance to the light and the growth of boxes. Below it a frame culls too
+/// little to be useful. A local frame is wrong if 4uS, some eighth of the growth, comes near 3/4 of
+/// D.
 const MIN_LIGHT_DISTANCE_RATIO: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
@@ -135,7 +136,7 @@ const LOCAL_MARGIN: f32 = 448.0;
 pub(super) struct BeamSpace {
     /// The dominant axis, and the two others.
     pub(super) axes: [usize; 3],
-    /// 1 if the beam goes up the dominant axis on its way from the apex, −1 if down.
+    /// 1 if the beam goes up the dominant axis, away from the apex, −1 if down.
     pub(super) sign: f32,
     pub(super) center: [f32; 3],
     /// Sum of the largest coordinates of scene and origins.
@@ -152,7 +153,7 @@ pub(super) struct BeamSpace {
     w: [f32; 2],
     /// Growth of boxes on each side.
     box_epsilon: f32,
-    /// Least depth.
+    /// Smallest depth.
     pub(super) min_depth: f32,
     /// Term that is added to depths at which rays start.
     start: f32,
@@ -257,7 +258,7 @@ impl BeamSpace {
         }
     }
 
-    /// A local frame for rays that go to a light at `way` from the centre. It is `distance` away
+    /// A local frame for rays to a light at `way` from the centre. The light is `distance` away
     /// along the dominant axis, or infinitely far.
     fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> BeamSpace {
         let axis = dominant(way);
@@ -292,7 +293,7 @@ impl BeamSpace {
         }
     }
 
-    /// Factor that makes a direction's part along the dominant axis point away from the apex.
+    /// Sign that makes a direction's component along the dominant axis point away from the apex.
     #[inline(always)]
     pub(super) fn depth_per_t(&self) -> f32 {
         if self.ahead { -self.sign } else { self.sign }

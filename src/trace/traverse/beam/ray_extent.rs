@@ -5,8 +5,8 @@ use crate::intersect::shear::Shear;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Native};
 
-/// Least depth along the beam of a direction, as a share of its length. Smaller ones give no
-/// projected direction: 2⁻⁵⁰.
+/// Smallest depth of a direction along the beam, as a share of its length. Smaller ones have no
+/// projection: 2⁻⁵⁰.
 pub(super) const MIN_DEPTH_PER_T: f32 = 1.0 / ((1u64 << 50) as f32);
 
 /// Boxes that overlap a rectangle.
@@ -22,7 +22,7 @@ pub(super) fn meets(seen: &BoxView, around: &[[f32; 2]; 2]) -> u32 {
 pub(super) struct Extent<L> {
     low: [L; 2],
     high: [L; 2],
-    /// Least depth of any ray per unit of distance.
+    /// Smallest depth of any ray per unit of distance.
     depth_per_t: L,
 }
 
@@ -48,14 +48,14 @@ impl<L: Lanes> Extent<L> {
         self.depth_per_t = active.select(self.depth_per_t.min(depth_per_t), self.depth_per_t);
     }
 
-    /// Returns true if it is certain that no ray meets any of some boxes.
+    /// Returns true if certainly no ray hits any of the given boxes.
     #[inline(always)]
     pub(super) fn misses(&self, space: &BeamSpace, seen: &BoxView) -> bool {
         let end = L::splat(MAX_RECT);
         let within = |axis: usize| self.low[axis].gt(-end) & self.high[axis].lt(end);
         let usual = within(0) & within(1) & self.depth_per_t.ge(L::splat(MIN_DEPTH_PER_T));
-        // The extremes of all lanes are taken before they are widened: those of lanes without a ray
-        // are infinite.
+        // The extremes over all lanes are computed before widening, because those of lanes without
+        // a ray are infinite.
         let [wider, share] = space.rect_epsilon;
         let around = [0, 1].map(|axis| {
             let (low, high) = (self.low[axis].min_element(), self.high[axis].max_element());

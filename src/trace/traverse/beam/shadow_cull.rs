@@ -1,7 +1,7 @@
-//! Culling of pairs of a triangle and the shadow rays of a sub-beam, before the test that every
-//! kernel has. It costs a fifth of that test, and most pairs go no further. A ray is culled if it
-//! passes beside the triangle. It is also culled if it starts on that side of the triangle to which
-//! it goes, as it does for the surface that it leaves.
+//! Culling of pairs of a triangle and the shadow rays of a sub-beam, before the test that all
+//! kernels share. It costs a fifth of that test, and most pairs go no further. A ray is culled if
+//! it passes outside the triangle. It is also culled if it starts on the side of the triangle to
+//! which it is heading, as for the surface that it leaves.
 //!
 //! # Why culled rays do not hit
 //!
@@ -11,7 +11,7 @@
 //! |---|---|
 //! | D | sum of the edge functions, linear in p and q |
 //! | N | normal (b − a) × (c − a), turned toward the light |
-//! | \|N\|₁ | sum of the sizes of N's components |
+//! | \|N\|₁ | sum of the magnitudes of N's components |
 //! | o, d | a ray's origin, and its direction over its largest component |
 //! | z | a computed hit's position along d |
 //! | e | distance of P = o + z·d + e of the triangle from the ray at z |
@@ -24,8 +24,8 @@
 //! **Edges.** As in [`super::projection`], with p and q of a ray instead of a rectangle. Their
 //! rounding is the growth of rectangles, times the slopes.
 //!
-//! **Plane.** The weights of the vertices, as computed, are of one sign, so they stand for a point
-//! P of the triangle. N·(P − a) = 0, so N·(o − a) = −z N·d − N·e:
+//! **Plane.** The weights of the vertices, as computed, are of one sign, so they define a point P
+//! of the triangle. N·(P − a) = 0, so N·(o − a) = −z N·d − N·e:
 //!
 //! | inequality | because |
 //! |---|---|
@@ -40,8 +40,8 @@
 //! (1) The method is that of `EdgeDistance` in `crate::intersect::triangle`. (2) D > 3 · 448uRH, so
 //! terms in z > 0 are again below z N·d.
 //!
-//! No ray with N·(o − a) above the sum of these has a hit. The code's bounds but the last
-//! are larger by a quarter and more, which covers their own rounding.
+//! No ray with N·(o − a) above the sum of these has a hit. All bounds in the code except the last
+//! are larger by a quarter or more, which covers their own rounding.
 
 use super::projection::{BeamSpace, TriangleView, ULP};
 use crate::simd::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};

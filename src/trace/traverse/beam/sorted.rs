@@ -1,9 +1,8 @@
 //! The rays of a beam in the order of their projections, so that those of one sub-beam are close to
 //! each other.
 //!
-//! Shadow rays come in the order of the pixels. Neighbours there may lie far apart from the light's
-//! point of view, wherever a surface ends or slants away. Results do not depend on which ray is in
-//! which packet.
+//! Shadow rays come in pixel order. Neighbours may be far apart as seen from the light, wherever a
+//! surface ends or slants away. Results do not depend on which ray is in which packet.
 
 use super::batch::SIZE;
 use super::projection::BeamSpace;
@@ -12,15 +11,14 @@ use crate::packet::{RayPacket, RayQueue};
 use crate::simd::{COLUMN_LANES, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use std::ops::Range;
 
-/// Most rays of a beam.
+/// Maximum number of rays in a beam.
 const RAYS: usize = SIZE * LANES;
 
 /// Squares along each side of the grid by which rays are sorted.
 const GRID: usize = 16;
 const SQUARES: usize = GRID * GRID;
 
-/// Keys of the squares in the order of Hilbert's curve, which goes from neighbour to neighbour and
-/// never jumps.
+/// Keys of the squares in the order of Hilbert's curve, which visits neighbours and never jumps.
 static HILBERT: [u8; SQUARES] = {
     let mut squares = [0; SQUARES];
     let mut k = 0;
@@ -67,7 +65,7 @@ impl Default for Sorted {
 }
 
 impl Sorted {
-    /// Sorts the rays of some packets into the columns.
+    /// Sorts the rays of the given packets into the columns.
     #[inline(never)]
     pub(super) fn take(&mut self, space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) {
         let first = packets.start * LANES;
@@ -159,7 +157,7 @@ fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS]
     let low_lanes = low.map(Native::splat);
     let scale: [Native; 2] =
         std::array::from_fn(|axis| Native::splat((GRID as f32 - 1.0) / (high[axis] - low[axis])));
-    // Adding it rounds to a whole number, which then stands in the last bits.
+    // Adding it rounds to an integer, which ends up in the last bits.
     let whole = Native::splat((1 << 23) as f32);
     let mut keys = [0; RAYS];
     for (keys, point) in keys.as_chunks_mut::<NATIVE>().0.iter_mut().zip(&points) {

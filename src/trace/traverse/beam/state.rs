@@ -1,4 +1,4 @@
-//! State of a beam's traversal, which blocks that wait for their tests share with it.
+//! State of a beam's traversal, shared with the deferred blocks.
 
 use super::batch::BeamGroup;
 use super::projection::BeamSpace;
@@ -25,7 +25,7 @@ pub(super) struct BeamTraversal<'d, 'a, L: Lanes, G, T> {
 }
 
 impl<L: Lanes, G: Query<L>, T> BeamTraversal<'_, '_, L, G, T> {
-    /// Shortens the search of sub-beams of which a ray hit something.
+    /// Shortens the search of sub-beams in which a ray hit something.
     #[inline(always)]
     pub(super) fn refresh_depths(&mut self, mut touched: u64) {
         while touched != 0 {

@@ -6,18 +6,18 @@ use super::ray_extent::{MIN_DEPTH_PER_T, meets};
 use super::shadow_cull::ShadowCull;
 use crate::simd::{COLUMN_LANES, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 
-/// Most sub-beams of a beam: a bit each.
+/// Maximum number of sub-beams in a beam: one bit each.
 pub(super) const MAX_SUB_BEAMS: usize = COLUMN_LANES;
 
-/// Greatest width of a sub-beam, in units of the median width. A wider one is split between its
+/// Maximum width of a sub-beam, in units of the median width. A wider one is split between its
 /// rays: its rays straddle a silhouette, and the rectangle would be tested against everything in
 /// between.
 const MAX_WIDTH_RATIO: f32 = 4.0;
 
-/// Greatest width of any sub-beam, in units of the apex's distance.
+/// Maximum width of any sub-beam, in units of the apex's distance.
 const MIN_SPLIT_WIDTH: f32 = 0.02;
 
-/// Most parts into which a packet is split.
+/// Maximum number of parts into which a packet is split.
 const MAX_SPLITS: usize = 4;
 
 type SubBeamColumn = [f32; MAX_SUB_BEAMS];
@@ -43,9 +43,9 @@ pub(super) struct SubBeams {
     /// Middles and half widths of the rectangles, for triangles.
     mid: [SubBeamColumn; 2],
     half: [SubBeamColumn; 2],
-    /// Greatest depth to which any ray of each sub-beam still searches.
+    /// Largest depth to which any ray of each sub-beam still searches.
     far: SubBeamColumn,
-    /// Greatest depth per unit of distance of any ray of each sub-beam.
+    /// Largest depth per unit of distance of any ray of each sub-beam.
     depth_per_t: SubBeamColumn,
     /// Lanes of the packet in each sub-beam.
     lanes: [u32; MAX_SUB_BEAMS],
@@ -193,8 +193,8 @@ impl SubBeams {
         self.count += 1;
     }
 
-    /// Measures all packets of a beam first, to find the bound on the width of sub-beams. It is for
-    /// rays to a light; camera rays have a fixed bound.
+    /// Measures all packets of a beam to find the bound on the width of sub-beams, for rays to a
+    /// light; camera rays have a fixed bound.
     #[inline(always)]
     pub(super) fn look_at<L: Lanes>(&mut self, space: &BeamSpace, all: &[[L; 3]]) {
         if !space.ahead {
@@ -291,13 +291,13 @@ impl SubBeams {
         &self.around
     }
 
-    /// Boxes that any sub-beam may meet.
+    /// Boxes that any sub-beam may hit.
     #[inline(always)]
     pub(super) fn any_meets(&self, seen: &BoxView) -> u32 {
         meets(seen, &self.around)
     }
 
-    /// Sub-beams, out of `of`, that may meet a box.
+    /// Sub-beams, out of `of`, that may hit a box.
     #[inline(always)]
     pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; NATIVE]; 5], lane: usize) -> u64 {
         let [low_p, high_p, low_q, high_q, near] =
@@ -324,8 +324,8 @@ impl SubBeams {
         met & of
     }
 
-    /// Number of runs of lanes that hold all sub-beams. Those beyond the last are stale, and in no
-    /// mask.
+    /// Number of runs of lanes that hold all sub-beams. Lanes beyond the last sub-beam are stale,
+    /// but in no mask.
     #[inline(always)]
     fn runs<L: Lanes>(&self) -> usize {
         self.count.div_ceil(L::PACKETS * LANES)
@@ -348,7 +348,7 @@ impl SubBeams {
         (inside & self.reaches(k, &seen.own)).bits()
     }
 
-    /// Triangles that any of a sub-beam's rays may hit, as far as the culling data tell.
+    /// Triangles that any of a sub-beam's rays may hit, according to the culling data.
     #[inline(always)]
     pub(super) fn may_hit(&self, sub_beam: usize, cull: &ShadowCull, own: &BoxView) -> u32 {
         let k = sub_beam % MAX_SUB_BEAMS;

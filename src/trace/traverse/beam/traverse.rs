@@ -13,7 +13,7 @@ use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::traverse::counters::Counters;
 use crate::traverse::query::Query;
 
-/// A child that some sub-beams may still meet.
+/// A child that some sub-beams may still hit.
 #[derive(Clone, Copy)]
 struct BeamStackEntry {
     sub_beams: u64,
@@ -38,7 +38,7 @@ impl Stack {
 }
 
 impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
-    /// Visits the nodes and leaves that the sub-beams meet, front to back.
+    /// Visits the nodes and leaves that the sub-beams hit, front to back.
     #[inline(never)]
     pub(super) fn traverse(mut self, stack: &mut Stack, deferred: &mut DeferredBlocks<'a>) {
         let entries = &mut stack.0[..];
@@ -92,7 +92,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         }
     }
 
-    /// Writes the children that sub-beams may meet, the nearest last, and returns their number.
+    /// Writes the children that sub-beams may hit, the nearest last, and returns their number.
     #[inline(always)]
     fn node(&mut self, node: &WideNode, mask: u64, above: &mut [BeamStackEntry]) -> usize {
         let seen = self.space.boxes(&node.boxes.map(|c| c.map(Native::new)));
@@ -109,8 +109,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         };
         let up = self.space.sign > 0.0;
         if left != 0 {
-            // It is visited first, and at once; a prefetch now may finish while the stack is
-            // written.
+            // It is visited next, at once; a prefetch now may complete while the stack is written.
             let nearest = children[last(order, !up) as usize % NATIVE];
             self.prefetch(node.children[usize::from(nearest) % NATIVE]);
         }
@@ -138,7 +137,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         count
     }
 
-    /// Prefetches the target of a child. A deferred block is prefetched when it begins to wait.
+    /// Prefetches the target of a child. A deferred block is prefetched when it is deferred.
     #[inline(always)]
     fn prefetch(&self, code: u32) {
         if G::FRONT_TO_BACK {

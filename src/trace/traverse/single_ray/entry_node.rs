@@ -1,7 +1,7 @@
-//! A root of their own for short rays that start close together: the nodes that all of them would
-//! pass on their way down are opened once for all (Reshetov, Soupikov and Hurley, "Multi-Level Ray
-//! Tracing Algorithm", 2005, whose entry point is one node for a frustum; here it is a node made of
-//! the children, of any level, whose boxes meet the rays' common box).
+//! A separate root for short rays that start close together: the nodes that all of them would
+//! descend through are opened once for all (Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing
+//! Algorithm", 2005, whose entry point is one node for a frustum; here it is a node made of the
+//! children, of any level, whose boxes meet the rays' common box).
 
 use crate::bvh::{ChildRef, WideBvh, WideNode};
 use crate::packet::RayQueue;
@@ -9,23 +9,23 @@ use crate::simd::{F32x8, LaneMask, Lanes, Mask8, NATIVE, Native};
 use crate::traverse::counters::Counters;
 use std::ops::Range;
 
-/// Box around some segments: lower and upper corner.
+/// Box around segments: lower and upper corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SegmentBox([[f32; 3]; 2]);
 
 /// Padding of a box around segments, as a share of its coordinates and of its extents. A hit counts
-/// only within the ray's interval in the primitive's own box, so its exact point lies in that box
-/// but for a few roundings of the way to it, and in this one but for a few of its end's: each of
-/// them 2⁻²⁴ of a coordinate or of an extent. This is 160 of them.
+/// only within the ray's interval in the primitive's own box. So its exact point lies in that box
+/// up to a few roundings of the distance to it, and in this box up to a few roundings of the ray's
+/// end: each of them 2⁻²⁴ of a coordinate or of an extent. This is 160 of them.
 const PADDING: f32 = 1e-5;
 
 impl SegmentBox {
-    /// The box around the rays of some packets, from their origins to `tmax`; none if it is not
-    /// finite.
+    /// The box around the rays of the given packets, from their origins to `tmax`; none if it is
+    /// not finite.
     pub(super) fn around(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<SegmentBox> {
         let (infinity, tmax) = (F32x8::splat(f32::INFINITY), F32x8::splat(tmax));
         let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
-        // A NaN would not stay in a minimum.
+        // A minimum would drop a NaN.
         let mut finite = Mask8::splat(true);
         for packet in packets {
             let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
@@ -63,13 +63,12 @@ impl SegmentBox {
     }
 }
 
-/// Most nodes that are opened beside the root. Each is some lines of memory that nothing waits for
-/// beside, and what lies deeper is met by few of the rays.
+/// Maximum number of nodes opened besides the root. Each is several cache lines, fetched with no
+/// other work to overlap, and few of the rays reach deeper nodes.
 const MAX_OPENED: usize = 8;
 
-/// Most children of the root that may meet the box of rays that begin elsewhere. If it meets more,
-/// it is so large that most of what is below it would be visited anyway
-/// (`perf/notes/single-rays.md`).
+/// Maximum number of the root's children that may overlap the rays' box. If it overlaps more, it is
+/// so large that most nodes below would be visited anyway (`perf/notes/single-rays.md`).
 const MAX_OF_ROOT: usize = NATIVE / 2;
 
 /// Code of the tree's root.
@@ -89,10 +88,10 @@ impl EntryNode {
         }
     }
 
-    /// Gathers the children that meet a box. From the root on, a child that is a node is replaced
-    /// by those of its own children that meet the box, if there is room for them. Returns the code
-    /// of the node where rays in the box begin, this one or the tree's root; none if nothing is
-    /// met.
+    /// Gathers the children that overlap a box. From the root on, a child that is a node is
+    /// replaced by those of its own children that overlap the box, if there is room for them.
+    /// Returns the code of the node where rays in the box begin, this one or the tree's root; none
+    /// if nothing overlaps.
     pub(super) fn gather(
         &mut self,
         wide: &WideBvh,
@@ -125,7 +124,7 @@ impl EntryNode {
         (self.len > 0).then_some(ChildRef::ELSEWHERE)
     }
 
-    /// Appends some children of a node.
+    /// Appends the selected children of a node.
     fn append(&mut self, from: &WideNode, lanes: u32) {
         for lane in (0..NATIVE).filter(|lane| lanes >> lane & 1 == 1) {
             self.put(self.len, from, lane);

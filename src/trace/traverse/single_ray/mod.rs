@@ -3,9 +3,9 @@
 //!
 //! Divergent rays share neither nodes nor leaves, and most lanes of a packet would idle. The
 //! children of one node fill all lanes. A single ray waits for memory and for the result of its
-//! last comparison. So a dozen and more rays advance side by side in rounds: first those at nodes,
-//! then those at blocks, and each a little later to its next row. A round begins where the one
-//! before ends. While one ray waits, another's data arrive. Nothing branches on the result of a box
+//! last comparison. So a dozen or more rays advance side by side in rounds: first those at nodes,
+//! then those at blocks, and each a little later to its next row. A round begins where the previous
+//! one ends. While one ray waits, another's data arrive. Nothing branches on the result of a box
 //! test. All children are written above the stack's top, the hit ones first, and the top moves by
 //! their number.
 
@@ -33,12 +33,12 @@ use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleQuery}
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Most rays in flight.
+/// Maximum number of rays in flight.
 const MAX_IN_FLIGHT: usize = 32;
 
-/// Rays in flight on this machine: all, or half of them if the rows that all rays read, and as many
-/// that they have prefetched, would fill the nearest cache. With sixteen children a row these are
-/// 32 KiB (`perf/notes/single-rays.md`, fifth and sixth round).
+/// Rays in flight on this machine: the maximum, or half of it if the rows that all rays read, and
+/// the same number of prefetched rows, would fill the nearest cache. With sixteen children per row
+/// that is 32 KiB (`perf/notes/single-rays.md`, fifth and sixth round).
 fn rays_in_flight() -> usize {
     static RAYS_IN_FLIGHT: OnceLock<usize> = OnceLock::new();
     *RAYS_IN_FLIGHT.get_or_init(|| {
@@ -50,12 +50,13 @@ fn rays_in_flight() -> usize {
     })
 }
 
-/// Least packets for which an [`EntryNode`] is made: it takes as long as a hundred nodes of rays.
+/// Minimum number of packets for which an [`EntryNode`] is built: it takes as long as visiting a
+/// hundred nodes.
 const MIN_ENTRY_PACKETS: usize = 16;
 
-/// Turns after which a ray goes on to its next row. If it went on at once, it would wait for the
-/// values that its turn has just written. If all rays went on after the last turn, they would fetch
-/// all their rows at once, more than a core has buffers for.
+/// Turns after which a ray continues to its next row. If it continued at once, it would wait for
+/// the values that its turn has just stored. If all rays continued after the last turn, they would
+/// fetch all their rows at once, more than a core has buffers for.
 const PIPELINE_DELAY: usize = 2;
 
 /// Traces single rays of a queue, and counts by `T`.
@@ -77,7 +78,7 @@ pub(super) struct SingleRays<'a, T = PacketCount> {
 impl<'a, T: Counters> SingleRays<'a, T> {
     pub(super) fn new(bvh: &'a Bvh) -> SingleRays<'a, T> {
         let wide = bvh.wide();
-        // A node pops one entry and writes as many as it has children.
+        // A node pops one entry and pushes one per child.
         let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
         let state = |k: usize| RayState::idle(k * room);
         SingleRays {
@@ -99,7 +100,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         mut source: RayStream<'_, '_, impl Iterator<Item = usize>>,
         mut done: impl FnMut(&RayState),
     ) {
-        // Rays that have gone on to their next row, and those of them for which it is a leaf.
+        // Rays that have continued to their next row, and those of them for which it is a leaf.
         let (mut waiting, mut at_leaves) = (RayMask::EMPTY, RayMask::EMPTY);
         for k in 0..self.rays_in_flight {
             if source.next(&mut self.states[k], &mut self.counters) {
@@ -107,7 +108,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             }
         }
         let (mut nodes, mut leaves) = (RayMask::EMPTY, RayMask::EMPTY);
-        // Rays whose turn is over and that have not gone on yet, in order.
+        // Rays whose turn is over but that have not continued yet, in order.
         let mut behind = [NO_RAY; PIPELINE_DELAY];
         loop {
             if nodes.is_empty() && leaves.is_empty() {
@@ -178,7 +179,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         };
     }
 
-    /// Code of the node where rays begin that end at `tmax`; none if they meet nothing.
+    /// Code of the node where rays that end at `tmax` begin; none if they hit nothing.
     fn root_of_short(&mut self, rays: &RayQueue, packets: &Range<usize>, tmax: f32) -> Option<u32> {
         if packets.len() < MIN_ENTRY_PACKETS || tmax == f32::INFINITY {
             return Some(ROOT);
@@ -199,7 +200,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         state.top -= 1;
         // SAFETY: `top` entries were written.
         state.current = unsafe { self.stacks.code(state.top) };
-        // It is read when all the other rays have moved, too.
+        // It is read after all the other rays have moved.
         self.rows.prefetch(state.current);
         true
     }

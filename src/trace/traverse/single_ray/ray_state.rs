@@ -11,8 +11,8 @@ use crate::simd::{F32x8, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Data of a ray for its tests, in words of four bytes: those of a packet are made by transposing
-/// columns of lanes to rows. It takes two cache lines, and no word crosses their border.
+/// Test data of a ray, in words of four bytes: those of a packet are made by transposing columns of
+/// lanes to rows. Two cache lines; no word crosses their border.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct SingleRaySetup {
@@ -20,7 +20,7 @@ pub(super) struct SingleRaySetup {
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
-    /// Rows of the planes of a box that are met first and last, by axis: offsets in bytes from the
+    /// Rows of a box's planes that are crossed first and last, by axis: offsets in bytes from the
     /// first, by [`row_offset`].
     pub(super) near: [u32; 3],
     pub(super) far: [u32; 3],
@@ -90,8 +90,9 @@ impl RayState {
         self.ray.up >> (axis & 3) & 1 == 1
     }
 
-    /// The ray's intervals in boxes, whose planes `row` gives by their [`row_offset`]. It is the
-    /// arithmetic of `RaySlabs::intersect_box_same_octant`, with the roles of the lanes exchanged.
+    /// The ray's intervals in boxes, whose planes `row` gives by their [`row_offset`]. The
+    /// arithmetic is that of `RaySlabs::intersect_box_same_octant`, with the roles of the lanes
+    /// exchanged.
     #[inline(always)]
     pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let TInterval {
@@ -204,7 +205,7 @@ impl Pairing<Native> for RayAndBlock<'_> {
         (self.block, None)
     }
 
-    /// Not by a call, for which all registers would be saved.
+    /// Inline, because a call would save all registers.
     #[inline(always)]
     fn to_planes(&self, raw: Native, vague: NativeMask) -> Native {
         let ray = [self.context.ray.org, self.context.ray.dir].map(Vec3::from_array);

@@ -1,4 +1,4 @@
-//! Single rays of a queue, one after the other.
+//! Single rays of a queue, one after another.
 
 use super::ray_state::{RayState, SingleHit, SingleRaySetup, row_offset};
 use crate::intersect::aabb::RaySlabs;
@@ -8,7 +8,7 @@ use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::counters::Counters;
 use bytemuck::Zeroable;
 
-/// Stream of a queue's rays, one after the other; their test data are made packet by packet.
+/// Stream of a queue's rays, one after another; test data are computed packet by packet.
 pub(super) struct RayStream<'q, 'a, I> {
     rays: &'q RayQueue<'a>,
     packets: I,
@@ -17,7 +17,7 @@ pub(super) struct RayStream<'q, 'a, I> {
     root: u32,
     /// Rays of the current packet, by lane.
     ready: [SingleRaySetup; LANES],
-    /// Lanes of the packet that are left.
+    /// Remaining lanes of the packet.
     left: u32,
     packet: usize,
 }
@@ -40,7 +40,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
         }
     }
 
-    /// Puts the next ray at its first node; false if there is none.
+    /// Places the next ray at its first node; false if there is none.
     #[inline(always)]
     pub(super) fn next(&mut self, state: &mut RayState, work: &mut impl Counters) -> bool {
         while self.left == 0 {

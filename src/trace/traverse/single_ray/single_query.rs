@@ -16,11 +16,11 @@ pub(super) trait SingleQuery: Copy {
     /// True if near nodes should be visited first.
     const FRONT_TO_BACK: bool;
 
-    /// Takes the hits of a block's primitives; true if the ray's limit is nearer than before.
+    /// Accepts the hits of a block's primitives; true if the ray's limit is nearer than before.
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool;
 
-    /// Takes what the packet's tests find in a leaf without blocks, for a ray in the first lane;
-    /// true as above.
+    /// Accepts the packet tests' hits in a leaf without blocks, for a ray in the first lane; true
+    /// as above.
     fn other<T: Counters>(self, state: &mut RayState, leaf: LoneLeaf<'_, '_, T>) -> bool;
 }
 
@@ -49,7 +49,7 @@ fn limit(state: &RayState) -> F32x8 {
     first_lane().select(F32x8::splat(state.best.t), inactive_t())
 }
 
-/// The closest hit, or as close with the smallest number.
+/// The closest hit; among equally close ones, the one with the smallest number.
 #[derive(Clone, Copy)]
 pub(super) struct SingleClosest;
 
