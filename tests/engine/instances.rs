@@ -202,7 +202,7 @@ fn a_flat_mesh_stretched_out_of_all_proportion_has_no_holes() {
     }
 }
 
-/// No ray leaves a closed mesh, whatever its placement.
+/// No ray leaves a closed mesh, regardless of its placement.
 #[test]
 fn closed_meshes_stay_closed() {
     let mut rng = Rng::new(74);

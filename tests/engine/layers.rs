@@ -109,7 +109,8 @@ fn layers_tell_what_is_known_of_the_scene() {
     );
 }
 
-/// All light belongs to some path, whatever the sampling; and the number of samples is reported.
+/// All light belongs to some path, regardless of the sampling; and the number of samples is
+/// reported.
 #[test]
 fn light_adds_up_to_radiance() {
     let adaptive = Some(Adaptive { threshold: 0.01 });

@@ -125,7 +125,7 @@ pub struct BvhArrays {
     pub sah: f64,
 }
 
-/// Most bytes of a block.
+/// Maximum number of bytes of a block.
 const BLOCK: usize = 1 << 18;
 
 /// Arrays whose verification as a tree is in progress.

@@ -152,7 +152,8 @@ pub struct Hit {
 
 impl Bvh {
     /// Finds the closest hit of one ray; `None` is a miss. In this and all other queries, triangles
-    /// are hit from both sides, whatever their material: only pictures treat any as single-sided.
+    /// are hit from both sides, regardless of their material: only pictures treat any as
+    /// single-sided.
     ///
     /// Allocates a stack of a few KiB per call. For more than a handful of rays,
     /// [`Bvh::intersect_batch`] is many times as fast and gives the same bits.

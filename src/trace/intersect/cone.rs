@@ -17,9 +17,9 @@
 //!
 //! Half the derivative at a root is b + a·s = ∓√(b² − a·c). Its sign is that of the ray's direction
 //! along the outward normal: −√ is a hit from outside and +√ one from inside, whatever the sign of
-//! a. A ray along the surface's lines has a = 0 and one root at infinity, which is no valid height.
-//! A ray within the surface has a NaN for a root. The mirrored cone beyond the tip lies above or
-//! below the two ends.
+//! a. A ray along the surface's lines has a = 0 and one root at infinity, which is not a valid
+//! height. A ray within the surface has a NaN for a root. The mirrored cone beyond the tip lies
+//! above or below the two ends.
 
 use super::hit::HitCandidate;
 use super::leaf_prim::LeafPrim;

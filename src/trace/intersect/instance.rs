@@ -1,7 +1,7 @@
 //! Instances: rays are transformed into the space of a mesh, and their hits back into the world.
 //!
 //! Directions are transformed without being normalized again, so that distances along the ray are
-//! the same inside and outside, but for rounding. The hit on an instance is the closest hit
+//! the same inside and outside, except for rounding. The hit on an instance is the closest hit
 //! *inside*, by (t, prim_id). Its distance in the world is that t, clamped to the ray's interval in
 //! the instance's own box. A ray that misses that box hits nothing of the instance. With the clamp,
 //! every box around the instance's own is entered no later than the hit (see [`crate::traverse`]):

@@ -17,8 +17,8 @@
 //! its distance is clamped to the ray's interval in that box. The slab test is monotone:
 //! subtraction, multiplication by a constant, min and max all preserve order under rounding. So a
 //! ray that passes a box passes every box around it, with no later entry and no earlier exit. Hence
-//! every ancestor of the primitive is visited with an entry distance not beyond the hit, whatever
-//! the tree: the closest hit is the brute-force one to the bit. This replaces an argument about
+//! every ancestor of the primitive is visited with an entry distance not beyond the hit, regardless
+//! of the tree: the closest hit is the brute-force one bit for bit. This replaces an argument about
 //! error bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order. The padding only
 //! has to make sure that genuine hits pass, and the clamp only ever makes a distance more accurate.
 //!

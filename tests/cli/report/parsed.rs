@@ -16,7 +16,7 @@ pub struct Tag {
 #[derive(Default)]
 pub struct Parsed {
     pub tags: Vec<Tag>,
-    /// All text, but for that of the style sheet.
+    /// All text, except for that of the style sheet.
     pub text: String,
     pub style: String,
 }

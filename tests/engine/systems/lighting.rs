@@ -150,7 +150,7 @@ fn occluders(point: DVec3) {
     assert_eq!(shot(&scene("-3 0 3", "0 0 0", &behind)).0, alone);
 }
 
-/// A light adds nothing if l·ng ≤ 0, and no ray is traced, whatever the interpolated normal.
+/// A light adds nothing if l·ng ≤ 0, and no ray is traced, regardless of the interpolated normal.
 fn lights_behind() {
     for light in [
         "point 1 0 -2 9 9 9",

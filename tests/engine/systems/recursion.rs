@@ -103,7 +103,7 @@ fn materials_that_send_more_than_they_get_end_as_soon() {
         assert_eq!(sent(&both, 9, 0.2), 4, "{w}");
         assert_eq!(sent(&both, 20, 1.0 / 4096.0), 24, "{w}");
     }
-    // Nothing is a part of what is no number.
+    // Nothing is a part of what is not a number.
     let both = "specular 3e38 3e38 3e38\ntransmission 3e38 3e38 3e38";
     assert_eq!((sent(both, 3, 0.0), sent(both, 3, 1e-30)), (6, 0));
     // A material that only mirrors does not fade, and nor does one component that another lets

@@ -222,7 +222,7 @@ fn joints_take_the_nodes_above_them_inside_the_scene_or_not() {
         corners(&far, 0),
         [Vec3::X, Vec3::new(1.0, 2.0, 0.0), Vec3::Y * 3.0].map(|c| c + Vec3::X * 2e6),
     );
-    // On a cycle beside the scene there is no position.
+    // On a cycle next to the scene there is no position.
     file.json["scenes"] = json!([{"nodes": [0]}]);
     file.json["nodes"][1]["children"] = json!([parent]);
     assert!(file.refused()[0].contains("its joint nodes[1] has no position"));

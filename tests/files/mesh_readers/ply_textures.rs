@@ -333,7 +333,7 @@ fn what_is_not_shown_is_said_and_costs_nothing() {
 
 #[test]
 fn coordinates_of_corners_count_against_the_memory() {
-    // Two bytes a corner become more than eight.
+    // Two bytes per corner become more than eight.
     let faces = 50_000;
     let elements = format!(
         "{VERTICES}element face {faces}\nproperty list uchar uchar vertex_indices\n\

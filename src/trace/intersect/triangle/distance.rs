@@ -12,7 +12,7 @@
 //! | Z | the largest depth |
 //! | H | the largest difference between depths |
 //! | D | the magnitude of the sum of the edge functions |
-//! | s | the sum of the depths weighed by them: the depth is s/D |
+//! | s | the sum of the depths weighted by them: the depth is s/D |
 //!
 //! | error | at most | because |
 //! |---|---|---|

@@ -104,7 +104,7 @@ fn overflowing() -> ([Vec3; 3], RayPacket) {
 }
 
 /// A needle across the z axis, and rays along it at the needle's edges, from so close that most of
-/// it is beside them.
+/// it is next to them.
 fn needle_ahead(size: f32, from: &mut RandomSource) -> ([Vec3; 3], RayPacket) {
     let at = from.position() * size;
     let along = (from.position() * size).with_z(0.0);
