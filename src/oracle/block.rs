@@ -1,4 +1,4 @@
-//! Blocks of pixels that get as many samples as they need.
+//! Renders blocks of pixels, each with as many samples as it needs.
 
 use super::Oracle;
 use super::pixel::{OraclePixel, OraclePixelAccumulator};
@@ -27,8 +27,8 @@ impl Oracle<'_> {
         }
     }
 
-    /// Renders a block whose only random choices are the camera rays' positions in their pixels,
-    /// with as many samples as the pixels' parts need.
+    /// Renders a block in which only the positions of camera rays within their pixels are random,
+    /// with as many samples as the cells of the pixels need.
     fn block_by_cells(
         &mut self,
         camera: &Camera,
@@ -79,8 +79,8 @@ impl Oracle<'_> {
         places.map(pixel).collect()
     }
 
-    /// Renders a block with other random choices than the camera rays' positions in their pixels,
-    /// with as many samples as each pixel needs.
+    /// Renders a block in which more is random than the positions of camera rays within their
+    /// pixels, with as many samples as each pixel needs.
     fn block_by_pixels(
         &mut self,
         camera: &Camera,

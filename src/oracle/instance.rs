@@ -1,11 +1,12 @@
-//! Instances: the objects that they are in the world, and rays in the space of their meshes.
+//! Instances: their numbers and boxes as objects of the world, and rays in the space of their
+//! meshes.
 
 use super::intersect::OracleRay;
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
 
-/// The objects of the world by number: primitives that belong to no mesh, then instances, from the
-/// number of primitives on.
+/// Numbers of the world's objects: first the primitives outside of meshes; instances are numbered
+/// from the number of primitives on.
 pub(super) fn world_objects(scene: &Scene) -> impl Iterator<Item = u32> {
     let prims = scene.prim_count() as u32;
     let instances = prims..prims + scene.instances.len() as u32;

@@ -1,6 +1,6 @@
-//! The scalar tracer: one ray at a time, recursively, as the design document writes it
-//! (M. Bontje, "Raytracer technical design document", 2016). It is a second, plainer implementation
-//! of the same arithmetic, with a tree of its own, that proves the packet engine bit by bit.
+//! The scalar tracer: one ray at a time, recursively, as in the design document (M. Bontje,
+//! "Raytracer technical design document", 2016). It is a second, plainer implementation of the same
+//! arithmetic, with a tree of its own, that proves the packet engine bit by bit.
 //!
 //! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
 //! `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
@@ -36,7 +36,7 @@ use shading::{OracleMaterial, SampleSeed};
 use shadow_cache_cursor::ShadowCacheCursor;
 use whitted::{PathSegment, WhittedIntegrator};
 
-/// The scalar tracer: the answer that every other is compared with.
+/// The scalar tracer: the reference for all other results.
 ///
 /// ```
 /// use glam::Vec3;
@@ -56,9 +56,9 @@ use whitted::{PathSegment, WhittedIntegrator};
 /// ```
 pub struct Oracle<'a> {
     integrator: WhittedIntegrator<'a>,
-    /// Reach of ambient occlusion rays, if it is rendered in place of shading.
+    /// Length of ambient occlusion rays, if ambient occlusion replaces shading.
     ao_distance: Option<f32>,
-    /// Identifiers of the surfaces that camera rays see, if these surfaces are wanted.
+    /// Identifiers of the surfaces that camera rays see, if mattes are requested.
     mattes: Option<&'a MatteIds>,
 }
 
@@ -87,7 +87,7 @@ pub fn camera_ray(
 
 impl<'a> Oracle<'a> {
     /// Makes an oracle for a valid scene. `max_depth` counts bounces after the primary ray, and
-    /// matters to pictures alone. [`Oracle`] has an example.
+    /// only affects pictures. [`Oracle`] has an example.
     pub fn new(scene: &'a Scene, search: OracleSearch<'a>, max_depth: u32) -> Oracle<'a> {
         Oracle {
             integrator: WhittedIntegrator::new(SceneSearch::new(scene, search), max_depth),
@@ -107,8 +107,8 @@ impl<'a> Oracle<'a> {
         Oracle { mattes, ..self }
     }
 
-    /// Replaces shading by ambient occlusion: a hit is white if one ray from it hits nothing within
-    /// `reach`, and else black.
+    /// Replaces shading by ambient occlusion: a hit is white if a single ray from it hits nothing
+    /// within `reach`, and black otherwise.
     pub fn with_ambient_occlusion(self, reach: f32) -> Oracle<'a> {
         Oracle {
             ao_distance: Some(reach),
@@ -116,7 +116,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Limits bounces to those whose product of the weights along the path is at least this in some
+    /// Drops bounces for which the product of the weights along the path is below this in every
     /// component.
     pub fn with_min_weight(mut self, min_weight: f32) -> Oracle<'a> {
         self.integrator.min_weight = min_weight;
@@ -178,7 +178,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// The surfaces that a camera ray sees, from its hit on. To ambient occlusion, all are whole.
+    /// The surfaces that a camera ray sees, from its hit on. For ambient occlusion, all are opaque.
     fn surfaces_along(&self, ray: &OracleRay, hit: Option<OracleHit>) -> Vec<SurfaceShare> {
         let Some(mattes) = self.mattes else {
             return Vec::new();
@@ -201,7 +201,7 @@ impl<'a> Oracle<'a> {
         (surface, material.kd, self.scene().prim_material(prim))
     }
 
-    /// White if one ray from the hit meets nothing within `reach`.
+    /// White if a single ray from the hit meets nothing within `reach`.
     fn ao_visibility(
         &mut self,
         ray: &OracleRay,

@@ -1,5 +1,4 @@
-//! Surfaces that are only partly there, as rays meet them: hit after hit, in the order of
-//! (t, prim_id).
+//! Rays through partly transparent surfaces: hit after hit, in the order of (t, prim_id).
 
 use super::intersect::{OracleHit, OracleRay};
 use super::search::SceneSearch;
@@ -7,8 +6,8 @@ use glam::Vec3;
 use phalanx_scene::{MIN_SURFACE_SHARE, SurfaceHit};
 use std::vec;
 
-/// Hits that are searched for one by one. Rays that meet more find the rest in one search, so that
-/// n surfaces in one place do not take n searches.
+/// Number of hits that are searched for one by one. Rays with more hits find the rest in one
+/// search, so that n surfaces in one place do not take n searches.
 const SINGLE_STEPS: u32 = 8;
 
 /// A ray on its way from hit to hit.
@@ -23,7 +22,7 @@ struct OracleHitWalk<'a> {
 }
 
 impl<'a> OracleHitWalk<'a> {
-    /// A walk over the hits after `after`; from the origin on without one.
+    /// A walk over the hits after `after`, or over all hits if that is `None`.
     fn new(
         search: &'a SceneSearch<'a>,
         ray: &'a OracleRay,
@@ -63,8 +62,8 @@ impl Iterator for OracleHitWalk<'_> {
 }
 
 impl SceneSearch<'_> {
-    /// The closest hit on a surface that is there, after the hit `passed` by (t, prim_id); from the
-    /// origin on without one. Surfaces of no coverage and unseen backs are passed.
+    /// The closest hit with any coverage after the hit `passed` by (t, prim_id), or of all hits if
+    /// that is `None`. Skips surfaces without coverage and invisible backs.
     pub(super) fn closest_there(
         &self,
         ray: &OracleRay,
@@ -73,7 +72,7 @@ impl SceneSearch<'_> {
         self.next_there(&mut OracleHitWalk::new(self, ray, passed), passed)
     }
 
-    /// The next hit of a walk on a surface that is there, where the one before is `passed`.
+    /// The next hit of a walk with any coverage, after the hit `passed`.
     fn next_there(
         &self,
         walk: &mut OracleHitWalk,

@@ -10,7 +10,7 @@ pub(super) struct RadianceParts {
     pub(super) direct: Vec3,
     pub(super) reflection: Option<Vec3>,
     pub(super) refraction: Option<Vec3>,
-    /// Light that comes through the hit, where its surface is not.
+    /// Light that passes through the hit, where the surface is not fully opaque.
     pub(super) passed: Option<Vec3>,
 }
 
@@ -24,8 +24,8 @@ impl RadianceParts {
             .fold(self.direct, |sum, part| sum + part)
     }
 
-    /// Direct, reflected and refracted light, with that which passed; black for parts that do not
-    /// exist.
+    /// Direct, reflected and refracted light, the last with the light that passed; black for parts
+    /// that do not exist.
     pub(super) fn all(&self) -> [Vec3; 3] {
         [
             self.direct,
@@ -41,7 +41,7 @@ pub(super) struct OracleSample {
     pub(super) hit: Option<OracleHit>,
     pub(super) light: RadianceParts,
     pub(super) weight: f32,
-    /// All surfaces that the ray sees, if they are wanted.
+    /// All surfaces that the ray sees, if mattes are requested.
     pub(super) surfaces: Vec<SurfaceShare>,
 }
 
@@ -50,13 +50,13 @@ pub(super) struct OracleSample {
 pub struct OraclePixel {
     /// Mean radiance.
     pub radiance: Vec3,
-    /// Direct, reflected and refracted light, each with a mean of its own.
+    /// Mean direct, reflected and refracted light.
     pub light: [Vec3; 3],
     /// First camera ray, and its hit.
     pub first: Option<(OracleRay, Option<OracleHit>)>,
     /// Number of camera rays.
     pub samples: u32,
-    /// Surfaces that all camera rays see; without any where they are not wanted.
+    /// Surfaces that all camera rays see; empty unless mattes are requested.
     pub coverage: PixelCoverage,
 }
 

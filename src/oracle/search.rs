@@ -1,6 +1,5 @@
-//! The search for hits among the objects of the world, instances among them: through trees, or one
-//! object after the other. The argument why no instance's hit is lost stands in
-//! `trace::intersect::instance`.
+//! The search for hits among the objects of the world, instances included: through trees, or one
+//! object after the other. `trace::intersect::instance` explains why no hit on an instance is lost.
 
 use super::instance::{instance_boxes, to_object, world_objects};
 use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
@@ -18,14 +17,14 @@ pub enum OracleSearch<'a> {
     BruteForce,
 }
 
-/// A scene with the method by which it is searched.
+/// A scene and its search method.
 pub(super) struct SceneSearch<'a> {
     pub(super) scene: &'a Scene,
     search: OracleSearch<'a>,
     /// Padded boxes of the instances.
     instance_boxes: Cow<'a, [Bounds]>,
-    /// True if the scene has surfaces that are only partly there, backs that are not seen, or
-    /// surfaces that pass light.
+    /// True if the scene has surfaces that are partly transparent, invisible from behind, or let
+    /// light through.
     pub(super) has_coverage: bool,
     pub(super) has_unseen_backs: bool,
     pub(super) has_clear_shadows: bool,
@@ -79,7 +78,7 @@ impl<'a> SceneSearch<'a> {
     /// All hits after another, in the order of (t, prim_id).
     pub(super) fn all_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Vec<OracleHit> {
         let mut all = Vec::new();
-        // Nothing is the best, so that nothing ends the search.
+        // There is never a best hit, so that nothing ends the search early.
         self.hits_after(ray, after, |hit, _| {
             all.extend(hit.is_after(after).then_some(hit));
         });
@@ -145,8 +144,8 @@ impl<'a> SceneSearch<'a> {
         };
         match self.search {
             OracleSearch::Tree(bvh) => {
-                // Hits inside count by their clamped distances: from the end of the interval on,
-                // any may matter.
+                // Hits inside count by their clamped distances: beyond the end of the interval, any
+                // of them may matter.
                 let within = |best: &Option<OracleHit>| best.filter(|b| b.t < interval.tfar);
                 let mut nearest = within(best);
                 let limit = nearest.map_or(f32::INFINITY, |b| b.t);
@@ -179,7 +178,7 @@ impl<'a> SceneSearch<'a> {
         }
     }
 
-    /// Replaces `best` if the object is hit closer, or as close with a smaller number.
+    /// Replaces `best` if the hit on this object is closer, or equally close with a smaller number.
     fn update_closest(&self, setup: &OracleRaySetup, object: u32, best: &mut Option<OracleHit>) {
         match object.checked_sub(self.scene.prim_count() as u32) {
             None => setup.update_closest(self.scene, object, best),
@@ -235,7 +234,7 @@ impl<'a> SceneSearch<'a> {
     /// Interval of a ray in an instance's box; none if it does not cross it ahead of its origin.
     fn interval_in(&self, instance: usize, setup: &OracleRaySetup) -> Option<OracleInterval> {
         let interval = setup.intersect_box(&self.instance_boxes[instance]);
-        // As in `trace`: an interval with a NaN holds nothing.
+        // As in `trace`: an interval with a NaN is empty.
         (interval.tnear <= interval.tfar && interval.tfar > 0.0).then_some(interval)
     }
 

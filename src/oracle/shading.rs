@@ -41,7 +41,7 @@ impl OracleMaterial {
         }
     }
 
-    /// Divisor of Ks and Kt in the share of its camera ray that a bounce carries.
+    /// Divisor of Ks and Kt for the share of its camera ray that a bounce carries.
     pub(super) fn secondary_weight(&self) -> Vec3 {
         let both = self.ks.abs() + self.kt.abs();
         Vec3::new(max(both.x, 1.0), max(both.y, 1.0), max(both.z, 1.0))
@@ -290,7 +290,7 @@ pub(super) struct Lit<'m> {
     pub(super) coverage: f32,
 }
 
-/// Part of a spot light's light in a direction; explained in `shade`.
+/// Share of a spot light's light in a direction; explained in `shade`.
 fn spot(scene: &Scene, light: usize, to_light: Vec3) -> f32 {
     let cos = -to_light.dot(scene.lights.axis.get(light));
     let cone = scene.lights.cone.get(light);
@@ -374,7 +374,7 @@ fn to_world_direction(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// Reflects a direction by the geometric surface, unless it lies on the same side of it as `inner`.
+/// Mirrors a direction at the geometric surface, unless it is on the same side as `inner`.
 fn mirror_into_hemisphere(at: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
     let along = dir.dot(at.ng);
     match (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {

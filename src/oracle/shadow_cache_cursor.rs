@@ -1,4 +1,4 @@
-//! Visibility of the lights for a sample that halves a cell: known results from the samples around
+//! Visibility of the lights for a sample that splits a cell: known results from the samples around
 //! it, and its own results.
 
 use glam::Vec3;
@@ -32,7 +32,7 @@ impl<'c> SampleVisibility<'c> {
 
 /// A cursor at one hit of a sample.
 pub(super) struct ShadowCacheCursor<'s, 'c> {
-    /// The sample; `None` where nothing is reused and nothing stored.
+    /// The sample; `None` if nothing is reused or stored.
     sample: Option<&'s mut SampleVisibility<'c>>,
     hit: usize,
     /// Path to the hit before, and from [`ShadowCacheCursor::begin_hit`] on to this one.
@@ -61,8 +61,8 @@ impl<'s, 'c> ShadowCacheCursor<'s, 'c> {
         sample.visibility[self.hit].path_id = self.path_id;
     }
 
-    /// Returns true if a light that would contribute `radiance` is visible from the hit: as stored,
-    /// if that may be reused, or else as `trace` finds, and stores the result.
+    /// Returns true if a light that would contribute `radiance` is visible from the hit: from the
+    /// cache if it may be reused, otherwise from `trace`. Stores the result.
     pub(super) fn is_visible(
         &mut self,
         light: usize,
@@ -83,12 +83,12 @@ impl<'s, 'c> ShadowCacheCursor<'s, 'c> {
         visible
     }
 
-    /// A cursor at the hit of a bounce that a camera ray's hit sends on. Later hits share nothing.
+    /// A cursor at the hit of a bounce from a camera ray's hit. Later hits share nothing.
     pub(super) fn child(&mut self, bounce: BounceKind) -> ShadowCacheCursor<'_, 'c> {
         let hit = match bounce {
             BounceKind::Mirror => 1,
             BounceKind::Refracted => 2,
-            // Nothing is stored behind a surface that is partly there.
+            // Nothing is stored behind a partly transparent surface.
             BounceKind::Passed => return ShadowCacheCursor::NONE,
         };
         ShadowCacheCursor {

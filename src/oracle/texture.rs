@@ -1,5 +1,5 @@
-//! The colour of texture and vertices at one hit; explained in `shade`, where it is written for
-//! eight.
+//! The colour of texture and vertices at one hit; explained in `shade`, which computes eight at a
+//! time.
 
 use super::intersect::OracleHit;
 use glam::Vec3;

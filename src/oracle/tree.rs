@@ -1,7 +1,7 @@
 //! The oracle's own tree: a binary hierarchy built by binned surface area heuristic (Wald, "On Fast
 //! Construction of SAH-based Bounding Volume Hierarchies", 2007) and traversed one ray at a time.
-//! It differs from the packet engine's tree on purpose. That is part of the proof: no picture may
-//! depend on the tree.
+//! It differs from the packet engine's tree on purpose, as part of the proof that no picture
+//! depends on the tree.
 
 use super::intersect::{OracleHit, OracleInterval, OracleRaySetup, min};
 use glam::Vec3;
@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// Buckets per axis of the builder.
 const BINS: usize = 16;
-/// Most primitives in a leaf, unless they cannot be separated.
+/// Maximum number of primitives in a leaf, unless they cannot be separated.
 const MAX_LEAF_PRIMS: usize = 4;
 /// Depth from which nodes are halved by count, so that no path is deeper than [`MAX_DEPTH`].
 const MAX_SAH_DEPTH: usize = 32;
@@ -36,8 +36,8 @@ pub struct TwoLevelBvh {
 }
 
 impl TwoLevelBvh {
-    /// Builds the trees of a scene, on one thread. The scene must be valid, and stay as it is while
-    /// the trees are used.
+    /// Builds the trees of a scene, on one thread. The scene must be valid, and must not change
+    /// while the trees are in use.
     ///
     /// ```
     /// use phalanx_oracle::TwoLevelBvh;
@@ -210,8 +210,8 @@ impl OracleTree {
     }
 
     /// Visits the leaves that a ray may meet within `reach`, nearer ones first, until `leaf`
-    /// returns true. It may lower the end. A box that the ray has left before the start holds
-    /// nothing: each box is left no earlier than the hits in it are met.
+    /// returns true. `leaf` may lower the end. A box that the ray leaves before the start cannot
+    /// contain a hit: no hit in a box comes after the ray leaves it.
     fn walk(
         &self,
         setup: &OracleRaySetup,

@@ -1,4 +1,4 @@
-//! The light along a ray, with its bounces: Whitted's recursion, as the design document has it
+//! The light along a ray, with its bounces: Whitted's recursion, as in the design document
 //! ("Recursive shading model"). It uses a stack of its own, because the thread's stack would not
 //! hold bounces of any depth.
 
@@ -17,12 +17,12 @@ use std::iter::Flatten;
 pub(super) struct WhittedIntegrator<'a> {
     pub(super) search: SceneSearch<'a>,
     max_depth: u32,
-    /// Least share of its camera ray that a ray must have in some component to be traced; if 0, all
-    /// rays are traced.
+    /// Minimum share of its camera ray that a ray must have in some component to be traced; at 0,
+    /// all rays are traced.
     pub(super) min_weight: f32,
     /// True if camera rays do not see the background.
     pub(super) hides_background: bool,
-    /// The bounces between a camera ray and the ray that is traced.
+    /// The bounces between a camera ray and the ray being traced.
     path: Vec<PathLevel>,
     /// Rays cast so far.
     pub(super) ray_counts: RayCounts,
@@ -33,16 +33,16 @@ pub(super) struct PathSegment {
     ray: OracleRay,
     way: BounceKind,
     chance: SampleSeed,
-    /// Weight given by the hit that sends the ray.
+    /// Weight from the hit that sends the ray.
     throughput: Vec3,
     /// Share of its camera ray that the ray carries: the product of all weights since the camera,
-    /// each as a part of all that its hit sends.
+    /// each divided by max(|Ks| + |Kt|, 1) at its hit.
     share: Vec3,
     /// Bounces before this ray.
     depth: u32,
     /// Partly covered surfaces that the ray has passed since the camera.
     passed: u32,
-    /// Hit after which the ray goes on, if it does not begin at its origin.
+    /// Hit after which the ray continues, if it does not begin at its origin.
     after: Option<SurfaceHit>,
 }
 
@@ -67,7 +67,7 @@ type SegmentQueue = Flatten<array::IntoIter<Option<PathSegment>, 3>>;
 
 /// A hit whose bounces are being traced.
 struct PathLevel {
-    /// Light of the hit, as far as it is known.
+    /// Light of the hit, as far as known.
     parts: RadianceParts,
     /// Kind of the bounce that is being traced, and its weight.
     traced: (BounceKind, Vec3),
@@ -114,7 +114,8 @@ impl<'a> WhittedIntegrator<'a> {
         hit: Option<OracleHit>,
         mut cursor: ShadowCacheCursor,
     ) -> RadianceParts {
-        // Light that passes a surface is neither seen nor hidden, as visibility is stored.
+        // The cache stores lights as visible or hidden, which light through a surface is neither
+        // of.
         if self.search.has_clear_shadows {
             cursor = ShadowCacheCursor::NONE;
         }
@@ -128,13 +129,13 @@ impl<'a> WhittedIntegrator<'a> {
     }
 
     /// The light of a bounce of a camera ray. The sums are those of the recursion: each hit's
-    /// mirror ray is followed to its end, and then its refracted one.
+    /// mirror ray is followed to its end before the refracted ray.
     fn follow(&mut self, first: PathSegment, mut cursor: ShadowCacheCursor) -> Vec3 {
         let mut path = std::mem::take(&mut self.path);
         let mut next = Some(first);
         let light = loop {
             let Some(segment) = next.take() else {
-                // The hit on top has all its light: return to the one that sent the ray there.
+                // The hit on top is complete: return to the hit that sent the ray there.
                 let Some(PathLevel { parts, .. }) = path.pop() else {
                     break Vec3::ZERO;
                 };
@@ -165,7 +166,7 @@ impl<'a> WhittedIntegrator<'a> {
         match segment.way {
             BounceKind::Mirror => self.ray_counts.reflection += 1,
             BounceKind::Refracted => self.ray_counts.refraction += 1,
-            // The same ray goes on.
+            // The same ray continues.
             BounceKind::Passed => {}
         }
         self.search.closest_there(&segment.ray, segment.after)
@@ -227,7 +228,7 @@ impl<'a> WhittedIntegrator<'a> {
         (parts, [mirror, refracted, passed].into_iter().flatten())
     }
 
-    /// The mirror ray and the refracted ray of a hit, where any are allowed and worth tracing.
+    /// The mirror ray and the refracted ray of a hit, if allowed and worth tracing.
     fn bounces(
         &self,
         from: &PathSegment,
@@ -251,8 +252,8 @@ impl<'a> WhittedIntegrator<'a> {
         ]
     }
 
-    /// The ray as it goes on where the surface that it hit is not; `None` if all of the surface is
-    /// there, or the rest is not worth tracing.
+    /// The ray's continuation through the surface that it hit; `None` if the surface is opaque, or
+    /// the rest is not worth tracing.
     fn passing_segment(
         &self,
         from: &PathSegment,
@@ -281,8 +282,8 @@ impl<'a> WhittedIntegrator<'a> {
         self.min_weight == 0.0 || share.abs().cmpge(Vec3::splat(self.min_weight)).any()
     }
 
-    /// A bounce of a ray, one of those that share `whole`; `None` if its own share is less than the
-    /// minimum in every component.
+    /// A bounce of a ray, whose weight is divided by `whole` for its share of the camera ray;
+    /// `None` if that share is below the minimum in every component.
     fn secondary_segment(
         &self,
         from: &PathSegment,
@@ -305,7 +306,7 @@ impl<'a> WhittedIntegrator<'a> {
 }
 
 impl PathLevel {
-    /// Takes the pending bounce, if there is one, to be traced now.
+    /// Takes the next pending bounce, if there is one, to trace it now.
     fn take_pending(&mut self) -> Option<PathSegment> {
         let later = self.pending.next()?;
         self.traced = (later.way, later.throughput);
