@@ -81,9 +81,9 @@ pub const PAD: f32 = 1.0 / 524_288.0;
 /// Rounding Error"). So a point of the plane ends up at least 2u off it.
 pub const PLANE_ROUNDING: f32 = 1.0 / 4_194_304.0;
 
-/// Second part of that offset, as a share of the triangle's edges, for the errors made before that
-/// in `f64`: 2⁻⁴⁰, some 4,000 roundings. A needle turns one rounding into about as many. This part
-/// matters where the plane passes near the origin, so that |n|·|p| says nothing.
+/// Second part of that offset, as a share of the triangle's edges, for earlier errors in `f64`:
+/// 2⁻⁴⁰, some 4,000 roundings, to which a needle may amplify a single one. This part matters where
+/// the plane passes near the origin, so that |n|·|p| is uninformative.
 pub const DOUBLE_ROUNDING: f32 = 1.0 / 1_099_511_627_776.0;
 
 /// Preferred offset of a ray that leaves a triangle, as a share of the point's largest coordinate.
@@ -92,12 +92,12 @@ pub const DOUBLE_ROUNDING: f32 = 1.0 / 1_099_511_627_776.0;
 /// (`perf/notes/leaving-surfaces.md`).
 pub const OFFSET_PER_COORDINATE: f32 = 4.0 * PAD;
 
-/// Least and greatest offset of a ray that leaves a triangle, as shares of the triangle's edges.
-/// From the first on, the `f32` distance shows most rays that the triangle is behind them
+/// Smallest and largest offset of a ray that leaves a triangle, as shares of the triangle's edges.
+/// From the first on, the `f32` distance shows for most rays that the triangle is behind them
 /// (`trace::intersect`, distances). The second is too small to be visible.
 pub const OFFSET_PER_EDGE: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
 
-/// Greatest offset as a share of the distance to the origin of the arriving ray, whatever the
+/// Largest offset as a share of the distance to the origin of the arriving ray, regardless of the
 /// coordinates and the triangle's size: a quarter of a pixel's width in a picture of 4,000 pixels
 /// across 40 degrees.
 pub const MAX_OFFSET_PER_DISTANCE: f32 = 1.0 / 16_384.0;

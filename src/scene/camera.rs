@@ -46,17 +46,17 @@ pub enum LensError {
     TooWide,
 }
 
-/// Widest aperture, in distances of focus. Beyond it, rays through the rim are parallel to the
-/// picture.
+/// Largest aperture, in units of the focus distance. Beyond it, rays through the rim are parallel
+/// to the picture.
 const MAX_APERTURE_PER_FOCUS: f32 = 1000.0;
 
-/// Widest aperture in units of the scene: as far as a scene's coordinates reach.
+/// Largest aperture in scene units: the range of a scene's coordinates.
 const MAX_APERTURE: f32 = 268_435_456.0; // 2^28
 
-/// A camera ready to make rays.
+/// A camera, prepared to generate rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
-    /// Origin of every ray, or the middle of the lens that they come through.
+    /// Origin of every ray, or the centre of the lens.
     pub eye: Vec3,
     /// Unit vector to the right of the picture.
     pub right: Vec3,
@@ -64,9 +64,10 @@ pub struct Camera {
     pub up: Vec3,
     /// Unit vector against the direction of view.
     pub back: Vec3,
-    /// Slope from one pixel to the next, in both directions; for parallel rays, their distance.
+    /// Change of slope from one pixel to the next, in both directions; for parallel rays, their
+    /// spacing.
     pub slope: f32,
-    /// True if all rays have the direction of view, and start side by side.
+    /// True for an orthographic camera: all rays have the view direction, and start side by side.
     pub parallel: bool,
     /// Half the width of the image, in pixels.
     pub half_width: f32,
@@ -75,7 +76,7 @@ pub struct Camera {
     lens: Option<LensDisk>,
 }
 
-/// A lens in the form in which its rays need it.
+/// A lens, prepared for its rays.
 #[derive(Clone, Copy, Debug)]
 pub struct LensDisk {
     /// Radius, in units of the scene.
@@ -157,7 +158,7 @@ impl Camera {
         self.lens.unwrap_or(LensDisk::PINHOLE)
     }
 
-    /// Returns true if rays start all over a lens, and not from the eye alone.
+    /// Returns true if rays start all over a lens instead of only at the eye.
     #[inline]
     pub fn has_lens(&self) -> bool {
         self.lens.is_some()

@@ -1,4 +1,4 @@
-//! The camera as matrices, in the form in which other programs read them from picture files.
+//! The camera as matrices, in the form that other programs read from picture files.
 
 use crate::camera::Camera;
 use crate::{Scene, ViewError};

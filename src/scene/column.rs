@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// A growable column. It reads like a slice wherever its rows are. The first change copies rows
+/// A growable column. It reads like a slice, wherever its rows are. The first change copies rows
 /// that it does not own.
 pub struct Column<T: 'static>(Storage<T>);
 
@@ -25,8 +25,8 @@ impl<T> Column<T> {
         Column(Storage::Owned(Vec::new()))
     }
 
-    /// A column of rows that live elsewhere; `keeper` keeps them alive. No reference that the
-    /// column gives out outlives the column itself.
+    /// A column of rows that live elsewhere; `keeper` keeps them alive. No reference from the
+    /// column outlives the column itself.
     #[inline]
     pub fn mapped(rows: &'static [T], keeper: Arc<dyn Any + Send + Sync>) -> Column<T> {
         Column(Storage::Mapped { rows, keeper })

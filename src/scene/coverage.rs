@@ -1,31 +1,30 @@
-//! Surfaces that are only partly there, and light that passes them. Both tracers use these
+//! Partly transparent surfaces, and light that passes through them. Both tracers use these
 //! functions, one hit at a time.
 //!
 //! The coverage α of a hit is its material's opacity, times the alpha of a texture, times the
-//! opacity of the vertices; with a cutoff it is 1 from there on, and else 0 (glTF 2.0, 3.9.4). What
-//! is seen along a ray is α times the light of the surface, and (1 − α) times that of what the ray
-//! meets next. Camera, mirror and refracted rays do not see a single-sided material from behind:
-//! there its coverage is 0 ([`Scene::seen_coverage`]). To lamps it has both sides: their
-//! light is weighed by V, the product of what passes the surfaces before it: 1 − α each, and with
-//! thin sheets (1 − α) + α·Kt. The design document's V is this product where every surface is
-//! whole.
+//! opacity of the vertices; with a cutoff it is 1 from there on, and 0 below (glTF 2.0, 3.9.4). The
+//! radiance along a ray is α times the light of the surface, plus (1 − α) times that of the next
+//! hit. For camera, mirror and refracted rays a single-sided material is invisible from behind:
+//! there its coverage is 0 ([`Scene::seen_coverage`]). For lamps it has both sides: their light is
+//! weighted by V, the product of the transmission of all surfaces on the way: 1 − α each, and for
+//! thin sheets (1 − α) + α·Kt. If every surface is opaque, this is the design document's V.
 //!
-//! Hits are ordered by (t, prim_id), and a primitive counts once for each ray. So does a surface of
-//! several triangles where a ray meets it on the edge between them ([`Scene::is_same_surface`]):
-//! else a half covered window would have a seam along its diagonal.
+//! Hits are ordered by (t, prim_id), and a primitive counts once per ray. So does a surface of
+//! several triangles hit on the edge between them ([`Scene::is_same_surface`]); otherwise a half
+//! transparent window would have a seam along its diagonal.
 
 use crate::{NO_TEXTURE, PrimKind, SINGLE_SIDED, Scene, THIN};
 use glam::{Vec2, Vec3};
 
-/// Most partly covered surfaces that a ray passes before its light counts as lost. A surface that
-/// is not there at all does not count.
+/// Maximum number of partly covered surfaces that a ray passes before its light counts as lost.
+/// Fully transparent surfaces do not count.
 pub const MAX_PASSES: u32 = 64;
 
-/// Least part of a camera ray that is followed to the surfaces that it sees through others, 2⁻²⁰.
-/// A dense thicket ends it soon.
+/// Smallest share of a camera ray that is followed through other surfaces, 2⁻²⁰. In dense foliage
+/// it ends soon.
 pub const MIN_SURFACE_SHARE: f32 = 1.0 / 1_048_576.0;
 
-/// A surface that a ray meets, as the functions here take it.
+/// A hit on a surface, for the functions here.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceHit {
     /// Primitive, or primitive of an instance: see [`Scene::resolve`].
@@ -38,8 +37,8 @@ pub struct SurfaceHit {
     pub v: f32,
 }
 
-/// Least part of a lamp's light that counts, 2⁻²⁰: a product V that is less in every component is
-/// zero, so that dense foliage ends it soon.
+/// Smallest share of a lamp's light that counts, 2⁻²⁰: a product V below this in every component is
+/// zero, so that it ends soon in dense foliage.
 const MIN_VISIBILITY: f32 = 1.0 / 1_048_576.0;
 
 /// Largest difference of the distances at which a ray meets two triangles on the edge between
@@ -48,7 +47,7 @@ const MIN_VISIBILITY: f32 = 1.0 / 1_048_576.0;
 const EDGE_DISTANCE: f32 = 1.0 / 65_536.0;
 
 impl Scene {
-    /// Returns true if rays may pass through some surface because it is not, or only partly, there.
+    /// Returns true if rays may pass through some surface because it is not fully opaque.
     pub fn has_coverage(&self) -> bool {
         let m = &self.materials;
         m.opacity.iter().any(|&opacity| opacity < 1.0)
@@ -58,21 +57,21 @@ impl Scene {
             || (self.triangles.vertex_opacity.iter()).any(|&opacity| opacity < 1.0)
     }
 
-    /// Returns true if light may pass some surface on its way from a lamp, so that V is not only 0
-    /// or 1.
+    /// Returns true if light from a lamp may pass through some surface, so that V may be other than
+    /// 0 or 1.
     pub fn has_clear_shadows(&self) -> bool {
         self.materials.flags.iter().any(|&flags| flags & THIN != 0) || self.has_coverage()
     }
 
-    /// Returns true if some material is not seen from behind.
+    /// Returns true if some material is invisible from behind.
     pub fn has_unseen_backs(&self) -> bool {
         let mut flags = self.materials.flags.iter();
         flags.any(|&flags| flags & SINGLE_SIDED != 0)
     }
 
-    /// Returns true if a ray of this direction meets the unseen back of a triangle: its material is
-    /// single-sided, and its corners are in clockwise order as the ray sees them. An instance that
-    /// mirrors turns no front into a back (glTF 2.0, 3.7.4 and 3.9.6).
+    /// Returns true if a ray of this direction hits the invisible back of a triangle: its material
+    /// is single-sided, and its vertices are clockwise as seen along the ray. A mirroring instance
+    /// does not turn fronts into backs (glTF 2.0, 3.7.4 and 3.9.6).
     pub fn is_unseen_back(&self, dir: Vec3, prim_id: u32) -> bool {
         let placed = self.resolve(prim_id);
         let prim = self.prims[placed.prim as usize];
@@ -88,13 +87,12 @@ impl Scene {
         (b - a).cross(c - a).dot(dir.as_dvec3()) > 0.0
     }
 
-    /// Coverage at a hit as a ray of this direction sees it; `None` on a back that is not seen,
-    /// where it is 0.
+    /// Coverage at a hit for a ray of this direction; `None` on an invisible back, where it is 0.
     pub fn seen_coverage(&self, dir: Vec3, hit: SurfaceHit) -> Option<f32> {
         (!self.is_unseen_back(dir, hit.prim_id)).then(|| self.coverage(hit))
     }
 
-    /// Coverage at a hit, 0 to 1: the share of the surface that is there.
+    /// Coverage at a hit, 0 to 1: the opacity of the surface.
     pub fn coverage(&self, hit: SurfaceHit) -> f32 {
         let stored = self.resolve(hit.prim_id).prim;
         self.stored_coverage(stored, self.prim_material(stored) as usize, hit)
@@ -129,15 +127,15 @@ impl Scene {
             return 1.0;
         };
         let [a, b, c] = rows.map(|row| self.triangles.vertex_opacity[row as usize]);
-        // The weights' sum is rounded: a triangle that is whole stays so.
+        // The weights' sum is rounded; an opaque triangle stays opaque.
         match a == b && b == c {
             true => a,
             false => ((a * wa + b * wb) + c * wc).clamp(0.0, 1.0),
         }
     }
 
-    /// Returns true if a ray's next hit is only the other side of an edge, or of a vertex, on which
-    /// the hit before it lies: both are on triangles that share a vertex, and as far away.
+    /// Returns true if a ray's next hit is only the other side of an edge or vertex on which the
+    /// previous hit lies: both are on triangles that share a vertex, at the same distance.
     pub fn is_same_surface(&self, before: SurfaceHit, next: SurfaceHit) -> bool {
         if next.t - before.t > EDGE_DISTANCE * next.t {
             return false;
@@ -150,15 +148,15 @@ impl Scene {
         match (corners(before.prim), corners(next.prim)) {
             (Some(before_corners), Some(corners)) if before.instance == next.instance => {
                 let shared = before_corners.iter().filter(|&c| corners.contains(c));
-                // Triangles in one place are surfaces of their own.
+                // Coincident triangles are separate surfaces.
                 (1..3).contains(&shared.count())
             }
             _ => false,
         }
     }
 
-    /// V after one more surface: `passed`, the share of a lamp's light that has passed the surfaces
-    /// before, times that which passes this one. Zero if that is next to nothing.
+    /// V after one more surface: `passed`, the share of a lamp's light that has passed the previous
+    /// surfaces, times the share that passes this one. Zero if that is negligible.
     pub fn pass_light(&self, passed: Vec3, hit: SurfaceHit) -> Vec3 {
         let passed = passed * self.transmittance(hit);
         match passed.cmplt(Vec3::splat(MIN_VISIBILITY)).all() {

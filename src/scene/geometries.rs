@@ -1,4 +1,4 @@
-//! The numbers by which hits name what was added together.
+//! Geometry numbers: the primitives that were added together.
 
 use crate::column::Column;
 
@@ -39,7 +39,7 @@ impl Geometries {
         self.first.len()
     }
 
-    /// Tells if nothing was added as a geometry.
+    /// Returns true if nothing was added as a geometry.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()

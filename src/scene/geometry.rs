@@ -1,4 +1,4 @@
-//! Geometry from plain slices, checked as it comes in, and the numbers by which hits name it.
+//! Geometry from plain slices, checked as it is added, and its numbers in hits.
 
 use super::{Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
 use crate::geometries::{GeomId, Geometry, NO_GEOM};
@@ -26,7 +26,7 @@ pub enum GeometryError {
         /// Its coordinates.
         position: [f32; 3],
     },
-    /// A triangle names a vertex that does not exist.
+    /// A triangle refers to a vertex that does not exist.
     #[error("triangle {triangle} names vertex {index}, and there are {vertices}")]
     IndexOutOfRange {
         /// Row of the triangle.
@@ -52,7 +52,7 @@ pub enum GeometryError {
         /// Number of radii.
         radii: usize,
     },
-    /// A mesh that instances are to show has no triangles.
+    /// A prototype has no triangles.
     #[error("a prototype without triangles")]
     EmptyPrototype,
     /// More primitives or vertices than 32-bit numbers can name.
@@ -72,8 +72,8 @@ pub enum GeometryError {
 }
 
 impl Scene {
-    /// Makes an empty scene: no primitives, no lights, a camera at (0, 0, 1) that looks at the
-    /// origin, 640×480 pixels. Camera, lights and size matter to pictures alone, not to rays.
+    /// Creates an empty scene: no primitives, no lights, a camera at (0, 0, 1) that looks at the
+    /// origin, 640×480 pixels. Camera, lights and size only matter for pictures, not for rays.
     ///
     /// ```
     /// use phalanx_scene::Scene;
@@ -165,9 +165,9 @@ impl Scene {
         Ok(self.geometries.push(Geometry::Prims { first, count }))
     }
 
-    /// Adds a mesh that is seen only through its instances, and returns the number that
-    /// [`Scene::add_instance`] takes. That number is no [`GeomId`]. The mesh is stored once,
-    /// however often it is placed. Slices as in [`Scene::add_mesh`], with one triangle at least.
+    /// Adds a mesh that is visible only through its instances, and returns its number for
+    /// [`Scene::add_instance`]. That number is not a [`GeomId`]. The mesh is stored once, however
+    /// often it is placed. Slices as in [`Scene::add_mesh`], with at least one triangle.
     ///
     /// # Errors
     /// As [`Scene::add_mesh`], and [`GeometryError::EmptyPrototype`].
@@ -200,9 +200,9 @@ impl Scene {
         Ok(self.meshes.len() as u32 - 1)
     }
 
-    /// Places a mesh that [`Scene::add_prototype`] or [`Scene::begin_mesh`] made. The instance is a
-    /// geometry of its own. Its triangles have numbers beyond those of all stored primitives.
-    /// `to_world` maps the mesh's coordinates to the scene's: any affine map that has an inverse.
+    /// Places a mesh from [`Scene::add_prototype`] or [`Scene::begin_mesh`]. The instance is a
+    /// separate geometry. Its triangles have numbers beyond those of all stored primitives.
+    /// `to_world` maps the mesh's coordinates to the scene's: any invertible affine map.
     ///
     /// # Errors
     /// [`GeometryError::NoPrototype`], [`GeometryError::NotInvertible`] and
@@ -238,9 +238,9 @@ impl Scene {
         Ok(self.geometries.push(Geometry::Instance(number)))
     }
 
-    /// Lists the geometries by the `prim_id` at which each begins, in ascending order; what lies
-    /// between two of them has none ([`NO_GEOM`]), and the last row is where all end. Numbers
-    /// change while primitives are added: those of instances follow all stored ones.
+    /// Lists the geometries by their first `prim_id`, in ascending order. Primitives between two
+    /// geometries belong to none ([`NO_GEOM`]), and the last row marks the end. Numbers change
+    /// while primitives are added: those of instances follow all stored ones.
     ///
     /// ```
     /// use phalanx_scene::{NO_GEOM, Scene};

@@ -47,7 +47,7 @@ pub struct Instances {
     pub to_object: [Vec3s; 4],
 }
 
-/// Greatest factor by which a map or its inverse may stretch a direction, and one over the least
+/// Largest factor by which a map or its inverse may stretch a direction, and one over the smallest
 /// length of its longest column. Beyond it, squares of mapped mesh coordinates leave single
 /// precision.
 const MAX_STRETCH: f64 = 1_099_511_627_776.0; // 2^40

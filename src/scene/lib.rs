@@ -1,7 +1,7 @@
 //! The scene: structure-of-arrays columns, one per attribute. Nothing here depends on how the
 //! columns are traced.
 //!
-//! A [`Scene`] is built by a reader in `io::formats` (or by hand) and checked once with
+//! A [`Scene`] is built by a reader in `formats` (or by hand) and checked once with
 //! [`Scene::validate`]; after that nothing downstream can fail. Primitives are numbered in file
 //! order: `prim_id` indexes [`Scene::prims`], which gives the column that holds the primitive.
 //! Units are the scene's own, angles degrees, colours linear RGB.

@@ -6,11 +6,10 @@ use glam::{Vec2, Vec3};
 /// Lights of all shapes, in file order.
 ///
 /// An area light is a point light spread out. Each shadow ray goes to one position on it, as to a
-/// point light of the whole colour. Positions are chosen evenly by area, and the pixel is the mean.
-/// So the smaller the light, the closer it is to the point light of its colour, and it is about as
-/// bright whatever its size. This is a model and not radiometry: there is no cosine at the light,
-/// which shines to all sides from each of its positions. Lights themselves are invisible, and stop
-/// no rays.
+/// point light of the full colour. Positions are uniform by area, and the pixel is the mean. So a
+/// small light approaches the point light of its colour, and its brightness hardly depends on its
+/// size. This is a model, not radiometry: there is no cosine at the light, each of whose positions
+/// emits in all directions. Lights themselves are invisible, and block no rays.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// True if the light is directional (else it has a position).
@@ -26,10 +25,10 @@ pub struct Lights {
     pub radius: Column<f32>,
     /// The two edges of a rectangle light, or of any parallelogram, from its corner; else zero.
     pub edges: [Vec3s; 2],
-    /// Unit direction in which a spot light shines; zero for a light that shines to all sides.
+    /// Unit direction of a spot light; zero for a light that emits in all directions.
     pub axis: Vec3s,
-    /// Slope and intercept of a spot light's cone, as [`Lights::add_spot`] makes them; (0, 1) for a
-    /// light that shines to all sides.
+    /// Slope and intercept of a spot light's cone, as set by [`Lights::add_spot`]; (0, 1) for a
+    /// light that emits in all directions.
     pub cone: Vec2s,
 }
 
@@ -47,14 +46,14 @@ pub enum LightShape {
 }
 
 impl LightShape {
-    /// Returns true if each point may be lit from a position of its own.
+    /// Returns true if each point may be lit from a different position.
     #[inline]
     pub fn is_area(self) -> bool {
         matches!(self, LightShape::Sphere(_) | LightShape::Rectangle(_))
     }
 }
 
-/// Least difference of the cosines of a spot light's two angles, as glTF recommends it.
+/// Smallest difference of the cosines of a spot light's two angles, as recommended by glTF.
 const LEAST_CONE: f64 = 1e-3;
 
 impl Lights {

@@ -1,26 +1,26 @@
-//! Parts of a scene that are made for each picture anew.
+//! Default parts of a scene that depend on the picture.
 
 use crate::up_axis::UpAxis;
 
-/// Marks and measures from which parts that depend on the picture are made, once its size and the
-/// user's options are known. A part that is given is no longer made up.
+/// Flags and measurements for default parts that depend on the picture, made once its size and the
+/// user's options are known. A part set explicitly is no longer a default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MadeUpParts {
     /// True if the view is one that frames everything.
     pub view: bool,
     /// True if the only light is a key light beside the camera.
     pub light: bool,
-    /// True if there are no surroundings: mirrors, if there are any, see a sky.
+    /// True if there are no surroundings: mirrors, if any, reflect a sky.
     pub sky: bool,
-    /// The axis that points up in a view and a sky that are made up.
+    /// The up axis of the default view and sky.
     pub up: UpAxis,
     /// Height that the user wants parallel rays to show, if any.
     pub ortho: Option<OrthoHeight>,
     /// Width and height, in units of the file, that its own camera of parallel rays shows at least,
     /// whatever the shape of the picture; positive.
     pub ortho_size: Option<[f64; 2]>,
-    /// Picture that these parts were last made for: its width over its height, and whether the
-    /// camera goes around. Nothing is made again for its like. `None` if they are yet to be made.
+    /// Picture for which these parts were last made: its aspect ratio, and whether the camera
+    /// orbits. Nothing is remade for an equal picture. `None` if the parts have not been made yet.
     pub made_for: Option<(f64, bool)>,
 }
 

@@ -29,24 +29,24 @@ pub struct Material {
     /// Each ray has weight Ks, whatever its direction. A ray that the lobe would send through the
     /// surface is reflected back by it.
     pub gloss: f32,
-    /// Share of the surface that is there, 0 to 1. Where it is not, rays and light pass straight
-    /// on: see [`Scene::coverage`](crate::Scene::coverage).
+    /// Opacity of the surface, 0 to 1. The rest of rays and light passes straight through: see
+    /// [`Scene::coverage`](crate::Scene::coverage).
     pub opacity: f32,
     /// Index of the texture whose alpha the opacity is multiplied with, or [`NO_TEXTURE`].
     pub opacity_texture: u32,
-    /// Least opacity that counts as all of the surface; less counts as none. 0 for opacity that is
-    /// taken as it is.
+    /// Opacity from which the surface counts as opaque; below, it counts as transparent. 0 to use
+    /// opacity unchanged.
     pub alpha_cutoff: f32,
-    /// True for a sheet without a volume: it sends light straight through, weighed by Kt, and its
-    /// shadow lacks that light. The light of lamps does not pass other materials, which bend it.
+    /// True for a sheet without a volume: it transmits light straight through, weighted by Kt, also
+    /// in its shadow. Other transmissive materials refract, and block the light of lamps.
     pub thin: bool,
-    /// True for a material whose triangles are not seen from behind: see
+    /// True for a material whose triangles are invisible from behind: see
     /// [`Scene::is_unseen_back`](crate::Scene::is_unseen_back).
     pub single_sided: bool,
 }
 
 impl Material {
-    /// The material that a `.test` file starts with: a faint ambient grey.
+    /// The initial material of a `.test` file: a faint ambient grey.
     pub const DEFAULT: Material = Material {
         ka: Vec3::splat(0.2),
         ke: Vec3::ZERO,
@@ -74,7 +74,7 @@ impl Default for Material {
 
 /// Bit of [`Materials::flags`] for a sheet without a volume.
 pub const THIN: u8 = 1;
-/// Bit of [`Materials::flags`] for a material that is not seen from behind.
+/// Bit of [`Materials::flags`] for a material that is invisible from behind.
 pub const SINGLE_SIDED: u8 = 2;
 
 /// Surface parameters, one [`Material`] each.

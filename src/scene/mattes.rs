@@ -1,9 +1,9 @@
 //! Identifiers of objects and materials in the form of Cryptomatte (Friedman and Jones, "Fully
 //! Automatic ID Mattes with Support for Motion Blur and Transparency", 2015; specification 1.2.0).
 //!
-//! Everything has a name, and its identifier is a hash of the name. Scenes keep no names of their
-//! files, so that names are made of numbers: those of materials, of instances, of geometries, and
-//! else of primitives.
+//! Everything has a name, and its identifier is a hash of the name. Scenes do not keep the names in
+//! their files, so names are made from numbers: of materials, instances, geometries, or otherwise
+//! primitives.
 
 use crate::geometries::Geometry;
 use crate::{PrimKind, Scene};
@@ -100,8 +100,8 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
     stored.chain(instances)
 }
 
-/// The identifier of a name: the bits of a float that is neither infinite, NaN, zero nor denormal,
-/// so that no program changes it.
+/// The identifier of a name: the bits of a float that is not infinite, NaN, zero or denormal, so
+/// that no program changes it.
 ///
 /// ```
 /// assert_eq!(phalanx_scene::matte_id("hello"), 0x248b_fa47);

@@ -1,7 +1,7 @@
 //! Local origin: the origin of the scene's coordinates, in those of its file.
 //!
-//! Single precision resolves 2⁻²⁴ of a coordinate. A building of 20 m at a map's coordinate of
-//! 5·10⁵ m would be known to 3 cm. So readers subtract an origin near the geometry in double
+//! Single precision resolves 2⁻²⁴ of a coordinate. A building of 20 m at map coordinates of 5·10⁵ m
+//! would have a resolution of 3 cm. So readers subtract an origin near the geometry in double
 //! precision, and round the difference.
 
 use super::{Scene, View, ViewError};
@@ -79,8 +79,7 @@ impl Scene {
         }
     }
 
-    /// Returns true if the scene has an origin of its own: its coordinates are not those of the
-    /// file.
+    /// Returns true if the scene has a local origin: its coordinates differ from those of the file.
     pub fn is_moved(&self) -> bool {
         self.origin != [0.0; 3]
     }

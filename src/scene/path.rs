@@ -1,6 +1,6 @@
 //! The camera's path, frame by frame.
 //!
-//! Everything is computed in f64 with `libm`, once a frame, so that every build renders the same
+//! Everything is computed in f64 with `libm`, once per frame, so that every build renders the same
 //! pictures.
 
 use super::View;

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Primitive number that stands for a miss: 2³² − 1.
+/// Primitive number of a miss: 2³² − 1.
 pub const NO_PRIM: u32 = u32::MAX;
 
 /// The kinds of primitive a scene can hold.
@@ -73,7 +73,7 @@ const KIND_SHIFT: u32 = u32::BITS - PrimKind::BITS;
 pub struct Prim(u32);
 
 impl Prim {
-    /// Most primitives of one kind.
+    /// Maximum number of primitives of one kind.
     pub const MAX_INDEX: u32 = (1 << KIND_SHIFT) - 1;
 
     /// Packs a kind and an index.

@@ -3,12 +3,12 @@
 use super::{Bounds, PrimKind, Scene, Vec3s};
 use glam::{DVec3, Vec3};
 
-/// Largest coordinate (as a power of two) that is left as it is. If the largest one is beyond it,
-/// or below its inverse, the scene is scaled.
+/// Largest coordinate (as a power of two) of an unscaled scene. If the largest one is beyond it, or
+/// below its inverse, the scene is scaled.
 const SAFE_EXTENT: f32 = 268_435_456.0; // 2^28
 
-/// Largest colour that a light is given to compensate for a dimmer attenuation: brighter than any
-/// picture can show, and sums of it stay finite.
+/// Largest colour of a light that compensates for a dimmer attenuation: brighter than any picture
+/// can show, while sums stay finite.
 const MAX_RADIANCE: f64 = 1.2676506002282294e30; // 2^100
 
 impl Scene {
@@ -16,9 +16,9 @@ impl Scene {
     /// 2²⁸\], so that the largest becomes about 1. [`Scene::scale`] records the factor; the picture
     /// stays the same.
     ///
-    /// The contents of meshes lie in spaces of their own. They are measured and scaled separately,
-    /// and the maps of instances compensate for both factors, as far as they can: meshes that are
-    /// too small for that are too small to be seen in this world.
+    /// Meshes have their own spaces. They are measured and scaled separately, and the maps of
+    /// instances compensate for both factors as far as they can: meshes too small for that are too
+    /// small to be visible.
     pub fn rescale_to_f32_range(&mut self) {
         let world = power_of_two_factor(self.largest_coordinate());
         let meshes = f64::from(power_of_two_factor(self.largest_in_meshes()));

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-/// Returns true for characters that steer how others are shown: control characters, ends of lines
-/// and paragraphs, and invisible format characters (U+202E turns a line around). These are the
-/// general categories Cc, Zl, Zp and Cf of Unicode 16, but for Cf's visible number signs.
+/// Returns true for characters that affect how others are displayed: control characters, line and
+/// paragraph separators, and invisible format characters (U+202E reverses a line). These are the
+/// general categories Cc, Zl, Zp and Cf of Unicode 16, except Cf's visible number signs.
 pub fn steers(c: char) -> bool {
     c.is_control()
         || matches!(
@@ -14,13 +14,13 @@ pub fn steers(c: char) -> bool {
         )
 }
 
-/// A path for a message, with characters that [steer](steers) escaped: one in a name must not end
-/// the message's line, nor look like another message or another name.
+/// A path for a message, with characters that [steer](steers) the display escaped: a name must not
+/// end the message's line, or look like another message or another name.
 pub fn shown_path(path: impl AsRef<Path>) -> String {
     shown_text(&path.as_ref().to_string_lossy())
 }
 
-/// A text for one line of a message, with characters that [steer](steers) escaped.
+/// A text for one line of a message, with characters that [steer](steers) the display escaped.
 pub fn shown_text(text: &str) -> String {
     escaped(text, steers)
 }

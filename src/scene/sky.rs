@@ -1,9 +1,9 @@
-//! A sky for mirrors: light that is not the same from all sides.
+//! A sky for mirrors: light that differs by direction.
 
 use glam::Vec3;
 
-/// Radiance that goes evenly from one colour below to another above. Without it, a mirror before an
-/// even background would look like nothing at all.
+/// Radiance that changes evenly from one colour below to another above. Without it, a mirror in
+/// front of a uniform background would be invisible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
     /// Unit vector to the zenith.

@@ -1,13 +1,13 @@
-//! Pictures that colour surfaces, and their colour at a place.
+//! Textures, and their colour at a position.
 
 use super::Column;
 use crate::sampling::linear_of_srgb;
 use glam::Vec3;
 
-/// Stands for "no texture" in [`super::Materials::texture`].
+/// Value of [`super::Materials::texture`] for no texture.
 pub const NO_TEXTURE: u32 = u32::MAX;
 
-/// Greatest width and height of a texture, in texels.
+/// Maximum width and height of a texture, in texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16_384;
 
 /// Continuation of a texture beyond its edges.
@@ -33,21 +33,20 @@ pub struct Texture {
     pub wrap: [Wrap; 2],
     /// `width` × `height` texels in sRGB, the uppermost row first.
     pub texels: Column<[u8; 3]>,
-    /// Share of each texel that is there, in 255ths: as many as there are texels, or none where all
-    /// are whole.
+    /// Opacity of each texel, in 255ths; empty if all are opaque.
     pub alpha: Column<u8>,
 }
 
 impl Texture {
-    /// Colour at a place: bilinear between the centres of texels, decoded from sRGB first. (0, 0)
-    /// is the upper left corner, (1, 1) the lower right one.
+    /// Colour at a position: bilinear between the centres of texels, decoded from sRGB first. (0,
+    /// 0) is the upper left corner, (1, 1) the lower right one.
     pub fn color_at(&self, u: f32, v: f32) -> Vec3 {
         let linear = linear_of_srgb();
         let texel = |k: usize| Vec3::from_array(self.texels[k].map(|c| linear[usize::from(c)]));
         self.between(u, v, texel, |a, b, t| a + (b - a) * t)
     }
 
-    /// Share at a place that is there, 0 to 1: bilinear between the centres of texels.
+    /// Opacity at a position, 0 to 1: bilinear between the centres of texels.
     pub fn alpha_at(&self, u: f32, v: f32) -> f32 {
         if self.alpha.is_empty() {
             return 1.0;
@@ -56,7 +55,7 @@ impl Texture {
         self.between(u, v, texel, |a, b, t| a + (b - a) * t)
     }
 
-    /// Interpolates between the four texels around a place: along the rows, then between them.
+    /// Interpolates between the four texels around a position: along the rows, then between them.
     fn between<T>(
         &self,
         u: f32,
@@ -73,7 +72,7 @@ impl Texture {
     }
 }
 
-/// The two texels around a position, and the fraction of the way from the first to the second.
+/// The two texels around a position, and the fraction of the distance from the first to the second.
 fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
     let folded = match wrap {
         Wrap::Repeat => fraction(place),

@@ -6,8 +6,8 @@ use glam::{Vec2, Vec3};
 /// Marks a triangle without vertex normals in [`Triangles::normals`].
 pub const NO_NORMALS: u32 = u32::MAX;
 /// Cosine of the angle between the mean of a triangle's vertex normals and its geometric normal
-/// below which the winding counts as reversed. Where the file's normals lie in the plane of the
-/// triangle, the sign of the cosine is rounding, and the winding counts.
+/// below which the winding counts as reversed. If the file's normals lie in the plane of the
+/// triangle, the sign of the cosine is only rounding, and the winding counts.
 pub const INWARD: f32 = -1e-3;
 /// Marks a triangle without texture coordinates in [`Triangles::uvs`].
 pub const NO_UVS: u32 = u32::MAX;
@@ -37,17 +37,16 @@ pub struct Triangles {
     /// Indices of the vertices' colours in `vertex_colors`, or three times [`NO_COLORS`]; empty if
     /// no triangle has any.
     pub colors: Column<[u32; 3]>,
-    /// Vertex colours, linear, at least 0: Ka and Kd are multiplied with them.
+    /// Vertex colours, linear, at least 0; they multiply Ka and Kd.
     pub vertex_colors: Vec3s,
-    /// Opacity of the vertices, 0 to 1, one for each colour: that of the material is multiplied
-    /// with it.
+    /// Opacity of the vertices, 0 to 1, one for each colour; multiplies the material's.
     pub vertex_opacity: Column<f32>,
     /// Indices of the materials.
     pub material: Column<u32>,
 }
 
-/// Triangles that are added as a whole. The columns are as in [`Triangles`], with indices into the
-/// mesh's own vertices.
+/// A mesh to be added as a whole. The columns are as in [`Triangles`], with indices into the mesh's
+/// own vertices.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Vertex positions.
@@ -66,7 +65,7 @@ pub struct Mesh {
     pub colors: Column<[u32; 3]>,
     /// Vertex colours, linear, at least 0.
     pub vertex_colors: Vec3s,
-    /// Opacity of the vertices, one for each colour, or none where it is 1 for all.
+    /// Opacity of the vertices, one for each colour, or empty if all are 1.
     pub vertex_opacity: Column<f32>,
     /// Materials: one for all triangles, or one row for each.
     pub material: MeshMaterial,
@@ -158,8 +157,8 @@ impl Triangles {
         }
     }
 
-    /// The three vertices of a triangle. They are written out, because a closure in an array's map
-    /// is called, and this is what most passes over a mesh do.
+    /// The three vertices of a triangle. Written out, because a closure in an array's map becomes a
+    /// call, and most passes over a mesh use this.
     #[inline]
     pub fn corners(&self, i: usize) -> [Vec3; 3] {
         let [a, b, c] = self.corners[i];

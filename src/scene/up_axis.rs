@@ -1,22 +1,22 @@
-//! The axis that points up in a file that does not say so.
+//! The up axis of a file that does not specify it.
 
 use glam::DVec3;
 
-/// The axis that points up. Formats without a camera leave it to their users.
+/// The up axis. Formats without a camera leave it to their users.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
     /// The first axis.
     X,
-    /// The second axis, as in most models that are made to be shown.
+    /// The second axis, as in most models for display.
     #[default]
     Y,
-    /// The third axis, as in most models that are made to be printed, and in maps.
+    /// The third axis, as in most models for printing, and in maps.
     Z,
-    /// Against the first axis.
+    /// The negative first axis.
     NegX,
-    /// Against the second axis.
+    /// The negative second axis.
     NegY,
-    /// Against the third axis.
+    /// The negative third axis.
     NegZ,
 }
 

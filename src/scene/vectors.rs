@@ -1,4 +1,4 @@
-//! Vector attributes, a column for each component.
+//! Vector attributes, one column per component.
 
 use super::Column;
 use glam::{Vec2, Vec3};

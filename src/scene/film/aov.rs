@@ -1,7 +1,7 @@
-//! Arbitrary output variables (AOVs): layers of a picture beside its radiance.
+//! Arbitrary output variables (AOVs): layers of a picture other than radiance.
 
 /// A layer. Surface layers describe the first hit of the pixel's first camera ray. Light layers are
-/// means over all camera rays, and add up to the radiance but for rounding.
+/// means over all camera rays, and add up to the radiance up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Aov {
@@ -26,16 +26,16 @@ pub enum Aov {
     Direct,
     /// Light that arrives along mirror rays.
     Reflection,
-    /// Light that arrives along refracted rays, or through surfaces that are only partly there.
+    /// Light that arrives along refracted rays, or through partly transparent surfaces.
     Refraction,
     /// Number of the pixel's camera rays, a whole number.
     Samples,
-    /// Nodes that the first camera ray visits. It depends on the engine's tree, and a little on the
-    /// instruction set, so it is not part of the promise of equal bits.
+    /// Nodes visited by the first camera ray. This depends on the engine's tree, and slightly on
+    /// the instruction set, so it is not part of the guarantee of equal bits.
     Cost,
-    /// Part of the pixel that is not background: the mean over all camera rays of the part that
+    /// Share of the pixel that is not background: the mean, over all camera rays, of the share that
     /// ends on surfaces. With this layer, camera rays do not see the background: radiance is that
-    /// of the surfaces alone, already weighed by this part (associated alpha).
+    /// of the surfaces alone, already weighted by this share (associated alpha).
     Alpha,
     /// Cryptomatte of objects: for each of the [`RANKS`] that cover most of the pixel its
     /// identifier, and the part that it covers.
@@ -46,7 +46,7 @@ pub enum Aov {
     CryptoMaterial,
 }
 
-/// The number that stands for no material or primitive.
+/// The number for no material or primitive.
 pub const NO_ID: u32 = u32::MAX;
 
 /// A channel of a layer: its name in a file, and true if it holds whole numbers, as the bits of a
@@ -154,7 +154,7 @@ impl Aov {
     }
 }
 
-/// Names that channels had in files of version 0.1 and earlier, with their names now.
+/// Channel names in files of version 0.1 and earlier, with their current names.
 const RENAMED_CHANNELS: [(&str, &str); 10] = [
     ("depth.Z", "Z"),
     ("position.X", "P.X"),
@@ -168,8 +168,8 @@ const RENAMED_CHANNELS: [(&str, &str); 10] = [
     ("ns.Z", "N.Z"),
 ];
 
-/// The name that a channel of a file has now, for readers of files with the names that channels had
-/// earlier. All other names stay as they are.
+/// The current name of a channel, for readers of files with earlier channel names. All other names
+/// are unchanged.
 ///
 /// ```
 /// use phalanx_scene::film::current_channel_name;
@@ -197,7 +197,7 @@ impl Aovs {
         Aovs(self.0 | 1 << aov as u8)
     }
 
-    /// The set of all layers that are part of the promise of equal bits. It has [`Aov::Alpha`],
+    /// The set of all layers that are part of the guarantee of equal bits. It has [`Aov::Alpha`],
     /// which changes radiance.
     #[inline]
     pub fn all() -> Aovs {

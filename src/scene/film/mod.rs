@@ -60,8 +60,8 @@ impl Film {
     /// A black film.
     pub fn new(width: u32, height: u32, record_hits: bool) -> Film {
         let pixels = width as usize * height as usize;
-        // The system zeroes pages at the first write, so all workers share that work; nothing is
-        // zeroed beforehand by one of them.
+        // The system zeroes pages on the first write, so all workers share that work instead of one
+        // of them zeroing everything in advance.
         Film {
             width,
             height,

@@ -1,10 +1,9 @@
-//! Selection of the pixels that get more samples, for pictures with other random choices than a
-//! camera ray's position in its pixel: those where more samples would help most. (Without such
-//! choices, parts of pixels get more: `cells`.)
+//! Adaptive sampling by whole pixels, for pictures with random choices other than a camera ray's
+//! position in its pixel. (Without such choices, sampling adapts within pixels: `cells`.)
 //!
-//! Every pixel begins with [`FIRST_SAMPLES`] samples. Then rounds follow. Each round doubles the
-//! samples of the pixels that are still active, up to the most that were requested. A pixel stays
-//! active while another sample of it would help more than the threshold says.
+//! Every pixel begins with [`FIRST_SAMPLES`] samples. Each following round doubles the samples of
+//! the pixels that are still active, up to the requested maximum. A pixel stays active while
+//! another sample would help more than the threshold.
 //!
 //! The error of n stratified samples of an edge falls with n^(-3/4). So its square is v n^(-3/2),
 //! with v the samples' variance, and one more sample reduces it by v n^(-5/2). Making that
@@ -12,9 +11,8 @@
 //! the Two Different Aspects of the Representative Method", 1934, does so for samples that are not
 //! stratified.)
 //!
-//! Variances of few samples are guesses. So a pixel's variance is taken as that of its neighbours
-//! where theirs is larger: an edge that crosses them may have passed between the pixel's own
-//! samples.
+//! Variances of few samples are guesses. So a neighbour's larger variance counts for a pixel, too:
+//! an edge that crosses the neighbour may have passed between the pixel's own samples.
 //!
 //! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile
 //! depends on another one. All decisions are made in f64, in one order.
@@ -24,7 +22,7 @@ use super::pixel_accumulator::PixelAccumulator;
 /// Side of the blocks within which pixels are compared.
 pub const BLOCK: u32 = 8;
 
-/// Samples that every pixel gets, unless the most per pixel is fewer.
+/// Samples that every pixel gets, unless the maximum is lower.
 pub const FIRST_SAMPLES: u32 = 4;
 
 /// Share of a neighbour's variance that counts as a pixel's own.
@@ -33,7 +31,7 @@ const NEIGHBOUR_WEIGHT: f64 = 0.25;
 /// Criterion for when a pixel, or a part of it, is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// Least improvement by a sample, in radiance.
+    /// Smallest worthwhile improvement by a sample, in radiance.
     ///
     /// With cells: a cell of area a, whose sample differs from a neighbouring one by d and which
     /// holds a share s of the way to it, is halved while a^1.1 d √(s/6) is above this.

@@ -1,6 +1,5 @@
-//! Reconstruction filters, sampled by their own shape (Ernst, Stamminger and Greiner, "Filter
-//! Importance Sampling", 2006), so that each pixel has samples of its own and no tile needs its
-//! neighbours.
+//! Reconstruction filters, importance-sampled (Ernst, Stamminger and Greiner, "Filter Importance
+//! Sampling", 2006), so that each pixel has its own samples and no tile needs its neighbours.
 //!
 //! Offsets are drawn with a density proportional to the filter's size. A sample's weight is the
 //! filter's value there over that density. For a box and a tent the weight is always 1. Mitchell's
@@ -56,7 +55,7 @@ impl Filter {
 }
 
 /// Steps from the centre to the end of Mitchell's filter. A step is drawn in proportion to the
-/// filter's size there, by trapezia. With the value at its middle alone, the step in which the
+/// filter's size there, by trapezoids. With only the value at its middle, the step in which the
 /// filter crosses zero would hardly ever be drawn, and would then have a large weight.
 const TABLE_STEPS: usize = 128;
 

@@ -1,5 +1,5 @@
-//! Arithmetic that both engines share as a definition: samples, and two polynomials, evaluated in
-//! one order, and one table.
+//! Arithmetic that both engines share by definition: samples, two polynomials, evaluated in one
+//! order, and one table.
 //!
 //! | file | contents |
 //! |---|---|
@@ -8,9 +8,9 @@
 //! | `filter` | reconstruction filters of pixels |
 //! | `pixel` | positions of a pixel's camera rays |
 //! | `pixel_accumulator` | sum, mean and variance of a pixel's samples |
-//! | `pixel_coverage` | surfaces that a pixel's samples see |
-//! | `adaptive` | selection of pixels that get more camera rays |
-//! | `cells` | selection of parts of pixels that do, and the shadow rays they save |
+//! | `pixel_coverage` | surfaces visible to a pixel's samples |
+//! | `adaptive` | adaptive sampling by whole pixels |
+//! | `cells` | adaptive sampling by cell subdivision, with reuse of shadow rays |
 //! | `pow` | x^s for highlights |
 //! | `srgb` | the bytes of textures |
 

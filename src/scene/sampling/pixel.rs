@@ -7,16 +7,16 @@ use super::sobol::{Dimension, points_of, seeds};
 /// Sampling settings of pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them if sampling is adaptive. One goes
-    /// through the pixel's centre; more are spread over the filter.
+    /// Camera rays per pixel, 1 to [`MAX_SPP`], or their maximum if sampling is adaptive. One goes
+    /// through the pixel's centre; more are distributed over the filter.
     pub spp: u32,
     /// Reconstruction filter of the pixel.
     pub filter: Filter,
-    /// Criterion for when a pixel has enough camera rays, if not all pixels get as many.
+    /// Criterion for when a pixel has enough camera rays, for adaptive sampling.
     pub adaptive: Option<Adaptive>,
 }
 
-/// Most samples a pixel.
+/// Maximum number of samples per pixel.
 pub const MAX_SPP: u32 = 65_536;
 
 /// Positions of the camera rays of N pixels, and their weights.
@@ -26,7 +26,7 @@ pub struct FilmSamples<const N: usize> {
     pub row: [f32; N],
     /// Continuous positions, to the right.
     pub column: [f32; N],
-    /// Filter weights; 1 but for filters with negative lobes.
+    /// Filter weights; 1 except for filters with negative lobes.
     pub weight: [f32; N],
 }
 

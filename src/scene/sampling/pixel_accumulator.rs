@@ -17,8 +17,8 @@ impl PixelAccumulator {
         self.add_share(rgb, weight, 1.0);
     }
 
-    /// Adds a sample that stands for a share of the pixel. If all samples are added so, shares are
-    /// counted instead of samples.
+    /// Adds a sample that represents a share of the pixel. If all samples are added this way,
+    /// shares are counted instead of samples.
     #[inline]
     pub fn add_share(&mut self, rgb: [f32; 3], weight: f32, share: f64) {
         let weight = share * f64::from(weight);
@@ -37,15 +37,15 @@ impl PixelAccumulator {
         self.count
     }
 
-    /// The variance of the samples, whatever their weights, over all channels together.
+    /// The unweighted variance of the samples, over all channels together.
     #[inline]
     pub fn variance(&self) -> f64 {
         let [r, g, b] = self.unweighted.map(|sum| sum / self.count);
         (self.squares / self.count - ((r * r + g * g) + b * b)).max(0.0)
     }
 
-    /// The weighted mean. If negative weights leave next to nothing to divide by, as they may with
-    /// a few samples, all samples get equal weights.
+    /// The weighted mean. If the sum of weights is nearly zero, as it may be for a few samples with
+    /// negative weights, all samples get equal weights.
     #[inline]
     pub fn mean(&self) -> [f32; 3] {
         if self.weights >= 0.5 * self.count {

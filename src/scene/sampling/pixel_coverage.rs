@@ -1,6 +1,6 @@
-//! The surfaces that a pixel's camera rays see, and the part of the pixel that each of them covers.
+//! The surfaces visible in a pixel, and the share of the pixel that each of them covers.
 
-/// Ranks of a pixel: the surfaces that cover most of it.
+/// Number of ranks of a pixel: the surfaces that cover most of it.
 pub const RANKS: usize = 6;
 
 /// Part of a camera ray that ends on a surface.
@@ -8,8 +8,8 @@ pub const RANKS: usize = 6;
 pub struct SurfaceShare {
     /// Identifiers of the object and of the material: see [`MatteIds`](crate::MatteIds).
     pub ids: [u32; 2],
-    /// The part, greater than 0. Those of a ray that meets whole surfaces are 1, and those of any
-    /// ray add up to 1 if nothing of it reaches the background.
+    /// The share, greater than 0. It is 1 for an opaque surface; the shares of a ray add up to 1 if
+    /// nothing of it reaches the background.
     pub share: f32,
 }
 

@@ -4,15 +4,15 @@
 //! pixel, dimension and sample, so that the order of requests does not matter. The first 2^k points
 //! of a pixel lie one in each rectangle of area 2^-k whose sides are powers of two.
 //!
-//! Away from the camera a ray's seed stands for the pixel. The camera ray's seed is that of its
-//! pixel. The seed of a mirror or refracted ray follows from that of the ray that it comes from.
-//! All samples of a pixel that took the same path have the same seed. So each decision on each path
-//! is spread as evenly over the samples as those at the camera.
+//! Beyond the camera, a ray's seed takes the place of the pixel. The camera ray's seed is that of
+//! its pixel. The seed of a mirror or refracted ray is derived from its parent's. All samples of a
+//! pixel that took the same path have the same seed. So each decision on each path is distributed
+//! as evenly over the samples as those at the camera.
 //!
-//! The computation uses whole numbers only, for any number of lanes at a time: one for the oracle,
-//! eight for packets.
+//! The computation uses only integers, for any number of lanes at a time: one for the oracle, eight
+//! for packets.
 
-/// The decision of a ray that a point is for. Points of different dimensions are independent.
+/// The decision of a ray for which a point is used. Points of different dimensions are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
     /// Position of a camera ray in the pixel's filter.
@@ -48,7 +48,7 @@ pub enum BounceKind {
     Mirror = 0xb529_7a4d,
     /// A refracted ray.
     Refracted = 0x68e3_1da4,
-    /// A ray that goes on through a surface that is partly there.
+    /// A ray that continues through a partly transparent surface.
     Passed = 0x1b56_c4e9,
 }
 

@@ -1,6 +1,6 @@
-//! Maps from points of the unit square to sampled shapes. They preserve areas, so that evenly
-//! spread points stay evenly spread, and neighbours stay neighbours (Shirley and Chiu, "A Low
-//! Distortion Map Between Disk and Square", 1997).
+//! Maps from points of the unit square to sampled shapes. They preserve areas, so uniform points
+//! stay uniform, and neighbours stay neighbours (Shirley and Chiu, "A Low Distortion Map Between
+//! Disk and Square", 1997).
 //!
 //! Sine and cosine are polynomials of this crate, because the library's last bits differ between
 //! systems.

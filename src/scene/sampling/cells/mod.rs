@@ -1,11 +1,12 @@
-//! Selection of the parts of pixels that get more samples: those that differ from their neighbours.
+//! Adaptive sampling by cell subdivision: parts of pixels that differ from their neighbours get
+//! more samples.
 //!
-//! A pixel's square is halved again and again, across and down in turn, and each cell holds one
-//! sample. So the first 2^k points of a pixel fall, one each, into its cells of level k (`sobol`).
-//! A cell of level k is halved by the one sample of numbers 2^k to 2^(k+1) that falls into its
-//! empty half. A pixel has 2^k samples at most, the largest power of two within the requested
-//! number. A pixel is the mean of its samples by the areas of their cells, in the unit square from
-//! which its filter draws.
+//! A pixel's square is halved repeatedly, across and down in turn, and each cell holds one sample.
+//! So the first 2^k points of a pixel fall, one each, into its cells of level k (`sobol`). A cell
+//! of level k is halved by the one sample of numbers 2^k to 2^(k+1) that falls into its empty half.
+//! A pixel has 2^k samples at most, the largest power of two within the requested number. A pixel
+//! is the mean of its samples by the areas of their cells, in the unit square from which its filter
+//! draws.
 //!
 //! Cells that meet at a side are compared, also across pixels. If their samples differ by d, the
 //! length over three channels, an edge lies between them. It lies in one cell or in the other, with
@@ -14,10 +15,11 @@
 //! somewhere in it has (E\[p (1 - p)\] = 1/6).
 //!
 //! A cell is halved while a^1.1 d √(s/6) is above the threshold. Halving removes a constant part of
-//! the error's square, so that equal errors in all cells are the least for as many samples. The
-//! exponent 1.1 gives small cells a little less weight, because larger cells may hide something. On
-//! an edge the error of n samples then falls with n^(-3/2), where samples spread over the whole
-//! pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
+//! the error's square, so that equal errors in all cells are optimal for a given number of samples.
+//! The exponent 1.1 gives small cells a little less weight, because larger cells may hide
+//! something. On an edge the error of n samples then falls with n^(-3/2), where samples spread over
+//! the whole pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics",
+//! 1996).
 //!
 //! A shadow ray is skipped if [`MIN_AGREEING`] of the samples in the cell and around it hit the
 //! same primitive along the same path and agree on the light's visibility. The reused result then
@@ -25,12 +27,12 @@
 //! [`REUSE_LIMIT`] thresholds, so that a lower threshold reduces this error, too.
 //!
 //! Filters wider than a pixel's square draw from beyond it, so that neighbouring cells of two
-//! pixels are not neighbours in the picture. They are compared all the same: that finds details
-//! which a pixel's own samples miss (perf/notes/large-pictures.md).
+//! pixels are not neighbours in the picture. They are compared nevertheless, which finds details
+//! that a pixel's own samples miss (perf/notes/large-pictures.md).
 //!
 //! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile
-//! depends on another one. All decisions are made in f64 and whole numbers, in one order. Both
-//! engines share them, as they share the points.
+//! depends on another one. All decisions are made in f64 and integers, in one order. Both engines
+//! share them, as they share the points.
 
 mod neighbours;
 mod pixel;

@@ -12,8 +12,8 @@ const _: () = assert!(MIN_AGREEING == 6);
 /// ray's.
 pub const MAX_HITS: usize = 3;
 
-/// Lights that would contribute at a hit, and those of them that are visible, as far as they were
-/// queried or reused: one bit a light, of the first 32.
+/// Lights that would contribute at a hit, and those of them that are visible, as far as queried or
+/// reused: one bit for each of the first 32 lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightVisibility {
     /// Path of the sample to this hit, see [`path_id`].
