@@ -1,5 +1,5 @@
-//! A window of the picture, rendered in bands from top to bottom, of which a few are in memory at a
-//! time; or some of its tiles, none of which is kept in memory.
+//! Renders a window of the picture in bands from top to bottom, a few of which are in memory at a
+//! time; or some of its tiles, none of which are kept in memory.
 
 use super::kept_file::KeptFileError;
 use super::open_bands::OpenBands;
@@ -23,19 +23,19 @@ const MERGED_PIXELS: u32 = 1 << 22;
 /// that the picture is written while it is rendered.
 const BAND_PIXELS: u32 = 1 << 18;
 
-/// Greatest number of rows of a band for the sake of whole tiles.
+/// Maximum number of rows of a band that consists of whole tiles.
 const MOST_ROWS: u32 = 1024;
 
-/// The reason why no more bands come.
+/// The reason why the bands end early.
 #[derive(Debug, thiserror::Error)]
 pub enum BandsError {
-    /// The render was stopped, or cannot be.
+    /// The render was stopped, or is impossible.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// A finished tile could not be stored, or could not be read.
     #[error(transparent)]
     Tiles(#[from] KeptFileError),
-    /// The system has no thread to render on while bands are taken.
+    /// The system has no thread for rendering while bands are taken.
     #[error("no thread could be started: {0}")]
     Thread(#[source] std::io::Error),
     /// The consumer of the bands wants no more.
@@ -76,10 +76,10 @@ fn bands_of(window: Tile, rows: u32) -> Vec<Tile> {
         .collect()
 }
 
-/// Renders the window of the settings and gives its bands to `take`, from the top and each as soon
+/// Renders the window of the settings and passes its bands to `take`, from the top and each as soon
 /// as it is complete, while others are rendered. `take` returns whether it wants the next. With a
-/// tile file in the outputs, the tiles that the file has are taken from it, and the others are
-/// added to it as they are finished.
+/// tile file in the outputs, tiles in the file are read from it, and the others are added to it as
+/// they are finished.
 ///
 /// # Errors
 /// [`BandsError`].
@@ -167,7 +167,7 @@ pub fn render_to_file(
     }
 }
 
-/// Assembles a window from the tiles of several files, which together have all of it, and gives
+/// Assembles a window from the tiles of several files, which together have all of it, and passes
 /// each band to `take`.
 ///
 /// # Errors

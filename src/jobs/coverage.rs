@@ -10,11 +10,11 @@ const BLOCK: u32 = 8;
 /// Side of a square of blocks, in blocks: a square has as many blocks as a word has bits.
 const SQUARE: u32 = 8;
 
-/// A set of blocks of one grid over the whole picture. Where the window cuts a block, only the part
+/// A set of blocks of one grid over the whole picture. If the window cuts a block, only the part
 /// within the window counts.
 ///
-/// Only squares that have finished blocks take memory. So a file of few tiles takes little, however
-/// large it claims its picture to be.
+/// Only squares with finished blocks take memory, so a file of few tiles takes little, however
+/// large its claimed picture is.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
     window: Tile,

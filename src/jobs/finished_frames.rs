@@ -1,9 +1,9 @@
-//! The list of a shard's finished frames: which pictures it has written, and a checksum of each, so
-//! that a file of the same name and other content is not taken for one of them.
+//! The list of a shard's finished frames: the pictures that it has written, with a checksum of
+//! each, so that a file of the same name with other content is not mistaken for one of them.
 //!
-//! The list is a text that only ever grows. Its first line says whose frames they are; each other
-//! line is a frame. A line that is cut off or damaged costs the frame that it names, which is
-//! rendered again. Whoever renders a shard holds a lock on its list.
+//! The list is a text file that only grows. Its first line identifies the sequence; every other
+//! line is a frame. If a line is cut off or damaged, its frame is rendered again. A process that
+//! renders a shard holds a lock on its list.
 
 use super::kept_file::{KeptFileError, check_regular, open_exclusive};
 use super::render_key::{KeyDifference, RenderKey};
@@ -34,13 +34,13 @@ pub struct FrameIdentity {
 /// State of a frame's picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameState {
-    /// It is there, as the shard has written it.
+    /// The file is as the shard has written it.
     Finished,
     /// There is no file.
     Absent,
     /// There is a file that the shard has not written.
     Unlisted,
-    /// There is a file that is no longer as the shard has written it.
+    /// There is a file that has changed since the shard wrote it.
     Changed,
 }
 
@@ -78,8 +78,8 @@ pub struct FinishedFrames {
 }
 
 impl FinishedFrames {
-    /// Opens the list of a shard to add to it, or creates it if it does not exist. The shard is
-    /// this process's own until the list is dropped. `key` and `camera_path` are those of the
+    /// Opens the list of a shard to add to it, or creates it if it does not exist. The shard
+    /// belongs to this process until the list is dropped. `key` and `camera_path` are those of the
     /// sequence.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl FinishedFrames {
         FinishedFrames::scan(path, file, key, camera_path).map(|(list, _)| list)
     }
 
-    /// State of a frame whose file is `picture`; all of the file is read.
+    /// State of a frame whose file is `picture`. Reads the whole file.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -325,8 +325,8 @@ mod tests {
         assert_eq!(state(FIRST), FrameState::Absent);
     }
 
-    /// Opens a list. A process that another test is starting has its files until it begins its
-    /// program, locks included, so one that is in use is asked for again.
+    /// Opens a list. A process started by another test holds its files until it begins its program,
+    /// locks included, so a list in use is tried again.
     fn open(path: &Path) -> FinishedFrames {
         for _ in 0..200 {
             match FinishedFrames::open(path, &key(8), "0") {
@@ -366,7 +366,7 @@ mod tests {
             let list = FinishedFrames::read(&path, &key(8), "0").unwrap();
             assert!(finished(&list, second), "{length}");
         }
-        // A damaged line costs its own frame alone.
+        // A damaged line costs only its own frame.
         let mut damaged = whole.clone();
         damaged[ends[0] + 2] = b'!';
         fs::write(&path, damaged).unwrap();

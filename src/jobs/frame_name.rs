@@ -4,15 +4,15 @@ use std::ffi::OsString;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Fewest digits of a frame's number in a name that does not say how many.
+/// Minimum number of digits of a frame's number in a name that does not specify it.
 const MIN_DIGITS: usize = 4;
 
-/// Most digits that a name may ask for.
+/// Maximum number of digits that a name may request.
 const MAX_DIGITS: usize = 20;
 
 /// A file name with the number of a frame in it, for a sequence that ends with frame `last`: in
-/// place of the last `#`s, with as many digits; or of `%d` or `%04d`, as C's printf has them; or
-/// else before the ending, with as many digits as the last frame has, four at least.
+/// place of the last run of `#`, with as many digits; or of `%d` or `%04d`, as in C's printf; or
+/// else before the ending, with as many digits as the last frame has, at least four.
 pub fn frame_name(path: &Path, last: u32, frame: u32) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if let Some((place, digits)) = number_place(&name) {
@@ -28,7 +28,7 @@ pub fn frame_name(path: &Path, last: u32, frame: u32) -> PathBuf {
     path.with_file_name(stem)
 }
 
-/// The bytes of a name that stand for a number, and its digits.
+/// The bytes of a name that are replaced by a number, and its digits.
 fn number_place(name: &str) -> Option<(Range<usize>, usize)> {
     if let Some(last) = name.rfind('#') {
         let first = name[..last].trim_end_matches('#').len();

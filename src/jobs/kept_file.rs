@@ -1,4 +1,4 @@
-//! Files in which finished work is kept, and to which one process at a time may add.
+//! Files of finished work, to which one process at a time may add.
 
 use super::render_key::{KeyDifference, list_differences};
 use phalanx_files::Destination;
@@ -32,7 +32,7 @@ pub enum KeptFileError {
         /// The kind that it should be of.
         expected: &'static str,
     },
-    /// A program with another layout made the file.
+    /// The file was made by a program with another layout.
     #[error(
         "{}: made by another version of phalanx: its layout has version {found}, this program reads version {known}",
         shown_path(path)
@@ -42,7 +42,7 @@ pub enum KeptFileError {
         path: PathBuf,
         /// Version of the file's layout.
         found: u32,
-        /// Version that is read here.
+        /// The supported version.
         known: u32,
     },
     /// The file holds work on another picture or sequence.
@@ -64,7 +64,7 @@ impl KeptFileError {
     }
 }
 
-/// Refuses a path that no such file can be at, without opening it: pipes would be waited for.
+/// Rejects a path that cannot be such a file, without opening it: opening a pipe would block.
 pub(super) fn check_regular(path: &Path) -> Result<(), KeptFileError> {
     let io = |source| KeptFileError::io(path, source);
     match Destination::of(path).map_err(io)? {
@@ -77,8 +77,8 @@ pub(super) fn check_regular(path: &Path) -> Result<(), KeptFileError> {
 
 /// Opens a file, or creates it, and locks it for this process until it is closed.
 ///
-/// Some network file systems have no locks: there nothing is refused, because what two processes
-/// add to one file is still sound.
+/// Some network file systems have no locks: there nothing is rejected, because a file stays valid
+/// even if two processes add to it.
 pub(super) fn open_exclusive(path: &Path) -> Result<File, KeptFileError> {
     check_regular(path)?;
     let mut options = OpenOptions::new();

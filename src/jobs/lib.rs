@@ -1,6 +1,6 @@
-//! Pictures that take long. They are rendered in bands of rows, so that they need not fit into
-//! memory. They are stored tile by tile in a file, so that an interrupted render resumes where it
-//! was. They can be rendered on many machines, each of which stores its share of the tiles.
+//! Long renders. Pictures are rendered in bands of rows, so that they need not fit into memory, and
+//! stored tile by tile in a file, so that an interrupted render resumes where it stopped. They can
+//! be rendered on many machines, each of which stores its share of the tiles.
 //!
 //! | file | content |
 //! |---|---|
@@ -14,7 +14,7 @@
 //! | `bands` | a window of the picture, band by band |
 //! | `open_bands` | bands that workers fill while those above them are taken |
 //! | `stored_tiles` | finished tiles on their way into the file and the thumbnail |
-//! | `thumbnail` | a small picture of it while it is made |
+//! | `thumbnail` | a small picture of the progress |
 //! | `plan` | assignment of tiles to machines |
 //! | `sequence_plan` | the frames of a plan, and the camera's path |
 //! | `planned_frames` | their views, keys, shards and files |
@@ -23,17 +23,17 @@
 //! | `kept_file` | files that one process at a time adds to, and their errors |
 //! | `output_path` | the paths that a plan's picture may have |
 //!
-//! One kind of file serves both purposes: a checkpoint is the tile file of a render on one machine,
-//! and the share of each of many machines is a tile file, too. So an interrupted share resumes like
-//! any render, and merging is rendering with nothing left to do.
+//! One kind of file serves both purposes: the checkpoint of a render on one machine is a tile file,
+//! and so is the share of each of many machines. So an interrupted share resumes like any render,
+//! and merging is rendering with nothing left to do.
 //!
 //! A sequence is cut into whole frames or into the tiles of each. A shard of whole frames writes
-//! pictures, and a list of them with a checksum of each; the frame that it is at has a tile file
-//! until its picture is written.
+//! pictures, and a list of them with a checksum of each; the current frame has a tile file until
+//! its picture is written.
 //!
-//! Plans and tile files may come from others, and are data. Every number that is read from one is
-//! checked against the file's length and the picture's size before memory or time is spent on it. A
-//! plan cannot choose which files are written.
+//! Plans and tile files may come from others, and are treated as data. Every number that is read
+//! from one is checked against the file's length and the picture's size before memory or time is
+//! spent on it. A plan cannot choose which files are written.
 
 mod bands;
 mod coverage;

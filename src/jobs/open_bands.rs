@@ -1,5 +1,5 @@
-//! Bands of a picture that workers fill at the same time, and that are taken from the top as soon
-//! as they are complete, while workers go on below.
+//! Bands of a picture, filled by workers at the same time, and taken from the top as soon as they
+//! are complete, while workers continue below.
 
 use super::kept_file::KeptFileError;
 use super::stored_tiles::StoredTiles;
@@ -10,11 +10,11 @@ use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Approximate number of pixels of all bands that are filled at the same time. However slow one
-/// tile is, all threads have work below it for a fifth of a second.
+/// Approximate number of pixels of all bands that are filled at the same time. However slow a tile
+/// is, all threads have work below it for a fifth of a second.
 const OPEN_PIXELS: u64 = 1 << 22;
 
-/// Most bands that are filled at the same time; at least two.
+/// Maximum number of bands that are filled at the same time; at least two.
 pub fn open_bands(bands: &[Tile]) -> usize {
     let pixels = bands.first().map_or(1, Tile::pixels);
     (OPEN_PIXELS / pixels.max(1)).max(2) as usize
@@ -33,16 +33,16 @@ pub(super) struct OpenBands<'a> {
     changed: Condvar,
 }
 
-/// State that workers and the one who takes bands share.
+/// State shared by workers and the consumer of bands.
 #[derive(Default)]
 struct OpenState {
     /// Bands that have been taken.
     taken: usize,
     /// The bands after those.
     open: VecDeque<Arc<OpenBand>>,
-    /// True if no tile comes any more.
+    /// True if there are no further tiles.
     ended: bool,
-    /// True if no band will be taken any more.
+    /// True if no further band will be taken.
     closed: bool,
     /// Time that workers waited for bands to be taken.
     waited: Duration,
@@ -55,7 +55,7 @@ struct OpenBand {
     missing: AtomicUsize,
 }
 
-/// Interval at which those who wait look whether the render has been stopped.
+/// Interval at which waiting threads check whether the render has been stopped.
 const POLL: Duration = Duration::from_millis(20);
 
 impl<'a> OpenBands<'a> {
@@ -76,8 +76,8 @@ impl<'a> OpenBands<'a> {
         }
     }
 
-    /// Gives all bands to `take`, until that does not want the next, or there is none. Returns
-    /// whether it wanted all that it was given.
+    /// Passes all bands to `take`, until it does not want the next, or there is none. Returns
+    /// whether it wanted all of them.
     pub(super) fn give_all(&self, take: &mut impl FnMut(Film) -> bool) -> bool {
         for _ in self.bands {
             let Some(film) = self.take_next() else {
@@ -94,7 +94,7 @@ impl<'a> OpenBands<'a> {
     fn take_next(&self) -> Option<Film> {
         let mut state = self.lock();
         let next = state.taken;
-        // A band that was finished before has no worker to open it.
+        // A band that was finished before is not opened by any worker.
         if self.missing[next] == 0 && state.open.is_empty() {
             self.open_next(&mut state);
         }
@@ -114,13 +114,13 @@ impl<'a> OpenBands<'a> {
         }
     }
 
-    /// Says that no tile comes any more.
+    /// Marks the end of the tiles.
     pub(super) fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();
     }
 
-    /// Says that no band will be taken any more.
+    /// Marks that no further band will be taken.
     pub(super) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
@@ -213,7 +213,7 @@ impl TileSink for OpenBands<'_> {
         film.put(band.place, tile, pixels);
         drop(film);
         if band.missing.fetch_sub(1, SeqCst) == 1 {
-            // Under the lock, so that nobody who has just looked begins to wait.
+            // Under the lock, so that no thread begins to wait after it has just checked.
             let _state = self.lock();
             self.changed.notify_all();
         }
@@ -230,8 +230,8 @@ mod tests {
     use crate::TileOutputs;
     use phalanx_render::frame::Control;
 
-    /// Checks that a stop while workers wait for a band to be taken loses no more than the picture:
-    /// nobody waits for ever, and the bands are not all there.
+    /// Checks that stopping while workers wait for a band to be taken only loses the picture: no
+    /// thread waits forever, and the bands are incomplete.
     #[test]
     fn a_stop_ends_those_who_wait() {
         let bands = [0, 1, 2].map(|k| Tile {

@@ -1,5 +1,5 @@
-//! Paths that a plan may send its picture to: those in its own folder. A plan may come from
-//! anybody, and the user who merges it has not chosen where it writes.
+//! Paths to which a plan may write its picture: those in its own folder. A plan may come from
+//! anyone, and the user who merges it has not chosen where it writes.
 
 use phalanx_files::folder_of;
 use std::fs;
@@ -9,10 +9,10 @@ use std::path::{Component, Path, PathBuf, absolute};
 const OUTSIDE: &str = "lies outside the plan's folder";
 
 /// The path of a picture that a plan in the file `plan` names `output`. An error gives the reason
-/// why the plan may not name it.
+/// why the plan may not write there.
 pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static str> {
     let folder = folder_of(plan);
-    // Without a `./` before it, where the plan's folder is the current one.
+    // Without a leading `./` if the plan's folder is the current one.
     let path = plan.with_file_name(output);
     if path.file_name().is_none() {
         return Err("is no name of a file");
@@ -30,7 +30,7 @@ pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static st
             }
         }
         // Nothing can be written there, which the attempt to write will report. The path is allowed
-        // if it is in the folder at all.
+        // if it is in the folder.
         Err(_) if descends(output) && !path.is_symlink() => Ok(path),
         Err(_) => Err(OUTSIDE),
     }
@@ -41,13 +41,13 @@ pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static st
 /// names the picture again.
 ///
 /// # Errors
-/// The system cannot tell where they are.
+/// The system cannot determine where they are.
 pub fn kept_output(plan: &Path, output: &Path) -> io::Result<PathBuf> {
     let output = absolute(output)?;
     let home = folder_of(plan).canonicalize()?;
     let inside = real(&output).ok();
     let inside = inside.and_then(|real| Some(real.strip_prefix(&home).ok()?.to_path_buf()));
-    // A link to a picture keeps the link's name, because its target may change.
+    // A link to a picture is stored by the link's name, because its target may change.
     let name = match inside {
         Some(_) if output.is_symlink() => {
             let folder = folder_of(&output).canonicalize()?;

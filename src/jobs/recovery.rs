@@ -1,8 +1,8 @@
-//! Reads a tile file from its beginning to its end, in whatever state it is, and whoever made it.
+//! Reads a tile file from beginning to end, regardless of its state and origin.
 //!
-//! The time is in proportion to the file's length, and no memory is allocated that the file does
-//! not fill. The numbers of a header are checked against the picture and the file before they are
-//! used. Bytes that damaged tiles claim are read again a bounded number of times.
+//! The time is proportional to the file's length, and memory is allocated only for data in the
+//! file. The numbers of a header are checked against the picture and the file before they are used.
+//! Bytes that damaged tiles claim are read again a bounded number of times.
 
 use super::file_header::{self, FileOwner};
 use super::render_key::RenderKey;
@@ -11,8 +11,9 @@ use phalanx_render::frame::Tile;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 
-/// Bytes of damaged tiles that are searched for other records, in lengths of the file. Headers that
-/// overlap could claim the same bytes again and again. After that, a damaged tile is skipped whole.
+/// Number of bytes of damaged tiles that are searched for other records, as a multiple of the
+/// file's length. Overlapping headers could claim the same bytes again and again. Beyond this, a
+/// damaged tile is skipped as a whole.
 const MAX_SEARCHED_PER_BYTE: u64 = 4;
 
 /// The content of a file.
@@ -20,7 +21,7 @@ pub(super) struct Recovery {
     pub(super) owner: FileOwner,
     /// Whole tiles, each with the offset where its record begins.
     pub(super) tiles: Vec<(Tile, u64)>,
-    /// Tiles that are present, but not as they were written.
+    /// Tiles that are present, but damaged.
     pub(super) damaged: usize,
     /// The end of the last whole record.
     pub(super) end: u64,
@@ -54,7 +55,7 @@ impl Recovery {
         Ok(recovery)
     }
 
-    /// Reads records from an offset on; where there is none, looks for the next.
+    /// Reads records from an offset on; where there is none, searches for the next.
     fn records(
         &mut self,
         places: &mut ForwardReader,
@@ -85,7 +86,7 @@ impl Recovery {
                 continue;
             }
             // The content may have been cut off, with another record where it would have continued:
-            // only as much as is known to belong to it is skipped.
+            // only the part that certainly belongs to it is skipped.
             self.damaged += 1;
             at = match left.checked_sub(bytes.len() as u64) {
                 Some(rest) => {
@@ -124,7 +125,7 @@ impl RecordProperties {
     }
 }
 
-/// A file that is read here and there, mostly forward.
+/// A file that is read at various positions, mostly forward.
 struct ForwardReader<'a> {
     reader: BufReader<&'a File>,
     at: u64,
@@ -153,7 +154,7 @@ impl ForwardReader<'_> {
             if bytes.is_empty() {
                 return Ok(None);
             }
-            // The last bytes of the data may be the first of a magic.
+            // The last bytes of the data may be the first of a magic number.
             let cut_off = || {
                 let lengths = (1..tile_record::MAGIC.len()).rev();
                 let mut cut = lengths.filter(|&n| bytes.ends_with(&tile_record::MAGIC[..n]));

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 /// Greatest number of a frame.
 pub const MAX_FRAME: u32 = 10_000_000;
 
-/// Most key frames of a plan: as many as a plan of the greatest length has room for.
+/// Maximum number of key frames: as many as fit into a plan of the maximum size.
 pub const MAX_KEYFRAMES: usize = 20_000;
 
 /// The sequence that a plan is for. It holds everything that the frames' views depend on, so that
-/// no other file decides about them.
+/// no other file affects them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SequencePlan {
@@ -30,12 +30,13 @@ pub struct SequencePlan {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShardBy {
-    /// Whole frames to a shard, dealt out like cards: frame A + k belongs to shard k modulo the
+    /// Whole frames, dealt out to shards like cards: frame A + k belongs to shard k modulo the
     /// number of shards. A frame's cost changes slowly along a path, so that every shard gets cheap
-    /// and costly ones: of 24 frames toward a scene in 5 shards, the largest had 7 % more rays than
-    /// the mean; as runs of consecutive frames, 37 %. A frame reuses nothing of the one before.
+    /// and costly ones: for 24 frames of an approach to a scene in 5 shards, the largest shard had
+    /// 7 % more rays than the mean; with runs of consecutive frames, 37 %. Frames do not reuse
+    /// anything of previous ones.
     Frame,
-    /// Tiles to a shard, the same in each frame: for few frames that take long.
+    /// The same tiles of each frame, for few frames that take long.
     Tile,
 }
 
@@ -135,7 +136,7 @@ impl SequencePlan {
     /// Checks every field; the plan is for this number of shards.
     ///
     /// # Errors
-    /// The first field that holds a value that it may not have.
+    /// The first field with an invalid value.
     pub(super) fn check(&self, shards: u32) -> Result<(), FieldError> {
         let wrong = |field, value: String, expected: String| FieldError {
             field,

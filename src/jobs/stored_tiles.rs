@@ -1,4 +1,4 @@
-//! Finished tiles beside the picture: in a file, and in a thumbnail.
+//! Destinations of finished tiles apart from the picture: a file and a thumbnail.
 
 use super::kept_file::KeptFileError;
 use super::thumbnail::Thumbnail;
@@ -8,24 +8,24 @@ use phalanx_scene::film::{TileBuffer, TileSink};
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, PoisonError};
 
-/// Destinations of finished tiles, beside the picture.
+/// Destinations of finished tiles apart from the picture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TileOutputs<'a> {
-    /// File that tiles are stored in.
+    /// File in which tiles are stored.
     pub file: Option<&'a TileFile>,
-    /// Thumbnail that tiles are shown in.
+    /// Thumbnail that shows the tiles.
     pub thumbnail: Option<&'a Thumbnail>,
 }
 
 impl TileOutputs<'_> {
-    /// Reports the pixels that were finished before, for whoever watches the render's progress.
+    /// Reports the pixels that were finished before, for displays of the render's progress.
     pub(super) fn record_resumed(self, control: &Control, pixels: u64) {
         control.pixels_resumed.store(pixels, Relaxed);
         control.pixels.fetch_add(pixels, Relaxed);
     }
 }
 
-/// Stores finished tiles beside the picture, and remembers why one could not be stored.
+/// Stores finished tiles, and remembers why one could not be stored.
 pub(super) struct StoredTiles<'a> {
     pub(super) outputs: TileOutputs<'a>,
     aovs: Aovs,
@@ -49,13 +49,12 @@ impl<'a> StoredTiles<'a> {
         failed.take()
     }
 
-    /// Returns true if the render is to end.
+    /// Returns true if the render should end.
     pub(super) fn is_stopped(&self) -> bool {
         self.control.stop.load(Relaxed)
     }
 
-    /// Keeps the reason, and ends the render. The first error is the reason; later ones follow from
-    /// it.
+    /// Keeps the error, and ends the render. The first error is kept; later ones follow from it.
     pub(super) fn fail(&self, error: KeptFileError) {
         let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
         failed.get_or_insert(error);

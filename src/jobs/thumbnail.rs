@@ -1,4 +1,4 @@
-//! A small picture of the tiles that are finished so far, for people who watch.
+//! A small picture of the tiles finished so far, for observers.
 
 use phalanx_render::frame::Tile;
 use phalanx_scene::film::{Film, TileBuffer};
@@ -60,7 +60,7 @@ impl Thumbnail {
         }
     }
 
-    /// The picture so far; pixels that are not finished are black.
+    /// The picture so far; unfinished pixels are black.
     pub fn film(&self) -> Film {
         let mut film = Film::new(self.width, self.height, false);
         let sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,10 +1,10 @@
-//! Finished tiles in a file that only ever grows. It may be cut off anywhere, by a crash or a full
-//! disk, and its whole records still count.
+//! Finished tiles in a file that only grows. It may be cut off anywhere, by a crash or a full disk,
+//! and its complete records remain valid.
 //!
 //! The file begins with the picture's [`RenderKey`] (see `file_header`). Then come records (see
 //! `tile_record`), in the order in which tiles were finished. Every record holds the key's
-//! checksum, too, so that a file with a damaged header can still be identified. A byte that has
-//! changed costs the tile that it belongs to, which is rendered again.
+//! checksum, too, so that a file with a damaged header can still be identified. If a byte changes,
+//! its tile is rendered again.
 
 use super::coverage::Coverage;
 use super::file_header::{self, FileOwner, LAYOUT_VERSION};
@@ -33,11 +33,11 @@ pub struct TileFile {
     path: PathBuf,
     identity: u32,
     planes: u32,
-    /// Tiles that were there when the file was opened, by row of their upper border.
+    /// Tiles that were present when the file was opened, by row of their upper border.
     tiles: Vec<(Tile, u64)>,
     coverage: Coverage,
     pixels: u64,
-    /// Tiles that are present, but not as they were written.
+    /// Tiles that are present, but damaged.
     damaged: usize,
     append: Mutex<AppendPosition>,
 }
@@ -89,8 +89,8 @@ impl TileFile {
         TileFile::scan(path, file, key)
     }
 
-    /// Refuses a path that no tile file can be at, without opening it. Tiles are read again from
-    /// anywhere in the file, so that pipes, devices and `/dev/stdout` will not do.
+    /// Rejects a path that cannot be a tile file, without opening it. Tiles are read from anywhere
+    /// in the file, which rules out pipes, devices and `/dev/stdout`.
     ///
     /// # Errors
     /// [`KeptFileError::Io`].
@@ -108,7 +108,7 @@ impl TileFile {
         self.pixels
     }
 
-    /// Tiles that were damaged, and have to be rendered again.
+    /// Number of damaged tiles, which must be rendered again.
     pub fn damaged(&self) -> usize {
         self.damaged
     }
@@ -118,10 +118,10 @@ impl TileFile {
         self.coverage.has(tile)
     }
 
-    /// Copies finished pixels of a window onto its film; the other pixels stay as they are.
+    /// Copies finished pixels of a window onto its film; the other pixels do not change.
     ///
     /// # Errors
-    /// The system's reason, or that a tile is no longer what it was.
+    /// The system's reason, or a tile that has changed.
     pub fn restore(&self, window: Tile, film: &mut Film) -> Result<(), KeptFileError> {
         let io = |source| KeptFileError::io(&self.path, source);
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
@@ -158,10 +158,10 @@ impl TileFile {
         Ok(())
     }
 
-    /// Appends a finished tile. Where that fails, the file ends with the last whole tile.
+    /// Appends a finished tile. If that fails, the file ends with the last whole tile.
     ///
     /// # Errors
-    /// The system's reason: that the disk is full, most likely.
+    /// The system's reason, most likely a full disk.
     pub fn append(&self, tile: Tile, pixels: &TileBuffer) -> Result<(), KeptFileError> {
         let io = |source| KeptFileError::io(&self.path, source);
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
@@ -174,7 +174,7 @@ impl TileFile {
         tile_record::write(buffer, tile, self.identity, &pixels.planes());
         let written = file.write_all(buffer);
         if let Err(error) = written {
-            // Truncation is best effort: an unfinished record is found out anyway.
+            // Truncation is best effort: an unfinished record is detected anyway.
             let _ = file.set_len(*at);
             let _ = file.seek(SeekFrom::Start(*at));
             return Err(io(error));

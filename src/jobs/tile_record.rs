@@ -13,7 +13,7 @@
 use super::render_key::RenderKey;
 use phalanx_render::frame::Tile;
 
-/// First bytes of a record: in a damaged file, the next record is found by them.
+/// First bytes of a record, used to find the next record in a damaged file.
 pub(super) const MAGIC: [u8; 8] = *b"\xf7PHXTILE";
 
 /// Bytes of a header.
@@ -22,7 +22,7 @@ pub(super) const HEADER_BYTES: usize = 40;
 /// The longest side of a tile: a header with a longer one is invalid.
 pub(super) const MAX_SIDE: u32 = 1024;
 
-/// Most planes of a tile: more than there are channels.
+/// Maximum number of planes of a tile: more than there are channels.
 const MAX_PLANES: u32 = 64;
 
 /// Planes of every tile of a picture: red, green, blue, and the channels of its layers.

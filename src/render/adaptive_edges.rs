@@ -1,5 +1,5 @@
-//! Tiles whose pixels get as many samples as their parts need. The packet engine works in rounds.
-//! Each round halves the cells that the earlier rounds left active.
+//! Renders tiles in which each pixel gets as many samples as its cells need. The packet engine
+//! works in rounds, each of which halves the cells left active by earlier rounds.
 
 use super::blocks::{corners, size_of, within};
 use super::coverage_layers::write_coverage;
@@ -13,18 +13,18 @@ use phalanx_scene::sampling::{
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::LANES;
 
-/// Most samples that are held at once, for a block or more, if every possible sample is taken. With
-/// what belongs to them they take about 110 bytes each.
+/// Maximum number of samples held at once, for a block or more, if every possible sample is taken.
+/// Each takes about 110 bytes, including its results.
 const MAX_GROUP_SAMPLES: u32 = 1 << 16;
 
-/// Most rays that are traced together: as many as a tile of the default side has pixels, for the
-/// same reason.
+/// Maximum number of rays that are traced together: the number of pixels in a tile of the default
+/// side, for the same reason.
 const MAX_WAVE_RAYS: usize = 1024;
 
 /// The visibility of the lights is kept per ray of a single wave.
 const _: () = assert!(MAX_WAVE_RAYS <= CAMERA_RAYS, "they would be several waves");
 
-/// Halves cells, group by group of blocks, until none asks for a sample.
+/// Halves cells, one group of blocks after another, until none requests a sample.
 #[derive(Default)]
 pub(super) struct EdgeSampler {
     /// Cells of a group, one entry per block.
@@ -71,7 +71,7 @@ impl EdgeSampler {
     }
 
     /// Traces all samples that the blocks of a group request. The first samples of pixels also give
-    /// hits, where those are recorded.
+    /// hits, if those are recorded.
     fn refine(
         &mut self,
         tracer: &mut SampleTracer,

@@ -1,6 +1,6 @@
-//! Tiles whose pixels get as many samples as they need, where chance decides more than the position
-//! of a camera ray in its pixel. The packet engine works in rounds. Each round determines again
-//! which pixels need more samples.
+//! Renders tiles in which each pixel gets as many samples as it needs, for scenes in which more is
+//! random than the position of a camera ray in its pixel. The packet engine works in rounds, each
+//! of which determines anew which pixels need more samples.
 
 use super::blocks::{corners, size_of, within};
 use super::sample_tracer::SampleTracer;
@@ -57,9 +57,9 @@ impl NoiseSampler {
     }
 
     /// Adds these samples to all active pixels. Several samples of a pixel are traced together, as
-    /// many rays as one sample of all pixels would be, so that packets are full where few pixels
-    /// are active. Where rays have seeds, one sample is traced at a time, because that is what
-    /// seeds are for.
+    /// many rays as for one sample of all pixels, so that packets are full even if few pixels are
+    /// active. If rays have seeds, samples are traced one at a time, because seeds belong to one
+    /// sample.
     fn round(
         &mut self,
         tracer: &mut SampleTracer,

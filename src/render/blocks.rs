@@ -1,4 +1,4 @@
-//! Blocks of 8×8 pixels: the parts of a tile that adaptive sampling decides about.
+//! Blocks of 8×8 pixels: the units of a tile for adaptive sampling.
 
 use phalanx_scene::film::Tile;
 use phalanx_scene::sampling::BLOCK;

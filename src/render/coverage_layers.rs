@@ -1,4 +1,4 @@
-//! The layers of a pixel that tell which surfaces cover it.
+//! Layers of a pixel with the surfaces that cover it.
 
 use phalanx_scene::film::{Aov, Aovs, TileBuffer};
 use phalanx_scene::sampling::PixelCoverage;
@@ -24,8 +24,8 @@ pub(super) fn write_coverage(
     }
 }
 
-/// Identifiers of surfaces for layers of coverage, if there are any: those of the scene, or none
-/// where only their parts are needed.
+/// Identifiers of surfaces for layers of coverage, if there are any: those of the scene, or none if
+/// only the shares are needed.
 pub(super) fn mattes_for(scene: &Scene, aovs: Aovs) -> Option<MatteIds> {
     let ids = || match aovs.of_mattes() {
         true => MatteIds::of(scene),

@@ -1,4 +1,4 @@
-//! Cost of tracing each pixel's camera ray with the packet engine, for pictures of that cost.
+//! Cost of tracing each pixel's camera ray with the packet engine, for heat maps.
 
 use super::ray_cost::{RayCost, count_cost};
 use super::stats::RenderStats;
@@ -16,11 +16,11 @@ use phalanx_trace::simd::LaneMask;
 use phalanx_trace::stopwatch::Stopwatch;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
 
-/// Timed repeats of each pair of packets. The least time counts: whatever interrupts a thread only
-/// adds to it.
+/// Timed repeats of each pair of packets. The minimum counts, as interruptions of a thread only add
+/// to the time.
 const REPEATS: usize = 3;
 
-/// Renders costs in place of radiance, the same in all three planes.
+/// Renders costs instead of radiance, the same in all three planes.
 pub struct HeatmapRenderer<'a> {
     camera: &'a Camera,
     cost: RayCost,

@@ -2,8 +2,8 @@
 //!
 //! `frame` hands tiles to `workers`. A worker's `tile_renderer` decides which camera rays are
 //! traced (`adaptive_edges`, `adaptive_noise`), and `sample_tracer` traces them. `wavefront` is the
-//! one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
-//! traced, bounces queued, and accumulated when they are done.
+//! one place that shows the order of the stages: rays are traced, hits shaded, shadow rays traced,
+//! bounces queued, and accumulated when they are done.
 
 mod adaptive_edges;
 mod adaptive_noise;

@@ -4,7 +4,7 @@ use phalanx_trace::PacketTracer;
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{LaneMask, Mask8};
 
-/// The cost of a camera ray that is measured.
+/// The kind of cost of a camera ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayCost {
     /// Nodes that the ray alone visits.

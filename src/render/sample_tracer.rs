@@ -1,4 +1,4 @@
-//! Camera rays from their generation to their radiance, for whoever decides which are traced.
+//! Traces camera rays, from their generation to their radiance, for the code that selects them.
 
 use super::stats::RenderStats;
 use super::traced_samples::TracedSamples;
@@ -16,7 +16,7 @@ use phalanx_trace::packet::{RayQueue, packets_for};
 use phalanx_trace::simd::LANES;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
 
-/// Traces camera rays with everything that follows from them.
+/// Traces camera rays and all rays that follow from them.
 pub(super) struct SampleTracer<'a> {
     pub(super) camera: &'a Camera,
     pub(super) sampling: Sampling,
@@ -27,14 +27,14 @@ pub(super) struct SampleTracer<'a> {
     context: WavefrontContext<'a>,
     /// True if rays have seeds.
     pub(super) seeded: bool,
-    /// Distance to the sky, where only ambient occlusion is rendered.
+    /// Distance to the sky, if ambient occlusion is rendered.
     ao_distance: Option<f32>,
     /// Memory that lives as long as a group of camera rays that are traced together. `scratch`
     /// lives as long as one wave of them.
     tile_arena: Bump,
     scratch: Bump,
     levels: Levels,
-    /// Surfaces that the rays of a group see, where an AOV needs them.
+    /// Surfaces that the rays of a group see, if an AOV needs them.
     fragments: Vec<RayFragment>,
 }
 
@@ -76,7 +76,7 @@ impl<'a> SampleTracer<'a> {
         }
     }
 
-    /// Sets the least weight of bounces that are traced.
+    /// Sets the minimum weight for bounces to be traced.
     pub(super) fn set_min_weight(&mut self, min_weight: f32) {
         let max_depth = self.levels.max_depth();
         self.levels = Levels::new(self.context.scene, max_depth, min_weight);
@@ -106,9 +106,9 @@ impl<'a> SampleTracer<'a> {
         }
     }
 
-    /// Traces up to `capacity` camera rays, which `generate` adds to the queue. Where rays have
-    /// seeds, all are the `sample`-th of their pixels. The first rays of pixels also give hits, if
-    /// these are recorded.
+    /// Traces up to `capacity` camera rays, which `generate` adds to the queue. If rays have seeds,
+    /// all are the `sample`-th of their pixels. The first rays of pixels also give hits, if these
+    /// are recorded.
     pub(super) fn trace(
         &mut self,
         capacity: usize,
@@ -117,7 +117,8 @@ impl<'a> SampleTracer<'a> {
         shadow_filter: ShadowFilter,
         generate: impl FnOnce(&mut RayQueue),
     ) -> TracedSamples<'_, 'a> {
-        // Light that passes a surface is neither seen nor hidden, as a filter knows it.
+        // The filter knows lights as visible or hidden, which light through a surface is neither
+        // of.
         let mut shadow_filter = match self.context.has_clear_shadows {
             true => ShadowFilter::NONE,
             false => shadow_filter,
@@ -165,7 +166,7 @@ impl<'a> SampleTracer<'a> {
             light,
             ..
         } = aovs;
-        // Those of a packet are collected surface by surface.
+        // A packet's fragments are collected surface by surface.
         self.fragments.sort_by_key(|fragment| fragment.ray);
         TracedSamples {
             rays,

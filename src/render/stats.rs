@@ -1,4 +1,4 @@
-//! Work counters of a render: the same numbers whatever the thread count.
+//! Work counters of a render, independent of the number of threads.
 
 use phalanx_scene::RayCounts;
 

@@ -1,4 +1,4 @@
-//! The packet engine's tile renderer: it decides how many camera rays each pixel of a tile gets.
+//! The packet engine's tile renderer: it determines how many camera rays each pixel of a tile gets.
 
 use super::adaptive_edges::EdgeSampler;
 use super::adaptive_noise::NoiseSampler;
@@ -17,7 +17,7 @@ use phalanx_trace::bvh::Bvh;
 /// Renders tiles with packets of eight rays.
 pub struct WavefrontRenderer<'a> {
     tracer: SampleTracer<'a>,
-    /// Accumulators of the pixels of a tile, where pixels have several samples.
+    /// Accumulators of the pixels of a tile, if pixels have several samples.
     accumulators: PixelAccumulators,
     edges: EdgeSampler,
     noise: NoiseSampler,
@@ -41,7 +41,7 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// Traces bounces only where the product of the weights along the path is at least this in some
+    /// Traces bounces only if the product of the weights along the path is at least this in some
     /// component.
     pub fn with_min_weight(mut self, min_weight: f32) -> Self {
         self.tracer.set_min_weight(min_weight);
@@ -61,8 +61,8 @@ impl<'a> WavefrontRenderer<'a> {
         self
     }
 
-    /// Renders ambient occlusion in place of shading: a hit is white if one ray from it meets
-    /// nothing within `reach`, and else black.
+    /// Renders ambient occlusion instead of shading: a hit is white if a single ray from it meets
+    /// nothing within `reach`, and black otherwise.
     pub fn with_ambient_occlusion(mut self, reach: f32) -> Self {
         self.tracer.set_ao_distance(reach);
         self

@@ -1,4 +1,4 @@
-//! Results of camera rays, and how they become pixels: written as they are, or accumulated first.
+//! Results of camera rays, and their conversion to pixels: directly, or after accumulation.
 
 use super::coverage_layers::write_coverage;
 use super::ray_cost::{RayCost, count_cost};
@@ -14,7 +14,7 @@ pub(super) struct TracedSamples<'t, 'a> {
     pub(super) rays: RayQueue<'t>,
     pub(super) radiance: &'t [RadianceX8],
     /// Hits, one per packet, and surfaces, eight a packet, of rays that are the first of their
-    /// pixels. These and the other outputs are empty where they are not wanted.
+    /// pixels. These and the other outputs are empty unless requested.
     pub(super) hits: &'t [HitPacket],
     pub(super) surfaces: &'t [SurfaceAov],
     /// Direct, reflected and refracted light.
@@ -137,9 +137,9 @@ impl TracedSamples<'_, '_> {
 #[derive(Default)]
 pub(super) struct PixelAccumulators {
     pub(super) radiance: Vec<PixelAccumulator>,
-    /// Direct, reflected and refracted light; empty where no AOV needs it.
+    /// Direct, reflected and refracted light; empty if no AOV needs it.
     light: [Vec<PixelAccumulator>; 3],
-    /// Surfaces that the pixels show; empty where no AOV needs them.
+    /// Surfaces that the pixels show; empty if no AOV needs them.
     coverage: Vec<PixelCoverage>,
 }
 

@@ -1,4 +1,4 @@
-//! Workers that take tiles until none is left. This is the only file that names core_affinity.
+//! Workers that take tiles until none are left. This is the only file that names core_affinity.
 
 use super::stats::RenderStats;
 use phalanx_scene::film::Tile;
@@ -15,12 +15,12 @@ pub enum CoreAffinity {
     Cores,
 }
 
-/// The cores that workers are bound to, if they are.
+/// The cores to which workers are bound, if any.
 pub struct Cores(Vec<core_affinity::CoreId>);
 
 impl Cores {
     /// The cores of the process's affinity mask. Call this before any thread is bound: the children
-    /// of a bound thread would see one core only.
+    /// of a bound thread would see only one core.
     pub fn here(pin: CoreAffinity) -> Cores {
         Cores(match pin {
             CoreAffinity::None => Vec::new(),
@@ -28,7 +28,7 @@ impl Cores {
         })
     }
 
-    /// Binds the calling thread, which is worker `worker`. It is best effort: where the system
+    /// Binds the calling thread, which is worker `worker`. This is best effort: if the system
     /// refuses, the thread stays unbound.
     pub fn bind(&self, worker: usize) {
         if let Some(&core) = self.0.get(worker % self.0.len().max(1)) {
@@ -37,7 +37,7 @@ impl Cores {
     }
 }
 
-/// Progress and stop flag, shared with a render that is under way.
+/// Progress and stop flag, shared with a running render.
 #[derive(Debug, Default)]
 pub struct Control {
     /// Set to stop: workers finish their tile and leave.
@@ -72,8 +72,8 @@ pub struct RenderedTiles {
     pub tile_seconds: Vec<f64>,
 }
 
-/// Renders all tiles on `threads` workers, each with its own one made by `renderer`, and puts them
-/// into the sink.
+/// Renders all tiles on `threads` workers, each with its own renderer from `renderer`, and puts
+/// them into the sink.
 ///
 /// # Errors
 /// [`Interrupted`] if `control.stop` was set before the last tile was taken.

@@ -77,7 +77,7 @@ fn a_plan_that_is_read_again_has_the_views_that_were_planned() {
             assert_eq!(planned.key(frame).unwrap(), made.picture.with_view(view));
             identities.push(planned.identity(frame).unwrap());
         }
-        // An identity depends on how samples are made, and not on where the file lies.
+        // An identity depends on how samples are encoded, and not on the file's path.
         let mut other = made.clone();
         other.output = "in/b.png".into();
         let identity =

@@ -89,8 +89,8 @@ fn what_is_no_plan_is_refused() {
         ("/shards", json!(100_001), "shards"),
         ("/tile", json!(0), "tile"),
         ("/tile", json!(7), "tile"),
-        // A side that tiles may have, but not in this plan: there would be more tiles than
-        // anybody deals out.
+        // A side that tiles may have, but not in this plan: there would be more tiles than the
+        // program ever assigns.
         ("/tile", json!(8), "tile"),
         ("/scene", json!(""), "scene"),
         ("/scene", json!("a\nb"), "scene"),

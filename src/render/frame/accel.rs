@@ -1,4 +1,4 @@
-//! Acceleration structures: each engine has one beside the scene.
+//! Acceleration structures: each engine needs one in addition to the scene.
 
 use super::settings::{Engine, Settings};
 use phalanx_oracle::TwoLevelBvh;
@@ -6,7 +6,7 @@ use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::{BuildSettings, Bvh};
 
-/// The acceleration structure of an engine, which it needs beside the scene.
+/// The acceleration structure of an engine.
 pub struct Accel(AccelKind);
 
 enum AccelKind {
@@ -26,8 +26,8 @@ pub enum AccelRef<'a> {
 /// Figures of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeStats {
-    /// Nodes. The packet engine's hold two boxes each and leaves are no nodes; the oracle's leaves
-    /// are.
+    /// Number of nodes. The packet engine's hold two boxes each, and its leaves do not count; the
+    /// oracle's leaves do.
     pub nodes: usize,
     /// Longest path from the root, the root counting 1.
     pub depth: usize,
@@ -38,7 +38,7 @@ pub struct TreeStats {
     pub node_bytes: usize,
     /// Bytes held by the primitives in leaf order.
     pub prim_bytes: usize,
-    /// Bytes of the same tree with more children a node; 0 where it has not been made.
+    /// Bytes of the same tree with more children per node; 0 if it has not been built.
     pub wide_bytes: usize,
 }
 
@@ -63,8 +63,8 @@ impl Accel {
         Accel::build_with(scene, engine, &BuildSettings::default())
     }
 
-    /// Builds the tree of an engine. The settings are the packet engine's: the oracle has one way
-    /// to build, on one thread.
+    /// Builds the tree of an engine. The settings apply to the packet engine: the oracle always
+    /// builds in the same way, on one thread.
     pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Accel {
         Accel(match engine {
             Engine::Simd => AccelKind::Packets(Bvh::build_with(scene, settings)),
@@ -72,7 +72,7 @@ impl Accel {
         })
     }
 
-    /// The packet engine with a tree made elsewhere, which must be the scene's.
+    /// The packet engine with a tree built elsewhere, which must be the scene's.
     pub fn with_tree(bvh: Bvh) -> Accel {
         Accel(AccelKind::Packets(bvh))
     }
@@ -85,7 +85,7 @@ impl Accel {
         }
     }
 
-    /// Returns true if [`Accel::build_wide_bvh`] has nothing left to make for a frame.
+    /// Returns true if [`Accel::build_wide_bvh`] has nothing left to build for a frame.
     pub fn is_ready(&self, settings: &Settings) -> bool {
         match &self.0 {
             AccelKind::Packets(bvh) => {
@@ -96,8 +96,8 @@ impl Accel {
         }
     }
 
-    /// Makes the structures that the kernel of a frame needs beside the binary tree. A render does
-    /// so itself where it has not been done; the time then counts in the frame's seconds.
+    /// Builds the structures that the kernel of a frame needs in addition to the binary tree.
+    /// Otherwise a render does so itself, and the time counts toward the frame's.
     pub fn build_wide_bvh(&self, settings: &Settings) {
         if let AccelKind::Packets(bvh) = &self.0 {
             build_wide_bvh(bvh, settings);
@@ -120,7 +120,7 @@ impl Accel {
     }
 }
 
-/// Chooses the kernel for a frame, and makes the structures that it needs.
+/// Selects the kernel for a frame, and builds the structures that it needs.
 pub(super) fn build_wide_bvh(bvh: &Bvh, settings: &Settings) -> Kernel {
     let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
     if kernel.is_wide() {

@@ -1,4 +1,4 @@
-//! Settings of a render: all that a picture depends on beside the scene.
+//! Settings of a render: everything that a picture depends on, except for the scene.
 
 use super::error::FrameError;
 use crate::{Aovs, CoreAffinity, Tile, WaveSizes};
@@ -8,7 +8,7 @@ use phalanx_scene::camera::{Camera, Lens};
 use phalanx_scene::sampling::Sampling;
 use phalanx_trace::Kernel;
 
-/// Selects the tracer that makes the picture. Both give the same bits.
+/// Selects the tracer. Both give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// Eight-wide packets.
@@ -24,11 +24,11 @@ pub enum Integrator {
     #[default]
     Whitted,
     /// Ambient occlusion: the share of the sky that is open above a hit, weighted by the cosine.
-    /// One ray is sent per camera ray, so that only the mean over many lies between black and
-    /// white. A surface that is partly there counts as there. Colours, lights and bounces are left
-    /// out; rays that hit nothing have the background.
+    /// One ray is sent per camera ray, so that only the mean over many is between black and white.
+    /// A partly transparent surface counts as opaque. Colours, lights and bounces are omitted; rays
+    /// that hit nothing have the background.
     Occlusion {
-        /// Distance beyond which a hit stops no ray, in units of the scene's file; it may be
+        /// Distance beyond which hits are ignored, in units of the scene's file; it may be
         /// infinite.
         distance: f32,
     },
@@ -45,19 +45,19 @@ pub struct Settings {
     pub region: Option<Tile>,
     /// Bounces after the primary ray.
     pub max_depth: u32,
-    /// Least weight of a bounce that is traced. The weight is the product of the weights along its
-    /// path (Ks of mirror rays, Kt of refracted ones, Ks + Kt where reflection is total). A bounce
-    /// is traced only where this product is at least `min_weight` in some component.
+    /// Minimum weight for a bounce to be traced. The weight is the product of the weights along its
+    /// path (Ks of mirror rays, Kt of refracted ones, Ks + Kt at total reflection). A bounce is
+    /// traced only if this product is at least `min_weight` in some component.
     ///
     /// For this product, not for the light, weights are divided by |Ks| + |Kt| where that is more
-    /// than 1. So the rays of one depth weigh no more than their camera ray, and no more than
-    /// 3/`min_weight` of them are traced whatever the materials. 0 has all traced. `None` means
-    /// [`Settings::min_path_weight`].
+    /// than 1. So the rays of one depth have no more weight than their camera ray, and no more than
+    /// 3/`min_weight` of them are traced, regardless of the materials. With 0, all are traced.
+    /// `None` means [`Settings::min_path_weight`].
     pub min_weight: Option<f32>,
-    /// Camera rays of a pixel.
+    /// Camera rays per pixel.
     pub sampling: Sampling,
     /// Lens that camera rays come through, in units of the scene's file; `None` is a pinhole. The
-    /// point where a ray goes through the lens is random even with one ray a pixel.
+    /// point where a ray passes through the lens is random even with one ray per pixel.
     pub lens: Option<Lens>,
     /// The quantity that is computed where camera rays hit.
     pub integrator: Integrator,
@@ -81,31 +81,31 @@ pub struct Settings {
 /// level 2 cache.
 pub const DEFAULT_TILE: u32 = 32;
 
-/// Default least weight of a bounce, where a ray may take more than [`FULL_DEPTH`] bounces.
+/// Default minimum weight of a bounce, if a ray may take more than [`FULL_DEPTH`] bounces.
 ///
-/// Chosen so that the usual pictures stay as they are, and deep ones end. Weights of 2⁻¹² and less
-/// still change some samples of 8 bits: where a sum lies at the edge of two values, one unit in the
-/// last place decides. The weight has to be as low as 2⁻²⁴ for no picture of the project to change.
-/// At that weight a closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray. At 2⁻¹² it takes 2¹³
-/// at most, and so do rooms of greater Ks and Kt. So rays that depth alone bounds are all traced,
-/// and the rays of deeper pictures are traced down to this weight.
+/// Chosen so that ordinary pictures do not change, and deep ones finish. Weights of 2⁻¹² and less
+/// still change some samples of 8 bits: if a sum is at the boundary of two values, one unit in the
+/// last place decides. Only at 2⁻²⁴ does no picture of the project change, but then a closed room
+/// of Ks = Kt = 0.5 takes 2²⁵ rays per camera ray. At 2⁻¹² it takes 2¹³ at most, and so do rooms of
+/// greater Ks and Kt. Therefore rays that are limited by depth alone are all traced, and the rays
+/// of deeper pictures are traced down to this weight.
 pub const MIN_WEIGHT: f32 = 1.0 / 4096.0;
 
-/// Bounces up to which all are traced if no least weight is given: no more than 2¹¹ rays a camera
-/// ray.
+/// Number of bounces up to which all are traced if no minimum weight is given: no more than 2¹¹
+/// rays per camera ray.
 pub const FULL_DEPTH: u32 = 10;
 
 impl Settings {
     /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the
-    /// packet engine. Where rays pass surfaces that are only partly there, the least weight of
-    /// bounces is 2⁻¹² at any depth.
+    /// packet engine. If rays may pass partly transparent surfaces, the minimum weight of bounces
+    /// is 2⁻¹² at any depth.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
             height: scene.height,
             region: None,
             max_depth: scene.max_depth,
-            // Rays that pass surfaces are not bounded by the depth.
+            // Rays that pass surfaces are not limited by the depth.
             min_weight: scene.has_coverage().then_some(MIN_WEIGHT),
             sampling: Sampling::CENTER,
             lens: None,
@@ -135,7 +135,7 @@ impl Settings {
     /// The camera that takes the picture.
     ///
     /// # Errors
-    /// [`FrameError`], but for interruption.
+    /// [`FrameError`], except for interruption.
     pub fn camera(&self, scene: &Scene) -> Result<Camera, FrameError> {
         let camera = Camera::new(&scene.view, self.width, self.height)?;
         Ok(match self.lens {
@@ -164,8 +164,8 @@ impl Settings {
         }
     }
 
-    /// Least weight of bounces: the given one, else 0 for a maximum depth of up to [`FULL_DEPTH`]
-    /// and [`MIN_WEIGHT`] beyond.
+    /// Minimum weight of bounces: the given one, or else 0 for a maximum depth of up to
+    /// [`FULL_DEPTH`] and [`MIN_WEIGHT`] beyond.
     pub fn min_path_weight(&self) -> f32 {
         let by_depth = match self.max_depth {
             0..=FULL_DEPTH => 0.0,

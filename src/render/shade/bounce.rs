@@ -11,7 +11,7 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 /// Bounces of one kind from eight points.
 #[derive(Clone, Copy, Debug)]
 pub struct BounceRays {
-    /// Lanes that send a ray. A ray whose weight is exactly zero is not among them.
+    /// Lanes that send a ray. Rays whose weight is exactly zero are excluded.
     pub active: Mask8,
     /// Origins.
     pub org: Vec3x8,
@@ -82,8 +82,8 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
 }
 
 /// Samples the glossy lobe around the mirror rays of eight points, for a gloss above 0. The points
-/// were reached by rays of these seeds. One ray stands for the whole lobe, and weighs as much. It
-/// stays on the side of the geometric surface where the mirror ray is.
+/// were reached by rays of these seeds. One ray represents the whole lobe, with its full weight. It
+/// stays on the same side of the geometric surface as the mirror ray.
 pub fn sample_glossy(
     rays: &mut BounceRays,
     at: &Surface,
@@ -114,8 +114,8 @@ fn to_world(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
     Vec3x8::new(x, y, z)
 }
 
-/// Directions that lie on the side of the geometric surface where `inner` does stay as they are;
-/// others are reflected by the surface.
+/// Directions on the same side of the geometric surface as `inner` do not change; others are
+/// mirrored at the surface.
 fn mirror_into_hemisphere(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
     let along = dir.dot(at.ng);
     let (out, right) = (along.ge(F32x8::ZERO), inner.dot(at.ng).ge(F32x8::ZERO));

@@ -30,10 +30,10 @@ impl InstanceTransforms {
         }
     }
 
-    /// Transforms a point of the meshes' space into the world. Normals go back through the
-    /// transpose of the map that brought the rays. As with ellipsoids, the offset covers the
-    /// rounding of the next ray's transform into the mesh's space, where a step along the normal
-    /// counts by the length of the gradient Mᵀn.
+    /// Transforms a point of the meshes' space into the world. Normals are transformed by the
+    /// transpose of the map that was applied to the rays. As with ellipsoids, the offset covers the
+    /// rounding of the next ray's transform into the mesh's space, where a step along the normal is
+    /// scaled by the length of the gradient Mᵀn.
     pub(super) fn to_world(&self, inside: SurfacePoint, rays: &RayPacket) -> SurfacePoint {
         let point = linear(&self.to_world, inside.point) + self.to_world[3];
         let [mx, my, mz, shift] = self.to_object;

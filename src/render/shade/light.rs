@@ -15,7 +15,7 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 /// visibility.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// Lanes where the light adds something: it faces the surface and its term is not zero.
+    /// Lanes in which the light contributes: it faces the surface and its term is not zero.
     pub needed: Mask8,
     /// L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s).
     pub radiance: Vec3x8,
@@ -37,14 +37,14 @@ impl LightSample {
         }
     }
 
-    /// Weighs the light by the coverage of the surfaces that it falls on.
+    /// Weights the light by the coverage of the surfaces that it falls on.
     pub fn weigh(&mut self, share: F32x8) {
         self.radiance = self.radiance.scale(share);
         self.needed = self.needed & is_nonzero(self.radiance);
     }
 }
 
-/// One light, read once for all points that it is evaluated on.
+/// One light, read once for all points at which it is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeLight {
     index: usize,
@@ -95,8 +95,8 @@ impl ShadeLight {
         }
     }
 
-    /// Evaluates the light at position `position` for a batch. `tint` is the colour that the
-    /// material's is multiplied with, if there is one.
+    /// Evaluates the light at position `position` for a batch. `tint` is a factor for the
+    /// material's colour, if there is one.
     pub fn sample(
         &self,
         position: Vec3x8,
@@ -128,8 +128,8 @@ impl ShadeLight {
         }
     }
 
-    /// The direction of the shadow rays, the unit vectors toward the light, its radiance where
-    /// nothing is in its way, and the lanes that it reaches.
+    /// The direction of the shadow rays, the unit vectors toward the light, its unoccluded
+    /// radiance, and the lanes that it reaches.
     #[inline(always)]
     fn radiance_at(&self, position: Vec3x8, at: &Surface) -> (Vec3x8, Vec3x8, Vec3x8, Mask8) {
         let color = wide(self.color);
@@ -151,7 +151,7 @@ impl ShadeLight {
     }
 }
 
-/// Part of a spot light's light at points from which it is seen along unit vectors `to_light`:
+/// Share of a spot light's light at points with unit vectors `to_light` toward it:
 /// [`Lights::add_spot`](phalanx_scene::Lights::add_spot).
 fn share_of_spot((axis, cone): (Vec3, Vec2), to_light: Vec3x8) -> F32x8 {
     let cos = -to_light.dot(wide(axis));

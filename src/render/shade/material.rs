@@ -3,7 +3,7 @@
 use glam::Vec3;
 use phalanx_scene::Scene;
 
-/// One material, with colours ready to be multiplied.
+/// One material, with colours in the form for multiplication.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeMaterial {
     /// Ambient colour.
@@ -39,16 +39,16 @@ impl ShadeMaterial {
         }
     }
 
-    /// Divisor that turns Ks and Kt into shares: Ks + Kt, but no less than 1. Shares tell how much
-    /// of its camera ray a bounce carries. After division by it, the weights of all that a hit
-    /// sends add up to 1 at most, and so do the shares of a camera ray's bounces at every depth,
-    /// whatever the materials. So no more than 1/w of them in each component are w or more.
+    /// Divisor that turns Ks and Kt into shares: Ks + Kt, but no less than 1. A share is the part
+    /// of its camera ray that a bounce carries. After this division, the weights of all rays from a
+    /// hit add up to 1 at most, and so do the shares of a camera ray's bounces at every depth,
+    /// regardless of the materials. So no more than 1/w of them in each component are w or more.
     pub fn secondary_weight(&self) -> Vec3 {
         (self.ks.abs() + self.kt.abs()).max(Vec3::ONE)
     }
 }
 
-/// The material of one batch after another, read only where it is another than before.
+/// The material of one batch after another, read only when it changes.
 pub struct CurrentMaterial<'s> {
     scene: &'s Scene,
     current: Option<(u32, ShadeMaterial)>,

@@ -10,7 +10,7 @@
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
-//! | `texture` | the colours of textures and vertices that Ka and Kd are multiplied with |
+//! | `texture` | the colours of textures and vertices, factors of Ka and Kd |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 

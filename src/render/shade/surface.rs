@@ -1,4 +1,4 @@
-//! Eight hits of one kind and one material, ready to be lit.
+//! Eight hits of one kind and one material, ready for lighting.
 
 use super::instance::InstanceTransforms;
 use super::surface_point::surface_point;
@@ -24,7 +24,7 @@ pub struct Surface {
     pub offset: F32x8,
     /// Lanes whose ray came from outside, by the geometric normal.
     pub entering: Mask8,
-    /// Lanes whose hit may be an unseen back: all for which [`Scene::is_unseen_back`] says so, and
+    /// Lanes whose hit may be an unseen back: all for which [`Scene::is_unseen_back`] is true, and
     /// few others.
     pub maybe_unseen: Mask8,
     /// Index of the ray in its wave.
@@ -88,8 +88,7 @@ pub fn surface(
         (seen, maybe_unseen)
     };
     if batch.kind == PrimKind::Triangle && !scene.triangles.normals.is_empty() {
-        // The normals of the file say which side of a triangle is the outside, whatever the
-        // winding.
+        // The normals of the file determine the outside of a triangle, regardless of winding.
         let inward = place.ng.dot(place.outward).lt(F32x8::splat(INWARD));
         place.ng = Vec3x8::select(inward, -place.ng, place.ng);
     }

@@ -14,15 +14,15 @@ pub(super) struct SurfacePoint {
     pub(super) point: Vec3x8,
     pub(super) ng: Vec3x8,
     pub(super) ns: Vec3x8,
-    /// Mean of a triangle's vertex normals, of unit length: its side is the outside. `ng` where
-    /// there are none.
+    /// Mean of a triangle's vertex normals, of unit length: its side is the outside. `ng` if there
+    /// are none.
     pub(super) outward: Vec3x8,
     pub(super) offset: F32x8,
 }
 
 /// Evaluates hits in the space where the primitives are stored. `back` is the unit vector against
-/// the rays there; it is the normal of surfaces that have none. A ray's own direction is no unit
-/// vector within an instance.
+/// the rays there; it is the normal of surfaces without one. Within an instance, a ray's own
+/// direction is not a unit vector.
 pub(super) fn surface_point(
     scene: &Scene,
     kind: PrimKind,
@@ -105,8 +105,8 @@ fn triangle(
 }
 
 /// Points where rays meet triangles, computed in `f64` and then rounded. So a point is on its
-/// triangle's plane to within its own rounding, wherever that is and however large the triangle. No
-/// other error adds to it.
+/// triangle's plane to within its own rounding, regardless of position and size. There is no other
+/// error.
 struct TriangleHitPoints {
     point: Vec3x8,
     /// Geometric normal, of unit length where `solid`.
@@ -122,7 +122,7 @@ struct TriangleHitPoints {
 impl TriangleHitPoints {
     /// Computes the points. For a triangle that is large at its hit distance, the point is the
     /// ray's point in the plane. For others it is that of the barycentric weights, which is within
-    /// the triangle: an `f32` weight is as accurate as the triangle is small.
+    /// the triangle: the smaller the triangle, the more accurate an `f32` weight.
     #[inline(always)]
     fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> TriangleHitPoints {
         let [a, b, c] = corners.map(Vec3Lanes::from);
@@ -204,7 +204,7 @@ pub(super) fn corner_columns(corners: [[Vec3; 3]; LANES]) -> [Vec3x8; 3] {
     by_corner.map(columns)
 }
 
-/// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
+/// The point is moved back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
 /// radius, for the normal's length and the product, and by u|n|·|p| for its own rounding. The
 /// offset's rounding is as much. The next ray's test loses 3u of the radius: in f·f − r², and in
 /// r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
@@ -230,9 +230,9 @@ fn sphere(
     }
 }
 
-/// Point and normal on the unit sphere in object space; the normal goes back through the inverse
+/// Point and normal on the unit sphere in object space; the normal is transformed by the inverse
 /// transpose. The offset covers the rounding of the next ray's transform into object space, where a
-/// step along the normal counts by the length of the gradient Mᵀn.
+/// step along the normal is scaled by the length of the gradient Mᵀn.
 fn ellipsoid(
     scene: &Scene,
     rows: &[usize; LANES],
@@ -264,11 +264,11 @@ fn ellipsoid(
     }
 }
 
-/// The hit point's distance from the axis and its height are put back onto the line of the cone's
-/// profile, perpendicular to that line. So the point moves no farther than it has to, whatever the
-/// slope. Its error is then, per axis, some 6 ulp of the lengths within the cone's box. The next
-/// test's transform into the cone's own coordinates adds some 8 of those, times √3 for a slanted
-/// normal. [`PAD`] is 32 ulp. The point's world position is rounded twice, as a plane's:
+/// The hit point's distance from the axis and its height are projected onto the line of the cone's
+/// profile, perpendicular to that line. So the point moves no farther than necessary, regardless of
+/// the slope. Its error is then, per axis, some 6 ulp of the lengths within the cone's box. The
+/// next test's transform into the cone's own coordinates adds some 8 of those, times √3 for a
+/// slanted normal. [`PAD`] is 32 ulp. The point's world position is rounded twice, as a plane's:
 /// [`PLANE_ROUNDING`]. At the very tip there is no direction away from the axis: the normal points
 /// back along the ray.
 fn cone(

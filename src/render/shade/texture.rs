@@ -1,5 +1,5 @@
-//! Colours that Ka and Kd are multiplied with, at eight hits: of a texture, bilinear between texel
-//! centres, decoded from sRGB first; and of the vertices, by the barycentric weights.
+//! Colours at eight hits, factors of Ka and Kd: of a texture, bilinear between texel centres,
+//! decoded from sRGB first; and of the vertices, by the barycentric weights.
 //!
 //! Texel positions follow from any finite texture coordinates, however large. Coordinates beyond
 //! ±[`WHOLE`] count as whole numbers, as single precision has almost no fractions there. So do
@@ -12,14 +12,14 @@ use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
-/// The colour that changes nothing.
+/// The colour without effect.
 pub const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
 
-/// 2²²: from here on a number counts as whole. Below it adding [`ROUND_MAGIC`] rounds.
+/// 2²²: from here on a number counts as an integer. Below it, adding [`ROUND_MAGIC`] rounds.
 const WHOLE: f32 = 4_194_304.0;
 
-/// The colour that a material's is multiplied with at eight hits on triangles: that of its texture
-/// times that of the vertices.
+/// The factor of a material's colour at eight hits on triangles: the colour of its texture times
+/// that of the vertices.
 pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let texture = texture_color(scene, material, hits);
     match scene.triangles.colors.is_empty() {
@@ -101,8 +101,7 @@ fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
     above + (below - above).scale(down.weight)
 }
 
-/// The two texels around a coordinate in one direction, and its relative distance from the first to
-/// the second.
+/// The two texels around a coordinate in one direction, and its relative position between them.
 struct TexelPair {
     lower: [u32; LANES],
     upper: [u32; LANES],

@@ -1,5 +1,5 @@
-//! A wave of camera rays whose hits are as bright as the sky above them is open. Traces the rays,
-//! finds the surfaces, and sends one ray from each.
+//! Ambient occlusion for a wave of camera rays: traces the rays, finds the surfaces, and sends one
+//! ray from each.
 
 use super::closest_hits::{handle_escaped_rays, intersect_closest};
 use super::coverage::{WaveCoverage, collect_fragments, group_seen_hits, pass_absent_surfaces};
@@ -10,8 +10,8 @@ use bumpalo::Bump;
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{LANES, Vec3x8};
 
-/// Traces a wave and writes its radiance, which is black before: 1 for rays whose hit sends a ray
-/// that meets nothing within `ao_distance`, and the background for rays that hit nothing.
+/// Traces a wave and writes its radiance, which must be black before: 1 for rays from whose hit the
+/// secondary ray meets nothing within `ao_distance`, and the background for rays that hit nothing.
 pub(crate) fn trace_ambient_occlusion(
     context: &mut WavefrontContext,
     arena: &mut Bump,

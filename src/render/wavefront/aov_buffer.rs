@@ -1,4 +1,4 @@
-//! Outputs of the rays of a wave beside their radiance: hits, and the values of the AOVs.
+//! Outputs of the rays of a wave in addition to their radiance: hits, and the values of the AOVs.
 
 use super::bounce_queue::BounceSlice;
 use super::hit_grouping::HitGroups;
@@ -11,8 +11,8 @@ use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{LANES, LaneMask, Vec3x8};
 use std::ops::Range;
 
-/// Outputs of a wave's rays beside their radiance, indexed by ray. Those that are not wanted are
-/// empty.
+/// Outputs of a wave's rays in addition to their radiance, indexed by ray. Outputs that are not
+/// requested are empty.
 #[derive(Default)]
 pub(crate) struct AovBuffer<'arena> {
     /// Hits, one per packet.
@@ -25,7 +25,7 @@ pub(crate) struct AovBuffer<'arena> {
 
 impl<'arena> AovBuffer<'arena> {
     /// Allocates the outputs that `aovs` needs for the given number of packets: hits and surfaces
-    /// only where `first` says that the rays are the first of their pixels.
+    /// only if `first` is true, for rays that are the first of their pixels.
     pub(crate) fn new(
         arena: &'arena Bump,
         packets: usize,

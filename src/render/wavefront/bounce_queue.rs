@@ -1,4 +1,4 @@
-//! Bounces that wait to be traced, and their accumulation into the wave that sent them.
+//! Bounces waiting to be traced, and their accumulation into the wave that sent them.
 
 use super::ray_batch::{RadianceX8, add_lanes};
 use phalanx_trace::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue};
@@ -16,25 +16,25 @@ pub(super) struct BounceLevel {
     pub(super) passed: u32,
 }
 
-/// The rays of a wave's hits that wait to be traced.
+/// The secondary rays of a wave's hits that wait to be traced.
 #[derive(Default)]
 pub(super) struct WaitingRays {
     /// Mirror and refracted rays.
     pub(super) bounces: BounceQueue,
-    /// Rays that go on through surfaces that are partly there. They are traced last.
+    /// Rays that continue through partly transparent surfaces. They are traced last.
     pub(super) passes: BounceQueue,
     /// True if the slice that is being traced is one of `passes`.
     pub(super) passing: bool,
 }
 
 impl WaitingRays {
-    /// Moves on to the next slice, of up to `most` packets. Returns false if there is none.
+    /// Advances to the next slice, of up to `most` packets. Returns false if there is none.
     pub(super) fn advance(&mut self, most: usize) -> bool {
         self.passing = !self.bounces.advance(most);
         !self.passing || self.passes.advance(most)
     }
 
-    /// The slice that is being traced.
+    /// The slice being traced.
     pub(super) fn slice(&mut self) -> BounceSlice<'_> {
         match self.passing {
             true => self.passes.slice(),
@@ -43,7 +43,7 @@ impl WaitingRays {
     }
 }
 
-/// The queues that a wave fills: of bounces where any are allowed, and of passes likewise.
+/// The queues that a wave fills: one for bounces and one for passes, each if any are allowed.
 pub(super) struct SecondaryQueues<'q> {
     pub(super) bounces: Option<&'q mut BounceQueue>,
     pub(super) passes: Option<&'q mut BounceQueue>,
@@ -53,8 +53,8 @@ pub(super) struct SecondaryQueues<'q> {
 #[derive(Default)]
 pub(super) struct BounceQueue {
     storage: QueueStorage,
-    /// Hits after which the rays of passes go on, a row for each packet; empty for bounces, which
-    /// begin at their origins.
+    /// Hits after which passing rays continue, one row per packet; empty for bounces, which begin
+    /// at their origins.
     after: Vec<HitPacket>,
     /// Number of mirror rays.
     mirrored: usize,
@@ -85,8 +85,8 @@ impl BounceQueue {
         self.slice = 0..0;
     }
 
-    /// Fills the queue with rays of a wave of `wave` packets that go on after hits. `push` queues
-    /// them, and sets the hits, a row for each packet of the queue.
+    /// Fills the queue with rays of a wave of `wave` packets that continue after hits. `push`
+    /// queues them, and sets the hits, a row for each packet of the queue.
     pub(super) fn fill_after(
         &mut self,
         wave: usize,
@@ -100,7 +100,7 @@ impl BounceQueue {
         self.slice = 0..0;
     }
 
-    /// Moves on to the next slice of the queue, of up to `most` packets. Returns false if there is
+    /// Advances to the next slice of the queue, of up to `most` packets. Returns false if there is
     /// none.
     pub(super) fn advance(&mut self, most: usize) -> bool {
         let (first, all) = (self.slice.end, self.storage.queue().packets());
@@ -109,7 +109,7 @@ impl BounceQueue {
         first < all
     }
 
-    /// The slice that is being traced.
+    /// The slice being traced.
     pub(super) fn slice(&mut self) -> BounceSlice<'_> {
         BounceSlice {
             queue: self.storage.queue(),
@@ -123,7 +123,7 @@ impl BounceQueue {
 /// Some packets of the bounces of a wave. The parents of its rays are the wave's rays.
 pub(super) struct BounceSlice<'q> {
     pub(super) queue: RayQueue<'q>,
-    /// Hits after which the rays go on; empty for bounces.
+    /// Hits after which the rays continue; empty for bounces.
     pub(super) after: &'q [HitPacket],
     pub(super) packets: Range<usize>,
     /// Number of mirror rays in the queue; they come first.

@@ -7,7 +7,7 @@ use glam::Vec3;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{LANES, LaneMask, LaneU32, U32x8};
 
-/// Finds the closest hit of every ray, or the next after the one where it begins.
+/// Finds the closest hit of every ray, or the next hit after its starting one.
 pub(super) fn intersect_closest<'arena>(
     context: &mut WavefrontContext,
     arena: &'arena Bump,
@@ -27,8 +27,8 @@ pub(super) fn intersect_closest<'arena>(
     hits
 }
 
-/// Gives rays that hit nothing the background, or the sky if they have been `bounced` and there is
-/// one. Others are camera rays, to which the background may be black.
+/// Assigns the background to rays that hit nothing, or the sky if they have been `bounced` and
+/// there is one. Otherwise they are camera rays, for which the background may be black.
 pub(super) fn handle_escaped_rays(
     context: &WavefrontContext,
     rays: &QueueSlice,

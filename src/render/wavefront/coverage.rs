@@ -1,9 +1,8 @@
-//! Surfaces that are only partly there: rays that miss them go on, and so does light.
+//! Partly transparent surfaces, through which rays and light continue.
 //!
-//! Rays go on from hit to hit by a [`HitWalk`]. A surface
-//! that is not there at all is passed at once. Where a part of it is there, its light is weighed by
-//! that part, and the ray goes on as one of a wave of its own ([`queue_passes`]). Scenes without
-//! such surfaces pay one branch a wave for it.
+//! Rays continue from hit to hit by a [`HitWalk`]. A fully transparent surface is passed at once.
+//! For a partly transparent one, the light is weighted by its coverage, and the ray continues in
+//! another wave ([`queue_passes`]). Scenes without such surfaces pay one branch per wave for it.
 
 use super::bounce_queue::BounceQueue;
 use super::fragments::FragmentSink;
@@ -19,15 +18,15 @@ use phalanx_trace::HitWalk;
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 
-/// Coverage of the hits of a wave, one row a packet; empty where every surface is whole.
+/// Coverage of the hits of a wave, one row per packet; empty if every surface is opaque.
 #[derive(Clone, Copy)]
 pub(super) struct WaveCoverage<'arena>(&'arena [[f32; LANES]]);
 
 impl WaveCoverage<'_> {
-    /// Coverage of a wave whose surfaces are all whole, or count as such.
+    /// Coverage of a wave whose surfaces are all opaque, or count as opaque.
     pub(super) const WHOLE: WaveCoverage<'static> = WaveCoverage(&[]);
 
-    /// Coverage of eight surfaces; `None` where all of a scene's surfaces are whole.
+    /// Coverage of eight surfaces; `None` if all of a scene's surfaces are opaque.
     #[inline]
     pub(super) fn of(self, at: &Surface) -> Option<F32x8> {
         if self.0.is_empty() {
@@ -47,9 +46,9 @@ fn surface_hit(hits: &HitPacket, lane: usize) -> SurfaceHit {
     }
 }
 
-/// Replaces hits on surfaces that are not there, unseen backs among them, by what the rays meet
-/// behind them, and returns the coverage of the hits that are left. Where all surfaces are whole,
-/// [`group_seen_hits`] passes the backs.
+/// Replaces hits on fully transparent surfaces, including invisible backs, by the next hits behind
+/// them, and returns the coverage of the resulting hits. If all surfaces are opaque,
+/// [`group_seen_hits`] passes the backs instead.
 pub(super) fn pass_absent_surfaces<'arena>(
     context: &mut WavefrontContext,
     arena: &'arena Bump,
@@ -66,8 +65,7 @@ pub(super) fn pass_absent_surfaces<'arena>(
     WaveCoverage(shares)
 }
 
-/// Passes absent surfaces in some lanes of a packet, and sets the coverage of the hits that are
-/// left.
+/// Passes absent surfaces in some lanes of a packet, and sets the coverage of the resulting hits.
 fn pass_absent_in(
     context: &mut WavefrontContext,
     rays: &QueueSlice,
@@ -96,8 +94,8 @@ fn pass_absent_in(
     }
 }
 
-/// Coverage at a hit, after another that counted; 0 where both are on one surface, and on unseen
-/// backs.
+/// Coverage at a hit after another that counted; 0 if both are on the same surface, and for
+/// invisible backs.
 fn seen_share(
     context: &mut WavefrontContext,
     ray: &RayPacket,
@@ -114,7 +112,7 @@ fn seen_share(
     seen.unwrap_or(0.0)
 }
 
-/// The surfaces of a wave's hits. Hits on unseen backs are replaced by what the rays meet behind
+/// The surfaces of a wave's hits. Hits on invisible backs are replaced by the next hits behind
 /// them; they are found among the surfaces, so that waves without any pay next to nothing.
 pub(super) fn group_seen_hits<'arena>(
     context: &mut WavefrontContext,
@@ -149,8 +147,8 @@ pub(super) fn group_seen_hits<'arena>(
     }
 }
 
-/// Collects the surfaces that camera rays see: of each ray the one that it hits, and those that it
-/// meets behind where these are only partly there, in the order of (t, prim_id).
+/// Collects the surfaces that camera rays see: the hit of each ray and, behind partly transparent
+/// surfaces, those after it, in the order of (t, prim_id).
 pub(super) fn collect_fragments(
     context: &mut WavefrontContext,
     rays: &QueueSlice,
@@ -164,7 +162,8 @@ pub(super) fn collect_fragments(
     for (packet, hit) in hits.iter().enumerate() {
         let (ray, active) = rays.packet(packet);
         let mut shares = coverage.0.get(packet).copied().unwrap_or([1.0; LANES]);
-        // Each ray's share that no surface has stopped yet, and the last surface that stopped some.
+        // Each ray's share that has not been stopped by a surface yet, and the last surface that
+        // stopped some.
         let mut open = [1.0f32; LANES];
         let mut counted = [None; LANES];
         let (mut hits, mut followed) = (*hit, active);
@@ -198,9 +197,9 @@ pub(super) fn collect_fragments(
     }
 }
 
-/// Queues the rays that go on through partly covered surfaces, except those that are not worth
-/// tracing, into a queue that is empty. Their weight is what is not covered, and their search
-/// begins after the hit.
+/// Fills an empty queue with the rays that continue through partly covered surfaces, except those
+/// that are not worth tracing. Their weight is the uncovered share, and their search begins after
+/// the hit.
 pub(super) fn queue_passes(
     context: &WavefrontContext,
     rays: &QueueSlice,
@@ -235,7 +234,7 @@ pub(super) fn queue_passes(
     });
 }
 
-/// Sets the hits after which the rays go on that the next push of the same `mask` appends.
+/// Sets the starting hits of the rays that the next push with the same `mask` appends.
 fn push_after(after: &mut [HitPacket], queue: &RayQueue, mask: Mask8, hits: &HitPacket) {
     for (at, lane) in (queue.len()..).zip(mask.lanes()) {
         let [t, u, v] = [hits.t.lane(lane), hits.u.lane(lane), hits.v.lane(lane)];
@@ -244,7 +243,8 @@ fn push_after(after: &mut [HitPacket], queue: &RayQueue, mask: Mask8, hits: &Hit
 }
 
 /// Share of a lamp's light that passes all surfaces before `tmax`, for the `blocked` lanes of a
-/// packet of shadow rays: V, the product over the hits in order of (t, prim_id). Zero ends it.
+/// packet of shadow rays: V, the product over the hits in order of (t, prim_id), up to the first
+/// zero.
 pub(super) fn visibility(
     context: &mut WavefrontContext,
     queue: &RayQueue,

@@ -1,4 +1,4 @@
-//! Light that a hit has without any lamp: ambient light and its own emission.
+//! Light of a hit that is independent of lamps: ambient light and emission.
 
 use super::coverage::WaveCoverage;
 use super::hit_grouping::HitGroups;
@@ -7,8 +7,8 @@ use crate::shade::{CurrentMaterial, ShadeMaterial};
 use phalanx_scene::Scene;
 use phalanx_trace::simd::{LANES, LaneMask};
 
-/// Starts every hit's sum with Ka + Ke, or with Ka times the surface's colour + Ke, weighed by its
-/// coverage.
+/// Initialises every hit's sum to Ka + Ke, or to Ka times the surface's colour + Ke, weighted by
+/// its coverage.
 pub(super) fn add_ambient_and_emission(
     scene: &Scene,
     groups: &HitGroups,

@@ -1,4 +1,4 @@
-//! The surfaces that camera rays see, as a wave collects them.
+//! Collection of the surfaces that the camera rays of a wave see.
 
 use phalanx_scene::sampling::SurfaceShare;
 
@@ -18,7 +18,7 @@ pub(crate) struct FragmentSink<'w> {
 }
 
 impl FragmentSink<'_> {
-    /// Adds a surface that a ray of the wave sees, after those that lie before it on the ray.
+    /// Adds a surface that a ray of the wave sees, after those in front of it on the ray.
     pub(super) fn push(&mut self, ray: usize, surface: SurfaceShare) {
         let ray = self.first + ray as u32;
         self.all.push(RayFragment { ray, surface });

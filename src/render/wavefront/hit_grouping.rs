@@ -11,8 +11,8 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, 
 #[derive(Clone, Copy)]
 pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
-    /// The colour that each surface's is multiplied with; empty where the scene has neither
-    /// textures nor vertex colours, so that such a scene pays nothing for them.
+    /// The factor of each surface's colour; empty if the scene has neither textures nor vertex
+    /// colours, so that such a scene does not pay for them.
     pub(super) tints: &'arena [Vec3x8],
 }
 
@@ -36,7 +36,7 @@ fn shade_key(scene: &Scene, prim_id: u32) -> ShadeKey {
 }
 
 /// The key of every hit of a scene of one kind and one material, such as a scanned mesh. It saves
-/// two look-ups a hit.
+/// two look-ups per hit.
 fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     if !scene.instances.is_empty() {
         return None;
@@ -46,16 +46,15 @@ fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     one.then(|| shade_key(scene, 0))
 }
 
-/// A hit that has to be regrouped: its key in the upper half, the ray's index in the wave in the
-/// lower.
+/// A hit to be regrouped: its key in the upper half, the ray's index in the wave in the lower.
 type HitKey = u64;
 
 fn shade_key_of(key: HitKey) -> ShadeKey {
     (key >> 32) as ShadeKey
 }
 
-/// Gives every hit its surface. A packet whose lanes all hit one kind and material is shaded as it
-/// stands; the other hits are sorted by kind and material, and shaded eight at a time.
+/// Computes the surface of every hit. A packet whose lanes all hit one kind and material is shaded
+/// as it is; the other hits are sorted by kind and material, and shaded eight at a time.
 pub(crate) fn group_hits<'arena>(
     arena: &'arena Bump,
     scene: &Scene,

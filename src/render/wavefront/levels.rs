@@ -1,10 +1,10 @@
 //! Bounces of bounces: the order in which waves are traced.
 //!
 //! The bounces of a wave wait in the queue of its level. They are traced slice by slice as waves of
-//! the next level. Each slice is accumulated into the wave before the next is traced, mirror rays
-//! before refracted ones, and after them those that go on through surfaces that are partly there.
-//! That gives the sum the order of the recursion: ((α·local + α·Ks I_R) + α·Kt I_T) + (1 − α) I_P.
-//! The levels are a stack of their own, so that no depth overflows the thread's.
+//! the next level. Each slice is accumulated into the wave before the next is traced, first mirror
+//! rays, then refracted ones, then those that continue through partly transparent surfaces. So the
+//! order of the sum is that of the recursion: ((α·local + α·Ks I_R) + α·Kt I_T) + (1 − α) I_P. The
+//! levels are a stack of their own, so that no depth overflows the thread's.
 
 use super::aov_buffer::AovBuffer;
 use super::bounce_queue::{BounceLevel, SecondaryQueues, WaitingRays, accumulate};
@@ -43,7 +43,7 @@ impl Levels {
         self.sizes.columns
     }
 
-    /// Most packets of a wave of camera rays.
+    /// Maximum number of packets of a wave of camera rays.
     pub(crate) fn camera_packets(&self) -> usize {
         self.sizes.camera
     }
@@ -56,7 +56,7 @@ impl Levels {
         &mut self.levels[index]
     }
 
-    /// The level of a wave that another sent, after the level of that.
+    /// The level of a wave, preceded by the level of the wave that sent it.
     fn with_parent(&mut self, index: usize) -> (&mut BounceLevel, &mut BounceLevel) {
         self.level(index);
         let (above, from) = self.levels.split_at_mut(index);

@@ -1,22 +1,22 @@
 //! The wavefront integrator: one whole wave of rays, stage by stage. [`trace_wavefront`] is the one
-//! place where the order of the stages can be read.
+//! place that shows the order of the stages.
 //!
 //! | file | stage |
 //! |---|---|
 //! | `camera_rays` | a tile's camera rays, eight a packet |
 //! | `closest_hits` | closest hits; the background or the sky for rays that escape |
-//! | `coverage` | surfaces that are partly there: rays and light that pass them |
+//! | `coverage` | partly transparent surfaces: rays and light through them |
 //! | `hit_grouping` | hits grouped by kind and material, eight surfaces at a time |
 //! | `emission` | ambient light and emission |
 //! | `shadow_rays` | lights, and the shadow rays that test them |
-//! | `shadow_filter` | shadow rays that neighbouring samples save |
+//! | `shadow_filter` | shadow rays saved by neighbouring samples |
 //! | `secondary_rays` | mirror and refracted rays |
 //! | `levels` | bounces as waves of their own, accumulated into the wave above |
 //! | `ambient_occlusion` | the other integrator: the same wave with one ray to the sky per hit |
 //!
-//! In the queues travel `ray_batch` (slices of rays, radiance of eight) and `bounce_queue`. Beside
-//! radiance, a wave has the outputs of `aov_buffer`, and collects `fragments`. `wave_sizes` bounds
-//! its memory.
+//! The queues consist of `ray_batch` (slices of rays, radiance of eight) and `bounce_queue`. In
+//! addition to radiance, a wave has the outputs of `aov_buffer`, and collects `fragments`.
+//! `wave_sizes` bounds its memory.
 
 mod ambient_occlusion;
 mod aov_buffer;
@@ -56,8 +56,8 @@ use emission::add_ambient_and_emission;
 use secondary_rays::spawn_secondary_rays;
 use shadow_rays::trace_shadow_rays;
 
-/// Traces a wave, writes the radiance of its rays without bounces, and queues their bounces and
-/// those rays that go on through a surface, where any are allowed.
+/// Traces a wave, writes the radiance of its rays without bounces, and queues their bounces and the
+/// rays that continue through a surface, if any are allowed.
 fn trace_wavefront(
     context: &mut WavefrontContext,
     arena: &Bump,

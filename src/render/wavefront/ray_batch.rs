@@ -1,4 +1,4 @@
-//! Rays of a wave as its stages take them: slices of a queue, and the radiance of eight rays.
+//! Rays of a wave in the form for its stages: slices of a queue, and the radiance of eight rays.
 
 use phalanx_trace::packet::{HitPacket, RayPacket, RayQueue};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
@@ -65,8 +65,8 @@ pub(super) fn add_lanes(
 pub(crate) struct QueueSlice<'q, 'arena> {
     pub(crate) queue: &'q RayQueue<'arena>,
     pub(crate) packets: Range<usize>,
-    /// Hits after which the rays begin, a row for each packet of the queue; empty for rays that
-    /// begin at their origins.
+    /// Hits after which the rays begin, one row per packet of the queue; empty for rays that begin
+    /// at their origins.
     pub(crate) after: &'q [HitPacket],
 }
 

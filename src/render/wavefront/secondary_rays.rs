@@ -12,8 +12,8 @@ use phalanx_scene::sampling::{BounceKind, child_seed};
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
 
-/// Queues the mirror rays of all hits, then the refracted ones, except those that are not worth
-/// tracing, into a queue that is empty.
+/// Fills an empty queue with the mirror rays of all hits, then the refracted ones, except those
+/// that are not worth tracing.
 pub(super) fn spawn_secondary_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
@@ -63,7 +63,7 @@ pub(super) fn spawn_secondary_rays(
     });
 }
 
-/// Indices of the groups whose material sends bounces, and the most bounces that a hit sends.
+/// Indices of the groups whose material sends bounces, and the maximum number of bounces per hit.
 fn bouncing_groups<'arena>(
     scene: &Scene,
     arena: &'arena Bump,
@@ -123,8 +123,8 @@ fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -
 }
 
 /// Returns the shares of mirror rays and of refracted ones, and drops rays whose share is less than
-/// `min_weight` in every component. `whole` is the divisor that turns weights into parts of what a
-/// hit sends in all.
+/// `min_weight` in every component. `whole` is the divisor that turns weights into shares of
+/// everything that a hit sends.
 fn drop_below_min_weight(
     min_weight: f32,
     share: Vec3x8,

@@ -1,5 +1,5 @@
-//! Shadow rays that neighbouring samples save: visibility of lights that the rays of a wave reuse,
-//! and the visibility that they find. In use for samples that halve cells (`sampling::cells`).
+//! Shadow rays saved by neighbouring samples: visibility of lights that the rays of a wave reuse,
+//! and the visibility that they find. Used for samples that halve cells (`sampling::cells`).
 
 use super::bounce_queue::BounceSlice;
 use super::ray_batch::RadianceX8;
@@ -12,7 +12,8 @@ use phalanx_trace::simd::{LANES, LaneMask, Mask8};
 /// A block of a group, and the index of one of its requests.
 pub(crate) type RefineRequest = (u32, u32);
 
-/// Decides which shadow rays of a wave are traced: all of them, or those that a cache leaves.
+/// Determines which shadow rays of a wave are traced: all of them, or those not answered by a
+/// cache.
 pub(crate) struct ShadowFilter<'a>(Option<ShadowCache<'a>>);
 
 /// Visibility cache for one wave of requested camera rays, or for one wave of their bounces.
@@ -28,7 +29,7 @@ struct ShadowCache<'a> {
     ancestors: &'a [(u32, u8)],
 }
 
-/// Known visibility of the lights where the rays of a wave hit; nothing is known without a cache.
+/// Known visibility of the lights at the hits of a wave; without a cache, nothing is known.
 pub(super) struct KnownLights<'s, 'a>(Option<CachedLights<'s, 'a>>);
 
 struct CachedLights<'s, 'a> {
@@ -42,8 +43,8 @@ impl<'a> ShadowFilter<'a> {
     /// Traces every shadow ray.
     pub(crate) const NONE: ShadowFilter<'a> = ShadowFilter(None);
 
-    /// Leaves out the shadow rays of requested camera rays whose result the cells know, and records
-    /// the `visibility` of the lights, one entry per camera ray.
+    /// Omits the shadow rays of requested camera rays whose results are known to the cells, and
+    /// records the `visibility` of the lights, one entry per camera ray.
     pub(crate) fn reuse(
         cells: &'a [Cells],
         requests: &'a [RefineRequest],
@@ -81,7 +82,7 @@ impl<'a> ShadowFilter<'a> {
         }))
     }
 
-    /// Looks up the visibility of the lights where the rays hit.
+    /// Looks up the visibility of the lights at the hits.
     pub(super) fn look_up<'s>(
         &'s mut self,
         arena: &'s Bump,
@@ -94,8 +95,8 @@ impl<'a> ShadowFilter<'a> {
 }
 
 impl KnownLights<'_, '_> {
-    /// Adds a light's term to `colors` where the light is known to be visible. Returns the lanes
-    /// for which a shadow ray must be traced.
+    /// Adds a light's term to `colors` for lanes in which the light is known to be visible. Returns
+    /// the lanes for which a shadow ray must be traced.
     #[inline]
     pub(super) fn unknown(
         &mut self,
@@ -110,7 +111,7 @@ impl KnownLights<'_, '_> {
         }
     }
 
-    /// Records that a light is visible from where some of eight rays hit.
+    /// Records that a light is visible from the hits of some of eight rays.
     #[inline]
     pub(super) fn record_visible(&mut self, light: usize, open: Mask8, rays: &[u32; LANES]) {
         if let Some(CachedLights { cache, .. }) = &mut self.0 {
@@ -140,7 +141,7 @@ impl<'a> ShadowCache<'a> {
         }
     }
 
-    /// Visibility of the lights from where a ray of the wave hit.
+    /// Visibility of the lights from the hit of a ray of the wave.
     fn at_hit(&mut self, ray: u32) -> &mut LightVisibility {
         let (camera_ray, hit_index) = self.path(ray);
         &mut self.visibility[camera_ray][hit_index]

@@ -11,7 +11,7 @@ use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{LANES, LaneMask, Mask8};
 
-/// Adds each light's term where nothing occludes it, in the order of the lights in the file.
+/// Adds each unoccluded light's term, in the order of the lights in the file.
 pub(super) fn trace_shadow_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
@@ -54,10 +54,10 @@ pub(super) fn trace_shadow_rays(
     }
 }
 
-/// Traces shadow rays, adds the radiance that they carry to the hits that sent them, where nothing
-/// blocks the ray before `tmax`, and passes those lanes and the hits of a packet to `record`. Where
-/// all that blocks it lets light through, that part of the radiance is added. `blocked` has room
-/// for a byte per packet: lanes as bits.
+/// Traces shadow rays, adds the radiance of rays that are not blocked before `tmax` to the hits
+/// that sent them, and passes those lanes and the hits of a packet to `record`. If everything that
+/// blocks a ray lets light through, that share of the radiance is added. `blocked` has room for one
+/// byte per packet: lanes as bits.
 pub(super) fn add_unoccluded(
     context: &mut WavefrontContext,
     queue: &RayQueue,

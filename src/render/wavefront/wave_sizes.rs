@@ -1,14 +1,14 @@
-//! Sizes of waves: how many rays are traced together, and how deep bounces may go.
+//! Sizes of waves: the number of rays that are traced together, and the depth of bounces.
 //!
 //! | memory of a thread | at most |
 //! |---|---|
 //! | what a wave needs while it is shaded | that of [`WAVE_RAYS`] rays; all waves share it |
 //! | bounces and radiance of all levels | [`BOUNCE_BYTES`] beside the first level's (see below) |
 //!
-//! Each level has room for at least one packet, even where that exceeds [`BOUNCE_BYTES`].
+//! Each level has room for at least one packet, even if that exceeds [`BOUNCE_BYTES`].
 //!
-//! No level's wave is larger than the wave above it. Where all levels would not fit at that size,
-//! waves below the first are smaller: every level gets the same share of [`BOUNCE_BYTES`].
+//! No level's wave is larger than the wave above it. If all levels do not fit at that size, waves
+//! below the first are smaller: every level gets the same share of [`BOUNCE_BYTES`].
 
 use super::bounce_queue::BounceLevel;
 use super::ray_batch::RadianceX8;
@@ -17,22 +17,23 @@ use phalanx_scene::{MAX_PASSES, Scene};
 use phalanx_trace::packet::{HitPacket, QueueColumns, QueueStorage};
 use phalanx_trace::simd::LANES;
 
-/// Bytes of all levels but the first, unless one packet a level needs more. They are enough to
-/// trace the rays of a tile of the default side together down to a depth of 40.
+/// Bytes of all levels but the first, unless one packet per level needs more. They are enough to
+/// trace the rays of a tile of the default side together to a depth of 40.
 const BOUNCE_BYTES: usize = 5 << 20;
 
 /// Most rays of a wave.
 const WAVE_RAYS: usize = 4096;
 
-/// Camera rays that are traced together whatever the depth: those of a tile of the default side.
+/// Number of camera rays that are traced together, regardless of the depth: those of a tile of the
+/// default side.
 pub(crate) const CAMERA_RAYS: usize = 1024;
 
 /// Maximum sizes of waves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WaveSizes {
-    /// Most packets of a wave of camera rays.
+    /// Maximum number of packets of a wave of camera rays.
     pub(super) camera: usize,
-    /// Most packets of a wave of bounces.
+    /// Maximum number of packets of a wave of bounces.
     pub(super) bounced: usize,
     /// Bounces that a ray may take, as limited by the settings and by its weight, and surfaces that
     /// it may pass.
@@ -42,7 +43,7 @@ pub struct WaveSizes {
     pub(super) columns: QueueColumns,
 }
 
-/// Bounds on the factors that the shares of camera rays are multiplied with.
+/// Bounds on the factors of the shares of camera rays.
 struct BounceWeights {
     /// The smallest component.
     least: f64,
@@ -76,8 +77,8 @@ impl BounceWeights {
         all
     }
 
-    /// Tests if a share may be less than `min_weight` after `depth` bounces or fewer. If in doubt,
-    /// returns true.
+    /// Returns true if a share may be less than `min_weight` after `depth` bounces or fewer, or if
+    /// this is uncertain.
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
         // The margin exceeds the rounding of up to [`MAX_TRIED_BOUNCES`] products.
         let least = self.least.min(1.0) * (1.0 - 1e-6);
@@ -95,7 +96,7 @@ impl BounceWeights {
     }
 }
 
-/// Bounces that are tried one by one.
+/// Maximum number of bounces that are tried one by one.
 const MAX_TRIED_BOUNCES: u32 = 10_000;
 
 /// Number of multiplications by `factor` that take 1 below `least`; `None` if that is more than
@@ -114,7 +115,7 @@ impl WaveSizes {
         let weights = BounceWeights::of(scene);
         let bounces = weights.reach(min_weight, max_depth);
         let covered = scene.has_coverage();
-        // Rays that go on through a surface wait as bounces do.
+        // Rays that continue through a surface wait like bounces.
         let (passes, passing) = if covered { (MAX_PASSES, 1) } else { (0, 0) };
         let depth = (bounces + passes) as usize;
         let level_bytes = level_bytes(weights.ways, passing);
@@ -147,8 +148,8 @@ impl WaveSizes {
     }
 }
 
-/// Bytes that a packet of a wave takes in its level: for bounces, for rays that go on after a hit,
-/// and for radiance.
+/// Bytes that a packet of a wave takes in its level: for bounces, for rays that continue after a
+/// hit, and for radiance.
 fn level_bytes(ways: usize, passing: usize) -> usize {
     (ways + passing) * QueueStorage::PACKET_BYTES
         + passing * size_of::<HitPacket>()
@@ -182,7 +183,7 @@ mod tests {
         assert!(!carried(Vec3::ONE, 1000, 0.9) && carried(Vec3::ONE, 1 << 20, 0.9));
         assert!(carried(Vec3::X, 2, 1e-30) && !carried(Vec3::X, 2, 0.0));
         assert!(!carried(Vec3::splat(2.0), 100, 0.5));
-        // Weights of materials that send more than they get count as halves.
+        // Weights of materials that send more than they receive count as halves.
         let sizes = |depth, least| WaveSizes::of(&scene(Vec3::ONE, Vec3::ONE), depth, least);
         assert!(sizes(3, 0.126).columns.shares && !sizes(3, 0.124).columns.shares);
     }
@@ -203,7 +204,7 @@ mod tests {
                 );
             }
         }
-        // Rays of little weight go no deeper, and leave room for wide waves.
+        // Rays of little weight end early, and leave room for wide waves.
         let fading = scene(Vec3::splat(0.5), Vec3::ZERO);
         assert_eq!(WaveSizes::of(&fading, 1000, 0.01).depth, 7);
         assert_eq!(WaveSizes::of(&fading, 1000, 0.0).depth, 1000);

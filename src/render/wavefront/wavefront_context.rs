@@ -1,4 +1,4 @@
-//! State that all waves of a worker share, and what one of them reads and fills.
+//! State shared by all waves of a worker, and the inputs and outputs of a single wave.
 
 use super::aov_buffer::AovBuffer;
 use super::fragments::FragmentSink;
@@ -17,16 +17,16 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) stats: RenderStats,
     /// Index of the camera ray of each pixel that the wave follows.
     pub(crate) sample: u32,
-    /// Least share of a ray: rays whose share of their camera ray is less than this in every
+    /// Minimum share of a ray: rays whose share of their camera ray is below this in every
     /// component are not traced.
     pub(crate) min_weight: f32,
-    /// True if the scene has surfaces that are only partly there.
+    /// True if the scene has partly transparent surfaces.
     pub(crate) has_coverage: bool,
-    /// True if some material is not seen from behind.
+    /// True if some material is invisible from behind.
     pub(crate) has_unseen_backs: bool,
-    /// True if light may pass some surface: see [`Scene::has_clear_shadows`].
+    /// True if light may pass through some surface: see [`Scene::has_clear_shadows`].
     pub(crate) has_clear_shadows: bool,
-    /// Identifiers of the surfaces that camera rays see, where an AOV needs these surfaces.
+    /// Identifiers of the surfaces that camera rays see, if an AOV needs these surfaces.
     pub(crate) mattes: Option<&'a MatteIds>,
     /// True if camera rays do not see the background.
     pub(crate) hides_background: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Wave<'w, 'arena> {
     pub(crate) radiance: &'w mut [RadianceX8],
     /// The rays' other outputs.
     pub(crate) aovs: AovBuffer<'w>,
-    /// Collects the surfaces that camera rays see, where an AOV needs them.
+    /// Collects the surfaces that camera rays see, if an AOV needs them.
     pub(crate) fragments: Option<FragmentSink<'w>>,
     pub(crate) shadow_filter: ShadowFilter<'w>,
 }
