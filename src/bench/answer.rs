@@ -1,4 +1,5 @@
-//! Results of tracing a set of rays, kept for comparison: a rate only counts for the right results.
+//! Results of tracing a set of rays, kept for comparison: a rate counts only if the results are
+//! right.
 
 use super::ray_kind::QueryKind;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
@@ -13,10 +14,10 @@ pub enum Answer {
 }
 
 /// Relative difference in distance within which two hits on different primitives count as the same
-/// position. Peers number coincident surfaces in another order, and round in another way.
+/// position. Peers number coincident surfaces in another order, and round differently.
 pub const MAX_DISTANCE_ERROR: f32 = 1e-4;
 
-/// Share of rays whose result may differ for a peer that still counts: 0.01 %.
+/// Maximum share of rays with different results, for a peer's rates to count: 0.01 %.
 pub const MAX_DIFFERING_SHARE: f64 = 1e-4;
 
 impl Answer {
@@ -49,7 +50,7 @@ impl Answer {
 
     /// CRC-32 over the results of the first `rays` rays. For each ray these are its `prim_id` and
     /// the bits of `t`, `u` and `v`, little-endian; where nothing is hit, all but the first are
-    /// zeros. For occlusion it is one byte a ray, 1 where it is occluded.
+    /// zeros. For occlusion it is one byte per ray, 1 where it is occluded.
     pub fn checksum(&self, rays: usize) -> u32 {
         let mut crc = crc32fast::Hasher::new();
         for packet in 0..rays.div_ceil(LANES) {
@@ -66,7 +67,7 @@ impl Answer {
         crc.finalize()
     }
 
-    /// The first of some rays whose results differ in any bit.
+    /// The first ray whose results differ in any bit.
     pub fn first_difference(
         &self,
         other: &Answer,
@@ -76,8 +77,8 @@ impl Answer {
         rays.into_iter().find(|&ray| self.differs(other, ray, same))
     }
 
-    /// Share of `rays` rays for which a peer has another result: one of the two hits and the other
-    /// does not, or they hit different primitives at different positions ([`MAX_DISTANCE_ERROR`]).
+    /// Share of `rays` rays for which a peer has another result: only one of the two hits, or they
+    /// hit different primitives at different positions ([`MAX_DISTANCE_ERROR`]).
     pub fn share_of_differences(&self, peer: &Answer, rays: usize) -> f64 {
         let differs = |ray: &usize| self.differs(peer, *ray, same_position);
         (0..rays).filter(differs).count() as f64 / rays.max(1) as f64
@@ -98,7 +99,7 @@ impl Answer {
         }
     }
 
-    /// The result of a ray, in words.
+    /// The result of a ray as text.
     pub fn describe(&self, ray: usize) -> String {
         let (packet, lane) = (ray / LANES, ray % LANES);
         match self {

@@ -1,4 +1,4 @@
-//! The rays in a file, with the right results, for others to replay in their own tracer.
+//! Writes rays to a file, with the right results, to be replayed in other tracers.
 //!
 //! All numbers are little-endian; f32 and u32 take four bytes, u64 and f64 eight.
 //!
@@ -10,7 +10,7 @@
 //! | | then for each set: |
 //! | 16 | its kind, ASCII, padded with zeros |
 //! | u32 | query: 0 for the closest hit, 1 for occlusion |
-//! | f32 | tmax: hits count for 0 < t < tmax; infinity where there is no limit |
+//! | f32 | tmax: hits count for 0 < t < tmax; infinity if there is no limit |
 //! | u64 | n, the number of rays |
 //! | n × 6 f32 | origin and direction of each ray |
 //! | n × u32 | result of each ray: primitive, or occlusion (see below) |
@@ -34,10 +34,10 @@ use std::io::{self, Write};
 /// Magic bytes at the beginning of the file.
 pub const MAGIC: [u8; 8] = *b"PHXRAYS2";
 
-/// The reason why there is no ray file.
+/// The reason why no ray file was written.
 #[derive(Debug, thiserror::Error)]
 pub enum DumpError {
-    /// The scene gives no rays.
+    /// The scene yields no rays.
     #[error(transparent)]
     Scene(#[from] Box<BenchError>),
     /// The file could not be written.

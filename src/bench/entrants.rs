@@ -21,8 +21,8 @@ pub(super) struct Entrant<'a> {
 /// A peer's name, and the scene in its form.
 pub(super) type NamedPeerScene = (&'static str, PeerScene);
 
-/// The kernels to be timed, `auto` among them. Work is counted without `auto`: the kernels that it
-/// selects depend on the build, and counts must not.
+/// The kernels to be timed, `auto` among them. Work is counted without `auto`: its choice of
+/// kernels depends on the build, and counts must not.
 pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
     let all = Kernel::ALL.iter().map(|&(_, kernel)| kernel);
     let wanted = |kernel: &Kernel| match kernel {
@@ -32,7 +32,7 @@ pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
     all.filter(wanted).collect()
 }
 
-/// All entrants for a set of rays. Our kernels have been checked before; peers are compared here.
+/// All entrants for a set of rays. Our kernels are checked before; peers are compared here.
 pub(super) fn entrants<'a>(
     trees: &'a BenchTrees,
     peers: &'a [NamedPeerScene],
@@ -78,7 +78,7 @@ impl Entrant<'_> {
         }
     }
 
-    /// The entrant's row, without samples so far.
+    /// The entrant's row, still without samples.
     pub(super) fn row(&self, info: &SceneInfo, workload: &Workload, threads: usize) -> RateRow {
         let kind = workload.kind().name();
         RateRow {

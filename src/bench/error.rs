@@ -1,4 +1,4 @@
-//! Errors of a benchmark: a wrong result, or a scene that gives no rays.
+//! Errors of a benchmark: a wrong result, or a scene that yields no rays.
 
 use phalanx_scene::ViewError;
 

@@ -1,4 +1,4 @@
-//! Fingerprint of a scene: a checksum over everything that rays can hit.
+//! Fingerprint of a scene: a checksum of everything that rays can hit.
 
 use glam::Vec3;
 use phalanx_scene::{PrimKind, Scene};
@@ -32,7 +32,7 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         vectors(&mut take, &scene.instances.object_columns(i));
     }
     for i in 0..scene.lights.len() {
-        // The position that shadow rays go to, for an area light as for a point light.
+        // The target of shadow rays, for area lights as for point lights.
         take(&scene.lights.center(i).to_array());
     }
     vectors(
@@ -40,7 +40,7 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         &[scene.view.eye, scene.view.center, scene.view.up],
     );
     take(&[scene.view.fovy]);
-    // Scenes of older records had no origin, and keep their checksum.
+    // Scenes in older records had no origin; their checksum stays the same.
     if scene.is_moved() {
         let origin = scene.origin.map(f64::to_le_bytes);
         crc.update(origin.as_flattened());

@@ -13,7 +13,7 @@ use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, rend
 use phalanx_trace::Kernel;
 
 /// Divisor of the ray sets' picture width and height that gives the size of a frame. Frames trace
-/// many more rays a pixel.
+/// many more rays per pixel.
 const SHRINK: u32 = 2;
 
 /// Further divisor for timed frames of the oracle: its rate is the same, and it takes a quarter of
@@ -59,7 +59,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Checks that all kernels give the oracle's frame, to the bit. Returns the number of pixels
+    /// Checks that all kernels render the oracle's frame, bit for bit. Returns the number of pixels
     /// that show anything.
     pub(super) fn check(&self, info: &SceneInfo) -> Result<u64, BenchError> {
         let mut oracle: Option<Frame> = None;
@@ -81,8 +81,8 @@ impl<'a> Frames<'a> {
                     let scene = info.name.clone();
                     return Err(BenchError::View { scene, source });
                 }
-                // Neither is possible: the control is this function's own, and frames are measured
-                // without a lens.
+                // Neither is possible: the control belongs to this function, and frames are
+                // measured without a lens.
                 Err(FrameError::Interrupted(_) | FrameError::Lens(_)) => continue,
             };
             let Some(expected) = &oracle else {

@@ -1,5 +1,5 @@
-//! Rays per second of our kernels, the oracle and other tracers: on the same rays, and only for the
-//! right results.
+//! Rays per second of our kernels, the oracle and other tracers, on the same rays, and only if
+//! their results are right.
 //!
 //! | file | content |
 //! |---|---|

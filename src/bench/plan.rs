@@ -1,4 +1,4 @@
-//! Settings of a run: the things to measure, and the time to spend.
+//! Settings of a run: what to measure, and for how long.
 
 use super::ray_kind::RayKind;
 use crate::peers::Peer;
@@ -8,7 +8,7 @@ use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Quality;
 use std::collections::BTreeMap;
 
-/// The things to measure on every scene.
+/// The measurements of every scene.
 #[derive(Clone)]
 pub struct BenchPlan<'p> {
     /// Kinds of rays.
@@ -25,9 +25,9 @@ pub struct BenchPlan<'p> {
     pub size: [u32; 2],
     /// Least number of samples of each row.
     pub repeat: usize,
-    /// Least total time of the samples of a row, in seconds.
+    /// Minimum total time of the samples of a row, in seconds.
     pub min_time: f64,
-    /// True if workers are bound to cores even where there are fewer of them than cores.
+    /// True if workers are bound to cores even if there are more cores than workers.
     pub pin: bool,
     /// Other tracers.
     pub peers: &'p [Peer],
@@ -48,8 +48,8 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// Binding of the given number of workers to cores. With a worker for each core they are always
-    /// bound: a sample is over before a system that has put two on one core would move one.
+    /// Binding of the given number of workers to cores. With one worker per core they are always
+    /// bound: a sample is over before the system would move one of two workers on the same core.
     pub fn pin(&self, threads: usize) -> CoreAffinity {
         match self.pin || threads >= BenchPlan::all_threads() && threads > 1 {
             true => CoreAffinity::Cores,
@@ -57,7 +57,7 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// The largest number of threads, which trees are built on.
+    /// The largest number of threads, used to build trees.
     pub fn max_threads(&self) -> usize {
         self.threads.iter().copied().max().unwrap_or(1)
     }
@@ -94,13 +94,13 @@ pub struct SceneInfo {
     pub step: Option<String>,
     /// Seconds it took to read or generate the scene.
     pub load_seconds: f64,
-    /// The results that the suite expects at this size, by kind, where it has any.
+    /// The results that the suite expects at this size, by kind, if any.
     pub expected: BTreeMap<String, RaySetRecord>,
 }
 
 /// Receives the progress of a run.
 pub trait ProgressListener {
-    /// Begins a step, which `what` describes in a few words.
+    /// Begins a step, described by `what` in a few words.
     fn begin_step(&mut self, what: &str);
     /// Reports that a sample was taken; `done` is the finished share of this scene's work, in \[0,
     /// 1\].

@@ -1,8 +1,8 @@
 //! The rays that are measured: camera rays of one picture, and rays that start at their hits.
 //!
-//! Every kind but the first starts at every primary hit, whatever the material. So a scene's rates
-//! do not depend on its materials. The oracle computes the hits and their normals. So the rays are
-//! the same bits on every machine, and no kernel has a part in the rays that it is measured with.
+//! Every kind but the first starts at every primary hit, regardless of material, so a scene's rates
+//! do not depend on its materials. The oracle computes the hits and their normals, so the rays have
+//! the same bits on every machine, and no kernel affects the rays that it is measured with.
 
 use super::answer::Answer;
 use super::ray_kind::{QueryKind, RayKind};
@@ -17,7 +17,7 @@ use phalanx_scene::sampling::Sampling;
 use phalanx_scene::{Scene, ViewError};
 use phalanx_trace::packet::{NO_PRIM, RayQueue};
 
-/// Rays of one kind, in the order in which a renderer would send them.
+/// Rays of one kind, in a renderer's order.
 pub struct RaySet<'a> {
     /// Kind of the rays.
     pub kind: RayKind,
@@ -28,7 +28,7 @@ pub struct RaySet<'a> {
 }
 
 impl RaySet<'_> {
-    /// The rays in the form that engines take.
+    /// The rays in the form for engines.
     pub fn rays(&self) -> RaySetRef<'_> {
         RaySetRef {
             queue: &self.queue,
@@ -37,7 +37,7 @@ impl RaySet<'_> {
     }
 }
 
-/// The camera rays of a picture, in the tiles and packets of a render.
+/// The camera rays of a picture, in a render's tiles and packets.
 ///
 /// # Errors
 /// [`ViewError`] if the scene was not validated.
@@ -58,7 +58,7 @@ pub fn primary<'a>(
     })
 }
 
-/// Index of refraction of everything, for [`RayKind::Refraction`].
+/// Index of refraction of all surfaces, for [`RayKind::Refraction`].
 const GLASS: f32 = 1.5;
 
 /// Length of [`RayKind::Ao`]'s rays as a share of the diagonal of the scene's box.
@@ -90,7 +90,7 @@ pub fn secondary<'a>(
             queue.push_ray(next.org.to_array(), next.dir.to_array());
         }
     }
-    // Occlusion is tested up to the tip of the direction, or without end for a directional light.
+    // Occlusion is tested up to the tip of the direction, or without limit for a directional light.
     let far = kind == RayKind::Shadow && light.is_some_and(|light| scene.lights.directional[light]);
     let segments = kind.query() == QueryKind::Occluded && !far;
     RaySet {
@@ -126,7 +126,7 @@ fn hits<'s>(
     })
 }
 
-/// The light that shadow rays go to: the first point light, or else the first.
+/// The target of shadow rays: the first point light, or else the first light.
 fn light(scene: &Scene) -> Option<usize> {
     let directional = &scene.lights.directional;
     let point = directional.iter().position(|&far| !far);
@@ -161,15 +161,15 @@ fn unit(v: Vec3) -> Vec3 {
     v * (1.0 / v.dot(v).sqrt())
 }
 
-/// A unit direction about `n`, cosine-distributed, chosen by the ray's index. Computed in f64 with
-/// `libm`: the same bits on every machine.
+/// A unit direction around `n`, cosine-distributed, selected by the ray's index. Computed in f64
+/// with `libm`: the same bits on every machine.
 fn hemisphere(n: Vec3, index: usize) -> Vec3 {
     let bits = scrambled(index as u64);
     let [a, b] = [bits >> 32, bits & 0xffff_ffff].map(|half| (half as f64 + 0.5) / 4_294_967_296.0);
     let (sin, cos) = libm::sincos(std::f64::consts::TAU * a);
     let radius = b.sqrt();
     let n = n.as_dvec3();
-    // An axis across the normal: that of one of its small components.
+    // An axis across the normal: one with a small component.
     let across = if n.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
     let x = across.cross(n).normalize();
     let y = n.cross(x);

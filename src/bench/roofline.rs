@@ -1,7 +1,7 @@
-//! Peak rates of the machine: the roof that rates are compared with.
+//! Peak rates of the machine: the roofline for comparison.
 //!
 //! All threads do the same at the same time, each with memory of its own. The best of many short
-//! attempts counts: a peak is the undisturbed rate, and on a busy machine only a short time is
+//! attempts counts: a peak is the undisturbed rate, and on a busy machine only short intervals are
 //! undisturbed.
 
 use super::timer::on_threads;
@@ -15,14 +15,14 @@ use std::time::{Duration, Instant};
 /// Measuring time of one attempt.
 const ATTEMPT_TIME: Duration = Duration::from_millis(4);
 
-/// Attempts at each number.
+/// Number of attempts for each value.
 const ATTEMPTS: usize = 30;
 
-/// Number of multiplications, each with an addition, in a row before the clock is read.
+/// Number of consecutive multiply-add steps between readings of the clock.
 const STEPS: usize = 4096;
 
-/// Bytes read before the clock is read: short next to any time measured, long next to the clock's
-/// own cost.
+/// Bytes read between readings of the clock: little compared with any measured time, much compared
+/// with the cost of the clock.
 const STRETCH_BYTES: usize = 1 << 20;
 
 /// Unit of reading.
@@ -32,10 +32,10 @@ const BLOCK_BYTES: usize = size_of::<ReadBlock>();
 /// Cache sizes where the real ones are not known.
 const DEFAULT_CACHES: [u64; 3] = [32 << 10, 512 << 10, 16 << 20];
 
-/// Most memory that is read, whatever the caches' size.
+/// Maximum amount of memory that is read, regardless of the caches' size.
 const MAX_READ_BYTES: u64 = 512 << 20;
 
-/// The limits of one thread and of all, where there are more; about a second for each.
+/// The limits of one thread and of all threads if there are several; takes about a second for each.
 pub fn measure_limits(threads: usize, caches: &[Cache]) -> MachineLimits {
     let mut counts = vec![1, threads];
     counts.dedup();
@@ -70,9 +70,9 @@ fn working_sets(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] 
             .unwrap_or(default)
     };
     let [l1, l2, l3] = [1, 2, 3].map(of_level);
-    // Half of a cache leaves room for its other content. The third level is often shared with
-    // strangers. Four times the second level is surely more than that holds, and little of the
-    // third.
+    // Half of a cache leaves room for its other content. The third level is often shared with other
+    // programs. Four times the second level is certainly more than that level holds, but little of
+    // the third.
     let within_l3 = (4 * l2).min(l3 / 2);
     let all = caches
         .iter()
@@ -89,9 +89,8 @@ fn working_sets(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] 
     .map(|(name, bytes)| (name, bytes as usize))
 }
 
-/// Rate of f32 additions and multiplications, in 10⁹ a second: the best of the lane counts. There
-/// are as many independent chains as hide the latency, and as few as fit registers of sixteen
-/// bytes.
+/// Rate of f32 additions and multiplications, in 10⁹ per second: the best of the lane counts. The
+/// number of independent chains is enough to hide the latency, and fits registers of sixteen bytes.
 fn arithmetic(threads: usize) -> f64 {
     let shapes = [
         |threads| chains::<F32x8, 6>(threads),
@@ -114,8 +113,8 @@ fn chains<L: Lanes, const CHAINS: usize>(threads: usize) -> f64 {
     rate / 1e9
 }
 
-/// One rounding after the other, as the kernels do it: nothing here is fused. This is a loop and
-/// not `map`, which for arrays is a call with memory on either side.
+/// Rounds twice, like the kernels: nothing here is fused. This is a loop instead of `map`, which
+/// for arrays is a call with memory on either side.
 #[inline(never)]
 fn steps<L: Lanes, const CHAINS: usize>(
     mut values: [L; CHAINS],
@@ -130,12 +129,12 @@ fn steps<L: Lanes, const CHAINS: usize>(
     values
 }
 
-/// Rate in GB/s of reading the given number of bytes over and over on each thread.
+/// Rate in GB/s of reading the given number of bytes repeatedly on each thread.
 fn reading(threads: usize, bytes: usize) -> f64 {
     let count = (bytes / BLOCK_BYTES).max(1);
     let passes = (STRETCH_BYTES / (count * BLOCK_BYTES)).max(1);
     let rate = run_together(threads, || {
-        // Written here, by the thread that reads it, so that its pages are mapped and local to it.
+        // Written here by the reading thread, so that the pages are mapped and local to it.
         let memory: Vec<ReadBlock> = vec![black_box([F32x16::ONE; 8]); count];
         let (mut sums, mut at) = ([F32x16::ZERO; 8], 0);
         move || {
@@ -171,8 +170,8 @@ struct ThreadShare {
     done: f64,
 }
 
-/// The best rate of all attempts. `worker` prepares and returns one turn, which returns the amount
-/// of its work.
+/// The best rate of all attempts. `worker` prepares and returns one turn, which returns its amount
+/// of work.
 fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync) -> f64 {
     let barrier = Barrier::new(threads);
     let run = |_| {
@@ -194,8 +193,8 @@ fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync
     let of_attempt = |k: usize| {
         let parts = || parts.iter().map(|of_thread| &of_thread[k]);
         let (start, end) = (parts().map(|p| p.start).min(), parts().map(|p| p.end).max());
-        // From the first thread's start to the last one's end: threads that did not run at the same
-        // time did not share anything.
+        // From the first thread's start to the last one's end: threads that do not run at the same
+        // time do not share anything.
         let span = start
             .zip(end)
             .map_or(f64::INFINITY, |(s, e)| (e - s).as_secs_f64());
@@ -236,7 +235,7 @@ mod tests {
         assert_eq!(working_sets(2, &huge)[3].1 as u64, MAX_READ_BYTES / 2);
     }
 
-    /// Orders of magnitude only: other tests run beside it.
+    /// Orders of magnitude only: other tests run at the same time.
     #[test]
     fn limits_are_plausible() {
         let start = Instant::now();

@@ -1,5 +1,4 @@
-//! The standard suite: the scenes that are measured where none is named, and the expected hits of
-//! their rays.
+//! The standard suite: the scenes to measure if none is given, and the expected hits of their rays.
 
 use super::plan::SceneInfo;
 use crate::report::RaySetRecord;
@@ -16,7 +15,7 @@ pub struct Suite {
     pub repeat: usize,
     /// Number of samples of each row with `--quick`.
     pub quick_repeat: usize,
-    /// Least total time of the samples of a row, in seconds.
+    /// Minimum total time of the samples of a row, in seconds.
     pub min_time: f64,
     /// The scenes, in the order in which they are measured.
     pub scene: Vec<SuiteScene>,
@@ -49,7 +48,7 @@ impl Suite {
     /// Reads a suite.
     ///
     /// # Errors
-    /// [`SuiteError`] gives the position where the text is no suite.
+    /// [`SuiteError`] gives the position of the mistake.
     pub fn parse(text: &str) -> Result<Suite, SuiteError> {
         toml::from_str(text).map_err(|error| SuiteError(error.to_string()))
     }
@@ -57,15 +56,14 @@ impl Suite {
     /// The suite as text.
     ///
     /// # Errors
-    /// None that can be provoked: every part of a suite has a form in TOML.
+    /// None that can be provoked: every part of a suite can be written as TOML.
     pub fn to_text(&self) -> Result<String, SuiteError> {
         toml::to_string(self).map_err(|error| SuiteError(error.to_string()))
     }
 }
 
 impl SuiteScene {
-    /// The scene's data in the form that a run takes; results are expected only at the suite's own
-    /// size.
+    /// The scene's data in the form for a run; results are expected only at the suite's own size.
     pub fn info(&self, answers: bool) -> SceneInfo {
         SceneInfo {
             name: self.name.clone(),

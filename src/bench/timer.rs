@@ -1,5 +1,4 @@
-//! One sample: a set of rays traced by one engine, on a number of threads, and the seconds that
-//! took.
+//! One sample: a set of rays, traced by one engine on a number of threads, and the time in seconds.
 
 use super::answer::Answer;
 use super::plan::BenchPlan;
@@ -13,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Barrier, Mutex};
 use std::time::Instant;
 
-/// Packets that a thread takes at once: 1024 rays, as many as a tile has.
+/// Packets that a thread takes at once: 1024 rays, as in a tile.
 pub const CHUNK_PACKETS: usize = 128;
 
 /// Chunks of a set of packets, which threads take one by one.
@@ -21,7 +20,7 @@ pub struct Chunks {
     packets: usize,
     /// Packets of a chunk.
     size: usize,
-    /// Interval of the chunks that are taken: one in `stride`.
+    /// Interval of the selected chunks: one in `stride`.
     stride: usize,
 }
 
@@ -35,8 +34,8 @@ impl Chunks {
         }
     }
 
-    /// Chunks of `size` packets with about `rays` of the rays, evenly spread; all chunks where
-    /// there are no more.
+    /// Chunks of `size` packets with about `rays` of the rays, evenly spread; all chunks if there
+    /// are no more.
     ///
     /// One in `stride` chunks is taken, and `stride` is odd. Rows of tiles are powers of two long,
     /// and an even stride would stay in the same columns of a picture.
@@ -79,7 +78,7 @@ pub struct Timing {
     /// Seconds from the first thread's start to the last one's end.
     pub wall: f64,
     /// Time of each piece of a pass when it was fastest, as its share of a pass on all threads.
-    /// Their sum is the seconds of an undisturbed pass.
+    /// Their sum is the time of an undisturbed pass in seconds.
     pub fastest: Vec<f64>,
 }
 
@@ -112,9 +111,8 @@ impl Timing {
     }
 }
 
-/// Returns true if the given number of threads must share cores. A piece of work that is done
-/// between two switches of threads shows nothing of the time that the others had. So then only
-/// whole passes count.
+/// Returns true if the given number of threads must share cores. A piece of work between two thread
+/// switches does not show the time of the other threads, so then only whole passes count.
 fn is_oversubscribed(threads: usize) -> bool {
     threads > BenchPlan::all_threads()
 }
@@ -177,7 +175,7 @@ pub fn sample(
     timing
 }
 
-/// The results of `work` on some threads at once, each of which gets its number.
+/// The results of `work` on some threads at once, each of which receives its number.
 pub fn on_threads<T: Send>(threads: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let work = &work;
     std::thread::scope(|scope| {
@@ -193,7 +191,7 @@ pub fn on_threads<T: Send>(threads: usize, work: impl Fn(usize) -> T + Sync) -> 
 struct TimedSpan {
     start: Instant,
     end: Instant,
-    /// Seconds of each chunk when it was fastest; infinite where other threads took it.
+    /// Seconds of each chunk when it was fastest; infinite if other threads took it.
     shares: Vec<f64>,
 }
 
@@ -216,7 +214,7 @@ fn trace_packets(
 }
 
 /// The results of an engine for the rays of some chunks, without a clock; other rays count as
-/// hitting nothing.
+/// misses.
 pub fn answer(
     engine: &dyn BenchEngine,
     query: QueryKind,

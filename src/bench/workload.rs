@@ -1,4 +1,4 @@
-//! A scene ready to be measured: both trees, the rays, and their right results.
+//! A scene, ready for measurement: both trees, the rays, and their right results.
 
 use super::answer::Answer;
 use super::engines::{KernelEngine, OracleEngine};
@@ -18,7 +18,7 @@ use phalanx_trace::bvh::{BuildSettings, Bvh};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// A scene with both trees, and the seconds it took to build them.
+/// A scene with both trees, and their build times in seconds.
 pub(super) struct BenchTrees<'a> {
     pub(super) scene: &'a Scene,
     pub(super) bvh: Bvh,
@@ -70,19 +70,18 @@ pub(super) struct Workload<'a> {
     pub(super) expected: Answer,
 }
 
-/// Approximate number of rays of a set that are timed. A fifth of the usual 2^18 takes less time.
-/// The time saved is spent in more rounds, which makes a rate on a shared machine reproducible.
-/// Timing a part only changes the rate itself by 4 % at most in most sets (perf/notes/noise.md).
-/// The rays are the same in every run.
+/// Approximate number of rays of a set that are timed. A fifth of the usual 2^18 takes less time,
+/// which is spent on more rounds; that makes a rate on a shared machine reproducible. Timing a part
+/// only changes the rate itself by 4 % at most in most sets (perf/notes/noise.md). The rays are the
+/// same in every run.
 const TIMED_RAYS: usize = 1 << 16;
 
 /// Number of those rays that the oracle is timed on. It is many times slower than the kernels, and
-/// would take most of a run. Its chunks are small ones, so that they take no longer than the
-/// kernels'.
+/// would take most of a run. Its chunks are smaller, so that they take no longer than the kernels'.
 const ORACLE_TIMED_RAYS: usize = 1 << 14;
 const ORACLE_CHUNK: usize = 16;
 
-/// Rays that the oracle traces where a kernel's results stand for its own.
+/// Rays that the oracle traces if a kernel's results replace its own.
 const ORACLE_CHECKED_RAYS: usize = 1 << 15;
 
 impl Workload<'_> {
@@ -113,7 +112,7 @@ impl Workload<'_> {
     }
 }
 
-/// The ray sets of a plan, with the right results. Sets without rays are left out.
+/// The ray sets of a plan, with the right results. Sets without rays are omitted.
 pub(super) fn workloads<'a>(
     arena: &'a Bump,
     trees: &BenchTrees,
@@ -141,7 +140,7 @@ pub(super) fn workloads<'a>(
 }
 
 /// The right results of a set of rays: the oracle's, or, to save its time, those of a kernel that
-/// match the expected ones to the bit.
+/// match the expected ones bit for bit.
 fn compute_expected(trees: &BenchTrees, info: &SceneInfo, set: &RaySet) -> Answer {
     let all = Chunks::all(set.queue.packets());
     let trace = |engine: &dyn BenchEngine| {
@@ -164,8 +163,8 @@ fn record(answer: &Answer, rays: usize) -> RaySetRecord {
     }
 }
 
-/// Checks that every kernel gives the right results, and the oracle where it is timed, and that
-/// these are the results that the suite expects.
+/// Checks that every kernel gives the right results, and so does the oracle if it is timed, and
+/// that they are the suite's results.
 pub(super) fn check(
     trees: &BenchTrees,
     workload: &Workload,

@@ -1,8 +1,7 @@
-//! The interface that tracers must implement to be measured: other people's, our own kernels and
-//! the oracle alike.
+//! The interface that tracers implement to be measured: peers, our own kernels and the oracle.
 //!
-//! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays
-//! laid out as it wants them, all prepared before timing starts.
+//! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays in
+//! its own layout, all prepared before timing starts.
 
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use std::ops::Range;
@@ -11,9 +10,9 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{peer} does not trace this scene: {reason}")]
 pub struct Unsupported {
-    /// The peer's name, for people.
+    /// The peer's name for readers.
     pub peer: &'static str,
-    /// The obstacle.
+    /// Description of the obstacle.
     pub reason: String,
 }
 
@@ -26,7 +25,7 @@ pub struct RaySetRef<'a> {
     pub tmax: f32,
 }
 
-/// One way to trace one set of rays. It is shared by the threads that do so.
+/// One way to trace one set of rays, shared by the threads that trace them.
 pub trait BenchEngine: Sync {
     /// The state that one thread needs.
     fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
@@ -38,11 +37,10 @@ pub type NamedEngines = Vec<(String, Box<dyn BenchEngine>)>;
 /// One thread's share of an engine. Packets are the set's, eight rays each; a range starts at an
 /// even packet.
 pub trait BenchEngineThread {
-    /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit:
-    /// nothing was hit) and `prim_id` as in the scene; `u` and `v` only where they cost nothing.
-    /// Lanes beyond the last ray may hold anything.
+    /// The closest hits of some packets, one [`HitPacket`] each: `t` (a miss is at or above the
+    /// limit) and `prim_id` as in the scene; `u` and `v` only where they cost nothing. Lanes beyond
+    /// the last ray are undefined.
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
-    /// Occluded lanes (as bits) of each of some packets. Lanes beyond the last ray may hold
-    /// anything.
+    /// Occluded lanes (as bits) of each of some packets. Lanes beyond the last ray are undefined.
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
 }

@@ -1,10 +1,10 @@
-//! obvhs's own traversals, with its own triangles. obvhs is the crate that our builder uses; this
-//! measures its tracing, too.
+//! The traversals of obvhs with its own triangles. Our builder uses this crate; here its tracing is
+//! measured.
 //!
 //! It traces one ray at a time, against its binary tree and against its compressed tree of eight
 //! children. Occlusion uses `ray_traverse_miss`, which stops at the first hit (its
 //! `ray_traverse_anyhit` is for transparency, and visits all). It has no spheres: they are
-//! intersected by the plain formula, which users of the crate have to supply themselves.
+//! intersected by the plain formula, which users of the crate must supply themselves.
 
 use super::engine::{BenchEngine, BenchEngineThread, NamedEngines, RaySetRef, Unsupported};
 use glam::Vec3A;
@@ -23,12 +23,12 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Preset that its trees are built with, the slowest there is: 3.7 s a tree for a million
-/// triangles, seven times medium's time, for 7 to 23 % more rays on the terrain. In the room
-/// medium's trees are 20 to 40 times slower than these, and those of `slow_build` no better.
+/// Preset for its trees, the slowest available: 3.7 s per tree for a million triangles, seven times
+/// the time of medium, for 7 to 23 % more rays on the terrain. In the room medium's trees are 20 to
+/// 40 times slower than these, and those of `slow_build` no better.
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
-/// A scene in obvhs's trees, as the function that makes the modes of tracing some rays.
+/// A scene in obvhs's trees, as a function that creates the modes for tracing some rays.
 pub struct ObvhsScene(Box<dyn Fn(RaySetRef) -> NamedEngines>);
 
 impl ObvhsScene {
@@ -89,7 +89,7 @@ impl ObvhsScene {
     }
 }
 
-/// A shape that obvhs can have in its leaves.
+/// A shape in obvhs's leaves.
 trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
     /// Distance along a ray, or infinity.
     fn intersect(&self, ray: &Ray) -> f32;
@@ -109,7 +109,7 @@ impl ObvhsShape for Triangle {
         self.intersect(ray)
     }
 
-    // Only triangles are split beforehand where they are large.
+    // Only large triangles are split beforehand.
     fn bvh2(shapes: &[Triangle]) -> Bvh2 {
         build_bvh2_from_tris(shapes, PRESET, &mut Duration::default())
     }

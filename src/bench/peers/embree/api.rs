@@ -1,8 +1,8 @@
-//! Embree's C interface, as far as it is used here. This is the only file of the `peers` module
+//! The part of Embree's C interface that is used here. This is the only file of the `peers` module
 //! with foreign signatures.
 //!
 //! Versions 3 and 4 share the layout of rays and hits, the numbers of their enumerations and most
-//! signatures. They differ in how a query is described. Version 4 passes optional
+//! signatures. They differ in how they describe a query. Version 4 passes optional
 //! `RTCIntersectArguments` (or `RTCOccludedArguments`, which have the same layout) after the rays.
 //! Version 3 passes an `RTCIntersectContext` before them.
 
@@ -30,7 +30,7 @@ type Handle = *mut c_void;
 type Single = unsafe extern "C" fn(Handle, *mut c_void, *mut c_void);
 type Packet = unsafe extern "C" fn(*const i32, Handle, *mut c_void, *mut c_void);
 
-/// The functions of one query, for one ray, eight rays and sixteen.
+/// The functions of one query, for one, eight and sixteen rays.
 struct QueryFns {
     one: Single,
     eight: Packet,
@@ -38,7 +38,7 @@ struct QueryFns {
 }
 
 /// The functions of one library. It stays loaded for the rest of the process: threads that it
-/// started may sleep in its code for good.
+/// started may sleep in its code forever.
 pub(super) struct Api {
     new_device: unsafe extern "C" fn(*const c_char) -> Handle,
     release_device: unsafe extern "C" fn(Handle),
@@ -137,13 +137,13 @@ impl EmbreeFault {
     }
 }
 
-/// An Embree device, which scenes are made with.
+/// An Embree device, which creates scenes.
 pub(super) struct Device {
     api: Arc<Api>,
     handle: NonNull<c_void>,
     /// Major, minor and patch version.
     pub(super) version: [u32; 3],
-    /// True if one call with sixteen rays is more than two calls with eight.
+    /// True if one call with sixteen rays does more than two calls with eight.
     pub(super) sixteen: bool,
 }
 
@@ -154,7 +154,7 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// A device that builds with the given number of threads; 0 for one per CPU.
+    /// Creates a device that builds with the given number of threads; 0 means one per CPU.
     pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Device, EmbreeFault> {
         let config = CString::new(format!("threads={threads},verbose=0")).unwrap_or_default();
         // SAFETY: the string ends with a zero and outlives the call.
@@ -198,7 +198,7 @@ pub(super) struct EmbreeSceneDraft {
 }
 
 impl EmbreeSceneDraft {
-    /// A scene of high build quality, without flags.
+    /// Creates a scene of high build quality, without flags.
     pub(super) fn new(device: &Arc<Device>) -> Result<EmbreeSceneDraft, EmbreeFault> {
         // SAFETY: the device exists. A quality may be set on a scene that was made.
         let handle = unsafe { (device.api.new_scene)(device.handle.as_ptr()) };
@@ -213,8 +213,8 @@ impl EmbreeSceneDraft {
         })
     }
 
-    /// Adds triangles as the geometry with that id. Triangles whose vertices do not exist are left
-    /// out.
+    /// Adds triangles as the geometry with that id. Triangles whose vertices do not exist are
+    /// omitted.
     pub(super) fn triangles(
         &mut self,
         id: u32,
@@ -326,7 +326,7 @@ impl Drop for EmbreeGeometry {
     }
 }
 
-/// A scene whose trees are built, and that does not change any more.
+/// A finished scene with built trees.
 pub(super) struct CommittedScene(EmbreeSceneDraft);
 
 // SAFETY: Embree's queries of a committed scene may run on any number of threads, and no other call
@@ -335,9 +335,8 @@ unsafe impl Send for CommittedScene {}
 // SAFETY: as above.
 unsafe impl Sync for CommittedScene {}
 
-/// One thread's access to a scene for queries of one ray, eight or sixteen. All data that a call
-/// needs lies side by side here, because with single rays the number of addresses that are looked
-/// up before matters.
+/// One thread's access to a scene for queries of one ray, eight or sixteen. All data for a call is
+/// adjacent here, because the number of address look-ups matters for single rays.
 pub(super) struct QueryCaller<'a, const N: usize> {
     scene: Handle,
     intersect: EntryPoints,
@@ -356,7 +355,7 @@ struct EntryPoints {
 }
 
 impl CommittedScene {
-    /// A caller for queries, optimised for coherent rays or for any.
+    /// Creates a caller for queries, optimised for coherent rays or for any.
     pub(super) fn caller<const N: usize>(&self, coherent: bool) -> QueryCaller<'_, N> {
         const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
         let device = &self.0.device;

@@ -1,4 +1,4 @@
-//! The modes of Embree: one ray a call, eight or sixteen, flagged as coherent or not.
+//! Embree's modes: one, eight or sixteen rays per call, flagged as coherent or not.
 
 use super::api::QueryCaller;
 use super::layout::{INVALID, RayHeader, RayHit, Valid};
@@ -11,9 +11,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A set of rays in packets of N. It holds the first half of each packet in Embree's layout. The
-/// other half is the same for all packets. So each thread has it once, and copies the first half
-/// before every call. To trace the rays in place would require restoring the values that the
-/// previous call has overwritten, and moves more than twice the memory.
+/// other half is the same for all packets, so each thread has it once and copies the first half
+/// before every call. Tracing the rays in place would require restoring the values overwritten by
+/// the previous call, and would move more than twice the memory.
 pub(super) struct RayLayout<const N: usize> {
     headers: Vec<RayHeader<N>>,
     rays: usize,
@@ -179,9 +179,10 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
     /// Queries some of our packets. `answer` receives the index of each call and Embree's results
     /// for its N rays.
     ///
-    /// Each packet is copied while the packet before it waits for its query. Embree reads a row at
-    /// once that was copied in halves, which takes the row through memory. Right behind the copy,
-    /// and behind the results before it, that was 6 % of the time of incoherent packets of sixteen.
+    /// Each packet is copied while the packet before it waits for its query. Embree reads as a
+    /// whole a row that was copied in halves, which takes the row through memory. Immediately after
+    /// the copy, and after the results before it, that was 6 % of the time of incoherent packets of
+    /// sixteen.
     #[inline(always)]
     fn query(
         &mut self,

@@ -1,4 +1,4 @@
-//! Search for Embree's library: in the loader's folders, or in the wheel `embreex` of some Python.
+//! Search for Embree's library: in the loader's folders, or in a Python's `embreex` wheel.
 
 use std::collections::HashSet;
 use std::env;
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Names that the system's loader may know the library by, the newer version first.
+/// Possible names of the library for the system's loader, the newer version first.
 pub(super) fn loader_names() -> &'static [&'static str] {
     if cfg!(windows) {
         &["embree4.dll", "embree3.dll"]
@@ -36,7 +36,7 @@ pub(super) fn in_folder(folder: &Path) -> Vec<PathBuf> {
     folders.flat_map(|folder| libraries(&folder)).collect()
 }
 
-/// The libraries in wheels of the Pythons that can be found without starting one.
+/// The libraries in wheels of Pythons that can be found without starting one.
 pub(super) fn in_wheels() -> Vec<PathBuf> {
     let packages = prefixes()
         .into_iter()
@@ -45,7 +45,7 @@ pub(super) fn in_wheels() -> Vec<PathBuf> {
 }
 
 /// The libraries in wheels of the first Python of `PATH`. It is started to print the path of its
-/// packages, because some Pythons are shell scripts that choose another.
+/// packages, because some Pythons are shell scripts that select another.
 pub(super) fn by_asking_python() -> Vec<PathBuf> {
     let program = "import site, sysconfig\n\
         print(sysconfig.get_paths()['platlib'])\n\
@@ -79,8 +79,8 @@ fn prefixes() -> Vec<PathBuf> {
             if !python.is_file() {
                 continue;
             }
-            // A virtual environment's Python is a link: its packages are beside the link, the rest
-            // is beside its target.
+            // A virtual environment's Python is a link: its packages are next to the link, the rest
+            // is next to its target.
             for python in [Some(python.clone()), fs::canonicalize(&python).ok()] {
                 let prefix = python
                     .as_deref()
@@ -109,8 +109,8 @@ fn packages_of(prefix: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// Files of a folder that have the name of Embree's library, with any additions that a wheel makes
-/// to the name; version 4 before 3.
+/// Files of a folder with the name of Embree's library, with any additions by a wheel; version 4
+/// before 3.
 fn libraries(folder: &Path) -> Vec<PathBuf> {
     let mut found: Vec<(u8, PathBuf)> = Vec::new();
     for name in names_in(folder) {
@@ -131,7 +131,7 @@ fn libraries(folder: &Path) -> Vec<PathBuf> {
     found.into_iter().map(|(_, path)| path).collect()
 }
 
-/// Names of the entries of a folder, in order; empty where it cannot be read.
+/// Names of the entries of a folder, in order; empty if it cannot be read.
 fn names_in(folder: &Path) -> Vec<OsString> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<OsString> = entries.map(|entry| entry.file_name()).collect();

@@ -1,10 +1,10 @@
 //! Memory layout of the data that is passed to Embree and back.
 //!
 //! Layouts were read from `rtcore_ray.h`, `rtcore_common.h` and `rtcore_scene.h` of 3.13.5 and
-//! 4.4.0. Rays and hits are alike in both. Both can be compiled with more than one level of
+//! 4.4.0. Rays and hits are the same in both. Both can be compiled with more than one level of
 //! instances, which lengthens `RTCHit`, and version 4 with arrays of instances, which adds a row to
-//! it. Either only appends, so that some room after the hit makes it fit. In version 3 more levels
-//! also move a field of the context; instances are then missed, and nothing else happens.
+//! it. Both only append, so that some space after the hit is enough. In version 3 more levels also
+//! move a field of the context; then instances are missed, with no other consequences.
 
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
@@ -18,7 +18,7 @@ pub(super) const INVALID: u32 = u32::MAX;
 #[repr(C, align(32))]
 pub(super) struct RayHeader<const N: usize>(pub(super) [[f32; N]; 8]);
 
-/// `RTCRayHit`, `RTCRayHit8` or `RTCRayHit16`; an `RTCRay` of the width is its beginning.
+/// `RTCRayHit`, `RTCRayHit8` or `RTCRayHit16`; it begins with an `RTCRay` of the same width.
 #[repr(C, align(64))]
 pub(super) struct RayHit<const N: usize> {
     pub(super) header: RayHeader<N>,
@@ -35,7 +35,7 @@ pub(super) struct RayHit<const N: usize> {
     pub(super) prim: [u32; N],
     /// Geometry id. In and, where nothing is hit, out: [`INVALID`].
     pub(super) geometry: [u32; N],
-    /// The instance that was hit, or [`INVALID`]; anything where nothing is hit.
+    /// The instance that was hit, or [`INVALID`]; undefined where nothing is hit.
     pub(super) instance: [u32; N],
     /// Space for further levels of instances, and for version 4's arrays of instances, in libraries
     /// compiled for those.
@@ -65,8 +65,8 @@ impl<const N: usize> RayHit<N> {
 #[repr(C, align(64))]
 pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
 
-/// Arguments of a query, for either version. Values that must be alike are written twice; options
-/// that are not used stay zero.
+/// Arguments of a query, for either version. Values that both versions need are written twice;
+/// unused options stay zero.
 pub(super) struct QueryArguments {
     pub(super) arguments: Arguments4,
     pub(super) context: Context3,
@@ -77,7 +77,7 @@ pub(super) struct QueryArguments {
 pub(super) struct Arguments4 {
     flags: u32,
     features: u32,
-    /// Null: the library makes a context.
+    /// Null: the library creates a context.
     context: *mut c_void,
     filter: *const c_void,
     callback: *const c_void,
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use std::mem::offset_of;
 
-    /// Offsets as the headers have them, in rows of N words.
+    /// Checks the offsets against the headers, in rows of N words.
     fn check_layout<const N: usize>() {
         let row = 4 * N;
         assert_eq!(offset_of!(RayHit<N>, tfar), 8 * row);

@@ -1,4 +1,4 @@
-//! Embree, loaded on request: nothing of it is needed to build or to run anything else.
+//! Embree, loaded on request: neither the build nor anything else depends on it.
 //!
 //! | file | content |
 //! |---|---|
@@ -9,9 +9,9 @@
 //! | `scene` | our scenes in its form |
 //! | `engines` | its modes of tracing rays |
 //!
-//! Its robust mode is not among them. By default a ray through an edge that two triangles share may
-//! miss both, and its coherent occlusion loses whole packets now and then (research on real scenes:
-//! 0.2 % of Sponza's). It is used that way, and its rates are published that way. So the benchmark
+//! Its robust mode is not among them. By default a ray through a shared edge may miss both
+//! triangles, and coherent occlusion occasionally loses whole packets (research on real scenes: 0.2
+//! % of Sponza's). This is how Embree is used and how its rates are published, so the benchmark
 //! counts the differences instead.
 
 #[allow(
@@ -46,7 +46,7 @@ use std::sync::Arc;
 const HOW_TO_GET: &str = "get it with `pip install embreex` (version 4) or `apt-get install libembree3-3` (version 3, \
     Debian), or name the library, or its folder, with `--embree PATH`";
 
-/// The reason why there is no Embree.
+/// The reason why Embree is not available.
 #[derive(Debug, thiserror::Error)]
 pub enum EmbreeError {
     /// Neither the loader nor any Python has it.
@@ -55,7 +55,7 @@ pub enum EmbreeError {
     /// The given path does not lead to an Embree library.
     #[error("there is no Embree library at {}; {HOW_TO_GET}", shown_path(.0))]
     NotThere(PathBuf),
-    /// The library exists, but does not load, or is another library.
+    /// The library exists, but does not load or is not Embree.
     #[error(
         "{} cannot be used as Embree: {reason}; {HOW_TO_GET}",
         shown_path(path)
@@ -74,7 +74,7 @@ pub enum EmbreeError {
         /// Embree's message.
         fault: EmbreeFault,
     },
-    /// The library is of a version with another interface.
+    /// The library's version has another interface.
     #[error(
         "Embree {version} ({}) is neither version 3 nor 4; {HOW_TO_GET}",
         shown_path(path)
@@ -96,8 +96,8 @@ pub struct EmbreeLibrary {
 
 impl EmbreeLibrary {
     /// Loads Embree. `path` names the library or a folder that has it. Without a path, the library
-    /// is loaded by the names that the system's loader knows, else from the wheel `embreex` of a
-    /// Python that is installed here.
+    /// is loaded by the names that the system's loader knows, or else from the `embreex` wheel of
+    /// an installed Python.
     ///
     /// # Errors
     /// [`EmbreeError`], which says how to get the library.
@@ -110,7 +110,7 @@ impl EmbreeLibrary {
 
     fn open_given(path: &Path) -> Result<EmbreeLibrary, EmbreeError> {
         if path.is_file() {
-            // Without a folder before it the loader would look elsewhere.
+            // Without a folder in front, the loader would search elsewhere.
             let full = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
             return EmbreeLibrary::load(full.as_os_str());
         }
@@ -122,8 +122,8 @@ impl EmbreeLibrary {
     fn search() -> Result<EmbreeLibrary, EmbreeError> {
         for name in find::loader_names() {
             match EmbreeLibrary::load(OsStr::new(name)) {
-                // The message of the loader for "no such file" depends on the system. So after
-                // every failure here the search continues.
+                // The loader's message for "no such file" depends on the system, so the search
+                // continues after any failure here.
                 Err(EmbreeError::NotLoaded { .. }) => {}
                 other => return other,
             }
@@ -138,12 +138,12 @@ impl EmbreeLibrary {
 
     fn load(name: &OsStr) -> Result<EmbreeLibrary, EmbreeError> {
         let path = PathBuf::from(name);
-        // Initialisers of libraries may change floating-point modes.
+        // A library's initialisers may change floating-point modes.
         let _restore = RestoreMxcsr::later();
         let api = Api::load(name).map_err(|error| EmbreeError::NotLoaded {
             path: path.clone(),
-            // The loader's message is the source of the crate's error, which says only which step
-            // failed.
+            // The loader's message is the source of the crate's error, which only names the failed
+            // step.
             reason: error.source().unwrap_or(&error).to_string(),
         })?;
         let api = Arc::new(api);
@@ -169,7 +169,7 @@ impl EmbreeLibrary {
         format!("{major}.{minor}.{patch}")
     }
 
-    /// Path that was loaded, or the name that the system's loader knows it by.
+    /// Path that was loaded, or its name for the system's loader.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -212,7 +212,7 @@ impl EmbreeScene {
         }
     }
 
-    /// The modes of tracing a set of rays, by name. Sixteen rays a call are included only where the
+    /// The modes of tracing a set of rays, by name. Sixteen rays per call are included only if the
     /// library has instructions for them.
     pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
         let mut modes = NamedEngines::new();

@@ -1,8 +1,9 @@
-//! The processor's floating-point control register, which Embree wants in another state than ours.
+//! The processor's floating-point control register, which Embree needs in another state than our
+//! kernels.
 //!
-//! Its manual recommends to flush denormal results to zero and to take denormal inputs for zero
-//! while it traces. Our own kernels must do neither, or bits would differ. On other processors than
-//! x86-64 nothing is changed.
+//! Its manual recommends flushing denormal results to zero, and treating denormal inputs as zero,
+//! while it traces. Our own kernels must do neither, or bits would differ. On processors other than
+//! x86-64, nothing is changed.
 
 /// Restores the register when this is dropped.
 #[must_use]
@@ -18,7 +19,7 @@ impl RestoreMxcsr {
     }
 
     /// Saves the register, then turns on the flushing of denormals. Until it is restored, Rust code
-    /// may move floats about, and do no arithmetic on them.
+    /// may move floats but do no arithmetic on them.
     #[inline]
     pub(super) fn flushing() -> RestoreMxcsr {
         let before = read();

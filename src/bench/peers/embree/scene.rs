@@ -1,8 +1,8 @@
 //! Conversion of our scenes to Embree's, and of the numbers of its primitives to ours.
 //!
 //! The primitives of the world, and those of each mesh, become two geometries of an Embree scene:
-//! triangles are number 0, spheres number 1. An instance of a mesh is an instance of the mesh's
-//! scene; in the world's, instance k is number k + 2.
+//! triangles with number 0, spheres with number 1. An instance of a mesh is an instance of the
+//! mesh's scene; in the world's, instance k is number k + 2.
 //!
 //! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15
 //! to 24 % more primary rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9
@@ -54,9 +54,9 @@ impl EmbreeSceneData {
         }
         Ok(EmbreeSceneData {
             built: draft.build()?,
-            // Debian's 3.13.5 never comes back from a coherent occlusion of sixteen rays that meets
-            // instances: the compiler stores a mask of 16 bits in that kernel (not in those of
-            // triangles and spheres), and reads 64.
+            // Debian's 3.13.5 never returns from a coherent occlusion query of sixteen rays that
+            // meets instances: in that kernel (not in those of triangles and spheres) the compiler
+            // stores a mask of 16 bits, and reads 64.
             sixteen: [
                 device.sixteen,
                 device.sixteen && (device.version[0] > 3 || scene.instances.is_empty()),
@@ -73,8 +73,7 @@ impl EmbreeSceneData {
 
 /// Map from Embree's numbers to our `prim_id`s.
 pub(super) struct PrimIdMap {
-    /// True if every primitive has the number that it has in our scene, so that no look-up is
-    /// needed.
+    /// True if every primitive has the same number as in our scene, so that no look-up is needed.
     pub(super) same: bool,
     world: GeometryPrimIds,
     meshes: Vec<GeometryPrimIds>,
@@ -107,7 +106,7 @@ struct GeometryPrimIds {
 enum PrimIds {
     /// Consecutive numbers from this one on.
     From(u32),
-    /// A number for each primitive, as they alternate with other kinds.
+    /// A number for each primitive, for primitives mixed with other kinds.
     Each(Vec<u32>),
 }
 
@@ -181,14 +180,13 @@ impl GeometryPrimIds {
     }
 
     /// Returns true if both kinds are numbered as in the scene. A kind without primitives counts as
-    /// numbered so.
+    /// such.
     fn same(&self) -> bool {
         self.triangles.is_from_zero() && self.spheres.is_from_zero()
     }
 }
 
-/// The vertex indices of some triangles, and the vertices from the lowest to the highest of these
-/// indices.
+/// The vertex indices of some triangles, and the vertices in the range of these indices.
 fn indexed(scene: &Scene, triangles: &[usize]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let all = &scene.triangles;
     let named = || triangles.iter().flat_map(|&i| all.corners[i]);
