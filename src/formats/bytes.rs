@@ -1,5 +1,5 @@
-//! Reads a whole file into memory. Most of the time for a large one goes into copying it and into
-//! pages touched for the first time, so several threads share that work.
+//! Reads a whole file into memory. For a large file most of the time is spent on copying it and on
+//! touching pages for the first time, so several threads share that work.
 
 use super::workers;
 use std::fs::File;
@@ -9,7 +9,7 @@ use std::path::Path;
 /// Bytes that a thread reads at a time; a file of less than a few such blocks is read by one.
 const BLOCK: usize = 1 << 23;
 
-/// All bytes of an open file, the path of which is `path`.
+/// All bytes of an open file with this path.
 pub(super) fn read(mut file: File, path: &Path, threads: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let metadata = file.metadata()?;
@@ -28,7 +28,7 @@ pub(super) fn read(mut file: File, path: &Path, threads: usize) -> io::Result<Ve
         read.into_iter().collect::<io::Result<()>>()?;
         file.seek(SeekFrom::Start(length as u64))?;
     }
-    // Small files, pipes, and bytes that were appended in the meantime.
+    // Small files, pipes, and bytes appended in the meantime.
     file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }

@@ -1,5 +1,5 @@
 //! Parses numbers at a position of a text: correctly rounded, and fast for the numbers of few
-//! digits that mesh files consist of.
+//! digits that are typical of mesh files.
 
 /// Number of decimal digits that always fit a `u64`.
 const DIGITS: usize = 19;
@@ -31,8 +31,8 @@ pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
         return uncommon(text, at, start, negative);
     }
     // Both are exact, so the quotient is the f64 nearest to the number. Rounding that to f32 goes
-    // wrong in two cases only: it lies half-way between two f32s while the number lies a little
-    // beside it, or it lies below f32's normal numbers.
+    // wrong in only two cases: it is half-way between two f32s and the number is not exactly there,
+    // or it is below f32's normal numbers.
     let wide = mantissa as f64 / POWERS[scale];
     let half_way = wide.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if half_way || (wide < f64::from(f32::MIN_POSITIVE) && mantissa != 0) {
@@ -134,7 +134,7 @@ fn special_value(word: &[u8]) -> Option<f32> {
     let kind = word[..word.len() - zeros].to_ascii_lowercase();
     match &kind[..] {
         b"inf" => Some(f32::INFINITY),
-        // With few digits, one letter is left of the kind.
+        // With few digits, only one letter of the kind remains.
         b"qnan" | b"snan" | b"ind" | b"j" | b"r" => Some(f32::NAN),
         _ => None,
     }

@@ -1,7 +1,7 @@
 //! Faces of a chunk of a file, before they are triangulated.
 //!
-//! A polygon is kept as a fan of the largest number of triangles that it can become. Its corners
-//! can be recovered from the fan. It is triangulated properly when all vertices are known.
+//! A polygon is kept as a fan of the largest number of triangles that it can become, from which its
+//! corners can be recovered. It is triangulated properly once all vertices are known.
 
 use crate::polygon::triangulate;
 use glam::Vec3;
@@ -11,7 +11,8 @@ use phalanx_scene::{NO_NORMALS, Vec3s};
 /// scene.
 pub(super) const NONE: u32 = NO_NORMALS;
 
-/// Most corners of a face. More are taken for a fault: triangulating the face could take for ever.
+/// Most corners of a face. More are treated as a mistake: triangulating the face could take
+/// forever.
 pub(super) const MAX_CORNERS: usize = 1 << 16;
 
 /// Bytes of a triangle of a polygon, while the chunks of a file are joined: its corners, marks, and
@@ -156,8 +157,8 @@ impl Faces {
         self.relative = Vec::new();
     }
 
-    /// Makes points of the faces with a vertex that `is_lost`: one of their others, or `home`.
-    /// Returns the number of their triangles.
+    /// Collapses faces with a vertex that `is_lost` to a point: one of their other vertices, or
+    /// `home`. Returns the number of their triangles.
     pub(super) fn leave_out(&mut self, home: u32, mut is_lost: impl FnMut(u32) -> bool) -> usize {
         let mut left_out = 0;
         let rows = &mut self.columns[VERTEX];
@@ -184,8 +185,7 @@ impl Faces {
     }
 
     /// Triangulates the polygons. A polygon with collinear corners may give fewer triangles than
-    /// its fan has. The rest become points, so that a face of n corners is n - 2 triangles whatever
-    /// its shape.
+    /// its fan has. The rest become points, so that a face of n corners is always n - 2 triangles.
     pub(super) fn triangulate(&mut self, vertices: &Vec3s) {
         for polygon in std::mem::take(&mut self.polygons) {
             self.cut(polygon, vertices);

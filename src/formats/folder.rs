@@ -1,16 +1,16 @@
-//! The folder of a scene file: files that a scene names are read from here, and from folders that
-//! the user has opened.
+//! The folder of a scene file: files named by a scene are read from here, and from folders that the
+//! user has opened.
 //!
-//! Names come from other machines, so a name stands for the first of these that is there:
+//! Names come from other machines, so the first of these that exists is used:
 //!
 //! 1. the name, relative to the file that has it, then to the scene file, then to each opened
 //!    folder, and the same without blanks and quotes around it; an absolute name as it is;
 //! 2. its last component in the same folders: exporters write their own paths;
-//! 3. the same with letters in the other case, if exactly one file has that name.
+//! 3. the same regardless of case, if exactly one file has that name.
 //!
-//! None of them is looked at outside the scene file's folder and the opened ones. `..` is resolved
-//! in the name before it is checked, and links are followed before the file's folder is checked
-//! once more, so neither leads out.
+//! Nothing outside the scene file's folder and the opened ones is accessed. `..` is resolved in the
+//! name before it is checked, and links are followed before the file's folder is checked again, so
+//! neither leads out.
 
 use super::diagnostics::quoted_file;
 use super::foreign;
@@ -38,8 +38,8 @@ pub(super) struct Folder {
     entries_left: Cell<u32>,
 }
 
-/// Most names of a scene that are searched for under other names, and most entries of folders that
-/// are compared with them. Files have a few, hostile ones have millions.
+/// Maximum number of a scene's names that are searched for under other names, and of folder entries
+/// that are compared with them. Ordinary files have a few, hostile ones have millions.
 const MAX_SEARCHES: u32 = 1000;
 const MAX_ENTRIES: u32 = 100_000;
 
@@ -57,7 +57,7 @@ pub(super) struct Found(PathBuf);
 #[derive(Clone, Debug)]
 pub(super) struct NamedFile {
     pub(super) file: Found,
-    /// The name that it was found by, if that is more than an exporter's path cut off.
+    /// The name by which it was found, unless it differs only by the removal of an exporter's path.
     pub(super) instead: Option<String>,
 }
 
@@ -118,7 +118,7 @@ impl Folder {
         self.files.into_inner().into_iter().collect()
     }
 
-    /// The name of the scene file without its ending, which some formats have a word for.
+    /// The name of the scene file without its ending; some formats have a placeholder for it.
     pub(super) fn scene_stem(&self) -> &str {
         &self.stem
     }
@@ -154,12 +154,13 @@ impl Folder {
         self.look_up(file, name, true)
     }
 
-    /// Finds the file of which a name in the scene file is the path.
+    /// Finds a file by a name in the scene file that is its exact path.
     pub(super) fn find_exact(&self, name: &str) -> Option<NamedFile> {
         self.look_up(None, name, false).ok()
     }
 
-    /// Notes the file of a name of which nothing is shown: it is no less the scene's.
+    /// Notes a file of the scene that the picture does not use: it belongs to the scene all the
+    /// same.
     pub(super) fn note(&self, name: &str) {
         let last = name.rsplit(['/', '\\']).next().unwrap_or(name);
         for name in [name, last] {
@@ -178,9 +179,9 @@ impl Folder {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };
-        // Blanks and quotes around a name may be part of it.
+        // Spaces and quotes around a name may be part of it.
         let literal = name.replace('\\', "/");
-        // Some programs mark a blank that is part of a name.
+        // Some programs escape a space that is part of a name.
         let name = without_quotes(name).replace("\\ ", " ").replace('\\', "/");
         let Some(last) = last_component(&name) else {
             return Err(OUTSIDE.into());
@@ -325,12 +326,12 @@ impl Roots {
 
     /// The file of an absolute path without `..`, if it lies in one of the folders.
     fn open(&self, path: &Path) -> Result<Found, String> {
-        // A path outside is not even looked at, so that messages do not say what is there.
+        // A path outside is not accessed at all, so that messages do not reveal what is there.
         if !self.may_hold(path) {
             return Err(OUTSIDE.into());
         }
-        // One question, where resolving asks for every folder on the way: most names that are tried
-        // are not there.
+        // A single request, whereas resolving makes one for every folder on the way: most of the
+        // names that are tried do not exist.
         let there = path.metadata().map_err(|e| e.to_string())?;
         let file = path.canonicalize().map_err(|e| e.to_string())?;
         if !self.holds(&file) {
@@ -363,7 +364,7 @@ fn without_drive(name: &str) -> Option<&str> {
     rest.strip_prefix(':')
 }
 
-/// Returns true for a path from the root of a file system, of whatever system.
+/// Returns true for a path from the root of a file system, on any system.
 fn is_absolute(name: &str) -> bool {
     let scheme = name
         .get(..5)

@@ -1,4 +1,4 @@
-//! Names that lead somewhere, and names that must not.
+//! Names that are found, and names that must not be.
 
 use super::*;
 use std::fs::{create_dir_all, write};

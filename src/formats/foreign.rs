@@ -1,7 +1,7 @@
-//! Files that stand in the place of others: compressed, kept elsewhere, or never downloaded.
+//! Files that replace others: compressed, stored elsewhere, or never downloaded.
 
-/// First bytes of packed files, and what packed them. Those of gzip include its one method: two
-/// bytes alone begin many a buffer of numbers.
+/// First bytes of compressed files, and the programs that made them. Those of gzip include its only
+/// method: many buffers of numbers begin with the first two bytes.
 const PACKED: [(&[u8], &str); 6] = [
     (b"\x1f\x8b\x08", "compressed with gzip"),
     (b"\x28\xb5\x2f\xfd", "compressed with zstd"),
@@ -11,7 +11,7 @@ const PACKED: [(&[u8], &str); 6] = [
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive"),
 ];
 
-/// Says of bytes what they are instead of a scene or of what belongs to one.
+/// Identifies bytes that are neither a scene nor a part of one.
 pub fn refusal(bytes: &[u8]) -> Option<String> {
     let packed = PACKED.iter().find(|(magic, _)| bytes.starts_with(magic));
     if let Some((_, what)) = packed {

@@ -1,9 +1,9 @@
-//! The made-up camera: one that shows everything, as large as the picture's shape permits.
+//! The default camera, which shows everything, as large as the picture's shape permits.
 //!
 //! The direction is given, so a picture is bounded by four planes through the eye. With the axes
 //! right, top and back of the view, and the slopes t of its sides, their normals are n = ±right +
-//! t·back and ±top + t·back. A point p lies within a side if n · p ≤ n · eye. So all that matters
-//! of a scene is max n · p for each of four normals, whatever the number of its points:
+//! t·back and ±top + t·back. A point p lies within a side if n · p ≤ n · eye. So only max n · p for
+//! each of four normals matters, regardless of the number of points:
 //!
 //! ```text
 //! eye = x right + y top + z back      x = (m₀ − m₁)/2, y = (m₂ − m₃)/2
@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A turntable sees each point on a circle about the axis through the middle of the scene. The
-//! greatest n · p on it takes the place of that of the point.
+//! largest n · p on it replaces that of the point.
 
 use super::visible_vertices::{VisibleVertices, blocks_of_prims};
 use super::workers;
@@ -40,8 +40,8 @@ const MARGIN: f64 = 1.06;
 /// at a distance.
 const LEAST_ROOM: f64 = 1e-3;
 
-/// The middle of the scene, and half of its size: at least as much as single precision can tell
-/// apart there. A scene of nothing is a box of two units.
+/// The middle of the scene, and half of its size: at least what single precision can resolve there.
+/// An empty scene counts as a box of two units.
 pub(super) fn middle_and_half(bounds: Bounds) -> (DVec3, DVec3) {
     if bounds.is_empty() {
         return (DVec3::ZERO, DVec3::ONE);
@@ -89,7 +89,7 @@ pub(super) fn framing(
         }
     };
     // Rounding moves the eye and turns the view by next to nothing, unless the scene is small
-    // beside its coordinates.
+    // compared with its coordinates.
     let mut view = placed(eye);
     let rounded = f64::from(f32::EPSILON) * (view.eye.abs().max_element() as f64);
     let frame = sides.slopes[0].min(sides.slopes[1]) * eye.dot(back);
@@ -105,8 +105,8 @@ pub(super) fn framing(
     view
 }
 
-/// Visible height of an orthographic camera in place of one that [`framing`] made up, so that all
-/// of the scene is in the picture.
+/// Visible height of an orthographic camera that replaces the one from [`framing`], so that all of
+/// the scene is in the picture.
 pub(super) fn parallel_height(
     scene: &Scene,
     visible: &VisibleVertices,
@@ -128,8 +128,8 @@ pub(super) fn parallel_height(
     2.0 * MARGIN * wide.max(top.max(bottom)).max(room)
 }
 
-/// Most times that the camera steps back by a quarter of its distance: 64-fold in all, beyond the
-/// sixteen units that a scene of one unit in the last place needs.
+/// Maximum number of times that the camera steps back by a quarter of its distance: 64-fold in
+/// total, beyond the sixteen units that a scene of one unit in the last place needs.
 const MAX_STEPS_BACK: usize = 19;
 
 /// Slopes of the sides of the picture to the right and at the top.
@@ -155,7 +155,7 @@ fn fits(
     (0..4).all(|side| reach[side] <= eye.dot(normals[side]))
 }
 
-/// The planes that bound a picture, but for the place of the eye.
+/// The planes that bound a picture, except for the position of the eye.
 struct FrameSides {
     /// Axes of the view: right, top, back.
     axes: [DVec3; 3],
@@ -228,7 +228,7 @@ fn reach(scene: &Scene, visible: &VisibleVertices, middle: DVec3, sides: &FrameS
     }
 }
 
-/// Adds what is visible and no triangle.
+/// Adds everything visible that is not a triangle.
 fn add_other_prims(
     all: &mut FrameReach,
     scene: &Scene,

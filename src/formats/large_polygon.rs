@@ -1,10 +1,10 @@
 //! Triangulation of polygons of many corners, by a constrained Delaunay triangulation (the crate
-//! spade). It takes n log n for outlines of any shape. Cutting ears is quadratic as soon as corners
-//! coincide or are collinear.
+//! spade). It takes n log n steps for outlines of any shape, whereas ear clipping is quadratic as
+//! soon as corners coincide or are collinear.
 //!
-//! An outline encloses all that an odd number of its edges separates from the outside. An edge that
-//! crosses an earlier one is routed along the sides of the triangles that it meets. So the outline
-//! stays closed whatever it does.
+//! An outline encloses everything that an odd number of its edges separates from the outside. An
+//! edge that crosses an earlier one is routed along the sides of the triangles that it meets, so
+//! the outline always stays closed.
 
 use spade::{
     ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Intersection,
@@ -14,7 +14,7 @@ use std::collections::HashMap;
 
 /// Greatest number of triangle sides that all edges together may meet, per corner. Outlines that do
 /// not cross themselves were observed to meet up to 7. Beyond this limit the outline is a tangle,
-/// which has no proper triangles.
+/// without proper triangles.
 const MAX_STEPS: usize = 32;
 
 /// A corner and its number.
@@ -85,7 +85,7 @@ fn distinct(outline: &[[f64; 2]]) -> (Vec<OutlineVertex>, Vec<u32>) {
     let mut corners = Vec::new();
     let place_of = outline.iter().enumerate().map(|(k, position)| {
         let [x, y] = [0, 1].map(|axis| match position[axis] * scale[axis] {
-            // Zeros of both signs are one position, and spade accepts no smaller number.
+            // Zeros of both signs are the same position, and spade does not accept smaller numbers.
             x if x.abs() < MIN_ALLOWED_VALUE => 0.0,
             x => x,
         });
@@ -122,9 +122,9 @@ fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
     Some(corners)
 }
 
-/// Shuffles items into a random order, always the same. Edges need one as corners do (Shewchuk and
-/// Brown, "Fast segment insertion and incremental construction of constrained Delaunay
-/// triangulations", 2015).
+/// Shuffles items into a random order, always the same. Edges need one, too (Shewchuk and Brown,
+/// "Fast segment insertion and incremental construction of constrained Delaunay triangulations",
+/// 2015).
 fn shuffle<T>(items: &mut [T]) {
     let mut random = 1u64;
     for k in (1..items.len()).rev() {

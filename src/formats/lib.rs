@@ -1,4 +1,4 @@
-//! Bytes to [`Scene`](phalanx_scene::Scene). All errors in a scene file are found here.
+//! Reads bytes to a [`Scene`](phalanx_scene::Scene). All errors in a scene file are found here.
 //!
 //! `table` has a row for each format, which names the reader in the format's folder. `load` runs
 //! that reader on the bytes of a file, and once more if the geometry lies far away; `utf16` makes

@@ -28,7 +28,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
 }
 
 /// Reads a scene file of the format with this ending (one of [`endings`]). The ending of its own
-/// name is not looked at.
+/// name is ignored.
 ///
 /// # Errors
 /// The errors of [`load`].
@@ -156,7 +156,7 @@ fn read(
     }
 }
 
-/// Says that the requested material is nobody's, where every triangle has one from the file.
+/// A note that the requested material has no effect, if every triangle has one from the file.
 fn note_on_material(scene: &Scene, options: &Options) -> Option<String> {
     let asked = options.material?;
     let rows = 0..scene.materials.len();

@@ -34,14 +34,14 @@ pub enum LoadError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// Its text, for showing the spans; U+FFFD or `?` stands for bytes that are not UTF-8. For
-        /// a binary file this is its header, if that is text.
+        /// Its text, for showing the spans; U+FFFD or `?` replaces bytes that are not UTF-8. For a
+        /// binary file this is its header, if that is text.
         text: String,
         /// The errors in file order: at least one, at most
         /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS).
         diagnostics: Vec<Diagnostic>,
     },
-    /// Files that the scene names, or data that it makes, would take more than
+    /// Files named by the scene, or the data of the scene, would take more than
     /// [`Options::max_memory`](super::Options::max_memory).
     #[error(
         "{}: about {needed} bytes would be needed {what}, and {allowed} are allowed",
@@ -57,7 +57,7 @@ pub enum LoadError {
         /// Bytes that may be used.
         allowed: u64,
     },
-    /// The file's ending names no format that is read here.
+    /// The file's ending is not that of a supported format.
     #[error("{}: not a scene format that is read here", shown_path(path))]
     UnknownFormat {
         /// The file.

@@ -24,7 +24,7 @@ pub(super) const WHITE: Material = Material {
     ..GREY
 };
 
-/// Parts that formats of nothing but triangles do not give.
+/// Parts that formats with only triangles do not have.
 pub(super) const BARE: MissingParts = MissingParts {
     view: true,
     lights: true,
@@ -33,7 +33,7 @@ pub(super) const BARE: MissingParts = MissingParts {
     up_unsaid: true,
 };
 
-/// A scene for a mesh: its picture's size and tone, and nothing in it yet.
+/// An empty scene for a mesh, with only the picture's size and tone.
 pub(super) fn empty_scene() -> Scene {
     Scene {
         width: 1280,

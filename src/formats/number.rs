@@ -2,7 +2,7 @@
 
 use super::diagnostics::quoted;
 
-/// A finite single-precision number; the error says what the text is instead.
+/// A finite single-precision number; the error describes the text otherwise.
 pub(super) fn number(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(number) if number.is_finite() => Ok(number),
@@ -28,7 +28,7 @@ pub(super) fn widened(text: &str) -> Result<f64, String> {
     number(text).map(f64::from)
 }
 
-/// A count or an index; the error says what the text is instead.
+/// A count or an index; the error describes the text otherwise.
 pub(super) fn count(text: &str) -> Result<u64, String> {
     text.parse::<u64>().map_err(|error| match error.kind() {
         std::num::IntErrorKind::PosOverflow => format!("{} is too large a count", quoted(text)),

@@ -5,21 +5,20 @@ use glam::{DVec3, Vec3};
 use phalanx_scene::{FileView, Material, OrthoHeight, UpAxis};
 use std::path::PathBuf;
 
-/// The user's options beside the file: defaults for parts that a mesh lacks, and overrides of parts
-/// that a file has.
+/// The user's options: defaults for parts that a mesh lacks, and overrides of parts of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Replaces the file's camera.
     pub view: Option<FileView>,
-    /// Size of the picture, in pixels, that a camera is made up for where the file has none; `None`
-    /// for the size that the scene has.
+    /// Size of the picture, in pixels, for a default camera if the file has none; `None` for the
+    /// scene's size.
     pub size: Option<(u32, u32)>,
-    /// The axis that points up for a camera that is made up; `None` for the format's.
+    /// The up axis for a default camera; `None` for the format's.
     pub up: Option<UpAxis>,
     /// Makes the camera's rays parallel.
     pub ortho: Option<OrthoHeight>,
-    /// True if a camera that is made up will go around the scene, all of which it is to show from
-    /// everywhere.
+    /// True if a default camera will go around the scene, all of which it must show from every
+    /// side.
     pub turntable: bool,
     /// Replaces the file's lights, unless empty.
     pub lights: Vec<AddedLight>,
@@ -37,7 +36,7 @@ pub struct Options {
     /// decoded pictures, copied meshes, and polygons of few bytes a triangle. They are counted
     /// before they are used. `None` sets no limit.
     pub max_memory: Option<u64>,
-    /// Folders beside the scene file's own in which files that it names may lie.
+    /// Further folders for files that the scene file names.
     pub allow_paths: Vec<PathBuf>,
 }
 

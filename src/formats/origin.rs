@@ -2,7 +2,7 @@
 //!
 //! A file is first read in its own coordinates. If its geometry turns out to lie far away, the file
 //! is read once more. This time readers subtract an origin near the geometry, in double precision,
-//! before they round. So scenes that are not far away keep every bit, at the cost of a look at some
+//! before they round. So scenes that are not far away keep every bit, at the cost of examining some
 //! of their triangles.
 //!
 //! | symbol | meaning |
@@ -118,9 +118,9 @@ impl GeometryExtent {
         (self.lo.as_dvec3(), self.hi.as_dvec3())
     }
 
-    /// Returns true if no more geometry can make it far away. As the bounds grow to a half extent
-    /// H, c grows by at most 2H. So nothing is far away in the end if c ≤ ([`MAX_OFFSET_RATIO`] −
-    /// 2) · h now, as h ≤ H.
+    /// Returns true if further geometry cannot make it far away. As the bounds grow to a half
+    /// extent H, c grows by at most 2H. So nothing is far away in the end if c ≤
+    /// ([`MAX_OFFSET_RATIO`] − 2) · h now, as h ≤ H.
     fn is_near(&self) -> bool {
         let (lo, hi) = self.corners();
         let half = ((hi - lo) / 2.0).max_element();

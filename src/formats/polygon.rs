@@ -5,14 +5,13 @@ use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::Vec3;
 
-/// Number of corners beyond which a polygon is not cut by ears, because that may take a time
-/// quadratic in it.
+/// Number of corners beyond which ear clipping is not used, because it may take quadratic time.
 const MAX_EARS: usize = 256;
 
 /// Triangles of a polygon, as indices into its corners, in its own winding. Concave and slightly
 /// non-planar polygons are cut by ears. Polygons of more than 256 corners are cut by a Delaunay
-/// triangulation. A polygon without any area is cut into a fan, so that degenerate faces stay those
-/// of the file.
+/// triangulation. A polygon without area is cut into a fan, so that degenerate faces stay as in the
+/// file.
 pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
     match points.len() {
         0..=2 => return Vec::new(),
@@ -97,15 +96,15 @@ mod tests {
             .collect()
     }
 
-    /// Checks that the triangles face the polygon's way, and that their areas add up to its own:
-    /// nothing overlaps, nothing is missing.
+    /// Checks that the triangles face the same way as the polygon, and that their areas add up to
+    /// its area, without overlaps or gaps.
     fn check(points: &[Vec3]) {
         let triangles = triangulate(points);
         let whole = newell(points);
         let mut sum = 0.0;
         for t in &triangles {
             let part = area(points, std::slice::from_ref(t));
-            // Slivers face anywhere once their corners are rounded.
+            // Slivers may face any way once their corners are rounded.
             let facing = part.dot(whole) / whole.length_squared();
             assert!(facing > -1e-9, "{t:?} faces away");
             sum += part.length();
@@ -182,8 +181,8 @@ mod tests {
         ]
     }
 
-    /// Checks polygons of many corners. Cut by ears, some of these would take a time quadratic in
-    /// the number of corners: minutes.
+    /// Checks polygons of many corners. With ear clipping, some of these would take quadratic time:
+    /// minutes.
     #[test]
     fn polygons_of_many_corners_are_cut() {
         for polygon in outlines(60_000) {

@@ -26,7 +26,7 @@ pub(super) fn lossy(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Text that need not be UTF-8, such as names in old encodings. Each byte that is not UTF-8 becomes
+/// Text that may not be UTF-8, such as names in old encodings. Each byte that is not UTF-8 becomes
 /// `?`, so that all offsets stay the same.
 pub(super) fn lossy_same_length(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
@@ -37,7 +37,7 @@ pub(super) fn lossy_same_length(bytes: &[u8]) -> String {
     out
 }
 
-/// The error of a text file that has a byte at `offset` which is no text.
+/// The error of a text file with a byte at `offset` that is not text.
 fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
     let mut report = DiagnosticSink::new(bytes);
     // The span is empty, because a byte of the file is another number of bytes in the text that is

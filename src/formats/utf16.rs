@@ -8,7 +8,7 @@ use super::text::HEAD_BYTES;
 /// `None` for all other files, binary ones that begin alike included.
 ///
 /// # Errors
-/// One error at the first character that is none, or where there is not enough memory.
+/// One error: at the first invalid character, or because there is not enough memory.
 pub(super) fn to_utf8(
     bytes: &[u8],
     budget: &MemoryBudget,
@@ -20,7 +20,7 @@ pub(super) fn to_utf8(
     };
     let (pairs, odd) = rest.as_chunks::<2>();
     let units = || pairs.iter().map(|&pair| unit(pair));
-    // All formats of text begin with plain characters, and none has a NUL.
+    // All text formats begin with plain characters, and none has a NUL.
     let plain = units().next().is_some_and(|first| first < 0x80);
     if !plain || units().take(HEAD_BYTES / 2).any(|unit| unit == 0) {
         return Ok(None);
@@ -48,7 +48,7 @@ pub(super) fn to_utf8(
     Ok(Some(text.into_bytes()))
 }
 
-/// The error of a byte that is no part of a character.
+/// The error of a byte that is not part of a character.
 fn broken(offset: usize) -> Vec<Diagnostic> {
     let mut report = DiagnosticSink::binary();
     report.error_with_help(

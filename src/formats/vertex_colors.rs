@@ -16,7 +16,7 @@ pub(super) const COLOR_ROW_BYTES: u64 = 12;
 pub(super) struct MeshColors {
     /// Linear colours, at least 0.
     pub(super) rgb: Vec3s,
-    /// Opacity of each colour, 0 to 1; empty where it is 1 for all.
+    /// Opacity of each colour, 0 to 1; empty if it is 1 for all.
     pub(super) opacity: Column<f32>,
     pub(super) owners: ColorOwners,
 }
@@ -48,7 +48,7 @@ pub(super) fn linear_of_byte(channel: u8) -> f32 {
     linear_of_srgb()[usize::from(channel)]
 }
 
-/// The linear value of a colour channel from 0 to 1; less, or no number, is 0, and more is 1.
+/// The linear value of a colour channel, clamped to 0 to 1; NaN is 0.
 #[inline]
 pub(super) fn linear_of_share(channel: f32) -> f32 {
     if channel >= 1.0 {

@@ -1,6 +1,6 @@
-//! Vertices of visible triangles, each once: their bounds, and whatever else is a greatest value of
-//! all of them. A mesh has six times as many corners as vertices, but a file may have vertices that
-//! no triangle uses, and those do not count.
+//! Vertices of visible triangles, each once: their bounds, and other maxima over all of them. A
+//! mesh has six times as many corners as vertices, but a file may have vertices that no triangle
+//! uses, and those do not count.
 
 use super::workers;
 use glam::Vec3;
@@ -8,16 +8,16 @@ use phalanx_scene::{Bounds, PrimKind, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Vertices that visible triangles use, a bit each.
+/// Vertices that visible triangles use, one bit each.
 pub(super) struct VisibleVertices {
     words: Vec<u64>,
     threads: usize,
 }
 
-/// Primitives that a thread looks at, at a time.
+/// Number of primitives that a thread examines at a time.
 const PRIMS: u32 = 1 << 16;
 
-/// Words of 64 vertices that a thread looks at, at a time.
+/// Number of words of 64 vertices that a thread examines at a time.
 const WORDS: usize = 1 << 8;
 
 const BITS: usize = u64::BITS as usize;
@@ -105,7 +105,7 @@ impl VertexBlock<'_> {
     }
 }
 
-/// Primitives in the world, in blocks that a thread looks at, at a time.
+/// Primitives in the world, in blocks for threads.
 pub(super) fn blocks_of_prims(scene: &Scene) -> Vec<Range<u32>> {
     let cut = |run: Range<u32>| {
         let firsts = run.clone().step_by(PRIMS as usize);

@@ -148,8 +148,8 @@ impl<'a> Accessor<'a> {
             .transpose()
     }
 
-    /// Opens an accessor of colours, which may have an alpha. Integers are shares of 1 even where
-    /// the file forgets to say it.
+    /// Opens an accessor of colours, which may have an alpha. Integers are normalized even if the
+    /// file does not say so.
     pub(super) fn open_colors(source: &'a GltfSource, row: usize) -> Result<Accessor<'a>, String> {
         let opened = Accessor::open_any(source, row, &[3, 4])?;
         Ok(Accessor {
@@ -158,7 +158,7 @@ impl<'a> Accessor<'a> {
         })
     }
 
-    /// Opens an accessor of whole numbers, which are not shares of 1 even where the file says it.
+    /// Opens an accessor of integers, which are not normalized even if the file says so.
     pub(super) fn open_joints(source: &'a GltfSource, row: usize) -> Result<Accessor<'a>, String> {
         let opened = Accessor::open(source, row, 4)?;
         Ok(Accessor {
@@ -201,7 +201,7 @@ impl<'a> Accessor<'a> {
                 size,
                 count,
             )?),
-            // Zeros without a buffer behind them: more rows than the file has bytes are of no use.
+            // Zeros without a buffer: more rows than the file has bytes are useless.
             None if row.count <= FREE_ROWS.saturating_add(source.buffer_bytes()) => None,
             None => {
                 return Err(format!(
@@ -275,7 +275,7 @@ impl<'a> StridedRows<'a> {
         count: usize,
     ) -> Result<StridedRows<'a>, String> {
         let bytes = source.view(view)?;
-        // A stride of 0 is that of the first version: rows without gaps.
+        // A stride of 0 is from the first version: rows without gaps.
         let stride = source.document.buffer_views[view].byte_stride;
         let stride = stride.filter(|&stride| stride > 0).unwrap_or(size as u64);
         let stride = usize::try_from(stride).unwrap_or(usize::MAX);

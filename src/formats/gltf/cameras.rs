@@ -7,7 +7,7 @@ use crate::diagnostics::DiagnosticSink;
 use glam::DVec3;
 use phalanx_scene::{Bounds, Scene, View};
 
-/// Lens of a camera, and its picture's width over its height, if the file says it.
+/// Lens of a camera, and its picture's aspect ratio, if given in the file.
 struct Projection {
     /// Vertical field of view in degrees.
     fovy: f32,
@@ -18,7 +18,7 @@ struct Projection {
 
 /// Ratios of width and height that a picture takes from a camera.
 const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
-/// Field of view that stands in a view of parallel rays, which do not use it.
+/// Placeholder for the field of view of parallel rays, which do not use it.
 const UNUSED_FOVY: f32 = 45.0;
 
 /// Takes the camera of the first node with a usable one: the scene's view, and the width of its
@@ -70,8 +70,8 @@ fn projection(camera: &GltfCamera) -> Option<Projection> {
     }
 }
 
-/// A lens of parallel rays. The file's picture has the shape of what is to be seen; one of another
-/// shape shows all of that, and more.
+/// A lens of parallel rays. The file's picture has the shape of the visible area; a picture of
+/// another shape shows all of that, and more.
 fn parallel(orthographic: &Orthographic) -> Option<Projection> {
     // Negative ones turn the picture over, which the format discourages.
     let (width, height) = (orthographic.xmag.abs(), orthographic.ymag.abs());
@@ -86,8 +86,8 @@ fn parallel(orthographic: &Orthographic) -> Option<Projection> {
     })
 }
 
-/// A camera looks along its own −z; its own y points up. Its scale is ignored, as the format wants
-/// it: a node that mirrors turns the camera with its axes, and does not mirror the picture.
+/// A camera looks along its own −z; its own y points up. Its scale is ignored, as the format
+/// requires: a mirroring node turns the camera with its axes, and does not mirror the picture.
 fn view(placed: &PlacedNode, projection: &Projection, bounds: Bounds) -> Option<View> {
     let eye = placed.to_world.translation;
     let m = placed.to_world.matrix3;

@@ -1,5 +1,5 @@
-//! The JSON document: those parts of it that are used here, named as in the specification. Counts
-//! and indices are as in the file; their users check them.
+//! The JSON document: the parts that are used here, named as in the specification. Counts and
+//! indices are as in the file; their users check them.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;

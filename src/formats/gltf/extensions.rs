@@ -1,10 +1,10 @@
-//! Extensions of the format: those that are read here.
+//! Supported extensions of the format.
 
 use super::source::GltfSource;
 use super::unshown::Unshown;
 use crate::diagnostics::{DiagnosticSink, Span, quoted};
 
-/// Extensions that a file may require; the others are refused by name.
+/// Extensions that a file may require; others are rejected by name.
 const SUPPORTED_EXTENSIONS: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -27,8 +27,7 @@ const SUPPORTED_EXTENSIONS: [&str; 19] = [
     "KHR_texture_transform",
 ];
 
-/// Extensions of pictures that are not read. A file without them lacks textures only, of which
-/// there are warnings.
+/// Unsupported extensions for pictures. Without them only textures are missing, with warnings.
 const UNREAD_PICTURES: [&str; 3] = ["EXT_texture_avif", "KHR_texture_basisu", "MSFT_texture_dds"];
 
 /// Advice for a file that requires an extension.
@@ -46,7 +45,7 @@ fn advice(name: &str) -> &'static str {
     }
 }
 
-/// Refuses a file that requires extensions which are not read here.
+/// Rejects a file that requires unsupported extensions.
 pub(super) fn are_known(source: &GltfSource, report: &mut DiagnosticSink) -> bool {
     let required = &source.document.extensions_required;
     let unknown = required

@@ -20,7 +20,7 @@ pub(super) const CORNERS_BYTES: u64 = 12;
 
 impl<'a> PrimitiveGeometry<'a> {
     /// Reads the indices of a primitive: no more than `most` triangles, and only if `room` grants
-    /// memory for them and for the columns that are made of them.
+    /// memory for them and for the resulting columns.
     pub(super) fn open(
         source: &'a GltfSource,
         primitive: &Primitive,

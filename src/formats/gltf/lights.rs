@@ -8,8 +8,8 @@ use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene};
 use std::f64::consts::FRAC_PI_2;
 
-/// Range of irradiance in which lights are left as they are. Beyond it, all lights are scaled so
-/// that the scene's middle gets 1.
+/// Range of irradiance in which lights are left unchanged. Beyond it, all lights are scaled so that
+/// the scene's middle receives 1.
 const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// A light in the world. `strength` is colour times intensity over π, the radiance of a white
@@ -31,7 +31,7 @@ enum ConvertedLight {
     },
 }
 
-/// Least angle of a spot light's cone. Narrower ones would light nothing.
+/// Minimum angle of a spot light's cone. Narrower ones would light nothing.
 const MIN_CONE_ANGLE: f64 = 1e-3;
 
 /// The inner and the outer angle of a spot light, within what the format allows.

@@ -1,5 +1,5 @@
 //! Geometry that a file shows several times: the same primitives in several meshes, or several
-//! times in one. If the copies would be many triangles, they are stored once and instanced, like a
+//! times in one. If the copies amount to many triangles, they are stored once and instanced, like a
 //! mesh of several nodes.
 
 use super::document::{GltfAccessor, GltfDocument, GltfMesh, Primitive, Sparse};
@@ -7,8 +7,8 @@ use super::placements::PlacedMesh;
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// Most triangles of copies that are stored as triangles of their own. With more of them the copies
-/// become instances.
+/// Maximum number of triangles in copies that are stored as separate triangles. Beyond it, the
+/// copies become instances.
 pub(super) const MAX_COPIED_TRIANGLES: u64 = 1 << 18;
 
 /// Numbers that are equal for equal primitives.
@@ -39,7 +39,7 @@ impl<'a> MeshInstances<'a> {
         let mut numbers = Numbering(HashMap::new());
         let accessors = document.accessors.iter();
         let accessors: Vec<usize> = accessors.map(|row| numbers.of(accessor_key(row))).collect();
-        // A missing accessor is equal to no other.
+        // A missing accessor is not equal to any other.
         let accessor = |row: usize| accessors.get(row).map_or(Err(row), |&number| Ok(number));
         let mut numbers = Numbering(HashMap::new());
         let mut number = |primitive: &'a Primitive| {
@@ -93,8 +93,8 @@ impl<'a> MeshInstances<'a> {
 
     /// Splits the primitives of a mesh that is shown `placements` times. They stay together unless
     /// the mesh would copy more than [`MAX_COPIED_TRIANGLES`] triangles; then there is a part for
-    /// each number of repetitions. Copies in a mesh that is shown often are stored all the same: as
-    /// instances their number would be the product. A mesh in a pose is not split.
+    /// each number of repetitions. Copies in a mesh with many placements are stored regardless: as
+    /// instances, their number would be the product. A mesh in a pose is not split.
     pub(super) fn parts(&self, placed: &PlacedMesh) -> Vec<MeshPart> {
         let (mesh, placements) = (placed.mesh, placed.maps.len());
         let numbers = &self.meshes[mesh];

@@ -14,14 +14,14 @@ pub(super) struct MorphTarget<'a> {
     color: Option<Accessor<'a>>,
 }
 
-/// Weights of a pose; without any of them it is the one of the mesh's own vertices.
+/// Returns true if these weights of a pose leave the mesh's own vertices unchanged.
 pub(super) fn is_rest(weights: &[f64]) -> bool {
     weights.iter().all(|&weight| weight == 0.0)
 }
 
 impl<'a> MorphTarget<'a> {
     /// Opens the targets of a primitive that a pose uses. `uv` is the attribute of its texture
-    /// coordinates. Targets without a weight, and weights without a target, do nothing.
+    /// coordinates. Targets without a weight, and weights without a target, have no effect.
     pub(super) fn all(
         source: &'a GltfSource,
         primitive: &Primitive,

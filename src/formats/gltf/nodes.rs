@@ -10,11 +10,11 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 pub(super) struct PlacedNode {
     pub(super) node: usize,
     pub(super) to_world: DAffine3,
-    /// False if KHR_node_visibility hides its mesh and light, there or at a node above it.
+    /// False if KHR_node_visibility of the node or a node above it hides its mesh and light.
     pub(super) visible: bool,
 }
 
-/// A node that is to be visited, with the map and the visibility of the node above it.
+/// A node to visit, with the map and the visibility of the node above it.
 #[derive(Clone, Copy)]
 struct WaitingNode {
     row: usize,
@@ -25,8 +25,8 @@ struct WaitingNode {
 /// The nodes of the default scene (or of the first one, or of all roots), parents before their
 /// children, in file order.
 ///
-/// Every node is visited once, so that neither a cycle nor a node with two parents takes more time
-/// than the file has nodes. Both are errors. All maps subtract the scene's origin.
+/// Every node is visited once, so that cycles and nodes with two parents do not increase the work
+/// beyond the number of nodes. Both are errors. All maps subtract the scene's origin.
 pub(super) fn flatten(
     source: &GltfSource,
     origin: Origin,
@@ -125,7 +125,7 @@ fn roots(document: &GltfDocument) -> Result<Vec<usize>, MissingReference> {
     }
 }
 
-/// Nodes that are no children.
+/// Nodes that are not children of others.
 fn orphans(document: &GltfDocument) -> impl Iterator<Item = usize> + use<> {
     let mut is_child = vec![false; document.nodes.len()];
     for &child in document.nodes.iter().flat_map(|node| &node.children) {

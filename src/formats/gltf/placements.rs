@@ -39,12 +39,12 @@ enum PlacementKey {
     OfMesh(usize),
     /// A pose of weights of nodes, by their bits.
     OfNodes(usize, Vec<u64>),
-    /// A node with a skin shares with no other.
+    /// A node with a skin does not share its triangles.
     Skinned(usize),
 }
 
-/// Number of copies that EXT_mesh_gpu_instancing may make in a file of any size; beyond it there
-/// are no more than the file has bytes.
+/// Number of copies that EXT_mesh_gpu_instancing may make in a file of any size; beyond it, at most
+/// one per byte of the file.
 const FREE_COPIES: u64 = 1 << 20;
 /// Number of openings that poses may make in a file of any size, and more of them for its text.
 const FREE_OPENINGS: u64 = 1 << 22;
@@ -117,7 +117,7 @@ impl<'a> Placements<'a> {
             }
         };
         let maps = match &node.extensions.instancing {
-            // Joints say where a skinned mesh is.
+            // Joints determine the position of a skinned mesh.
             Some(copies) if node.skin.is_none() => self.copies(copies, placed.to_world)?,
             _ => vec![placed.to_world],
         };
@@ -147,7 +147,7 @@ impl<'a> Placements<'a> {
         Ok(())
     }
 
-    /// The maps of a node's copies: as many as all of its attributes have rows.
+    /// The maps of a node's copies: one for each row that all of its attributes have.
     fn copies(
         &mut self,
         instancing: &GpuInstancing,

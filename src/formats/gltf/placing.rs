@@ -179,7 +179,7 @@ impl<'s> Placing<'s> {
     ) -> Self {
         let skin = shape.vertices.influences().zip(joints);
         let map = VertexMap::of(*map);
-        // A skeleton mirrors all of a mesh or nothing.
+        // A skeleton mirrors all of a mesh, or none of it.
         let mirrored = match (skin, shape.corners.first()) {
             (Some((influences, joints)), Some(&[first, ..])) => {
                 let (map, _) = influences.map(first as usize, joints);
@@ -299,7 +299,7 @@ impl<'s> Placing<'s> {
     }
 }
 
-/// Returns true if colours change nothing: some exporters write white for every mesh.
+/// Returns true if colours have no effect: some exporters write white for every mesh.
 fn is_white(mesh: &Mesh) -> bool {
     let [r, g, b] = mesh.vertex_colors.parts();
     let columns = [r, g, b, &mesh.vertex_opacity];

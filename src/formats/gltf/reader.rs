@@ -1,4 +1,4 @@
-//! The reader: meshes that the nodes show, baked or instanced, and what surrounds them.
+//! The reader: meshes of nodes, baked or instanced, and everything around them.
 
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, VertexPaint};
@@ -25,7 +25,7 @@ use glam::{DAffine3, DVec3};
 use phalanx_scene::{Bounds, GeometryError, Scene};
 use std::collections::HashSet;
 
-/// The text of a file; a GLB has none that can be shown.
+/// The text of a file; empty for a GLB, which has none to show.
 pub(crate) fn text(bytes: &[u8]) -> String {
     match is_binary(bytes) {
         true => String::new(),
@@ -97,8 +97,8 @@ struct GltfReader<'a, 't> {
     materials: Option<GltfMaterials<'a>>,
     allowance: &'a MemoryBudget,
     instances: MeshInstances<'a>,
-    /// Number of triangles that may still be made: as many as the file has bytes, and a few
-    /// million. Accessors may be shared any number of times, and nothing else bounds that.
+    /// Number of triangles that may still be created: one per byte of the file, plus a few million.
+    /// Accessors may be shared any number of times, and nothing else limits that.
     triangles_left: u64,
     /// Number of displacements of vertices that morph targets may still make, likewise.
     displacements_left: u64,
@@ -235,7 +235,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
         for map in maps {
-            // If there is nothing to undo, no product is formed: zeros keep their signs.
+            // If there is nothing to undo, no product is computed: zeros keep their signs.
             let undone = own.is_none() && size == 1.0;
             let to_world = if undone { *map } else { *map * back };
             match self.scene.add_instance(stored, to_world) {
@@ -401,8 +401,8 @@ fn bounds(shapes: &[PrimitiveGeometry]) -> Bounds {
     bounds.fold(Bounds::EMPTY, Bounds::union)
 }
 
-/// Factor of shapes that are stored once for several placements; `None` if they have to be baked
-/// into each of them.
+/// Factor of shapes that are stored once for several placements; `None` if they must be baked into
+/// each of them.
 fn stored_size(shapes: &[PrimitiveGeometry], bounds: Bounds, placements: usize) -> Option<f64> {
     let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
     let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
@@ -414,8 +414,8 @@ fn stored_size(shapes: &[PrimitiveGeometry], bounds: Bounds, placements: usize) 
     }
 }
 
-/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`]. As it is a power
-/// of two, nothing is rounded.
+/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`]. A power of two
+/// does not round anything.
 fn power_of_two_into_range(extent: f32) -> f64 {
     let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
     match extent > 0.0 && extent.is_finite() {

@@ -1,6 +1,7 @@
-//! Reader of documents that bend the format's rules, as some programs write them: it takes whole
-//! numbers written as `5126.0` or `1e0`, and `null` or an index of -1 for a member that is absent.
-//! The text is rewritten by the rules, and then read. Messages name the row and what belongs there.
+//! Reader of documents that bend the format's rules, as some programs write them: it accepts
+//! integers written as `5126.0` or `1e0`, and `null` or an index of -1 for an absent member. The
+//! text is rewritten according to the rules, and then read. Messages name the row and what is
+//! expected there.
 
 use super::syntax;
 use crate::diagnostics::quoted_file;
@@ -13,8 +14,8 @@ use std::collections::BTreeMap;
 /// An offset in the document, and a message.
 pub(super) type DocumentFault = (usize, String);
 
-/// Reads a structure from the text of a document. The second result says where an index of -1
-/// stands for none, if there is one.
+/// Reads a structure from the text of a document. The second result is the position of an index of
+/// -1 that means none, if there is one.
 pub(super) fn read<T: DeserializeOwned>(
     json: &[u8],
 ) -> Result<(T, Option<DocumentFault>), DocumentFault> {
@@ -59,7 +60,7 @@ fn read_strictly<'a, T: DeserializeOwned>(
     let mut strict = serde_json::Deserializer::from_str(rewritten);
     serde_path_to_error::deserialize(&mut strict).map_err(|error| {
         let value = value_at(text, error.path());
-        // Names are the file's, of any length and with any letters.
+        // Names come from the file, with any length and any characters.
         let path = match error.path().iter().len() {
             0 => DOCUMENT.to_owned(),
             _ => quoted_file(&error.path().to_string())
@@ -121,8 +122,8 @@ const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
 /// they stand for none.
 fn rewritten(json: &str, minus_one_is_none: bool) -> String {
     let mut text = String::with_capacity(json.len());
-    // The member that comes or came last, the length of the text before it, and the members that
-    // open lists and objects belong to.
+    // The current or last member, the length of the text before it, and the members that contain
+    // the open lists and objects.
     let (mut name, mut start, mut outer) = ("", 0, Vec::new());
     let mut rest = json.trim_ascii();
     while !rest.is_empty() {
@@ -130,7 +131,7 @@ fn rewritten(json: &str, minus_one_is_none: bool) -> String {
         rest = after.trim_ascii_start();
         let is_member = text.ends_with(':');
         match token {
-            // Written before what follows it, unless that is left out.
+            // Written before the next item, unless that is omitted.
             "," => continue,
             ":" => {}
             "}" | "]" => {
@@ -177,7 +178,7 @@ fn token_length(json: &[u8]) -> usize {
     let length = match json[0] {
         b'"' => {
             let mut end = 1;
-            // Whole buffers are texts, too, as data URIs.
+            // Data URIs turn whole buffers into strings.
             while let Some(next) = memchr::memchr2(b'"', b'\\', &json[end.min(json.len())..]) {
                 end += next + 1;
                 if json[end - 1] == b'"' {

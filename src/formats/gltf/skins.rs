@@ -71,8 +71,8 @@ impl<'a> Skins<'a> {
     }
 }
 
-/// Sets of four joints and weights that may move a vertex: as many as any exporter writes. Work for
-/// a vertex is bounded by them.
+/// Maximum number of sets of four joints and weights for a vertex: as many as any exporter writes.
+/// It bounds the work per vertex.
 const MAX_SETS: usize = 8;
 
 /// Joints that move the vertices of a primitive, and their weights.
@@ -102,7 +102,7 @@ impl<'a> Influences<'a> {
         rows.min().unwrap_or(0)
     }
 
-    /// The map of a vertex: the mean of its joints' by weight, and true if all of them are there.
+    /// The map of a vertex: the weighted mean of its joints' maps, and true if all of them exist.
     /// Weights need not sum to 1. A vertex without weights follows its first joint.
     pub(super) fn map(&self, row: usize, joints: &[DAffine3]) -> (DAffine3, bool) {
         let mut sum = DAffine3 {

@@ -61,7 +61,7 @@ impl<'a> GltfSource<'a> {
         parts: &Container,
     ) -> Result<GltfSource<'a>, ContainerFault> {
         let mut json_offset = parts.json.start;
-        // Chunks are filled up with blanks, by some writers with zeros.
+        // Chunks are padded with spaces, by some writers with zeros.
         let padding = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
         let json = &bytes[parts.json.clone()];
         let end = json.iter().rposition(|byte| !padding(byte));
@@ -139,8 +139,8 @@ impl<'a> GltfSource<'a> {
             let bytes = match (&buffer.uri, binary) {
                 (Some(uri), _) => fetch(uri, asset_dir, &mut files).map(BufferBytes::Other),
                 (None, Some(chunk)) if row == 0 => Ok(BufferBytes::Own(chunk)),
-                // No error yet; a use of the buffer reports it. A buffer that stands in for
-                // compressed data has no bytes of its own.
+                // No error yet; uses of the buffer report it. A placeholder for compressed data has
+                // no bytes of its own.
                 (None, _) => {
                     buffers.push(None);
                     continue;
@@ -191,7 +191,7 @@ impl<'a> GltfSource<'a> {
         let view = view.ok_or_else(|| format!("there is no bufferViews[{row}]"))?;
         let buffer = self.buffers.get(view.buffer);
         let buffer = buffer.ok_or_else(|| format!("there is no buffers[{}]", view.buffer))?;
-        // A buffer of compressed data may have the same data beside it, not compressed.
+        // A buffer of compressed data may be accompanied by the same data, uncompressed.
         let compressed = view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some();
         let buffer = buffer.as_deref().ok_or_else(|| match compressed {
             true => format!("bufferViews[{row}] is compressed by meshopt, which is not read here"),
@@ -283,8 +283,8 @@ impl DataUri<'_> {
             return Ok(percent_decoded(self.text));
         }
         BASE64.decode(self.text).or_else(|error| {
-            // As it stands in other URIs: escaped, broken into lines, or with the two letters that
-            // need no escape.
+            // As in other URIs: escaped, broken into lines, or with the two characters that need no
+            // escape.
             let mut text = percent_decoded(self.text);
             text.retain(|byte| !byte.is_ascii_whitespace());
             for byte in &mut text {
@@ -300,7 +300,7 @@ impl DataUri<'_> {
     }
 }
 
-/// A relative URI as a file name: %20 stands for a blank, unless the file's own name has it.
+/// A relative URI as a file name: %20 means a space, unless the file's own name contains it.
 pub(super) fn file_name(uri: &str, asset_dir: &Folder) -> String {
     let name = String::from_utf8_lossy(&percent_decoded(uri)).into_owned();
     match name != uri && asset_dir.find(&name).is_err() && asset_dir.find(uri).is_ok() {

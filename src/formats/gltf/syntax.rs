@@ -1,4 +1,4 @@
-//! Words for the JSON library's errors, which are written for programmers.
+//! Plain messages for the JSON library's errors, which are written for programmers.
 
 use crate::diagnostics::quoted;
 
@@ -12,7 +12,7 @@ fn without_place(error: &serde_json::Error) -> String {
     message.strip_suffix(&place).unwrap_or(&message).to_owned()
 }
 
-/// A message in words of the format instead of the library's.
+/// A message in the terms of the format instead of the library's.
 fn plain(error: &serde_json::Error) -> String {
     let message = without_place(error);
     if let Some(member) = message.strip_prefix("missing field ") {
@@ -51,7 +51,7 @@ fn plain(error: &serde_json::Error) -> String {
     words.to_owned()
 }
 
-/// Words for a fault of the value with this text.
+/// Message for a fault of the value with this text.
 pub(super) fn of_value(error: &serde_json::Error, text: &str) -> String {
     let message = without_place(error);
     if message == "trailing characters" {
@@ -84,7 +84,7 @@ pub(super) fn of_value(error: &serde_json::Error, text: &str) -> String {
     }
 }
 
-/// Words for a value of another kind, or for a list of another length.
+/// Message for a value of another kind, or for a list of another length.
 pub(super) fn wrong_kind(wanted: &str, text: &str) -> String {
     let found = match text.as_bytes().first() {
         Some(b'{') => "an object",
@@ -100,7 +100,7 @@ pub(super) fn wrong_kind(wanted: &str, text: &str) -> String {
     }
 }
 
-/// The offset of a fault in a document, and words for it.
+/// The offset of a fault in a document, and a message.
 pub(super) fn located(json: &[u8], error: &serde_json::Error) -> (usize, String) {
     let at = offset_of(json, error.line(), error.column());
     let ends = matches!(json.get(at), Some(b']' | b'}'));

@@ -1,4 +1,4 @@
-//! Tests that need access to internals: budgets that are too large for a file of a test.
+//! Tests that need access to internals: limits too large for a test file.
 
 use super::*;
 use base64::Engine;

@@ -11,9 +11,9 @@ pub(super) struct Unshown {
     extensions: BTreeSet<String>,
 }
 
-/// Beginnings of the names of extensions that a picture at rest need not know: data about the
-/// model, behaviour, sound, alternatives to what the file itself says, and others that are named
-/// where they are met.
+/// Prefixes of extensions that do not affect a picture of the pose at rest: data about the model,
+/// behaviour, sound, alternatives to the file's own content, and others that are reported where
+/// they occur.
 const INVISIBLE_EXTENSIONS: [&str; 24] = [
     "AGI_articulations",
     "CESIUM_primitive_outline",
@@ -41,7 +41,7 @@ const INVISIBLE_EXTENSIONS: [&str; 24] = [
     "OMI_",
 ];
 
-/// Number of extensions that a warning names: their names are the file's.
+/// Maximum number of extensions named in a warning: their names come from the file.
 const MAX_NAMES: usize = 12;
 
 impl Unshown {
@@ -49,7 +49,7 @@ impl Unshown {
         self.features.insert(feature);
     }
 
-    /// Adds an extension by its name in the file, unless it changes no picture.
+    /// Adds an extension by its name in the file, unless it never affects a picture.
     pub(super) fn add_extension(&mut self, name: &str) {
         let mut invisible = INVISIBLE_EXTENSIONS.iter();
         if invisible.any(|start| name.starts_with(start)) {

@@ -1,10 +1,11 @@
-//! The version of a document, before anything else is read: other versions differ in everything.
+//! The version of a document, checked before anything else is read: other versions differ in
+//! everything.
 
 use crate::diagnostics::quoted;
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
-/// Refusal of the format's first version, which is another format.
+/// Error for the format's first version, which is a different format.
 pub(super) const FIRST_VERSION: &str = "this is glTF 1.0, and only 2.0 is read here: convert it first, for instance with gltf-pipeline";
 
 /// Lists of the second version that are objects with names in the first one.
@@ -22,7 +23,7 @@ const LISTS: [&str; 8] = [
 type Members<'a> = BTreeMap<String, &'a RawValue>;
 
 /// Refuses a document of another version, or without one. Text that is not an object passes: its
-/// reader says more.
+/// reader gives a better message.
 pub(super) fn check(json: &[u8]) -> Result<(), String> {
     let Ok(members) = serde_json::from_slice::<Members>(json) else {
         return Ok(());
@@ -31,7 +32,7 @@ pub(super) fn check(json: &[u8]) -> Result<(), String> {
     let asset: Members = serde_json::from_str(asset).unwrap_or_default();
     let text = |name: &str| {
         let text = asset.get(name)?.get();
-        // A version without quotes is the number that it looks like.
+        // A version without quotes is taken as written.
         let text = serde_json::from_str(text).unwrap_or_else(|_| text.to_owned());
         (text != "null").then_some(text)
     };

@@ -24,7 +24,7 @@ pub(super) struct PrimitiveVertices<'a> {
     pub(super) too_short: Vec<String>,
 }
 
-/// Attributes that a vertex may have beside its position.
+/// Attributes of a vertex in addition to its position.
 #[derive(Clone, Copy)]
 pub(super) struct Attributes {
     pub(super) normals: bool,
@@ -146,7 +146,7 @@ impl<'a> PrimitiveVertices<'a> {
     }
 }
 
-/// Returns true if a primitive has no other data than compressed ones: its accessors are empty.
+/// Returns true if a primitive has only compressed data: its accessors are empty.
 fn is_only_compressed(source: &GltfSource, primitive: &Primitive) -> bool {
     let positions = primitive.attributes.get("POSITION").copied();
     let rows = [positions, primitive.indices].into_iter().flatten();

@@ -39,8 +39,8 @@ impl NffMaterials {
         self.materials.len() as u32 - 1
     }
 
-    /// Makes materials of the records and gives the shapes their rows. Records without a shape
-    /// leave none.
+    /// Creates materials from the records, and assigns their rows to the shapes. Records without a
+    /// shape leave none.
     pub(super) fn settle(&self, level: f64, scene: &mut Scene) {
         let mut table = MaterialTable::default();
         let mut rows: Vec<Option<u32>> = vec![None; self.materials.len()];
@@ -64,8 +64,8 @@ impl NffMaterials {
 }
 
 /// The document's parameters: Ka = level·Kd·rgb, diffuse Kd·rgb, specular and transmission white.
-/// The products are made in f64 and rounded once. An index of refraction of 0, as the databases
-/// give opaque surfaces, counts as 1.
+/// The products are made in f64 and rounded once. An index of refraction of 0, which the databases
+/// use for opaque surfaces, counts as 1.
 fn material_of(&[r, g, b, kd, ks, shine, t, ior]: &FillRecord, level: f64) -> Material {
     let kd = Vec3::new(r, g, b).as_dvec3() * f64::from(kd);
     Material {

@@ -10,7 +10,7 @@ use phalanx_scene::{View, check_image_size};
 
 /// The parts of a `v` record, in the order in which missing ones are reported.
 const PARTS: [&str; 6] = ["from", "at", "up", "angle", "resolution", "hither"];
-/// Number of parts that a picture cannot do without: `hither` is for scan converters.
+/// Number of parts required for a picture: `hither` is for scan converters.
 const NEEDED: usize = 5;
 
 /// A `v` record as far as it has been read.

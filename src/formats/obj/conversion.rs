@@ -1,8 +1,8 @@
 //! Conversion of MTL's materials.
 //!
-//! The renderer's material is the document's: Ka is added as it is, Ks weighs both the highlight
+//! The renderer's material is the document's: Ka is added unchanged, Ks weights both the highlight
 //! and the mirror ray, and Kt the refracted ray. MTL has an ambient light of its own, highlights
-//! without mirrors, and opacity. So they are converted:
+//! without mirrors, and opacity, so its materials are converted:
 //!
 //! | material | from |
 //! |---|---|
@@ -18,21 +18,21 @@
 //! | texture | `map_Kd`, or `map_Ka` where there is none; Ka and Kd are multiplied with it |
 //!
 //! 1. The rest of the room is a tenth as bright as a lamp.
-//! 2. `illum` 3 and more ask for mirrors. 2 and none ask for a highlight, which gets a faint sheen.
+//! 2. `illum` 3 and more request mirrors. 2 and none request a highlight, which gets a faint sheen.
 //! 3. `illum` 4 and more with an `Ni` other than 1 is glass, which refracts light and casts a full
-//!    shadow. Everything else with a `d` below 1 is a surface that is there in part, or a sheet
-//!    that lets coloured light through unbent if its `Tf` is a colour. Ka and Kd of glass and
-//!    sheets are multiplied with `d`; coverage weighs the whole surface.
+//!    shadow. Everything else with a `d` below 1 is a partly transparent surface, or, if its `Tf`
+//!    is a colour, a sheet that transmits coloured light without bending it. Ka and Kd of glass and
+//!    sheets are multiplied by `d`; coverage weights the whole surface.
 //! 4. The alpha of `map_Kd` counts if `map_d` names the same file.
 //! 5. Without its texture, the whole surface would glow or mirror evenly.
 //! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces.
-//! 7. OpenMVS, mvs-texturing and MeshLab write `Tr 1` for opaque surfaces. It stays clear in glass
-//!    and with a coloured `Tf`, which ask for transmission.
-//! 8. An `Ns` of 1 and less, or none, says that there is no highlight: Blender, Unity, 3ds Max and
+//! 7. OpenMVS, mvs-texturing and MeshLab write `Tr 1` for opaque surfaces. It means clear for glass
+//!    and with a coloured `Tf`, which request transmission.
+//! 8. An `Ns` of at most 1, or none, means that there is no highlight: Blender, Unity, 3ds Max and
 //!    others write `Ks 0.5` with an `Ns` of 0 or 1, or without one, for dull surfaces. A lobe of
 //!    such an exponent is at least as wide as the diffuse light: a white film over all that is lit,
 //!    with a hard edge where the light ends, and a clear image of the sky on a rough surface.
-//!    `illum` 3 and more without any `Ns` ask for nothing but a mirror, and get a sharp one.
+//!    `illum` 3 and more without `Ns` request only a mirror, and get a sharp one.
 
 use super::mtl::MtlMaterial;
 use glam::Vec3;
@@ -58,13 +58,13 @@ impl MtlMaterial {
         self.tf.x != self.tf.y || self.tf.x != self.tf.z
     }
 
-    /// Returns true for a `Tr 1` that means an opacity: nothing else says that light passes.
+    /// Returns true for a `Tr 1` that means an opacity: nothing else indicates transparency.
     pub(super) fn tr_is_opacity(&self) -> bool {
         let clear = self.refracts() || self.has_colored_filter();
         self.d.is_none() && self.tr == Some(1.0) && !clear
     }
 
-    /// Returns true for a black `Kd` where the texture is to be shown.
+    /// Returns true for a black `Kd` that is only a placeholder for the texture.
     pub(super) fn kd_is_placeholder(&self) -> bool {
         self.kd == Some(Vec3::ZERO) && self.map_kd.is_some()
     }

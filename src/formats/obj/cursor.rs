@@ -184,7 +184,7 @@ impl<'a> Cursor<'a> {
         self.text.get(span.offset..end).unwrap_or_default()
     }
 
-    /// A word in lower case, for comparing it with keywords: no more of it than tells them apart.
+    /// A word in lower case, for comparison with keywords: only as much as distinguishes them.
     pub(super) fn keyword<'b>(&self, word: Span, lower: &'b mut [u8; KEYWORD_BYTES]) -> &'b [u8] {
         let text = self.bytes(word);
         let keyword = &mut lower[..text.len().min(KEYWORD_BYTES)];
@@ -193,7 +193,7 @@ impl<'a> Cursor<'a> {
         keyword
     }
 
-    /// The text of a span in the form that a message may repeat.
+    /// The text of a span in the form for a message.
     pub(super) fn quoted(&self, span: Span) -> String {
         quoted_bytes(self.bytes(span))
     }

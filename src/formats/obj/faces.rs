@@ -57,7 +57,7 @@ impl ObjReader<'_> {
             if count == 0 || count == self.corners.len() {
                 continue;
             }
-            // Where a number is out of range, a warning says so already.
+            // If a number is out of range, there is already a warning.
             if !self.out_of_range[attribute] {
                 self.chunk.unlike.add(span);
             }

@@ -1,4 +1,4 @@
-//! Lists of material files. Blanks stand between names, and may be part of names, too.
+//! Lists of material files. Spaces separate names, and may also be part of names.
 
 /// Most words of a name that are tried together, and most bytes.
 const MAX_WORDS: usize = 12;

@@ -54,7 +54,7 @@ fn expand_runs(runs: &[(usize, MaterialLook)], triangles: usize) -> MeshMaterial
     MeshMaterial::Each(rows.into())
 }
 
-/// Warns once of everything that a file's materials leave out, where the first stands.
+/// Warns once of everything that a file's materials omit, at its first occurrence.
 fn warn_left_out(file: &MtlSource, mut left_out: Vec<MtlOmission>, about: &mut DiagnosticSink) {
     left_out.sort_by_key(|omission| omission.keyword.offset);
     let Some(first) = left_out.first() else {
@@ -221,7 +221,7 @@ impl<'a> MaterialReader<'a> {
         }
     }
 
-    /// Warns of statements that are taken otherwise than they are defined, each kind once.
+    /// Warns of statements that are read differently from their definition, once for each kind.
     fn warn_of_readings(&mut self, source: usize, material: &MtlMaterial) {
         let named = &mut self.named[source];
         let report = &mut self.reports[source];

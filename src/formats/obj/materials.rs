@@ -31,7 +31,7 @@ pub(super) struct MaterialLibrary<'a> {
     /// Material files that have been read, and the number of further names that may be looked up.
     read: HashSet<Found>,
     names_left: usize,
-    /// True if a file is missing: its materials are no news then.
+    /// True if a file is missing: then its missing materials are not reported.
     incomplete: bool,
 }
 
@@ -91,7 +91,7 @@ impl<'a> MaterialLibrary<'a> {
         }
         let exists = |name: &str| asset_dir.find_exact(name).is_some();
         let parts = file_list::split(&short, self.names_left, exists);
-        // A search by the last component would take a list for its last file.
+        // A search by the last component would mistake a list for its last file.
         let list = parts.len() > 1 || parts.iter().any(|part| exists(part));
         let mut names = spellings(text).map(text_of).filter(|_| !list);
         let search = |name: String| Some((asset_dir.find_for(None, &name).ok()?, name));
@@ -155,7 +155,8 @@ impl<'a> MaterialLibrary<'a> {
         };
         mtl::named_files(&bytes).for_each(|name| self.asset_dir.note(&text_of(name)));
         for material in mtl::read(&bytes) {
-            // If two have one name the first counts, because a file is searched from its beginning.
+            // If two have the same name the first counts, because a file is searched from its
+            // beginning.
             let (known, name) = (self.materials.len(), &bytes[material.name.range()]);
             let short = without_comment(name);
             self.by_name.entry(name.to_vec()).or_insert(known);

@@ -30,7 +30,7 @@ pub(super) struct MtlMaterial {
     pub(super) map_d: Option<TextureMap>,
     pub(super) has_map_ks: bool,
     pub(super) has_map_ke: bool,
-    /// Statements and options that are left out, each kind once, and at most [`MAX_DIAGNOSTICS`].
+    /// Statements and options that are omitted, each kind once, and at most [`MAX_DIAGNOSTICS`].
     pub(super) left_out: Vec<MtlOmission>,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct MtlOmission {
     pub(super) reason: &'static str,
 }
 
-/// The reason for statements that the renderer's materials have nothing for.
+/// The reason for statements without an equivalent in the renderer's materials.
 const NOT_SHOWN: &str = "not shown";
 const NO_SPECULAR_MAP: &str =
     "not shown, and Ks counts as 0, because the whole surface would mirror evenly";

@@ -87,7 +87,7 @@ fn warn_faces(text: &[u8], chunks: &[ObjChunk], total: [i64; 3], report: &mut Di
     });
 }
 
-/// Warns of triangles that have a texture and no places in it.
+/// Warns of triangles with a texture but without texture coordinates.
 pub(super) fn warn_unplaced(scene: &Scene, mesh: &MergedMesh, report: &mut DiagnosticSink) {
     if scene.textures.is_empty() {
         return;

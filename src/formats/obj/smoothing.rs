@@ -88,7 +88,7 @@ impl Smoother {
         let first = mesh.vertex_normals.len() as u32;
         for &k in &flat {
             let slots = corners[k].map(|vertex| self.slots[vertex as usize]);
-            // Where the sum is zero, triangles of opposite sides meet: they stay flat.
+            // If the sum is zero, triangles of opposite orientation meet: they stay flat.
             if slots
                 .iter()
                 .all(|&slot| unit(self.sums[slot as usize]).is_some())
@@ -124,7 +124,7 @@ fn angle(vertices: [DVec3; 3], at: usize) -> f64 {
 }
 
 fn unit(sum: DVec3) -> Option<Vec3> {
-    // Sums of unit vectors: what is left of those that cancel out is rounding.
+    // Sums of unit vectors: if they cancel out, the remainder is rounding.
     const LEAST: f64 = 1e-9;
     (sum.length() > LEAST).then(|| sum.normalize().as_vec3())
 }

@@ -10,7 +10,7 @@ fn folder_with(files: &[(&str, &str)]) -> (tempfile::TempDir, Folder) {
     (scratch, folder)
 }
 
-/// Text of everything in a scene that the reader decides, to be compared.
+/// Text of everything in a scene that the reader determines, for comparison.
 fn digest(scene: &Scene) -> String {
     format!(
         "{:?}",

@@ -1,4 +1,4 @@
-//! Kinds of pictures, told apart by their first bytes.
+//! Kinds of pictures, identified by their first bytes.
 
 /// First bytes of a PNG.
 pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
@@ -12,7 +12,7 @@ pub(super) fn is_webp(bytes: &[u8]) -> bool {
     bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP")
 }
 
-/// First bytes of pictures that are not read, and their names.
+/// First bytes of unsupported kinds of pictures, and their names.
 const UNREAD: [(&[u8], &str); 24] = [
     (b"GIF87a", "a GIF picture"),
     (b"GIF89a", "a GIF picture"),
@@ -40,7 +40,7 @@ const UNREAD: [(&[u8], &str); 24] = [
     (b"<?xml", "an XML file"),
 ];
 
-/// Says of bytes that are no picture of a kind that is read what they are.
+/// Identifies bytes that are not a picture of a supported kind.
 pub(super) fn refusal(bytes: &[u8]) -> String {
     let known = UNREAD.iter().find(|(magic, _)| bytes.starts_with(magic));
     let brand = bytes.get(4..8) == Some(b"ftyp");

@@ -1,5 +1,5 @@
 //! Pictures to sRGB bytes and alpha. The size is known before anything is decoded. The format is
-//! told by the first bytes and not by the file's name.
+//! identified by the first bytes, not by the file's name.
 
 mod jpeg;
 mod magic;
@@ -69,7 +69,7 @@ impl<'a> EncodedImage<'a> {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// Bytes that alpha takes, unless all pixels turn out to be whole.
+    /// Bytes for alpha, unless all pixels turn out to be opaque.
     pub(super) fn alpha_bytes(&self) -> u64 {
         match &self.decoder {
             Decoder::Png(reader) if png::layout(reader).has_alpha() => self.pixels(),

@@ -12,7 +12,7 @@ pub(super) struct WholeImageDecoder<'a> {
     format: &'static str,
 }
 
-/// Name of a format of which a file of a few bytes may be of any size and one colour.
+/// Name of a format in which a few bytes can encode a picture of one colour and any size.
 const WEBP: &str = "WebP";
 /// Longest run of pixels that a BMP or a TGA has in a byte.
 const MAX_RUN: u64 = 128;
@@ -83,7 +83,7 @@ impl WholeImageDecoder<'_> {
             .map_err(|e| plain(e, format))?;
         image.reserve(bytes.len() / layout.samples)?;
         layout.each(&bytes, |color, alpha| image.push(color, alpha));
-        // Programs that keep no alpha in a TGA or BMP write zeros there.
+        // Programs without alpha in a TGA or BMP write zeros there.
         if format != WEBP && image.alpha.iter().all(|&alpha| alpha == 0) {
             image.alpha = Vec::new();
         }

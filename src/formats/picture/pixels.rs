@@ -21,7 +21,7 @@ pub(super) const TABLES: u64 = 1 << 20;
 pub(crate) struct DecodedImage {
     /// sRGB bytes.
     pub(crate) colors: Vec<[u8; 3]>,
-    /// Share of each pixel that is there, in 255ths; empty if all are whole.
+    /// Alpha of each pixel, in 255ths; empty if all are opaque.
     pub(crate) alpha: Vec<u8>,
 }
 
@@ -46,7 +46,7 @@ impl DecodedImage {
         self.set_alpha(self.colors.len() - 1, alpha);
     }
 
-    /// Sets the alpha of a pixel. Alpha takes memory from the first pixel on that is not whole.
+    /// Sets the alpha of a pixel. Alpha takes memory from the first pixel that is not opaque.
     #[inline]
     pub(super) fn set_alpha(&mut self, pixel: usize, alpha: u8) {
         if alpha != 255 || pixel < self.alpha.len() {
@@ -112,7 +112,7 @@ pub(super) fn checked_sides(width: u64, height: u64) -> Result<(u32, u32), Strin
     }
 }
 
-/// Says that bytes do not back a size.
+/// Message for a size that the number of bytes cannot account for.
 pub(super) fn too_short(width: u32, height: u32) -> String {
     format!("it is too short for its {width}×{height} texels")
 }

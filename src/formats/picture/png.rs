@@ -1,4 +1,4 @@
-//! PNG, row by row: memory is touched as far as rows have come.
+//! PNG, row by row: memory is touched only as far as rows have been decoded.
 
 use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides};
 use ::png::BitDepth;
@@ -8,9 +8,9 @@ use std::io::Cursor;
 /// A decoder that has read all before the first row.
 pub(super) type PngReader<'a> = ::png::Reader<Cursor<&'a [u8]>>;
 
-/// Reads the header of a PNG. Neither a fault of what surrounds the rows nor the length of the file
-/// is an objection: a picture of one colour takes a thousandth of the bytes of its rows, and a row
-/// an eighth of those of its pixels.
+/// Reads the header of a PNG. Neither faults outside of the rows nor the length of the file lead to
+/// rejection: a picture of one colour takes a thousandth of the bytes of its rows, and a row an
+/// eighth of those of its pixels.
 pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<PngReader<'_>>, String> {
     let reader = png::open(Cursor::new(bytes), checked_sides)?;
     let info = reader.info();

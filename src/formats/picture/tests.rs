@@ -103,8 +103,8 @@ fn alpha_is_kept_where_a_pixel_is_not_whole() {
     assert_eq!(wide, [9, 255]);
 }
 
-/// Checks the alpha of palettes, which may have fewer entries of it than colours, and of a colour
-/// that stands for clear pixels.
+/// Checks the alpha of palettes, which may have fewer alpha entries than colours, and of a colour
+/// that marks clear pixels.
 #[test]
 fn alpha_of_palettes_and_of_a_clear_colour_is_kept() {
     let of = |color, depth, clear: &'static [u8], samples: &[u8]| {

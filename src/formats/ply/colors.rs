@@ -1,9 +1,9 @@
 //! Colours of vertices and faces: the properties that hold them, and their numbers as linear
 //! colours.
 //!
-//! Numbers are on the sRGB curve, as screens show them. Their scale follows from them, because
-//! programs disagree about types: floats are from 0 to 1 (Open3D) or to 255, and integers of any
-//! type may be those of bytes. Alpha is not used: it is seldom meant as opacity.
+//! Numbers are on the sRGB curve, as screens show them. Their scale is inferred from the values,
+//! because programs disagree about types: floats are from 0 to 1 (Open3D) or to 255, and integers
+//! of any type may be those of bytes. Alpha is not used, as it is seldom meant as opacity.
 
 use super::header::{Element, PropertyKind};
 use crate::faces::Faces;
@@ -61,10 +61,10 @@ impl ColorProperties {
     }
 }
 
-/// Numbers that a thread looks at, at a time.
+/// Number of values that a thread examines at a time.
 const BLOCK: usize = 1 << 16;
 
-/// The largest of some numbers, and whether any is no whole one.
+/// The largest of some numbers, and whether any of them is not an integer.
 #[derive(Clone, Copy, Debug, Default)]
 struct NumberRange {
     most: f32,
@@ -90,7 +90,8 @@ impl NumberRange {
 
     /// The number that stands for full intensity.
     fn scale(self, whole: bool) -> f32 {
-        // Some programs announce bytes and write shares. Sums of weights may exceed 1 by a little.
+        // Some programs declare bytes and write values from 0 to 1. Sums of weights may exceed 1
+        // slightly.
         let shares = !whole || self.fractions;
         match self.most {
             ..=1.5 if shares => 1.0,

@@ -79,7 +79,7 @@ pub(super) struct Property {
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) name: Vec<u8>,
-    /// Number of rows. Not to be trusted before the bytes have been counted.
+    /// Number of rows. Must not be trusted before the bytes have been counted.
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
     /// Span of its count.
@@ -154,7 +154,7 @@ pub(super) fn length(bytes: &[u8]) -> usize {
 }
 
 /// Lines of the header. The end of the first line determines the ends of all, so that a byte of the
-/// body is never taken for one.
+/// body is never mistaken for one.
 struct HeaderLines<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -190,7 +190,7 @@ impl Iterator for HeaderLines<'_> {
 
 /// Number of words of a line that are read: one more than any valid line has.
 const MAX_WORDS: usize = 6;
-/// Most elements of a header. More are taken for a fault, because each is compared with those
+/// Most elements of a header. More are treated as a mistake, because each is compared with those
 /// before it.
 const MAX_ELEMENTS: usize = 1000;
 

@@ -19,8 +19,8 @@ pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {
     count
 }
 
-/// Returns true if text that is no blank begins a comment, which ends with its line. No row begins
-/// like one.
+/// Returns true if non-blank text begins a comment, which ends with its line. Rows never begin like
+/// this.
 #[inline]
 fn is_remark(text: &[u8]) -> bool {
     let word = |word: &[u8]| {
@@ -41,7 +41,7 @@ pub(super) fn whole(number: f64) -> Option<i64> {
     exact.then_some(number as i64)
 }
 
-/// A byte that no text has.
+/// A byte that does not occur in text.
 pub(super) const NO_ROW_END: u8 = 0xff;
 
 /// A position in the text, between words.

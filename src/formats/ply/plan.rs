@@ -108,8 +108,8 @@ impl ReadPlan {
         self.vertices.uv.is_some() || self.face_uvs.list.is_some()
     }
 
-    /// Leaves out what only pictures need, if there are none; the pictures' numbers if there is
-    /// one; and coordinates of vertices where faces have some.
+    /// Omits what only pictures need, if there are none; the pictures' numbers, if there is only
+    /// one; and coordinates of vertices, if faces have some.
     pub(super) fn keep_uvs_for(&mut self, pictures: usize) {
         if pictures == 0 || self.face_uvs.list.is_some() {
             self.vertices.uv = None;

@@ -1,9 +1,9 @@
 //! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
 //!
 //! Words may be in any case, and those that begin with `end` may be two. The normal is not used, so
-//! it may be missing, or be no number. Words behind it and behind `endloop` are passed over, and
-//! text between facets that has none of the words of a facet. A loop of more than three vertices is
-//! a fan of triangles.
+//! it may be missing or invalid. Words after it and after `endloop` are skipped, and so is text
+//! between facets that has none of the words of a facet. A loop of more than three vertices is a
+//! fan of triangles.
 
 use super::lexer::{StlLexer, is_in_remark};
 use crate::decimal;
@@ -261,8 +261,8 @@ impl<'a> StlAsciiReader<'a> {
         Ok(corner)
     }
 
-    /// Passes the normal, if there is one. It is not used, and real files have anything here:
-    /// `nan`, `-nan(ind)`, `-1.#IND`.
+    /// Passes the normal, if there is one. It is not used, and real files contain all sorts of text
+    /// here: `nan`, `-nan(ind)`, `-1.#IND`.
     fn skip_normal(&mut self) {
         if self.words.take(b"normal").is_some() {
             self.pass_words();
@@ -317,8 +317,8 @@ impl<'a> StlAsciiReader<'a> {
         }
     }
 
-    /// The fault of a word that is not the expected one. The word stays: it may be the one that
-    /// ends the facet.
+    /// The fault of a word that is not the expected one. The word is not consumed: it may be the
+    /// one that ends the facet.
     #[cold]
     fn fault(&mut self, expected: &str) -> FacetFault {
         let before = self.words;

@@ -1,5 +1,5 @@
-//! Binary STL: where its facets are. The length of the file decides, because counts are often
-//! wrong.
+//! Binary STL: the positions of its facets. The length of the file decides, because counts are
+//! often wrong.
 
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::memory_budget::MemoryBudget;
@@ -106,7 +106,7 @@ pub(super) fn facets<'a>(
         report.warning(Span::at(HEADER + facets.len()), message);
         return plain(facets);
     }
-    // A file of something else may look like this, too.
+    // Files of other formats may look like this, too.
     let facets = &rest[..rest.len() - surplus];
     let message = format!("the file ends within a facet, after {whole} of {announced}");
     let end = Span::at(bytes.len());

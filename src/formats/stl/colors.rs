@@ -6,7 +6,7 @@
 //! | Materialise Magics | `COLOR=` and four bytes in the header: the colour of the rest | clear: the facet has a colour of its own | red, green, blue |
 //! | VisCAM, SolidView | no other word than 0 without bit 15 | set: the facet has a colour | blue, green, red |
 //!
-//! The word is unused by the standard, and some programs leave anything in it.
+//! The word is unused by the standard, and some programs leave arbitrary values in it.
 
 use crate::memory_budget::MemoryBudget;
 use crate::vertex_colors::{
@@ -23,8 +23,8 @@ const COLORS: usize = FLAG as usize;
 /// Bytes of the number of a facet's colour, while the mesh is made.
 const NUMBER_BYTES: u64 = 4;
 
-/// Colours of facets with these words; none if the file does not plainly use them. The error is for
-/// a message: there is no memory for them.
+/// Colours of facets with these words; none unless the file clearly uses them. The error is for a
+/// message: there is no memory for them.
 pub(super) fn read(
     header: &[u8],
     words: impl ExactSizeIterator<Item = u16> + Clone,

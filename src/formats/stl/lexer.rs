@@ -1,4 +1,4 @@
-//! Words of ascii STL: blanks and comments between them, and names, which have no end of their own.
+//! Words of ascii STL, with blanks and comments between them, and names, which have no terminator.
 
 use crate::diagnostics::Span;
 
@@ -113,7 +113,8 @@ impl<'a> StlLexer<'a> {
     }
 }
 
-/// Most bytes that are looked back to find out whether a word stands in a name or in a comment.
+/// Maximum number of bytes that are searched backward to determine whether a word is in a name or
+/// in a comment.
 const MAX_LINE: usize = 4096;
 
 /// Returns true if the word at this position is in the name of a solid or in a comment.

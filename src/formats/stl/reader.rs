@@ -28,7 +28,7 @@ pub(crate) fn text(bytes: &[u8]) -> String {
 const HEAD: usize = 4096;
 
 /// Returns true if a file is binary. Its length decides, since many binary files begin with `solid`
-/// like text. If the length does not fit, bytes decide that no text has.
+/// like text. If the length does not match, bytes that do not occur in text decide.
 fn is_binary(bytes: &[u8]) -> bool {
     if binary::is_exact(bytes) {
         return true;

@@ -3,7 +3,7 @@
 //!
 //! Each thread has a share of all possible corners, by their hash, and finds the first occurrence
 //! of each of them. So the result depends neither on the number of threads nor on the hash. The
-//! hash differs from run to run, so that no file can be made to be slow.
+//! hash differs from run to run, so that no file can be crafted to be slow.
 
 use crate::diagnostics::Span;
 use crate::mesh::{self, NotFinite};

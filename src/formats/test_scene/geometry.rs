@@ -9,7 +9,7 @@ use phalanx_scene::Prim;
 
 impl TestReader<'_> {
     pub(super) fn vertex(&mut self, statement: &Statement<'_>) {
-        // A faulty vertex still gets its number, so that indices of later vertices stay right.
+        // A faulty vertex still gets its number, so that indices of later vertices stay correct.
         let position = self.coordinates(statement).map(DVec3::from_array);
         self.vertices.items.push(position.unwrap_or_default());
         let count = self.vertices.items.len();
@@ -209,8 +209,8 @@ impl TestReader<'_> {
     }
 }
 
-/// The promised count if `count` is the first beyond it. The promise is forgotten then: one error
-/// is enough.
+/// The announced count if `count` is the first beyond it. It is cleared then, as one error is
+/// enough.
 fn exceeded(promised: &mut Option<u64>, count: usize) -> Option<u64> {
     promised.take_if(|promised| count as u64 > *promised)
 }

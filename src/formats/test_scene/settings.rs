@@ -82,7 +82,7 @@ impl TestReader<'_> {
     }
 
     /// Sets the name of the output. A file name may hold spaces, so the operand is the rest of the
-    /// line. Whether it is a bare name matters only to those who write there.
+    /// line. Whether it is a bare name matters only to code that writes there.
     pub(super) fn output(&mut self, statement: &Statement<'_>) {
         let Some(name) = statement.joined() else {
             return self.missing_operands(statement, 0, 1);

@@ -12,8 +12,8 @@ const SIMILARITY: f64 = 1e-12;
 /// error of an f32 coordinate in world space is as large as the whole object in object space.
 const WORST_CONDITION: f64 = 16_777_216.0; // 2^24
 
-/// Most transforms that may be saved at a time. Each takes eight times the memory of its statement,
-/// and scenes have tens.
+/// Maximum number of transforms that may be saved at a time. Each takes eight times the memory of
+/// its statement, and real scenes have tens.
 pub(super) const MOST_SAVED: usize = 1 << 16;
 
 /// The current transform, and the saved ones.
