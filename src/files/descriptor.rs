@@ -1,5 +1,5 @@
-//! Open files by their number, as `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3` name them. This
-//! is the only file of `image` with `unsafe`.
+//! Open files by number, as in `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3`. This is the only
+//! file of `image` with `unsafe`.
 
 use std::fs::File;
 use std::io;
@@ -54,8 +54,8 @@ pub(super) fn duplicate(number: i32) -> io::Result<File> {
     }
     // SAFETY: the number is not -1, which `BorrowedFd` forbids. It is borrowed for this one call,
     // which asks the system to duplicate it. If the number is not open the system says so, and
-    // nothing is read, written or closed through it. The user names the file by its path, so no
-    // handle of another part of the program is guessed at.
+    // nothing is read, written or closed through it. The user gives the file's path, so the number
+    // is not a guess at a handle of another part of the program.
     let borrowed = unsafe { BorrowedFd::borrow_raw(number) };
     borrowed.try_clone_to_owned().map(File::from)
 }

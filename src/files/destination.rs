@@ -1,4 +1,4 @@
-//! The kind of file at a path decides how it is written: a regular file is replaced, everything
+//! The kind of file at a path determines how it is written: a regular file is replaced, everything
 //! else is written into.
 
 use super::descriptor;
@@ -11,16 +11,17 @@ use std::path::{Path, PathBuf};
 /// The kind of file at a path, links followed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
-    /// A regular file, or none yet, by its folder's real name. It is replaced as a whole.
+    /// A regular file, or one yet to be created, by its folder's real name. It is replaced as a
+    /// whole.
     File(PathBuf),
     /// A pipe or a device: it is opened and written into.
     Stream(PathBuf),
     /// An open file of this process by its number, as `/dev/stdout` names one. It is written into
-    /// at its current position, so that other writers to it continue behind.
+    /// at its current position, so that other writers continue after it.
     Open(i32),
 }
 
-/// Most links that are followed one after the other, as on Linux.
+/// Maximum number of links that are followed one after the other, as on Linux.
 const MAX_LINKS: usize = 40;
 
 const STDOUT: i32 = 1;
@@ -79,8 +80,8 @@ impl Destination {
         }
     }
 
-    /// Refuses a destination that cannot be written into, as far as that shows without writing.
-    /// Regular files are not examined here.
+    /// Rejects a destination that cannot be written into, as far as that can be determined without
+    /// writing. Regular files are not examined here.
     pub(super) fn check_stream(&self) -> io::Result<()> {
         match self {
             Destination::File(_) => Ok(()),

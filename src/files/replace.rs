@@ -9,7 +9,7 @@ use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// A writer for formats that seek back to fill in values that were not known before.
+/// A writer for formats that seek back to fill in values that become known later.
 pub trait WriteSeek: Write + Seek {}
 
 impl<T: Write + Seek> WriteSeek for T {}
@@ -17,11 +17,11 @@ impl<T: Write + Seek> WriteSeek for T {}
 /// Writes the file at `path` through `fill`. The method depends on the kind of file that is there
 /// now (see [`Destination`]).
 ///
-/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
-/// renamed over it. It has the permissions of the file that it replaces, and its owner where the
-/// system allows that; a file that may not be written is refused. If `path` is a link, its target
-/// is replaced and the link stays. Pipes, devices and open files of this process (`/dev/stdout`)
-/// are written into as the bytes come, and are never renamed over.
+/// A regular file, or a new one, is written as a temporary file in the same folder, which is synced
+/// and renamed over it. It gets the permissions of the file that it replaces, and its owner if the
+/// system allows that; a read-only file is rejected. If `path` is a link, its target is replaced
+/// and the link stays. Pipes, devices and open files of this process (`/dev/stdout`) are written
+/// into as the bytes arrive, and are never renamed over.
 ///
 /// # Errors
 /// The first error of any step. Then no temporary file is left, and a regular file that was at
@@ -38,8 +38,8 @@ pub fn replace_file(
     }
 }
 
-/// As [`replace_file`], for formats that seek. For a pipe, device or open file, the bytes are put
-/// together in memory first.
+/// As [`replace_file`], for formats that seek. For a pipe, device or open file, the bytes are
+/// assembled in memory first.
 pub fn replace_file_seeking(
     path: &Path,
     fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
@@ -60,9 +60,9 @@ pub fn in_memory(fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> io:
     Ok(bytes.into_inner())
 }
 
-/// Returns the destination that [`replace_file`] would find there, and refuses one that it could
-/// not write. To be called before hours of work, not after. Nothing is waited for or left behind;
-/// what killed runs have left there is removed.
+/// Returns the destination that [`replace_file`] would find there, and rejects one that it could
+/// not write. Call this before hours of work, not after. It does not block or leave anything
+/// behind; leftovers of killed runs are removed.
 ///
 /// # Errors
 /// The system's reason why it cannot be written.
@@ -88,7 +88,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>)
     Ok(())
 }
 
-/// Writes through a buffer, to its last byte.
+/// Writes through a buffer, and flushes it.
 fn write_through<W: Write>(
     file: W,
     fill: impl FnOnce(&mut BufWriter<W>) -> io::Result<()>,
@@ -101,7 +101,8 @@ fn write_through<W: Write>(
 fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     let there = fs::metadata(path).ok();
     if there.is_some() {
-        // Its folder would let it be replaced, but who made it read-only did not mean that.
+        // Its folder would allow replacing it, but that is not what its owner intended by making it
+        // read-only.
         OpenOptions::new().write(true).open(path)?;
     }
     // If others may not read the file, they may not read its bytes while they are written either.
@@ -125,15 +126,14 @@ fn keep_ownership(file: &File, there: &fs::Metadata) -> io::Result<()> {
     file.set_permissions(there.permissions())
 }
 
-/// Keeps nothing: the only permission there is read-only, and a read-only file could not be
-/// renamed.
+/// Keeps nothing: the only permission is read-only, and a read-only file could not be renamed.
 #[cfg(not(unix))]
 fn keep_ownership(_: &File, _: &fs::Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// The permissions that a file made with `File::create` would get (less the umask), not the 0600 of
-/// temporary files.
+/// The permissions of a file from `File::create` (less the umask), instead of the 0600 of temporary
+/// files.
 #[cfg(unix)]
 fn ordinary_permissions() -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
@@ -145,7 +145,7 @@ fn ordinary_permissions() -> Option<Permissions> {
     None
 }
 
-/// Makes the rename itself durable. The file is complete either way, so it is no failure if a
+/// Makes the rename itself durable. The file is complete either way, so it is not a failure if a
 /// system cannot do this.
 fn sync_folder(folder: &Path) {
     if cfg!(unix)
@@ -228,7 +228,7 @@ mod tests {
         }
     }
 
-    /// Checks what only an administrator can: that a file stays that of its owner.
+    /// Checks, as only an administrator can, that a file keeps its owner.
     #[cfg(unix)]
     #[test]
     fn owners_are_kept() {

@@ -1,8 +1,8 @@
-//! Temporary files beside those that they become, and what killed runs leave of them.
+//! Temporary files next to their final place, and leftovers of killed runs.
 //!
-//! A temporary file is locked while its process lives, and the system unlocks it however that ends.
-//! So one that can be locked is a leftover. Its name has the machine's, because a lock on a shared
-//! disk may bind the processes of one machine only.
+//! A temporary file is locked while its process lives, and the system unlocks it however the
+//! process ends, so one that can be locked is a leftover. Its name includes the machine's, because
+//! a lock on a shared disk may apply only to the processes of one machine.
 
 use super::folder::folder_of;
 use std::fs::{self, File, Permissions, TryLockError};
@@ -12,9 +12,9 @@ use tempfile::{Builder, NamedTempFile};
 
 const PREFIX: &str = ".phalanx-";
 const SUFFIX: &str = ".part";
-/// Letters and digits that make a name of its own.
+/// Number of letters and digits that make a name unique.
 const RANDOM: usize = 6;
-/// Attempts to make a file that nobody takes for a leftover before it is locked.
+/// Number of attempts to create a file that is not mistaken for a leftover before it is locked.
 const ATTEMPTS: usize = 100;
 
 /// A new file in the folder of a path, with these permissions less the umask.
@@ -29,7 +29,7 @@ pub(super) fn create(path: &Path, permissions: Option<Permissions>) -> io::Resul
         let file = builder.tempfile_in(folder_of(path))?;
         match file.as_file().try_lock() {
             Err(TryLockError::WouldBlock) => continue,
-            // Without locks nobody removes leftovers either.
+            // Without locks, leftovers are not removed either.
             Err(TryLockError::Error(_)) => return Ok(file),
             Ok(()) if file.path().exists() => return Ok(file),
             Ok(()) => {}
@@ -40,7 +40,7 @@ pub(super) fn create(path: &Path, permissions: Option<Permissions>) -> io::Resul
     ))
 }
 
-/// Removes what killed runs of this machine have left beside a path. What cannot be removed stays.
+/// Removes leftovers of killed runs on this machine next to a path, as far as possible.
 pub(super) fn remove_leftovers(path: &Path) {
     let Ok(entries) = fs::read_dir(folder_of(path)) else {
         return;
@@ -51,7 +51,7 @@ pub(super) fn remove_leftovers(path: &Path) {
         let ours = name.to_str().is_some_and(|name| is_ours(name, &host));
         if ours && entry.file_type().is_ok_and(|kind| kind.is_file()) {
             let path = entry.path();
-            // Held until the file is gone, so that nobody locks it meanwhile.
+            // Held until the file is gone, so that no process locks it in the meantime.
             if let Ok(file) = File::open(&path)
                 && file.try_lock().is_ok()
             {
@@ -72,8 +72,7 @@ fn is_ours(name: &str, host: &str) -> bool {
     })
 }
 
-/// The machine's name and a hyphen, as far as names of files have room for it; empty where it has
-/// none.
+/// The machine's name and a hyphen, shortened to fit file names; empty if it has none.
 fn host() -> String {
     let name = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let plain = |c: &char| c.is_ascii_alphanumeric() || *c == '-';

@@ -1,5 +1,5 @@
-//! A picture file of any format from films that lie one below the other. Only one of them, and the
-//! part of the file being written of it, need be in memory at a time.
+//! Writes a picture file of any format from films that are bands of the picture. Only one of them,
+//! and its part of the file, must be in memory at a time.
 
 use super::description::{BAND_ROWS, Depth, PictureFile};
 use super::encoder::Encoder;
@@ -15,7 +15,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 /// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
-/// bytes depend on the description and on the radiance alone, not on the heights of the bands.
+/// bytes depend only on the description and the radiance, not on the heights of the bands.
 ///
 /// # Errors
 /// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of
@@ -36,8 +36,8 @@ pub fn save_bands(
     })
 }
 
-/// Writes a picture to any writer, as [`save_bands`] does to a file. A format that seeks is written
-/// when its bytes are complete.
+/// Writes a picture to any writer, as [`save_bands`] does to a file. A format that requires seeking
+/// is written once its bytes are complete.
 ///
 /// # Errors
 /// The errors of [`save_bands`].

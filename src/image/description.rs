@@ -1,4 +1,4 @@
-//! Description of a picture file, and the films that it is written from.
+//! Description of a picture file, and the films from which it is written.
 
 use super::encoder::Exposure;
 use super::format::ImageFormat;
@@ -29,7 +29,7 @@ pub struct Crop {
     pub of: (u32, u32),
 }
 
-/// Description of a picture file to be written. Linear formats store the film's radiance as it is.
+/// Description of a picture file to be written. Linear formats store the film's radiance unchanged.
 /// JPEG uses the exposure; PNG uses the exposure and the depth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureFile {
@@ -37,11 +37,11 @@ pub struct PictureFile {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Place in a larger picture; only OpenEXR has room for it.
+    /// Place in a larger picture; only OpenEXR can store it.
     pub crop: Option<Crop>,
     /// Kind of file.
     pub format: ImageFormat,
-    /// Layers that an OpenEXR file has beside radiance; the films must have them.
+    /// Layers of an OpenEXR file in addition to radiance; the films must have them.
     pub aovs: Aovs,
     /// Origin of the scene in its file's coordinates, for the header of a file with positions: see
     /// [`Scene::origin`].
@@ -52,9 +52,9 @@ pub struct PictureFile {
     pub exposure: Exposure,
     /// Bits a sample.
     pub depth: Depth,
-    /// Texts and numbers about the picture, as far as the format has room for them.
+    /// Texts and numbers about the picture, as far as the format can store them.
     pub header: PictureHeader,
 }
 
-/// Films in the form that writers take.
+/// Films in the form for writers.
 pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;

@@ -1,10 +1,11 @@
 //! Linear radiance to samples of 8 or 16 bits.
 //!
 //! The steps are exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, and quantisation. No step
-//! calls a power function per sample or one whose bits depend on the build. Without a transfer the
-//! sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each operation rounded on its own
-//! (65535 with 16 bits). With sRGB it is the number of thresholds at or below `c`. The thresholds
-//! are the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
+//! calls a power function per sample, or a function with results that depend on the build. Without
+//! a transfer the sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each operation rounded
+//! on its own (65535 with 16 bits). With sRGB it is the number of thresholds at or below `c`. The
+//! thresholds are the inverse curve in f64 from the `libm` crate, whose results are the same
+//! everywhere.
 
 use phalanx_scene::film::Film;
 use phalanx_scene::sampling::srgb_to_linear;
@@ -22,8 +23,8 @@ pub struct Picture<S = u8> {
     pub rgb: Vec<S>,
 }
 
-/// Most stops of an exposure, up or down: beyond them every sample of a common picture is black or
-/// white.
+/// Maximum number of stops of an exposure, up or down: beyond it every sample of an ordinary
+/// picture is black or white.
 pub const MAX_EXPOSURE: f32 = 100.0;
 
 /// A tone after an exposure.
@@ -94,7 +95,7 @@ impl Encoder {
     }
 }
 
-/// Three samples a pixel. Calls for each of them took longer than what they do, so they are
+/// Three samples per pixel. Calls for each of them took longer than the work itself, so they are
 /// inlined, and there is no closure over an array.
 fn interleave<S: Copy + Default>(
     film: &Film,
@@ -115,7 +116,7 @@ fn interleave<S: Copy + Default>(
     }
 }
 
-/// Clamped to \[0, 1\]; NaN gives 0, which `f32::clamp` would pass on.
+/// Clamped to \[0, 1\]; NaN gives 0, whereas `f32::clamp` would return NaN.
 #[inline(always)]
 fn unit(c: f32) -> f32 {
     if c > 0.0 { c.min(1.0) } else { 0.0 }
@@ -142,7 +143,7 @@ fn linear_sample_16(c: f32, quantize: Quantize) -> u16 {
 /// Counts the thresholds of 16-bit samples at or below a value, by a search among those of its
 /// cell.
 struct DeepTable {
-    /// For each sample, the least value of the next sample, rounded up as in [`SrgbTable`].
+    /// For each sample, the smallest value of the next sample, rounded up as in [`SrgbTable`].
     next: Vec<f32>,
     /// For each cell, the sample of its lower end; then the sample of the last cell's upper end.
     lowest: Vec<u16>,
@@ -175,8 +176,8 @@ impl DeepTable {
 struct SrgbTable {
     /// For each cell, the sample of its lower end.
     lowest: [u8; TABLE_CELLS + 1],
-    /// For each sample, the least value of the next, rounded up: a value of 32 bits reaches it if
-    /// and only if it reaches the threshold. The last sample has none.
+    /// For each sample, the smallest value of the next, rounded up: a value of 32 bits reaches it
+    /// if and only if it reaches the threshold. The last sample has none.
     next: [f32; 256],
 }
 
@@ -199,13 +200,13 @@ impl SrgbTable {
     #[inline(always)]
     fn sample(&self, c: f32) -> u8 {
         let c = unit(c);
-        // The index is from 0 to CELLS; the bound tells the compiler, too.
+        // The index is from 0 to CELLS; the bound also informs the compiler.
         let low = self.lowest[((c * TABLE_CELLS as f32) as usize).min(TABLE_CELLS)];
         low + u8::from(c >= self.next[usize::from(low)])
     }
 }
 
-/// The least f32 that is not below `least`.
+/// The smallest f32 that is not below `least`.
 fn round_up(least: f64) -> f32 {
     match least as f32 {
         near if f64::from(near) < least => near.next_up(),
@@ -213,12 +214,12 @@ fn round_up(least: f64) -> f32 {
     }
 }
 
-/// `thresholds[k - 1]` is the least linear value whose sample is `k`.
+/// `thresholds[k - 1]` is the smallest linear value with sample `k`.
 fn srgb_thresholds(quantize: Quantize) -> [f64; 255] {
     std::array::from_fn(|i| threshold((i + 1) as f64, 255.0, quantize))
 }
 
-/// The least linear value whose encoded sample is `sample` of `most`.
+/// The smallest linear value with the encoded sample `sample` of `most`.
 fn threshold(sample: f64, most: f64, quantize: Quantize) -> f64 {
     let back = match quantize {
         Quantize::Floor => 0.0,
@@ -331,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Checks values beside every threshold, at every cell's ends, and over the whole range.
+    /// Checks values next to every threshold, at every cell's ends, and over the whole range.
     #[test]
     fn the_table_counts_thresholds() {
         for quantize in [Quantize::Floor, Quantize::Round] {
@@ -369,8 +370,8 @@ mod tests {
                 };
                 let want = 65_535.0 * want + f64::from(u8::from(quantize == Quantize::Round)) * 0.5;
                 let got = f64::from(table.sample(c));
-                // Beside a threshold, the forward curve is off by what the published constants
-                // differ by.
+                // Next to a threshold, the forward curve is off by the difference of the published
+                // constants.
                 assert!(
                     got <= want + 0.02 && got > want - 1.02,
                     "{quantize:?} {c:e}: {got} {want}"
@@ -423,8 +424,7 @@ mod tests {
         assert_eq!(red(30.0), [255; 3]);
     }
 
-    /// The contract "same bytes on every build": these are the bits of the table, written down
-    /// once.
+    /// The contract "same bytes on every build": these are the expected bits of the table.
     #[test]
     fn srgb_thresholds_are_pinned_bit_for_bit() {
         let hash = |quantize| {

@@ -23,7 +23,7 @@ pub enum PictureError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The file is no picture, or a broken one, or one too large.
+    /// The file is not a picture, or is broken or too large.
     #[error("{}: not {kind} that can be read: {reason}", shown_path(path))]
     Decode {
         /// The file.

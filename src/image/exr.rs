@@ -1,5 +1,5 @@
-//! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly
-//! compressed.
+//! OpenEXR files: unchanged radiance as 32-bit floats, in tiles of 64x64 pixels, with lossless
+//! compression.
 
 use super::description::{Films, PictureFile};
 use super::exr_header::{ExrChannel, TILE, header, sorted_header};
@@ -13,7 +13,7 @@ use phalanx_scene::film::{Aovs, Film};
 use rayon::prelude::*;
 use std::io::{self, BufWriter, SeekFrom};
 
-/// Writes films, one below the other, as they come. All threads compress their tiles, which are
+/// Writes films, one below the other, as they arrive. All threads compress their tiles, which are
 /// written in order.
 pub(super) fn write_exr(
     out: &mut dyn WriteSeek,
@@ -54,8 +54,8 @@ pub(super) fn write_exr(
     }
 }
 
-/// Radiance and the layers, named as OpenEXR names those of a single part. They are in the order of
-/// their names, as the format demands.
+/// Radiance and the layers, named as OpenEXR names those of a single part. They are sorted by name,
+/// as the format requires.
 fn channels(aovs: Aovs) -> Vec<ExrChannel> {
     let radiance = ["R", "G", "B"].map(|name| (name, false));
     let all = radiance.into_iter().chain(aovs.channels());

@@ -14,11 +14,10 @@ use phalanx_scene::{matte_id, murmur3_32};
 use serde_json::{Map, Value};
 use std::io::{self, Cursor};
 
-/// Side of a tile in pixels. Bands are multiples of it in height, so that no tile lies in two
-/// bands.
+/// Side of a tile in pixels. Heights of bands are multiples of it, so that no tile is in two bands.
 pub(super) const TILE: usize = BAND_ROWS as usize;
 
-/// A channel of the file: its name, true if it holds whole numbers, and the index of its plane in a
+/// A channel of the file: its name, true if it holds integers, and the index of its plane in a
 /// film.
 pub(super) type ExrChannel = (&'static str, bool, usize);
 
@@ -30,7 +29,7 @@ const ORIGIN: &str = "phalanx.origin";
 /// Name of the attribute for the scene's name.
 const SCENE: &str = "phalanx.scene";
 
-/// Name of the attribute for the command that makes the picture.
+/// Name of the attribute for the command that renders the picture.
 const COMMAND: &str = "phalanx.command";
 
 /// A text of any characters: attributes are UTF-8.
@@ -101,8 +100,8 @@ fn attributes(file: &PictureFile) -> Vec<(String, String)> {
     all
 }
 
-/// The attributes of a layer of identifiers, as the specification 1.2.0 of Cryptomatte has them:
-/// the names of its channels begin with the name of the layer.
+/// The attributes of a layer of identifiers, as in the Cryptomatte specification 1.2.0: the names
+/// of its channels begin with the name of the layer.
 fn cryptomatte(layer: &str, names: &[String]) -> Vec<(String, String)> {
     // Seven of the eight digits of the name's hash.
     let key = format!("cryptomatte/{:07x}", murmur3_32(layer.as_bytes()) >> 4);
@@ -120,8 +119,8 @@ fn cryptomatte(layer: &str, names: &[String]) -> Vec<(String, String)> {
     all
 }
 
-/// The first bytes of a file with this header, with its attributes in the order of their names, as
-/// OpenEXR has them. The crate writes them in the order of a table that differs from run to run.
+/// The first bytes of a file with this header, with its attributes sorted by name, as in OpenEXR.
+/// The crate writes them in an order that differs from run to run.
 pub(super) fn sorted_header(header: &Header) -> io::Result<Vec<u8>> {
     let mut file = Cursor::new(Vec::new());
     let headers = SmallVec::from_iter([header.clone()]);

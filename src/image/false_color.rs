@@ -13,9 +13,9 @@ const LETTER: u32 = 8;
 /// Height of the legend below the picture: bar, ticks, text.
 const LEGEND: u32 = 40;
 
-/// A picture of `values` (row by row from the top left, `width` a row) from dark violet over orange
-/// to light yellow (matplotlib's inferno, whose lightness rises evenly), and below it a legend with
-/// `title`.
+/// A picture of `values` (row by row from the top left, `width` per row) from dark violet through
+/// orange to light yellow (matplotlib's inferno, whose lightness rises evenly), and below it a
+/// legend with `title`.
 pub fn false_color(values: &[f32], width: u32, title: &str) -> Picture {
     let rows = (values.len() as u32).checked_div(width).unwrap_or(0);
     let top = scale(values);

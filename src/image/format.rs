@@ -6,15 +6,15 @@ use std::path::Path;
 /// A kind of picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
-    /// 8 or 16 bits a sample, without loss.
+    /// 8 or 16 bits per sample, lossless.
     Png,
-    /// 8 bits a sample, with loss.
+    /// 8 bits per sample, lossy.
     Jpeg,
     /// OpenEXR: linear radiance as 32-bit floats, in tiles.
     Exr,
     /// Radiance RGBE: linear radiance, three mantissas of 8 bits with one exponent.
     Hdr,
-    /// Portable float map: linear radiance as 32-bit floats, as they are.
+    /// Portable float map: linear radiance as unchanged 32-bit floats.
     Pfm,
 }
 
@@ -53,8 +53,8 @@ impl ImageFormat {
         matches!(self, ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Pfm)
     }
 
-    /// Returns true if its writer seeks back in the file. Into a pipe such a file is written when
-    /// it is whole.
+    /// Returns true if its writer seeks back in the file. To a pipe, such a file is written once it
+    /// is complete.
     pub fn seeks(self) -> bool {
         matches!(self, ImageFormat::Exr | ImageFormat::Pfm)
     }

@@ -27,7 +27,7 @@ pub(super) fn write_hdr(
         let pixels = r.iter().zip(g).zip(b);
         let pixels = pixels.map(|((&r, &g), &b)| Rgb(shared_exponent_rgb([r, g, b])));
         let pixels: Vec<Rgb<f32>> = pixels.collect();
-        // The encoder writes whole files, but rows do not depend on each other. So only the rows of
+        // The encoder writes whole files, but rows do not depend on each other, so only the rows of
         // its file are used, without its header.
         let mut file = Vec::new();
         let (width, height) = (film.width as usize, film.height as usize);
@@ -43,8 +43,8 @@ pub(super) fn write_hdr(
 }
 
 /// Truncates components to the precision of RGBE, by bits. The encoder computes the exponent with a
-/// logarithm, of which libraries differ in the last place. For numbers that are truncated already,
-/// every library finds the same exponent.
+/// logarithm, which differs between libraries in the last place. For truncated numbers, all
+/// libraries give the same exponent.
 fn shared_exponent_rgb(rgb: [f32; 3]) -> [f32; 3] {
     let finite = rgb.map(|c| if c > 0.0 { c.min(MAX_COMPONENT) } else { 0.0 });
     let most = finite[0].max(finite[1]).max(finite[2]);
@@ -64,8 +64,8 @@ const MAX_COMPONENT: f32 = f32::from_bits(0x7eff_0000);
 /// Lower bound of the largest component. Below it, steps would not be normal numbers.
 const MIN_COMPONENT: f32 = f32::from_bits(8 << 23);
 
-/// Films as a portable float map, whose rows go upward: each band is written before the one above
-/// it. NaN is written as it is.
+/// Films as a portable float map, with rows from bottom to top: each band is written before the one
+/// above it. NaN is written unchanged.
 pub(super) fn write_pfm(
     out: &mut dyn WriteSeek,
     width: u32,
@@ -154,7 +154,7 @@ mod tests {
         }
     }
 
-    /// Checks the truncation by bits, independent of a library's logarithm, beside every power of
+    /// Checks the truncation by bits, independent of a library's logarithm, next to every power of
     /// two, where a logarithm could go wrong.
     #[test]
     fn what_is_cut_has_eight_bits_and_stays_as_it_is() {

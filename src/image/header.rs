@@ -1,24 +1,24 @@
-//! Texts and numbers about a picture, which its file holds beside its pixels.
+//! Texts and numbers about a picture, stored in its file.
 
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the program that writes the files.
 pub(super) const SOFTWARE: &str = concat!("phalanx ", env!("CARGO_PKG_VERSION"));
 
-/// Texts and numbers about a picture. They depend on the picture alone, so that equal pictures are
-/// equal files, whoever made them and where. What is empty is left out of the file.
+/// Texts and numbers about a picture. They depend only on the picture, so that equal pictures are
+/// equal files, regardless of who rendered them and where. Empty entries are omitted from the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PictureHeader {
     /// Name of the scene.
     pub scene: String,
-    /// Command that makes the picture from the scene.
+    /// Command that renders the picture from the scene.
     pub command: String,
     /// Camera as matrices, for OpenEXR: to the camera's coordinates, and to the picture. See
     /// [`CameraMatrices`](phalanx_scene::CameraMatrices).
     pub matrices: Option<[[f32; 16]; 2]>,
-    /// Names of the scene's objects, for OpenEXR files with identifiers of them. Programs show
-    /// identifiers without names where there are none.
+    /// Names of the scene's objects, for OpenEXR files with identifiers of them. Without names,
+    /// programs show identifiers.
     pub objects: Vec<String>,
     /// Names of the scene's materials.
     pub materials: Vec<String>,
@@ -34,8 +34,8 @@ impl PictureHeader {
         materials: Vec::new(),
     };
 
-    /// The texts, each with its keyword in PNG files, for formats that have room for texts alone.
-    /// They are in one line each.
+    /// The texts, each with its keyword in PNG files, for formats that only store texts. Each is a
+    /// single line.
     pub(super) fn texts(&self) -> Vec<(&'static str, String)> {
         let all = [
             ("Software", SOFTWARE),

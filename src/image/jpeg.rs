@@ -8,10 +8,10 @@ use ::image::{GenericImageView, Rgb};
 use std::cell::RefCell;
 use std::io::{self, Write};
 
-/// Quality, out of 100: differences can be measured, but hardly seen.
+/// Quality, out of 100: differences can be measured, but are hardly visible.
 const QUALITY: u8 = 95;
 
-/// Writes pictures of whole blocks of eight rows, one below the other, as they come.
+/// Writes pictures of whole blocks of eight rows, one below the other, as they arrive.
 pub(super) fn write_jpeg(
     out: &mut dyn Write,
     (width, height): (u32, u32),
@@ -40,14 +40,13 @@ pub(super) fn write_jpeg(
     }
 }
 
-/// Bytes of the two segments that the encoder begins with, SOI and APP0, which other programs look
-/// for in this place.
+/// Bytes of the first two segments of the encoder, SOI and APP0, which other programs expect there.
 const JFIF_BYTES: usize = 20;
 
-/// Most bytes of a comment: its length has 16 bits.
+/// Maximum number of bytes of a comment: its length has 16 bits.
 const MAX_COMMENT: usize = 65_533;
 
-/// The texts of a header as a comment segment, a line each. What does not fit is left out.
+/// The texts of a header as a comment segment, one per line. Anything that does not fit is omitted.
 fn comment(header: &PictureHeader) -> Vec<u8> {
     let texts = header.texts();
     let lines: Vec<&str> = texts.iter().map(|(_, text)| &text[..]).collect();
@@ -101,7 +100,7 @@ struct BandWindow<I> {
     /// The band's first row in the picture.
     first: u32,
     rgb: Vec<u8>,
-    /// The reason why there are no more bands: the rest of the file is black, and is thrown away.
+    /// The reason why there are no more bands: the rest of the file is black, and is discarded.
     failed: Option<io::Error>,
 }
 

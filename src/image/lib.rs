@@ -1,9 +1,10 @@
-//! Pictures: tone, files, comparison. Nothing else writes by the crates `image`, `png` and `exr`.
+//! Pictures: tone, files, comparison. Only this crate writes with the crates `image`, `png` and
+//! `exr`.
 //!
 //! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples
 //! ([`encode`]), and a picture becomes a file ([`save_png`]). Films that lie one below the other
 //! become a file of any [`ImageFormat`] ([`save_bands`]). Files are read by rows
-//! ([`PictureReader`]) or as a whole ([`load`]), and two of them are compared
+//! ([`PictureReader`]) or as a whole ([`load`]), and two of them can be compared
 //! ([`compare_pictures`]). Every step gives the same bytes on every machine and in every build,
 //! however the film was cut.
 

@@ -14,8 +14,8 @@ use std::path::Path;
 
 /// Saves a picture as an 8-bit RGB PNG: whole, or not at all (see [`replace_file`]).
 ///
-/// The bytes depend on the picture alone: compression and filter are fixed, the compressor
-/// (fdeflate) is plain integer code, and the checksums' SIMD variants differ in speed only. The
+/// The bytes depend only on the picture: compression and filter are fixed, the compressor
+/// (fdeflate) is plain integer code, and the checksums' SIMD variants differ only in speed. The
 /// compressor takes a tenth of the time of the usual one, whose files are 10 to 22 % smaller
 /// (`perf/notes/whole-frames.md`).
 ///
@@ -45,7 +45,7 @@ fn write_picture(out: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
     write_samples(out, (*width, *height), BitDepth::Eight, None, samples)
 }
 
-/// Writes samples of a picture that is no render, as they come.
+/// Writes samples of a picture that is not a render, as they arrive.
 pub(super) fn write_plain_png(
     out: &mut dyn io::Write,
     size: (u32, u32),
@@ -54,14 +54,14 @@ pub(super) fn write_plain_png(
     write_samples(out, size, BitDepth::Eight, None, bands)
 }
 
-/// Facts about samples that a file tells beside them: their transfer curve, and texts.
+/// Facts about samples in a file: their transfer curve, and texts.
 #[derive(Clone, Copy)]
 pub(super) struct PngInfo<'a> {
     pub(super) transfer: Transfer,
     pub(super) header: &'a PictureHeader,
 }
 
-/// Writes samples as they come, in chunks of whole rows.
+/// Writes samples as they arrive, in chunks of whole rows.
 pub(super) fn write_png(
     out: &mut dyn io::Write,
     size: (u32, u32),
@@ -71,7 +71,7 @@ pub(super) fn write_png(
     write_samples(out, size, BitDepth::Eight, Some(info), bands)
 }
 
-/// Writes like [`write_png`], with 16 bits a sample.
+/// Writes like [`write_png`], with 16 bits per sample.
 pub(super) fn write_png_16(
     out: &mut dyn io::Write,
     size: (u32, u32),
@@ -109,14 +109,14 @@ fn write_samples(
     writer.finish().map_err(png_error)
 }
 
-/// 1/2.2 in units of 1/100000, which PNG has for the sRGB curve.
+/// 1/2.2 in units of 1/100000, PNG's value for the sRGB curve.
 const SRGB_GAMMA: u32 = 45_455;
 
 /// 1 in units of 1/100000.
 const LINEAR_GAMMA: u32 = 100_000;
 
-/// Adds the chunks that say how samples are meant, and the texts. sRGB comes with gAMA, for
-/// programs that know that alone.
+/// Adds the chunks that describe the meaning of samples, and the texts. sRGB is accompanied by
+/// gAMA, for programs that only support that.
 fn describe<W: io::Write>(
     encoder: &mut ::png::Encoder<W>,
     PngInfo { transfer, header }: PngInfo,
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(raster.pixels, expected);
     }
 
-    /// The contract "same bytes on every build", held by a checksum (FNV-1a) of a whole file.
+    /// The contract "same bytes on every build", checked by a checksum (FNV-1a) of a whole file.
     #[test]
     fn the_bytes_of_a_file_are_pinned() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A film for tests of formats that hold radiance as it is, and a file for one.
+//! A film for tests of formats that store radiance unchanged, and a file for one.
 
 use super::{Depth, Exposure, ImageFormat, PictureFile, PictureHeader};
 use phalanx_scene::OutputEncoding;
@@ -20,8 +20,8 @@ pub(super) const PLAIN_EXR: PictureFile = PictureFile {
     header: PictureHeader::NONE,
 };
 
-/// Wider and higher than a tile, with sides that are no round numbers. Radiance is small and large,
-/// negative, and not a number.
+/// Wider and higher than a tile, with sides that are not round numbers. Radiance is small and
+/// large, negative, and NaN.
 pub(super) fn film() -> Film {
     let (width, height) = (70u32, 67u32);
     let value = |k: u32| {

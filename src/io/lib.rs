@@ -1,7 +1,7 @@
-//! The door to scenes: by the name of a file, a cache or a standard scene.
+//! Opens scenes by the name of a file, a cache or a standard scene.
 
-// The scene cache: a scene and its tree in a file, as they lie in memory.
+// The scene cache: a scene and its tree in a file, in their memory layout.
 pub mod cache;
 
-// The front door: a scene from any source.
+// Opens a scene from any source.
 pub mod open;

@@ -1,5 +1,4 @@
-//! One front door for scenes. Any name becomes a [`Scene`], with its tree where there is one
-//! already.
+//! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already.
 
 use crate::cache::{self, CacheError, Cached};
 use phalanx_formats::{Diagnostic, LoadError, Loaded, Options, Origin};
@@ -21,7 +20,7 @@ pub struct Opened {
     pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
-    /// Remarks on what was added because the file has none, and on options that mean nothing here.
+    /// Remarks on defaults for parts that the file lacks, and on options without effect.
     pub notes: Vec<String>,
 }
 
@@ -69,7 +68,7 @@ pub fn standard_name(name: &Path) -> Option<&str> {
 }
 
 /// Opens a scene file of the format with this ending (one of [`phalanx_formats::endings`]). The
-/// ending of its own name is not looked at.
+/// ending of its own name is ignored.
 ///
 /// # Errors
 /// [`OpenError`].
@@ -111,7 +110,7 @@ pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     amended(scene, Some(bvh), file_bytes, options)
 }
 
-/// A scene that no reader has processed, with the options applied to it.
+/// A scene that does not come from a reader, with the options applied to it.
 fn amended(
     mut scene: Scene,
     mut bvh: Option<Bvh>,
@@ -120,7 +119,7 @@ fn amended(
 ) -> Result<Opened, OpenError> {
     let mut notes = match phalanx_formats::override_scene(&mut scene, options) {
         Err(SceneError::TooFar(_)) => {
-            // As a reader would; the tree is of the old scale.
+            // As in a reader; the tree has the old scale.
             scene.rescale_to_f32_range();
             bvh = None;
             phalanx_formats::override_scene(&mut scene, options)?

@@ -1,4 +1,5 @@
-//! The interface to which a standard scene is built: a scene, a file, or a counter implement it.
+//! The interface that generators of standard scenes draw to, implemented by a scene, a file and a
+//! counter.
 
 use glam::DVec3;
 
@@ -7,7 +8,7 @@ use glam::DVec3;
 ///
 /// The order of calls is the order of an NFF file: background and view, then all lights, then
 /// materials and the shapes that have them. A builder that can fail (a file) keeps its first error
-/// and returns it when it is finished.
+/// and returns it at the end.
 pub trait SceneBuilder {
     /// Sets the camera and the size of the picture. Called once.
     fn view(&mut self, view: &StandardView);
@@ -38,8 +39,8 @@ pub trait SceneBuilder {
     /// size.
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
 
-    /// Offers only the number of mesh triangles to come. A builder that takes it (true) gets none
-    /// of the triangles; any other gets all of them.
+    /// Offers only the number of upcoming mesh triangles. A builder that accepts it (true) receives
+    /// none of the triangles; any other receives all of them.
     fn takes_count(&mut self, _triangles: u64) -> bool {
         false
     }
@@ -65,8 +66,7 @@ pub struct StandardView {
 
 impl StandardView {
     /// The whole image's angle if `angle` (degrees) spans the centre of the first pixel row to that
-    /// of the last, as NFF means it. A picture of one row has no such angle; it gets `angle`
-    /// itself.
+    /// of the last, as in NFF. A picture of one row has no such angle and gets `angle` itself.
     pub fn of_pixel_centres(angle: f64, height: u32) -> f64 {
         scaled_angle(angle, f64::from(height), f64::from(height) - 1.0)
     }
@@ -92,9 +92,9 @@ fn scaled_angle(degrees: f64, numerator: f64, denominator: f64) -> f64 {
 pub struct StandardLight {
     /// Position.
     pub position: DVec3,
-    /// Colour, linear RGB. `None` is NFF's light without a colour: white of level √n/(2n) for n
-    /// lights in all, so that a scene is about equally bright with any number of lights. Either all
-    /// lights of a scene have a colour or none.
+    /// Colour, linear RGB. `None` is NFF's light without a colour: white of level √n/(2n) for a
+    /// total of n lights, so that scenes are about equally bright with any number of lights. Either
+    /// all lights of a scene have a colour or none.
     pub color: Option<DVec3>,
     /// Attenuation (const, lin, quad); (1, 0, 0) is none.
     pub attenuation: DVec3,
@@ -126,7 +126,7 @@ pub fn nff_level(lights: usize) -> f64 {
     n.sqrt() / (2.0 * n)
 }
 
-/// A material, in either of two vocabularies.
+/// A material, in the terms of NFF or of the design document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialDesc {
     /// Parameters of NFF.
@@ -158,7 +158,7 @@ pub struct NffMaterial {
     pub shine: f64,
     /// Transmittance, white.
     pub transmittance: f64,
-    /// Index of refraction; 0 where the original databases leave it open (taken as 1).
+    /// Index of refraction; 0 if the original databases leave it open (treated as 1).
     pub ior: f64,
 }
 

@@ -4,7 +4,7 @@ use super::builder::SceneBuilder;
 use super::{modern, spd};
 use std::ops::RangeInclusive;
 
-/// Origin of a standard scene, which decides how its pictures are written.
+/// Origin of a standard scene, which determines how its pictures are encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Eric Haines' Standard Procedural Databases: no transfer curve, floor.
@@ -13,7 +13,7 @@ pub enum Family {
     Modern,
 }
 
-/// Passes a scene of a size to a builder. It cannot fail: sizes are checked before.
+/// Passes a scene of this size to a builder. It cannot fail, as sizes are checked before.
 pub type Generator = fn(u32, &mut dyn SceneBuilder);
 
 /// A standard scene.
@@ -27,7 +27,7 @@ pub struct StandardScene {
     pub family: Family,
     /// Default size.
     pub default_size: u32,
-    /// Sizes in which it can be made.
+    /// Valid sizes.
     pub sizes: RangeInclusive<u32>,
     /// Meaning of the size.
     pub size_means: &'static str,
@@ -37,7 +37,7 @@ pub struct StandardScene {
     pub generate: Generator,
 }
 
-/// One of the Standard Procedural Databases, whose size has a default and limits of its own.
+/// One of the Standard Procedural Databases, with its own default size and limits.
 const fn database(
     name: &'static str,
     purpose: &'static str,
@@ -57,7 +57,7 @@ const fn database(
     }
 }
 
-/// A modern scene of a million triangles by default, and of no fewer than `least`.
+/// A modern scene, of a million triangles by default, and at least `least`.
 const fn triangle_scene(
     name: &'static str,
     purpose: &'static str,

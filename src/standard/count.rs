@@ -13,7 +13,7 @@ pub struct ShapeCounts {
     /// Polygons and patches of any number of corners, as the databases count them. Triangles of
     /// meshes are not included.
     pub polygons: u64,
-    /// Triangles: those of meshes, and those that polygons and patches are cut into.
+    /// Triangles, including those of polygons and patches.
     pub triangles: u64,
     /// Lights.
     pub lights: u64,

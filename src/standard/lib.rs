@@ -1,4 +1,5 @@
-//! The standard scenes, generated: scenes that other tracers are measured with, without a file.
+//! Generators of the standard scenes, with which other tracers are measured, too. They need no
+//! files.
 //!
 //! [`CATALOGUE`] lists them. A generator passes its scene to a [`SceneBuilder`], which decides
 //! whether the result is a [`Scene`](phalanx_scene::Scene), a file or a table of counts. Every

@@ -19,8 +19,8 @@ pub struct MemoryBuilder {
 }
 
 impl MemoryBuilder {
-    /// The scene, not yet validated. Lights of NFF's level get their level here, as their number is
-    /// known now.
+    /// The scene, not yet validated. Lights of NFF's level get their level here, now that their
+    /// number is known.
     pub fn finish(mut self) -> Scene {
         let level = DVec3::splat(nff_level(self.lights.len()));
         for light in &self.lights {

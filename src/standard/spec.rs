@@ -6,8 +6,7 @@ use super::count::{ShapeCounter, ShapeCounts};
 use super::memory_builder::MemoryBuilder;
 use phalanx_scene::{OutputEncoding, Scene, SceneError};
 
-/// Prefix of a scene file's name that means a standard scene: `standard:NAME` or
-/// `standard:NAME:SIZE`.
+/// Prefix of the name of a standard scene: `standard:NAME` or `standard:NAME:SIZE`.
 pub const PREFIX: &str = "standard:";
 
 /// A scene of the catalogue at a size.
@@ -19,7 +18,7 @@ pub struct Spec {
     pub size: u32,
 }
 
-/// The reason why there is no such standard scene.
+/// The reason why a name is not that of a standard scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StandardError {
     /// No entry of that name.
@@ -33,7 +32,7 @@ pub enum StandardError {
     /// The specification does not start with [`PREFIX`].
     #[error("`{0}` is not of the form standard:NAME[:SIZE]")]
     NotASpec(String),
-    /// The size is no whole number.
+    /// The size is not an integer.
     #[error(
         "the size `{size}` of {name} is not a whole number (k or M may follow it, for thousands or millions)"
     )]
@@ -63,7 +62,7 @@ pub enum StandardError {
 /// The entry of that name.
 ///
 /// # Errors
-/// [`StandardError::Unknown`] with the closest name there is.
+/// [`StandardError::Unknown`] with the closest known name.
 pub fn find(name: &str) -> Result<&'static StandardScene, StandardError> {
     let found = CATALOGUE.iter().find(|entry| entry.name == name);
     found.ok_or_else(|| StandardError::Unknown {
@@ -97,7 +96,7 @@ pub fn parse_spec(text: &str) -> Result<Spec, StandardError> {
     Spec::sized(entry, parse_size(entry, size)?)
 }
 
-/// Parses a size: a whole number, in thousands with `k` after it, in millions with `M`.
+/// Parses a size: an integer, in thousands with the suffix `k`, or in millions with `M`.
 ///
 /// # Errors
 /// [`StandardError::SizeNotANumber`], which names `entry`.
@@ -162,7 +161,7 @@ pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
     Ok(scene)
 }
 
-/// Counts of a standard scene, without making it.
+/// Counts of a standard scene, without building it.
 pub fn counts(spec: Spec) -> ShapeCounts {
     let mut builder = ShapeCounter::default();
     generate(spec, &mut builder);

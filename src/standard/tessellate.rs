@@ -1,4 +1,4 @@
-//! Spheres and cones as polygons, for files and tracers that have no others.
+//! Spheres and cones as polygons, for files and tracers that only support those.
 
 use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::{DVec3, dvec3};
@@ -7,8 +7,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 /// Largest fineness: a sphere of 12 million triangles.
 const FINEST: u32 = 1000;
 
-/// Passes everything on to another builder, with spheres and cones as patches that have the curved
-/// surface's normals.
+/// Passes everything on to another builder, with spheres and cones as patches with the normals of
+/// the curved surface.
 ///
 /// With fineness n a sphere is an inflated cube of six n × n grids at equal angles: 12 n²
 /// triangles. A cone is 4n quadrilaterals. At n = 4 that gives the databases' published numbers of

@@ -5,9 +5,9 @@ use super::super::read::{PictureLayout, PictureReader, SamplePlanes};
 
 /// Bytes of a band of both pictures, unless a few rows take more.
 const BAND_BYTES: u64 = 64 << 20;
-/// Most bytes of a band of both pictures.
+/// Maximum number of bytes of a band of both pictures.
 const MAX_BAND_BYTES: u64 = 1 << 30;
-/// Least number of rows of a band.
+/// Minimum number of rows of a band.
 const MIN_ROWS: u64 = 16;
 /// Rows of the blocks of most files.
 const BLOCK_ROWS: u64 = 64;

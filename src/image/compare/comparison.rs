@@ -9,8 +9,8 @@ use super::layer_pairs::{ChannelPair, LayerPair, LayerPairs, pair_layers};
 use super::ssim::SsimChannel;
 use rayon::prelude::*;
 
-/// Differences of two pictures of one size. Samples for a screen are in steps of an 8-bit sample,
-/// 0 to 255, of which 16-bit files give fractions; linear samples are as they are in the files.
+/// Differences of two pictures of one size. Samples for a screen are in steps of an 8-bit sample, 0
+/// to 255, of which 16-bit files give fractions; linear samples are as in the files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureComparison {
     /// Width in pixels.
@@ -24,8 +24,8 @@ pub struct PictureComparison {
     /// Layers, and channels of layers, that only the first picture has, and those that only the
     /// second has.
     pub only_in: [Vec<String>; 2],
-    /// Layers and channels that are not compared, because the other picture's format holds colours
-    /// only.
+    /// Layers and channels that are not compared, because the other picture's format only has
+    /// colours.
     pub left_out: Vec<String>,
     /// Pixels that differ beyond the tolerance in some layer.
     pub differing: u64,
@@ -38,14 +38,14 @@ pub struct LayerComparison {
     pub name: String,
     /// Names of its channels.
     pub channels: Vec<String>,
-    /// True if no bit of a sample differs.
+    /// True if all bits of all samples are the same.
     pub identical: bool,
     /// Largest difference of finite samples; `None` if there is none above 0.
     pub largest: Option<LargestDifference>,
-    /// Root mean square difference of finite samples. Alpha of the colours is left out, as opaque
-    /// pictures would dilute it.
+    /// Root mean square difference of finite samples. Alpha of the colours is excluded, as opaque
+    /// pictures would dilute the result.
     pub rmse: f64,
-    /// Largest absolute value of a finite sample of both pictures.
+    /// Largest absolute value of a finite sample in both pictures.
     pub peak: f64,
     /// Peak signal-to-noise ratio in decibels, of a peak of 255 for a screen, and for linear
     /// samples of the largest in both pictures, at least 1. `None` if the error is 0.
@@ -53,7 +53,7 @@ pub struct LayerComparison {
     /// Mean structural similarity of red, green and blue as a screen shows them. `None` for other
     /// layers, and for pictures smaller than 11x11.
     pub ssim: Option<f64>,
-    /// Mean FLIP of red, green and blue as a screen shows them, 0 to 1, at 67 pixels a degree.
+    /// Mean FLIP of red, green and blue as a screen shows them, 0 to 1, at 67 pixels per degree.
     /// `None` for other layers.
     pub flip: Option<f64>,
     /// Pixels that differ beyond the tolerance.
@@ -63,7 +63,7 @@ pub struct LayerComparison {
 }
 
 impl PictureComparison {
-    /// Returns true if no bit differs, and both have the same layers.
+    /// Returns true if all bits are the same, and both have the same layers.
     pub fn identical(&self) -> bool {
         self.layers.iter().all(|layer| layer.identical) && self.only_in.iter().all(Vec::is_empty)
     }
@@ -75,8 +75,8 @@ impl PictureComparison {
 }
 
 /// Compares two pictures. Samples differ if they are farther apart than the tolerance, in the unit
-/// of the samples; without one, if any of their bits differ. Those that are not finite equal none
-/// but their like.
+/// of the samples; without a tolerance, if any of their bits differ. Samples that are not finite
+/// equal only their like.
 ///
 /// # Errors
 /// [`CompareError`]: pictures of different sizes, of samples of different meaning, without a common
@@ -115,7 +115,7 @@ struct ComparisonSums {
     differing: u64,
 }
 
-/// Rows that are handed on at once, as they are copied.
+/// Rows that are passed on at once, as they are copied.
 const FLIP_ROWS: usize = 64;
 
 /// Figures of one layer.

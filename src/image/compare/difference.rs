@@ -1,4 +1,4 @@
-//! Differences of a layer, sums row by row: sums do not depend on how a picture is cut.
+//! Differences of a layer, summed row by row, so that sums do not depend on how a picture is cut.
 
 use super::super::read::SampleKind;
 use super::band_pairs::BandPair;
@@ -24,8 +24,8 @@ pub struct NotFiniteCounts {
     pub nan: [u64; 2],
     /// Infinite samples, in the first picture and in the second.
     pub infinite: [u64; 2],
-    /// Samples of which one is not finite and the other is another number, or none: they count as
-    /// different whatever the tolerance.
+    /// Pairs of samples in which one is not finite and the other is not the same: they count as
+    /// different regardless of the tolerance.
     pub different: u64,
 }
 
@@ -35,13 +35,13 @@ pub(super) struct LayerDifference {
     /// True if a sample has other bits.
     pub(super) bits_differ: bool,
     pub(super) largest: Option<LargestDifference>,
-    /// Sum of squared differences of finite samples, alpha left out where there are colours.
+    /// Sum of squared differences of finite samples, excluding alpha if there are colours.
     squares: f64,
     /// Number of samples in that sum.
     samples: u64,
     /// Largest absolute value of a finite sample.
     pub(super) peak: f64,
-    /// Pixels of which a sample differs beyond the tolerance.
+    /// Pixels with a sample that differs beyond the tolerance.
     pub(super) differing: u64,
     pub(super) not_finite: NotFiniteCounts,
 }
@@ -150,12 +150,13 @@ impl LayerDifference {
 /// Two samples at the same place.
 pub(super) struct SamplePair {
     pub(super) values: [f64; 2],
-    /// Absolute difference; of no meaning unless both are finite.
+    /// Absolute difference; meaningless unless both are finite.
     pub(super) difference: f64,
     pub(super) finite: bool,
-    /// True if no bit differs; of samples of different kinds, if their numbers are the same.
+    /// True if all bits are the same; for samples of different kinds, if their numbers are the
+    /// same.
     pub(super) same_bits: bool,
-    /// True if they are the same number, or both none.
+    /// True if they are the same number, or both not a number.
     pub(super) same_number: bool,
 }
 
@@ -165,7 +166,7 @@ impl SamplePair {
         let values = [kind[0].value(bits[0]), kind[1].value(bits[1])];
         let [v, w] = values;
         let same_number = v == w || (v.is_nan() && w.is_nan());
-        // Whole numbers of 16 bits are subtracted before they are divided, which is exact.
+        // 16-bit integers are subtracted before they are divided, which is exact.
         let difference = match kind {
             [SampleKind::Display, SampleKind::Display] => {
                 SampleKind::Display.value(bits[0].abs_diff(bits[1]))

@@ -1,8 +1,8 @@
 //! FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020): the difference
-//! that a person sees who flips between two pictures on a screen, 0 to 1, at 67 pixels a degree.
+//! seen by an observer who flips between two pictures on a screen, 0 to 1, at 67 pixels per degree.
 //!
-//! Colours are blurred as the eye blurs them and compared in Hunt-adjusted CIELAB; edges and points
-//! that only one of the pictures has raise the difference. Numbers are those of the paper.
+//! Colours are blurred as by the eye and compared in Hunt-adjusted CIELAB; edges and points in only
+//! one of the pictures increase the difference. The constants are those of the paper.
 
 use super::super::read::SampleKind;
 use super::flip_filters::{COLOR_RADIUS, Features, FlipFilters, FlipRow};
@@ -61,7 +61,7 @@ impl FlipSum {
         }
     }
 
-    /// Adds the next rows, of which some dozens at once keep all threads busy.
+    /// Adds the next rows; several dozen at once keep all threads busy.
     pub(super) fn push(&mut self, rows: Vec<[RgbRow; 2]>) {
         for samples in rows {
             self.rows.push_back(PairOfRows {
@@ -78,7 +78,7 @@ impl FlipSum {
         (self.pixels > 0).then(|| self.sum / self.pixels as f64)
     }
 
-    /// Adds those rows of which all rows around are there.
+    /// Adds rows for which all surrounding rows are present.
     fn add_complete(&mut self) {
         let pushed = self.first + self.rows.len();
         let end = match pushed == self.height {
@@ -100,8 +100,7 @@ impl FlipSum {
         }
     }
 
-    /// A row of the picture that is held. Beyond the picture's edges, the
-    /// rows at them are repeated.
+    /// A stored row of the picture. Beyond the picture's edges, the edge rows are repeated.
     fn row(&self, y: isize) -> &PairOfRows {
         let y = y.clamp(0, self.height as isize - 1) as usize;
         &self.rows[y - self.first]
@@ -112,7 +111,7 @@ impl FlipSum {
         (-radius..=radius).map(move |k| self.row(y as isize + k))
     }
 
-    /// Filters those rows along themselves that lie around some rows.
+    /// Filters the rows around some rows along themselves.
     fn filter_around(&mut self, rows: &[usize]) {
         let mut wanted = vec![false; self.rows.len()];
         for &y in rows {

@@ -23,7 +23,7 @@ type PixelSums = [f64; 7];
 /// A row that has been filtered along itself.
 pub(super) struct FlipRow(Vec<PixelSums>);
 
-/// Strength of what a detector finds at a pixel.
+/// Responses of the detectors at a pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Features {
     pub(super) edge: f64,
@@ -56,8 +56,7 @@ impl FlipFilters {
         }
     }
 
-    /// Filters a row of linear colours along itself. Beyond its ends, the pixels there are
-    /// repeated.
+    /// Filters a row of linear colours along itself. Beyond its ends, the end pixels are repeated.
     pub(super) fn along(&self, linear: Vec<DVec3>) -> FlipRow {
         let opponent = |rgb: DVec3| {
             let xyz = self.to_xyz * rgb / self.white;
@@ -142,7 +141,7 @@ impl FlipFilters {
     }
 }
 
-/// Weights of the bells along one axis. Those of a filter sum up to 1 over both axes.
+/// Weights of the bells along one axis. Those of a filter add up to 1 over both axes.
 fn bells() -> [[f64; 2 * COLOR_RADIUS + 1]; 4] {
     let bell = |width: f64| -> [f64; 2 * COLOR_RADIUS + 1] {
         std::array::from_fn(|k| {
@@ -166,7 +165,7 @@ fn bells() -> [[f64; 2 * COLOR_RADIUS + 1]; 4] {
     bells
 }
 
-/// Weights of a bell and of its derivatives along one axis. Positive weights sum up to 1, negative
+/// Weights of a bell and of its derivatives along one axis. Positive weights add up to 1, negative
 /// ones to -1.
 fn detectors() -> [[f64; 2 * FEATURE_RADIUS + 1]; 3] {
     let sigma = FEATURE_SIGMA * PIXELS_PER_DEGREE;

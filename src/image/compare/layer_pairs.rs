@@ -44,7 +44,7 @@ pub(super) struct LayerPairs {
     pub(super) common: Vec<LayerPair>,
     /// Names of those layers and channels that one picture lacks, by the picture that has them.
     pub(super) only_in: [Vec<String>; 2],
-    /// Names of those that are not compared, because the other file's format holds colours only.
+    /// Names of those that are not compared, because the other file's format only has colours.
     pub(super) left_out: Vec<String>,
 }
 
@@ -129,7 +129,7 @@ fn common_layers(first: &PictureLayout, second: &PictureLayout) -> Vec<LayerPair
     layers
 }
 
-/// Names of what the second picture lacks: layers, and channels of layers that it has.
+/// Names that the second picture lacks: layers, and channels of layers that it has.
 fn only_in(first: &PictureLayout, second: &PictureLayout) -> Vec<String> {
     let others = indices(second);
     let has_layer = |layer: &str| others.keys().any(|name| split(name).0 == layer);

@@ -1,4 +1,4 @@
-//! Comparison of two pictures: figures, and pictures of the differences.
+//! Comparison of two pictures: figures and difference pictures.
 
 mod band_pairs;
 mod comparison;

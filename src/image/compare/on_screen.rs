@@ -3,8 +3,8 @@
 use super::super::read::SampleKind;
 use phalanx_scene::sampling::srgb_to_linear;
 
-/// A sample as a screen shows it, in \[0, 1\]: radiance through the curve of sRGB, clamped, and not
-/// a number as black.
+/// A sample as shown on a screen, in \[0, 1\]: radiance with the sRGB curve applied, clamped, and
+/// NaN as black.
 pub(super) fn on_screen(kind: SampleKind, bits: u32) -> f64 {
     let value = kind.value(bits);
     match kind {
@@ -13,7 +13,7 @@ pub(super) fn on_screen(kind: SampleKind, bits: u32) -> f64 {
     }
 }
 
-/// The linear brightness that a screen gives to a sample, in \[0, 1\].
+/// The linear brightness of a sample on a screen, in \[0, 1\].
 pub(super) fn linear_on_screen(kind: SampleKind, bits: u32) -> f64 {
     let value = kind.value(bits);
     match kind {
@@ -22,7 +22,7 @@ pub(super) fn linear_on_screen(kind: SampleKind, bits: u32) -> f64 {
     }
 }
 
-/// Clamped to \[0, 1\]; not a number gives 0.
+/// Clamped to \[0, 1\]; NaN gives 0.
 pub(super) fn unit(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }

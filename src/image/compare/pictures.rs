@@ -1,5 +1,4 @@
-//! Pictures of the differences of two pictures: of the colours, or of the first layer that both
-//! have.
+//! Difference pictures, of the colours or of the first layer that both pictures have.
 
 use super::super::error::{CompareError, PictureError};
 use super::super::png::write_plain_png;
@@ -13,14 +12,14 @@ use phalanx_files::replace_file;
 use std::io;
 use std::path::Path;
 
-/// Columns between pictures that stand beside each other.
+/// Columns between pictures that are next to each other.
 const GAP: usize = 8;
 /// Colour of these columns.
 const GAP_COLOR: [u8; 3] = [64; 3];
-/// Colour of a pixel of which a sample is not finite in one picture only.
+/// Colour of a pixel with a sample that is not finite in only one picture.
 const NOT_FINITE: [u8; 3] = [0, 255, 255];
 
-/// Writes a PNG of the differences: black where the pictures are equal, then from dark red over
+/// Writes a PNG of the differences: black where the pictures are equal, then from dark red through
 /// yellow to white, and cyan where only one of them is finite. White is a difference of 255 steps
 /// for a screen, of 1 for linear colours, and of the largest value for other layers.
 ///
@@ -45,9 +44,9 @@ pub fn save_heat(
     )
 }
 
-/// Writes a PNG of the first picture, the second, and their differences as [`save_heat`] has them,
-/// beside each other. Linear colours pass the curve of sRGB; other layers are shown by the absolute
-/// values of their first three channels, as a share of the largest one.
+/// Writes a PNG of the first picture, the second, and their differences as in [`save_heat`], side
+/// by side. Linear colours are sRGB-encoded; other layers are shown by the absolute values of their
+/// first three channels, as a share of the largest one.
 ///
 /// # Errors
 /// As [`save_heat`].
@@ -168,8 +167,8 @@ impl Drawing<'_> {
     }
 }
 
-/// Colour of a difference, 0 to 1: the square root lifts small ones, and the smallest is already
-/// visible.
+/// Colour of a difference, 0 to 1: the square root amplifies small ones, so that even the smallest
+/// is visible.
 fn ramp(difference: f64) -> [u8; 3] {
     if difference <= 0.0 {
         return [0, 0, 0];

@@ -1,6 +1,6 @@
 //! Structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004) of one channel, row by row: means,
-//! variances and covariance in a Gaussian window of 11x11 pixels, sigma 1.5, wherever the window
-//! lies within the picture.
+//! variances and covariance in a Gaussian window of 11x11 pixels, sigma 1.5, at all positions
+//! within the picture.
 
 use super::super::read::SampleKind;
 use super::on_screen::on_screen;

@@ -1,4 +1,4 @@
-//! Figures of pictures whose differences are known, held against scikit-image 0.26, numpy, and
+//! Figures of pictures with known differences, compared with scikit-image 0.26, numpy, and
 //! flip-evaluator 1.7.
 
 use super::super::bands::save_bands;
@@ -183,7 +183,7 @@ fn layers_are_compared_one_by_one_and_missing_ones_are_named() {
         [vec![], vec!["N".to_owned(), "material".to_owned()]]
     );
     assert!(!found.identical());
-    // A format of colours alone cannot have them.
+    // A format with only colours cannot have them.
     let c = save(&folder, "c.pfm", linear(false, Aovs::NONE));
     let found = compared(&b, &c, None);
     assert!(found.identical());

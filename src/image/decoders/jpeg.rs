@@ -1,4 +1,4 @@
-//! JPEG, decoded at once. The decoder's SIMD is not built: its plain integer code gives the same
+//! JPEG, decoded at once. The decoder is built without SIMD: its plain integer code gives the same
 //! samples everywhere.
 
 use super::{CheckSides, TOO_SHORT};
@@ -8,8 +8,8 @@ use std::io::{Chain, ErrorKind, Read};
 /// A decoder that has read the header.
 pub type JpegDecoder<'a> = Decoder<Chain<&'a [u8], &'static [u8]>>;
 
-/// Bytes behind those of a file, which may lack the marker of its end: bits that no code begins
-/// with, so that a picture of which more is missing fails, and the marker.
+/// Bytes appended to those of a file, which may lack its end marker: bits that no code begins with,
+/// so that a picture with more missing fails, and the marker.
 const END: &[u8] = b"\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\x00\xff\xd9";
 
 /// Marker of the start of a scan.
@@ -18,7 +18,7 @@ const SCAN: &[u8] = b"\xff\xda";
 /// Bound on the pixels per byte of a JPEG, which spends at least a bit on the mean of 8×8 pixels.
 const MAX_PIXELS_PER_BYTE: u64 = 8 * 64;
 /// Bound on the scans of a picture, each of which may touch all of it for a few bytes. Encoders
-/// make ten.
+/// write ten.
 const MAX_SCANS: usize = 256;
 
 const UNREAD: &str = "it is a JPEG of a kind that is not read (lossless, arithmetically coded or of \
@@ -40,8 +40,8 @@ pub fn open(bytes: &[u8], check: CheckSides) -> Result<(JpegDecoder<'_>, ImageIn
     Ok((decoder, info))
 }
 
-/// Decodes a picture to samples of 8 bits, and returns their number a pixel: 1 of a grey picture, 3
-/// of one in colour. Inks become red, green and blue.
+/// Decodes a picture to samples of 8 bits, and returns their number per pixel: 1 for a grey
+/// picture, 3 for colour. Inks become red, green and blue.
 pub fn decode(mut decoder: JpegDecoder) -> Result<(Vec<u8>, usize), String> {
     let mut samples = decoder.decode().map_err(plain)?;
     match decoder.info().map(|info| info.pixel_format) {
@@ -60,7 +60,7 @@ pub fn decode(mut decoder: JpegDecoder) -> Result<(Vec<u8>, usize), String> {
     }
 }
 
-/// Colour of four inks, of which each takes its share of what the others leave.
+/// Colour of four inks, each of which absorbs its share of the light left by the others.
 fn of_inks([cyan, magenta, yellow, black]: [u8; 4]) -> [u8; 3] {
     let left = |ink| u32::from(255 - ink);
     [cyan, magenta, yellow].map(|ink| ((left(ink) * left(black) + 127) / 255) as u8)

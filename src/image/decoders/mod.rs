@@ -6,5 +6,5 @@ pub mod png;
 /// The message for a file that ends before its last row.
 pub const TOO_SHORT: &str = "it ends too early";
 
-/// Checks a picture's width and height, before anything is allocated by them.
+/// Checks a picture's width and height, before anything is allocated by size.
 pub type CheckSides = fn(u64, u64) -> Result<(u32, u32), String>;

@@ -1,4 +1,4 @@
-//! PNG: the header, and faults in plain words.
+//! PNG: the header, and plain messages for faults.
 
 use super::{CheckSides, TOO_SHORT};
 use ::png::{ColorType, Decoder, DecodingError, Reader, Transformations};
@@ -15,7 +15,7 @@ pub fn open<R: BufRead + Seek>(bytes: R, check: CheckSides) -> Result<Reader<R>,
     check(header.width.into(), header.height.into())?;
     let reader = decoder.read_info().map_err(plain)?;
     let info = reader.info();
-    // Checked here, because the crate takes a palette's length to be right.
+    // Checked here, because the crate relies on a palette's length.
     let palette = info.palette.as_deref().unwrap_or_default();
     let is_palette = (3..=3 * 256).contains(&palette.len()) && palette.len().is_multiple_of(3);
     match info.color_type != ColorType::Indexed || is_palette {
@@ -24,7 +24,7 @@ pub fn open<R: BufRead + Seek>(bytes: R, check: CheckSides) -> Result<Reader<R>,
     }
 }
 
-/// Checks the sums of the data behind the last row. An end that is missing there is no objection.
+/// Checks the checksums of the data after the last row. A missing end is accepted.
 pub fn finish<R: BufRead + Seek>(reader: &mut Reader<R>) -> Result<(), String> {
     match reader.next_interlaced_row() {
         Err(DecodingError::IoError(_)) | Ok(_) => Ok(()),
@@ -32,7 +32,7 @@ pub fn finish<R: BufRead + Seek>(reader: &mut Reader<R>) -> Result<(), String> {
     }
 }
 
-/// The crate's message in plain words: of its debug text of a chunk the chunk's name is left.
+/// The crate's message in plain words: only the name remains of its debug text for a chunk.
 pub fn plain(error: DecodingError) -> String {
     const DEFLATE: &str = "Corrupt deflate stream";
     let mut message = match error {

@@ -1,18 +1,18 @@
-//! Bytes of a picture file, which its reader may go through more than once.
+//! Bytes of a picture file, which its reader may read more than once.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Number of bytes by which the kind of a file is known.
+/// Number of bytes that identify the kind of a file.
 const HEAD: u64 = 16;
-/// Most bytes that are read of a pipe or device, which is held in memory.
+/// Maximum number of bytes that are read from a pipe or device, which are held in memory.
 const MAX_PIPE_BYTES: u64 = 2 << 30;
 
 /// Bytes of a picture file.
 pub(super) enum PictureBytes {
-    /// A regular file, read as it is needed.
+    /// A regular file, read as needed.
     File(File),
     /// All bytes of a pipe or device.
     Memory(Arc<[u8]>),
@@ -23,8 +23,8 @@ pub(super) trait ReadSeek: BufRead + Seek + Send {}
 
 impl<T: BufRead + Seek + Send> ReadSeek for T {}
 
-/// Opens a file, and returns its first bytes. A pipe or device is read only if `wanted` says so of
-/// them: one that never ends is not read beyond its first bytes.
+/// Opens a file, and returns its first bytes. A pipe or device is read further only if `wanted`
+/// accepts them: one that never ends is not read beyond its first bytes.
 pub(super) fn open_bytes(
     path: &Path,
     wanted: impl Fn(&[u8]) -> bool,

@@ -1,5 +1,5 @@
-//! OpenEXR files, by bands: of each band only the blocks that touch it are read. A picture is what
-//! its display window shows; where the data window of a part does not reach, its samples are 0
+//! OpenEXR files, by bands: for each band only the blocks that touch it are read. The picture is
+//! the content of the display window; outside the data window of a part, its samples are 0
 //! ("Technical Introduction to OpenEXR", overscan and cropping).
 
 use super::super::format::ImageFormat;
@@ -22,11 +22,11 @@ use std::collections::{BTreeMap, HashSet};
 use std::io::ErrorKind;
 use std::ops::Range;
 
-/// Most channels of a file.
+/// Maximum number of channels of a file.
 const MAX_CHANNELS: usize = 1024;
-/// Most bytes of a block, which is decompressed as a whole.
+/// Maximum number of bytes of a block, which is decompressed as a whole.
 const MAX_BLOCK_BYTES: u64 = 256 << 20;
-/// Bytes of the blocks that are decompressed at once, by all threads.
+/// Number of bytes of the blocks that are decompressed at once, by all threads.
 const BATCH_BYTES: u64 = 64 << 20;
 
 /// Reads the rows of an OpenEXR file.
@@ -72,13 +72,13 @@ pub(super) fn open_exr(bytes: PictureBytes) -> Result<(PictureLayout, ExrRows), 
     Ok((layout, rows))
 }
 
-/// Checks the blocks of a part before anything is allocated by their size, which is returned. Each
+/// Checks the blocks of a part before anything is allocated by size, and returns their size. Each
 /// has an entry in a table.
 fn check_blocks(header: &Header, file: u64) -> Result<u64, String> {
     if header.deep {
         return Err("it holds deep data, which are not read: flatten it first".into());
     }
-    // Decoders of the lossy kinds allocate by counts of the file, and rely on sums that wrap.
+    // Decoders of the lossy kinds allocate by counts in the file, and rely on wrapping sums.
     const READ: [Compression; 6] = [
         Compression::Uncompressed,
         Compression::RLE,
@@ -114,7 +114,7 @@ fn utf8(name: &Text) -> String {
     String::from_utf8_lossy(name.bytes()).into_owned()
 }
 
-/// Adds the channels of a part, whose name is part of theirs unless they begin with it already.
+/// Adds the channels of a part, whose name is prepended unless they already begin with it.
 fn push_channels(header: &Header, channels: &mut Vec<PictureChannel>) -> Result<(), String> {
     let part = header.own_attributes.layer_name.as_ref();
     let part = part.map(|name| format!("{}.", utf8(name)));
@@ -151,8 +151,8 @@ fn place(header: &Header) -> (i64, i64) {
     (off(part.0, picture.0), off(part.1, picture.1))
 }
 
-/// The samples of the rows of a part that are rows of the picture, the parts of these rows beyond
-/// its sides included.
+/// Number of samples in the rows of a part that are rows of the picture, including samples beyond
+/// its sides.
 fn samples(header: &Header, rows: &Range<usize>) -> usize {
     let top = place(header).1;
     let bottom = top + header.layer_size.1 as i64;
@@ -160,13 +160,13 @@ fn samples(header: &Header, rows: &Range<usize>) -> usize {
     header.layer_size.0 * rows.max(0) as usize
 }
 
-/// Last part of the names of a layer with the picture's colours, in small letters, beside others
-/// that have colours, too: no name, or one of renderers' names.
+/// Last part of the name of the layer with the picture's colours, in lower case, if several layers
+/// have colours: empty, or a name used by renderers.
 const COLOR_LAYERS: [&str; 6] = ["", "rgba", "rgb", "beauty", "combined", "color"];
 
-/// Calls the colours R, G, B and A where the file has them by other names alone: `.R` (V-Ray),
+/// Renames the colours to R, G, B and A if the file only has them under other names: `.R` (V-Ray),
 /// `ViewLayer.Combined.R` (Blender), `beauty.red`, `r`. They are those of the only layer with red,
-/// green and blue, or of the only one with a name that is usual for them.
+/// green and blue, or of the only one with a common name for colours.
 fn name_colors(channels: &mut [PictureChannel]) {
     let split = |name: &str| {
         let (layer, channel) = name.rsplit_once('.').unwrap_or(("", name));
@@ -212,14 +212,14 @@ fn name_colors(channels: &mut [PictureChannel]) {
     }
 }
 
-/// Rows of a picture that blocks are put in.
+/// Rows of a picture, filled with blocks.
 struct BandTarget<'a> {
     width: usize,
     rows: Range<usize>,
     planes: &'a mut SamplePlanes,
-    /// Blocks that have been put: part and position.
+    /// Blocks that have been copied: part and position.
     put: HashSet<(usize, usize, usize)>,
-    /// Pixels of all parts that have been put.
+    /// Number of copied pixels of all parts.
     pixels: usize,
 }
 
@@ -269,7 +269,7 @@ impl RowReader for ExrRows {
 }
 
 impl BandTarget<'_> {
-    /// Copies those rows of a block that are in the band. A block says itself where it lies.
+    /// Copies the rows of a block that are in the band. Blocks contain their own position.
     fn put(&mut self, headers: &[Header], block: &UncompressedBlock) -> Result<(), String> {
         const MISPLACED: &str = "it is broken: a block is not where its table says";
         let index = block.index;
@@ -286,7 +286,7 @@ impl BandTarget<'_> {
         }
         let (x, y) = place(header);
         let (x, y) = (x + left as i64, y + top as i64);
-        // The columns of the block that are the picture's.
+        // The columns of the block within the picture.
         let begin = (-x).clamp(0, width as i64) as usize;
         let end = (self.width as i64 - x).clamp(begin as i64, width as i64) as usize;
         let mut at = 0;
@@ -308,7 +308,7 @@ impl BandTarget<'_> {
     }
 }
 
-/// Copies samples in the order of bytes of this machine, as 32 bits each.
+/// Copies samples in this machine's byte order, as 32 bits each.
 fn copy_samples(target: &mut [u32], data: &[u8], kind: SampleType) {
     match kind {
         SampleType::F16 => {
@@ -375,7 +375,7 @@ mod tests {
         ];
         assert_eq!(named(&several)[..3], ["B", "G", "R"]);
         assert_eq!(named(&several)[3..], several[3..]);
-        // Which of them?
+        // Ambiguous.
         let unknown = ["x.R", "x.G", "x.B", "y.R", "y.G", "y.B"];
         assert_eq!(named(&unknown), unknown);
         let plain = ["R", "G", "B", "beauty.R", "beauty.G", "beauty.B"];

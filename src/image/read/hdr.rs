@@ -1,5 +1,5 @@
-//! Radiance RGBE, decoded by bands: the decoder reads whole files, so that each band is given to it
-//! behind a header of its own.
+//! Radiance RGBE, decoded by bands: as the decoder reads whole files, each band gets a header of
+//! its own.
 
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// Most bytes of a header.
 const MAX_HEADER: u64 = 1 << 16;
-/// Most bytes of a header's first line.
+/// Maximum number of bytes of a header's first line.
 const MAX_MAGIC: u64 = 32;
 /// Rows that are decoded at once.
 const BAND: u32 = 64;
@@ -24,7 +24,7 @@ pub(super) struct HdrRows {
     width: u32,
     /// The row that comes next.
     next: u32,
-    /// Factors of red, green and blue that lead back to the original radiance.
+    /// Factors of red, green and blue that restore the original radiance.
     scale: [f32; 3],
 }
 
@@ -44,10 +44,10 @@ pub(super) fn open_hdr(bytes: PictureBytes) -> Result<(PictureLayout, HdrRows), 
 }
 
 /// Reads a header, after which the first row begins: width and height, and the factors that pixels
-/// have to be multiplied with. `EXPOSURE` and `COLORCORR` are what they have been multiplied with,
-/// each time one stands there ("Radiance File Formats", G. Ward).
+/// must be multiplied by. `EXPOSURE` and `COLORCORR` are factors that have been applied, once for
+/// each occurrence ("Radiance File Formats", G. Ward).
 fn skip_header(reader: &mut dyn ReadSeek) -> Result<((u32, u32), [f32; 3]), String> {
-    // The decoder takes one of the two magic words.
+    // The decoder accepts only one of the two magic words.
     let mut magic = Vec::new();
     let line = reader.take(MAX_MAGIC).read_until(b'\n', &mut magic);
     line.map_err(|e| e.to_string())?;
@@ -64,7 +64,7 @@ fn skip_header(reader: &mut dyn ReadSeek) -> Result<((u32, u32), [f32; 3]), Stri
 }
 
 impl HdrRows {
-    /// The next rows, three floats a pixel.
+    /// The next rows, three floats per pixel.
     fn band(&mut self, rows: u32) -> Result<Vec<[u32; 3]>, String> {
         let header = format!(
             "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {rows} +X {}\n",

@@ -12,7 +12,7 @@ use std::ops::Range;
 /// Most bytes of a file. The largest picture that is decoded takes a fifth of them.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Gives the rows of a decoded picture.
+/// Returns the rows of a decoded picture.
 pub(super) struct JpegRows {
     width: usize,
     /// Samples of a pixel: one or three.

@@ -1,16 +1,16 @@
-//! Sizes and channels of picture files, and the rows that readers give.
+//! Sizes and channels of picture files, and the rows that readers return.
 
 use super::super::format::ImageFormat;
 use phalanx_scene::MAX_SIDE;
 use std::ops::Range;
 
-/// Numbers that a channel holds. In memory each of them is 32 bits.
+/// Type of the numbers of a channel. In memory, each has 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
     /// Samples for a screen, of 16 bits: an 8-bit sample s is 257 s. Their value is in steps of an
     /// 8-bit sample, 0 to 255.
     Display,
-    /// Floats of 32 bits; those of 16 bits are converted, without loss.
+    /// Floats of 32 bits; those of 16 bits are converted without loss.
     Float,
     /// Whole numbers.
     Integer,
@@ -20,7 +20,7 @@ pub enum SampleKind {
 const STEP: f64 = 257.0;
 
 impl SampleKind {
-    /// The number that bits stand for.
+    /// The number that the bits represent.
     pub fn value(self, bits: u32) -> f64 {
         match self {
             SampleKind::Display => f64::from(bits) / STEP,
@@ -33,7 +33,7 @@ impl SampleKind {
 /// A channel of a picture file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureChannel {
-    /// Its whole name, as in `albedo.R`; red, green, blue and alpha are R, G, B and A.
+    /// Its full name, such as `albedo.R`; red, green, blue and alpha are R, G, B and A.
     pub name: String,
     /// The numbers that it holds.
     pub kind: SampleKind,
@@ -48,11 +48,11 @@ pub struct PictureLayout {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Column and row of the upper left pixel, of which only OpenEXR's display windows say
-    /// something: elsewhere 0.
+    /// Column and row of the upper left pixel, from the display window of OpenEXR files, otherwise
+    /// 0.
     pub corner: (i32, i32),
-    /// Channels in the order of the file. Pictures for a screen have R, G, B and A, whatever the
-    /// file has: grey becomes equal components, and missing alpha opaque.
+    /// Channels in the order of the file. Pictures for a screen have R, G, B and A, regardless of
+    /// the file: grey becomes equal components, and missing alpha is opaque.
     pub channels: Vec<PictureChannel>,
 }
 
@@ -85,13 +85,13 @@ impl PictureLayout {
 /// Samples of some rows: for each channel its bits, row by row.
 pub type SamplePlanes = Vec<Vec<u32>>;
 
-/// A decoder that gives rows from the top, and from earlier ones again when asked for them.
+/// A decoder that returns rows from the top, and earlier ones again on request.
 pub(super) trait RowReader {
-    /// Appends rows to the planes, which are empty, and one for each channel.
+    /// Appends rows to the planes, which are empty, one for each channel.
     fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String>;
 }
 
-/// Refuses sides that no picture of ours has, before anything is allocated by them.
+/// Rejects sides that no picture of ours has, before anything is allocated by size.
 pub(super) fn check_sides(width: u64, height: u64) -> Result<(u32, u32), String> {
     let sides = 1..=u64::from(MAX_SIDE);
     match sides.contains(&width) && sides.contains(&height) {
@@ -102,11 +102,11 @@ pub(super) fn check_sides(width: u64, height: u64) -> Result<(u32, u32), String>
     }
 }
 
-/// Most pixels of a picture of which all is held in memory, because its format cannot be decoded
-/// row by row.
+/// Maximum number of pixels of a picture that is held in memory as a whole, because its format
+/// cannot be decoded row by row.
 pub(super) const MAX_WHOLE_PIXELS: u64 = 1 << 28;
 
-/// Refuses a picture that cannot be decoded row by row and is too large to be held.
+/// Rejects a picture that cannot be decoded row by row and is too large to be held in memory.
 pub(super) fn check_whole(width: u32, height: u32) -> Result<(), String> {
     match u64::from(width) * u64::from(height) > MAX_WHOLE_PIXELS {
         false => Ok(()),
@@ -117,8 +117,7 @@ pub(super) fn check_whole(width: u32, height: u32) -> Result<(), String> {
     }
 }
 
-/// Appends rows of a picture of samples for a screen that is held as a whole, 1 to 4 of them a
-/// pixel.
+/// Appends rows of a picture of samples for a screen that is held as a whole, 1 to 4 per pixel.
 pub(super) fn push_display(planes: &mut SamplePlanes, pixel: &[u16]) {
     let [r, g, b, a] = match *pixel {
         [grey] => [grey, grey, grey, u16::MAX],

@@ -1,4 +1,4 @@
-//! Portable float maps. Their rows go upward, and each of them is found by its position.
+//! Portable float maps. Their rows run from bottom to top, and each is found by its position.
 
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
@@ -22,8 +22,8 @@ pub(super) struct PfmRows {
     big_endian: bool,
 }
 
-/// Reads the header of a portable float map: its kind, width, height and scale, of which the sign
-/// tells the order of bytes.
+/// Reads the header of a portable float map: its kind, width, height and scale, whose sign gives
+/// the byte order.
 pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), String> {
     let mut head = vec![0; MAX_HEADER];
     let mut reader = bytes.reader()?;
@@ -72,7 +72,7 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), 
     if length < rows.start + samples {
         return Err(TOO_SHORT.into());
     }
-    // Some end the line as Windows does, or put a blank before its end.
+    // Some end the line as on Windows, or have a space before its end.
     if let Some([b'\r' | b' ', b'\n']) = head.get(at..at + 2)
         && length > rows.start + samples
     {

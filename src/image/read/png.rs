@@ -55,8 +55,8 @@ impl PngRows {
         Ok(bytes)
     }
 
-    /// Decodes the next row. After the last one, the sums of the data are checked; an end that is
-    /// missing is no objection.
+    /// Decodes the next row. After the last one, the checksums of the data are checked; a missing
+    /// end is accepted.
     fn next_row(&mut self) -> Result<Vec<u8>, String> {
         let row = self.decoder.next_row().map_err(plain)?;
         let row = row.ok_or(TOO_SHORT)?.data().to_vec();

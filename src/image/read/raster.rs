@@ -6,8 +6,8 @@ use super::layout::MAX_WHOLE_PIXELS;
 use super::reader::PictureReader;
 use std::path::Path;
 
-/// A picture for a screen: RGBA, 16 bits a sample. An 8-bit sample s becomes 257 s, and missing
-/// alpha becomes opaque.
+/// A picture for a screen: RGBA, 16 bits per sample. An 8-bit sample s becomes 257 s, and missing
+/// alpha is opaque.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
     /// Width in pixels.
@@ -18,8 +18,7 @@ pub struct Raster {
     pub pixels: Vec<[u16; 4]>,
 }
 
-/// Reads a PNG (of 8 or 16 bits a sample, grey, colour or palette, with alpha or without) or a
-/// JPEG.
+/// Reads a PNG (8 or 16 bits per sample, grey, colour or palette, with or without alpha) or a JPEG.
 ///
 /// # Errors
 /// [`PictureError::Read`] and [`PictureError::Decode`].

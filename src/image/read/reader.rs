@@ -1,4 +1,4 @@
-//! Pictures of every kind that is written, by rows.
+//! Readers for every kind of picture that can be written, by rows.
 
 use super::super::error::PictureError;
 use super::super::format::ImageFormat;
@@ -34,7 +34,7 @@ fn format_of_bytes(head: &[u8]) -> Option<ImageFormat> {
     }
 }
 
-/// The kind of a file, in the words of a message.
+/// The kind of a file, for a message.
 fn name_of(format: Option<ImageFormat>) -> &'static str {
     match format {
         Some(ImageFormat::Png) => "a PNG picture",
@@ -47,9 +47,9 @@ fn name_of(format: Option<ImageFormat>) -> &'static str {
 }
 
 impl PictureReader {
-    /// Opens a PNG, JPEG, OpenEXR, Radiance HDR or PFM file; its first bytes tell which it is, not
-    /// its name. PNG, OpenEXR, HDR and PFM are read row by row, so that they may be larger than
-    /// memory; JPEG and interlaced PNG are held as a whole, up to 2^28 pixels.
+    /// Opens a PNG, JPEG, OpenEXR, Radiance HDR or PFM file; it is identified by its first bytes,
+    /// not by its name. PNG, OpenEXR, HDR and PFM are read row by row, so that they may be larger
+    /// than memory; JPEG and interlaced PNG are held as a whole, up to 2^28 pixels.
     ///
     /// # Errors
     /// [`PictureError::Read`] and [`PictureError::Decode`].
@@ -93,8 +93,8 @@ impl PictureReader {
         &self.layout
     }
 
-    /// Reads rows, which are within the picture. To go on from where the last call ended costs
-    /// least; earlier rows may be decoded from the first one on.
+    /// Reads rows, which are within the picture. Continuing where the last call ended costs least;
+    /// for earlier rows, decoding may restart at the first.
     ///
     /// # Errors
     /// [`PictureError::Decode`].
@@ -112,7 +112,7 @@ impl PictureReader {
         Ok(planes)
     }
 
-    /// The error of a file that is not as its header claims.
+    /// The error of a file that does not match its header.
     pub(crate) fn error(&self, reason: String) -> PictureError {
         PictureError::Decode {
             path: self.path.clone(),

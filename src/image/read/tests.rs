@@ -1,4 +1,4 @@
-//! Pictures that are read: the samples of every format, and files that are broken.
+//! Tests of readers: the samples of every format, and broken files.
 
 use super::super::bands::save_bands;
 use super::super::description::{Crop, Depth, PictureFile};
@@ -117,7 +117,7 @@ fn saved(folder: &Path, name: &str) -> PathBuf {
     path
 }
 
-/// Rows may come in any order, and as often as they are asked for.
+/// Rows may be requested in any order, and repeatedly.
 #[test]
 fn linear_formats_give_every_bit_from_any_row() {
     let folder = tempfile::tempdir().unwrap();
@@ -205,7 +205,7 @@ fn pictures_for_a_screen_are_read_as_others_read_them() {
 fn read_whole(path: &Path) -> Result<(), PictureError> {
     let mut reader = PictureReader::open(path)?;
     let height = reader.layout().height;
-    // Mutated headers may claim many rows, of which the first are enough.
+    // Mutated headers may claim many rows; the first are enough.
     reader.read(0..height.min(256)).map(drop)
 }
 
@@ -220,7 +220,7 @@ fn broken_files_of_every_format_are_errors() {
         read_whole(&path).unwrap();
         for k in 0..40 {
             fs::write(&path, &whole[..whole.len() * k / 41]).unwrap();
-            // A decoder of JPEG fills up what is missing.
+            // JPEG decoders fill in missing data.
             assert!(
                 read_whole(&path).is_err() || ending == "jpg",
                 "{ending} {k}"

@@ -1,4 +1,4 @@
-//! Reasons why a file is refused as a cache.
+//! Reasons why a file is rejected as a cache.
 
 use super::file_type::VERSION;
 use phalanx_scene::{SceneError, shown_path};
@@ -45,12 +45,12 @@ pub enum CacheFault {
     /// The end is missing.
     #[error("the scene cache is cut off: it has {length} of {needed} bytes")]
     Truncated {
-        /// Bytes that are there.
+        /// Bytes that are present.
         length: u64,
-        /// Bytes that should be there, as far as is known.
+        /// Bytes that should be present, as far as known.
         needed: u64,
     },
-    /// A checksum does not fit.
+    /// A checksum does not match.
     #[error("the scene cache is damaged: its checksum does not fit the {0}")]
     Damaged(&'static str),
     /// There are bytes where none should be: after the end, or other than zero between sections.

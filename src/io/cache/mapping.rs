@@ -1,10 +1,10 @@
-//! A file as memory: the only place where bytes of a file are taken for rows.
+//! A file as memory: the only place where bytes of a file are treated as rows.
 //!
 //! The file must not change while it is mapped. If another program writes into it or shortens it
 //! during a render, the result is a wrong picture or a bus error, as with any mapped file.
-//! Therefore `phalanx build` never writes into an existing file: it puts a new one in its place,
-//! and a mapping still shows the old one. A library handles no signals; the program makes an error
-//! message of the bus error (`cli/options/bus_error`).
+//! Therefore `phalanx build` never writes into an existing file: it replaces it with a new one, and
+//! a mapping still shows the old one. A library does not handle signals; the program turns the bus
+//! error into an error message (`cli/options/bus_error`).
 
 use bytemuck::Pod;
 use memmap2::Mmap;

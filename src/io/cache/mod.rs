@@ -1,16 +1,16 @@
-//! The scene cache: columns and tree in one file, as they lie in memory.
+//! The scene cache: columns and tree in one file, in their memory layout.
 //!
 //! [`write()`] stores all columns of a [`Scene`](phalanx_scene::Scene) and all arrays of its
 //! [`Bvh`](phalanx_trace::bvh::Bvh). [`open`] maps the file and returns both without copying a row.
 //! In between the file may have been damaged, cut off, made by another build or by an attacker. So
 //! every byte is covered by a checksum, and every index that tracing relies on is checked, on all
-//! threads, before [`open`] returns. A scene that [`open`] returns can therefore be traced safely
-//! and to an end, from any file. Only files that this program wrote are sure to give the picture of
-//! the scene they were made from.
+//! threads, before [`open`] returns. Therefore a scene returned by [`open`] can be traced safely,
+//! and tracing terminates, whatever the file. Only files written by this program are certain to
+//! give the picture of their original scene.
 //!
 //! The file must not change while it is mapped: see `mapping`, the only file here with `unsafe`.
-//! The format is described in `header`. It belongs to one version of this program: a cache is built
-//! again, never converted.
+//! The format is described in `header`. It belongs to one version of this program: caches are
+//! rebuilt, never converted.
 
 mod check;
 mod columns;

@@ -32,7 +32,7 @@ pub struct Cached {
 /// layout.
 pub fn open(path: &Path) -> Result<Cached, CacheError> {
     let mapping = Mapping::open(path).map_err(|source| match source.kind() {
-        // Some systems refuse to map nothing.
+        // Some systems refuse to map an empty file.
         _ if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() == 0) => {
             refused(path, CacheFault::NotACache)
         }
@@ -170,7 +170,7 @@ impl Sections<'_> {
     }
 }
 
-/// One task: bytes to be summed up, and the condition on the rows in them.
+/// One task: bytes for a checksum, and the condition on the rows in them.
 struct VerifyTask<'a> {
     section: usize,
     bytes: &'a [u8],

@@ -118,7 +118,7 @@ pub fn fingerprint(scene: &Scene) -> u64 {
 /// The same scene and tree give the same bytes on every machine of the same byte order.
 ///
 /// # Errors
-/// [`CacheWriteError`]; then half of the file may have been written.
+/// [`CacheWriteError`]; then part of the file may have been written.
 pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, CacheWriteError> {
     let settings = settings::write(scene, &Extra::of(scene, bvh.sah()));
     let levels = bvh.depths()?;

@@ -2,8 +2,8 @@
 //! Interaction of Light Between Diffuse Surfaces" (SIGGRAPH 1984), with a sphere of glass and one
 //! of mirror, all of triangles.
 //!
-//! The lamp in the ceiling is nine points. Two weak coloured lights beside the walls stand in for
-//! the light that the walls' colours would cast on their neighbours.
+//! The lamp in the ceiling is nine points. Two weak coloured lights next to the walls replace the
+//! light that the coloured walls would reflect onto their neighbours.
 
 use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
@@ -50,17 +50,17 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         height: 1024,
         ..hd(dvec3(0.0, 1.0, 5.2), dvec3(0.0, 1.0, 0.0), 26.6)
     });
-    // Visible in the spheres only: the dim room in front of the open box.
+    // Visible only in the spheres: the dim room in front of the open box.
     builder.background(rgb(0.075, 0.065, 0.055));
     lights().for_each(|light| builder.light(&light));
     let mut mesh = MeshBuilder::new(builder, palette());
-    // The spheres get their share first. The rest goes to the flat parts, where more triangles make
-    // no visible difference.
+    // The spheres get their share first. The rest goes to flat parts, where more triangles make no
+    // visible difference.
     let budget = f64::from(size);
     let frequency = geodesic::frequency(budget * 0.4);
     spheres(&mut mesh, frequency);
     let flat = (budget - mesh.triangles() as f64).max(1.0);
-    // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles to a quad.
+    // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles per quad.
     let cells = (flat / 2.0 / 24.6).max(1.0).sqrt();
     let mut parts = PartBuilder::new(&mut mesh, cells);
     room(&mut parts);
@@ -111,7 +111,7 @@ fn room(parts: &mut PartBuilder) {
     parts.tiles(TILES, 1.0, 8);
 }
 
-/// The tall block under the mirror sphere and the low one beside it.
+/// The tall block under the mirror sphere, and the low one next to it.
 fn blocks(parts: &mut PartBuilder) {
     parts.material(BLOCK);
     block(parts, (-0.40, -0.38), (0.29, 1.12), dvec2(0.96, 0.28));

@@ -54,8 +54,8 @@ pub(super) fn frequency(triangles: f64) -> usize {
 /// Draws a sphere of 20 `frequency`² triangles in the current material. `position` maps its points
 /// from the unit sphere to the scene.
 ///
-/// A point on an edge comes out the same from both faces: its sum has two terms that are not zero,
-/// and a + b = b + a.
+/// A point on an edge is the same from both faces: its sum has two terms that are not zero, and a +
+/// b = b + a.
 pub(super) fn sphere(mesh: &mut MeshBuilder, frequency: usize, position: impl Fn(DVec3) -> DVec3) {
     for [a, b, c] in FACES.map(|face| face.map(|i| CORNERS[i])) {
         mesh.triangle(frequency, |i, j| {
@@ -88,7 +88,7 @@ mod tests {
         fn polygon(&mut self, _: &[DVec3]) {}
         fn patch(&mut self, _: &[(DVec3, DVec3)]) {}
         fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-            // Adding 0 turns -0 into 0, as the two are equal to a ray.
+            // Adding 0 turns -0 into 0, as rays do not distinguish them.
             let bits = |v: u32| vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
             for t in triangles {
                 for k in 0..3 {

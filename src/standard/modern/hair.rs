@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 const SEED: u64 = 0x4a1e_0001;
 const AMBIENT: DVec3 = dvec3(0.13, 0.16, 0.22);
 
-/// Number of tones along a tube. Tubes are darker toward the root, where light is lost among them.
+/// Number of tones along a tube. Tubes are darker toward the root, where less light reaches them.
 const TONES: usize = 3;
 /// Number of colours of a kind of tube.
 const HUES: usize = 4;

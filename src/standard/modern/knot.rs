@@ -17,7 +17,7 @@ const ROPE: f64 = 0.098;
 
 /// The trefoil: a rope of four strands along a torus knot, hammered a little.
 pub(super) fn knot(mesh: &mut MeshBuilder, triangles: f64, middle: DVec3) {
-    // The rope is seven times as long as it is around.
+    // The length of the rope is seven times its circumference.
     let around = (triangles / 14.0).max(9.0).sqrt().round() as usize;
     let along = (triangles / 2.0 / around as f64).round().max(8.0) as usize;
     let turn = |i: usize| TAU * i as f64 / around as f64;

@@ -1,7 +1,7 @@
 //! Materials of the modern scenes, in short form.
 //!
-//! The ambient term stands in for the light between surfaces, which is not traced: it is a
-//! surface's colour under the mean light of the sky or the room, so that shadows keep a tint.
+//! The ambient term replaces the light between surfaces, which is not traced: it is a surface's
+//! colour under the mean light of the sky or the room, so that shadows keep a tint.
 
 use crate::builder::DocumentMaterial;
 use glam::{DVec3, dvec3};
@@ -11,7 +11,7 @@ pub(super) const fn rgb(r: f64, g: f64, b: f64) -> DVec3 {
     dvec3(r, g, b)
 }
 
-/// A dull material of this colour under this mean light.
+/// A matt material of this colour under this mean light.
 pub(super) fn matte(color: DVec3, ambient: DVec3) -> DocumentMaterial {
     DocumentMaterial {
         ka: color * ambient,

@@ -3,7 +3,7 @@
 //! Only faces between stone and air are drawn: 2·20ⁿ + 4·8ⁿ quads at level n. The level is the
 //! deepest that fits the size. The rest of the size is spent inside the quads. Each is cut into k ×
 //! k cells, and cells get points on their diagonals, two more triangles for each. Neither adds a
-//! point on an edge that the neighbour lacks, so that the sponge stays one closed surface.
+//! point on an edge that is missing in the neighbour, so that the sponge stays one closed surface.
 
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
@@ -109,8 +109,8 @@ fn middles(level: u32) -> Vec<u32> {
     (0..3u32.pow(level)).map(mask).collect()
 }
 
-/// The digits at which at least two of three coordinates are in the middle: the cell is cut out
-/// there.
+/// The digits at which at least two of three coordinates are in the middle, so that the cell is cut
+/// out.
 fn holes([x, y, z]: [u32; 3]) -> u32 {
     (x & y) | (y & z) | (z & x)
 }
@@ -121,7 +121,7 @@ struct Sponge {
     middles: Vec<u32>,
     /// Number of cells of quads drawn so far.
     number: u64,
-    /// Least corner of the block that is being drawn, in cells, and its drawn part.
+    /// Lowest corner of the block being drawn, in cells, and its drawn part.
     origin: [usize; 3],
     vertices: Vec<DVec3>,
     facets: Vec<(usize, [u32; 3])>,
@@ -188,7 +188,7 @@ impl Sponge {
         }
     }
 
-    /// Draws a face from its least corner, in cells within the block, on; its columns and rows run
+    /// Draws a face from its lowest corner, in cells within the block; its columns and rows run
     /// along the axes `u` and `v`.
     fn face(&mut self, corner: [usize; 3], (u, v): (usize, usize), material: usize) {
         let cells = self.cut.cells;
@@ -239,7 +239,7 @@ impl Sponge {
     }
 }
 
-/// The least corners of all blocks of a sponge of this side, in cells.
+/// The lowest corners of all blocks of a sponge of this side, in cells.
 fn blocks(side: usize) -> impl Iterator<Item = [usize; 3]> {
     let along = move || (0..side).step_by(BLOCK);
     along().flat_map(move |z| along().flat_map(move |y| along().map(move |x| [x, y, z])))

@@ -4,13 +4,13 @@
 use crate::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
 use glam::DVec3;
 
-/// Triangles in a chunk, about: a buffer is passed on as soon as it holds this many.
+/// Approximate number of triangles in a chunk: a buffer is passed on as soon as it holds this many.
 const CHUNK: usize = 8192;
 
 /// Draws with the materials of a palette.
 pub(super) struct MeshBuilder<'a> {
     builder: &'a mut dyn SceneBuilder,
-    /// True if the scene builder needs no triangles, only their number.
+    /// True if the scene builder needs only the number of triangles.
     counting: bool,
     /// One buffer for each material of the palette.
     buffers: Vec<MeshBuffer>,
@@ -73,8 +73,8 @@ impl Grid {
 }
 
 impl<'a> MeshBuilder<'a> {
-    /// A mesh builder that draws into a scene builder. For one that needs counts only it never asks
-    /// for a point.
+    /// A mesh builder that draws into a scene builder. If that only needs counts, no points are
+    /// computed.
     pub(super) fn new(
         builder: &'a mut dyn SceneBuilder,
         palette: impl IntoIterator<Item = DocumentMaterial>,
@@ -100,7 +100,7 @@ impl<'a> MeshBuilder<'a> {
         self.triangles
     }
 
-    /// Returns true if it only counts; then it counts these triangles as drawn.
+    /// Returns true if it only counts triangles, after counting these.
     pub(super) fn counted(&mut self, triangles: u64) -> bool {
         if self.counting {
             self.triangles += triangles;
@@ -258,7 +258,7 @@ impl<'a> MeshBuilder<'a> {
         buffer.triangles.clear();
     }
 
-    /// Passes on the rest. A mesh builder that is dropped without it draws only part of its scene.
+    /// Passes on the rest. Without this call, part of the scene is missing.
     pub(super) fn finish(mut self) {
         if self.counting {
             self.builder.takes_count(self.triangles);

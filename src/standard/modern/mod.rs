@@ -1,10 +1,11 @@
-//! The modern standard scenes: triangles only, from thousands to tens of millions by one size
-//! parameter.
+//! The modern standard scenes: triangles only, from thousands to tens of millions, selected by one
+//! size parameter.
 //!
 //! Haines' databases, made for the machines of 1987, do not test height fields, thin tubes,
 //! interiors and closed meshes of glass. These scenes do. Each is drawn with a
 //! [`mesh_builder::MeshBuilder`], chunk by chunk, so that a scene larger than memory can go to a
-//! file. Lights are points, suns too (far away), because every file format here can hold those.
+//! file. All lights are point lights, even suns (far away), because every file format here supports
+//! those.
 
 pub(super) mod atrium;
 pub(super) mod cornell;

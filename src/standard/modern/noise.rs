@@ -19,7 +19,7 @@ fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 * STEP
 }
 
-/// A sequence of numbers that look random. Equal seeds give equal sequences.
+/// A sequence of pseudorandom numbers. Equal seeds give equal sequences.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dice(u64);
 
@@ -51,7 +51,7 @@ impl Dice {
         dvec3(number(), number(), number())
     }
 
-    /// The next whole number below `count`, which is at least 1.
+    /// The next integer below `count`, which is at least 1.
     pub(super) fn below(&mut self, count: usize) -> usize {
         (self.bits() % count as u64) as usize
     }

@@ -21,7 +21,7 @@ impl LocalFrame {
         LocalFrame::upright(origin, DVec3::X, DVec3::Z)
     }
 
-    /// A frame whose y is up, from its other unit vectors.
+    /// A frame with y up, from its other unit vectors.
     pub(super) fn upright(origin: DVec3, x: DVec3, z: DVec3) -> LocalFrame {
         LocalFrame {
             origin,
@@ -57,7 +57,7 @@ impl LocalFrame {
 /// A point of a frame: x, y, z.
 pub(super) type FramePoint = (f64, f64, f64);
 
-/// Number of quads along this length: at least one, and about `density` to a unit.
+/// Number of quads along this length: at least one, and about `density` per unit.
 pub(super) fn cells(length: f64, density: f64) -> usize {
     (length * density).round().clamp(1.0, 1e6) as usize
 }
@@ -80,7 +80,7 @@ pub(super) type BoxSides = [bool; 6];
 
 pub(super) const ALL: BoxSides = [true; 6];
 
-/// All sides but the lower one, on which it stands.
+/// All sides but the bottom, on which it stands.
 pub(super) const STANDING: BoxSides = [true, true, false, true, true, true];
 
 /// All sides but the back, where it meets a wall.
@@ -111,7 +111,7 @@ pub(super) fn draw_fitted<'m, 'b>(
     parts
 }
 
-/// Draws parts in a frame, cut into about `detail` quads to a unit of length.
+/// Draws parts in a frame, cut into about `detail` quads per unit of length.
 pub(super) struct PartBuilder<'m, 'b> {
     pub(super) mesh: &'m mut MeshBuilder<'b>,
     pub(super) frame: LocalFrame,
@@ -165,8 +165,8 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         self.quad(corners, (self.cells(across), self.cells(rows)));
     }
 
-    /// Draws a floor of `count` by `count` tiles in two materials by turns, from -`half` to `half`
-    /// in x and z.
+    /// Draws a floor of `count` by `count` tiles in two alternating materials, from -`half` to
+    /// `half` in x and z.
     pub(super) fn tiles(&mut self, materials: [usize; 2], half: f64, count: u32) {
         let step = 2.0 * half / f64::from(count);
         let n = self.cells(step);
@@ -322,7 +322,7 @@ pub(super) mod tests {
     fn solids_face_outward_and_are_closed() {
         let brick = volume(2.3, |parts| parts.slab((-1.0, 0.0, 0.5), (1.0, 3.0, 1.0)));
         assert!((brick - 3.0).abs() < 1e-5, "{brick}");
-        // A double cone of a square, which is what a lathe of four sides makes.
+        // A double cone over a square, as a lathe of four sides.
         let cones = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0)];
         let top = volume(1.0, |parts| parts.lathe(&cones, 4));
         assert!((top - 4.0 / 3.0).abs() < 1e-5, "{top}");

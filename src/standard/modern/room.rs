@@ -1,7 +1,7 @@
 //! room: a knot of rope, cast in gold, on a pedestal in a closed room.
 //!
-//! Seven tenths of the triangles are the knot's, in a thousandth of the room's volume. A tree that
-//! splits space evenly does badly here, and no ray ever leaves.
+//! The knot has seven tenths of the triangles in a thousandth of the room's volume. A tree that
+//! splits space evenly performs badly here, and no ray ever leaves.
 
 use super::knot::knot;
 use super::materials::{glass, glow, matte, polished, rgb};

@@ -20,7 +20,8 @@ pub(super) fn sun(toward: DVec3, color: DVec3) -> StandardLight {
     StandardLight::colored(toward / toward.length() * 1e4, color)
 }
 
-/// A lamp that has this colour at distance `reach`. Nearer it is brighter, but at most twice.
+/// A lamp that has this colour at distance `reach`. Closer up it is brighter, but at most twice as
+/// bright.
 pub(super) fn lamp(position: DVec3, color: DVec3, reach: f64) -> StandardLight {
     StandardLight {
         attenuation: dvec3(0.5, 0.0, 0.5 / (reach * reach)),

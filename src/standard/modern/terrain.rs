@@ -1,9 +1,9 @@
 //! terrain: mountains around a lake, a height field.
 //!
 //! The heights are octaves of value noise that fade where the slope accumulated so far is steep.
-//! That leaves ridges sharp and valleys smooth as if water had worn them (Quilez, "Value noise
+//! That leaves ridges sharp and valleys smooth, as if worn by water (Quilez, "Value noise
 //! derivatives", 2008). Vegetation follows from height and slope. Air is part of the materials:
-//! with distance from the eye they tend to the colour of the sky.
+//! with distance from the eye they approach the colour of the sky.
 
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
@@ -128,7 +128,7 @@ fn depth(j: usize, rows: usize) -> f64 {
     1.0 - 2.0 * t * (0.12 + 0.88 * t)
 }
 
-/// Quads along the side of the square blocks in which the land is made.
+/// Quads along the side of the square blocks in which the land is generated.
 const BLOCK: usize = 64;
 
 pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
@@ -147,8 +147,8 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         let p = HALF * dvec2(spread(i, across), depth(j, rows));
         dvec3(p.x, height(p), p.y)
     };
-    // A band of blocks at a time. The heights on the border between two bands are kept, not
-    // computed again.
+    // A band of blocks at a time. The heights on the border between two bands are kept instead of
+    // being recomputed.
     let mut band = VertexRows::default();
     for j in (0..rows).step_by(BLOCK) {
         let high = BLOCK.min(rows - j);

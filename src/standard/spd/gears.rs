@@ -72,7 +72,7 @@ fn gear_at(size: u32, x: u32, y: u32, z: u32) -> Gear {
     }
 }
 
-/// A colour that looks random; every fifth gear, about, is of glass.
+/// A pseudorandom colour; about every fifth gear is of glass.
 fn gear_material(x: u32, y: u32, z: u32) -> NffMaterial {
     let fraction = |whole: u32, factor: f64| {
         let product = f64::from(whole + 1) * factor / 7.0;

@@ -14,7 +14,7 @@ const MOUNTAIN: i64 = 21;
 const CORNER: f64 = -1.0;
 /// Extent along x and y.
 const WIDTH: f64 = 2.0;
-/// √2 as the original rounds it.
+/// √2 as rounded in the original.
 #[expect(
     clippy::approx_constant,
     reason = "the original's number makes the original's mountain"
@@ -103,8 +103,8 @@ impl Mountain {
 }
 
 /// The hash of the 1987 article's mountain. It shows patterns at some sizes and uses `x` twice, but
-/// a better one would give another mountain. A negative shift leaves no bits in the lower sixteen,
-/// as on the original's 64-bit machines.
+/// a better hash would give a different mountain. A negative shift leaves no bits in the lower
+/// sixteen, as on the original's 64-bit machines.
 fn hash(x: u32, y: u32, size: u32) -> i64 {
     let shifted = |k: u32, by: u32| {
         let shift = by.checked_sub(size);
@@ -115,7 +115,7 @@ fn hash(x: u32, y: u32, size: u32) -> i64 {
 }
 
 /// A normally distributed number of mean 0 and variance 1 by the polar method over a congruential
-/// generator (GASDEV of Numerical Recipes), started anew from each seed.
+/// generator (GASDEV of Numerical Recipes), restarted from each seed.
 fn gauss(seed: i64) -> f64 {
     const MODULUS: i64 = 134_456;
     let next = |state: i64| (28_411 + state * 8121) % MODULUS;

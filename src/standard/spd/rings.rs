@@ -45,7 +45,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     }
 }
 
-/// The backdrop at `y`: as large as the 45 degrees of the view, and a hundredth more.
+/// The backdrop at `y`: as large as the view of 45 degrees, plus one percent.
 fn wall(builder: &mut dyn SceneBuilder, from: DVec3, y: f64) {
     let half = 1.01 * (y - from.y) * libm::tan(PI / 8.0);
     let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];

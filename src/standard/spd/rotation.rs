@@ -1,4 +1,4 @@
-//! Rotations from `libm`, whose sines are the same everywhere; glam's sines come from the system's
+//! Rotations with `libm`, whose sines are the same everywhere; glam uses those of the system's
 //! mathematics library.
 
 use glam::{DMat3, DVec3, dvec3};

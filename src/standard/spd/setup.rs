@@ -1,4 +1,4 @@
-//! Views, lights and materials that the databases share.
+//! Views, lights and materials shared by the databases.
 
 use crate::builder::{MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView};
 use glam::{DVec3, dvec3};
@@ -32,13 +32,13 @@ pub(super) fn prelude(
     }
 }
 
-/// An opaque, dull material, as in most scenes.
+/// An opaque, matt material, as in most scenes.
 pub(super) fn matte(rgb: DVec3) -> NffMaterial {
     shiny(rgb, [1.0, 0.0], 0.0, 0.0)
 }
 
-/// An opaque material with its diffuse and its specular part, whose highlight falls to one half at
-/// `degrees` ([`shine`]). `ior` is 0 where the original leaves it open.
+/// An opaque material with this diffuse and specular part, whose highlight falls to one half at
+/// `degrees` ([`shine`]). `ior` is 0 if the original leaves it open.
 pub(super) fn shiny(rgb: DVec3, [kd, ks]: [f64; 2], degrees: f64, ior: f64) -> NffMaterial {
     NffMaterial {
         rgb,

@@ -8,7 +8,7 @@ use glam::{DVec3, dvec3};
 const HALF: f64 = 4.0;
 /// The height of a value of 0.
 const GROUND: f64 = -3.0;
-/// 2π as the original rounds it.
+/// 2π as rounded in the original.
 #[expect(clippy::approx_constant, reason = "the original's number")]
 const TURN: f64 = 2.0 * 3.14159265358;
 
@@ -25,8 +25,8 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     }
 }
 
-/// The points of a row of the grid. Heights are sampled a little closer together than they are then
-/// spread, and rounded to single precision, as the original does.
+/// The points of a row of the grid. As in the original, heights are sampled slightly closer
+/// together than they are placed, and rounded to single precision.
 fn row(side: usize, z: usize) -> Vec<DVec3> {
     let sample = |k: usize| -HALF + k as f64 * (2.0 * HALF / side as f64);
     let coordinate = |k: usize| -HALF + k as f64 * (2.0 * HALF / (side - 1) as f64);

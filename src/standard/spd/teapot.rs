@@ -63,7 +63,7 @@ fn build_patch(builder: &mut dyn SceneBuilder, patch: &Patch, size: u32) {
     }
 }
 
-/// The surface at (s, t) in \[0, 1\]² and its unit normal; zero where the patch has none.
+/// The surface at (s, t) in \[0, 1\]² and its unit normal; zero if the patch has none.
 fn point_and_normal(patch: &Patch, s: f64, t: f64) -> (DVec3, DVec3) {
     let along_t = |basis: [f64; 4]| patch.map(|row| combine(row, basis));
     let at_t = along_t(bernstein(t));
@@ -91,7 +91,7 @@ fn bernstein_slope(t: f64) -> [f64; 4] {
     [-first, first - middle, middle - last, last]
 }
 
-/// Gives the middle of the lid or the bottom, where the patches have no normal, a vertical one.
+/// Assigns a vertical normal to the middle of the lid or the bottom, where the patches have none.
 /// Returns false for a triangle that has collapsed there.
 fn mend_cusp(triangle: &mut [(DVec3, DVec3); 3]) -> bool {
     let on_axis = |p: DVec3| p.x.abs() <= CUSP && p.y.abs() <= CUSP;

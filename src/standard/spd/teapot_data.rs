@@ -1,5 +1,5 @@
 //! The control points of the teapot: M. Newell, 1975 (rim, body, handle, spout and lid), and F.
-//! Crow (bottom), as the SPD package's `teapot.c` has them.
+//! Crow (bottom), as in the SPD package's `teapot.c`.
 
 /// Control points of each patch by index into [`VERTICES`], four rows of four.
 #[rustfmt::skip]

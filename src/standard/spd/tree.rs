@@ -1,5 +1,4 @@
-//! tree (`tree.c`): Aono and Kunii's tree, each branch of which carries two of its kind, on a green
-//! field.
+//! tree (`tree.c`): Aono and Kunii's tree, each branch of which carries two more, on a green field.
 
 use super::rotation::{about_x, about_z};
 use super::setup::{SKY, matte, prelude, rectangle, surface, view};

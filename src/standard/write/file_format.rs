@@ -1,4 +1,4 @@
-//! The formats that standard scenes can be written in.
+//! The formats in which standard scenes can be written.
 
 use super::nff::NffWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
@@ -10,7 +10,7 @@ use crate::tessellate::Tessellate;
 use std::io::Write;
 use std::path::Path;
 
-/// A format that standard scenes can be written in.
+/// A format in which standard scenes can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileFormat {
     /// Eric Haines' neutral file format, text.
@@ -22,7 +22,7 @@ pub enum FileFormat {
 }
 
 impl FileFormat {
-    /// The format of a file's ending.
+    /// The format for a file's ending.
     pub fn of(path: &Path) -> Option<FileFormat> {
         let ending = path.extension()?.to_ascii_lowercase();
         match ending.to_str()? {
@@ -34,13 +34,13 @@ impl FileFormat {
     }
 }
 
-/// Writes a standard scene, streaming; returns the features, beside the shapes, that the format
+/// Writes a standard scene, streaming; returns the features, other than shapes, that the format
 /// could not hold.
 ///
 /// With `tessellate`, spheres and cones become polygons first, by [`Tessellate`].
 ///
 /// # Errors
-/// [`SceneWriteError`]; the part that has been written by then is of no use.
+/// [`SceneWriteError`]; the part written by then is useless.
 pub fn write(
     spec: Spec,
     format: FileFormat,

@@ -60,7 +60,7 @@ impl<W: Write> LatchedWriter<W> {
     }
 }
 
-/// A number as the shortest text from which its single-precision value can be read again.
+/// A number as the shortest text that reads back to its single-precision value.
 pub(super) struct Decimal(pub(super) f64);
 
 impl fmt::Display for Decimal {

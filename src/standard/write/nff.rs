@@ -66,8 +66,8 @@ fn nff_material(material: &DocumentMaterial) -> NffMaterial {
 
 impl<W: Write> SceneBuilder for NffWriter<W> {
     fn view(&mut self, view: &StandardView) {
-        // The angle is no coordinate. It is written with the precision needed, and read likewise,
-        // so that the vertical angle comes back to the bit.
+        // The angle is not a coordinate. It is written and read with enough precision to restore
+        // the vertical angle bit for bit.
         let angle = (view.angle_of_pixel_centres() * 1e9).round() / 1e9;
         let [from, at, up] = [view.from, view.at, view.up].map(Decimals);
         writeln!(

@@ -1,4 +1,4 @@
-//! The outcome of writing: what the file lacks, or the reason why there is none.
+//! The outcome of writing: the features that the file lacks, or the reason why there is none.
 
 use std::io;
 
@@ -21,6 +21,6 @@ pub enum SceneWriteError {
     TooMany(u64),
 }
 
-/// Features that a written file lacks or simplifies, as text for people. The shapes themselves are
+/// Features that a written file lacks or simplifies, as text for users. The shapes themselves are
 /// complete.
 pub type DroppedFeatures = Vec<&'static str>;

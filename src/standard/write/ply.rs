@@ -1,9 +1,8 @@
 //! A standard scene as a PLY file, binary little-endian: its polygons, without lights and
 //! materials.
 //!
-//! The header has counts, then come all vertices, then all faces: three things that a scene mixes.
-//! Nothing is kept in memory for that. Instead the scene, which is the same every time, is built
-//! three times.
+//! The header has counts, then come all vertices, then all faces, which a scene mixes. Instead of
+//! keeping them in memory, the scene is built three times with the same result.
 
 use super::latched::LatchedWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
@@ -11,7 +10,7 @@ use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::DVec3;
 use std::io::Write;
 
-/// Most vertices, as some readers take indices as signed.
+/// Maximum number of vertices, as some readers treat indices as signed.
 const MAX_VERTICES: u64 = i32::MAX as u64;
 /// Most corners that fit a count of one byte.
 const SHORT_LIST: usize = 255;
@@ -28,7 +27,7 @@ enum Pass {
 /// [`PlyWriter::end_pass`] after each.
 ///
 /// If any shape has vertex normals, all vertices get normals: those of polygons and meshes are
-/// perpendicular to their faces, and such triangles share no vertices.
+/// perpendicular to their faces, and such triangles do not share vertices.
 pub struct PlyWriter<W: Write> {
     out: LatchedWriter<W>,
     pass: Pass,
@@ -57,7 +56,7 @@ impl<W: Write> PlyWriter<W> {
         }
     }
 
-    /// Ends a pass: the scene has been built once more. Returns true if it must be built again.
+    /// Ends a pass after the scene has been built. Returns true if it must be built again.
     pub fn end_pass(&mut self) -> bool {
         self.pass = match self.pass {
             Pass::Count => {
@@ -121,7 +120,7 @@ impl<W: Write> PlyWriter<W> {
             self.out.bytes(&count.to_le_bytes());
         }
         for corner in corners {
-            // The header has refused more than i32::MAX of them.
+            // The header has rejected more than i32::MAX of them.
             self.out.bytes(&(corner as u32).to_le_bytes());
         }
     }

@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 use phalanx_formats::polygon::triangulate;
 use std::io::Write;
 
-/// A builder that writes the course's format: spheres and triangles; no cones. The background is
-/// black in it.
+/// A builder that writes the course's format: spheres and triangles, but no cones, and a black
+/// background.
 pub struct TestWriter<W: Write> {
     out: LatchedWriter<W>,
     max_depth: u32,
@@ -22,7 +22,7 @@ pub struct TestWriter<W: Write> {
 }
 
 impl<W: Write> TestWriter<W> {
-    /// Writes to `out`, buffered; the file asks for `max_depth` bounces.
+    /// Writes to `out`, buffered; the file requests `max_depth` bounces.
     pub fn new(out: W, max_depth: u32) -> Self {
         TestWriter {
             out: LatchedWriter::new(out),

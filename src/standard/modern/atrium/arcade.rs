@@ -37,8 +37,8 @@ fn arch_point(storey: &Storey, i: usize, segments: usize, wider: f64) -> DVec2 {
     dvec2(BAY / 2.0, storey.spring) + out
 }
 
-/// The wall of a bay: both faces above the arch, and its soffit. However large the scene, an arch
-/// has few segments, and from each a long triangle reaches the top.
+/// The wall of a bay: both faces above the arch, and its soffit. Regardless of the scene's size, an
+/// arch has few segments, and a long triangle reaches from each of them to the top.
 fn arch_wall(parts: &mut PartBuilder, storey: &Storey) {
     let segments = 2 * parts.cells(2.0).clamp(3, 14);
     parts.material(STONE);

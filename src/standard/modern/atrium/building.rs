@@ -1,4 +1,4 @@
-//! The whole atrium: four wings around the court, and what stands and hangs in it.
+//! The whole atrium: four wings around the court, and everything in it.
 
 use super::layout::{GROUND, UPPER, Wing, wings};
 use super::palette::palette;
@@ -20,7 +20,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.background(SKY);
     builder.light(&sun(dvec3(-0.58, 0.72, 0.38), rgb(1.55, 0.98, 0.46)));
     builder.light(&sun(dvec3(0.25, 0.9, 0.22), rgb(0.09, 0.135, 0.23)));
-    // Light that the sunny side returns to the shady one.
+    // Light reflected from the sunny side to the shady one.
     let bounce = dvec3(3.2, 5.2, 0.1 * long);
     builder.light(&lamp(bounce, rgb(0.21, 0.14, 0.08), 7.0));
     for (wing, bay) in [(0, 0), (0, 3), (1, 1), (1, 2)] {

@@ -227,7 +227,7 @@ fn leaves(parts: &mut PartBuilder, dice: &mut Dice) {
     if parts.mesh.counted(2 * count as u64) {
         return;
     }
-    // More leaves are smaller, so that a crown stays as dense.
+    // More leaves are smaller, so that the density of a crown stays the same.
     let size = (3.2 / (count as f64).sqrt()).clamp(0.035, 0.16);
     for _ in 0..count {
         let out = direction(dice);
@@ -236,7 +236,7 @@ fn leaves(parts: &mut PartBuilder, dice: &mut Dice) {
     }
 }
 
-/// A direction, all being equally likely.
+/// A uniformly distributed direction.
 fn direction(dice: &mut Dice) -> DVec3 {
     let y = dice.range(-1.0, 1.0);
     let turn = dice.range(0.0, TAU);

@@ -90,7 +90,7 @@ fn curtains(arch: LocalFrame, storey: &Storey, colour: usize) -> [Drape; 2] {
 }
 
 impl Drape {
-    /// Area of its cloth, which is wider than what it covers.
+    /// Area of its cloth, which is wider than the opening.
     fn area(&self) -> f64 {
         1.6 * self.wide * self.high
     }
@@ -137,7 +137,7 @@ impl Drape {
         dvec3(x, y, z)
     }
 
-    /// From a rod down to a cord that holds it aside, and beneath it wider again.
+    /// From a rod down to a cord that holds it aside, and wider again below.
     fn curtain(&self, side: f64, u: f64, v: f64, folds: f64) -> DVec3 {
         let down = 1.0 - v;
         let cord = 0.6;

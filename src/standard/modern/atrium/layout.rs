@@ -1,12 +1,12 @@
-//! Measures that the elements of the building share.
+//! Dimensions shared by the elements of the building.
 
 use crate::modern::props::LocalFrame;
 use glam::{DVec3, dvec3};
 
 /// Seed of all random numbers.
 pub(super) const SEED: u64 = 0xa791_0000;
-/// Details from which small things are drawn, the larger ones first: in scenes of few triangles
-/// there are hardly enough for walls and columns.
+/// Details at which small parts appear, larger ones first: scenes of few triangles have hardly
+/// enough for walls and columns.
 pub(super) const ARCHIVOLTS: f64 = 0.1;
 pub(super) const BASES: f64 = 0.2;
 pub(super) const BALUSTERS: f64 = 0.3;

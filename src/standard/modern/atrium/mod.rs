@@ -1,8 +1,8 @@
-//! atrium: a court with two storeys of arcades in late sunlight, as architects' models are built.
+//! atrium: a court with two storeys of arcades in late sunlight, built like an architect's model.
 //!
-//! Walls, floors and timbers consist of a few triangles each at any size: they are long, slanted,
-//! and their boxes overlap. `detail` is the fineness (quads to a metre) of turned and carved work
-//! alone; the rest of the size is spent on drapes, which are finely tessellated cloth.
+//! Walls, floors and timbers consist of a few triangles each at any size: they are long and
+//! slanted, and their boxes overlap. `detail` is the fineness (quads per metre) of turned and
+//! carved work only; the rest of the size is spent on drapes, which are finely tessellated cloth.
 
 mod arcade;
 mod building;

@@ -4,7 +4,7 @@ use crate::builder::DocumentMaterial;
 use crate::modern::materials::{glow, matte, polished, rgb};
 use glam::{DVec3, dvec3};
 
-/// Mean light in the court, and that in the aisles, which other walls have warmed.
+/// Mean light in the court, and in the aisles, where it is warmed by other walls.
 const OPEN: DVec3 = dvec3(0.125, 0.132, 0.172);
 const COVERED: DVec3 = dvec3(0.155, 0.112, 0.085);
 

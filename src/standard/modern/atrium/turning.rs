@@ -5,7 +5,7 @@ use crate::modern::props::{FramePoint, PartBuilder, on_circle};
 use glam::{DVec2, DVec3, dvec3};
 use std::f64::consts::TAU;
 
-/// The same mesh and frame without detail: its walls and boxes are of two triangles to a side.
+/// The same mesh and frame without detail: walls and boxes have two triangles per side.
 pub(super) fn flat<'a, 'b>(parts: &'a mut PartBuilder<'_, 'b>) -> PartBuilder<'a, 'b> {
     let mut flat = parts.at(parts.frame);
     flat.detail = 0.0;

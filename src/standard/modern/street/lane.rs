@@ -64,7 +64,7 @@ fn lamp_post(parts: &mut PartBuilder) {
     parts.sphere(bulb, 0.085, parts.cells(0.15).max(1));
 }
 
-/// Everything in the lane but its pavement; `parts` are in the world's frame.
+/// Everything in the lane except its pavement; `parts` are in the world's frame.
 pub(super) fn furnish(parts: &mut PartBuilder, length: f64) {
     let end = START - length;
     for (x, z) in LAMPS.into_iter().filter(|(_, z)| *z > end) {
@@ -175,7 +175,7 @@ fn shrub(parts: &mut PartBuilder) {
 pub(super) fn pave(parts: &mut PartBuilder, length: f64, triangles: u64) {
     let (wide, near) = (2.0 * KERB_AT, START + 4.0);
     let long = length + 4.0;
-    // Stones have a least size; beyond it they become rounder instead.
+    // Stones have a minimum size; beyond it they become rounder instead.
     let most = wide * long / (0.11 * 0.13);
     let inner = (1..200).find(|inner| triangles as f64 / stone_triangles(*inner) as f64 <= most);
     let inner = inner.unwrap_or(200);

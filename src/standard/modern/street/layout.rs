@@ -1,4 +1,4 @@
-//! Measures that the parts of the street share.
+//! Dimensions shared by the parts of the street.
 
 /// Seed of all random numbers.
 pub(super) const SEED: u64 = 0x57ee_7000;

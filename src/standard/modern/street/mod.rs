@@ -1,8 +1,8 @@
 //! street: a lane of old houses at nightfall, with a café whose window and door stand open.
 //!
 //! Houses consist of real parts: frames, sills, shutters, balusters, bricks. `detail` is their
-//! fineness (quads to a metre); each kind of part appears from a detail of its own on. The rest of
-//! the size is spent on the pavement.
+//! fineness (quads per metre); each kind of part appears at a detail of its own. The rest of the
+//! size is spent on the pavement.
 
 mod cafe;
 mod house;

@@ -1,4 +1,4 @@
-//! Small objects that streets have many of: stones and leaves.
+//! Small objects in large numbers: stones and leaves.
 
 use crate::modern::mesh_builder::Grid;
 use crate::modern::noise::Dice;
@@ -21,7 +21,7 @@ pub(super) fn stone_triangles(inner: usize) -> u64 {
 }
 
 /// A stone of a wall or pavement: a cushion on a rectangle from `corner` on in x and y of the
-/// frame. It leaves a border of `rim` of its size free, and rises by `depth` along z. It has
+/// frame. It leaves a border of `rim` times its size free, and rises by `depth` along z. It has
 /// `inner`² quads and a bevel around them.
 pub(super) fn stone(
     parts: &mut PartBuilder,
