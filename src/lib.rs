@@ -100,7 +100,7 @@
 //! | prototype, instance | a mesh stored once; the same mesh placed in the world by a map |
 //! | hit | distance `t` in units of the direction, barycentric `u` and `v`, the two numbers |
 //! | closest hit, occlusion | the first thing met; whether anything is met before `tmax` |
-//! | BVH | tree of boxes over the primitives; *wide*: with as many children a node as lanes |
+//! | BVH | tree of boxes over the primitives; *wide*: with as many children per node as lanes |
 //! | leaf | an end of the tree: primitives of one kind, side by side |
 //! | SAH | surface area heuristic: the cost a random ray has in a tree |
 //! | lane | one of 8 or 16 numbers that one instruction handles |

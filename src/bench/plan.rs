@@ -23,7 +23,7 @@ pub struct BenchPlan<'p> {
     pub threads: Vec<usize>,
     /// Picture size that the rays belong to.
     pub size: [u32; 2],
-    /// Least number of samples of each row.
+    /// Minimum number of samples of each row.
     pub repeat: usize,
     /// Minimum total time of the samples of a row, in seconds.
     pub min_time: f64,

@@ -11,7 +11,7 @@ pub enum RayKind {
     Primary,
     /// Rays from the primary hits toward one light, where the surface faces it.
     Shadow,
-    /// Mirror rays from all primary hits, whatever the material.
+    /// Mirror rays from all primary hits, regardless of the material.
     Reflection,
     /// Refracted rays from all primary hits, as if everything were glass.
     Refraction,

@@ -11,8 +11,8 @@ use phalanx_scene::{NO_NORMALS, Vec3s};
 /// scene.
 pub(super) const NONE: u32 = NO_NORMALS;
 
-/// Most corners of a face. More are treated as a mistake: triangulating the face could take
-/// forever.
+/// Maximum number of corners of a face. More are treated as a mistake: triangulating the face could
+/// take forever.
 pub(super) const MAX_CORNERS: usize = 1 << 16;
 
 /// Bytes of a triangle of a polygon, while the chunks of a file are joined: its corners, marks, and

@@ -227,6 +227,6 @@ fn addresses_are_not_fetched() {
     for name in ["file:///a/b.png", "C://a/b.png", "a b://c.png", "://c.png"] {
         assert_ne!(folder.find(name).unwrap_err(), REMOTE, "{name}");
     }
-    // One that has been saved beside the scene is found.
+    // One that has been saved next to the scene is found.
     assert!(folder.find("https://example.com/wood/beside.png").is_ok());
 }

@@ -12,7 +12,7 @@ use spade::{
 };
 use std::collections::HashMap;
 
-/// Greatest number of triangle sides that all edges together may meet, per corner. Outlines that do
+/// Maximum number of triangle sides that all edges together may meet, per corner. Outlines that do
 /// not cross themselves were observed to meet up to 7. Beyond this limit the outline is a tangle,
 /// without proper triangles.
 const MAX_STEPS: usize = 32;
@@ -198,7 +198,7 @@ impl Steps {
     }
 
     /// Toggles the sides of all edges on the way from one vertex to another: those on the straight
-    /// way, or those beside it where it is blocked.
+    /// way, or those next to it where it is blocked.
     fn trace(
         &mut self,
         delaunay: &Delaunay,

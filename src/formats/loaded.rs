@@ -9,7 +9,7 @@ use std::path::PathBuf;
 pub struct Loaded {
     /// The scene, validated and range-fitted.
     pub scene: Scene,
-    /// Files that were found beside the scene's (materials, textures, buffers), each by its real
+    /// Files that were found next to the scene's (materials, textures, buffers), each by its real
     /// path. A caller that writes a picture must not replace them.
     pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.

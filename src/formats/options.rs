@@ -33,7 +33,7 @@ pub struct Options {
     /// Threads that a reader may use; 0 for one per CPU.
     pub threads: usize,
     /// Bytes that may be used beyond the file itself and columns of its size: for other files,
-    /// decoded pictures, copied meshes, and polygons of few bytes a triangle. They are counted
+    /// decoded pictures, copied meshes, and polygons of few bytes per triangle. They are counted
     /// before they are used. `None` sets no limit.
     pub max_memory: Option<u64>,
     /// Further folders for files that the scene file names.

@@ -1,7 +1,7 @@
 //! Local origin of a scene that lies far from the origin of its file's coordinates.
 //!
 //! A file is first read in its own coordinates. If its geometry turns out to lie far away, the file
-//! is read once more. This time readers subtract an origin near the geometry, in double precision,
+//! is read again. This time readers subtract an origin near the geometry, in double precision,
 //! before they round. So scenes that are not far away keep every bit, at the cost of examining some
 //! of their triangles.
 //!

@@ -16,7 +16,7 @@ pub struct Opened {
     pub bvh: Option<Bvh>,
     /// Bytes of the cache that stay mapped; 0 for other files.
     pub mapped_bytes: u64,
-    /// Files that were found beside the scene's, each by its real path.
+    /// Files that were found next to the scene's, each by its real path.
     pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,

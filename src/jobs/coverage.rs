@@ -1,5 +1,5 @@
-//! Finished pixels of a window, in blocks of 8x8. Tiles consist of whole blocks, whatever their
-//! size.
+//! Finished pixels of a window, in blocks of 8x8. Tiles consist of whole blocks, regardless of
+//! their size.
 
 use phalanx_render::frame::Tile;
 use std::collections::HashMap;

@@ -10,8 +10,8 @@ const MIN_DIGITS: usize = 4;
 /// Maximum number of digits that a name may request.
 const MAX_DIGITS: usize = 20;
 
-/// A file name with the number of a frame in it, for a sequence that ends with frame `last`: in
-/// place of the last run of `#`, with as many digits; or of `%d` or `%04d`, as in C's printf; or
+/// A file name with the number of a frame in it, for a sequence that ends with frame `last`:
+/// instead of the last run of `#`, with as many digits; or of `%d` or `%04d`, as in C's printf; or
 /// else before the ending, with as many digits as the last frame has, at least four.
 pub fn frame_name(path: &Path, last: u32, frame: u32) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();

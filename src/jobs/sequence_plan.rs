@@ -5,7 +5,7 @@ use super::render_key::FieldError;
 use phalanx_scene::{CameraKey, CameraPath, View};
 use serde::{Deserialize, Serialize};
 
-/// Greatest number of a frame.
+/// Maximum number of a frame.
 pub const MAX_FRAME: u32 = 10_000_000;
 
 /// Maximum number of key frames: as many as fit into a plan of the maximum size.

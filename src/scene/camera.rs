@@ -119,7 +119,7 @@ impl Camera {
     /// Width and height of the image in pixels.
     #[inline]
     pub fn size(&self) -> (u32, u32) {
-        // Whole numbers and halves are exact in f32.
+        // Integers and halves are exact in f32.
         (
             (2.0 * self.half_width) as u32,
             (2.0 * self.half_height) as u32,

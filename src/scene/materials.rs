@@ -26,8 +26,8 @@ pub struct Material {
     /// Exponent n of the lobe cosⁿ, about the mirror direction, over which mirror rays are spread;
     /// 0 for a perfect mirror, which reflects all rays in one direction.
     ///
-    /// Each ray has weight Ks, whatever its direction. A ray that the lobe would send through the
-    /// surface is reflected back by it.
+    /// Each ray has weight Ks, regardless of its direction. A ray that the lobe would send through
+    /// the surface is reflected back by it.
     pub gloss: f32,
     /// Opacity of the surface, 0 to 1. The rest of rays and light passes straight through: see
     /// [`Scene::coverage`](crate::Scene::coverage).

@@ -1,7 +1,7 @@
 //! The record of a benchmark run: what was measured, on which machine, and every sample.
 //! `perf/record.schema.json` is its schema.
 //!
-//! Rates are millions of rays a second, times seconds, sizes bytes, unless a field's name says
+//! Rates are millions of rays per second, times seconds, sizes bytes, unless a field's name says
 //! otherwise. A field whose value could not be determined is `null`, never a guess.
 
 use phalanx_trace::TraversalStats;
@@ -190,7 +190,7 @@ pub struct RateRow {
     pub kernel: String,
     /// Threads.
     pub threads: u32,
-    /// Millions of rays a second.
+    /// Millions of rays per second.
     pub mrays_per_s: Estimate,
     /// Rays of one sample; fewer than the set's where only a part is timed.
     pub rays_timed: u64,

@@ -28,7 +28,7 @@ pub(super) fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
 }
 
 /// Rows by entrant: `auto`, our kernels by name, the oracle, and each peer by its fastest exact
-/// mode. Rows without a rate are left out.
+/// mode. Rows without a rate are omitted.
 pub struct RecordIndex<'a> {
     /// Kinds of rays that `auto` has, whole frames first.
     pub kinds: Vec<&'a str>,
@@ -115,7 +115,7 @@ impl<'a> RecordIndex<'a> {
         self.rows.get(&(name, scene, rays, threads)).copied()
     }
 
-    /// The rate of an entrant, millions of rays a second.
+    /// The rate of an entrant, millions of rays per second.
     pub fn rate(&self, name: &str, scene: &str, rays: &str, threads: u32) -> Option<f64> {
         let row = self.get(name, scene, rays, threads)?;
         Some(row.mrays_per_s.median)
@@ -200,8 +200,8 @@ pub fn is_peer(engine: &str) -> bool {
 }
 
 /// One line to quote: our rate and its ratios to the peers', or to the oracle's where no peer took
-/// part. It is about primary rays where there are any, on the most threads. `None` where there are
-/// no rates of ours.
+/// part. It is about primary rays where there are any, on the most threads. `None` if there are no
+/// rates of ours.
 pub fn quotable_line(record: &BenchRecord) -> Option<String> {
     let best = RecordIndex::of(&record.rows);
     let kind = RayKind::names().find(|kind| best.kinds.contains(kind))?;

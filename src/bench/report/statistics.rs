@@ -61,7 +61,7 @@ pub fn median(samples: &mut [f64]) -> f64 {
     }
 }
 
-/// The geometric mean of positive numbers; `None` where there are none, or one is not positive.
+/// The geometric mean of positive numbers; `None` if there are none, or one is not positive.
 pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0u32);
     for value in values {

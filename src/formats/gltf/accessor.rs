@@ -63,7 +63,7 @@ impl Component {
         }
     }
 
-    /// A component as a whole number; `None` for types that cannot be indices.
+    /// A component as an integer; `None` for types that cannot be indices.
     fn index(self, bytes: &[u8]) -> Option<u32> {
         match self {
             Component::U8 => Some(u32::from(bytes[0])),

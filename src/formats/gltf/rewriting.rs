@@ -118,7 +118,7 @@ const INDEX_LISTS: [&str; 3] = ["children", "joints", "nodes"];
 /// Largest whole number that a number with a fraction or an exponent stands for without doubt.
 const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// JSON without faults of syntax, rewritten by the format's rules. Indices of -1 are left out if
+/// JSON without faults of syntax, rewritten by the format's rules. Indices of -1 are omitted if
 /// they stand for none.
 fn rewritten(json: &str, minus_one_is_none: bool) -> String {
     let mut text = String::with_capacity(json.len());

@@ -115,7 +115,7 @@ impl<'a> Influences<'a> {
             let weights: [f32; 4] = weights.get(row);
             for (number, weight) in numbers.into_iter().zip(weights) {
                 let weight = f64::from(weight);
-                // NaN is no weight either.
+                // NaN is not a weight either.
                 if !(weight > 0.0 && weight.is_finite()) {
                     continue;
                 }

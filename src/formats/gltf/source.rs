@@ -97,8 +97,8 @@ impl<'a> GltfSource<'a> {
         self.checked.borrow_mut().insert(accessor)
     }
 
-    /// Span of a row of one of the document's lists. The first call parses the text once more, so
-    /// it is for messages only.
+    /// Span of a row of one of the document's lists. The first call parses the text again, so it is
+    /// for messages only.
     pub(super) fn span_of(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
         match rows.get(list).and_then(|offsets| offsets.get(row)) {
@@ -125,7 +125,7 @@ impl<'a> GltfSource<'a> {
         report.warning(self.span_of(list, row), format!("{list}[{row}]: {message}"));
     }
 
-    /// Reads every buffer: from the file's own chunk, from the text, or from a file beside it.
+    /// Reads every buffer: from the file's own chunk, from the text, or from a file next to it.
     /// Notes the files of all images.
     pub(super) fn load_buffers(
         &mut self,

@@ -20,7 +20,7 @@ pub(super) struct PrimitiveVertices<'a> {
     has_opacity: bool,
     targets: Vec<MorphTarget<'a>>,
     influences: Option<Influences<'a>>,
-    /// Attributes that are left out, since they have fewer rows than POSITION.
+    /// Attributes that are omitted, since they have fewer rows than POSITION.
     pub(super) too_short: Vec<String>,
 }
 

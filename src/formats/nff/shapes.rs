@@ -8,7 +8,7 @@ use crate::polygon::triangulate;
 use glam::{DVec3, Vec3};
 use phalanx_scene::Cone;
 
-/// Fewest bytes that a number takes: a digit and the separator from the next number.
+/// Minimum number of bytes that a number takes: a digit and the separator from the next number.
 const BYTES_PER_NUMBER: u64 = 2;
 
 impl NffReader<'_> {

@@ -74,8 +74,8 @@ impl NffReader<'_> {
             self.breaks_off(record, 0, 1);
             return None;
         };
-        // Read in double precision: it is no coordinate, and the vertical angle computed from it is
-        // rounded once.
+        // Read in double precision: it is not a coordinate, and the vertical angle computed from it
+        // is rounded once.
         let checked = number(token.text).and_then(|_| {
             let angle = token.text.parse::<f64>();
             let range = |angle: &f64| *angle > 0.0 && *angle < 180.0;

@@ -1,6 +1,6 @@
 //! Lists of material files. Spaces separate names, and may also be part of names.
 
-/// Most words of a name that are tried together, and most bytes.
+/// Maximum number of words of a name that are tried together, and of bytes.
 const MAX_WORDS: usize = 12;
 const MAX_NAME_BYTES: usize = 4096;
 

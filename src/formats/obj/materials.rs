@@ -13,7 +13,7 @@ use crate::utf16;
 use phalanx_scene::{MaterialTable, Scene};
 use std::collections::{HashMap, HashSet};
 
-/// Most names of material files of one scene.
+/// Maximum number of names of material files of one scene.
 const MAX_LIBRARIES: usize = 1000;
 
 /// Memory for a material, its name, what it leaves out, its row and the tables that refer to it.

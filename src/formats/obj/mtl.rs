@@ -34,8 +34,7 @@ pub(super) struct MtlMaterial {
     pub(super) left_out: Vec<MtlOmission>,
 }
 
-/// Something that is left out: the span of its keyword, and the reason if there is a particular
-/// one.
+/// Something that is omitted: the span of its keyword, and the reason if there is a particular one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MtlOmission {
     pub(super) keyword: Span,
@@ -78,7 +77,7 @@ impl MtlMaterial {
         }
     }
 
-    /// Notes something that is left out, unless its kind is known to be.
+    /// Notes something that is omitted, unless its kind is known to be.
     fn leave_out(&mut self, cursor: &Cursor, keyword: Span, reason: &'static str) {
         let text = cursor.bytes(keyword);
         let same = |known: &MtlOmission| {
@@ -100,7 +99,7 @@ pub(super) fn most_materials(text: &[u8]) -> u64 {
     starts.filter(named).count() as u64
 }
 
-/// Reads an MTL file. Statements that are broken are left out.
+/// Reads an MTL file. Statements that are broken are omitted.
 pub(super) fn read(text: &[u8]) -> Vec<MtlMaterial> {
     let mut materials = Vec::new();
     let mut cursor = Cursor {
@@ -188,7 +187,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
     }
 }
 
-/// Reads a texture, and notes its options that are left out.
+/// Reads a texture, and notes its options that are omitted.
 fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, keyword: &[u8]) {
     let map = texture_map::read(cursor, |cursor, option| {
         material.leave_out(cursor, option, NOT_SHOWN);

@@ -12,7 +12,7 @@ pub(super) struct TextureMap {
     pub(super) name: Span,
     pub(super) wrap: [Wrap; 2],
     pub(super) transform: UvTransform,
-    /// True for a mask that is the picture's alpha, whatever its colours.
+    /// True for a mask that is the picture's alpha, regardless of its colours.
     pub(super) matte: bool,
 }
 
@@ -137,7 +137,7 @@ pub(super) fn skip_option(cursor: &mut Cursor, option: &[u8], operands: usize) {
 mod tests {
     use super::*;
 
-    /// The name, the map, and the options that are left out.
+    /// The name, the map, and the options that are omitted.
     fn of(line: &str) -> Option<(&str, TextureMap, Vec<&str>)> {
         let mut cursor = Cursor {
             text: line.as_bytes(),

@@ -29,7 +29,7 @@ pub(super) fn open_tga(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>
     opened(Box::new(decoder), "TGA", Some(bytes.len()), 4)
 }
 
-/// Reads the header of a WebP. Its decoder keeps a frame of four bytes a pixel, and tables of a
+/// Reads the header of a WebP. Its decoder keeps a frame of four bytes per pixel, and tables of a
 /// sixteenth of a frame each.
 pub(super) fn open_webp(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
     let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, WEBP))?;
@@ -39,7 +39,7 @@ pub(super) fn open_webp(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_
     opened(Box::new(decoder), WEBP, None, 6)
 }
 
-/// The picture of a decoder that keeps some bytes a pixel. A file of known length backs its size
+/// The picture of a decoder that keeps some bytes per pixel. A file of known length backs its size
 /// by that.
 fn opened<'a>(
     decoder: Box<dyn ImageDecoder + 'a>,

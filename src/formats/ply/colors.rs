@@ -23,7 +23,7 @@ const NAMES: [[&[u8]; 3]; 3] = [
 pub(super) struct ColorProperties {
     /// Indices of red, green and blue.
     pub(super) numbers: [usize; 3],
-    /// True if they are whole numbers.
+    /// True if they are integers.
     whole: bool,
 }
 

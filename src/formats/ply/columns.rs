@@ -92,8 +92,8 @@ pub(super) struct TriangleRowLayout {
 }
 
 impl TriangleRowLayout {
-    /// The corners of each row and the highest number among them; `None` if a row is no triangle. A
-    /// negative number becomes one that exceeds the vertices of every file.
+    /// The corners of each row and the highest number among them; `None` if a row is not a
+    /// triangle. A negative number becomes one that exceeds the vertices of every file.
     pub(super) fn triangles(&self, out: &mut [[u32; 3]], rows: &[u8]) -> Option<u32> {
         match (self.item, self.big_endian) {
             _ if !self.count_type.is_whole() => None,
@@ -116,7 +116,7 @@ impl TriangleRowLayout {
         rows: &[u8],
         convert: impl Fn([u8; N]) -> u32,
     ) -> Option<u32> {
-        // The bytes of a 3, whatever its type.
+        // The bytes of a 3, regardless of its type.
         let mut three = [0; 8];
         let size = self.count_type.size();
         three[if self.big_endian { size - 1 } else { 0 }] = 3;

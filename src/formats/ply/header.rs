@@ -190,11 +190,11 @@ impl Iterator for HeaderLines<'_> {
 
 /// Number of words of a line that are read: one more than any valid line has.
 const MAX_WORDS: usize = 6;
-/// Most elements of a header. More are treated as a mistake, because each is compared with those
-/// before it.
+/// Maximum number of elements of a header. More are treated as a mistake, because each is compared
+/// with those before it.
 const MAX_ELEMENTS: usize = 1000;
 
-/// Most pictures that a header names: each is looked for in folders.
+/// Maximum number of pictures that a header names: each is looked for in folders.
 const MAX_PICTURES: usize = 1000;
 
 /// A word of the header.

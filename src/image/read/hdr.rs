@@ -10,7 +10,7 @@ use ::image::{ImageDecoder, ImageError};
 use std::io::{BufRead, Cursor, ErrorKind, Read};
 use std::ops::Range;
 
-/// Most bytes of a header.
+/// Maximum number of bytes of a header.
 const MAX_HEADER: u64 = 1 << 16;
 /// Maximum number of bytes of a header's first line.
 const MAX_MAGIC: u64 = 32;

@@ -9,7 +9,7 @@ use crate::decoders::{TOO_SHORT, jpeg};
 use std::io::Read;
 use std::ops::Range;
 
-/// Most bytes of a file. The largest picture that is decoded takes a fifth of them.
+/// Maximum number of bytes of a file. The largest picture that is decoded takes a fifth of them.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// Returns the rows of a decoded picture.

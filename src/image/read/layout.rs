@@ -12,7 +12,7 @@ pub enum SampleKind {
     Display,
     /// Floats of 32 bits; those of 16 bits are converted without loss.
     Float,
-    /// Whole numbers.
+    /// Integers.
     Integer,
 }
 

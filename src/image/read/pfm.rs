@@ -7,7 +7,7 @@ use crate::decoders::TOO_SHORT;
 use std::io::{Read, SeekFrom};
 use std::ops::Range;
 
-/// Most bytes of a header.
+/// Maximum number of bytes of a header.
 const MAX_HEADER: usize = 256;
 
 /// Reads the rows of a portable float map.

@@ -5,8 +5,8 @@
 //! In between the file may have been damaged, cut off, made by another build or by an attacker. So
 //! every byte is covered by a checksum, and every index that tracing relies on is checked, on all
 //! threads, before [`open`] returns. Therefore a scene returned by [`open`] can be traced safely,
-//! and tracing terminates, whatever the file. Only files written by this program are certain to
-//! give the picture of their original scene.
+//! and tracing terminates, regardless of the file. Only files written by this program are certain
+//! to give the picture of their original scene.
 //!
 //! The file must not change while it is mapped: see `mapping`, the only file here with `unsafe`.
 //! The format is described in `header`. It belongs to one version of this program: caches are

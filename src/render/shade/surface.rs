@@ -24,8 +24,8 @@ pub struct Surface {
     pub offset: F32x8,
     /// Lanes whose ray came from outside, by the geometric normal.
     pub entering: Mask8,
-    /// Lanes whose hit may be an unseen back: all for which [`Scene::is_unseen_back`] is true, and
-    /// few others.
+    /// Lanes whose hit may be an invisible back: all for which [`Scene::is_unseen_back`] is true,
+    /// and few others.
     pub maybe_unseen: Mask8,
     /// Index of the ray in its wave.
     pub ray: [u32; LANES],

@@ -2,8 +2,8 @@
 //! decoded from sRGB first; and of the vertices, by the barycentric weights.
 //!
 //! Texel positions follow from any finite texture coordinates, however large. Coordinates beyond
-//! ±[`WHOLE`] count as whole numbers, as single precision has almost no fractions there. So do
-//! values that overflow on the way.
+//! ±[`WHOLE`] count as integers, as single precision has almost no fractions there. So do values
+//! that overflow on the way.
 
 use super::surface_point::corner_columns;
 use glam::Vec3;

@@ -21,7 +21,7 @@ use phalanx_trace::simd::LANES;
 /// trace the rays of a tile of the default side together to a depth of 40.
 const BOUNCE_BYTES: usize = 5 << 20;
 
-/// Most rays of a wave.
+/// Maximum number of rays of a wave.
 const WAVE_RAYS: usize = 4096;
 
 /// Number of camera rays that are traced together, regardless of the depth: those of a tile of the
@@ -134,12 +134,12 @@ impl WaveSizes {
         }
     }
 
-    /// Most rays of a wave.
+    /// Maximum number of rays of a wave.
     pub fn rays(&self) -> usize {
         self.camera * LANES
     }
 
-    /// Most bytes that waiting bounces of up to `rays` camera rays take.
+    /// Maximum number of bytes that waiting bounces of up to `rays` camera rays take.
     pub fn bounce_bytes(&self, rays: usize) -> usize {
         let camera = self.camera.min(rays.div_ceil(LANES));
         let below = self.bounced.min(camera).saturating_mul(self.depth);

@@ -17,9 +17,9 @@ pub enum Aov {
     Ns,
     /// Diffuse reflectance, with its texture's colour.
     Albedo,
-    /// Number of the material, a whole number; [`NO_ID`] for a miss.
+    /// Number of the material, an integer; [`NO_ID`] for a miss.
     Material,
-    /// Number of the primitive, a whole number; [`NO_ID`] for a miss.
+    /// Number of the primitive, an integer; [`NO_ID`] for a miss.
     Primitive,
     /// Light from the surface itself (ambient, emission and the lights' contributions), or from the
     /// background.
@@ -28,7 +28,7 @@ pub enum Aov {
     Reflection,
     /// Light that arrives along refracted rays, or through partly transparent surfaces.
     Refraction,
-    /// Number of the pixel's camera rays, a whole number.
+    /// Number of the pixel's camera rays, an integer.
     Samples,
     /// Nodes visited by the first camera ray. This depends on the engine's tree, and slightly on
     /// the instruction set, so it is not part of the guarantee of equal bits.
@@ -49,8 +49,7 @@ pub enum Aov {
 /// The number for no material or primitive.
 pub const NO_ID: u32 = u32::MAX;
 
-/// A channel of a layer: its name in a file, and true if it holds whole numbers, as the bits of a
-/// float.
+/// A channel of a layer: its name in a file, and true if it holds integers, as the bits of a float.
 pub type AovChannel = (&'static str, bool);
 
 const XYZ: usize = 3;

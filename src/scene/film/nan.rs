@@ -11,7 +11,7 @@ impl TileBuffer {
     /// light too bright for single precision makes NaN where a black surface reflects it.
     pub fn unify_nans(&mut self) {
         let whole = self.aovs.channels().map(|(_, whole)| whole);
-        // Whole numbers lie in planes as their bits, which may be those of a NaN.
+        // Integers lie in planes as their bits, which may be those of a NaN.
         let aov_planes = self.aov_planes.iter_mut().zip(whole);
         let aov_planes = aov_planes.filter_map(|(plane, whole)| (!whole).then_some(plane));
         for plane in self.planes.iter_mut().chain(aov_planes) {

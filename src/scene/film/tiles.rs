@@ -62,8 +62,8 @@ impl Tile {
 }
 
 /// All tiles of side `side` of a window of the picture, in Morton order. Every pixel is in exactly
-/// one tile. Tiles are cells of one grid over the whole picture, whatever the window, and are cut
-/// by the window's borders.
+/// one tile. Tiles are cells of one grid over the whole picture, regardless of the window, and are
+/// cut by the window's borders.
 pub fn tiles(window: Tile, side: u32) -> Vec<Tile> {
     let mut all: Vec<(u64, Tile)> = Vec::new();
     let cells = |from: u32, size: u32| from / side..(from + size).div_ceil(side);

@@ -2,9 +2,9 @@
 //! eight-wide half in `shade`.
 //!
 //! x^s = exp2(s · log2 x). The library's pow is not used because its last bits differ between
-//! systems. The two halves here perform the same operations in the same order, so they agree to the
-//! bit. The relative error is at most 4e-7 · (1 + |s log2 x|). log2 is accurate relative to itself
-//! near x = 1, where large exponents matter.
+//! systems. The two halves here perform the same operations in the same order, so they agree bit
+//! for bit. The relative error is at most 4e-7 · (1 + |s log2 x|). log2 is accurate relative to
+//! itself near x = 1, where large exponents matter.
 
 /// log2(1+f) = z·(c0 + z²(c1 + z²(c2 + z²(c3 + z² c4)))) with z = f/(2+f): the atanh series, 2/(ln
 /// 2 · (2k+1)). At |z| ≤ 0.1716 the first term left out is below 2e-9 of the sum.

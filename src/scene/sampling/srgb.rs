@@ -33,7 +33,7 @@ mod tests {
         assert!((f64::from(table[188]) - 0.502_886_5).abs() < 1e-6);
         assert!((f64::from(table[10]) - 10.0 / 255.0 / 12.92).abs() < 1e-9);
         assert!(table.windows(2).all(|w| w[0] < w[1]));
-        // Pinned to the bit on every build.
+        // Pinned bit for bit on every build.
         let bits = table
             .iter()
             .fold(0u32, |h, c| h.rotate_left(5) ^ c.to_bits());

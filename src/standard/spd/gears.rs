@@ -16,7 +16,7 @@ const CORNERS: usize = 4 * TEETH;
 const OUTER_EDGE: f64 = 0.995;
 /// Part of the radius that the teeth take up.
 const TOOTH_DEPTH: f64 = 1.0 - 0.9;
-/// Greatest thickness of a gear.
+/// Largest thickness of a gear.
 const THICKNESS: f64 = 0.1;
 
 struct Gear {

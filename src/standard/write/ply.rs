@@ -12,7 +12,7 @@ use std::io::Write;
 
 /// Maximum number of vertices, as some readers treat indices as signed.
 const MAX_VERTICES: u64 = i32::MAX as u64;
-/// Most corners that fit a count of one byte.
+/// Maximum number of corners that fit a count of one byte.
 const SHORT_LIST: usize = 255;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use crate::report::RateRow;
 use crate::report::statistics::{NORMAL, NORMAL_999, student};
 use serde::Serialize;
 
-/// Least number of rounds from which the uncertainty of a rate can be estimated.
+/// Minimum number of rounds from which the uncertainty of a rate can be estimated.
 const MIN_ROUNDS: usize = 3;
 
 /// Half width of a rate's interval in standard errors of one run's rate. The interval holds another
@@ -63,7 +63,7 @@ impl LogRate {
         LogRate { value, variance }
     }
 
-    /// Logarithm of a row's rate; `None` where the row has no positive rate.
+    /// Logarithm of a row's rate; `None` if the row has no positive rate.
     pub fn of(row: &RateRow) -> Option<LogRate> {
         let rate = row.mrays_per_s;
         let usable = rate.low > 0.0 && rate.median > 0.0 && rate.high.is_finite();
@@ -83,8 +83,7 @@ impl LogRate {
         }
     }
 
-    /// Logarithm of the geometric mean of rates with errors of their own; `None` where there are
-    /// none.
+    /// Logarithm of the geometric mean of rates with errors of their own; `None` if there are none.
     pub fn mean(all: &[LogRate]) -> Option<LogRate> {
         let count = all.len() as f64;
         (!all.is_empty()).then(|| LogRate {

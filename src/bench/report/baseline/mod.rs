@@ -71,9 +71,9 @@ pub enum Normalisation {
 pub struct RowChange {
     /// The rate's key.
     pub key: RowKey,
-    /// The baseline's median, millions of rays a second, as measured.
+    /// The baseline's median, millions of rays per second, as measured.
     pub old: f64,
-    /// This run's median, millions of rays a second, as measured.
+    /// This run's median, millions of rays per second, as measured.
     pub new: f64,
     /// The change, in units of the oracle's rate.
     pub change: RateChange,
@@ -124,7 +124,7 @@ pub struct GroupChange {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
     /// Every rate of ours that both have, in the run's order. A kernel whose samples are those of
-    /// another kernel on both builds is left out.
+    /// another kernel on both builds is omitted.
     pub rows: Vec<RowChange>,
     /// Groups by kernel and kind of rays, and by kernel and scene.
     pub groups: Vec<GroupChange>,

@@ -141,7 +141,7 @@ fn a_slower_kernel_is_reported() {
     assert_eq!(reported(400, slower), 400);
 }
 
-/// A slower kernel in one scene, whatever the rays.
+/// A slower kernel in one scene, regardless of the rays.
 #[test]
 fn a_slower_scene_is_reported() {
     let slower = |kernel, scene, _| if (kernel, scene) == (1, 5) { 0.85 } else { 1.0 };

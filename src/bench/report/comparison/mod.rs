@@ -29,7 +29,7 @@ pub struct ComparisonOptions {
     pub all: bool,
 }
 
-/// Records side by side. All rates are millions of rays a second.
+/// Records side by side. All rates are millions of rays per second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordComparison {
     /// Rates differ where the whole interval of the difference is beyond this share.

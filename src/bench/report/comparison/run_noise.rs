@@ -112,7 +112,7 @@ impl<'a> RunNoise<'a> {
 }
 
 /// Change of a rate; with `noise`, beyond the machine's. The interval holds 999 of 1000 such
-/// changes, because a comparison has hundreds of them. `None` where a row has no rate.
+/// changes, because a comparison has hundreds of them. `None` if a row has no rate.
 pub(super) fn rate_change(
     old: &RateRow,
     new: &RateRow,

@@ -30,7 +30,7 @@ use view::{RecordView, day};
 
 const STYLE: &str = include_str!("style.css");
 
-/// The page of a record. Where the record lacks data, the section has a note or is left out. No
+/// The page of a record. Where the record lacks data, the section has a note or is omitted. No
 /// record is rejected.
 pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
     page_against(record, pictures, None)

@@ -1,7 +1,7 @@
 //! Numbers as text: as many digits as they are worth, with their unit. NaN and infinity become a
 //! dash.
 
-/// Text in place of a missing number.
+/// Text instead of a missing number.
 pub(super) const NONE: &str = "–";
 
 /// Narrow space that does not break, between the digits of long numbers and before units.
@@ -22,7 +22,7 @@ pub(super) fn measured(value: f64) -> String {
     }
 }
 
-/// A whole number in groups of three digits.
+/// An integer in groups of three digits.
 pub(super) fn count(value: u64) -> String {
     grouped(&value.to_string())
 }

@@ -1,4 +1,4 @@
-//! Rates by scene and kind of rays, with the peers beside them; then all of them again as tables.
+//! Rates by scene and kind of rays, with the peers next to them; then all of them again as tables.
 
 use super::dots::{Dot, Line, dot_plot};
 use super::number_format;

@@ -229,7 +229,7 @@ impl Spot<'_> {
 const NAME_SIZE: f64 = 10.5;
 const LETTER: f64 = 6.2;
 
-/// Most names in a chart. Where there are more scenes, the pointer shows their names.
+/// Maximum number of names in a chart. Where there are more scenes, the pointer shows their names.
 const MAX_NAMES: usize = 10;
 
 /// Position of a name, and the end of it that is there.

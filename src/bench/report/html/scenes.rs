@@ -9,7 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
-/// Pictures of a scene. Data that is no PNG is left out.
+/// Pictures of a scene. Data that is not PNG is omitted.
 pub struct ScenePictures {
     /// [`SceneRecord::name`].
     pub scene: String,
@@ -51,7 +51,7 @@ fn card(name: &str, scene: Option<&SceneRecord>, pictures: Option<&ScenePictures
     }
 }
 
-/// Thumbnail and heat map beside each other.
+/// Thumbnail and heat map next to each other.
 fn both(name: &str, pictures: &ScenePictures) -> Markup {
     let heat = pictures.heat_png.as_deref().unwrap_or_default();
     html! {

@@ -41,7 +41,7 @@ pub(super) fn facts(record: &BenchRecord) -> Markup {
     }
 }
 
-/// A time in readable form; a text that is no time stays as it is.
+/// A time in readable form; a text that is not a time stays as it is.
 fn moment(started: &str) -> String {
     let parts = started.split_once('T');
     let utc = parts.and_then(|(day, time)| Some((day, time.strip_suffix('Z')?)));

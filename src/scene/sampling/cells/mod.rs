@@ -52,11 +52,11 @@ use pixel::{CellPixel, CellSample, PIXEL_SIDE, column_and_row, in_packets, index
 use std::ops::Range;
 use visibility::agreed_lights;
 
-/// Greatest contribution whose visibility is reused, in thresholds. A larger limit saves no more
+/// Largest contribution whose visibility is reused, in thresholds. A larger limit saves no more
 /// rays at the error of 64 uniform samples, and leaves more error where the threshold is lower.
 const REUSE_LIMIT: f64 = 64.0;
 
-/// Greatest number of halvings of a pixel: [`super::MAX_SPP`] samples.
+/// Maximum number of halvings of a pixel: [`super::MAX_SPP`] samples.
 const MAX_LEVELS: usize = 17;
 
 /// Exponent of the area a: halving goes on while a^1.1 d is large.
@@ -106,7 +106,7 @@ pub struct Cells {
     limit: u8,
     /// Bounds that the square of a difference must exceed, one per level.
     thresholds: [f64; MAX_LEVELS],
-    /// Greatest contribution of a light times its cell's area for which visibility may be reused.
+    /// Largest contribution of a light times its cell's area for which visibility may be reused.
     reuse_limit: f64,
     pixels: Vec<CellPixel>,
     samples: Vec<CellSample>,
@@ -225,7 +225,7 @@ impl Cells {
         let mut sums = [PixelSum::default(); (BLOCK * BLOCK) as usize];
         for (k, sample) in self.samples.iter().enumerate() {
             let sum = &mut sums[usize::from(sample.pixel)];
-            // Powers of two, so that equal areas give the mean of as many samples to the bit.
+            // Powers of two, so that equal areas give the mean of as many samples bit for bit.
             let area = 1.0 / f64::from(1u32 << sample.level);
             sum.radiance.add_share(sample.radiance, sample.weight, area);
             if let Some(light) = &self.light {

@@ -36,8 +36,8 @@ fn slanted([x, y]: [f64; 2]) -> f32 {
 
 /// The part of a pixel below that edge. The edge crosses no corner of its left and right sides.
 fn below([x, y]: [f64; 2]) -> f64 {
-    // The mean over columns of the covered height of the pixel: exact for lines, but for the corner
-    // that the edge cuts.
+    // The mean over columns of the covered height of the pixel: exact for lines, except for the
+    // corner that the edge cuts.
     let steps = 4096;
     let part = |k: i32| {
         let x = x + (f64::from(k) + 0.5) / f64::from(steps);
@@ -105,7 +105,7 @@ fn an_edge_gets_the_samples_and_they_pay() {
     );
 }
 
-/// Checks that no more samples are requested than allowed, whatever the threshold.
+/// Checks that no more samples are requested than allowed, regardless of the threshold.
 #[test]
 fn noise_gets_all_samples_there_may_be() {
     let noise = |[x, y]: [f64; 2]| (libm::sin(x * 7919.0) * libm::cos(y * 104_729.0)) as f32;
