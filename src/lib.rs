@@ -84,8 +84,8 @@
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
 //! | `render` | file formats, pictures, whole frames | 100 |
-//! | `bench` | measurements beside other tracers | 112 |
-//! | `cli` (default) | the program | 170 |
+//! | `bench` | measurements beside other tracers | 113 |
+//! | `cli` (default) | the program | 171 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
@@ -171,10 +171,7 @@ pub use {phalanx_jobs as jobs, phalanx_render::frame};
 // Benchmarks: speed, peers, and the record of both.
 #[cfg(feature = "bench")]
 #[doc(inline)]
-pub use phalanx_bench as bench;
-#[cfg(feature = "bench")]
-#[doc(inline)]
-pub use phalanx_bench::report;
+pub use {phalanx_bench as bench, phalanx_report as report};
 
 // The engine room: for the program, the benchmarks and the tests.
 #[cfg(feature = "bench")]

@@ -1,7 +1,7 @@
 //! Results of tracing a set of rays, kept for comparison: a rate counts only if the results are
 //! right.
 
-use super::ray_kind::QueryKind;
+use phalanx_report::QueryKind;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{LANES, LaneMask, LaneU32, Mask8};
 

@@ -1,11 +1,10 @@
 //! Counted work: one pass of every kernel over every set, on one thread and without a clock.
 
-use super::ray_kind::QueryKind;
 use super::workload::Workload;
-use crate::report::CounterRow;
+use phalanx_report::{CountedWork, CounterRow, QueryKind};
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::HitPacket;
-use phalanx_trace::{Kernel, Traversal};
+use phalanx_trace::{Kernel, Traversal, TraversalStats};
 
 /// Counts the work of a kernel on a set of rays.
 pub(super) fn count_work(
@@ -31,6 +30,28 @@ pub(super) fn count_work(
         rays: workload.kind().name().to_owned(),
         kernel: kernel.name().to_owned(),
         ray_count: workload.rays() as u64,
-        work: traversal.stats(),
+        work: counted(traversal.stats()),
+    }
+}
+
+/// The counts as records have them.
+fn counted(stats: TraversalStats) -> CountedWork {
+    let TraversalStats {
+        packets,
+        active_lanes,
+        node_visits,
+        box_tests,
+        leaf_visits,
+        prim_tests,
+        bytes,
+    } = stats;
+    CountedWork {
+        packets,
+        active_lanes,
+        node_visits,
+        box_tests,
+        leaf_visits,
+        prim_tests,
+        bytes,
     }
 }

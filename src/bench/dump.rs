@@ -23,9 +23,9 @@
 use super::answer::Answer;
 use super::error::BenchError;
 use super::plan::{BenchPlan, SceneInfo};
-use super::ray_kind::QueryKind;
 use super::workload::{self, BenchTrees, Workload};
 use bumpalo::Bump;
+use phalanx_report::QueryKind;
 use phalanx_scene::Scene;
 use phalanx_trace::packet::NO_PRIM;
 use phalanx_trace::simd::LANES;

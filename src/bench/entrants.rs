@@ -6,7 +6,7 @@ use super::plan::{BenchPlan, SceneInfo};
 use super::timer::{self, Chunks};
 use super::workload::{BenchTrees, Workload};
 use crate::peers::{BenchEngine, PeerScene};
-use crate::report::{ORACLE, PHALANX, RateRow};
+use phalanx_report::{ORACLE, PHALANX, RateRow};
 use phalanx_trace::Kernel;
 
 /// One engine and mode on a set of rays, with its results compared.

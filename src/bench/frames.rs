@@ -4,12 +4,11 @@
 use super::entrants::{kernels, row};
 use super::error::BenchError;
 use super::plan::{BenchPlan, SceneInfo};
-use super::ray_kind::FRAME;
 use super::rounds::{Measurement, Task};
 use super::workload::BenchTrees;
-use crate::report::{ORACLE, PHALANX};
 use phalanx_render::NO_HIT;
 use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, render_with};
+use phalanx_report::{FRAME, ORACLE, PHALANX};
 use phalanx_trace::Kernel;
 
 /// Divisor of the ray sets' picture width and height that gives the size of a frame. Frames trace

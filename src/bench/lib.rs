@@ -4,13 +4,13 @@
 //! | file | content |
 //! |---|---|
 //! | `plan`, `suite` | settings of a run, and the standard suite |
-//! | `ray_kind`, `rays` | the kinds of ray sets, and their generation from a scene |
+//! | `rays` | the sets of rays, generated from a scene |
 //! | `answer` | results of rays, compared bit by bit, or with a peer's within a tolerance |
 //! | `workload` | a scene with its trees, rays and right results |
 //! | `engines`, `entrants`, `frames` | the engines that are measured |
 //! | `counters` | counted work |
 //! | `timer`, `rounds` | timing: one sample, and all of them in rounds |
-//! | `roofline` | peak rates of the machine |
+//! | `machine`, `roofline` | the machine, and its peak rates |
 //! | `run` | the order of all that for one scene |
 //!
 //! [`measure`] is the entry point.
@@ -23,11 +23,10 @@ mod entrants;
 mod error;
 mod fingerprint;
 mod frames;
+mod machine;
 pub mod peers;
 mod plan;
-mod ray_kind;
 mod rays;
-pub mod report;
 mod roofline;
 mod rounds;
 mod run;
@@ -39,9 +38,10 @@ pub use answer::{Answer, MAX_DIFFERING_SHARE, MAX_DISTANCE_ERROR};
 pub use dump::{DumpError, MAGIC, dump};
 pub use engines::{KernelEngine, OracleEngine};
 pub use error::BenchError;
+pub use machine::this_machine;
+pub use phalanx_report::{FRAME, QueryKind, RayKind};
 pub use plan::{BenchPlan, ProgressListener, SceneInfo};
-pub use ray_kind::{FRAME, QueryKind, RayKind};
 pub use rays::{RaySet, primary, secondary};
 pub use roofline::measure_limits;
-pub use run::{Measured, measure};
+pub use run::{Measured, measure, record};
 pub use suite::{Suite, SuiteError, SuiteScene};

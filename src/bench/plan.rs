@@ -1,9 +1,8 @@
 //! Settings of a run: what to measure, and for how long.
 
-use super::ray_kind::RayKind;
 use crate::peers::Peer;
-use crate::report::{RaySetRecord, RunInfo};
 use phalanx_render::frame::CoreAffinity;
+use phalanx_report::{RayKind, RaySetRecord, RunInfo};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Quality;
 use std::collections::BTreeMap;

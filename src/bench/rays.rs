@@ -5,13 +5,13 @@
 //! the same bits on every machine, and no kernel affects the rays that it is measured with.
 
 use super::answer::Answer;
-use super::ray_kind::{QueryKind, RayKind};
 use crate::peers::RaySetRef;
 use bumpalo::Bump;
 use glam::{DVec3, Vec3};
 use phalanx_oracle::{OracleHit, OracleRay, OracleSurface};
 use phalanx_render::frame::DEFAULT_TILE;
 use phalanx_render::{Tile, push_camera_rays, tiles};
+use phalanx_report::{QueryKind, RayKind};
 use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::Sampling;
 use phalanx_scene::{Scene, ViewError};

@@ -5,7 +5,7 @@
 //! undisturbed.
 
 use super::timer::on_threads;
-use crate::report::{Cache, MachineLimits, ThreadLimits};
+use phalanx_report::{Cache, MachineLimits, ThreadLimits};
 use phalanx_trace::simd::{F32x8, F32x16, Lanes};
 use std::collections::BTreeMap;
 use std::hint::black_box;
@@ -210,7 +210,7 @@ fn best(rates: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Machine;
+    use crate::this_machine;
 
     #[test]
     fn memory_to_read_is_within_the_cache_it_is_for() {
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn limits_are_plausible() {
         let start = Instant::now();
-        let limits = measure_limits(2, &Machine::here().caches);
+        let limits = measure_limits(2, &this_machine().caches);
         let seconds = start.elapsed().as_secs_f64();
         println!("{limits:#?} in {seconds} s");
         let [one, two] = &limits.threads[..] else {

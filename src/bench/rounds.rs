@@ -2,12 +2,11 @@
 //! machine's speed affect all of them alike.
 
 use super::plan::{BenchPlan, ProgressListener};
-use super::ray_kind::QueryKind;
 use super::timer::{self, Chunks, Timing};
 use crate::peers::BenchEngine;
-use crate::report::{Estimate, RateRow};
 use phalanx_render::Cores;
 use phalanx_render::frame::{AccelRef, Control, CoreAffinity, Settings, render_with};
+use phalanx_report::{Estimate, QueryKind, RateRow};
 use phalanx_scene::Scene;
 
 /// Least time of a sample in seconds. It is long beside the cost of starting threads. It is short

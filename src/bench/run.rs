@@ -4,13 +4,14 @@ use super::counters;
 use super::entrants::{Entrant, NamedPeerScene, entrants, kernels};
 use super::error::BenchError;
 use super::frames::Frames;
+use super::machine::this_machine;
 use super::plan::{BenchPlan, ProgressListener, SceneInfo};
 use super::rounds::{Measurement, Task, run_rounds};
 use super::workload::{self, BenchTrees, Workload, timed};
-use crate::report::{
-    BenchRecord, CounterRow, Machine, Program, RateRow, RunInfo, SCHEMA_VERSION, SceneRecord,
-};
 use bumpalo::Bump;
+use phalanx_report::{
+    BenchRecord, CounterRow, Program, RateRow, RunInfo, SCHEMA_VERSION, SceneRecord,
+};
 use phalanx_scene::Scene;
 
 /// Results of measuring a scene.
@@ -25,26 +26,24 @@ pub struct Measured {
     pub notes: Vec<String>,
 }
 
-impl BenchRecord {
-    /// The record of scenes that were measured in one run; without the machine's limits.
-    pub fn of(program: Program, machine: Machine, run: RunInfo, all: Vec<Measured>) -> BenchRecord {
-        let mut record = BenchRecord {
-            schema_version: SCHEMA_VERSION,
-            program,
-            machine,
-            run,
-            scenes: Vec::new(),
-            rows: Vec::new(),
-            counters: Vec::new(),
-            limits: None,
-        };
-        for measured in all {
-            record.scenes.push(measured.scene);
-            record.rows.extend(measured.rows);
-            record.counters.extend(measured.counters);
-        }
-        record
+/// The record of scenes that were measured in one run; without the machine's limits.
+pub fn record(program: Program, run: RunInfo, all: Vec<Measured>) -> BenchRecord {
+    let mut record = BenchRecord {
+        schema_version: SCHEMA_VERSION,
+        program,
+        machine: this_machine(),
+        run,
+        scenes: Vec::new(),
+        rows: Vec::new(),
+        counters: Vec::new(),
+        limits: None,
+    };
+    for measured in all {
+        record.scenes.push(measured.scene);
+        record.rows.extend(measured.rows);
+        record.counters.extend(measured.counters);
     }
+    record
 }
 
 /// Measures a validated scene: trees, rays, the right results, the results of all engines, counts,

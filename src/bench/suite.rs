@@ -1,7 +1,7 @@
 //! The standard suite: the scenes to measure if none is given, and the expected hits of their rays.
 
 use super::plan::SceneInfo;
-use crate::report::RaySetRecord;
+use phalanx_report::RaySetRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

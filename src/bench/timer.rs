@@ -2,9 +2,9 @@
 
 use super::answer::Answer;
 use super::plan::BenchPlan;
-use super::ray_kind::QueryKind;
 use crate::peers::{BenchEngine, BenchEngineThread};
 use phalanx_render::Cores;
+use phalanx_report::QueryKind;
 use phalanx_trace::packet::HitPacket;
 use std::hint::black_box;
 use std::ops::Range;

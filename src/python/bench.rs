@@ -4,10 +4,10 @@ use crate::errors::value_error;
 use crate::interrupt::stoppable;
 use crate::pictures::PyCamera;
 use crate::scene::PyScene;
-use phalanx::bench::{BenchPlan, ProgressListener, RayKind, SceneInfo, measure};
+use phalanx::bench::{BenchPlan, ProgressListener, RayKind, SceneInfo, measure, record};
 use phalanx::bvh::Quality;
 use phalanx::isa;
-use phalanx::report::{BenchRecord, Machine, Program, to_json};
+use phalanx::report::{Program, to_json};
 use phalanx::trace::Kernel;
 use pyo3::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -94,7 +94,7 @@ impl PyScene {
         let measured = stoppable(py, &AtomicBool::new(false), work)?.map_err(value_error)?;
         let seconds = start.elapsed().as_secs_f64();
         let run = plan.run_info(started, vec!["Scene.bench()".to_owned()], seconds);
-        let record = BenchRecord::of(program(), Machine::here(), run, vec![measured]);
+        let record = record(program(), run, vec![measured]);
         py.import("json")?
             .call_method1("loads", (to_json(&record),))
     }

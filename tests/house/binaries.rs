@@ -6,7 +6,7 @@ use std::path::Path;
 const MOST: usize = 16;
 
 /// Manifests of the workspace's crates, and where their sources lie.
-const CRATES: [(&str, &str); 12] = [
+const CRATES: [(&str, &str); 13] = [
     ("Cargo.toml", "src/lib.rs"),
     ("src/scene/Cargo.toml", "src/scene"),
     ("src/trace/Cargo.toml", "src/trace"),
@@ -18,6 +18,7 @@ const CRATES: [(&str, &str); 12] = [
     ("src/io/Cargo.toml", "src/io"),
     ("src/render/Cargo.toml", "src/render"),
     ("src/jobs/Cargo.toml", "src/jobs"),
+    ("src/report/Cargo.toml", "src/report"),
     ("src/bench/Cargo.toml", "src/bench"),
 ];
 

@@ -8,7 +8,7 @@ use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, which of the others each may depend on, and why no more.
-const CRATES: [(&str, &[&str], &str); 11] = [
+const CRATES: [(&str, &[&str], &str); 12] = [
     ("scene", &[], "what is traced does not depend on how"),
     (
         "trace",
@@ -52,14 +52,19 @@ const CRATES: [(&str, &[&str], &str); 11] = [
         "keeps what frames are made of; how a tile is painted is not its business",
     ),
     (
+        "report",
+        &["scene"],
+        "numbers to files and pages, whoever measured them",
+    ),
+    (
         "bench",
-        &["scene", "trace", "oracle", "render"],
+        &["scene", "trace", "oracle", "render", "report"],
         "opens no files: scenes are given",
     ),
 ];
 
 /// Rooms within a crate, and which of the others each may import.
-const ROOMS: [(&str, &[&str], &str); 13] = [
+const ROOMS: [(&str, &[&str], &str); 12] = [
     ("scene/sampling", &[], "a definition both engines share"),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
     ("trace/simd", &[], "numbers know nothing of rays"),
@@ -102,11 +107,6 @@ const ROOMS: [(&str, &[&str], &str); 13] = [
         "bench/peers",
         &[],
         "other tracers on our rays: they share none of our trees",
-    ),
-    (
-        "bench/report",
-        &["ray_kind"],
-        "numbers to files and pages, whoever measured them; the names of kinds are one list",
     ),
     (
         "cli",
@@ -205,12 +205,12 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "base64",
-        &["formats/gltf/", "bench/report/html/"],
+        &["formats/gltf/", "report/html/"],
         "only glTF carries files as text, and a page its pictures",
     ),
     (
         "maud",
-        &["bench/report/html/"],
+        &["report/html/"],
         "markup that escapes what it is given, in one room",
     ),
     (
@@ -220,7 +220,7 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "raw_cpuid",
-        &["trace/isa.rs", "bench/report/machine.rs"],
+        &["trace/isa.rs", "bench/machine.rs"],
         "what the CPU has, and what it is",
     ),
     ("pyo3", &["python/"], "the library knows no interpreter"),
@@ -231,7 +231,7 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "sysinfo",
-        &["bench/report/machine.rs"],
+        &["bench/machine.rs"],
         "the system is asked in one place",
     ),
 ];

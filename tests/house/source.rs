@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Files of `src` that are no Rust source.
-const OTHERS: [&str; 1] = ["bench/report/html/style.css"];
+const OTHERS: [&str; 1] = ["report/html/style.css"];
 
 /// The Python package, but for its extension.
 const PYTHON: [&str; 4] = [

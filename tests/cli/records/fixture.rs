@@ -1,7 +1,6 @@
 //! Artificial records.
 
 use phalanx::report::*;
-use phalanx::trace::TraversalStats;
 use std::collections::BTreeMap;
 
 pub const KINDS: [&str; 3] = ["primary", "shadow", "diffuse"];
@@ -54,7 +53,7 @@ pub fn record(scenes: usize) -> BenchRecord {
                 rays: rays.into(),
                 kernel: "packet8".into(),
                 ray_count: 1000,
-                work: TraversalStats {
+                work: CountedWork {
                     packets: 125,
                     active_lanes: 1000,
                     node_visits: 4000 + i as u64,

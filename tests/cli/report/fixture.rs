@@ -3,7 +3,6 @@
 use image::{ImageFormat, Rgb, RgbImage};
 use phalanx::report::html::ScenePictures;
 use phalanx::report::*;
-use phalanx::trace::TraversalStats;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
@@ -203,7 +202,7 @@ fn counter_row(
         rays: kind.to_owned(),
         kernel: "packet16".to_owned(),
         ray_count: rays,
-        work: TraversalStats {
+        work: CountedWork {
             packets,
             active_lanes: rays,
             node_visits: visits,

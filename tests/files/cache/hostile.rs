@@ -7,7 +7,7 @@ use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::cache::{CacheError, CacheFault, Cached};
 use phalanx::frame::{Accel, Engine, Kernel};
-use phalanx::scene::{Material, Scene};
+use phalanx::scene::{MadeUpParts, Material, OrthoHeight, OutputEncoding, Scene, Sky, UpAxis};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -150,27 +150,93 @@ fn plain(seed: u64) -> (Scene, Bvh) {
     (scene, bvh)
 }
 
-/// The file without the last row of a section, everything else moved to where it belongs.
-fn shortened(bytes: &[u8], short: usize) -> Option<Vec<u8>> {
-    let mut all = sections(bytes);
-    let row = word(bytes, HEADER + ENTRY * short + 16) as usize;
-    all[short].end = all[short].end.checked_sub(row)?;
-    if all[short].is_empty() && long(bytes, HEADER + ENTRY * short + 8) == 0 {
-        return None;
-    }
+/// The file with other rows in a section, everything else moved to where it belongs.
+fn replaced(bytes: &[u8], section: usize, rows: &[u8]) -> Vec<u8> {
+    let all = sections(bytes);
     let mut out = bytes[..HEADER + ENTRY * all.len()].to_vec();
-    for (k, range) in all.iter().enumerate() {
+    for (k, range) in all.into_iter().enumerate() {
         out.resize(out.len().next_multiple_of(64), 0);
         let (at, offset) = (HEADER + ENTRY * k, out.len() as u64);
-        let rows = range.len() / word(bytes, at + 16) as usize;
+        let content = if k == section { rows } else { &bytes[range] };
+        let count = content.len() / word(bytes, at + 16) as usize;
         out[at..at + 8].copy_from_slice(&offset.to_le_bytes());
-        out[at + 8..at + 16].copy_from_slice(&(rows as u64).to_le_bytes());
-        out.extend(&bytes[range.clone()]);
+        out[at + 8..at + 16].copy_from_slice(&(count as u64).to_le_bytes());
+        out.extend(content);
     }
     let length = out.len() as u64;
     out[24..32].copy_from_slice(&length.to_le_bytes());
     fix(&mut out);
-    Some(out)
+    out
+}
+
+/// The file without the last row of a section.
+fn shortened(bytes: &[u8], short: usize) -> Option<Vec<u8>> {
+    let rows = &bytes[sections(bytes)[short].clone()];
+    let row = word(bytes, HEADER + ENTRY * short + 16) as usize;
+    let rest = rows.len().checked_sub(row)?;
+    Some(replaced(bytes, short, &rows[..rest]))
+}
+
+/// Settings are the first section, in rows of a byte.
+#[test]
+fn settings_survive_and_their_prefixes_do_not() {
+    let (scene, bvh) = scene(43, 30);
+    let mut scene = Scene {
+        width: 7,
+        max_depth: 3,
+        output: Some("bild-ä.png".into()),
+        encoding: OutputEncoding::SRGB,
+        scale: 0.25,
+        origin: [500_000.1, -0.0, -4e6],
+        background: Vec3::new(0.1, -0.0, 3.0),
+        ..scene
+    };
+    scene.lights.add_directional(Vec3::Y, Vec3::ONE);
+    scene.view.ortho = Some(7.0);
+    scene.made_up = MadeUpParts {
+        light: true,
+        up: UpAxis::NegY,
+        ortho: Some(OrthoHeight::Given(2.5)),
+        ortho_size: Some([3.0, 0.1]),
+        made_for: Some((1.5, true)),
+        ..MadeUpParts::default()
+    };
+    scene.sky = Some(Sky {
+        up: Vec3::Y,
+        nadir: Vec3::ZERO,
+        zenith: Vec3::ONE,
+    });
+    let bytes = bytes_of(&scene, &bvh);
+    let room = CacheFolder::new();
+    let back = room.open(&bytes).expect("settings").scene;
+    assert_eq!(bytes_of(&back, &bvh), bytes);
+    assert_eq!(format!("{back:?}"), format!("{scene:?}"));
+    let settings = &bytes[sections(&bytes)[0].clone()];
+    let prefixes = (0..settings.len()).map(|length| settings[..length].to_vec());
+    for other in prefixes.chain([[settings, &[0]].concat()]) {
+        assert!(
+            room.open(&replaced(&bytes, 0, &other)).is_err(),
+            "{other:?}"
+        );
+    }
+    let spoiled = [
+        |s: &mut Scene| s.background.y = f32::NAN,
+        |s: &mut Scene| s.sky.as_mut().expect("a sky").zenith.x = f32::NAN,
+        |s: &mut Scene| s.scale = 0.75,
+        |s: &mut Scene| s.scale = 0.0,
+        |s: &mut Scene| s.scale = -1.0,
+        |s: &mut Scene| s.origin[1] = f64::NAN,
+        |s: &mut Scene| s.origin[2] = f64::INFINITY,
+        |s: &mut Scene| s.made_up.ortho_size = Some([1.0, f64::NAN]),
+        |s: &mut Scene| s.made_up.ortho = Some(OrthoHeight::Given(-1.0)),
+        |s: &mut Scene| s.textures[0].width = 0,
+        |s: &mut Scene| s.textures[0].height = u32::MAX,
+    ];
+    for (k, spoil) in spoiled.into_iter().enumerate() {
+        let mut bad = back.clone();
+        spoil(&mut bad);
+        assert!(room.open(&bytes_of(&bad, &bvh)).is_err(), "{k}");
+    }
 }
 
 /// Columns of one table must be of one length, and the list of primitives as long as all of theirs.

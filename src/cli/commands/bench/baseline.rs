@@ -7,7 +7,7 @@ use super::program::this_program;
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, RayKind};
 use phalanx::report::{
-    BenchRecord, Changes, CountDifference, CounterChange, IncompatibleRecords, Machine, RETAKES,
+    BenchRecord, Changes, CountDifference, CounterChange, IncompatibleRecords, RETAKES,
     RecordError, RowKey, changes_table, counters, counters_table, regressions_table,
 };
 use std::path::Path;
@@ -46,7 +46,7 @@ impl Baseline {
             return Ok(());
         }
         let run = plan.run_info(String::new(), Vec::new(), 0.0);
-        let now = BenchRecord::of(this_program(), Machine::here(), run, Vec::new());
+        let now = phalanx::bench::record(this_program(), run, Vec::new());
         let names: Vec<&str> = scenes.iter().map(|scene| &*scene.info.name).collect();
         phalanx::report::check_baseline(&self.0, &now, &names, args.force).map_err(refused)
     }

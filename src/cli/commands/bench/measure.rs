@@ -8,7 +8,7 @@ use crate::cli::options::{SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
 use phalanx::frame::Engine;
-use phalanx::report::{BenchRecord, Machine};
+use phalanx::report::BenchRecord;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -61,7 +61,7 @@ pub fn record(
 ) -> BenchRecord {
     let arguments = std::env::args().skip(1).collect();
     let run = plan.run_info(started, arguments, seconds);
-    let mut record = BenchRecord::of(this_program(), Machine::here(), run, all);
+    let mut record = phalanx::bench::record(this_program(), run, all);
     // Measured only for the files, where they are shown, because they take seconds.
     if plan.timed && (args.json.is_some() || args.html.is_some()) {
         let limits = measure_limits(plan.max_threads(), &record.machine.caches);

@@ -3,7 +3,7 @@
 
 use super::axis::{LogAxis, TICK, paint_axis};
 use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
-use crate::report::text::shortened;
+use crate::text::shortened;
 use maud::{Markup, html};
 
 /// A value with its interval.

@@ -7,9 +7,8 @@
 //! left out. So the counts are lower bounds, and a point of the roofline is rather too low than too
 //! high.
 
-use crate::report::SceneRecord;
+use crate::{CountedWork, SceneRecord};
 use phalanx_scene::PrimKind;
-use phalanx_trace::TraversalStats;
 
 /// `aabb.rs`, rays that agree on signs: 6 subtractions, 6 products, 3 maxima, 2 minima; then
 /// `within`: a minimum and a comparison. Rays that go either way take 6 more minima and maxima.
@@ -37,7 +36,7 @@ pub(super) const INSTANCE: f64 = 50.0;
 
 /// Operations of the counted work. Primitive tests are not counted by kind, so they are taken to be
 /// of the kinds that the scene has, in its proportions.
-pub(super) fn operations(work: &TraversalStats, scene: Option<&SceneRecord>) -> f64 {
+pub(super) fn operations(work: &CountedWork, scene: Option<&SceneRecord>) -> f64 {
     let per_primitive = scene.and_then(mean_primitive).unwrap_or(TRIANGLE);
     work.box_tests as f64 * BOX + work.prim_tests as f64 * per_primitive
 }

@@ -5,7 +5,7 @@ use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{TableRows, cell, folded_table, table};
 use super::view::{RecordView, kind_text, threads_text};
-use crate::report::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow, SpeedRatio, is_peer};
+use crate::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow, SpeedRatio, is_peer};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 

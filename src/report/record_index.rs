@@ -226,7 +226,7 @@ pub fn quotable_line(record: &BenchRecord) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Estimate;
+    use crate::Estimate;
 
     fn row(scene: &str, (engine, kernel): (&str, &str), rate: f64, exact: bool) -> RateRow {
         RateRow {

@@ -7,10 +7,8 @@ use super::svg::{MarkerShape, Tint, key};
 use super::tables::{cell, folded_table, table};
 use super::view::{commit_text, day, kind_text, threads_text};
 use super::{number_format, summary};
-use crate::report::comparison::{self, ComparisonTable};
-use crate::report::{
-    AUTO, BenchRecord, Estimate, MeanRates, RecordComparison, RecordIndex, quotable_line,
-};
+use crate::comparison::{self, ComparisonTable};
+use crate::{AUTO, BenchRecord, Estimate, MeanRates, RecordComparison, RecordIndex, quotable_line};
 use maud::{Markup, html};
 
 /// The records of a page.
@@ -233,7 +231,7 @@ pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
     engines.dedup();
     let most = |record: usize| of.best[record].threads.last().copied();
     let chart = |engine: &str| {
-        let lines = crate::report::kinds_frame_first().map(|kind| Line {
+        let lines = crate::kinds_frame_first().map(|kind| Line {
             label: kind.to_owned(),
             group: String::new(),
             dots: of.dots(|record| {

@@ -1,27 +1,25 @@
 //! The machine that the program runs on.
 
-use super::{Cache, Machine};
+use phalanx_report::{Cache, Machine};
 use std::fs;
 use std::thread::available_parallelism;
 use sysinfo::{MemoryRefreshKind, System};
 
-impl Machine {
-    /// The machine this runs on, as far as it can be determined. Takes some milliseconds.
-    pub fn here() -> Machine {
-        let threads = available_parallelism().map_or(1, |count| count.get() as u32);
-        let mut system = System::new();
-        system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
-        Machine {
-            cpu: cpu::model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
-            cores: System::physical_core_count().map(|count| count as u32),
-            threads,
-            smt: cpu::smt(),
-            caches: cpu::caches(threads),
-            governor: governor(),
-            hypervisor: cpu::hypervisor(),
-            memory_bytes: Some(system.total_memory()).filter(|&bytes| bytes > 0),
-            kernel: kernel(),
-        }
+/// The machine this runs on, as far as it can be determined. Takes some milliseconds.
+pub fn this_machine() -> Machine {
+    let threads = available_parallelism().map_or(1, |count| count.get() as u32);
+    let mut system = System::new();
+    system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
+    Machine {
+        cpu: cpu::model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        cores: System::physical_core_count().map(|count| count as u32),
+        threads,
+        smt: cpu::smt(),
+        caches: cpu::caches(threads),
+        governor: governor(),
+        hypervisor: cpu::hypervisor(),
+        memory_bytes: Some(system.total_memory()).filter(|&bytes| bytes > 0),
+        kernel: kernel(),
     }
 }
 
@@ -160,10 +158,10 @@ mod tests {
 
     #[test]
     fn this_machine_is_known() {
-        let machine = Machine::here();
+        let machine = this_machine();
         println!("{machine:#?}");
         assert!(machine.threads >= 1 && !machine.cpu.is_empty());
-        assert_eq!(machine, Machine::here());
+        assert_eq!(machine, this_machine());
         for cache in &machine.caches {
             assert!((1..=4).contains(&cache.level), "{cache:?}");
             assert!(

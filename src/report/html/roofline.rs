@@ -7,7 +7,7 @@ use super::svg::{MarkerShape, Point, Tint, draw, key, line, marker, named, text}
 use super::tables::{cell, folded_table};
 use super::view::{RecordView, kind_text, row_name, threads_text};
 use super::{number_format, operations};
-use crate::report::{CounterRow, ThreadLimits};
+use crate::{CounterRow, ThreadLimits};
 use maud::{Markup, html};
 
 const LEFT: f64 = 38.0;

@@ -4,7 +4,6 @@
 //! Rates are millions of rays per second, times seconds, sizes bytes, unless a field's name says
 //! otherwise. A field whose value could not be determined is `null`, never a guess.
 
-use phalanx_trace::TraversalStats;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -246,21 +245,26 @@ pub struct CounterRow {
     /// Rays traced.
     pub ray_count: u64,
     /// The counts.
-    #[serde(with = "TraversalStatsFields")]
-    pub work: TraversalStats,
+    pub work: CountedWork,
 }
 
-/// The fields of [`TraversalStats`], for serde.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "TraversalStats")]
-struct TraversalStatsFields {
-    packets: u64,
-    active_lanes: u64,
-    node_visits: u64,
-    box_tests: u64,
-    leaf_visits: u64,
-    prim_tests: u64,
-    bytes: u64,
+/// Counts of a kernel's work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CountedWork {
+    /// Packets of eight lanes traced.
+    pub packets: u64,
+    /// Lanes of them that carried a ray.
+    pub active_lanes: u64,
+    /// Nodes visited, once for all lanes of a traversal.
+    pub node_visits: u64,
+    /// Lanes × boxes tested.
+    pub box_tests: u64,
+    /// Leaves visited, once for all lanes of a traversal; empty ones count, too.
+    pub leaf_visits: u64,
+    /// Lanes × primitives tested, instances among them.
+    pub prim_tests: u64,
+    /// Bytes of the nodes and primitives that were read, regardless of caches.
+    pub bytes: u64,
 }
 
 /// Peak rates of the machine, measured on one thread and on all.

@@ -4,7 +4,7 @@ use super::{Changes, GroupChange, RowChange, RowKey};
 
 /// Least number of rows with which a group decides by itself: with fewer it is hardly more than one
 /// of them.
-pub(in crate::report) const ROWS_TO_DECIDE: usize = 4;
+pub(crate) const ROWS_TO_DECIDE: usize = 4;
 
 /// Times that a suspect is measured again before it counts.
 pub const RETAKES: usize = 2;

@@ -2,10 +2,10 @@
 //! that the rounds of one run do not show, and kernels that changed. `perf/notes/noise.md` has how
 //! often they deceive.
 
-use crate::report::baseline::{LogRate, ROWS_TO_DECIDE};
-use crate::report::record_index::by_kernel;
-use crate::report::statistics::median;
-use crate::report::{BenchRecord, PHALANX, RateChange, RateRow};
+use crate::baseline::{LogRate, ROWS_TO_DECIDE};
+use crate::record_index::by_kernel;
+use crate::statistics::median;
+use crate::{BenchRecord, PHALANX, RateChange, RateRow};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! The rates that all records have, with their differences from the first record.
 
 use super::run_noise::{RunNoise, rate_change};
-use crate::report::record_index::{RateKey, by_kernel, kernel_key};
-use crate::report::{Estimate, RateChange, RateRow, RecordIndex};
+use crate::record_index::{RateKey, by_kernel, kernel_key};
+use crate::{Estimate, RateChange, RateRow, RecordIndex};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

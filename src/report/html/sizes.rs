@@ -5,7 +5,7 @@ use super::dots::WIDTH;
 use super::number_format;
 use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
 use super::view::{RecordView, kind_text, threads_text};
-use crate::report::text::shortened;
+use crate::text::shortened;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 

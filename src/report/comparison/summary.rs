@@ -1,6 +1,6 @@
 //! Ranks and geometric means of several records.
 
-use crate::report::{AUTO, PHALANX, RecordIndex, geometric_mean};
+use crate::{AUTO, PHALANX, RecordIndex, geometric_mean};
 use serde::Serialize;
 use std::collections::BTreeSet;
 

@@ -1,10 +1,11 @@
 //! Records of benchmark runs: their layout, statistics, comparison, and presentation as a page.
+//! What is measured, and how, is another crate's business: nothing here knows a tracer.
 
 mod baseline;
 mod comparison;
 mod files;
 pub mod html;
-mod machine;
+mod ray_kind;
 mod readme_table;
 mod record;
 mod record_index;
@@ -22,6 +23,7 @@ pub use comparison::{
     comparison_text,
 };
 pub use files::{RecordError, load, to_csv, to_json};
+pub use ray_kind::{FRAME, QueryKind, RayKind};
 pub use readme_table::{readme_table, scene_table};
 pub use record::*;
 pub use record_index::{AUTO, RecordIndex, SpeedRatio, is_peer, kinds_frame_first, quotable_line};

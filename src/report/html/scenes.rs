@@ -4,7 +4,7 @@
 use super::number_format;
 use super::tables::{cell, folded_table};
 use super::view::{RecordView, kind_text, row_name};
-use crate::report::SceneRecord;
+use crate::SceneRecord;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};

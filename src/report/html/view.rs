@@ -3,7 +3,7 @@
 
 use super::number_format;
 use crate::ray_kind::{FRAME, RayKind};
-use crate::report::{AUTO, BenchRecord, Program, RateRow, RecordIndex, SceneRecord, text};
+use crate::{AUTO, BenchRecord, Program, RateRow, RecordIndex, SceneRecord, text};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 

@@ -4,8 +4,8 @@ use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::tables::{cell, folded_table, table};
 use super::view::{commit_text, day, threads_text};
-use crate::report::baseline::BY_RAYS_HEAD;
-use crate::report::{AUTO, BenchRecord, Changes, GroupChange, Grouping, RateChange};
+use crate::baseline::BY_RAYS_HEAD;
+use crate::{AUTO, BenchRecord, Changes, GroupChange, Grouping, RateChange};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
@@ -107,7 +107,7 @@ fn interval(change: &RateChange) -> String {
 /// A share as per cent with one decimal and its sign.
 pub(super) fn signed_percent(share: f64) -> String {
     match share.is_finite() {
-        true => crate::report::text::percent(share).replace(' ', "\u{202f}"),
+        true => crate::text::percent(share).replace(' ', "\u{202f}"),
         false => number_format::NONE.to_owned(),
     }
 }
@@ -137,7 +137,7 @@ fn group_table(changes: &Changes) -> Markup {
 fn row_table(changes: &Changes) -> Markup {
     let mut sorted: Vec<_> = changes.rows.iter().collect();
     sorted.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
-    let row = |row: &&crate::report::RowChange| {
+    let row = |row: &&crate::RowChange| {
         let key = &row.key;
         let mut cells = [&key.scene, &key.rays, &key.kernel].map(cell).to_vec();
         cells.push(cell(key.threads.to_string()));

@@ -7,8 +7,8 @@
 //! on the machine, which does go away.
 
 use super::*;
-use crate::report::Estimate;
-use crate::report::statistics::Draw;
+use crate::Estimate;
+use crate::statistics::Draw;
 
 /// The threshold of the issue: fail above 8 %.
 const THRESHOLD: f64 = 0.08;

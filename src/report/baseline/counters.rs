@@ -1,8 +1,7 @@
 //! Comparison of the work counters of two runs. They are the same on every machine, or the work is
 //! not the same.
 
-use crate::report::{BenchRecord, CounterRow};
-use phalanx_trace::TraversalStats;
+use crate::{BenchRecord, CountedWork, CounterRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A counter that has changed.
@@ -75,7 +74,7 @@ fn index(record: &BenchRecord) -> BTreeMap<CounterKey<'_>, &CounterRow> {
 
 /// The counters by name. The destructuring pattern ensures that none is forgotten.
 fn counts(row: &CounterRow) -> [(&'static str, u64); 8] {
-    let TraversalStats {
+    let CountedWork {
         packets,
         active_lanes,
         node_visits,

@@ -1,7 +1,7 @@
 //! Change of a rate from one run to another, and its uncertainty.
 
-use crate::report::RateRow;
-use crate::report::statistics::{NORMAL, NORMAL_999, student};
+use crate::RateRow;
+use crate::statistics::{NORMAL, NORMAL_999, student};
 use serde::Serialize;
 
 /// Minimum number of rounds from which the uncertainty of a rate can be estimated.
@@ -46,7 +46,7 @@ impl RateChange {
 /// The logarithm of a rate, or of a ratio of rates, and its variance. The variance is infinite
 /// where there are too few rounds to estimate it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::report) struct LogRate {
+pub(crate) struct LogRate {
     value: f64,
     variance: f64,
 }

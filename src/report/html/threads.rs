@@ -6,7 +6,7 @@ use super::number_format;
 use super::svg::{MarkerShape, Tint, draw, line, marker, named, text};
 use super::tables::{cell, folded_table};
 use super::view::{RecordView, threads_text};
-use crate::report::geometric_mean;
+use crate::geometric_mean;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 

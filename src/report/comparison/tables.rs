@@ -1,8 +1,8 @@
 //! A comparison as tables: for the terminal, and in Markdown.
 
 use super::{ComparedRate, ComparedRecord, RecordComparison};
-use crate::report::text::{self, ColumnLayout, counted, fitted_table, percent, rate, wrapped};
-use crate::report::{PHALANX, RateChange};
+use crate::text::{self, ColumnLayout, counted, fitted_table, percent, rate, wrapped};
+use crate::{PHALANX, RateChange};
 use std::collections::BTreeSet;
 
 /// Most differing rates of a table that nobody asked to be whole.
@@ -229,7 +229,7 @@ fn kernels(of: &RecordComparison) -> ComparisonTable {
 }
 
 /// The rates that differ most, `limit` of them at most.
-pub(in crate::report) fn differing(of: &RecordComparison, limit: usize) -> ComparisonTable {
+pub(crate) fn differing(of: &RecordComparison, limit: usize) -> ComparisonTable {
     let (head, joined) = with_changes(of, &["scene", "rays", "tracer", "threads"]);
     let row = |compared: &ComparedRate| {
         let mut cells = vec![

@@ -4,13 +4,13 @@ use super::{
     Changes, CountDifference, CounterChange, GroupChange, Grouping, Normalisation, RateChange,
     Regression, RowChange,
 };
-use crate::report::text::{self, aligned, counted, percent, rate};
+use crate::text::{self, aligned, counted, percent, rate};
 
 /// Most rows of a table: those that matter come first.
 const MAX_ROWS: usize = 12;
 
 /// Columns of the changes by kind of rays.
-pub(in crate::report) const BY_RAYS_HEAD: [&str; 6] = [
+pub(crate) const BY_RAYS_HEAD: [&str; 6] = [
     "rays",
     "kernel",
     "threads",

@@ -5,7 +5,7 @@ use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{cell, folded, folded_table};
 use super::view::{RecordView, kind_text, row_name, threads_text};
-use crate::report::{AUTO, Estimate, PHALANX, RateRow, is_peer};
+use crate::{AUTO, Estimate, PHALANX, RateRow, is_peer};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
