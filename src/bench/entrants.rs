@@ -3,9 +3,11 @@
 
 use super::answer::MAX_DIFFERING_SHARE;
 use super::plan::{BenchPlan, SceneInfo};
+use super::rounds::SampleFn;
 use super::timer::{self, Chunks};
 use super::workload::{BenchTrees, Workload};
 use crate::peers::{BenchEngine, PeerScene};
+use phalanx_render::Cores;
 use phalanx_report::{ORACLE, PHALANX, RateRow};
 use phalanx_trace::Kernel;
 
@@ -13,7 +15,7 @@ use phalanx_trace::Kernel;
 pub(super) struct Entrant<'a> {
     name: &'static str,
     kernel: String,
-    pub(super) engine: Box<dyn BenchEngine + 'a>,
+    engine: Box<dyn BenchEngine + 'a>,
     hits: u64,
     difference: Option<f64>,
 }
@@ -54,7 +56,7 @@ pub(super) fn entrants<'a>(
     entrants.extend(kernels);
     let (query, all) = (workload.kind().query(), Chunks::all(workload.packets()));
     for (name, peer_scene) in peers {
-        for (kernel, engine) in peer_scene.engines(rays) {
+        for (kernel, engine) in peer_scene(rays) {
             let answer = timer::answer(&*engine, query, &all, BenchPlan::all_threads());
             let expected = &workload.expected;
             entrants.push(Entrant {
@@ -70,12 +72,18 @@ pub(super) fn entrants<'a>(
 }
 
 impl Entrant<'_> {
-    /// The part of the rays that is timed.
-    pub(super) fn chunks(&self, workload: &Workload) -> Chunks {
-        match self.name {
+    /// Traces the part of the rays that is timed.
+    pub(super) fn sampler<'a>(&'a self, workload: &Workload) -> SampleFn<'a> {
+        let chunks = match self.name {
             ORACLE => workload.oracle_timed(),
             _ => workload.timed(),
-        }
+        };
+        let (query, rays) = (workload.kind().query(), workload.rays());
+        Box::new(move |passes, threads, pin| {
+            let cores = Cores::here(pin);
+            let timing = timer::sample(&*self.engine, query, &chunks, passes, threads, &cores);
+            (timing, chunks.rays(rays) as u64)
+        })
     }
 
     /// The entrant's row, still without samples.

@@ -4,7 +4,8 @@
 use super::entrants::{kernels, row};
 use super::error::BenchError;
 use super::plan::{BenchPlan, SceneInfo};
-use super::rounds::{Measurement, Task};
+use super::rounds::{Measurement, SampleFn};
+use super::timer::Timing;
 use super::workload::BenchTrees;
 use phalanx_render::NO_HIT;
 use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, render_with};
@@ -110,21 +111,39 @@ impl<'a> Frames<'a> {
                     ORACLE => ORACLE_SHRINK,
                     _ => 1,
                 };
-                let task = Task::Frame {
-                    scene: self.trees.scene,
-                    tree: self.tree(engine),
-                    settings: Settings {
-                        width: settings.width.div_ceil(shrink),
-                        height: settings.height.div_ceil(shrink),
-                        ..settings.clone()
-                    },
+                let settings = Settings {
+                    width: settings.width.div_ceil(shrink),
+                    height: settings.height.div_ceil(shrink),
+                    threads,
+                    ..settings.clone()
                 };
                 let mut row = row(info, FRAME, engine, kernel, threads);
                 row.hits = hits;
-                measurements.push(Measurement::new(row, task));
+                let sampler = self.sampler(engine, settings);
+                measurements.push(Measurement::new(row, 1, sampler));
             }
         }
         measurements
+    }
+
+    /// Renders frames. Each takes long enough for what its caches hold before not to matter.
+    fn sampler(&self, engine: &str, settings: Settings) -> SampleFn<'a> {
+        let (scene, tree) = (self.trees.scene, self.tree(engine));
+        Box::new(move |passes, threads, pin| {
+            let settings = Settings {
+                pin,
+                ..settings.clone()
+            };
+            let (mut timing, mut rays) = (Timing::default(), 0);
+            for _ in 0..passes {
+                // An error is impossible: the frame was rendered before, to be compared.
+                if let Ok(frame) = render_with(scene, tree, &settings, &Control::default()) {
+                    rays = frame.stats.rays.total();
+                    timing.add_frame(frame.seconds, &frame.tile_seconds, threads);
+                }
+            }
+            (timing, rays)
+        })
     }
 }
 

@@ -2,87 +2,24 @@
 //! machine's speed affect all of them alike.
 
 use super::plan::{BenchPlan, ProgressListener};
-use super::timer::{self, Chunks, Timing};
-use crate::peers::BenchEngine;
-use phalanx_render::Cores;
-use phalanx_render::frame::{AccelRef, Control, CoreAffinity, Settings, render_with};
-use phalanx_report::{Estimate, QueryKind, RateRow};
-use phalanx_scene::Scene;
+use super::timer::Timing;
+use phalanx_render::frame::CoreAffinity;
+use phalanx_report::{Estimate, RateRow};
 
 /// Least time of a sample in seconds. It is long beside the cost of starting threads. It is short
 /// because disturbances of a shared machine last for milliseconds to seconds: the same time spent
 /// in more rounds, further apart, finds more moments in which it is quiet.
 const MIN_SAMPLE_SECONDS: f64 = 0.005;
 
-/// The task of a measurement in a sample.
-pub(super) enum Task<'a> {
-    /// Traces rays.
-    Rays {
-        engine: &'a dyn BenchEngine,
-        query: QueryKind,
-        chunks: Chunks,
-        rays: usize,
-    },
-    /// Renders a frame.
-    Frame {
-        scene: &'a Scene,
-        tree: AccelRef<'a>,
-        settings: Settings,
-    },
-}
-
-impl Task<'_> {
-    /// Least number of passes of a sample. It is two for rays, so that every engine starts alike:
-    /// the first pass may find the caches full of another engine's tree, or, after a kernel of the
-    /// same tree, full of its own. A frame takes long enough for this not to matter.
-    fn min_passes(&self) -> usize {
-        match self {
-            Task::Rays { .. } => 2,
-            Task::Frame { .. } => 1,
-        }
-    }
-
-    /// Timing of some passes, and the rays of each.
-    fn sample(&self, passes: usize, threads: usize, pin: CoreAffinity) -> (Timing, u64) {
-        match self {
-            Task::Rays {
-                engine,
-                query,
-                chunks,
-                rays,
-            } => {
-                let cores = Cores::here(pin);
-                let timing = timer::sample(*engine, *query, chunks, passes, threads, &cores);
-                (timing, chunks.rays(*rays) as u64)
-            }
-            Task::Frame {
-                scene,
-                tree,
-                settings,
-            } => {
-                let settings = Settings {
-                    threads,
-                    pin,
-                    ..settings.clone()
-                };
-                let (mut timing, mut rays) = (Timing::default(), 0);
-                for _ in 0..passes {
-                    // An error is impossible: the frame was rendered before, to be compared.
-                    if let Ok(frame) = render_with(scene, *tree, &settings, &Control::default()) {
-                        rays = frame.stats.rays.total();
-                        timing.add_frame(frame.seconds, &frame.tile_seconds, threads);
-                    }
-                }
-                (timing, rays)
-            }
-        }
-    }
-}
+/// Takes a sample of some passes on a number of threads: their timing, and the rays of each.
+pub(super) type SampleFn<'a> = Box<dyn Fn(usize, usize, CoreAffinity) -> (Timing, u64) + 'a>;
 
 /// The measurement of a row.
 pub(super) struct Measurement<'a> {
-    pub(super) row: RateRow,
-    pub(super) task: Task<'a>,
+    row: RateRow,
+    sampler: SampleFn<'a>,
+    /// Least number of passes of a sample.
+    min_passes: usize,
     passes: usize,
     seconds: f64,
     /// Seconds of each piece of a pass when it was fastest, one entry per round.
@@ -90,10 +27,11 @@ pub(super) struct Measurement<'a> {
 }
 
 impl<'a> Measurement<'a> {
-    pub(super) fn new(row: RateRow, task: Task<'a>) -> Measurement<'a> {
+    pub(super) fn new(row: RateRow, min_passes: usize, sampler: SampleFn<'a>) -> Measurement<'a> {
         Measurement {
             row,
-            task,
+            sampler,
+            min_passes,
             passes: 1,
             seconds: 0.0,
             rounds: Vec::new(),
@@ -108,10 +46,10 @@ impl<'a> Measurement<'a> {
     /// the fastest visit counts. It determines how many passes the other samples need.
     fn measure_round(&mut self, plan: &BenchPlan) {
         let threads = self.row.threads as usize;
-        let (timing, rays) = self.task.sample(self.passes, threads, plan.pin(threads));
+        let (timing, rays) = (self.sampler)(self.passes, threads, plan.pin(threads));
         let rate = rays as f64 * self.passes as f64 / 1e6 / timing.wall;
         let enough = (MIN_SAMPLE_SECONDS / timing.pass()).ceil() as usize;
-        self.passes = enough.clamp(self.task.min_passes(), MAX_PASSES);
+        self.passes = enough.clamp(self.min_passes, MAX_PASSES);
         self.seconds += timing.wall;
         self.row.samples.push(rate);
         self.row.rays_timed = rays;

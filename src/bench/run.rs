@@ -6,7 +6,7 @@ use super::error::BenchError;
 use super::frames::Frames;
 use super::machine::this_machine;
 use super::plan::{BenchPlan, ProgressListener, SceneInfo};
-use super::rounds::{Measurement, Task, run_rounds};
+use super::rounds::{Measurement, run_rounds};
 use super::workload::{self, BenchTrees, Workload, timed};
 use bumpalo::Bump;
 use phalanx_report::{
@@ -125,6 +125,11 @@ fn counters(
     rows.collect()
 }
 
+/// Least number of passes of rays in a sample, so that every engine starts alike: the first pass
+/// may find the caches full of another engine's tree, or, after a kernel of the same tree, full of
+/// its own.
+const RAY_PASSES: usize = 2;
+
 /// Measurements of all engines, side by side for each kind and number of threads.
 fn measurements<'a>(
     workloads: &'a [Workload],
@@ -136,13 +141,8 @@ fn measurements<'a>(
     for (workload, entrants) in workloads.iter().zip(entrants) {
         for &threads in &plan.threads {
             measurements.extend(entrants.iter().map(|entrant| {
-                let task = Task::Rays {
-                    engine: &*entrant.engine,
-                    query: workload.kind().query(),
-                    chunks: entrant.chunks(workload),
-                    rays: workload.rays(),
-                };
-                Measurement::new(entrant.row(info, workload, threads), task)
+                let row = entrant.row(info, workload, threads);
+                Measurement::new(row, RAY_PASSES, entrant.sampler(workload))
             }));
         }
     }

@@ -1,6 +1,6 @@
 //! Conversion of records to text and back.
 
-use super::{BenchRecord, RateRow, SCHEMA_VERSION};
+use super::{BenchRecord, SCHEMA_VERSION};
 use phalanx_scene::shown_path;
 use serde_json::Value;
 use std::fs::File;
@@ -112,29 +112,19 @@ pub fn to_csv(record: &BenchRecord) -> String {
     let origin = csv_origin(record);
     let mut text = String::from(CSV_HEAD) + "\n";
     for row in &record.rows {
-        let (key, rest) = csv_row(row);
+        let names = [&row.scene, &row.rays, &row.engine, &row.kernel];
+        let (names, threads) = (names.map(|text| quoted(text)).join(","), row.threads);
+        let rate = &row.mrays_per_s;
+        let (median, low, high) = (rate.median, rate.low, rate.high);
+        let (timed, hits, exact) = (row.rays_timed, row.hits, row.exact);
+        let difference = row.difference.map_or(String::new(), |d| d.to_string());
+        let same_as = quoted(row.same_as.as_deref().unwrap_or_default());
+        let rest = format!("{median},{low},{high},{timed},{hits},{difference},{exact},{same_as}");
         for (i, sample) in row.samples.iter().enumerate() {
-            text += &format!("{key},{},{sample},{rest},{origin}\n", i + 1);
+            text += &format!("{names},{threads},{},{sample},{rest},{origin}\n", i + 1);
         }
     }
     text
-}
-
-/// The columns before and after a row's sample.
-fn csv_row(row: &RateRow) -> (String, String) {
-    let rate = &row.mrays_per_s;
-    let mut key = [&row.scene, &row.rays, &row.engine, &row.kernel]
-        .map(|text| quoted(text))
-        .to_vec();
-    key.push(row.threads.to_string());
-    let mut rest = [rate.median, rate.low, rate.high]
-        .map(|number| number.to_string())
-        .to_vec();
-    rest.extend([row.rays_timed.to_string(), row.hits.to_string()]);
-    rest.push(row.difference.map_or(String::new(), |d| d.to_string()));
-    rest.push(row.exact.to_string());
-    rest.push(quoted(row.same_as.as_deref().unwrap_or_default()));
-    (key.join(","), rest.join(","))
 }
 
 /// The columns of machine and program.

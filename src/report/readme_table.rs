@@ -1,37 +1,26 @@
 //! The tables of rates in the README and in `perf/rates.md`, as Markdown.
 
-use super::text::{counted, day, markdown, markdown_row, rate, short_commit};
-use super::{AUTO, BenchRecord, ORACLE, RecordIndex};
-use crate::ray_kind::RayKind;
-
-/// Text in the place of a table where a record has no rates.
-const NO_RATES: &str = "The record has no rates.\n";
+use crate::numbers::{NONE, counted, rate};
+use crate::report_table::ReportTable;
+use crate::text::{commit, day, markdown};
+use crate::{AUTO, BenchRecord, ORACLE, RayKind, RecordIndex};
 
 /// Geometric means over a record's scenes as Markdown, by kind of rays on the fewest threads: our
 /// rates (`auto`), their ratios to each peer's best mode with exact results and to the oracle, and
 /// our rates on all threads. Then comes the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
-    let table = ReadmeTable::of(record);
-    if table.kinds.is_empty() {
-        return NO_RATES.to_owned();
-    }
     let scenes = counted(record.scenes.len(), "scene");
-    let threads = counted(table.fewest as usize, "thread");
-    let head = table.head(&format!("geometric means of {scenes}, {threads}"));
-    head + &table.means() + "\n" + &source(record) + ".\n"
+    let of = format!("geometric means of {scenes}, ");
+    ReadmeTable::of(record).text(&of, ReadmeTable::means, ".")
 }
 
 /// Rates in each scene of a record as Markdown, by kind of rays on the fewest threads: ours
 /// (`auto`), each peer's best mode with exact results, the oracle's, and the ratio of ours to
 /// theirs. Then come the machine and the command.
 pub fn scene_table(record: &BenchRecord) -> String {
-    let table = ReadmeTable::of(record);
-    if table.kinds.is_empty() {
-        return NO_RATES.to_owned();
-    }
-    let head = table.head(&counted(table.fewest as usize, "thread"));
     let command = record.run.arguments.join(" ").replace('`', "'");
-    head + &table.scenes() + "\n" + &source(record) + &format!(", `phalanx {command}`.\n")
+    let end = format!(", `phalanx {command}`.");
+    ReadmeTable::of(record).text("", ReadmeTable::scenes, &end)
 }
 
 struct ReadmeTable<'a> {
@@ -55,10 +44,24 @@ impl<'a> ReadmeTable<'a> {
         }
     }
 
-    fn head(&self, first: &str) -> String {
-        let kinds: Vec<String> = self.kinds.iter().map(ToString::to_string).collect();
-        let rule = "---:|".repeat(kinds.len());
-        line(&format!("Mrays/s, {first}"), &kinds) + "|---|" + &rule + "\n"
+    /// The table with what its rates are of, and a line for their source.
+    fn text(&self, of: &str, rows: fn(&Self) -> Vec<Vec<String>>, end: &str) -> String {
+        if self.kinds.is_empty() {
+            return "The record has no rates.\n".to_owned();
+        }
+        let threads = counted(self.fewest as usize, "thread");
+        let mut table = ReportTable::new("", &format!("Mrays/s, {of}{threads}"), 1);
+        let kinds = self.kinds.iter().map(ToString::to_string);
+        table.head.extend(kinds);
+        let table = table.with(rows(self)).markdown_rows(str::to_owned);
+        format!("{table}\n{}{end}\n", source(self.record))
+    }
+
+    /// A row with a cell for each kind of rays.
+    fn row(&self, first: String, cell: impl Fn(&str) -> Option<String>) -> Vec<String> {
+        let cells = self.kinds.iter().map(|kind| cell(kind));
+        let cells = cells.map(|cell| cell.unwrap_or(NONE.to_owned()));
+        std::iter::once(first).chain(cells).collect()
     }
 
     /// The other entrants with their names in the table, peers first.
@@ -68,33 +71,24 @@ impl<'a> ReadmeTable<'a> {
         peers.chain([(ORACLE, "scalar oracle".to_owned())])
     }
 
-    fn means(&self) -> String {
-        let ours = |threads| -> Vec<String> {
-            let mean = |kind: &&str| self.index.mean(AUTO, kind, threads);
-            let kinds = self.kinds.iter();
-            kinds
-                .map(|kind| mean(kind).map_or(nothing(), rate))
-                .collect()
-        };
-        let bold = |cell: String| format!("**{cell}**");
-        let fewest: Vec<String> = ours(self.fewest).into_iter().map(bold).collect();
-        let mut text = line("**phalanx**", &fewest);
+    fn means(&self) -> Vec<Vec<String>> {
+        let mean = |kind: &str, threads| self.index.mean(AUTO, kind, threads).map(rate);
+        let bold = |cell: Option<String>| format!("**{}**", cell.as_deref().unwrap_or(NONE));
+        let ours = |kind: &str| Some(bold(mean(kind, self.fewest)));
+        let mut rows = vec![self.row("**phalanx**".to_owned(), ours)];
         for (name, shown) in self.others() {
-            let kinds = self.kinds.iter();
-            let cells: Vec<String> = kinds.map(|kind| self.mean_ratio(name, kind)).collect();
-            text += &line(&format!("phalanx ÷ {shown}"), &cells);
+            let ratio = |kind: &str| self.mean_ratio(name, kind);
+            rows.push(self.row(format!("phalanx ÷ {shown}"), ratio));
         }
         if self.most > self.fewest {
-            let threads = counted(self.most as usize, "thread");
-            text += &line(&format!("phalanx, {threads}"), &ours(self.most));
+            let first = format!("phalanx, {}", counted(self.most as usize, "thread"));
+            rows.push(self.row(first, |kind| mean(kind, self.most)));
         }
-        text
+        rows
     }
 
-    fn mean_ratio(&self, name: &str, kind: &str) -> String {
-        let Some(over) = self.index.over(name, kind, self.fewest) else {
-            return nothing();
-        };
+    fn mean_ratio(&self, name: &str, kind: &str) -> Option<String> {
+        let over = self.index.over(name, kind, self.fewest)?;
         // Not every peer supports every scene: a ratio covers the scenes that both have.
         let scenes = self.index.scenes.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
@@ -102,33 +96,29 @@ impl<'a> ReadmeTable<'a> {
             true => format!(" (of {})", over.scenes),
             false => String::new(),
         };
-        format!("× {}{of}", rate(over.mean))
+        Some(format!("× {}{of}", rate(over.mean)))
     }
 
-    fn scenes(&self) -> String {
-        let mut text = String::new();
+    fn scenes(&self) -> Vec<Vec<String>> {
+        let mut rows = Vec::new();
         for scene in &self.record.scenes {
             let (name, count) = (markdown(&scene.name), primitives(scene.primitive_count));
-            let of = |name: &str, cell: &dyn Fn(f64, &str) -> String| -> Vec<String> {
-                let rate = |kind| self.rate(name, &scene.name, kind);
-                let kinds = self.kinds.iter();
-                kinds
-                    .map(|&kind| rate(kind).map_or(nothing(), |r| cell(r, kind)))
-                    .collect()
-            };
-            let ours = of(AUTO, &|r, _| format!("**{}**", rate(r)));
-            text += &line(&format!("**{name}**, {count}: phalanx"), &ours);
+            let ours = |kind: &str| self.rate(AUTO, &scene.name, kind);
+            rows.push(self.row(format!("**{name}**, {count}: phalanx"), |kind| {
+                Some(format!("**{}**", rate(ours(kind)?)))
+            }));
             for (name, shown) in self.others() {
-                let theirs = of(name, &|r, kind| {
-                    let ours = self.rate(AUTO, &scene.name, kind);
-                    rate(r) + &ours.map_or(String::new(), |ours| format!(" (× {})", rate(ours / r)))
-                });
-                if theirs.iter().any(|cell| *cell != nothing()) {
-                    text += &line(&shown, &theirs);
+                let theirs = |kind: &str| {
+                    let theirs = self.rate(name, &scene.name, kind)?;
+                    let ratio = ours(kind).map(|ours| format!(" (× {})", rate(ours / theirs)));
+                    Some(rate(theirs) + &ratio.unwrap_or_default())
+                };
+                if self.kinds.iter().any(|kind| theirs(kind).is_some()) {
+                    rows.push(self.row(shown, theirs));
                 }
             }
         }
-        text
+        rows
     }
 
     /// A rate on the fewest threads.
@@ -142,27 +132,14 @@ fn source(record: &BenchRecord) -> String {
     let (machine, program, run) = (&record.machine, &record.program, &record.run);
     let mut facts = vec![markdown(&machine.cpu)];
     facts.push(counted(machine.threads as usize, "hardware thread"));
-    facts.extend(match machine.hypervisor.as_deref() {
-        None | Some("") => None,
-        Some(name) => Some(format!("virtualised ({})", markdown(name))),
-    });
-    let mut built = format!("phalanx {}", program.version);
-    if let Some(revision) = &program.git_revision {
-        let short = short_commit(revision);
-        let dirty = if program.git_dirty == Some(true) {
-            ", changed"
-        } else {
-            ""
-        };
-        built += &format!(" ({short}{dirty})");
-    }
-    let (isa, quality) = (&program.isa_compiled, &run.quality);
-    built += &format!(" for {isa}, kernel {AUTO}, {quality} trees");
-    let parts = [built]
-        .into_iter()
-        .chain(program.rustc.clone())
-        .chain(run.peers.iter().cloned());
-    let parts: Vec<String> = parts.map(|part| markdown(&part)).collect();
+    let hypervisor = machine.hypervisor.as_ref().filter(|name| !name.is_empty());
+    facts.extend(hypervisor.map(|name| format!("virtualised ({})", markdown(name))));
+    let (version, isa, quality) = (&program.version, &program.isa_compiled, &run.quality);
+    let commit = commit(program).map_or(String::new(), |commit| format!(" ({commit})"));
+    let built = format!("phalanx {version}{commit} for {isa}, kernel {AUTO}, {quality} trees");
+    let parts = std::iter::once(&built).chain(&program.rustc);
+    let parts = parts.chain(&run.peers).map(|part| markdown(part));
+    let parts: Vec<String> = parts.collect();
     let day = day(&run.started);
     let [width, height] = run.size;
     format!(
@@ -170,14 +147,6 @@ fn source(record: &BenchRecord) -> String {
         facts.join(", "),
         parts.join(", "),
     )
-}
-
-fn nothing() -> String {
-    "–".to_owned()
-}
-
-fn line(first: &str, cells: &[String]) -> String {
-    markdown_row(&[&[first.to_owned()], cells].concat())
 }
 
 /// 1,234,567 as 1.2 M.

@@ -1,7 +1,7 @@
 //! The rows of a record by what they measure, the row that stands for each engine, and means and
 //! ratios of such rows.
 
-use super::text::{counted, rate};
+use super::numbers::{counted, rate};
 use super::{BenchRecord, ORACLE, PHALANX, RateRow, geometric_mean};
 use crate::ray_kind::{FRAME, RayKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,19 +12,15 @@ pub const AUTO: &str = "auto";
 /// Scene, kind of rays, engine and threads of a rate.
 pub(super) type RateKey<'a> = (&'a str, &'a str, &'a str, u32);
 
-/// A rate's key, and its kernel or mode.
-pub(super) type KernelKey<'a> = (RateKey<'a>, &'a str);
+/// Scene, kind of rays, engine, kernel and threads of a row.
+pub(super) type KernelKey<'a> = (&'a str, &'a str, &'a str, &'a str, u32);
+
+/// The row of an earlier record, and that of a later one.
+pub(super) type SharedRow<'a> = (&'a RateRow, &'a RateRow);
 
 /// The key of a row.
 pub(super) fn kernel_key(row: &RateRow) -> KernelKey<'_> {
-    let rate = (&*row.scene, &*row.rays, &*row.engine, row.threads);
-    (rate, &row.kernel)
-}
-
-/// The rows that have a rate, by their keys.
-pub(super) fn by_kernel(rows: &[RateRow]) -> BTreeMap<KernelKey<'_>, &RateRow> {
-    let usable = rows.iter().filter(|row| row.has_rate());
-    usable.map(|row| (kernel_key(row), row)).collect()
+    (&row.scene, &row.rays, &row.engine, &row.kernel, row.threads)
 }
 
 /// Rows by entrant: `auto`, our kernels by name, the oracle, and each peer by its fastest exact
@@ -40,7 +36,11 @@ pub struct RecordIndex<'a> {
     pub others: Vec<&'a str>,
     /// The engines of all rows: ours, the oracle, then peers.
     pub engines: Vec<&'a str>,
-    rows: BTreeMap<BestKey<'a>, &'a RateRow>,
+    /// All rows, those without a rate included.
+    pub(super) rows: &'a [RateRow],
+    /// These rows by their keys.
+    pub(super) by_key: BTreeMap<KernelKey<'a>, &'a RateRow>,
+    best: BTreeMap<BestKey<'a>, &'a RateRow>,
 }
 
 /// Entrant, scene, kind of rays, threads.
@@ -71,17 +71,7 @@ impl<'a> RecordIndex<'a> {
                 *kept = row;
             }
         }
-        let engine_rank = |name: &&str| [PHALANX, ORACLE].iter().position(|of| of == name);
-        let engines: BTreeSet<&str> = rows.iter().map(|row| row.engine.as_str()).collect();
-        let mut engines: Vec<&str> = engines.into_iter().collect();
-        engines.sort_by_key(|name| engine_rank(name).unwrap_or(2));
-        let others: BTreeMap<&str, &str> = best
-            .iter()
-            .map(|(key, row)| (key.0, row.engine.as_str()))
-            .filter(|(name, _)| *name != AUTO)
-            .collect();
-        let mut others: Vec<(&str, &str)> = others.into_iter().collect();
-        others.sort_by_key(|(_, engine)| engine_rank(engine).unwrap_or(2));
+        let others = best.iter().filter(|(key, _)| key.0 != AUTO);
         let ours = || best.keys().filter(|key| key.0 == AUTO);
         let threads: BTreeSet<u32> = ours().map(|key| key.3).collect();
         let measured: BTreeSet<&str> = ours().map(|key| key.2).collect();
@@ -93,9 +83,11 @@ impl<'a> RecordIndex<'a> {
                 .collect(),
             threads: threads.into_iter().collect(),
             scenes: scenes.filter(|scene| seen.insert(*scene)).collect(),
-            others: others.into_iter().map(|(name, _)| name).collect(),
-            engines,
-            rows: best,
+            others: ours_first(others.map(|(key, row)| (key.0, &*row.engine))),
+            engines: ours_first(rows.iter().map(|row| (&*row.engine, &*row.engine))),
+            rows,
+            by_key: rows.iter().map(|row| (kernel_key(row), row)).collect(),
+            best,
         }
     }
 
@@ -105,6 +97,28 @@ impl<'a> RecordIndex<'a> {
         engines.filter(|engine| is_peer(engine))
     }
 
+    /// The rows of an engine that both records have, this one's first.
+    pub(super) fn shared(&self, now: &RecordIndex<'a>, engine: &str) -> Vec<SharedRow<'a>> {
+        let own = now.by_key.iter().filter(|(key, _)| key.2 == engine);
+        let both = own.filter_map(|(key, row)| Some((*self.by_key.get(key)?, *row)));
+        both.collect()
+    }
+
+    /// The rows of an engine that the other record lacks.
+    pub(super) fn lacking(&self, other: &RecordIndex, engine: &str) -> Vec<&'a RateRow> {
+        let own = self.by_key.iter().filter(|(key, _)| key.2 == engine);
+        let lacking = own.filter(|(key, _)| !other.by_key.contains_key(*key));
+        lacking.map(|(_, row)| *row).collect()
+    }
+
+    /// Returns true if a row's samples are those of another row, which is here, too.
+    pub(super) fn repeats(&self, row: &RateRow) -> bool {
+        row.same_as.as_deref().is_some_and(|kernel| {
+            let other = (&*row.scene, &*row.rays, &*row.engine, kernel, row.threads);
+            kernel != row.kernel && self.by_key.contains_key(&other)
+        })
+    }
+
     /// Returns true if any other project's tracer took part.
     pub fn has_peers(&self) -> bool {
         self.peers().next().is_some()
@@ -112,7 +126,7 @@ impl<'a> RecordIndex<'a> {
 
     /// The row of an entrant.
     pub fn get(&self, name: &str, scene: &str, rays: &str, threads: u32) -> Option<&'a RateRow> {
-        self.rows.get(&(name, scene, rays, threads)).copied()
+        self.best.get(&(name, scene, rays, threads)).copied()
     }
 
     /// The rate of an entrant, millions of rays per second.
@@ -123,9 +137,10 @@ impl<'a> RecordIndex<'a> {
 
     /// The row that stands for each engine: ours is `auto`.
     pub(super) fn by_engine(&self) -> BTreeMap<RateKey<'a>, &'a RateRow> {
-        let rows = self.rows.iter();
+        let rows = self.best.iter();
         let rows = rows.filter(|(key, row)| key.0 == AUTO || row.engine != PHALANX);
-        rows.map(|(_, row)| (kernel_key(row).0, *row)).collect()
+        rows.map(|(&(_, scene, rays, threads), row)| ((scene, rays, &*row.engine, threads), *row))
+            .collect()
     }
 
     /// Geometric mean of an entrant's rates over its scenes.
@@ -170,15 +185,21 @@ impl<'a> RecordIndex<'a> {
     /// Geometric mean of our rates as a multiple of another entrant's, over all scenes and kinds of
     /// rays that both have.
     pub fn over_all(&self, name: &str, threads: u32) -> Option<f64> {
-        let pairs = self
-            .rows
-            .iter()
-            .filter(|(key, _)| key.0 == name && key.3 == threads);
+        let pairs = self.best.iter();
+        let pairs = pairs.filter(|(key, _)| key.0 == name && key.3 == threads);
         geometric_mean(pairs.filter_map(|(&(_, scene, rays, threads), other)| {
             let ours = self.rate(AUTO, scene, rays, threads)?;
             Some(ours / other.mrays_per_s.median)
         }))
     }
+}
+
+/// Names in the order of their engines: ours, the oracle, then peers.
+fn ours_first<'a>(named: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<&'a str> {
+    let rank = |engine| [PHALANX, ORACLE].iter().position(|of| *of == engine);
+    let ranked = named.map(|(name, engine)| (rank(engine).unwrap_or(2), name));
+    let ranked: BTreeSet<(usize, &str)> = ranked.collect();
+    ranked.into_iter().map(|(_, name)| name).collect()
 }
 
 /// Name of a row's entrant.

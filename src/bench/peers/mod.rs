@@ -39,29 +39,19 @@ impl Peer {
     /// # Errors
     /// [`Unsupported`] where the scene holds primitives that the peer cannot trace.
     pub fn build(&self, scene: &Scene, threads: usize) -> Result<PeerScene, Unsupported> {
-        match self {
+        Ok(match self {
             Peer::Embree(library) => {
-                embree::EmbreeScene::build(library, scene, threads).map(PeerScene::Embree)
+                let scene = embree::EmbreeScene::build(library, scene, threads)?;
+                Box::new(move |rays| scene.engines(rays))
             }
-            Peer::Obvhs => obvhs::ObvhsScene::build(scene).map(PeerScene::Obvhs),
-        }
+            Peer::Obvhs => {
+                let scene = obvhs::ObvhsScene::build(scene)?;
+                Box::new(move |rays| scene.engines(rays))
+            }
+        })
     }
 }
 
-/// A scene in another tracer's own form.
-pub enum PeerScene {
-    /// A scene in Embree's form.
-    Embree(embree::EmbreeScene),
-    /// A scene in obvhs's form.
-    Obvhs(obvhs::ObvhsScene),
-}
-
-impl PeerScene {
-    /// The peer's modes by name, each with the rays laid out as it wants them.
-    pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
-        match self {
-            PeerScene::Embree(scene) => scene.engines(rays),
-            PeerScene::Obvhs(scene) => scene.engines(rays),
-        }
-    }
-}
+/// A scene in another tracer's own form: the function from a set of rays to the peer's modes by
+/// name, each with the rays laid out as it wants them.
+pub type PeerScene = Box<dyn Fn(RaySetRef) -> NamedEngines>;

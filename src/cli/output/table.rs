@@ -37,15 +37,7 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
 
 /// 1234567 as 1,234,567.
 pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    phalanx::report::grouped(&number.to_string(), ',')
 }
 
 /// Bytes in the unit that gives one to four digits before the decimal point.

@@ -4,19 +4,34 @@
 //! Records may be of different machines, whose rates are compared as measured. Where the machine is
 //! the same, its own change ([`RunNoise`]) is taken out.
 
+mod change_tables;
+mod changes;
+mod compatibility;
+mod counters;
+mod log_rate;
+#[cfg(test)]
+mod noise;
 mod rates;
+mod regressions;
 mod run_noise;
 mod summary;
 mod tables;
 
+pub(super) use change_tables::{BY_RAYS_HEAD, worst_first};
+pub use change_tables::{changes_table, counters_table, regressions_table};
+pub use changes::{Changes, GroupChange, Grouping, Normalisation, RowChange, RowKey, compare};
+pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline};
+pub use counters::{CountDifference, CounterChange, counters};
+pub use log_rate::RateChange;
 pub use rates::ComparedRate;
+pub use regressions::{RETAKES, Regression};
 pub use run_noise::KernelChange;
 pub use summary::{EngineRank, MeanRates, MeanRatios};
 pub(super) use tables::differing;
-pub use tables::{ComparisonTable, comparison_markdown, comparison_tables, comparison_text};
+pub use tables::{comparison_markdown, comparison_tables, comparison_text};
 
-use super::baseline::of_rays;
-use super::{BenchRecord, RateChange, RateRow, RecordIndex};
+use super::{BenchRecord, RecordIndex};
+use compatibility::of_rays;
 use run_noise::{RunNoise, changed_kernels};
 use serde::Serialize;
 
@@ -93,25 +108,23 @@ pub struct ComparedRecord {
 impl RecordComparison {
     /// Compares records, which come with a name each. Differences are from the first.
     pub fn of(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
-        let rows: Vec<&[RateRow]> = records.iter().map(|(_, r)| r.rows.as_slice()).collect();
-        let best: Vec<RecordIndex> = rows.iter().map(|rows| RecordIndex::of(rows)).collect();
+        let rows = records.iter().map(|(_, record)| &record.rows);
+        let best: Vec<RecordIndex> = rows.map(|rows| RecordIndex::of(rows)).collect();
         let ranking = summary::ranking(&best);
-        let noise: Vec<Option<RunNoise>> = records
-            .iter()
-            .skip(1)
-            .map(|(_, record)| RunNoise::of(records[0].1, record))
-            .collect();
+        let of = |i: usize| (records[i].1, &best[i]);
+        let further = 1..records.len();
+        let noise = further.map(|i| RunNoise::of(of(0), of(i)));
+        let noise: Vec<Option<RunNoise>> = noise.collect();
         let engines = rates::best_of_engines(&best, &noise, options.threshold);
-        let kernels = rates::every_kernel(&rows, &noise, options.threshold);
+        let kernels = rates::every_kernel(&best, &noise, options.threshold);
         let compared = match options.all {
             true => &kernels,
             false => &engines,
         };
-        let (compared, differing) = (
-            compared.len(),
-            compared.iter().filter(|rate| rate.differs).count(),
-        );
-        let most = rows.iter().map(|rows| rows.len()).max().unwrap_or(0);
+        let differing = compared.iter().filter(|rate| rate.differs).count();
+        let compared = compared.len();
+        let rows = best.iter().map(|of| of.rows.len());
+        let left_out = rows.max().unwrap_or(0).saturating_sub(kernels.len());
         RecordComparison {
             threshold: options.threshold,
             records: compared_records(records, &noise),
@@ -121,7 +134,7 @@ impl RecordComparison {
             ranks: ranking.ranks,
             means: summary::means(&best),
             ratios: summary::ratios(&best),
-            left_out: most - kernels.len().min(most),
+            left_out,
             rates: match options.all {
                 true => kernels,
                 false => rates::largest_first(engines),

@@ -1,8 +1,9 @@
 //! The rates that all records have, with their differences from the first record.
 
+use super::log_rate::RateChange;
 use super::run_noise::{RunNoise, rate_change};
-use crate::record_index::{RateKey, by_kernel, kernel_key};
-use crate::{Estimate, RateChange, RateRow, RecordIndex};
+use crate::record_index::{RateKey, kernel_key};
+use crate::{Estimate, RateRow, RecordIndex};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -32,10 +33,9 @@ pub struct ComparedRate {
 impl ComparedRate {
     /// Size of the largest difference, as a logarithm.
     pub fn size(&self) -> f64 {
-        let sizes = self.changes.iter();
-        sizes
-            .map(|change| libm::log(1.0 + change.by).abs())
-            .fold(0.0, f64::max)
+        let changes = self.changes.iter();
+        let sizes = changes.map(|change| libm::log(1.0 + change.by).abs());
+        sizes.fold(0.0, f64::max)
     }
 }
 
@@ -60,23 +60,20 @@ pub(super) fn best_of_engines(
 
 /// Every row that all records have, in the order of the first.
 pub(super) fn every_kernel(
-    records: &[&[RateRow]],
+    records: &[RecordIndex],
     noise: &[Option<RunNoise>],
     threshold: f64,
 ) -> Vec<ComparedRate> {
-    let Some((first, others)) = records.split_first() else {
-        return Vec::new();
-    };
-    let others: Vec<_> = others.iter().map(|rows| by_kernel(rows)).collect();
     let rate = |row: &RateRow| {
-        let mut rows = vec![row];
-        for of in &others {
-            rows.push(of.get(&kernel_key(row))?);
-        }
-        compared(&rows, noise, threshold)
+        let rows = records
+            .iter()
+            .map(|of| of.by_key.get(&kernel_key(row)).copied());
+        let rows: Option<Vec<&RateRow>> = rows.collect();
+        let rows = rows.filter(|rows| rows.iter().all(|row| row.has_rate()));
+        compared(&rows?, noise, threshold)
     };
-    let usable = first.iter().filter(|row| row.has_rate());
-    usable.filter_map(rate).collect()
+    let first = records.iter().take(1).flat_map(|first| first.rows);
+    first.filter_map(rate).collect()
 }
 
 /// The rows of one rate, one of each record; `noise` is that of each further record.
@@ -85,9 +82,7 @@ fn compared(rows: &[&RateRow], noise: &[Option<RunNoise>], threshold: f64) -> Op
     let changes = others.iter().zip(noise);
     let changes = changes.map(|(row, noise)| rate_change(first, row, noise.as_ref()));
     let changes: Vec<RateChange> = changes.collect::<Option<_>>()?;
-    let differs = changes
-        .iter()
-        .any(|change| change.slower_than(threshold) || change.faster_than(threshold));
+    let differs = changes.iter().any(|change| change.exceeds(threshold));
     Some(ComparedRate {
         scene: first.scene.clone(),
         rays: first.rays.clone(),

@@ -2,10 +2,10 @@
 //! that the rounds of one run do not show, and kernels that changed. `perf/notes/noise.md` has how
 //! often they deceive.
 
-use crate::baseline::{LogRate, ROWS_TO_DECIDE};
-use crate::record_index::by_kernel;
+use super::log_rate::{LogRate, RateChange};
+use super::regressions::ROWS_TO_DECIDE;
 use crate::statistics::median;
-use crate::{BenchRecord, PHALANX, RateChange, RateRow};
+use crate::{BenchRecord, PHALANX, RateRow, RecordIndex};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -57,20 +57,21 @@ impl<'a> RunNoise<'a> {
     /// the machine's limits. Their median counts, so that none can blame the machine alone: neither
     /// a slower kernel nor a slower oracle. Each is a median itself, because a few rates in a
     /// hundred are slowed by other load in all of their rounds.
-    pub fn of(old: &'a BenchRecord, new: &'a BenchRecord) -> Option<RunNoise<'a>> {
-        let place = |r: &BenchRecord| {
-            let isa = r.program.isa_compiled.clone();
-            (r.machine.cpu.clone(), r.machine.threads, isa)
-        };
-        if place(old) != place(new) {
+    pub fn of(
+        (old, before): (&BenchRecord, &RecordIndex<'a>),
+        (new, now): (&BenchRecord, &RecordIndex<'a>),
+    ) -> Option<RunNoise<'a>> {
+        let same = old.machine.cpu == new.machine.cpu
+            && old.machine.threads == new.machine.threads
+            && old.program.isa_compiled == new.program.isa_compiled;
+        if !same {
             return None;
         }
-        let changes = changes(&old.rows, &new.rows);
-        let of = |ours: bool| {
+        let changes = changes(before, now);
+        let of = |ours: bool| -> Vec<f64> {
             let groups = changes.iter().filter(|(key, _)| (key.0 == PHALANX) == ours);
-            groups
-                .flat_map(|(_, changes)| changes.values().copied())
-                .collect::<Vec<f64>>()
+            let changes = groups.flat_map(|(_, changes)| changes.values().copied());
+            changes.collect()
         };
         let (mut others, mut ours) = (of(false), of(true));
         if others.is_empty() || ours.is_empty() {
@@ -118,7 +119,7 @@ pub(super) fn rate_change(
     new: &RateRow,
     noise: Option<&RunNoise>,
 ) -> Option<RateChange> {
-    let change = LogRate::of(new)?.over(LogRate::of(old)?);
+    let change = LogRate::change_between(old, new)?;
     let change = noise.map_or(change, |noise| change.over(noise.of_rate));
     Some(change.mostly())
 }
@@ -145,7 +146,7 @@ pub(super) fn changed_kernels(noise: &[Option<RunNoise>], threshold: f64) -> Vec
             let mut beyond_load: Vec<f64> = beyond_load.collect();
             let change = LogRate::new(median(&mut beyond_load), variance_of_median(&beyond_load));
             let change = change.over(noise.beyond_load).change();
-            if change.slower_than(threshold) || change.faster_than(threshold) {
+            if change.exceeds(threshold) {
                 changed.push(KernelChange {
                     record: i + 1,
                     kernel: kernel.to_owned(),
@@ -159,16 +160,15 @@ pub(super) fn changed_kernels(noise: &[Option<RunNoise>], threshold: f64) -> Vec
     changed
 }
 
-fn changes<'a>(old: &'a [RateRow], new: &'a [RateRow]) -> LogChanges<'a> {
-    let before = by_kernel(old);
+fn changes<'a>(before: &RecordIndex<'a>, now: &RecordIndex<'a>) -> LogChanges<'a> {
     let mut changes = LogChanges::new();
-    for (key, row) in by_kernel(new) {
-        if let Some(old) = before.get(&key) {
-            let change = libm::log(row.mrays_per_s.median / old.mrays_per_s.median);
-            let kernel = (&*row.engine, &*row.kernel, row.threads);
-            let of_kernel = changes.entry(kernel).or_default();
-            of_kernel.insert((&*row.scene, &*row.rays), change);
-        }
+    let engines = now.engines.iter();
+    let both = engines.flat_map(|engine| before.shared(now, engine));
+    for (old, new) in both.filter(|(old, new)| old.has_rate() && new.has_rate()) {
+        let change = libm::log(new.mrays_per_s.median / old.mrays_per_s.median);
+        let kernel = (&*new.engine, &*new.kernel, new.threads);
+        let of_kernel = changes.entry(kernel).or_default();
+        of_kernel.insert((&*new.scene, &*new.rays), change);
     }
     changes
 }
@@ -195,24 +195,19 @@ fn middle(changes: &BTreeMap<(&str, &str), f64>) -> f64 {
 
 /// Changes of the machine's limits, as logarithms.
 fn limits(old: &BenchRecord, new: &BenchRecord) -> Vec<f64> {
-    let of = |record: &BenchRecord| {
+    fn of(record: &BenchRecord) -> BTreeMap<(u32, &str), f64> {
         let threads = record.limits.iter().flat_map(|limits| &limits.threads);
         let rates = threads.flat_map(|of| {
-            let memory = of.bandwidth.iter();
-            let memory = memory.map(|(name, rate)| ((of.threads, name.clone()), *rate));
-            memory
-                .chain([((of.threads, String::new()), of.gflops)])
-                .collect::<Vec<_>>()
+            let memory = of.bandwidth.iter().map(|(name, rate)| (&**name, *rate));
+            let rates = memory.chain([("", of.gflops)]);
+            rates.map(|(name, rate)| ((of.threads, name), rate))
         });
-        rates.collect::<BTreeMap<_, f64>>()
-    };
+        rates.collect()
+    }
     let before = of(old);
-    let both = of(new)
-        .into_iter()
-        .filter_map(|(name, new)| Some(new / before.get(&name)?));
-    both.map(libm::log)
-        .filter(|change| change.is_finite())
-        .collect()
+    let now = of(new).into_iter();
+    let both = now.filter_map(|(name, new)| Some(libm::log(new / before.get(&name)?)));
+    both.filter(|change| change.is_finite()).collect()
 }
 
 /// Variance of the median of these, estimated by their median deviation.

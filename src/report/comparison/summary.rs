@@ -136,31 +136,21 @@ pub(super) fn means(records: &[RecordIndex]) -> Vec<MeanRates> {
 
 /// Our rates over those of the oracle and of each peer, by threads.
 pub(super) fn ratios(records: &[RecordIndex]) -> Vec<MeanRatios> {
-    let engines: BTreeSet<&str> = records
+    let engines = records.iter().flat_map(|best| best.engines.iter().copied());
+    let engines: BTreeSet<&str> = engines.filter(|name| *name != PHALANX).collect();
+    let threads = records.iter().flat_map(|best| best.threads.clone());
+    let threads: BTreeSet<u32> = threads.collect();
+    let pairs = engines
         .iter()
-        .flat_map(|best| best.engines.iter().copied())
-        .filter(|name| *name != PHALANX)
-        .collect();
-    let threads: BTreeSet<u32> = records
-        .iter()
-        .flat_map(|best| best.threads.clone())
-        .collect();
-    let mut all = Vec::new();
-    for engine in engines {
-        for &threads in &threads {
-            let ratios: Vec<Option<f64>> = records
-                .iter()
-                .map(|best| best.over_all(engine, threads))
-                .collect();
-            if ratios.iter().any(Option::is_some) {
-                let engine = engine.to_owned();
-                all.push(MeanRatios {
-                    engine,
-                    threads,
-                    ratios,
-                });
-            }
-        }
-    }
-    all
+        .flat_map(|engine| threads.iter().map(move |of| (*engine, *of)));
+    let ratios = pairs.map(|(engine, threads)| MeanRatios {
+        engine: engine.to_owned(),
+        threads,
+        ratios: records
+            .iter()
+            .map(|best| best.over_all(engine, threads))
+            .collect(),
+    });
+    let known = ratios.filter(|of| of.ratios.iter().any(Option::is_some));
+    known.collect()
 }

@@ -1,8 +1,12 @@
 //! A comparison as tables: for the terminal, and in Markdown.
 
-use super::{ComparedRate, ComparedRecord, RecordComparison};
-use crate::text::{self, ColumnLayout, counted, fitted_table, percent, rate, wrapped};
-use crate::{PHALANX, RateChange};
+use super::log_rate::RateChange;
+use super::rates::ComparedRate;
+use super::{ComparedRecord, RecordComparison};
+use crate::PHALANX;
+use crate::numbers::{counted, rate, signed_percent, threshold};
+use crate::report_table::ReportTable;
+use crate::text::{day, markdown, short_commit, short_name, wrapped};
 use std::collections::BTreeSet;
 
 /// Most differing rates of a table that nobody asked to be whole.
@@ -11,29 +15,9 @@ const MAX_RATES: usize = 24;
 /// Longest name of a scene in a table, whose other columns take the rest of 80.
 const SCENE_LENGTH: usize = 14;
 
-/// A table with its title.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ComparisonTable {
-    /// Title, which says what the rows are.
-    pub title: String,
-    /// Names of the columns.
-    pub head: Vec<String>,
-    /// Number of columns of text, which are flush left.
-    pub texts: usize,
-    /// Number of columns that name a row.
-    pub names: usize,
-    /// Columns that belong to the column before them.
-    pub joined: Vec<usize>,
-    /// Cells.
-    pub rows: Vec<Vec<String>>,
-    /// Explanation, in a line below.
-    pub note: String,
-}
-
 /// The tables of a comparison: ranks first, then means, then rates.
-pub fn comparison_tables(of: &RecordComparison) -> Vec<ComparisonTable> {
-    let mut tables = vec![ranks(of), means(of), ratios(of)];
-    tables.push(kernels(of));
+pub fn comparison_tables(of: &RecordComparison) -> Vec<ReportTable> {
+    let mut tables = vec![ranks(of), means(of), ratios(of), kernels(of)];
     match of.all {
         true => tables.extend(every_rate(of)),
         false => tables.push(differing(of, MAX_RATES)),
@@ -52,63 +36,30 @@ pub fn comparison_text(of: &RecordComparison, width: usize) -> String {
         }
     }
     for table in comparison_tables(of) {
-        let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
-        text += "\n";
-        text += &wrapped(&table.title, "", width);
-        let layout = ColumnLayout {
-            left: table.texts,
-            names: table.names,
-            joined: &table.joined,
-        };
-        text += &fitted_table(&head, &table.rows, layout, width);
-        text += &wrapped(&table.note, "  ", width);
+        text += &format!("\n{}", table.text(width));
     }
-    let closing = closing(of);
-    if !closing.is_empty() {
-        text += "\n";
+    for (i, line) in closing(of).iter().enumerate() {
+        text += if i == 0 { "\n" } else { "" };
+        text += &wrapped(line, "", width);
     }
-    text + &closing
-        .iter()
-        .map(|line| wrapped(line, "", width))
-        .collect::<String>()
+    text
 }
 
 /// A comparison as Markdown.
 pub fn comparison_markdown(of: &RecordComparison) -> String {
     let mut text = String::new();
     for record in &of.records {
-        let facts = record_lines(record).join("; ");
-        let name = text::markdown(&record.name);
-        text += &format!(
-            "- **{}** {name}: {}\n",
-            record.label,
-            text::markdown(&facts)
-        );
+        let (label, name) = (&record.label, markdown(&record.name));
+        let facts = markdown(&record_lines(record).join("; "));
+        text += &format!("- **{label}** {name}: {facts}\n");
     }
     for table in comparison_tables(of) {
-        text += &format!("\n{}:\n\n", text::markdown(&table.title));
-        text += &escaped_row(&table.head);
-        let rule = |column| if column < table.texts { "---" } else { "---:" };
-        let rules: Vec<&str> = (0..table.head.len()).map(rule).collect();
-        text += &format!("|{}|\n", rules.join("|"));
-        text += &table
-            .rows
-            .iter()
-            .map(|row| escaped_row(row))
-            .collect::<String>();
-        if !table.note.is_empty() {
-            text += &format!("\n{}\n", text::markdown(&table.note));
-        }
+        text += &table.markdown();
     }
-    let closing = closing(of)
-        .into_iter()
-        .map(|line| format!("\n{}\n", text::markdown(&line)));
-    text + &closing.collect::<String>()
-}
-
-fn escaped_row(cells: &[String]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| text::markdown(cell)).collect();
-    text::markdown_row(&cells)
+    for line in closing(of) {
+        text += &format!("\n{}\n", markdown(&line));
+    }
+    text
 }
 
 /// Machine and program of a record, and its differences from the first.
@@ -117,25 +68,21 @@ fn record_lines(record: &ComparedRecord) -> Vec<String> {
     let machine = format!("{}, {threads}, built for {}", record.cpu, record.isa);
     let mut program = format!("phalanx {}", record.version);
     if let Some(commit) = &record.commit {
-        program += &format!(" {}", text::short_commit(commit));
+        program += &format!(" {}", short_commit(commit));
     }
-    program += &format!(", {}", text::day(&record.started));
+    program += &format!(", {}", day(&record.started));
     program.extend(record.peers.iter().map(|peer| format!(", {peer}")));
-    let speed = record.machine.map(|machine| {
-        let by = percent(machine.by);
-        let by = by.trim_start();
+    let mut lines = vec![machine, program];
+    lines.extend(record.machine.map(|machine| {
+        let by = signed_percent(machine.by);
         format!("the machine itself: {by} against A; changes of rates are beyond that")
-    });
-    let remarks = record.remarks.clone();
-    [machine, program]
-        .into_iter()
-        .chain(speed)
-        .chain(remarks)
-        .collect()
+    }));
+    lines.extend(record.remarks.clone());
+    lines
 }
 
-fn ranks(of: &RecordComparison) -> ComparisonTable {
-    let row = |rank: &super::EngineRank| {
+fn ranks(of: &RecordComparison) -> ReportTable {
+    let rows = of.ranks.iter().map(|rank| {
         vec![
             rank.rank.to_string(),
             of.records[rank.record].label.clone(),
@@ -143,73 +90,55 @@ fn ranks(of: &RecordComparison) -> ComparisonTable {
             format!("{:.2}", rank.slowdown),
             rate(rank.mrays_per_s),
         ]
-    };
+    });
     let (rates, scenes) = (
         counted(of.ranked_rates, "rate"),
         counted(of.ranked_scenes, "scene"),
     );
-    ComparisonTable {
-        title: format!("ranks over {rates} of {scenes} that all of these have"),
-        head: heads(&["rank", "record", "tracer", "slowdown", "Mrays/s"]),
-        texts: 3,
-        names: 3,
-        joined: Vec::new(),
-        rows: of.ranks.iter().map(row).collect(),
-        note: "slowdown: geometric mean of the fastest rate of each measurement over this one; 1.00 is always the fastest. \
-               phalanx by its kernel auto, peers by their best exact mode of each measurement"
-            .to_owned(),
-    }
+    let title = format!("ranks over {rates} of {scenes} that all of these have");
+    let mut table =
+        ReportTable::new(title, "rank | record | tracer | slowdown | Mrays/s", 3).with(rows);
+    table.note = "slowdown: geometric mean of the fastest rate of each measurement over this one; 1.00 is always the fastest. \
+                  phalanx by its kernel auto, peers by their best exact mode of each measurement"
+        .to_owned();
+    table
 }
 
-fn means(of: &RecordComparison) -> ComparisonTable {
-    let (head, joined) = with_changes(of, &["rays", "threads"]);
-    let row = |mean: &super::MeanRates| {
+fn means(of: &RecordComparison) -> ReportTable {
+    let scenes = of.means.iter().map(|mean| mean.scenes).max().unwrap_or(0);
+    let scenes = counted(scenes, "scene");
+    let title = format!("phalanx, Mrays/s, geometric means over {scenes}");
+    let rows = of.means.iter().map(|mean| {
         let mut cells = vec![mean.rays.clone(), mean.threads.to_string()];
         for (i, &mrays) in mean.mrays_per_s.iter().enumerate() {
             cells.push(rate(mrays));
-            cells.extend((i > 0).then(|| percent(mrays / mean.mrays_per_s[0] - 1.0)));
+            cells.extend((i > 0).then(|| signed_percent(mrays / mean.mrays_per_s[0] - 1.0)));
         }
         cells
-    };
-    let scenes: BTreeSet<usize> = of.means.iter().map(|mean| mean.scenes).collect();
-    let scenes = scenes.last().copied().unwrap_or(0);
-    ComparisonTable {
-        title: format!(
-            "phalanx, Mrays/s, geometric means over {}",
-            counted(scenes, "scene")
-        ),
-        head,
-        texts: 1,
-        names: 2,
-        joined,
-        rows: of.means.iter().map(row).collect(),
-        note: String::new(),
-    }
+    });
+    with_changes(of, ReportTable::new(title, "rays | threads", 1)).with(rows)
 }
 
-fn ratios(of: &RecordComparison) -> ComparisonTable {
-    let mut head = heads(&["tracer", "threads"]);
-    head.extend(of.records.iter().map(|record| record.label.clone()));
-    let row = |ratios: &super::MeanRatios| {
+fn ratios(of: &RecordComparison) -> ReportTable {
+    let title = format!("{PHALANX} as a multiple of other tracers, geometric means of each record");
+    let mut table = ReportTable::new(title, "tracer | threads", 1);
+    table.names = 2;
+    let labels = of.records.iter().map(|record| record.label.clone());
+    table.head.extend(labels);
+    table.with(of.ratios.iter().map(|ratios| {
         let mut cells = vec![ratios.engine.clone(), ratios.threads.to_string()];
         let ratio = |ratio: &Option<f64>| ratio.map_or("-".to_owned(), |r| format!("{r:.2}"));
         cells.extend(ratios.ratios.iter().map(ratio));
         cells
-    };
-    ComparisonTable {
-        title: format!("{PHALANX} as a multiple of other tracers, geometric means of each record"),
-        head,
-        texts: 1,
-        names: 2,
-        joined: Vec::new(),
-        rows: of.ratios.iter().map(row).collect(),
-        note: String::new(),
-    }
+    }))
 }
 
 /// The kernels that have changed as a whole.
-fn kernels(of: &RecordComparison) -> ComparisonTable {
-    let row = |change: &super::KernelChange| {
+fn kernels(of: &RecordComparison) -> ReportTable {
+    let title = format!("{PHALANX}'s kernels that have changed as a whole, medians of their rates");
+    let mut table = ReportTable::new(title, "record | kernel | threads | rates | change", 2);
+    table.names = 3;
+    table.with(of.kernels.iter().map(|change| {
         vec![
             of.records[change.record].label.clone(),
             change.kernel.clone(),
@@ -217,109 +146,78 @@ fn kernels(of: &RecordComparison) -> ComparisonTable {
             change.rates.to_string(),
             change_text(&change.change),
         ]
-    };
-    ComparisonTable {
-        title: format!("{PHALANX}'s kernels that have changed as a whole, medians of their rates"),
-        head: heads(&["record", "kernel", "threads", "rates", "change"]),
-        texts: 2,
-        names: 3,
-        rows: of.kernels.iter().map(row).collect(),
-        ..ComparisonTable::default()
-    }
+    }))
 }
 
 /// The rates that differ most, `limit` of them at most.
-pub(crate) fn differing(of: &RecordComparison, limit: usize) -> ComparisonTable {
-    let (head, joined) = with_changes(of, &["scene", "rays", "tracer", "threads"]);
-    let row = |compared: &ComparedRate| {
+pub(crate) fn differing(of: &RecordComparison, limit: usize) -> ReportTable {
+    let mut title = differ(of, &of.differing.to_string(), "differ");
+    if of.differing > limit {
+        title += &format!("; the {limit} largest");
+    }
+    let table = ReportTable::new(title, "scene | rays | tracer | threads", 3);
+    with_changes(of, table).with(of.rates.iter().take(limit).map(|compared| {
         let mut cells = vec![
-            text::short_name(&compared.scene, SCENE_LENGTH),
+            short_name(&compared.scene, SCENE_LENGTH),
             compared.rays.clone(),
             compared.engine.clone(),
             compared.threads.to_string(),
         ];
         cells.extend(rate_cells(compared));
         cells
-    };
-    let mut title = format!(
-        "{} of {} differ by more than {}, the whole interval",
-        of.differing,
-        counted(of.compared, "rate"),
-        text::threshold(of.threshold)
-    );
-    if of.differing > limit {
-        title += &format!("; the {limit} largest");
-    }
-    ComparisonTable {
-        title,
-        head,
-        texts: 3,
-        names: 4,
-        joined,
-        rows: of.rates.iter().take(limit).map(row).collect(),
-        note: String::new(),
-    }
+    }))
 }
 
 /// Every rate, in a table for each scene and number of threads.
-fn every_rate(of: &RecordComparison) -> Vec<ComparisonTable> {
-    let groups: BTreeSet<(&str, u32)> = of
-        .rates
-        .iter()
-        .map(|rate| (rate.scene.as_str(), rate.threads))
-        .collect();
-    let table = |(scene, threads): (&str, u32)| {
-        let (head, joined) = with_changes(of, &["rays", "tracer and kernel"]);
+fn every_rate(of: &RecordComparison) -> Vec<ReportTable> {
+    let group = |rate: &ComparedRate| (rate.scene.clone(), rate.threads);
+    let groups: BTreeSet<(String, u32)> = of.rates.iter().map(group).collect();
+    let row = |compared: &ComparedRate| {
+        let kernel = compared.kernels.first().map_or("", String::as_str);
+        let star = if compared.differs { " *" } else { "" };
+        let tracer = format!("{} {kernel}{star}", compared.engine);
+        let mut cells = vec![compared.rays.clone(), tracer];
+        cells.extend(rate_cells(compared));
+        cells
+    };
+    let table = |(scene, threads): (String, u32)| {
+        let title = format!("{scene}, {}", counted(threads as usize, "thread"));
         let rates = of.rates.iter();
-        let rates = rates.filter(|rate| (rate.scene.as_str(), rate.threads) == (scene, threads));
-        let row = |compared: &ComparedRate| {
-            let kernel = compared.kernels.first().map_or("", String::as_str);
-            let star = if compared.differs { " *" } else { "" };
-            let tracer = format!("{} {kernel}{star}", compared.engine);
-            let mut cells = vec![compared.rays.clone(), tracer];
-            cells.extend(rate_cells(compared));
-            cells
-        };
-        ComparisonTable {
-            title: format!("{scene}, {}", counted(threads as usize, "thread")),
-            head,
-            texts: 2,
-            names: 2,
-            joined,
-            rows: rates.map(row).collect(),
-            note: String::new(),
-        }
+        let rates = rates.filter(|rate| (&rate.scene, rate.threads) == (&scene, threads));
+        let table = ReportTable::new(title, "rays | tracer and kernel", 2);
+        with_changes(of, table).with(rates.map(row))
     };
     groups.into_iter().map(table).collect()
 }
 
-/// Columns after the first ones: one for each record, and one for each difference from the first.
-/// Also the indices of the latter.
-fn with_changes(of: &RecordComparison, first: &[&str]) -> (Vec<String>, Vec<usize>) {
-    let (mut head, mut changes) = (heads(first), Vec::new());
+/// The table, whose columns name its rows, with one for each record, and one for each difference
+/// from the first.
+fn with_changes(of: &RecordComparison, mut table: ReportTable) -> ReportTable {
+    table.names = table.head.len();
     for (i, record) in of.records.iter().enumerate() {
-        head.push(record.label.clone());
+        table.head.push(record.label.clone());
         if i > 0 {
-            changes.push(head.len());
-            head.push("change".to_owned());
+            table.joined.push(table.head.len());
+            table.head.push("change".to_owned());
         }
     }
-    (head, changes)
+    table
 }
 
 fn rate_cells(compared: &ComparedRate) -> Vec<String> {
-    let mut cells = Vec::new();
-    for (i, estimate) in compared.rates.iter().enumerate() {
-        cells.push(rate(estimate.median));
-        let change = i.checked_sub(1).and_then(|i| compared.changes.get(i));
-        cells.extend(change.map(change_text));
-    }
-    cells
+    let changes = compared
+        .changes
+        .iter()
+        .map(|change| Some(change_text(change)));
+    let changes = [None].into_iter().chain(changes);
+    let cells = compared.rates.iter().zip(changes);
+    let cells = cells.flat_map(|(estimate, change)| [Some(rate(estimate.median)), change]);
+    cells.flatten().collect()
 }
 
 /// A change with half its interval.
 fn change_text(change: &RateChange) -> String {
-    let by = percent(change.by);
+    let by = signed_percent(change.by);
     let by = by.trim_end_matches(" %");
     match change.is_known() {
         true => format!("{by} ± {:.1} %", 50.0 * (change.high - change.low)),
@@ -327,22 +225,19 @@ fn change_text(change: &RateChange) -> String {
     }
 }
 
+/// A sentence about the number of rates that differ, with the verb's form for it.
+fn differ(of: &RecordComparison, number: &str, verb: &str) -> String {
+    let (rates, share) = (counted(of.compared, "rate"), threshold(of.threshold));
+    format!("{number} of {rates} {verb} by more than {share}, the whole interval")
+}
+
 /// Remarks on rates that the tables do not list.
 fn closing(of: &RecordComparison) -> Vec<String> {
-    let mut lines = Vec::new();
-    match (of.all, of.differing) {
-        (true, differing) => lines.push(format!(
-            "* {differing} of {} differ by more than {}, the whole interval",
-            counted(of.compared, "rate"),
-            text::threshold(of.threshold)
-        )),
-        (false, 0) => lines.push(format!(
-            "None of {} differs by more than {}, the whole interval",
-            counted(of.compared, "rate"),
-            text::threshold(of.threshold)
-        )),
-        (false, _) => lines.push("--all lists every rate of every kernel".to_owned()),
-    }
+    let mut lines = vec![match (of.all, of.differing) {
+        (true, differing) => differ(of, &format!("* {differing}"), "differ"),
+        (false, 0) => differ(of, "None", "differs"),
+        (false, _) => "--all lists every rate of every kernel".to_owned(),
+    }];
     if of.left_out > 0 {
         let rows = counted(of.left_out, "row");
         lines.push(format!(
@@ -350,8 +245,4 @@ fn closing(of: &RecordComparison) -> Vec<String> {
         ));
     }
     lines
-}
-
-fn heads(names: &[&str]) -> Vec<String> {
-    names.iter().map(ToString::to_string).collect()
 }

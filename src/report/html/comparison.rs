@@ -1,15 +1,21 @@
 //! Several records as a page: the machines, means, the ratios to other tracers, scenes, and the
 //! differences from the first record.
 
-use super::dots::{Dot, Line, dot_plot};
-use super::rates::rate_name;
-use super::svg::{MarkerShape, Tint, key};
-use super::tables::{cell, folded_table, table};
+use super::changes::signed_percent;
+use super::dots::{Dot, Line, dot_figure};
+use super::rates::rate_dot;
+use super::summary::cache_text;
+use super::svg::{legend, look};
+use super::tables::cell;
 use super::view::{commit_text, day, kind_text, threads_text};
-use super::{number_format, summary};
-use crate::comparison::{self, ComparisonTable};
-use crate::{AUTO, BenchRecord, Estimate, MeanRates, RecordComparison, RecordIndex, quotable_line};
+use crate::comparison::{comparison_tables, differing};
+use crate::numbers::{self, NONE, measured, percent, times};
+use crate::report_table::ReportTable;
+use crate::{
+    AUTO, BenchRecord, MeanRates, RecordComparison, RecordIndex, kinds_frame_first, quotable_line,
+};
 use maud::{Markup, html};
+use std::collections::BTreeSet;
 
 /// The records of a page.
 pub(super) struct ComparedRecords<'a> {
@@ -44,71 +50,33 @@ impl<'a> ComparedRecords<'a> {
     }
 
     fn legend(&self) -> Markup {
-        html! {
-            ul.legend {
-                @for record in 0..self.records.len() {
-                    (key((Tint::Series(record), MarkerShape::of(record)), &self.name(record)))
-                }
-            }
-        }
+        let keys = (0..self.records.len()).map(|record| (look(record), self.name(record)));
+        legend(keys, html! {})
     }
 
-    /// A dot for each record that has a value.
-    fn dots(&self, value: impl Fn(usize) -> Option<(Estimate, String)>) -> Vec<Dot> {
-        let dot = |record: usize| {
-            let (estimate, name) = value(record)?;
-            Some(Dot {
-                name: format!("{}: {name}", self.comparison.records[record].label),
-                letter: self.comparison.records[record].label.clone(),
-                value: estimate.median,
-                low: estimate.low,
-                high: estimate.high,
-                style: record,
-            })
-        };
-        (0..self.records.len()).filter_map(dot).collect()
+    /// A dot for each record that has a value; `dot` makes it of its number.
+    fn dots(&self, dot: impl Fn(usize) -> Option<Dot>) -> Vec<Dot> {
+        let labels = self.comparison.records.iter().map(|record| &record.label);
+        let dot = |(record, label): (usize, &String)| Some(dot(record)?.of(label));
+        labels.enumerate().filter_map(dot).collect()
+    }
+
+    /// Tables of the comparison whose titles begin so.
+    fn tables(&self, start: &str) -> Markup {
+        let tables = comparison_tables(self.comparison);
+        let wanted = tables.iter().filter(|table| table.title.starts_with(start));
+        html! { @for table in wanted { (table.page()) } }
     }
 }
 
-/// A value without an interval.
-fn exact(value: f64) -> Estimate {
-    Estimate {
-        median: value,
-        mad: 0.0,
-        low: f64::NAN,
-        high: f64::NAN,
-    }
+/// A dot for a record's value without an interval.
+fn exact(name: String, record: usize, value: f64) -> Dot {
+    Dot::new(name, record, [f64::NAN, value, f64::NAN])
 }
 
-fn figure(title: &str, more: &str, caption: &str, lines: &[Line], mark: Option<f64>) -> Markup {
-    if lines.iter().all(|line| line.dots.is_empty()) {
-        return html! {};
-    }
+fn figure(title: &str, more: &str, axis: (&str, Option<f64>), lines: &[Line]) -> Markup {
     let label = format!("{title}{more}, a dot for each record; the tables hold the numbers.");
-    html! {
-        figure {
-            figcaption { strong { (title) } (more) }
-            (dot_plot(&label, caption, lines, mark))
-        }
-    }
-}
-
-/// Tables of the comparison whose titles begin so.
-fn tables_of(of: &ComparedRecords<'_>, start: &str) -> Markup {
-    let tables = comparison::comparison_tables(of.comparison);
-    let wanted = tables.iter().filter(|table| table.title.starts_with(start));
-    html! { @for wanted in wanted { (page_table(wanted, table)) } }
-}
-
-type TableMaker = fn(&str, &[String], usize, Vec<Vec<Markup>>) -> Markup;
-
-fn page_table(of: &ComparisonTable, make: TableMaker) -> Markup {
-    let rows = of.rows.iter();
-    let rows = rows.map(|row| row.iter().map(cell).collect()).collect();
-    html! {
-        (make(&of.title, &of.head, of.texts, rows))
-        @if !of.note.is_empty() { p.note { (of.note) } }
-    }
+    dot_figure((title, more), &label, axis, lines)
 }
 
 /// The line to quote of each record, and ranks.
@@ -117,53 +85,40 @@ pub(super) fn headline(of: &ComparedRecords<'_>) -> Markup {
         @for (i, (_, record)) in of.records.iter().enumerate() {
             @if let Some(line) = quotable_line(record) { p { strong { (of.name(i)) } ", " (line) } }
         }
-        (tables_of(of, "ranks"))
+        (of.tables("ranks"))
     }
 }
 
 /// The table of machines, a row for each record.
 pub(super) fn machines(of: &ComparedRecords<'_>) -> Markup {
+    let known = |text: Option<String>| cell(text.unwrap_or(NONE.to_owned()));
     let row = |(i, (name, record)): (usize, &(&str, &BenchRecord))| {
         let (machine, program) = (&record.machine, &record.program);
-        let known = |text: Option<String>| cell(text.unwrap_or(number_format::NONE.to_owned()));
         vec![
             cell(&of.comparison.records[i].label),
             cell(&machine.cpu),
             cell(match machine.hypervisor.as_deref() {
                 Some("") => "none",
                 Some(name) => name,
-                None => number_format::NONE,
+                None => NONE,
             }),
-            cell(program.isa_compiled.as_str()),
+            cell(&program.isa_compiled),
             html! { (program.version) " " code { (commit_text(program)) } },
-            cell(record.run.quality.as_str()),
+            cell(&record.run.quality),
             cell(record.run.peers.join(", ")),
             cell(day(record)),
             cell(name),
             known(machine.cores.map(|cores| cores.to_string())),
             cell(machine.threads.to_string()),
-            cell(summary::cache_text(machine).join(", ")),
-            known(machine.memory_bytes.map(number_format::binary_bytes)),
+            cell(cache_text(machine).join(", ")),
+            known(machine.memory_bytes.map(numbers::binary_bytes)),
         ]
     };
-    let head = [
-        "record",
-        "CPU",
-        "hypervisor",
-        "built for",
-        "phalanx",
-        "trees",
-        "peers",
-        "day",
-        "file",
-        "cores",
-        "hardware threads",
-        "caches",
-        "memory",
-    ];
-    let rows = of.records.iter().enumerate().map(row).collect();
+    let head = "record | CPU | hypervisor | built for | phalanx | trees | peers | day | file | \
+                cores | hardware threads | caches | memory";
+    let table = ReportTable::new("Machines and programs", head, 9);
     html! {
-        (table("Machines and programs", &head, 9, rows))
+        (table.with(of.records.iter().enumerate().map(row)).page())
         @for record in &of.comparison.records {
             @for remark in &record.remarks { p.note { (record.label) ": " (remark) } }
         }
@@ -171,92 +126,72 @@ pub(super) fn machines(of: &ComparedRecords<'_>) -> Markup {
 }
 
 /// A chart of our means by kind of rays: a dot for each record that has a value, which comes with
-/// its words. Its title is followed by more, by the caption of the axis, and by the value to mark.
+/// its words. Its title is followed by more.
 fn means_chart(
     of: &ComparedRecords<'_>,
     threads: u32,
-    (more, caption, mark): (&str, &str, Option<f64>),
+    (more, axis): (&str, (&str, Option<f64>)),
     value: impl Fn(&MeanRates, usize) -> Option<(f64, String)>,
 ) -> Markup {
     let means = of.comparison.means.iter();
-    let lines = means
-        .filter(|mean| mean.threads == threads)
-        .map(|mean| Line {
-            label: mean.rays.clone(),
-            group: String::new(),
-            dots: of.dots(|record| {
-                let (value, words) = value(mean, record)?;
-                Some((exact(value), format!("{}, {words}", mean.rays)))
-            }),
+    let lines = means.filter(|mean| mean.threads == threads).map(|mean| {
+        let dots = of.dots(|record| {
+            let (value, words) = value(mean, record)?;
+            Some(exact(format!("{}, {words}", mean.rays), record, value))
         });
-    let lines: Vec<Line> = lines.collect();
-    figure("phalanx auto", more, caption, &lines, mark)
+        Line::new(&mean.rays, dots)
+    });
+    figure("phalanx auto", more, axis, &lines.collect::<Vec<_>>())
 }
 
 /// Geometric means by kind of rays.
 pub(super) fn rates(of: &ComparedRecords<'_>) -> Markup {
-    let mut threads: Vec<u32> = of
-        .comparison
-        .means
-        .iter()
-        .map(|mean| mean.threads)
-        .collect();
-    threads.sort_unstable();
-    threads.dedup();
+    let threads = of.comparison.means.iter().map(|mean| mean.threads);
+    let threads: BTreeSet<u32> = threads.collect();
     let chart = |threads: u32| {
         let on = format!(", {}", threads_text(threads));
         let value = |mean: &MeanRates, record: usize| {
             let rate = *mean.mrays_per_s.get(record)?;
-            let shown = number_format::measured(rate);
-            Some((rate, format!("{shown} Mrays/s")))
+            Some((rate, format!("{} Mrays/s", measured(rate))))
         };
-        means_chart(of, threads, (&on, "Mrays/s", None), value)
+        means_chart(of, threads, (&on, ("Mrays/s", None)), value)
     };
     html! {
         @if threads.is_empty() { p.note { "The records have no rates in common." } }
         (of.legend())
         div.grid { @for threads in threads.iter().rev() { (chart(*threads)) } }
-        (tables_of(of, "phalanx, Mrays/s"))
+        (of.tables("phalanx, Mrays/s"))
     }
 }
 
 /// Ratios to other tracers by kind of rays.
 pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
-    let mut engines: Vec<&str> = of
-        .comparison
-        .ratios
-        .iter()
-        .map(|r| r.engine.as_str())
-        .collect();
-    engines.dedup();
-    let most = |record: usize| of.best[record].threads.last().copied();
+    let engines = of.comparison.ratios.iter().map(|r| &*r.engine);
+    let engines: BTreeSet<&str> = engines.collect();
+    let dot = |engine: &str, kind: &str, record: usize| {
+        let threads = of.best[record].threads.last().copied()?;
+        let ratio = of.best[record].over(engine, kind, threads)?.mean;
+        let (times, on) = (times(ratio), threads_text(threads));
+        Some(exact(
+            format!("{kind}, {times} as fast, {on}"),
+            record,
+            ratio,
+        ))
+    };
     let chart = |engine: &str| {
-        let lines = crate::kinds_frame_first().map(|kind| Line {
-            label: kind.to_owned(),
-            group: String::new(),
-            dots: of.dots(|record| {
-                let threads = most(record)?;
-                let ratio = of.best[record].over(engine, kind, threads)?.mean;
-                let (times, on) = (number_format::times(ratio), threads_text(threads));
-                Some((exact(ratio), format!("{kind}, {times} as fast, {on}")))
-            }),
-        });
+        let lines = kinds_frame_first()
+            .map(|kind| Line::new(kind, of.dots(|record| dot(engine, kind, record))));
         let lines: Vec<Line> = lines.filter(|line| !line.dots.is_empty()).collect();
-        let caption = format!("times as fast as {engine}");
-        figure(
-            &format!("against {engine}"),
-            ", all threads",
-            &caption,
-            &lines,
-            Some(1.0),
-        )
+        let axis = format!("times as fast as {engine}");
+        let title = format!("against {engine}");
+        figure(&title, ", all threads", (&axis, Some(1.0)), &lines)
     };
     html! {
         @if engines.is_empty() { p.note { "Neither the oracle nor a peer took part." } } @else {
             p { "How many times as fast as another tracer phalanx is on the same machine: geometric means over scenes, peers by their best exact mode." }
             (of.legend())
             div.grid { @for engine in &engines { (chart(engine)) } }
-            (tables_of(of, "phalanx as a multiple"))
+            (of.tables("phalanx as a multiple"))
         }
     }
 }
@@ -271,22 +206,17 @@ pub(super) fn scenes(of: &ComparedRecords<'_>) -> Markup {
         let shared = first.scenes.iter();
         let shared = shared.filter(|scene| (0..of.best.len()).all(|r| row(r, scene).is_some()));
         let lines = shared.map(|scene| {
-            let plain = scene
-                .strip_prefix("standard:")
-                .unwrap_or(scene)
-                .replace(':', " ");
+            let plain = scene.strip_prefix("standard:").unwrap_or(scene);
+            let plain = plain.replace(':', " ");
+            let dot = |record| Some(rate_dot(&plain, record, row(record, scene)?.mrays_per_s));
             Line {
                 group: plain.split(' ').next().unwrap_or_default().to_owned(),
-                dots: of.dots(|record| {
-                    let rate = row(record, scene)?.mrays_per_s;
-                    Some((rate, rate_name(&plain, rate)))
-                }),
-                label: plain,
+                ..Line::new(&plain, of.dots(dot))
             }
         });
-        let lines: Vec<Line> = lines.collect();
         let on = format!(", {}", threads_text(threads));
-        figure(&kind_text(kind), &on, "Mrays/s", &lines, None)
+        let lines: Vec<Line> = lines.collect();
+        figure(&kind_text(kind), &on, ("Mrays/s", None), &lines)
     };
     html! {
         p { "Rates of " code { "auto" } " with the interval in which another run would be 9 times in 10." }
@@ -304,26 +234,19 @@ pub(super) fn baseline(of: &ComparedRecords<'_>) -> Markup {
         let on = format!(" over {}, {}", first.label, threads_text(threads));
         let value = |mean: &MeanRates, record: usize| {
             let change = mean.mrays_per_s.get(record).filter(|_| record > 0)? / mean.mrays_per_s[0];
-            Some((change, super::baseline::signed_percent(change - 1.0)))
+            Some((change, signed_percent(change - 1.0)))
         };
-        means_chart(
-            of,
-            threads,
-            (&on, "times the baseline's rate", Some(1.0)),
-            value,
-        )
+        let axis = ("times the baseline's rate", Some(1.0));
+        means_chart(of, threads, (&on, axis), value)
     };
-    let differing = comparison::differing(of.comparison, usize::MAX);
+    let differing = differing(of.comparison, usize::MAX);
     html! {
         p {
             "The baseline is " (of.name(0)) ". Where a record is of the same machine, changes are beyond the machine's own. Rates count as "
-            "different where the whole 99.9 % interval of the difference is beyond " (number_format::percent(of.comparison.threshold)) "."
+            "different where the whole 99.9 % interval of the difference is beyond " (percent(of.comparison.threshold)) "."
         }
         div.grid { @if let Some(threads) = of.threads { (chart(threads)) } }
-        @if differing.rows.is_empty() {
-            p.note { "No rate differs." }
-        } @else {
-            (page_table(&differing, folded_table))
-        }
+        @if differing.rows.is_empty() { p.note { "No rate differs." } }
+        (differing.folded())
     }
 }

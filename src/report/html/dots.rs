@@ -1,8 +1,8 @@
 //! Dot plots: one line of the page per thing, one marker per engine, a logarithmic axis below and
 //! above.
 
-use super::axis::{LogAxis, TICK, paint_axis};
-use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
+use super::axis::{Axis, TICK};
+use super::svg::{Point, Tint, draw, figure, line, look, marker, named, text};
 use crate::text::shortened;
 use maud::{Markup, html};
 
@@ -10,14 +10,37 @@ use maud::{Markup, html};
 #[derive(Clone, Debug)]
 pub(super) struct Dot {
     /// Name and value in words, shown when the pointer is over the dot.
-    pub(super) name: String,
+    name: String,
     /// Letter beside the dot, where there is room; empty for none.
-    pub(super) letter: String,
-    pub(super) value: f64,
-    pub(super) low: f64,
-    pub(super) high: f64,
+    letter: String,
+    value: f64,
+    low: f64,
+    high: f64,
     /// Index of its colour and shape.
-    pub(super) style: usize,
+    style: usize,
+}
+
+impl Dot {
+    /// A value between its least and its greatest, without a letter.
+    pub(super) fn new(name: String, style: usize, [low, value, high]: [f64; 3]) -> Dot {
+        Dot {
+            name,
+            letter: String::new(),
+            value,
+            low,
+            high,
+            style,
+        }
+    }
+
+    /// The dot of a record: its letter stands beside the dot and begins the name.
+    pub(super) fn of(self, letter: &str) -> Dot {
+        Dot {
+            name: format!("{letter}: {}", self.name),
+            letter: letter.to_owned(),
+            ..self
+        }
+    }
 }
 
 /// A line of the plot.
@@ -27,6 +50,17 @@ pub(super) struct Line {
     /// Group of the line. Lines of one group are next to each other; a rule separates groups.
     pub(super) group: String,
     pub(super) dots: Vec<Dot>,
+}
+
+impl Line {
+    /// A line of no group.
+    pub(super) fn new(label: &str, dots: impl IntoIterator<Item = Dot>) -> Line {
+        Line {
+            label: label.to_owned(),
+            group: String::new(),
+            dots: dots.into_iter().collect(),
+        }
+    }
 }
 
 /// Sizes in pixels. The width is that of a narrow page, so that text has its own size there.
@@ -43,12 +77,24 @@ const DODGE: f64 = 2.4;
 /// Longest label, in characters that fit before the axis.
 const LABEL_LENGTH: usize = 19;
 
-/// A plot, or a note that there is nothing to show. `label` describes it for screen readers,
-/// `caption` the axis; `mark` is a value with a rule of its own, such as 1 for ratios.
-pub(super) fn dot_plot(label: &str, caption: &str, lines: &[Line], mark: Option<f64>) -> Markup {
+/// A plot below its title; nothing where there are no dots. `label` describes it for screen
+/// readers, `caption` the axis; `mark` is a value with a rule of its own, such as 1 for ratios.
+pub(super) fn dot_figure(
+    (title, more): (&str, &str),
+    label: &str,
+    (caption, mark): (&str, Option<f64>),
+    lines: &[Line],
+) -> Markup {
+    match lines.iter().all(|line| line.dots.is_empty()) {
+        true => html! {},
+        false => figure(title, more, dot_plot(label, caption, lines, mark)),
+    }
+}
+
+fn dot_plot(label: &str, caption: &str, lines: &[Line], mark: Option<f64>) -> Markup {
     let dots = lines.iter().flat_map(|l| &l.dots);
     let values = dots.flat_map(|d| [d.value, d.low, d.high]).chain(mark);
-    let Some(axis) = LogAxis::over(values, LABELS, RIGHT) else {
+    let Some(axis) = Axis::log(values, LABELS, RIGHT) else {
         return html! { p.note { "No rate to show." } };
     };
     let is_long = lines.len() > LONG;
@@ -56,29 +102,25 @@ pub(super) fn dot_plot(label: &str, caption: &str, lines: &[Line], mark: Option<
     let floor = top + STEP * lines.len() as f64 + 4.0;
     let ticks = axis.ticks(8.0, 6.0);
     let content = html! {
-        (paint_axis(&ticks, (top - 4.0, floor), (0.5 * (LABELS + RIGHT), caption)))
+        (axis.paint(&ticks, (top - 4.0, floor), caption))
         @if is_long {
             @for (x, label) in &ticks { (text((*x, top - 12.0), "middle", TICK, label)) }
         }
         @if let Some(x) = mark.map(|mark| axis.at(mark)) {
             (line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0))
         }
-        @for (i, line) in lines.iter().enumerate() {
-            (paint_line(line, &axis, top + STEP * i as f64))
-            @if lines.get(i + 1).is_some_and(|next| next.group != line.group) {
-                (rule(top + STEP * (i + 1) as f64))
+        @for (i, of) in lines.iter().enumerate() {
+            (paint_line(of, &axis, top + STEP * i as f64))
+            @if lines.get(i + 1).is_some_and(|next| next.group != of.group) {
+                @let y = top + STEP * (i + 1) as f64;
+                (line(&[(4.0, y), (RIGHT, y)], Tint::Grid, 1.0))
             }
         }
     };
     draw((WIDTH, floor + BOTTOM), label, content)
 }
 
-/// A line between two groups.
-fn rule(y: f64) -> Markup {
-    line(&[(4.0, y), (RIGHT, y)], Tint::Grid, 1.0)
-}
-
-fn paint_line(line: &Line, axis: &LogAxis, top: f64) -> Markup {
+fn paint_line(line: &Line, axis: &Axis, top: f64) -> Markup {
     let y = top + 0.5 * STEP;
     let label = shortened(&line.label, LABEL_LENGTH);
     let middle = 0.5 * (line.dots.len() as f64 - 1.0);
@@ -100,19 +142,12 @@ const LETTER_ROOM: f64 = 13.0;
 
 /// Letters of a line's dots, each with its position and its end there: to the right of the dot, or
 /// to the left where another dot is in the way. Where both sides are taken there is none.
-fn letters<'l>(line: &'l Line, axis: &LogAxis, y: f64) -> Vec<(&'l str, (Point, &'static str))> {
-    let mut taken: Vec<(f64, f64)> = line
-        .dots
-        .iter()
-        .map(|dot| (axis.at(dot.value) - 4.0, axis.at(dot.value) + 4.0))
-        .collect();
+fn letters<'l>(line: &'l Line, axis: &Axis, y: f64) -> Vec<(&'l str, (Point, &'static str))> {
+    let places = line.dots.iter().map(|dot| axis.at(dot.value));
+    let mut taken: Vec<(f64, f64)> = places.map(|x| (x - 4.0, x + 4.0)).collect();
     let mut all = Vec::new();
-    for (i, dot) in line
-        .dots
-        .iter()
-        .enumerate()
-        .filter(|(_, dot)| !dot.letter.is_empty())
-    {
+    let lettered = |(_, dot): &(usize, &Dot)| !dot.letter.is_empty();
+    for (i, dot) in line.dots.iter().enumerate().filter(lettered) {
         let x = axis.at(dot.value);
         let sides = [
             ((x + 4.5, x + LETTER_ROOM), x + 5.5, "start"),
@@ -130,14 +165,14 @@ fn letters<'l>(line: &'l Line, axis: &LogAxis, y: f64) -> Vec<(&'l str, (Point, 
     all
 }
 
-fn paint_dot(dot: &Dot, axis: &LogAxis, y: f64) -> Markup {
+fn paint_dot(dot: &Dot, axis: &Axis, y: f64) -> Markup {
     let tint = Tint::Series(dot.style);
     let (low, high) = (axis.at(dot.low), axis.at(dot.high));
     let picture = html! {
         @if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
             (line(&[(low, y), (high, y)], tint, 1.25))
         }
-        (marker((axis.at(dot.value), y), (tint, MarkerShape::of(dot.style)), 3.2))
+        (marker((axis.at(dot.value), y), look(dot.style), 3.2))
     };
     named(&dot.name, picture)
 }

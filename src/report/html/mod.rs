@@ -5,10 +5,9 @@
 //! dark.
 
 mod axis;
-mod baseline;
+mod changes;
 mod comparison;
 mod dots;
-mod number_format;
 mod operations;
 mod rates;
 mod roofline;
@@ -20,10 +19,11 @@ mod tables;
 mod threads;
 mod view;
 
-pub use baseline::PageBaseline;
+pub use changes::PageBaseline;
 pub use scenes::ScenePictures;
 
-use super::{BenchRecord, RecordComparison};
+use crate::numbers::plural;
+use crate::{BenchRecord, RecordComparison};
 use comparison::ComparedRecords;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use view::{RecordView, day};
@@ -43,10 +43,23 @@ pub fn page_against(
     baseline: Option<&PageBaseline<'_>>,
 ) -> String {
     let view = RecordView::new(record);
-    let mut sections = sections(&view, pictures);
+    let mut sections = vec![
+        section("headline", "In short", summary::headline(&view)),
+        section("rates", "Rates", rates::section(&view)),
+        PageSection {
+            title: "Scaling over threads",
+            ..section("threads", "Threads", threads::section(&view))
+        },
+        PageSection {
+            title: "Scaling over scene size",
+            ..section("sizes", "Sizes", sizes::section(&view))
+        },
+        section("roofline", "Roofline", roofline::section(&view)),
+        section("scenes", "Scenes", scenes::section(&view, pictures)),
+    ];
     if let Some(baseline) = baseline {
-        let section = PageSection::new("baseline", "Baseline", baseline::section(baseline));
-        sections.insert(1, section);
+        let changes = changes::section(baseline);
+        sections.insert(1, section("baseline", "Baseline", changes));
     }
     let header = html! {
         h1 { "phalanx bench " span.day { (day(record)) } }
@@ -59,14 +72,14 @@ pub fn page_against(
 pub fn comparison_page(records: &[(&str, &BenchRecord)], comparison: &RecordComparison) -> String {
     let of = ComparedRecords::new(records, comparison);
     let sections = [
-        PageSection::new("headline", "In short", comparison::headline(&of)),
-        PageSection::new("machines", "Machines", comparison::machines(&of)),
-        PageSection::new("rates", "Rates", comparison::rates(&of)),
-        PageSection::new("tracers", "Other tracers", comparison::ratios(&of)),
-        PageSection::new("scenes", "Scenes", comparison::scenes(&of)),
-        PageSection::new("baseline", "Baseline", comparison::baseline(&of)),
+        section("headline", "In short", comparison::headline(&of)),
+        section("machines", "Machines", comparison::machines(&of)),
+        section("rates", "Rates", comparison::rates(&of)),
+        section("tracers", "Other tracers", comparison::ratios(&of)),
+        section("scenes", "Scenes", comparison::scenes(&of)),
+        section("baseline", "Baseline", comparison::baseline(&of)),
     ];
-    let count = number_format::plural(records.len(), "record");
+    let count = plural(records.len(), "record");
     let header = html! { h1 { "phalanx bench " span.day { (count) } } };
     document(&count, header, html! {}, &sections)
 }
@@ -79,40 +92,13 @@ struct PageSection {
     content: Markup,
 }
 
-impl PageSection {
-    fn new(id: &'static str, name: &'static str, content: Markup) -> PageSection {
-        PageSection {
-            id,
-            name,
-            title: name,
-            content,
-        }
+fn section(id: &'static str, name: &'static str, content: Markup) -> PageSection {
+    PageSection {
+        id,
+        name,
+        title: name,
+        content,
     }
-}
-
-fn sections(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Vec<PageSection> {
-    let titled = |id, name, title, content| PageSection {
-        title,
-        ..PageSection::new(id, name, content)
-    };
-    vec![
-        PageSection::new("headline", "In short", summary::headline(view)),
-        PageSection::new("rates", "Rates", rates::section(view)),
-        titled(
-            "threads",
-            "Threads",
-            "Scaling over threads",
-            threads::section(view),
-        ),
-        titled(
-            "sizes",
-            "Sizes",
-            "Scaling over scene size",
-            sizes::section(view),
-        ),
-        PageSection::new("roofline", "Roofline", roofline::section(view)),
-        PageSection::new("scenes", "Scenes", scenes::section(view, pictures)),
-    ]
 }
 
 fn document(title: &str, header: Markup, before: Markup, sections: &[PageSection]) -> String {

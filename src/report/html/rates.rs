@@ -1,13 +1,13 @@
 //! Rates by scene and kind of rays, with the peers next to them; then all of them again as tables.
 
-use super::dots::{Dot, Line, dot_plot};
-use super::number_format;
-use super::svg::{MarkerShape, Tint, key};
-use super::tables::{cell, folded, folded_table};
+use super::dots::{Dot, Line, dot_figure};
+use super::svg::{legend, look};
+use super::tables::{cell, folded};
 use super::view::{RecordView, kind_text, row_name, threads_text};
+use crate::numbers::{self, NONE, measured};
+use crate::report_table::ReportTable;
 use crate::{AUTO, Estimate, PHALANX, RateRow, is_peer};
 use maud::{Markup, html};
-use std::collections::BTreeMap;
 
 /// The section; a note where no row has a rate.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
@@ -24,7 +24,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
             @if view.index.has_peers() { "; a peer is shown by its best exact mode for each scene" }
             "."
         }
-        (legend(view))
+        (engines(view))
         (charts(view, most))
         @for threads in fewer.iter().rev() {
             (folded(&format!("Charts on {}", threads_text(*threads)), charts(view, *threads)))
@@ -36,26 +36,24 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
         }
         @for kind in &view.kinds {
             @for threads in view.threads_from_most() {
-                (table(view, kind, threads))
+                (table(view, kind, threads).folded())
             }
         }
     }
 }
 
 /// Legend of colours and shapes.
-pub(super) fn legend(view: &RecordView<'_>) -> Markup {
-    html! {
-        ul.legend {
-            @for (i, engine) in view.index.engines.iter().enumerate() {
-                @let meaning = match *engine {
-                    PHALANX => "phalanx auto".to_owned(),
-                    peer if is_peer(peer) => format!("{peer}, best exact mode"),
-                    other => other.to_owned(),
-                };
-                (key((Tint::Series(i), MarkerShape::of(i)), &meaning))
-            }
-        }
-    }
+fn engines(view: &RecordView<'_>) -> Markup {
+    let engines = view.index.engines.iter().enumerate();
+    let keys = engines.map(|(i, engine)| {
+        let meaning = match *engine {
+            PHALANX => "phalanx auto".to_owned(),
+            peer if is_peer(peer) => format!("{peer}, best exact mode"),
+            other => other.to_owned(),
+        };
+        (look(i), meaning)
+    });
+    legend(keys, html! {})
 }
 
 /// A chart for each kind with a line for each scene, or the other way round where there are few
@@ -80,19 +78,10 @@ fn charts(view: &RecordView<'_>, threads: u32) -> Markup {
 }
 
 fn chart(name: &str, lines: &[Line], threads: u32) -> Markup {
-    if lines.iter().all(|l| l.dots.is_empty()) {
-        return html! {};
-    }
-    let label = format!(
-        "Dot plot: {name} on {}, Mrays/s by engine; the tables below hold the numbers.",
-        threads_text(threads)
-    );
-    html! {
-        figure {
-            figcaption { strong { (name) } ", " (threads_text(threads)) }
-            (dot_plot(&label, "Mrays/s", lines, None))
-        }
-    }
+    let on = threads_text(threads);
+    let label =
+        format!("Dot plot: {name} on {on}, Mrays/s by engine; the tables below hold the numbers.");
+    dot_figure((name, &format!(", {on}")), &label, ("Mrays/s", None), lines)
 }
 
 fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &str) -> Line {
@@ -100,70 +89,59 @@ fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &st
     let dots = engines.filter_map(|(style, engine)| {
         let entrant = if *engine == PHALANX { AUTO } else { engine };
         let row = view.index.get(entrant, scene, kind, threads)?;
-        let rate = row.mrays_per_s;
-        Some(Dot {
-            letter: String::new(),
-            name: rate_name(&format!("{engine} {}, {label}", row.kernel), rate),
-            value: rate.median,
-            low: rate.low,
-            high: rate.high,
-            style,
-        })
+        let name = format!("{engine} {}, {label}", row.kernel);
+        Some(rate_dot(&name, style, row.mrays_per_s))
     });
     let family = view.scene(scene).and_then(|s| s.family.clone());
     Line {
-        label: label.to_owned(),
         group: family.unwrap_or_default(),
-        dots: dots.collect(),
+        ..Line::new(label, dots)
     }
 }
 
-/// Name of a dot, with its rate and interval.
-pub(super) fn rate_name(name: &str, rate: Estimate) -> String {
-    let [median, low, high] = [rate.median, rate.low, rate.high].map(number_format::measured);
-    format!("{name}: {median} Mrays/s ({low}–{high})")
+/// A dot whose name has its rate and interval.
+pub(super) fn rate_dot(name: &str, style: usize, rate: Estimate) -> Dot {
+    let values = [rate.low, rate.median, rate.high];
+    let [low, median, high] = values.map(measured);
+    let name = format!("{name}: {median} Mrays/s ({low}–{high})");
+    Dot::new(name, style, values)
 }
 
 /// One kind on the given number of threads: a row per scene, a column per engine and kernel.
-fn table(view: &RecordView<'_>, kind: &str, threads: u32) -> Markup {
+fn table(view: &RecordView<'_>, kind: &str, threads: u32) -> ReportTable<Markup> {
     let columns = columns(view, kind, threads);
-    let mut by_scene: BTreeMap<&str, BTreeMap<(&str, &str), &RateRow>> = BTreeMap::new();
-    let rows = view.record.rows.iter();
-    for row in rows.filter(|row| row.rays == kind && row.threads == threads) {
-        let of_scene = by_scene.entry(&row.scene).or_default();
-        of_scene.insert((&row.engine, &row.kernel), row);
-    }
-    let rows =
-        view.scenes.iter().filter_map(|scene| {
-            let of_scene = by_scene.get(scene)?;
-            let timed = of_scene.values().map(|row| row.rays_timed).max()?;
-            let mut cells = vec![row_name(scene), cell(number_format::count(timed))];
-            let rates = columns.iter().map(|column| of_scene.get(column));
-            cells.extend(rates.map(|row| {
-                row.map_or_else(|| cell(number_format::NONE), |row| rate_cell(row, timed))
-            }));
-            Some(cells)
-        });
-    let mut head = vec!["scene".to_owned(), "rays timed".to_owned()];
-    head.extend(
-        columns
-            .iter()
-            .map(|(engine, kernel)| format!("{engine} {kernel}")),
-    );
-    let caption = format!("{}, {}, Mrays/s", kind_text(kind), threads_text(threads));
-    folded_table(&caption, &head, 1, rows.collect())
+    let rows = view.scenes.iter().filter_map(|scene| {
+        let row = |(engine, kernel)| {
+            view.index
+                .by_key
+                .get(&(*scene, kind, engine, kernel, threads))
+        };
+        let rows = columns.iter().map(|&column| row(column).copied());
+        let rows: Vec<Option<&RateRow>> = rows.collect();
+        let timed = rows.iter().flatten().map(|row| row.rays_timed).max()?;
+        let mut cells = vec![row_name(scene), cell(numbers::count(timed))];
+        let rate = |row: &Option<&RateRow>| row.map_or(cell(NONE), |row| rate_cell(row, timed));
+        cells.extend(rows.iter().map(rate));
+        Some(cells)
+    });
+    let title = format!("{}, {}, Mrays/s", kind_text(kind), threads_text(threads));
+    let mut table = ReportTable::new(title, "scene | rays timed", 1);
+    let names = columns
+        .iter()
+        .map(|(engine, kernel)| format!("{engine} {kernel}"));
+    table.head.extend(names);
+    table.with(rows)
 }
 
 /// Engines in their order, `auto` first among the kernels of ours.
 fn columns<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<(&'a str, &'a str)> {
     let rows = view.record.rows.iter();
     let rows = rows.filter(|r| r.rays == kind && r.threads == threads);
-    let mut columns: Vec<_> = rows
-        .map(|r| (r.engine.as_str(), r.kernel.as_str()))
-        .collect();
+    let columns = rows.map(|r| (r.engine.as_str(), r.kernel.as_str()));
+    let mut columns: Vec<_> = columns.collect();
     columns.sort_by_key(|&(engine, kernel)| {
         let rank = view.index.engines.iter().position(|e| *e == engine);
-        (rank, kernel != "auto", kernel)
+        (rank, kernel != AUTO, kernel)
     });
     columns.dedup();
     columns
@@ -175,10 +153,10 @@ fn rate_cell(row: &RateRow, timed: u64) -> Markup {
     let rate = row.mrays_per_s;
     let inexact = is_peer(&row.engine) && !row.exact;
     html! {
-        (number_format::measured(rate.median))
+        (measured(rate.median))
         @if inexact { "†" }
-        @if row.rays_timed < timed { small { "of " (number_format::short(row.rays_timed as f64)) " rays" } }
+        @if row.rays_timed < timed { small { "of " (numbers::short(row.rays_timed as f64)) " rays" } }
         @if let Some(other) = &row.same_as { small { "= " (other) } }
-        small { (number_format::measured(rate.low)) "–" (number_format::measured(rate.high)) }
+        small { (measured(rate.low)) "–" (measured(rate.high)) }
     }
 }

@@ -1,13 +1,17 @@
 //! The roofline (Williams, Waterman and Patterson, CACM 2009): operations a second against
 //! operations per byte, below what the machine's arithmetic and each level of its memory can give.
 
-use super::axis::{LogAxis, paint_axes};
+use super::axis::{Axis, paint_axes};
 use super::dots::WIDTH;
-use super::svg::{MarkerShape, Point, Tint, draw, key, line, marker, named, text};
-use super::tables::{cell, folded_table};
+use super::operations;
+use super::svg::{
+    MarkerShape, MarkerStyle, Point, Tint, draw, figure, legend, line, marker, named, text,
+};
+use super::tables::cell;
 use super::view::{RecordView, kind_text, row_name, threads_text};
-use super::{number_format, operations};
-use crate::{CounterRow, ThreadLimits};
+use crate::numbers::{measured, percent, short};
+use crate::report_table::ReportTable;
+use crate::{AUTO, CounterRow, ThreadLimits};
 use maud::{Markup, html};
 
 const LEFT: f64 = 38.0;
@@ -62,18 +66,18 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
         p {
             "What " code { "auto" } " does on " (threads_text(limits.threads)) ", each marker a scene. Slanted rules are "
             "measured reading bandwidths, the level rule is the measured peak of additions and multiplications ("
-            (number_format::measured(limits.gflops)) "\u{202f}" "Gop/s). A marker above the rule of a level gets most of its bytes from "
+            (measured(limits.gflops)) "\u{202f}" "Gop/s). A marker above the rule of a level gets most of its bytes from "
             "faster ones. Bytes are those of nodes and primitives that packets touch; operations are counted from the code "
-            "of each test, as a lower bound: " (number_format::short(operations::BOX)) " a box, " (number_format::short(operations::TRIANGLE))
-            " a triangle, " (number_format::short(operations::SPHERE)) " a sphere."
+            "of each test, as a lower bound: " (short(operations::BOX)) " a box, " (short(operations::TRIANGLE))
+            " a triangle, " (short(operations::SPHERE)) " a sphere."
         }
         @if styles.len() > 1 {
-            ul.legend { @for style in &styles { (key(look(*style), style_name(*style))) } }
+            (legend(styles.iter().map(|&style| (look(style), style_name(style).to_owned())), html! {}))
         }
         div.grid {
             @for kind in &view.kinds { (chart(kind, &spots, limits, &levels)) }
         }
-        (table(&spots, limits, &levels))
+        (table(&spots, limits, &levels).folded())
     }
 }
 
@@ -129,14 +133,11 @@ fn counters_of<'a>(
     kind: &str,
     same_as: Option<&str>,
 ) -> Option<&'a CounterRow> {
-    let of_scene = || {
-        view.record
-            .counters
-            .iter()
-            .filter(|c| c.scene == scene && c.rays == kind)
+    let find = |kernel| {
+        let mut counters = view.record.counters.iter();
+        counters.find(|c| (&*c.scene, &*c.rays, &*c.kernel) == (scene, kind, kernel))
     };
-    let auto = of_scene().find(|c| c.kernel == "auto");
-    auto.or_else(|| of_scene().find(|c| Some(c.kernel.as_str()) == same_as))
+    find(AUTO).or_else(|| find(same_as?))
 }
 
 /// Indices of the colours and shapes of small, medium and large scenes, and of scenes that are none
@@ -146,8 +147,8 @@ fn step_style(step: Option<&str>) -> usize {
     step.and_then(position).unwrap_or(STEPS.len())
 }
 
-fn look(style: usize) -> (Tint, MarkerShape) {
-    const LOOKS: [(Tint, MarkerShape); 4] = [
+fn look(style: usize) -> MarkerStyle {
+    const LOOKS: [MarkerStyle; 4] = [
         (Tint::Series(3), MarkerShape::Triangle),
         (Tint::Series(2), MarkerShape::Square),
         (Tint::Series(0), MarkerShape::Disc),
@@ -171,13 +172,10 @@ fn styles(spots: &[Spot<'_>]) -> Vec<usize> {
 fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> Markup {
     let spots: Vec<&Spot<'_>> = all.iter().filter(|s| s.kind == kind).collect();
     let ridges = levels.iter().map(|l| limits.gflops / l.1);
-    let x = LogAxis::over(
-        all.iter().map(|s| s.intensity).chain(ridges),
-        LEFT,
-        WIDTH - 14.0,
-    );
+    let intensities = all.iter().map(|s| s.intensity);
+    let x = Axis::log(intensities.chain(ridges), LEFT, WIDTH - 14.0);
     let heights = all.iter().map(|s| s.rate).chain([limits.gflops * 1.5]);
-    let y = LogAxis::over(heights, FLOOR, TOP);
+    let y = Axis::log(heights, FLOOR, TOP);
     let (Some(x), Some(y)) = (x, y) else {
         return html! {};
     };
@@ -188,10 +186,10 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
         "Roofline of {}, a marker for each scene; the table below holds the numbers.",
         kind_text(kind)
     );
-    let points: Vec<Point> = spots
+    let points = spots
         .iter()
-        .map(|spot| (x.at(spot.intensity), y.at(spot.rate)))
-        .collect();
+        .map(|spot| (x.at(spot.intensity), y.at(spot.rate)));
+    let points: Vec<Point> = points.collect();
     let content = html! {
         (paint_axes((&x, &y), "operations per byte", FLOOR))
         (paint_roofs((&x, &y), limits.gflops, levels))
@@ -204,24 +202,18 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
             }
         }
     };
-    html! {
-        figure {
-            figcaption { strong { (kind) } ", Gop/s" }
-            (draw((WIDTH, FLOOR + 40.0), &label, content))
-        }
-    }
+    figure(
+        kind,
+        ", Gop/s",
+        draw((WIDTH, FLOOR + 40.0), &label, content),
+    )
 }
 
 impl Spot<'_> {
     fn name(&self) -> String {
-        let (rate, intensity) = (
-            number_format::measured(self.rate),
-            number_format::measured(self.intensity),
-        );
-        format!(
-            "{}: {rate} Gop/s, {intensity} operations a byte",
-            self.scene
-        )
+        let [rate, intensity] = [self.rate, self.intensity].map(measured);
+        let scene = self.scene;
+        format!("{scene}: {rate} Gop/s, {intensity} operations a byte")
     }
 }
 
@@ -270,7 +262,7 @@ fn name_positions(spots: &[&Spot<'_>], points: &[Point]) -> Vec<Option<NamePosit
 
 /// The peak's rule, and a bandwidth's from where it enters the picture, at its left end or its
 /// floor, up to the peak.
-fn paint_roofs((x, y): (&LogAxis, &LogAxis), peak: f64, levels: &[(&str, f64)]) -> Markup {
+fn paint_roofs((x, y): (&Axis, &Axis), peak: f64, levels: &[(&str, f64)]) -> Markup {
     let ((left, right), (floor, _)) = (x.ends(), y.ends());
     let small = (Tint::Ink, 10.5);
     let top = y.at(peak);
@@ -291,26 +283,21 @@ fn paint_roofs((x, y): (&LogAxis, &LogAxis), peak: f64, levels: &[(&str, f64)]) 
     }
 }
 
-fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> Markup {
-    let head = "scene,rays,operations/ray,bytes/ray,operations/byte,Gop/s,of peak";
+fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> ReportTable<Markup> {
+    let title = "Operations, bytes and shares of the machine's limits";
+    let head = "scene | rays | operations/ray | bytes/ray | operations/byte | Gop/s | of peak";
+    let mut table = ReportTable::new(title, head, 2);
     let of_levels = levels
         .iter()
         .map(|(name, _)| format!("of {name} bandwidth"));
-    let head: Vec<String> = head
-        .split(',')
-        .map(str::to_owned)
-        .chain(of_levels)
-        .collect();
-    let rows = spots.iter().map(|spot| {
+    table.head.extend(of_levels);
+    table.with(spots.iter().map(|spot| {
         let mut cells = vec![row_name(spot.scene), cell(spot.kind)];
         let numbers = [spot.operations, spot.bytes, spot.intensity, spot.rate];
-        cells.extend(numbers.map(|n| cell(number_format::measured(n))));
-        cells.push(cell(number_format::percent(spot.rate / limits.gflops)));
+        cells.extend(numbers.map(|n| cell(measured(n))));
+        cells.push(cell(percent(spot.rate / limits.gflops)));
         let read = spot.rate / spot.intensity;
-        let shares = levels.iter().map(|l| number_format::percent(read / l.1));
-        cells.extend(shares.map(cell));
+        cells.extend(levels.iter().map(|l| cell(percent(read / l.1))));
         cells
-    });
-    let caption = "Operations, bytes and shares of the machine's limits";
-    folded_table(caption, &head, 2, rows.collect())
+    }))
 }

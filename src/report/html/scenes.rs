@@ -1,10 +1,12 @@
 //! The scenes: their pictures, the cost of their pixels, their primitives, and the time to load
 //! them and build their trees.
 
-use super::number_format;
-use super::tables::{cell, folded_table};
+use super::tables::cell;
 use super::view::{RecordView, kind_text, row_name};
 use crate::SceneRecord;
+use crate::numbers::{bytes, count, measured, percent, seconds};
+use crate::report_table::ReportTable;
+use crate::text::listed;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
@@ -33,8 +35,8 @@ pub(super) fn section(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Mark
                 (card(name, view.scene(name), pictures))
             }
         }
-        (answers(view))
-        @for kind in &view.kinds { (work_table(view, kind)) }
+        (answers(view).folded())
+        @for kind in &view.kinds { (work_table(view, kind).folded()) }
     }
 }
 
@@ -89,22 +91,22 @@ fn png_size(png: &[u8]) -> Option<(u32, u32)> {
 fn facts(scene: &SceneRecord) -> Markup {
     let parts = scene.primitives.iter().filter(|(_, count)| **count > 0);
     let parts: Vec<String> = parts
-        .map(|(kind, count)| format!("{} {kind}", number_format::count(*count)))
+        .map(|(kind, number)| format!("{} {kind}", count(*number)))
         .collect();
     let builds = scene.build_seconds.iter();
     let builds: Vec<String> = builds
-        .map(|(engine, seconds)| format!("{engine} {}", number_format::seconds(*seconds)))
+        .map(|(engine, time)| format!("{engine} {}", seconds(*time)))
         .collect();
     let [width, height] = scene.size;
     html! {
         dl {
             dt { "Primitives" }
             dd {
-                @if parts.is_empty() { (number_format::count(scene.primitive_count)) } @else { (number_format::listed(&parts)) }
+                @if parts.is_empty() { (count(scene.primitive_count)) } @else { (listed(&parts)) }
             }
-            dt { "Load" } dd { (number_format::seconds(scene.load_seconds)) }
+            dt { "Load" } dd { (seconds(scene.load_seconds)) }
             @if !builds.is_empty() { dt { "Build" } dd { (builds.join(", ")) } }
-            dt { "Tree" } dd { (number_format::bytes(scene.tree_bytes)) }
+            dt { "Tree" } dd { (bytes(scene.tree_bytes)) }
             dt { "Picture" } dd { (width) "×" (height) }
             dt { "Hash" } dd { code { (scene.hash) } }
         }
@@ -112,60 +114,48 @@ fn facts(scene: &SceneRecord) -> Markup {
 }
 
 /// Results of the rays, which are the evidence for the rates.
-fn answers(view: &RecordView<'_>) -> Markup {
-    let mut rows = Vec::new();
-    for scene in &view.record.scenes {
-        for (kind, set) in &scene.rays {
-            rows.push(vec![
-                row_name(&scene.name),
-                cell(kind),
-                html! { code { (set.checksum) } },
-                cell(number_format::count(set.rays)),
-                cell(number_format::count(set.hits)),
-                cell(number_format::percent(set.hits as f64 / set.rays as f64)),
-            ]);
-        }
-    }
-    let head = ["scene", "rays", "checksum", "number", "hits", "share"];
-    folded_table("Rays and their answers", &head, 3, rows)
+fn answers(view: &RecordView<'_>) -> ReportTable<Markup> {
+    let scenes = view.record.scenes.iter();
+    let sets = scenes.flat_map(|scene| scene.rays.iter().map(move |set| (scene, set)));
+    let rows = sets.map(|(scene, (kind, set))| {
+        vec![
+            row_name(&scene.name),
+            cell(kind),
+            html! { code { (set.checksum) } },
+            cell(count(set.rays)),
+            cell(count(set.hits)),
+            cell(percent(set.hits as f64 / set.rays as f64)),
+        ]
+    });
+    let head = "scene | rays | checksum | number | hits | share";
+    ReportTable::new("Rays and their answers", head, 3).with(rows)
 }
 
 /// Table of counted work of a kind of rays.
-fn work_table(view: &RecordView<'_>, kind: &str) -> Markup {
+fn work_table(view: &RecordView<'_>, kind: &str) -> ReportTable<Markup> {
     let counters = view.record.counters.iter().filter(|c| c.rays == kind);
     let rows = counters.map(|counter| {
         let work = &counter.work;
-        let per_ray = |count: u64| {
-            cell(number_format::measured(
-                count as f64 / counter.ray_count as f64,
-            ))
-        };
         let lanes = work.packets as f64 * 8.0;
-        vec![
+        let mut cells = vec![
             row_name(&counter.scene),
             cell(&counter.kernel),
-            cell(number_format::count(counter.ray_count)),
-            cell(number_format::count(work.packets)),
-            cell(number_format::percent(work.active_lanes as f64 / lanes)),
-            per_ray(work.node_visits),
-            per_ray(work.box_tests),
-            per_ray(work.leaf_visits),
-            per_ray(work.prim_tests),
-            per_ray(work.bytes),
-        ]
+            cell(count(counter.ray_count)),
+            cell(count(work.packets)),
+            cell(percent(work.active_lanes as f64 / lanes)),
+        ];
+        let counts = [
+            work.node_visits,
+            work.box_tests,
+            work.leaf_visits,
+            work.prim_tests,
+            work.bytes,
+        ];
+        let per_ray = |of: u64| measured(of as f64 / counter.ray_count as f64);
+        cells.extend(counts.map(|of| cell(per_ray(of))));
+        cells
     });
-    let head = [
-        "scene",
-        "kernel",
-        "rays",
-        "packets",
-        "occupancy",
-        "node visits/ray",
-        "box tests/ray",
-        "leaf visits/ray",
-        "primitive tests/ray",
-        "bytes/ray",
-    ];
-    let caption = format!("Work of {}", kind_text(kind));
-    folded_table(&caption, &head, 2, rows.collect())
+    let head = "scene | kernel | rays | packets | occupancy | node visits/ray | box tests/ray | \
+                leaf visits/ray | primitive tests/ray | bytes/ray";
+    ReportTable::new(format!("Work of {}", kind_text(kind)), head, 2).with(rows)
 }

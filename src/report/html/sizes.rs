@@ -1,10 +1,10 @@
 //! Rates against the size of a scene.
 
-use super::axis::{LogAxis, paint_axes};
+use super::axis::{Axis, paint_axes};
 use super::dots::WIDTH;
-use super::number_format;
-use super::svg::{MarkerShape, Point, Tint, draw, line, marker, named, text};
+use super::svg::{MarkerShape, Point, Tint, draw, figure, line, marker, named, text};
 use super::view::{RecordView, kind_text, threads_text};
+use crate::numbers::{measured, short};
 use crate::text::shortened;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -74,10 +74,7 @@ fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<Fam
 
 impl SizePoint<'_> {
     fn name(&self) -> String {
-        let (primitives, rate) = (
-            number_format::short(self.primitives),
-            number_format::measured(self.rate),
-        );
+        let (primitives, rate) = (short(self.primitives), measured(self.rate));
         format!("{}, {primitives} primitives: {rate} Mrays/s", self.scene)
     }
 }
@@ -95,8 +92,8 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
     // Every label needs its line of text.
     let floor = (14.0 * curves.len() as f64 + 20.0).max(200.0);
     let points = || curves.iter().flat_map(|c| &c.points);
-    let x = LogAxis::over(points().map(|p| p.primitives), LEFT, RIGHT);
-    let y = LogAxis::over(points().map(|p| p.rate), floor, 12.0);
+    let x = Axis::log(points().map(|p| p.primitives), LEFT, RIGHT);
+    let y = Axis::log(points().map(|p| p.rate), floor, 12.0);
     let (Some(x), Some(y)) = (x, y) else {
         return html! {};
     };
@@ -120,12 +117,11 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
             (text((RIGHT + 15.0, height), "start", (tint, 11.0), &shortened(curve.family, 13)))
         }
     };
-    html! {
-        figure {
-            figcaption { strong { (kind) } ", Mrays/s" }
-            (draw((WIDTH, floor + 40.0), &label, content))
-        }
-    }
+    figure(
+        kind,
+        ", Mrays/s",
+        draw((WIDTH, floor + 40.0), &label, content),
+    )
 }
 
 /// Heights for labels, moved as little as it takes to be `gap` apart and within `top` and `floor`.

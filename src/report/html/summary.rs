@@ -1,10 +1,12 @@
 //! The top of the page: what was measured on which machine, the headline, and the warnings.
 
-use super::dots::{Dot, Line, dot_plot};
-use super::number_format;
-use super::svg::{MarkerShape, Tint, key};
-use super::tables::{TableRows, cell, folded_table, table};
+use super::dots::{Dot, Line, dot_figure};
+use super::svg::{legend, look};
+use super::tables::cell;
 use super::view::{RecordView, kind_text, threads_text};
+use crate::numbers::{self, NONE, count, measured, percent, plural, seconds, times};
+use crate::report_table::ReportTable;
+use crate::text::listed;
 use crate::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow, SpeedRatio, is_peer};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -28,11 +30,11 @@ pub(super) fn facts(record: &BenchRecord) -> Markup {
                 ", compiled for " (program.isa_compiled)
                 @if let Some(rustc) = &program.rustc { " by " (rustc) }
             }
-            @if !run.peers.is_empty() { dt { "Peers" } dd { (number_format::listed(&run.peers)) } }
+            @if !run.peers.is_empty() { dt { "Peers" } dd { (listed(&run.peers)) } }
             dt { "Taken" }
             dd {
-                (moment(&run.started)) ", in " (number_format::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
-                (number_format::plural(run.repeat as usize, "sample")) " a row, at least " (number_format::seconds(run.min_time)) " each"
+                (moment(&run.started)) ", in " (seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
+                (plural(run.repeat as usize, "sample")) " a row, at least " (seconds(run.min_time)) " each"
                 @if run.pinned { ", workers bound to cores" }
                 ", trees of quality " (run.quality)
             }
@@ -58,14 +60,14 @@ fn machine_text(record: &BenchRecord) -> String {
         name => name.to_owned(),
     }];
     if let Some(cores) = machine.cores {
-        parts.push(number_format::plural(cores as usize, "core"));
+        parts.push(plural(cores as usize, "core"));
     }
     if machine.threads > 0 {
         parts.push(threads_text(machine.threads));
     }
     parts.extend(cache_text(machine));
     if let Some(bytes) = machine.memory_bytes {
-        parts.push(format!("{} memory", number_format::binary_bytes(bytes)));
+        parts.push(format!("{} memory", numbers::binary_bytes(bytes)));
     }
     parts.join(", ")
 }
@@ -75,7 +77,7 @@ pub(super) fn cache_text(machine: &Machine) -> Vec<String> {
     let caches = machine.caches.iter().filter(|c| c.kind != "instruction");
     let mut caches: Vec<_> = caches.collect();
     caches.sort_by_key(|c| c.level);
-    let size = |c: &&Cache| format!("L{} {}", c.level, number_format::binary_bytes(c.bytes));
+    let size = |c: &&Cache| format!("L{} {}", c.level, numbers::binary_bytes(c.bytes));
     caches.iter().map(size).collect()
 }
 
@@ -96,70 +98,54 @@ pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
 
 fn about_the_run(record: &BenchRecord) -> Vec<String> {
     let (program, machine) = (&record.program, &record.machine);
-    let mut warnings = Vec::new();
-    if program.git_dirty == Some(true) {
-        warnings.push(
-            "The sources differed from the commit, so this build is not reproducible.".to_owned(),
-        );
-    }
-    if program.profile != "release" {
-        warnings.push(format!(
-            "Built with the profile {}, not release.",
-            program.profile
-        ));
-    }
-    if !program.isa_available.is_empty() && program.isa_compiled != program.isa_available {
-        let (has, asked) = (&program.isa_available, &program.isa_compiled);
-        warnings.push(format!(
-            "The CPU has {has}, but the program was compiled for {asked}."
-        ));
-    }
-    if let Some(governor) = machine.governor.as_ref().filter(|g| *g != "performance") {
-        warnings.push(format!("The frequency governor was {governor}, not performance: clocks may have changed during the run."));
-    }
-    if let Some(host) = machine.hypervisor.as_ref().filter(|h| !h.is_empty()) {
-        warnings.push(format!(
-            "A virtual machine ({host}): its neighbours take part in what is measured."
-        ));
-    }
-    if record.rows.iter().any(|r| !r.has_rate()) {
-        warnings.push("Some rows hold no rate and are left out.".to_owned());
-    }
-    warnings
+    let (profile, has, asked) = (
+        &program.profile,
+        &program.isa_available,
+        &program.isa_compiled,
+    );
+    let governor = machine.governor.as_ref().filter(|g| *g != "performance");
+    let host = machine.hypervisor.as_ref().filter(|h| !h.is_empty());
+    let warnings = [
+        (program.git_dirty == Some(true)).then(|| {
+            "The sources differed from the commit, so this build is not reproducible.".to_owned()
+        }),
+        (profile != "release").then(|| format!("Built with the profile {profile}, not release.")),
+        (!has.is_empty() && asked != has)
+            .then(|| format!("The CPU has {has}, but the program was compiled for {asked}.")),
+        governor.map(|governor| format!("The frequency governor was {governor}, not performance: clocks may have changed during the run.")),
+        host.map(|host| {
+            format!("A virtual machine ({host}): its neighbours take part in what is measured.")
+        }),
+        record.rows.iter().any(|r| !r.has_rate())
+            .then(|| "Some rows hold no rate and are left out.".to_owned()),
+    ];
+    warnings.into_iter().flatten().collect()
 }
 
 /// A line for each mode of a peer whose results differ from ours, with the scene where most differ.
 fn inexact(rows: &[RateRow]) -> Vec<String> {
     let mut modes: BTreeMap<(&str, &str), Vec<&RateRow>> = BTreeMap::new();
     for row in rows.iter().filter(|r| is_peer(&r.engine) && !r.exact) {
-        modes
-            .entry((&row.engine, &row.kernel))
-            .or_default()
-            .push(row);
+        let mode = modes.entry((&row.engine, &row.kernel));
+        mode.or_default().push(row);
     }
     let lines = modes.into_iter().map(|((engine, kernel), rows)| {
         let difference = |row: &&&RateRow| row.difference.unwrap_or(f64::NAN);
         let worst = rows.iter().max_by(|a, b| difference(a).total_cmp(&difference(b)));
-        let share = number_format::percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
+        let share = percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
         let where_most = worst.map(|r| format!("{}, {}", r.scene, r.rays)).unwrap_or_default();
-        let number = number_format::plural(rows.len(), "row");
+        let number = plural(rows.len(), "row");
         format!("{engine} {kernel} is inexact in {number}: up to {share} of rays are answered otherwise ({where_most}). It does not count as a best mode there.")
     });
     lines.collect()
 }
 
 fn wide_intervals(rows: &[RateRow]) -> Option<String> {
-    let good = rows.iter().filter(|r| r.has_rate());
-    let wide =
-        good.filter(|r| r.mrays_per_s.high - r.mrays_per_s.low > WIDE * r.mrays_per_s.median);
-    let (wide, all) = (wide.count(), rows.len());
-    (wide > 0).then(|| {
-        let limit = number_format::percent(WIDE);
-        format!(
-            "The intervals of {wide} of {} are wider than {limit} of the median.",
-            number_format::plural(all, "row")
-        )
-    })
+    let rates = rows.iter().filter(|r| r.has_rate()).map(|r| r.mrays_per_s);
+    let wide = rates.filter(|rate| rate.high - rate.low > WIDE * rate.median);
+    let (wide, all, limit) = (wide.count(), plural(rows.len(), "row"), percent(WIDE));
+    (wide > 0)
+        .then(|| format!("The intervals of {wide} of {all} are wider than {limit} of the median."))
 }
 
 /// The headline: two sentences, charts and a table.
@@ -175,10 +161,10 @@ pub(super) fn headline(view: &RecordView<'_>) -> Markup {
         } @else {
             div.grid {
                 @for threads in view.threads_from_most() { (chart(view, threads)) }
-                (ratio_table(view, most, table))
+                (ratio_table(view, most).page())
             }
-            (legend(view))
-            @for threads in fewer.iter().rev() { (ratio_table(view, *threads, folded_table)) }
+            (engines(view))
+            @for threads in fewer.iter().rev() { (ratio_table(view, *threads).folded()) }
         }
     }
 }
@@ -186,14 +172,13 @@ pub(super) fn headline(view: &RecordView<'_>) -> Markup {
 fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
     let said = |other: &str, of: &dyn Fn(&str) -> Option<SpeedRatio>| {
         let ratios = view.kinds.iter();
-        let ratios =
-            ratios.filter_map(|kind| Some((kind_text(kind), number_format::times(of(kind)?.mean))));
+        let ratios = ratios.filter_map(|kind| Some((kind_text(kind), times(of(kind)?.mean))));
         let parts = ratios.enumerate().map(|(i, (kind, times))| match i {
             0 => format!("{times} as fast as {other} for {kind}"),
             _ => format!("{times} for {kind}"),
         });
         let parts: Vec<String> = parts.collect();
-        let (on, speeds) = (threads_text(threads), number_format::listed(&parts));
+        let (on, speeds) = (threads_text(threads), listed(&parts));
         (!parts.is_empty())
             .then(|| format!("On {on}, phalanx is {speeds} (geometric means over scenes)."))
     };
@@ -213,87 +198,66 @@ fn others<'a>(view: &RecordView<'a>) -> impl Iterator<Item = (usize, &'a str)> {
 }
 
 fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
+    let dot = |kind: &str, style: usize, engine: &str| {
+        let ratio = view.index.over(engine, kind, threads)?;
+        let values = [ratio.least, ratio.mean, ratio.most];
+        let [least, mean, most] = values.map(times);
+        let name = format!("{kind}: {mean} as fast as {engine} ({least} to {most} by scene)");
+        Some(Dot::new(name, style, values))
+    };
     let lines = view.kinds.iter().map(|kind| {
-        let dots = others(view).filter_map(|(style, engine)| {
-            let ratio = view.index.over(engine, kind, threads)?;
-            let [mean, least, most] =
-                [ratio.mean, ratio.least, ratio.most].map(number_format::times);
-            Some(Dot {
-                letter: String::new(),
-                name: format!("{kind}: {mean} as fast as {engine} ({least} to {most} by scene)"),
-                value: ratio.mean,
-                low: ratio.least,
-                high: ratio.most,
-                style,
-            })
-        });
-        Line {
-            label: (*kind).to_owned(),
-            group: String::new(),
-            dots: dots.collect(),
-        }
+        let dots = others(view).filter_map(|(style, engine)| dot(kind, style, engine));
+        Line::new(kind, dots)
     });
     let lines: Vec<Line> = lines.filter(|l| !l.dots.is_empty()).collect();
-    if lines.is_empty() {
-        return html! {};
-    }
+    let on = threads_text(threads);
     let label = format!(
-        "How many times as fast as each other engine auto is, by kind of rays, on {}; the table below holds the numbers.",
-        threads_text(threads)
+        "How many times as fast as each other engine auto is, by kind of rays, on {on}; the table below holds the numbers."
     );
-    html! {
-        figure {
-            figcaption { strong { "phalanx auto" } " against others, " (threads_text(threads)) }
-            (dot_plot(&label, "times as fast as …", &lines, Some(1.0)))
-        }
-    }
+    let more = format!(" against others, {on}");
+    let axis = ("times as fast as …", Some(1.0));
+    dot_figure(("phalanx auto", &more), &label, axis, &lines)
 }
 
-fn legend(view: &RecordView<'_>) -> Markup {
-    html! {
-        ul.legend {
-            @for (i, engine) in others(view) {
-                @let mode = if is_peer(engine) { ", best exact mode" } else { "" };
-                (key((Tint::Series(i), MarkerShape::of(i)), &format!("against {engine}{mode}")))
-            }
-            li { "bars reach from the least to the greatest of all scenes" }
-        }
-    }
+fn engines(view: &RecordView<'_>) -> Markup {
+    let keys = others(view).map(|(i, engine)| {
+        let mode = if is_peer(engine) {
+            ", best exact mode"
+        } else {
+            ""
+        };
+        (look(i), format!("against {engine}{mode}"))
+    });
+    let bars = html! { li { "bars reach from the least to the greatest of all scenes" } };
+    legend(keys, bars)
 }
 
-fn ratio_table(
-    view: &RecordView<'_>,
-    threads: u32,
-    table: fn(&str, &[&'static str], usize, TableRows) -> Markup,
-) -> Markup {
+fn ratio_table(view: &RecordView<'_>, threads: u32) -> ReportTable<Markup> {
     let peers = view.index.has_peers();
     let row = |kind: &&str| {
         let best = view.index.over_best_peer(kind, threads);
         let oracle = view.index.over(ORACLE, kind, threads);
         let scenes = best.iter().chain(&oracle).map(|r| r.scenes).max()?;
         let mut cells = vec![cell(kind)];
-        if peers {
-            cells.push(ratio_cell(best));
-        }
-        cells.push(ratio_cell(oracle));
-        cells.push(cell(number_format::count(scenes as u64)));
+        cells.extend(peers.then(|| ratio_cell(best)));
+        cells.extend([ratio_cell(oracle), cell(count(scenes as u64))]);
         Some(cells)
     };
-    let mut head = vec!["rays"];
-    head.extend(peers.then_some("over best exact peer"));
-    head.extend(["over oracle", "scenes"]);
+    let head = match peers {
+        true => "rays | over best exact peer | over oracle | scenes",
+        false => "rays | over oracle | scenes",
+    };
     let on = threads_text(threads);
-    let caption = format!("phalanx auto on {on}: mean over scenes, least and greatest");
-    let rows = view.kinds.iter().filter_map(row).collect();
-    table(&caption, &head, 1, rows)
+    let title = format!("phalanx auto on {on}: mean over scenes, least and greatest");
+    ReportTable::new(title, head, 1).with(view.kinds.iter().filter_map(row))
 }
 
 fn ratio_cell(ratio: Option<SpeedRatio>) -> Markup {
     let Some(ratio) = ratio else {
-        return cell(number_format::NONE);
+        return cell(NONE);
     };
     html! {
-        (number_format::times(ratio.mean))
-        small { (number_format::measured(ratio.least)) "–" (number_format::measured(ratio.most)) }
+        (times(ratio.mean))
+        small { (measured(ratio.least)) "–" (measured(ratio.most)) }
     }
 }

@@ -41,12 +41,14 @@ pub(super) enum MarkerShape {
     Diamond,
 }
 
-impl MarkerShape {
-    /// The shape that goes with [`Tint::Series`] of the same number.
-    pub(super) fn of(number: usize) -> MarkerShape {
-        use MarkerShape::*;
-        [Disc, Cross, Square, Triangle, Diamond][number % SERIES.len()]
-    }
+/// Colour and shape of markers.
+pub(super) type MarkerStyle = (Tint, MarkerShape);
+
+/// The look of engines and records by index.
+pub(super) fn look(number: usize) -> MarkerStyle {
+    use MarkerShape::*;
+    let shapes = [Disc, Cross, Square, Triangle, Diamond];
+    (Tint::Series(number), shapes[number % shapes.len()])
 }
 
 /// A point in pixels from the upper left corner.
@@ -87,7 +89,7 @@ pub(super) fn text((x, y): Point, anchor: &str, (tint, size): (Tint, f64), text:
 }
 
 /// A marker of about `radius` pixels.
-pub(super) fn marker((x, y): Point, (tint, shape): (Tint, MarkerShape), radius: f64) -> Markup {
+pub(super) fn marker((x, y): Point, (tint, shape): MarkerStyle, radius: f64) -> Markup {
     let around = |corners: &[Point]| -> Vec<Point> {
         let at = |&(dx, dy): &Point| (x + dx * radius, y + dy * radius);
         corners.iter().map(at).collect()
@@ -116,8 +118,23 @@ pub(super) fn named(name: &str, content: Markup) -> Markup {
     html! { g { title { (name) } (content) } }
 }
 
-/// An entry of a legend: marker and meaning.
-pub(super) fn key(style: (Tint, MarkerShape), meaning: &str) -> Markup {
-    let picture = draw((14.0, 14.0), meaning, marker((7.0, 7.0), style, 4.5));
-    html! { li { (picture) " " (meaning) } }
+/// A picture below its title.
+pub(super) fn figure(title: &str, more: &str, picture: Markup) -> Markup {
+    html! { figure { figcaption { strong { (title) } (more) } (picture) } }
+}
+
+/// Markers with their meanings, then more list items.
+pub(super) fn legend(
+    keys: impl IntoIterator<Item = (MarkerStyle, String)>,
+    more: Markup,
+) -> Markup {
+    html! {
+        ul.legend {
+            @for (look, meaning) in keys {
+                @let picture = draw((14.0, 14.0), &meaning, marker((7.0, 7.0), look, 4.5));
+                li { (picture) " " (meaning) }
+            }
+            (more)
+        }
+    }
 }

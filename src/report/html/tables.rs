@@ -1,61 +1,52 @@
 //! Tables that scroll in a box of their own, so that the page never scrolls sideways.
 
-use maud::{Markup, html};
-
-/// TableRows of cells.
-pub(super) type TableRows = Vec<Vec<Markup>>;
+use crate::report_table::ReportTable;
+use maud::{Markup, Render, html};
 
 /// A cell of text.
 pub(super) fn cell(text: impl AsRef<str>) -> Markup {
     html! { (text.as_ref()) }
 }
 
-/// A table with a caption; nothing where there are no rows. Numbers are aligned right, cells of the
-/// first `texts` columns left.
-pub(super) fn table(
-    caption: &str,
-    head: &[impl AsRef<str>],
-    texts: usize,
-    rows: TableRows,
-) -> Markup {
-    let align = |column| (column < texts).then_some("t");
-    html! {
-        @if !rows.is_empty() {
-            div.scroll role="region" tabindex="0" aria-label=(caption) {
-                table {
-                    caption { (caption) }
-                    thead { tr {
-                        @for (i, name) in head.iter().enumerate() {
-                            th scope="col" class=[align(i)] { (name.as_ref()) }
-                        }
-                    } }
-                    tbody {
-                        @for row in rows { tr {
-                            @for (i, cell) in row.iter().enumerate() {
-                                @if i == 0 {
-                                    th scope="row" { (cell) }
-                                } @else {
-                                    td class=[align(i)] { (cell) }
-                                }
+impl<C: Render> ReportTable<C> {
+    /// The table with its title as caption and its note; nothing where there are no rows. Numbers
+    /// are aligned right, text left.
+    pub(super) fn page(&self) -> Markup {
+        let align = |column| (column < self.texts).then_some("t");
+        html! {
+            @if !self.rows.is_empty() {
+                div.scroll role="region" tabindex="0" aria-label=(self.title) {
+                    table {
+                        caption { (self.title) }
+                        thead { tr {
+                            @for (i, name) in self.head.iter().enumerate() {
+                                th scope="col" class=[align(i)] { (name) }
                             }
                         } }
+                        tbody {
+                            @for row in &self.rows { tr {
+                                @for (i, cell) in row.iter().enumerate() {
+                                    @if i == 0 {
+                                        th scope="row" { (cell) }
+                                    } @else {
+                                        td class=[align(i)] { (cell) }
+                                    }
+                                }
+                            } }
+                        }
                     }
                 }
+                @if !self.note.is_empty() { p.note { (self.note) } }
             }
         }
     }
-}
 
-/// A table behind a line to click on; nothing where there are no rows.
-pub(super) fn folded_table(
-    caption: &str,
-    head: &[impl AsRef<str>],
-    texts: usize,
-    rows: TableRows,
-) -> Markup {
-    match rows.is_empty() {
-        true => html! {},
-        false => folded(caption, table(caption, head, texts, rows)),
+    /// The table behind a line to click on; nothing where there are no rows.
+    pub(super) fn folded(&self) -> Markup {
+        match self.rows.is_empty() {
+            true => html! {},
+            false => folded(&self.title, self.page()),
+        }
     }
 }
 

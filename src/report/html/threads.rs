@@ -1,12 +1,12 @@
 //! Rates against the number of threads.
 
-use super::axis::{LinearAxis, paint_axis};
+use super::axis::Axis;
 use super::dots::WIDTH;
-use super::number_format;
-use super::svg::{MarkerShape, Tint, draw, line, marker, named, text};
-use super::tables::{cell, folded_table};
+use super::svg::{Tint, draw, figure, line, look, marker, named, text};
 use super::view::{RecordView, threads_text};
 use crate::geometric_mean;
+use crate::numbers::{count, times};
+use crate::report_table::ReportTable;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -42,7 +42,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
         div.grid {
             @for threads in more.iter().rev() { (strip(&kinds, base, *threads)) }
         }
-        (speedup_table(&kinds, base, more))
+        (speedup_table(&kinds, base).folded())
     }
 }
 
@@ -75,7 +75,7 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
     let all = kinds.iter().filter_map(|k| k.of.get(&threads)).flatten();
     let marks = [1.0, ideal];
     let all = all.map(|speedup| speedup.1);
-    let Some(axis) = LinearAxis::over(all.chain(marks), LEFT, RIGHT) else {
+    let Some(axis) = Axis::linear(all.chain(marks), LEFT, RIGHT) else {
         return html! {};
     };
     let label = format!(
@@ -86,7 +86,7 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
     let floor = TOP + STEP * kinds.len() as f64;
     let (top, ideal) = (TOP - 4.0, axis.at(ideal));
     let content = html! {
-        (paint_axis(&axis.ticks(), (top, floor), (0.5 * (LEFT + RIGHT), "times as fast")))
+        (axis.paint(&axis.steps(), (top, floor), "times as fast"))
         (line(&[(ideal, top), (ideal, floor)], Tint::Ink, 1.0))
         @for (i, speedups) in kinds.iter().enumerate() {
             @let y = TOP + STEP * (i as f64 + 0.5);
@@ -94,58 +94,41 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
             (paint_strip(&axis, speedups.of.get(&threads).map_or(&[], Vec::as_slice), y))
         }
     };
-    html! {
-        figure {
-            figcaption { strong { (threads_text(threads)) } " against " (base) }
-            (draw((WIDTH, floor + 40.0), &label, content))
-        }
-    }
+    let against = format!(" against {base}");
+    let picture = draw((WIDTH, floor + 40.0), &label, content);
+    figure(&threads_text(threads), &against, picture)
 }
 
 /// Scenes as dots in three tracks, so that few hide each other, and their geometric mean as a bar.
-fn paint_strip(axis: &LinearAxis, speedups: &[SceneSpeedup<'_>], y: f64) -> Markup {
-    let disc = (Tint::Series(0), MarkerShape::Disc);
+fn paint_strip(axis: &Axis, speedups: &[SceneSpeedup<'_>], y: f64) -> Markup {
     html! {
         @for (i, (scene, value)) in speedups.iter().enumerate() {
-            @let dot = marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), disc, 2.0);
-            (named(&format!("{scene}: {}", number_format::times(*value)), dot))
+            @let dot = marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), look(0), 2.0);
+            (named(&format!("{scene}: {}", times(*value)), dot))
         }
         @if let Some(mean) = geometric_mean(speedups.iter().map(|speedup| speedup.1)) {
             @let x = axis.at(mean);
             @let bar = line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5);
-            (named(&format!("geometric mean: {}", number_format::times(mean)), bar))
+            (named(&format!("geometric mean: {}", times(mean)), bar))
         }
     }
 }
 
-fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Markup {
-    let mut rows = Vec::new();
-    for speedups in kinds {
-        for threads in more {
-            let Some(values) = speedups.of.get(threads) else {
-                continue;
-            };
-            let values: Vec<f64> = values.iter().map(|speedup| speedup.1).collect();
-            let ends = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
-            let times = |value: Option<f64>| cell(number_format::times(value.unwrap_or(f64::NAN)));
-            rows.push(vec![
-                cell(speedups.kind),
-                cell(threads.to_string()),
-                cell(number_format::count(values.len() as u64)),
-                times(geometric_mean(values.iter().copied())),
-                times(ends(f64::min)),
-                times(ends(f64::max)),
-            ]);
-        }
-    }
-    let head = [
-        "rays",
-        "threads",
-        "scenes",
-        "geometric mean",
-        "least",
-        "most",
-    ];
-    let caption = format!("Speedup of auto over {}", threads_text(base));
-    folded_table(&caption, &head, 1, rows)
+fn speedup_table(kinds: &[Speedups<'_>], base: u32) -> ReportTable {
+    let row = |kind: &str, threads: u32, speedups: &[SceneSpeedup<'_>]| {
+        let values = || speedups.iter().map(|speedup| speedup.1);
+        let ends = [values().reduce(f64::min), values().reduce(f64::max)];
+        let mut cells = vec![kind.to_owned(), threads.to_string()];
+        cells.push(count(speedups.len() as u64));
+        let numbers = [geometric_mean(values())].into_iter().chain(ends);
+        cells.extend(numbers.map(|value| times(value.unwrap_or(f64::NAN))));
+        cells
+    };
+    let rows = kinds.iter().flat_map(|kind| {
+        let of = kind.of.iter();
+        of.map(|(threads, speedups)| row(kind.kind, *threads, speedups))
+    });
+    let head = "rays | threads | scenes | geometric mean | least | most";
+    let title = format!("Speedup of auto over {}", threads_text(base));
+    ReportTable::new(title, head, 1).with(rows)
 }

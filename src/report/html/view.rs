@@ -1,9 +1,9 @@
 //! A record arranged for reading: its scenes, kinds and thread counts, and the rows that belong
 //! together.
 
-use super::number_format;
-use crate::ray_kind::{FRAME, RayKind};
-use crate::{AUTO, BenchRecord, Program, RateRow, RecordIndex, SceneRecord, text};
+use crate::numbers::plural;
+use crate::text::{self, commit};
+use crate::{AUTO, BenchRecord, FRAME, Program, RateRow, RayKind, RecordIndex, SceneRecord};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
@@ -89,19 +89,12 @@ pub(super) fn day(record: &BenchRecord) -> &str {
 
 /// The first letters of a program's commit, and whether files differed from it.
 pub(super) fn commit_text(program: &Program) -> String {
-    let Some(commit) = &program.git_revision else {
-        return "not known".to_owned();
-    };
-    let short = text::short_commit(commit);
-    match program.git_dirty {
-        Some(true) => format!("{short}, changed"),
-        _ => short,
-    }
+    commit(program).unwrap_or("not known".to_owned())
 }
 
 /// `2 threads` or `1 thread`.
 pub(super) fn threads_text(threads: u32) -> String {
-    number_format::plural(threads as usize, "thread")
+    plural(threads as usize, "thread")
 }
 
 fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {

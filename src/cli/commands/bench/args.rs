@@ -4,9 +4,9 @@ use crate::cli::options::{
     KernelSet, OUTPUT, SceneArgs, kernels_parser, name_parser, parse_number, parse_size,
     parse_thread_count,
 };
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
-use phalanx::bench::RayKind;
+use phalanx::bench::{FRAME, RayKind};
 use phalanx::bvh::Quality;
 use regex_lite::Regex;
 use std::path::PathBuf;
@@ -102,8 +102,8 @@ pub struct RunArgs {
     /// primary, shadow, diffuse, …, frame [default: all]
     ///
     /// Kinds of rays, separated by commas. [default: all]
-    #[arg(long, value_name = "KIND,…", help_heading = MEASUREMENT, value_delimiter = ',', hide_possible_values = true, value_parser = kinds_parser())]
-    pub rays: Vec<MeasuredKind>,
+    #[arg(long, value_name = "KIND,…", help_heading = MEASUREMENT, value_delimiter = ',', hide_possible_values = true, value_parser = PossibleValuesParser::new(RayKind::names()))]
+    pub rays: Vec<String>,
     /// Other tracers, as in embree,obvhs
     ///
     /// Other tracers to measure on the same rays, separated by commas.
@@ -185,22 +185,6 @@ pub struct RunArgs {
     pub update_suite: Option<PathBuf>,
 }
 
-/// A kind of measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MeasuredKind {
-    /// A kind of rays.
-    Rays(RayKind),
-    /// Whole frames.
-    Frame,
-}
-
-fn kinds_parser() -> impl TypedValueParser<Value = MeasuredKind> {
-    PossibleValuesParser::new(RayKind::names()).map(|name| {
-        let kind = RayKind::ALL.into_iter().find(|kind| kind.name() == name);
-        kind.map_or(MeasuredKind::Frame, MeasuredKind::Rays)
-    })
-}
-
 /// A number of threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThreadCount {
@@ -261,14 +245,17 @@ impl RunArgs {
 
     /// Kinds of rays, in the order of the list.
     pub fn kinds(&self) -> Vec<RayKind> {
-        let asked =
-            |kind: &RayKind| self.rays.is_empty() || self.rays.contains(&MeasuredKind::Rays(*kind));
-        RayKind::ALL.into_iter().filter(asked).collect()
+        let measured = |kind: &RayKind| self.measures(kind.name());
+        RayKind::ALL.into_iter().filter(measured).collect()
     }
 
     /// Returns true if whole frames are measured.
     pub fn frames(&self) -> bool {
-        self.rays.is_empty() || self.rays.contains(&MeasuredKind::Frame)
+        self.measures(FRAME)
+    }
+
+    fn measures(&self, kind: &str) -> bool {
+        self.rays.is_empty() || self.rays.iter().any(|asked| asked == kind)
     }
 }
 

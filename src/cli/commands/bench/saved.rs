@@ -18,9 +18,9 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
     if let Some(path) = &args.html {
         output::check_report_place(path, "--html")?;
     }
-    let mut records = NamedRecords::load(&args.records)?;
+    let mut records = load_all(&args.records)?;
     if let Some(filter) = &args.filter {
-        for record in &mut records.records {
+        for (_, record) in &mut records {
             record.rows.retain(|row| filter.is_match(&row.name()));
         }
     }
@@ -29,14 +29,14 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
             threshold: args.threshold,
             all,
         };
-        RecordComparison::of(&records.pairs(), options)
+        RecordComparison::of(&pairs(&records), options)
     };
     let shown = compared(args.all);
     if shown.compared == 0 {
         return Err(nothing_in_common(args.filter.is_some()));
     }
     if let Some(path) = &args.html {
-        save(path, &comparison_page(&records.pairs(), &compared(false)))?;
+        save(path, &comparison_page(&pairs(&records), &compared(false)))?;
     }
     match args.markdown {
         true => output::print(&comparison_markdown(&shown)),
@@ -47,16 +47,16 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
 /// Writes the page of one record, or of several side by side.
 pub fn report(args: &RecordReportArgs) -> Result<(), CliError> {
     output::check_report_place(&args.output, "--output")?;
-    let records = NamedRecords::load(&args.records)?;
-    if let [record] = &records.records[..] {
+    let records = load_all(&args.records)?;
+    if let [(_, record)] = &records[..] {
         return save(&args.output, &page(record, &[]));
     }
     let options = ComparisonOptions {
         threshold: REPORT_THRESHOLD,
         all: false,
     };
-    let compared = RecordComparison::of(&records.pairs(), options);
-    save(&args.output, &comparison_page(&records.pairs(), &compared))
+    let compared = RecordComparison::of(&pairs(&records), options);
+    save(&args.output, &comparison_page(&pairs(&records), &compared))
 }
 
 fn nothing_in_common(filtered: bool) -> CliError {
@@ -68,27 +68,16 @@ fn nothing_in_common(filtered: bool) -> CliError {
 }
 
 /// Records, and the names that they have on the command line.
-struct NamedRecords {
-    names: Vec<String>,
-    records: Vec<BenchRecord>,
+type NamedRecords = Vec<(String, BenchRecord)>;
+
+fn load_all(paths: &[PathBuf]) -> Result<NamedRecords, CliError> {
+    let named = |path: &PathBuf| Ok((path.display().to_string(), load(path)?));
+    paths.iter().map(named).collect()
 }
 
-impl NamedRecords {
-    fn load(paths: &[PathBuf]) -> Result<NamedRecords, CliError> {
-        let records = paths.iter().map(|path| load(path));
-        Ok(NamedRecords {
-            records: records.collect::<Result<_, CliError>>()?,
-            names: paths
-                .iter()
-                .map(|path| path.display().to_string())
-                .collect(),
-        })
-    }
-
-    fn pairs(&self) -> Vec<(&str, &BenchRecord)> {
-        let names = self.names.iter().map(String::as_str);
-        names.zip(&self.records).collect()
-    }
+fn pairs(records: &[(String, BenchRecord)]) -> Vec<(&str, &BenchRecord)> {
+    let pairs = records.iter().map(|(name, record)| (&**name, record));
+    pairs.collect()
 }
 
 /// A comparison as a result of the program.

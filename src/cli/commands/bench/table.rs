@@ -3,8 +3,7 @@
 use crate::cli::output::grouped;
 use phalanx::bench::Measured;
 use phalanx::report::{
-    AUTO, BenchRecord, ColumnLayout, RateRow, RecordIndex, SceneRecord, fitted_table,
-    quotable_line, rate, wrapped,
+    AUTO, BenchRecord, RateRow, RecordIndex, ReportTable, SceneRecord, quotable_line, rate, wrapped,
 };
 
 /// Width from which on the peers' own rates and modes are shown, too.
@@ -79,35 +78,23 @@ fn rates(rows: &[RateRow], width: usize) -> String {
     let best = RecordIndex::of(rows);
     let wide = width >= WIDE && best.scenes.len() == 1;
     let peers = || best.peers().filter(|_| wide);
-    let mut head = vec!["rays", "threads", "Mrays/s"]
-        .into_iter()
-        .map(str::to_owned)
-        .collect::<Vec<_>>();
-    head.extend(best.others.iter().map(|name| format!("× {name}")));
-    head.extend(peers().map(|peer| format!("{peer}, best mode")));
-    let mut table = Vec::new();
-    for kind in &best.kinds {
-        for &threads in &best.threads {
-            let Some(ours) = ours(&best, kind, threads) else {
-                continue;
-            };
-            let mut cells = vec![(*kind).to_owned(), threads.to_string(), ours];
-            cells.extend(
-                best.others
-                    .iter()
-                    .map(|name| ratio(&best, name, kind, threads)),
-            );
-            cells.extend(peers().map(|peer| best_mode(&best, peer, kind, threads)));
-            table.push(cells);
-        }
-    }
-    let head: Vec<&str> = head.iter().map(String::as_str).collect();
-    let layout = ColumnLayout {
-        left: 1,
-        names: 2,
-        joined: &[],
+    let row = |kind: &str, threads: u32| {
+        let mut cells = vec![kind.to_owned(), threads.to_string()];
+        cells.push(ours(&best, kind, threads)?);
+        let others = best.others.iter();
+        cells.extend(others.map(|name| ratio(&best, name, kind, threads)));
+        cells.extend(peers().map(|peer| best_mode(&best, peer, kind, threads)));
+        Some(cells)
     };
-    fitted_table(&head, &table, layout, width)
+    let kinds = best.kinds.iter();
+    let rows = kinds.flat_map(|kind| best.threads.iter().filter_map(|on| row(kind, *on)));
+    let mut table = ReportTable::new("", "rays | threads | Mrays/s", 1);
+    table.names = 2;
+    let others = best.others.iter().map(|name| format!("× {name}"));
+    table.head.extend(others);
+    let peers = peers().map(|peer| format!("{peer}, best mode"));
+    table.head.extend(peers);
+    table.with(rows).fitted(width)
 }
 
 /// The rate of `auto`; of one scene with half its interval.
@@ -150,32 +137,22 @@ fn best_mode(best: &RecordIndex, peer: &str, kind: &str, threads: u32) -> String
 
 /// Counted work of every kernel by kind of rays.
 fn work(measured: &Measured, width: usize) -> String {
-    let head = [
-        "rays", "kernel", "traced", "lanes", "nodes", "boxes", "prims", "bytes",
-    ];
-    let mut table = Vec::new();
-    for row in &measured.counters {
-        let per_ray = |count: u64| format!("{:.2}", count as f64 / row.ray_count.max(1) as f64);
-        let lanes = (8 * row.work.packets).max(1);
-        table.push(vec![
-            row.rays.clone(),
-            row.kernel.clone(),
-            grouped(row.ray_count),
-            format!(
-                "{:.1} %",
-                100.0 * row.work.active_lanes as f64 / lanes as f64
-            ),
-            per_ray(row.work.node_visits),
-            per_ray(row.work.box_tests),
-            per_ray(row.work.prim_tests),
-            per_ray(row.work.bytes),
-        ]);
-    }
-    let layout = ColumnLayout {
-        left: 2,
-        names: 2,
-        joined: &[],
-    };
+    let rows = measured.counters.iter().map(|row| {
+        let (work, rays) = (&row.work, row.ray_count.max(1) as f64);
+        let lanes = (8 * work.packets).max(1) as f64;
+        let occupancy = 100.0 * work.active_lanes as f64 / lanes;
+        let mut cells = vec![row.rays.clone(), row.kernel.clone()];
+        cells.extend([grouped(row.ray_count), format!("{occupancy:.1} %")]);
+        let counts = [
+            work.node_visits,
+            work.box_tests,
+            work.prim_tests,
+            work.bytes,
+        ];
+        cells.extend(counts.map(|count| format!("{:.2}", count as f64 / rays)));
+        cells
+    });
+    let head = "rays | kernel | traced | lanes | nodes | boxes | prims | bytes";
     let title = "  counted work; nodes, boxes, prims and bytes are per ray\n";
-    title.to_owned() + &fitted_table(&head, &table, layout, width)
+    title.to_owned() + &ReportTable::new("", head, 2).with(rows).fitted(width)
 }

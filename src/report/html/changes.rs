@@ -1,10 +1,10 @@
 //! Changes from a baseline, in units of the oracle's rates.
 
-use super::dots::{Dot, Line, dot_plot};
-use super::number_format;
-use super::tables::{cell, folded_table, table};
+use super::dots::{Dot, Line, dot_figure};
 use super::view::{commit_text, day, threads_text};
-use crate::baseline::BY_RAYS_HEAD;
+use crate::comparison::{BY_RAYS_HEAD, worst_first};
+use crate::numbers::{self, THIN, known, measured};
+use crate::report_table::ReportTable;
 use crate::{AUTO, BenchRecord, Changes, GroupChange, Grouping, RateChange};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
@@ -31,8 +31,8 @@ pub(super) fn section(baseline: &PageBaseline<'_>) -> Markup {
             ul.note { @for mismatch in &changes.forced { li { (mismatch) } } }
         }
         div.grid { @for threads in threads(changes) { (chart(changes, threads)) } }
-        (group_table(changes))
-        (row_table(changes))
+        (group_table(changes).page())
+        (row_table(changes).folded())
     }
 }
 
@@ -57,32 +57,17 @@ fn chart(changes: &Changes, threads: u32) -> Markup {
     let ours = groups_of(changes, threads).filter(|(group, _)| group.kernel == AUTO);
     let line = |(group, rays): (&GroupChange, &str)| {
         let change = &group.change;
-        Line {
-            label: rays.to_owned(),
-            group: String::new(),
-            dots: vec![Dot {
-                letter: String::new(),
-                name: format!("{rays}: {}", change_words(change)),
-                value: 1.0 + change.by,
-                low: 1.0 + change.low,
-                high: 1.0 + change.high,
-                style: 0,
-            }],
-        }
+        let values = [change.low, change.by, change.high].map(|by| 1.0 + by);
+        let name = format!("{rays}: {}", change_words(change));
+        Line::new(rays, [Dot::new(name, 0, values)])
     };
     let lines: Vec<Line> = ours.map(line).collect();
-    if lines.is_empty() {
-        return html! {};
-    }
     let on = threads_text(threads);
     let label =
         format!("Change of auto by kind of rays on {on}; the table below holds the numbers.");
-    html! {
-        figure {
-            figcaption { strong { "phalanx auto" } " against the baseline, " (on) }
-            (dot_plot(&label, "times the baseline's rate", &lines, Some(1.0)))
-        }
-    }
+    let more = format!(" against the baseline, {on}");
+    let axis = ("times the baseline's rate", Some(1.0));
+    dot_figure(("phalanx auto", &more), &label, axis, &lines)
 }
 
 fn change_words(change: &RateChange) -> String {
@@ -94,67 +79,42 @@ fn change_words(change: &RateChange) -> String {
 }
 
 fn interval(change: &RateChange) -> String {
-    match change.is_known() {
-        true => format!(
-            "{} to {}",
-            signed_percent(change.low),
-            signed_percent(change.high)
-        ),
-        false => number_format::NONE.to_owned(),
-    }
+    let [low, high] = [change.low, change.high].map(signed_percent);
+    known(change.high, || format!("{low} to {high}"))
 }
 
 /// A share as per cent with one decimal and its sign.
 pub(super) fn signed_percent(share: f64) -> String {
-    match share.is_finite() {
-        true => crate::text::percent(share).replace(' ', "\u{202f}"),
-        false => number_format::NONE.to_owned(),
-    }
+    known(share, || {
+        numbers::signed_percent(share).replace(' ', &THIN.to_string())
+    })
 }
 
-fn change_cells(change: &RateChange) -> [Markup; 2] {
-    [cell(signed_percent(change.by)), cell(interval(change))]
-}
-
-fn group_table(changes: &Changes) -> Markup {
+fn group_table(changes: &Changes) -> ReportTable {
     let mut rows = Vec::new();
     for threads in threads(changes) {
         for (group, rays) in groups_of(changes, threads) {
-            let mut cells = vec![cell(rays), cell(&group.kernel), cell(threads.to_string())];
-            cells.push(cell(group.rows.to_string()));
-            cells.extend(change_cells(&group.change));
+            let mut cells = vec![rays.to_owned(), group.kernel.clone(), threads.to_string()];
+            cells.push(group.rows.to_string());
+            cells.extend([signed_percent(group.change.by), interval(&group.change)]);
             rows.push(cells);
         }
     }
-    table(
-        "Kernels by kind of rays, geometric means over scenes",
-        &BY_RAYS_HEAD,
-        2,
-        rows,
-    )
+    let title = "Kernels by kind of rays, geometric means over scenes";
+    ReportTable::new(title, BY_RAYS_HEAD, 2).with(rows)
 }
 
-fn row_table(changes: &Changes) -> Markup {
-    let mut sorted: Vec<_> = changes.rows.iter().collect();
-    sorted.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
-    let row = |row: &&crate::RowChange| {
+fn row_table(changes: &Changes) -> ReportTable {
+    let sorted = worst_first(&changes.rows, |row| row.change.by).into_iter();
+    let rows = sorted.map(|row| {
         let key = &row.key;
-        let mut cells = [&key.scene, &key.rays, &key.kernel].map(cell).to_vec();
-        cells.push(cell(key.threads.to_string()));
-        cells.extend([row.old, row.new].map(|rate| cell(number_format::measured(rate))));
-        cells.extend(change_cells(&row.change));
+        let mut cells = vec![key.scene.clone(), key.rays.clone(), key.kernel.clone()];
+        cells.push(key.threads.to_string());
+        cells.extend([row.old, row.new].map(measured));
+        cells.extend([signed_percent(row.change.by), interval(&row.change)]);
         cells
-    };
-    let head = [
-        "scene",
-        "rays",
-        "kernel",
-        "threads",
-        "then, Mrays/s",
-        "now, Mrays/s",
-        "change",
-        "95 % interval",
-    ];
-    let rows = sorted.iter().map(row).collect();
-    folded_table("Every rate, slower ones first", &head, 3, rows)
+    });
+    let head = "scene | rays | kernel | threads | then, Mrays/s | now, Mrays/s | change | \
+                95 % interval";
+    ReportTable::new("Every rate, slower ones first", head, 3).with(rows)
 }

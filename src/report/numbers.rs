@@ -1,18 +1,56 @@
-//! Numbers as text: as many digits as they are worth, with their unit. NaN and infinity become a
-//! dash.
+//! Numbers as text: as many digits as they are worth, with their unit. On pages, NaN and infinity
+//! become a dash.
 
 /// Text instead of a missing number.
 pub(super) const NONE: &str = "–";
 
 /// Narrow space that does not break, between the digits of long numbers and before units.
-const THIN: char = '\u{202f}';
+pub(super) const THIN: char = '\u{202f}';
+
+/// A rate with three significant digits, which is what it is worth.
+pub fn rate(mrays: f64) -> String {
+    let decimals = match mrays {
+        r if r >= 99.95 => 0,
+        r if r >= 9.995 => 1,
+        _ => 2,
+    };
+    format!("{mrays:.decimals$}")
+}
+
+/// A share as a signed percentage: -0.148 is `-14.8 %`.
+pub(super) fn signed_percent(share: f64) -> String {
+    // A number that rounds to zero has no sign.
+    let tenths = (share * 1000.0).round() / 10.0;
+    if tenths == 0.0 {
+        return "0.0 %".to_owned();
+    }
+    format!("{tenths:+.1} %")
+}
+
+/// A threshold as it was given: 0.0005 is `0.05 %`.
+pub(super) fn threshold(share: f64) -> String {
+    let percent = format!("{:.6}", 100.0 * share);
+    format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// `3 scenes`, `1 scene`.
+pub(super) fn counted(count: usize, noun: &str) -> String {
+    let end = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{end}")
+}
+
+/// Like [`counted`], with a page's narrow spaces.
+pub(super) fn plural(number: usize, word: &str) -> String {
+    let end = if number == 1 { "" } else { "s" };
+    format!("{}{THIN}{word}{end}", count(number as u64))
+}
 
 /// About three digits, for anything measured.
 pub(super) fn measured(value: f64) -> String {
     let size = value.abs();
     match size {
         _ if !value.is_finite() => NONE.to_owned(),
-        1000.0.. => grouped(&format!("{value:.0}")),
+        1000.0.. => grouped(&format!("{value:.0}"), THIN),
         100.0.. => format!("{value:.0}"),
         10.0.. => format!("{value:.1}"),
         0.1.. => format!("{value:.2}"),
@@ -24,7 +62,7 @@ pub(super) fn measured(value: f64) -> String {
 
 /// An integer in groups of three digits.
 pub(super) fn count(value: u64) -> String {
-    grouped(&value.to_string())
+    grouped(&value.to_string(), THIN)
 }
 
 /// A count short enough for an axis: 20k, 1.5M.
@@ -70,24 +108,24 @@ pub(super) fn seconds(value: f64) -> String {
         0.001.. => (value * 1e3, "ms"),
         _ => (value * 1e6, "µs"),
     };
-    with_unit(value, &measured(number), unit)
+    known(value, || format!("{}{THIN}{unit}", measured(number)))
 }
 
 /// A size, in powers of 1000, as memory bandwidths are.
 pub(super) fn bytes(value: u64) -> String {
-    scaled_bytes(value, 1000, ["B", "kB", "MB", "GB", "TB"])
+    scaled_bytes(value, 1000.0, ["B", "kB", "MB", "GB", "TB"])
 }
 
 /// A size, in powers of 1024, as caches and memory are.
 pub(super) fn binary_bytes(value: u64) -> String {
-    scaled_bytes(value, 1024, ["B", "KiB", "MiB", "GiB", "TiB"])
+    scaled_bytes(value, 1024.0, ["B", "KiB", "MiB", "GiB", "TiB"])
 }
 
-fn scaled_bytes(value: u64, step: u64, units: [&str; 5]) -> String {
+fn scaled_bytes(value: u64, step: f64, units: [&str; 5]) -> String {
     let mut unit = 0;
     let mut number = value as f64;
-    while number >= step as f64 && unit + 1 < units.len() {
-        number /= step as f64;
+    while number >= step && unit + 1 < units.len() {
+        number /= step;
         unit += 1;
     }
     format!("{}{THIN}{}", short(number), units[unit])
@@ -95,48 +133,30 @@ fn scaled_bytes(value: u64, step: u64, units: [&str; 5]) -> String {
 
 /// A ratio, as a multiple.
 pub(super) fn times(value: f64) -> String {
-    match value.is_finite() {
-        true => format!("{}×", measured(value)),
-        false => NONE.to_owned(),
-    }
+    known(value, || format!("{}×", measured(value)))
 }
 
 /// A share, as per cent.
 pub(super) fn percent(share: f64) -> String {
     let value = share * 100.0;
-    match value.abs() {
-        _ if !value.is_finite() => NONE.to_owned(),
+    known(value, || match value.abs() {
         10.0.. => format!("{value:.0}{THIN}%"),
         0.1.. => format!("{value:.1}{THIN}%"),
         _ if value == 0.0 => format!("0{THIN}%"),
         _ => format!("{value:.3}{THIN}%"),
-    }
+    })
 }
 
-/// Words with commas, and "and" before the last.
-pub(super) fn listed(words: &[String]) -> String {
-    match words {
-        [] => String::new(),
-        [one] => one.clone(),
-        [most @ .., last] => format!("{} and {last}", most.join(", ")),
-    }
-}
-
-/// "1 scene", "2 scenes".
-pub(super) fn plural(number: usize, word: &str) -> String {
-    let end = if number == 1 { "" } else { "s" };
-    format!("{}{THIN}{word}{end}", count(number as u64))
-}
-
-fn with_unit(value: f64, number: &str, unit: &str) -> String {
+/// The text of a number, or a dash where it is none.
+pub(super) fn known(value: f64, text: impl FnOnce() -> String) -> String {
     match value.is_finite() {
-        true => format!("{number}{THIN}{unit}"),
+        true => text(),
         false => NONE.to_owned(),
     }
 }
 
 /// Digits in threes from the right; a sign stays where it is.
-fn grouped(digits: &str) -> String {
+pub fn grouped(digits: &str, separator: char) -> String {
     let (sign, digits) = match digits.strip_prefix('-') {
         Some(rest) => ("-", rest),
         None => ("", digits),
@@ -144,7 +164,7 @@ fn grouped(digits: &str) -> String {
     let mut text = String::from(sign);
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(THIN);
+            text.push(separator);
         }
         text.push(digit);
     }
@@ -157,6 +177,19 @@ mod tests {
 
     fn plain(text: String) -> String {
         text.replace(THIN, " ")
+    }
+
+    #[test]
+    fn numbers_as_text() {
+        assert_eq!(signed_percent(-0.1484), "-14.8 %");
+        assert_eq!(signed_percent(0.0321), "+3.2 %");
+        assert_eq!(signed_percent(-0.0001), "0.0 %");
+        assert_eq!(
+            [rate(123.4), rate(99.96), rate(12.34), rate(1.234)],
+            ["123", "100", "12.3", "1.23"]
+        );
+        assert_eq!(threshold(0.0005), "0.05 %");
+        assert_eq!(counted(1, "row") + " " + &counted(0, "row"), "1 row 0 rows");
     }
 
     #[test]

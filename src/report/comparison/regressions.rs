@@ -1,10 +1,10 @@
 //! Selection of the changes that are regressions.
 
-use super::{Changes, GroupChange, RowChange, RowKey};
+use super::changes::{Changes, GroupChange, RowChange, RowKey};
 
 /// Least number of rows with which a group decides by itself: with fewer it is hardly more than one
 /// of them.
-pub(crate) const ROWS_TO_DECIDE: usize = 4;
+pub(super) const ROWS_TO_DECIDE: usize = 4;
 
 /// Times that a suspect is measured again before it counts.
 pub const RETAKES: usize = 2;

@@ -41,29 +41,29 @@ type CounterKey<'a> = (&'a str, &'a str, &'a str);
 pub fn counters(old: &BenchRecord, new: &BenchRecord) -> Vec<CounterChange> {
     let (before, now) = (index(old), index(new));
     let keys: BTreeSet<CounterKey> = before.keys().chain(now.keys()).copied().collect();
-    let mut found = Vec::new();
-    for key in keys {
-        let mut tell = |difference| {
-            found.push(CounterChange {
-                scene: key.0.to_owned(),
-                rays: key.1.to_owned(),
-                kernel: key.2.to_owned(),
-                difference,
-            });
+    let of = |key: CounterKey| {
+        let differences = match (before.get(&key), now.get(&key)) {
+            (Some(old), Some(new)) => count_differences(old, new),
+            (Some(_), None) => vec![CountDifference::OnlyOld],
+            _ => vec![CountDifference::OnlyNew],
         };
-        match (before.get(&key), now.get(&key)) {
-            (Some(old), Some(new)) => counts(old)
-                .into_iter()
-                .zip(counts(new))
-                .filter(|((_, old), (_, new))| old != new)
-                .for_each(|((counter, old), (_, new))| {
-                    tell(CountDifference::Count { counter, old, new })
-                }),
-            (Some(_), None) => tell(CountDifference::OnlyOld),
-            _ => tell(CountDifference::OnlyNew),
-        }
-    }
-    found
+        let change = move |difference| CounterChange {
+            scene: key.0.to_owned(),
+            rays: key.1.to_owned(),
+            kernel: key.2.to_owned(),
+            difference,
+        };
+        differences.into_iter().map(change).collect::<Vec<_>>()
+    };
+    keys.into_iter().flat_map(of).collect()
+}
+
+fn count_differences(old: &CounterRow, new: &CounterRow) -> Vec<CountDifference> {
+    let counts = counts(old).into_iter().zip(counts(new));
+    let differing = counts.filter(|((_, old), (_, new))| old != new);
+    let difference =
+        differing.map(|((counter, old), (_, new))| CountDifference::Count { counter, old, new });
+    difference.collect()
 }
 
 fn index(record: &BenchRecord) -> BTreeMap<CounterKey<'_>, &CounterRow> {

@@ -6,9 +6,10 @@
 //! suspect is measured again. One row in a hundred is slowed for all of its rounds by another load
 //! on the machine, which does go away.
 
-use super::*;
-use crate::Estimate;
+use super::RETAKES;
+use super::log_rate::{LogRate, mean_change};
 use crate::statistics::Draw;
+use crate::{Estimate, RateRow};
 
 /// The threshold of the issue: fail above 8 %.
 const THRESHOLD: f64 = 0.08;

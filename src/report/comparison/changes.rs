@@ -1,5 +1,4 @@
-//! Comparison of a run with an earlier one, its baseline: the changes, their size, and their
-//! uncertainty.
+//! Changes from an earlier run, the baseline, to another: their size, and their uncertainty.
 //!
 //! Rates are taken in units of the oracle's rate in the same scene and run (the geometric mean over
 //! all kinds of rays, which one rate's noise moves little). So a machine that is slower today makes
@@ -8,26 +7,10 @@
 //!
 //! The criteria for a regression are explained at [`Changes::regressions`].
 
-mod compatibility;
-mod counters;
-mod log_change;
-#[cfg(test)]
-mod noise;
-mod regressions;
-mod text;
-
-pub(super) use compatibility::of_rays;
-pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline};
-pub use counters::{CountDifference, CounterChange, counters};
-pub use log_change::RateChange;
-pub(super) use regressions::ROWS_TO_DECIDE;
-pub use regressions::{RETAKES, Regression};
-pub(super) use text::BY_RAYS_HEAD;
-pub use text::{changes_table, counters_table, regressions_table};
-
-use super::{BenchRecord, ORACLE, PHALANX, RateRow};
-pub(super) use log_change::LogRate;
-use log_change::mean_change;
+use super::compatibility::{IncompatibleRecords, Mismatch, of_machine, of_part, of_rays, refuse};
+use super::log_rate::{LogRate, RateChange, mean_change};
+use crate::record_index::SharedRow;
+use crate::{BenchRecord, ORACLE, PHALANX, RateRow, RecordIndex};
 use std::collections::BTreeMap;
 
 /// Key of one of our rates in a record.
@@ -79,6 +62,10 @@ pub struct RowChange {
     pub change: RateChange,
     /// The oracle rates that are the unit.
     pub normalised: Normalisation,
+    /// The change in units of its yardstick's, which is taken to be exact.
+    log: LogRate,
+    /// The change of the yardstick by itself.
+    yardstick: LogRate,
 }
 
 /// The dimension over which a kernel's rates are averaged.
@@ -148,135 +135,82 @@ pub fn compare(
     new: &BenchRecord,
     force: bool,
 ) -> Result<Changes, IncompatibleRecords> {
-    let (before, now) = (Index::of(old), Index::of(new));
-    let mut reasons = compatibility::of_machine(old, new);
-    reasons.extend(compatibility::of_rays(old, new));
-    let mut both = Vec::new();
-    let mut changes = Changes::default();
-    for (key, &row) in &now.kernels {
-        match before.kernels.get(key) {
-            None => changes.only_new.push(key.clone()),
-            Some(&old) => {
-                reasons.extend(compatibility::of_part(old, row));
-                both.push((key, old, row));
-            }
-        }
-    }
-    let gone = before
-        .kernels
-        .keys()
-        .filter(|key| !now.kernels.contains_key(*key));
-    changes.only_old = gone.cloned().collect();
+    let [before, now] = [old, new].map(|record| RecordIndex::of(&record.rows));
+    let both = before.shared(&now, PHALANX);
+    let mut reasons = of_machine(old, new);
+    reasons.extend(of_rays(old, new));
+    reasons.extend(both.iter().filter_map(|(old, new)| of_part(old, new)));
     if both.is_empty() {
         reasons.push(Mismatch::NothingInCommon);
     }
-    changes.forced = compatibility::refuse(reasons, force)?;
-    let mut logs = Vec::new();
-    for (key, old, new) in both {
-        if before.repeats(key) && now.repeats(key) && old.same_as == new.same_as {
-            continue;
-        }
-        match row_change(key, (&before, old), (&now, new)) {
-            None => changes.empty.push(key.clone()),
-            Some((change, log)) => {
-                changes.rows.push(change);
-                logs.push(log);
-            }
+    let mut changes = Changes {
+        only_old: keys(before.lacking(&now, PHALANX)),
+        only_new: keys(now.lacking(&before, PHALANX)),
+        forced: refuse(reasons, force)?,
+        ..Changes::default()
+    };
+    let repeated = |(old, new): &SharedRow| {
+        before.repeats(old) && now.repeats(new) && old.same_as == new.same_as
+    };
+    let oracle = before.shared(&now, ORACLE);
+    for pair in both.into_iter().filter(|pair| !repeated(pair)) {
+        match row_change(pair, &oracle) {
+            None => changes.empty.push(RowKey::of(pair.1)),
+            Some(change) => changes.rows.push(change),
         }
     }
-    changes.groups = groups(&changes.rows, &logs);
+    changes.groups = groups(&changes.rows);
     Ok(changes)
 }
 
-/// A record's rows by their keys.
-struct Index<'a> {
-    kernels: BTreeMap<RowKey, &'a RateRow>,
-    oracle: BTreeMap<(&'a str, &'a str, u32), &'a RateRow>,
+fn keys(rows: Vec<&RateRow>) -> Vec<RowKey> {
+    rows.into_iter().map(RowKey::of).collect()
 }
 
-impl<'a> Index<'a> {
-    fn of(record: &'a BenchRecord) -> Index<'a> {
-        let of_engine =
-            |engine: &'static str| record.rows.iter().filter(move |r| r.engine == engine);
-        Index {
-            kernels: of_engine(PHALANX).map(|r| (RowKey::of(r), r)).collect(),
-            oracle: of_engine(ORACLE)
-                .map(|r| ((r.scene.as_str(), r.rays.as_str(), r.threads), r))
-                .collect(),
-        }
-    }
-
-    /// Returns true if a row's samples are those of another row, which the record also has.
-    fn repeats(&self, key: &RowKey) -> bool {
-        let same_as = self.kernels.get(key).and_then(|row| row.same_as.clone());
-        same_as.is_some_and(|kernel| {
-            let other = RowKey {
-                kernel,
-                ..key.clone()
-            };
-            other != *key && self.kernels.contains_key(&other)
-        })
-    }
-}
-
-/// A row's change in units of its yardstick's, and the yardstick's change by itself.
-#[derive(Clone, Copy)]
-struct Logs {
-    row: LogRate,
-    yardstick: LogRate,
-}
-
-fn row_change(
-    key: &RowKey,
-    (before, old): (&Index, &RateRow),
-    (now, new): (&Index, &RateRow),
-) -> Option<(RowChange, Logs)> {
-    let row = LogRate::of(new)?.over(LogRate::of(old)?);
-    let of = |threads| yardstick(&key.scene, threads, before, now);
-    let same = of(key.threads).map(|log| (log, Normalisation::SameThreads));
+fn row_change((old, new): SharedRow, oracle: &[SharedRow]) -> Option<RowChange> {
+    let change = LogRate::change_between(old, new)?;
+    let of = |threads| yardstick(&new.scene, threads, oracle);
+    let same = of(new.threads).map(|log| (log, Normalisation::SameThreads));
     let one = || of(1).map(|log| (log, Normalisation::OneThread));
     let (yardstick, normalised) = same
         .or_else(one)
         .unwrap_or((LogRate::ONE, Normalisation::No));
-    let change = RowChange {
-        key: key.clone(),
+    Some(RowChange {
+        key: RowKey::of(new),
         old: old.mrays_per_s.median,
         new: new.mrays_per_s.median,
-        change: row.over(yardstick).change(),
+        change: change.over(yardstick).change(),
         normalised,
-    };
-    let row = row.over(yardstick.exactly());
-    Some((change, Logs { row, yardstick }))
+        log: change.over(yardstick.exactly()),
+        yardstick,
+    })
 }
 
 /// Change of the oracle's rates of a scene, over all kinds of rays that both runs timed alike.
-fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<LogRate> {
-    let of_scene = now
-        .oracle
-        .iter()
-        .filter(|((of, _, on), _)| (*of, *on) == (scene, threads));
-    let ratios = of_scene.filter_map(|(key, new)| {
-        let old = before.oracle.get(key)?;
+fn yardstick(scene: &str, threads: u32, oracle: &[SharedRow]) -> Option<LogRate> {
+    let of_scene = oracle.iter().filter(|(old, new)| {
         // The rate of another part of the rays is another yardstick.
         let alike = old.rays_timed == new.rays_timed;
-        alike.then_some(LogRate::of(new)?.over(LogRate::of(old)?))
+        alike && (&*new.scene, new.threads) == (scene, threads)
     });
-    LogRate::mean(&ratios.collect::<Vec<_>>())
+    let changes = of_scene.filter_map(|(old, new)| LogRate::change_between(old, new));
+    LogRate::mean(&changes.collect::<Vec<_>>())
 }
 
 /// The rows of each kernel by kind of rays and threads, and by scene.
-fn groups(rows: &[RowChange], logs: &[Logs]) -> Vec<GroupChange> {
-    let mut members: BTreeMap<(Grouping, &str), Vec<usize>> = BTreeMap::new();
-    for (i, RowChange { key, .. }) in rows.iter().enumerate() {
+fn groups(rows: &[RowChange]) -> Vec<GroupChange> {
+    let mut members: BTreeMap<(Grouping, &str), Vec<&RowChange>> = BTreeMap::new();
+    for row in rows {
+        let key = &row.key;
         let (rays, scene, threads) = (key.rays.clone(), key.scene.clone(), key.threads);
         for over in [Grouping::Scenes { rays, threads }, Grouping::Rays { scene }] {
-            members.entry((over, &key.kernel)).or_default().push(i);
+            members.entry((over, &key.kernel)).or_default().push(row);
         }
     }
-    let group = |((over, kernel), members): ((Grouping, &str), Vec<usize>)| {
-        let changes: Vec<LogRate> = members.iter().map(|&i| logs[i].row).collect();
-        let yardsticks: Vec<LogRate> = members.iter().map(|&i| logs[i].yardstick).collect();
-        let normalised = |&i: &usize| rows[i].normalised != Normalisation::No;
+    let group = |((over, kernel), members): ((Grouping, &str), Vec<&RowChange>)| {
+        let changes: Vec<LogRate> = members.iter().map(|row| row.log).collect();
+        let yardsticks: Vec<LogRate> = members.iter().map(|row| row.yardstick).collect();
+        let normalised = |row: &&RowChange| row.normalised != Normalisation::No;
         GroupChange {
             kernel: kernel.to_owned(),
             change: mean_change(&changes, &yardsticks, over.shares_yardsticks()),

@@ -37,6 +37,11 @@ impl RateChange {
         self.low > threshold
     }
 
+    /// Returns true if the whole interval is slower, or faster, than by the threshold.
+    pub fn exceeds(&self, threshold: f64) -> bool {
+        self.slower_than(threshold) || self.faster_than(threshold)
+    }
+
     /// Returns true if the interval is known.
     pub fn is_known(&self) -> bool {
         self.high.is_finite()
@@ -46,7 +51,7 @@ impl RateChange {
 /// The logarithm of a rate, or of a ratio of rates, and its variance. The variance is infinite
 /// where there are too few rounds to estimate it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LogRate {
+pub(super) struct LogRate {
     value: f64,
     variance: f64,
 }
@@ -73,6 +78,12 @@ impl LogRate {
             value: libm::log(rate.median),
             variance: if enough { error * error } else { f64::INFINITY },
         })
+    }
+
+    /// Logarithm of the quotient of a later row's rate and an earlier one's; `None` where one of
+    /// them has no positive rate.
+    pub fn change_between(old: &RateRow, new: &RateRow) -> Option<LogRate> {
+        Some(LogRate::of(new)?.over(LogRate::of(old)?))
     }
 
     /// Logarithm of the quotient.

@@ -1,6 +1,6 @@
 //! Compatibility of two records: the reasons why they may not be compared.
 
-use crate::{BenchRecord, RateRow, SceneRecord};
+use crate::{BenchRecord, Cache, RateRow, SceneRecord};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
@@ -93,7 +93,7 @@ pub fn of_machine(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
 }
 
 fn caches(record: &BenchRecord) -> String {
-    let one = |c: &crate::Cache| {
+    let one = |c: &Cache| {
         let (level, kind, kib, by) = (c.level, &c.kind, c.bytes >> 10, c.shared_by);
         format!("L{level} {kind} {kib} KiB for {by}")
     };
