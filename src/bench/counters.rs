@@ -34,7 +34,7 @@ pub(super) fn count_work(
     }
 }
 
-/// The counts as records have them.
+/// The counts in the form of a record.
 fn counted(stats: TraversalStats) -> CountedWork {
     let TraversalStats {
         packets,

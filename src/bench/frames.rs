@@ -136,7 +136,7 @@ impl<'a> Frames<'a> {
             };
             let (mut timing, mut rays) = (Timing::default(), 0);
             for _ in 0..passes {
-                // An error is impossible: the frame was rendered before, to be compared.
+                // An error is impossible: the frame was rendered before, for comparison.
                 if let Ok(frame) = render_with(scene, tree, &settings, &Control::default()) {
                     rays = frame.stats.rays.total();
                     timing.add_frame(frame.seconds, &frame.tile_seconds, threads);

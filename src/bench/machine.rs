@@ -5,7 +5,7 @@ use std::fs;
 use std::thread::available_parallelism;
 use sysinfo::{MemoryRefreshKind, System};
 
-/// The machine this runs on, as far as it can be determined. Takes some milliseconds.
+/// The machine that runs this program, as far as it can be determined. Takes a few milliseconds.
 pub fn this_machine() -> Machine {
     let threads = available_parallelism().map_or(1, |count| count.get() as u32);
     let mut system = System::new();
@@ -23,7 +23,7 @@ pub fn this_machine() -> Machine {
     }
 }
 
-/// Frequency governor, which Linux reports; a virtual machine mostly has none.
+/// Frequency governor, as reported by Linux; most virtual machines have none.
 fn governor() -> Option<String> {
     let text = fs::read_to_string("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor").ok()?;
     Some(text.trim().to_owned()).filter(|name| !name.is_empty())
@@ -44,7 +44,7 @@ mod cpu {
 
     pub fn model() -> Option<String> {
         let brand = CpuId::new().get_processor_brand_string()?;
-        // Vendors pad the name with blanks, and not only at its ends.
+        // Vendors pad the name with spaces, not only at its ends.
         let words: Vec<&str> = brand.as_str().split_whitespace().collect();
         Some(words.join(" ")).filter(|name| !name.is_empty())
     }
@@ -57,7 +57,7 @@ mod cpu {
         (threads > 0 && first.level_type() == TopologyType::SMT).then_some(threads > 1)
     }
 
-    /// Caches of the first core. Hypervisors report the sharing of the physical machine. So the
+    /// Caches of the first core. Hypervisors report the sharing of the physical machine, so the
     /// sharing is limited to the number of threads that exist.
     pub fn caches(threads: u32) -> Vec<Cache> {
         let cpu = CpuId::new();
@@ -108,7 +108,7 @@ mod cpu {
     }
 }
 
-/// Processors that do not describe themselves to programs: the system is asked.
+/// For processors that do not describe themselves to programs: asks the system.
 #[cfg(not(target_arch = "x86_64"))]
 mod cpu {
     use super::Cache;
@@ -140,7 +140,7 @@ mod cpu {
             .collect()
     }
 
-    /// The hypervisor, where it names itself; the silence of others is no answer.
+    /// The hypervisor, if it identifies itself; others remain unknown.
     pub fn hypervisor() -> Option<String> {
         let files = [
             "/sys/hypervisor/type",

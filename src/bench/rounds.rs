@@ -6,9 +6,9 @@ use super::timer::Timing;
 use phalanx_render::frame::CoreAffinity;
 use phalanx_report::{Estimate, RateRow};
 
-/// Least time of a sample in seconds. It is long beside the cost of starting threads. It is short
-/// because disturbances of a shared machine last for milliseconds to seconds: the same time spent
-/// in more rounds, further apart, finds more moments in which it is quiet.
+/// Minimum time of a sample in seconds. It is long compared with the cost of starting threads, and
+/// short because disturbances of a shared machine last for milliseconds to seconds: the same time
+/// spread over more rounds, further apart, finds more quiet moments.
 const MIN_SAMPLE_SECONDS: f64 = 0.005;
 
 /// Takes a sample of some passes on a number of threads: their timing, and the rays of each.
@@ -18,7 +18,7 @@ pub(super) type SampleFn<'a> = Box<dyn Fn(usize, usize, CoreAffinity) -> (Timing
 pub(super) struct Measurement<'a> {
     row: RateRow,
     sampler: SampleFn<'a>,
-    /// Least number of passes of a sample.
+    /// Minimum number of passes of a sample.
     min_passes: usize,
     passes: usize,
     seconds: f64,
@@ -42,8 +42,8 @@ impl<'a> Measurement<'a> {
         self.rounds.len() < plan.repeat || self.seconds < plan.min_time
     }
 
-    /// The first sample is a single pass. It fills caches and page tables, which does no harm where
-    /// the fastest visit counts. It determines how many passes the other samples need.
+    /// The first sample is a single pass. It fills caches and page tables, which does no harm as
+    /// only the fastest visit counts. It determines how many passes the other samples need.
     fn measure_round(&mut self, plan: &BenchPlan) {
         let threads = self.row.threads as usize;
         let (timing, rays) = (self.sampler)(self.passes, threads, plan.pin(threads));
@@ -65,7 +65,7 @@ impl<'a> Measurement<'a> {
     }
 }
 
-/// Most passes of a sample, where one is too short for the clock.
+/// Maximum number of passes of a sample, if one is too short for the clock.
 const MAX_PASSES: usize = 10_000;
 
 /// Takes all measurements, round by round, so that a disturbance of the machine affects all of

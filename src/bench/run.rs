@@ -18,7 +18,7 @@ use phalanx_scene::Scene;
 pub struct Measured {
     /// The scene.
     pub scene: SceneRecord,
-    /// The scene's rates; empty where the plan only counts work.
+    /// The scene's rates; empty if the plan only counts work.
     pub rows: Vec<RateRow>,
     /// The scene's counted work.
     pub counters: Vec<CounterRow>,
@@ -26,7 +26,7 @@ pub struct Measured {
     pub notes: Vec<String>,
 }
 
-/// The record of scenes that were measured in one run; without the machine's limits.
+/// The record of all scenes of one run, without the machine's limits.
 pub fn record(program: Program, run: RunInfo, all: Vec<Measured>) -> BenchRecord {
     let mut record = BenchRecord {
         schema_version: SCHEMA_VERSION,
@@ -125,7 +125,7 @@ fn counters(
     rows.collect()
 }
 
-/// Least number of passes of rays in a sample, so that every engine starts alike: the first pass
+/// Minimum number of passes of rays in a sample, so that every engine starts alike: the first pass
 /// may find the caches full of another engine's tree, or, after a kernel of the same tree, full of
 /// its own.
 const RAY_PASSES: usize = 2;

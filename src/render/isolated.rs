@@ -1,5 +1,5 @@
-//! One stage of a wave by itself, for benchmarks and for nothing else. The stages after it need no
-//! memory of their own: they are calls of `shade`, and pushes into queues.
+//! One stage of a wave in isolation, only for benchmarks. The stages after it need no memory of
+//! their own: they are calls of `shade`, and pushes into queues.
 
 use super::wavefront::{QueueSlice, group_hits};
 use crate::shade::Surface;
@@ -8,8 +8,8 @@ use phalanx_scene::Scene;
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use std::ops::Range;
 
-/// Surfaces of hits, grouped by kind and material into batches of eight, as a wave of some packets
-/// of a queue makes them. `hits` belong to those packets.
+/// Surfaces of hits, grouped by kind and material into batches of eight, as in a wave of some
+/// packets of a queue. `hits` belong to those packets.
 pub fn group_queue_hits<'arena>(
     arena: &'arena Bump,
     scene: &Scene,

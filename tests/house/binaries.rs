@@ -1,11 +1,11 @@
-//! Test binaries: few, because each of them links the whole library.
+//! Test binaries: few, because each links the whole library.
 
 use std::path::Path;
 
-/// Most binaries that `cargo test` links.
+/// Maximum number of binaries that `cargo test` links.
 const MOST: usize = 16;
 
-/// Manifests of the workspace's crates, and where their sources lie.
+/// Manifests of the workspace's crates, and the location of their sources.
 const CRATES: [(&str, &str); 13] = [
     ("Cargo.toml", "src/lib.rs"),
     ("src/scene/Cargo.toml", "src/scene"),
@@ -30,7 +30,7 @@ fn there_are_few_test_binaries() {
     let of_tests = paths.filter(|path| {
         path.extension().is_some_and(|e| e == "rs") || path.join("main.rs").exists()
     });
-    // One is the program's own.
+    // One belongs to the program itself.
     let mut binaries = 1 + of_tests.count();
     for (manifest, sources) in CRATES {
         let text = std::fs::read_to_string(root.join(manifest)).expect("a manifest");

@@ -1,13 +1,13 @@
-//! Who may import whom, which file owns which crate, and what may not stand in the sources at all.
+//! Layering: allowed imports, the owners of dependencies, and what may not appear in the sources.
 //!
-//! Cargo keeps crates apart; what stands here is who may depend on whom, and the rooms within a
-//! crate. Read from the text of `src`: comments and string literals are blanked out first, then
-//! every path that starts with `crate::` is looked up.
+//! Cargo keeps crates apart; these tables define which crates may depend on each other, and the
+//! same for modules within a crate. Checked in the text of `src`: comments and string literals are
+//! blanked first, then every path that starts with `crate::` is looked up.
 
 use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
-/// Crates beneath `src`, which of the others each may depend on, and why no more.
+/// Crates beneath `src`, the crates that each may depend on, and the reason for the limit.
 const CRATES: [(&str, &[&str], &str); 12] = [
     ("scene", &[], "what is traced does not depend on how"),
     (
@@ -63,7 +63,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
 ];
 
-/// Rooms within a crate, and which of the others each may import.
+/// Modules within a crate, and the modules that each may import.
 const ROOMS: [(&str, &[&str], &str); 12] = [
     ("scene/sampling", &[], "a definition both engines share"),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
@@ -115,7 +115,7 @@ const ROOMS: [(&str, &[&str], &str); 12] = [
     ),
 ];
 
-/// Floors of the program, and the floors that each may import.
+/// Layers of the program, and the layers that each may import.
 const FLOORS: [(&str, &[&str], &str); 3] = [
     (
         "cli/commands",
@@ -130,7 +130,7 @@ const FLOORS: [(&str, &[&str], &str); 3] = [
     ("cli/output", &[], "what users are told, whoever tells them"),
 ];
 
-/// Crates that only some rooms (or files) may name.
+/// Crates that only certain modules (or files) may name.
 const OWNERS: [(&str, &[&str], &str); 18] = [
     (
         "libc",
@@ -236,8 +236,8 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
 ];
 
-/// Operations that can break the same bits on every machine, the files that may use them all the
-/// same, and their replacements.
+/// Operations that may give different bits on different machines, the files that may use them
+/// nevertheless, and their replacements.
 const BANNED: [(&str, &[&str], &str); 13] = [
     ("mul_add", &[], "fuses or not by build: write a * b + c"),
     ("mul_sub", &BOUNDS, "fuses or not by build: write a * b - c"),
@@ -266,7 +266,7 @@ const BANNED: [(&str, &[&str], &str); 13] = [
     ("algebraic_", &[], "may be reassociated"),
 ];
 
-/// The lanes, and what only bounds where hits are.
+/// The lane types, and code that only computes bounds.
 const BOUNDS: [&str; 4] = [
     "trace/simd/mod.rs",
     "trace/simd/types.rs",
@@ -274,7 +274,7 @@ const BOUNDS: [&str; 4] = [
     "trace/intersect/slab_conservative.rs",
 ];
 
-/// Files that may hold `unsafe`.
+/// Files that may contain `unsafe`.
 const UNSAFE_FILES: [&str; 17] = [
     "trace/simd/compact.rs",
     "trace/bvh/huge_pages.rs",
@@ -352,7 +352,7 @@ fn floors_of_the_program_import_those_beneath() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A room above another's cannot be reached through `super` either.
+/// Paths through `super` must stay within their module, too.
 #[test]
 fn super_stays_within_its_room() {
     for source in &sources() {

@@ -1,13 +1,13 @@
-//! The sources' text without comments and literals, and the paths in it.
+//! The text of the sources without comments and literals, and the paths in it.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Files of `src` that are no Rust source.
+/// Files of `src` that are not Rust sources.
 const OTHERS: [&str; 1] = ["report/html/style.css"];
 
-/// The Python package, but for its extension.
+/// The Python package, except its extension.
 const PYTHON: [&str; 4] = [
     "python/phalanx/",
     "python/pyproject.toml",
@@ -17,23 +17,23 @@ const PYTHON: [&str; 4] = [
 
 /// One Rust file.
 pub struct SourceFile {
-    /// Relative to `src`, with forward slashes; to the repository, if it comes from
+    /// Path relative to `src`, with forward slashes; relative to the repository, if it comes from
     /// [`everything`].
     pub path: String,
-    /// The text as it is.
+    /// The original text.
     pub text: String,
-    /// The text without comments and literals, of the same lines.
+    /// The text without comments and literals, with the same lines.
     pub code: String,
 }
 
 impl SourceFile {
-    /// Returns true if the file is in a room, `trace/simd` for instance.
+    /// Returns true if the file is in a module, for instance `trace/simd`.
     pub fn is_in(&self, room: &str) -> bool {
         let rest = self.path.strip_prefix(room);
         rest.is_some_and(|rest| rest.starts_with('/'))
     }
 
-    /// Lines (from 1) on which `word` stands with no identifier character around it.
+    /// Lines (from 1) on which `word` appears as a whole identifier.
     pub fn lines_with(&self, word: &str) -> Vec<usize> {
         let numbered = self.code.lines().zip(1..);
         let found = numbered.filter(|(line, _)| !places(line, word).is_empty());
@@ -41,7 +41,7 @@ impl SourceFile {
     }
 }
 
-/// Byte places of `word` in `text` where it is not part of a longer identifier.
+/// Byte positions of `word` in `text` where it is not part of a longer identifier.
 pub fn places(text: &str, word: &str) -> Vec<usize> {
     let part = |c: char| c.is_alphanumeric() || c == '_';
     let starts_inside = |c: Option<char>| word.starts_with(part) && c.is_some_and(part);
@@ -55,7 +55,7 @@ pub fn places(text: &str, word: &str) -> Vec<usize> {
     found.map(|(at, _)| at).collect()
 }
 
-/// Blanks comments, string and character literals; line breaks stay.
+/// Blanks comments, string and character literals; keeps line breaks.
 pub fn code_of(text: &str) -> String {
     let chars: Vec<char> = text.chars().collect();
     let mut out = String::with_capacity(text.len());
@@ -75,7 +75,7 @@ pub fn code_of(text: &str) -> String {
                 continue;
             }
         };
-        // A literal keeps its place, so that what stands around it does not grow together.
+        // A literal keeps its width, so that its neighbours stay separate.
         out.push(' ');
         out.extend(rest[..length].iter().filter(|&&c| c == '\n'));
         i += length;
@@ -159,7 +159,7 @@ fn read(root: &Path, path: String) -> SourceFile {
     SourceFile { path, text, code }
 }
 
-/// Paths of all files below `folder`, relative to `root`; none where there is no such folder.
+/// Paths of all files below `folder`, relative to `root`; none if there is no such folder.
 fn files_below(folder: &Path, root: &Path) -> Vec<String> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();
@@ -179,8 +179,8 @@ fn files_below(folder: &Path, root: &Path) -> Vec<String> {
     found
 }
 
-/// The rooms that follow `root::` in `code`, also within braces:
-/// `crate::{bvh::Bvh, scene::{A, B}}`.
+/// The modules that follow `root::` in `code`, also within braces: `crate::{bvh::Bvh, scene::{A,
+/// B}}`.
 pub fn imported(code: &str, root: &str) -> BTreeSet<String> {
     let compact: String = code.split_whitespace().collect::<Vec<_>>().join(" ");
     let compact = compact.replace(" ::", "::").replace(":: ", "::");
@@ -223,7 +223,7 @@ fn firsts_of_list(list: &str) -> Vec<String> {
     words
 }
 
-/// Returns true if the code names the crate `name`: as the first part of a path, unless a room of
+/// Returns true if the code names the crate `name`: as the first part of a path, unless a module of
 /// that name is imported.
 pub fn imported_crate(code: &str, name: &str) -> bool {
     let room = ["crate", "phalanx"]

@@ -26,7 +26,7 @@ impl Peer {
         }
     }
 
-    /// Name of the peer with its version, where it has one.
+    /// Name of the peer with its version, if it has one.
     pub fn describe(&self) -> String {
         match self {
             Peer::Embree(library) => format!("embree {}", library.version()),
@@ -34,7 +34,7 @@ impl Peer {
         }
     }
 
-    /// Builds the peer's own trees over a scene, on the given number of threads where it can.
+    /// Builds the peer's own trees over a scene, on the given number of threads if it can.
     ///
     /// # Errors
     /// [`Unsupported`] where the scene holds primitives that the peer cannot trace.

@@ -7,7 +7,7 @@ use super::regressions::Regression;
 use crate::numbers::{self, counted, rate, signed_percent};
 use crate::report_table::ReportTable;
 
-/// Most rows of a table: those that matter come first.
+/// Maximum number of rows of a table: those that matter come first.
 const MAX_ROWS: usize = 12;
 
 /// Width of these tables, which are never broken.

@@ -80,8 +80,8 @@ impl LogRate {
         })
     }
 
-    /// Logarithm of the quotient of a later row's rate and an earlier one's; `None` where one of
-    /// them has no positive rate.
+    /// Logarithm of the quotient of a later row's rate and an earlier one's; `None` if one of them
+    /// has no positive rate.
     pub fn change_between(old: &RateRow, new: &RateRow) -> Option<LogRate> {
         Some(LogRate::of(new)?.over(LogRate::of(old)?))
     }

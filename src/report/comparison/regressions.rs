@@ -2,8 +2,8 @@
 
 use super::changes::{Changes, GroupChange, RowChange, RowKey};
 
-/// Least number of rows with which a group decides by itself: with fewer it is hardly more than one
-/// of them.
+/// Minimum number of rows with which a group decides by itself: with fewer it is hardly more than
+/// one of them.
 pub(super) const ROWS_TO_DECIDE: usize = 4;
 
 /// Times that a suspect is measured again before it counts.

@@ -20,7 +20,7 @@ type Tick = (f64, String);
 
 impl Axis {
     /// A logarithmic axis that shows every positive finite value, with some room at both ends. None
-    /// where there is no such value.
+    /// if there is no such value.
     pub(super) fn log(values: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
         let (low, high) = range(values.into_iter().map(f64::ln))?;
         // At least a factor of two, so that noise does not fill the picture.
@@ -35,8 +35,8 @@ impl Axis {
         })
     }
 
-    /// A linear axis that shows every finite value, with some room at both ends. None where there
-    /// is no such value.
+    /// A linear axis that shows every finite value, with some room at both ends. None if there is
+    /// no such value.
     pub(super) fn linear(
         values: impl IntoIterator<Item = f64>,
         from: f64,
@@ -135,7 +135,7 @@ impl Axis {
     }
 }
 
-/// The range of the finite numbers; none where there are none.
+/// The range of the finite numbers; none if there are none.
 fn range(numbers: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     let good = numbers.into_iter().filter(|n| n.is_finite());
     let ends = good.map(|n| (n, n));

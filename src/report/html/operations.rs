@@ -4,7 +4,7 @@
 //! maximum or comparison of one lane; selects, sign changes, mask logic and integers do not count.
 //! A primitive test is counted up to the point where it ends for most primitives, which is where no
 //! lane hits them. The additional operations of a hit, and those that are done once per packet, are
-//! left out. So the counts are lower bounds, and a point of the roofline is rather too low than too
+//! omitted. So the counts are lower bounds, and a point of the roofline is rather too low than too
 //! high.
 
 use crate::{CountedWork, SceneRecord};
@@ -62,7 +62,7 @@ fn of_kind(kind: &str) -> f64 {
         Some(PrimKind::Ellipsoid) => ELLIPSOID,
         Some(PrimKind::Triangle) => TRIANGLE,
         Some(PrimKind::Cone) => CONE,
-        // The one name in records that is no primitive's.
+        // The one name in records that is not a primitive's.
         None => INSTANCE,
     }
 }

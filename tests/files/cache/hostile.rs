@@ -1,5 +1,4 @@
-//! Files whose checksums fit and whose rows are those of an enemy: refused, or rendered like any
-//! scene.
+//! Forged files with valid checksums and hostile rows: refused, or rendered like any scene.
 
 use super::{CacheFolder, bytes_of, frame, scene};
 use crate::common::rng::Rng;
@@ -22,7 +21,7 @@ fn long(bytes: &[u8], at: usize) -> usize {
     u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize
 }
 
-/// Byte ranges of the sections, as the header's documentation defines them.
+/// Byte ranges of the sections, as documented for the header.
 fn sections(bytes: &[u8]) -> Vec<Range<usize>> {
     let count = word(bytes, 20) as usize;
     let entries = (0..count).map(|k| HEADER + ENTRY * k);
@@ -33,7 +32,7 @@ fn sections(bytes: &[u8]) -> Vec<Range<usize>> {
     entries.map(range).collect()
 }
 
-/// Makes all checksums fit.
+/// Recomputes all checksums.
 pub fn fix(bytes: &mut [u8]) {
     for (k, range) in sections(bytes).into_iter().enumerate() {
         let sum = crc32fast::hash(&bytes[range]);
@@ -46,7 +45,7 @@ pub fn fix(bytes: &mut [u8]) {
     bytes[32..36].copy_from_slice(&sum.to_le_bytes());
 }
 
-/// Numbers that break what trusts them.
+/// Numbers that break code that trusts them.
 const NASTY: [u32; 12] = [
     0,
     1,
@@ -112,7 +111,7 @@ fn spoiled_rows_never_break_an_engine() {
     println!("{taken} rendered, {refused} refused");
 }
 
-/// Checks that an accepted scene is valid, and that both kernels come to an end with it.
+/// Checks that an accepted scene is valid, and that both kernels terminate on it.
 fn rendered(cached: Cached) {
     let mut scene = cached.scene;
     scene.validate().expect("what is taken is valid");
@@ -124,8 +123,8 @@ fn rendered(cached: Cached) {
     }
 }
 
-/// A scene without instances, all of one material: columns and arrays that others have are empty
-/// here.
+/// A scene without instances and with a single material: columns and arrays of other scenes are
+/// empty here.
 fn plain(seed: u64) -> (Scene, Bvh) {
     let mut rng = Rng::new(seed);
     let mut scene = Scene {
@@ -150,7 +149,7 @@ fn plain(seed: u64) -> (Scene, Bvh) {
     (scene, bvh)
 }
 
-/// The file with other rows in a section, everything else moved to where it belongs.
+/// The file with other rows in a section, and everything else moved accordingly.
 fn replaced(bytes: &[u8], section: usize, rows: &[u8]) -> Vec<u8> {
     let all = sections(bytes);
     let mut out = bytes[..HEADER + ENTRY * all.len()].to_vec();
@@ -239,7 +238,7 @@ fn settings_survive_and_their_prefixes_do_not() {
     }
 }
 
-/// Columns of one table must be of one length, and the list of primitives as long as all of theirs.
+/// Columns of one table must have the same length, and the list of primitives the sum of theirs.
 #[test]
 fn no_section_may_lack_its_last_row() {
     let room = CacheFolder::new();
