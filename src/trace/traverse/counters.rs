@@ -13,6 +13,9 @@ use std::mem::size_of;
 
 /// Counter of all or part of a traversal's work.
 pub trait Counters: Copy + Default {
+    /// True if more than packets are counted. Such kernels need not be fast, and one traversal
+    /// serves them for every tree.
+    const EVERY_STEP: bool;
     /// Counts begun packets of eight lanes, of which `active` lanes carry rays.
     fn begin(&mut self, packets: u64, active: u32);
     /// Counts a visited node: `lanes` lanes are tested against two boxes.
@@ -39,6 +42,8 @@ pub struct PacketCount {
 }
 
 impl Counters for PacketCount {
+    const EVERY_STEP: bool = false;
+
     #[inline(always)]
     fn begin(&mut self, packets: u64, _: u32) {
         self.packets += packets;
@@ -93,6 +98,8 @@ impl TraversalStats {
 }
 
 impl Counters for TraversalStats {
+    const EVERY_STEP: bool = true;
+
     fn begin(&mut self, packets: u64, active: u32) {
         self.packets += packets;
         self.active_lanes += u64::from(active);

@@ -128,11 +128,27 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
             &RaySetup::new(rays, active),
             TraversalRoot { root: 0, floor: 0 },
         );
-        if self.no_cones_or_instances {
+        if self.no_cones_or_instances && !T::EVERY_STEP {
             self.descend::<_, true>(rays, query, world);
         } else {
-            self.descend::<_, false>(rays, query, world);
+            // A copy, so that no address of `rays` is passed on: it would stay in memory.
+            let copy = *rays;
+            *query = self.call_descend(&copy, *query, world);
         }
+    }
+
+    /// Descends a tree that may hold anything, by a call: the traversal is large, and the world and
+    /// the meshes of instances share one. The query goes in and comes back by value, so that it
+    /// stays in registers inside.
+    #[inline(never)]
+    fn call_descend<G: Query<L>>(
+        &mut self,
+        rays: &RaySetup<L>,
+        mut query: G,
+        tree: TraversalRoot,
+    ) -> G {
+        self.descend::<_, false>(rays, &mut query, tree);
+        query
     }
 
     #[inline(always)]
@@ -270,7 +286,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     ) -> bool {
         for slot in slots_of(self.bvh.instances(), slots) {
             let interval = rays.slabs.intersect_box(&slot.prim_aabb);
-            let Some(mut inner) = query.enter_instance(&interval, slot.id_offset) else {
+            let Some(inner) = query.enter_instance(&interval, slot.id_offset) else {
                 continue;
             };
             let active = inner.limit().gt(inactive_t());
@@ -279,7 +295,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 root: slot.root,
                 floor,
             };
-            self.descend::<_, false>(&moved, &mut inner, tree);
+            let inner = self.call_descend(&moved, inner, tree);
             if query.exit_instance(inner, &interval, slot.id_offset) {
                 return true;
             }
