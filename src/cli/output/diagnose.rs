@@ -1,17 +1,13 @@
 //! Scene errors and warnings on stderr.
 //!
 //! Each error is one line, `error: file:line:column: message`, that tools can read, followed by the
-//! span in the source as miette draws it. Warnings are one line each.
+//! span in the source as rustc draws it. Warnings are one line each.
 
 use super::stderr::{self, error_label, message_raw, takes_color};
-use miette::{
-    Diagnostic as Drawable, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
-    MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
-};
+use annotate_snippets::{AnnotationKind, Group, Renderer, Snippet, level};
 use phalanx::formats::{Diagnostic, LoadError, endings};
 use phalanx::scene::{shown_path, steers};
-use std::fmt;
-use std::io::IsTerminal;
+use std::ops::Range;
 use std::path::Path;
 
 /// Prints the reason why a file gave no scene.
@@ -29,7 +25,7 @@ pub fn print_error(error: &LoadError) {
             path,
             text,
             diagnostics,
-        } => message_raw(draw(path, text, diagnostics, theme(), &error_label()).trim_end()),
+        } => message_raw(draw(path, text, diagnostics, renderer(), &error_label()).trim_end()),
     }
 }
 
@@ -59,12 +55,11 @@ fn headline(path: &Path, d: &Diagnostic) -> String {
     }
 }
 
-/// Lines only on a terminal, and colours where stderr takes them.
-fn theme() -> GraphicalTheme {
-    match (std::io::stderr().is_terminal(), takes_color()) {
-        (_, true) => GraphicalTheme::unicode(),
-        (true, false) => GraphicalTheme::unicode_nocolor(),
-        (false, false) => GraphicalTheme::none(),
+/// Colours where stderr takes them.
+fn renderer() -> Renderer {
+    match takes_color() {
+        true => Renderer::styled(),
+        false => Renderer::plain(),
     }
 }
 
@@ -76,26 +71,20 @@ fn draw(
     path: &Path,
     text: &str,
     diagnostics: &[Diagnostic],
-    theme: GraphicalTheme,
+    renderer: Renderer,
     label: &str,
 ) -> String {
-    // Unwrapped, so that `file:line:column` stays in one piece.
-    let handler = GraphicalReportHandler::new_themed(theme)
-        .with_wrap_lines(false)
-        .with_links(false);
     let mut out = String::new();
     for d in diagnostics {
         out.push_str(&format!("{label} {}\n", printable(&headline(path, d))));
-        let problem = DrawnDiagnostic {
-            place: SourceLine::of(path, text, d),
-            help: d.help.as_deref().map(printable),
-        };
-        let mut drawn = String::new();
-        // A span that cannot be drawn has been named on the line above.
-        if handler.render_report(&mut drawn, &problem).is_ok() {
-            let title = |l: &&str| l.trim().is_empty() || l.contains(TITLE);
-            let body = drawn.lines().skip_while(title);
-            body.for_each(|line| out.extend([line, "\n"]));
+        let help = d.help.as_deref().map(printable);
+        let source = SourceLine::of(text, d);
+        if source.is_some() || help.is_some() {
+            let drawn = Group::with_level(level::ERROR)
+                .elements(source.as_ref().map(SourceLine::snippet))
+                .elements(help.map(|help| level::HELP.message(help)));
+            out.push_str(&renderer.render(&[drawn]));
+            out.push('\n');
         }
     }
     if diagnostics.len() > 1 {
@@ -105,22 +94,18 @@ fn draw(
 }
 
 /// A line of a scene file, and the span on it of a diagnostic.
-#[derive(Debug)]
 struct SourceLine {
-    name: String,
     line: String,
-    /// Byte offset of the line in the file.
-    offset: usize,
-    /// Line and column, from 0.
-    at: (usize, usize),
-    span: (usize, usize),
+    /// Number of the line, from 1.
+    number: usize,
+    span: Range<usize>,
 }
 
 impl SourceLine {
     /// The line of a diagnostic; `None` for a binary file, and for a line too long to show.
     /// Whatever the diagnostic's numbers are, the span is within the line, and on character
     /// boundaries.
-    fn of(path: &Path, text: &str, d: &Diagnostic) -> Option<SourceLine> {
+    fn of(text: &str, d: &Diagnostic) -> Option<SourceLine> {
         if d.line == 0 {
             return None;
         }
@@ -132,32 +117,17 @@ impl SourceLine {
             at + 1
         });
         (last - first <= LONGEST_LINE).then(|| SourceLine {
-            name: shown_path(path),
             line: printable(&text[first..last]),
-            offset: first,
-            at: (d.line.saturating_sub(1), d.column.saturating_sub(1)),
-            span: (start, end.saturating_sub(start)),
+            number: d.line,
+            span: start - first..end.max(start) - first,
         })
     }
-}
 
-impl SourceCode for SourceLine {
-    /// miette calls this twice: without context, for the line and column in its heading, and with
-    /// context, for the text it shows.
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        lines_before: usize,
-        _lines_after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let column = if lines_before == 0 { self.at.1 } else { 0 };
-        let (shown, span) = match lines_before {
-            0 => (&[][..], *span),
-            _ => (self.line.as_bytes(), (self.offset, self.line.len()).into()),
-        };
-        let name = self.name.clone();
-        let contents = MietteSpanContents::new_named(name, shown, span, self.at.0, column, 1);
-        Ok(Box::new(contents))
+    fn snippet(&self) -> Snippet<'_, annotate_snippets::Annotation<'_>> {
+        let here = AnnotationKind::Primary.span(self.span.clone());
+        Snippet::source(&self.line)
+            .line_start(self.number)
+            .annotation(here.label("here"))
     }
 }
 
@@ -180,45 +150,6 @@ fn printable(text: &str) -> String {
     shown.flat_map(|(c, n)| std::iter::repeat_n(c, n)).collect()
 }
 
-/// Marks the title of a drawn report, to distinguish it from the rest.
-const TITLE: &str = "\u{2060}";
-
-/// One diagnostic as miette draws it.
-#[derive(Debug)]
-struct DrawnDiagnostic {
-    place: Option<SourceLine>,
-    help: Option<String>,
-}
-
-impl fmt::Display for DrawnDiagnostic {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(TITLE)
-    }
-}
-
-impl std::error::Error for DrawnDiagnostic {}
-
-impl Drawable for DrawnDiagnostic {
-    fn severity(&self) -> Option<Severity> {
-        Some(Severity::Error)
-    }
-
-    fn help<'b>(&'b self) -> Option<Box<dyn fmt::Display + 'b>> {
-        let help = self.help.as_ref()?;
-        Some(Box::new(help))
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|place| place as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (start, length) = self.place.as_ref()?.span;
-        let label = LabeledSpan::new(Some("here".to_owned()), start, length);
-        Some(Box::new(std::iter::once(label)))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -239,7 +170,7 @@ mod tests {
             Path::new("a/b.test"),
             text,
             diagnostics,
-            GraphicalTheme::none(),
+            Renderer::plain(),
             "error:",
         )
     }
@@ -257,7 +188,7 @@ mod tests {
         ] {
             assert!(out.contains(part), "{part:?} in\n{out}");
         }
-        assert!(!out.contains('\u{1b}') && !out.contains(TITLE), "{out:?}");
+        assert!(!out.contains('\u{1b}'), "{out:?}");
     }
 
     #[test]
