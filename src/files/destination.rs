@@ -3,7 +3,7 @@
 
 use super::descriptor;
 use super::folder::folder_of;
-use phalanx_scene::shown_path;
+use super::shown_path::shown_path;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};

@@ -9,7 +9,7 @@ use super::origin::{self, Origin, ReadStop};
 use super::visible_vertices::VisibleVertices;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{
-    Bounds, MadeUpParts, OrthoHeight, SINGLE_SIDED, Scene, SceneError, Sky, UpAxis, View,
+    Bounds, DefaultedParts, OrthoHeight, SINGLE_SIDED, Scene, SceneError, Sky, UpAxis, View,
 };
 
 /// Parts of a scene that a file does not give, so that defaults are needed.
@@ -62,12 +62,12 @@ pub(super) fn finish_scene(
     scene.origin = options.origin.position().into();
     let mut notes = Vec::new();
     if report.is_clean() {
-        scene.made_up = MadeUpParts {
+        scene.defaulted = DefaultedParts {
             view: missing.view,
             light: missing.lights,
             sky: missing.background,
             up: missing.up,
-            ..scene.made_up
+            ..scene.defaulted
         };
         if missing.background {
             scene.background = BACKGROUND;
@@ -105,9 +105,9 @@ pub(super) fn finish_scene(
 /// Notes on what was made up, and on options that do nothing.
 fn notes_on(scene: &Scene, missing: &MissingParts, options: &Options) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
-    let MadeUpParts {
+    let DefaultedParts {
         view, light, sky, ..
-    } = scene.made_up;
+    } = scene.defaulted;
     if view {
         let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
         let options_of = match assumed_y {
@@ -142,12 +142,12 @@ const ZENITH: Vec3 = Vec3::new(0.62, 0.68, 0.76);
 const NADIR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
 
 /// Applies the options, and makes what is made up: the one place for all that depends on the
-/// picture. Parts that it made for another picture are made again, from [`Scene::made_up`], so that
-/// a cache gives the picture of its file; looking at millions of vertices takes time.
+/// picture. Parts that it made for another picture are made again, from [`Scene::defaulted`], so
+/// that a cache gives the picture of its file; looking at millions of vertices takes time.
 fn decide(scene: &mut Scene, options: &Options) {
-    let before = scene.made_up;
+    let before = scene.defaulted;
     apply_overrides(scene, options);
-    let MadeUpParts {
+    let DefaultedParts {
         view,
         light,
         sky,
@@ -155,7 +155,7 @@ fn decide(scene: &mut Scene, options: &Options) {
         ortho,
         ortho_size,
         ..
-    } = scene.made_up;
+    } = scene.defaulted;
     let (width, height) = options.size.unwrap_or((scene.width, scene.height));
     let aspect = f64::from(width) / f64::from(height);
     // Other scenes are the same for every picture.
@@ -165,8 +165,8 @@ fn decide(scene: &mut Scene, options: &Options) {
     } else {
         (1.0, false)
     };
-    scene.made_up.made_for = Some(picture);
-    if scene.made_up == before && options.view.is_none() {
+    scene.defaulted.made_for = Some(picture);
+    if scene.defaulted == before && options.view.is_none() {
         return;
     }
     let mut fitting = None;
@@ -227,7 +227,7 @@ fn make_up_light(scene: &mut Scene, bounds: Bounds) {
 /// A note where the axis that points up was given and does nothing.
 fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
     // A sky has an axis of its own.
-    if options.up.is_none() || scene.made_up.view || scene.sky.is_some() {
+    if options.up.is_none() || scene.defaulted.view || scene.sky.is_some() {
         return None;
     }
     let reason = match options.view.is_some() {
@@ -246,7 +246,7 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
     decide(scene, options);
     // The scene was rescaled into the comfortable range when it was made. Parts that are placed now
     // cannot change its scale any more.
-    let MadeUpParts { view, light, .. } = scene.made_up;
+    let DefaultedParts { view, light, .. } = scene.defaulted;
     let placed = options.view.is_some() || !options.lights.is_empty() || view || light;
     if placed && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
@@ -258,21 +258,21 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
 fn apply_overrides(scene: &mut Scene, options: &Options) {
     if let Some(view) = &options.view {
         scene.view = scene.view_of(view);
-        scene.made_up.view = false;
-        scene.made_up.ortho_size = None;
+        scene.defaulted.view = false;
+        scene.defaulted.ortho_size = None;
     }
-    scene.made_up.up = options.up.unwrap_or(scene.made_up.up);
-    scene.made_up.ortho = options.ortho.or(scene.made_up.ortho);
+    scene.defaulted.up = options.up.unwrap_or(scene.defaulted.up);
+    scene.defaulted.ortho = options.ortho.or(scene.defaulted.ortho);
     if !options.lights.is_empty() {
         scene.lights = Default::default();
-        scene.made_up.light = false;
+        scene.defaulted.light = false;
         for light in &options.lights {
             add_light(scene, light);
         }
     }
     if let Some(color) = options.background {
         scene.background = color;
-        scene.made_up.sky = false;
+        scene.defaulted.sky = false;
         scene.sky = None;
     }
     if options.two_sided && scene.has_unseen_backs() {

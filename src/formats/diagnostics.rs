@@ -1,7 +1,7 @@
 //! Diagnostics of a reader about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of
 //! a kind.
 
-use phalanx_scene::{shown_text, steers};
+use phalanx_files::{shown_text, steers};
 
 /// Number of errors after which a reader stops; equally many warnings are kept.
 pub const MAX_DIAGNOSTICS: usize = 20;

@@ -1,7 +1,8 @@
 //! The outcome of a reader: a scene, or the reason why there is none.
 
 use super::diagnostics::Diagnostic;
-use phalanx_scene::{Scene, shown_path};
+use phalanx_files::shown_path;
+use phalanx_scene::Scene;
 use std::path::PathBuf;
 
 /// A scene and the remarks of its reader.

@@ -1,6 +1,6 @@
 //! Errors of reading, writing and comparing pictures.
 
-use phalanx_scene::{shown_path, shown_text};
+use phalanx_files::{shown_path, shown_text};
 use std::io;
 use std::path::PathBuf;
 

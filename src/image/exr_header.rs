@@ -10,7 +10,7 @@ use exr::meta::attribute::{
 use exr::meta::header::Header;
 use exr::prelude::{Compression, SmallVec};
 use phalanx_scene::film::Aov;
-use phalanx_scene::{matte_id, murmur3_32};
+use phalanx_scene::matte_id;
 use serde_json::{Map, Value};
 use std::io::{self, Cursor};
 
@@ -104,7 +104,7 @@ fn attributes(file: &PictureFile) -> Vec<(String, String)> {
 /// of its channels begin with the name of the layer.
 fn cryptomatte(layer: &str, names: &[String]) -> Vec<(String, String)> {
     // Seven of the eight digits of the name's hash.
-    let key = format!("cryptomatte/{:07x}", murmur3_32(layer.as_bytes()) >> 4);
+    let key = format!("cryptomatte/{:07x}", matte_id(layer) >> 4);
     let mut all = vec![
         (format!("{key}/name"), layer.to_owned()),
         (format!("{key}/hash"), "MurmurHash3_32".to_owned()),

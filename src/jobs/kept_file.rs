@@ -2,7 +2,7 @@
 
 use super::render_key::{KeyDifference, list_differences};
 use phalanx_files::Destination;
-use phalanx_scene::shown_path;
+use phalanx_files::shown_path;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -4,10 +4,11 @@
 use super::output_path;
 use super::render_key::{FieldError, RenderKey};
 use super::sequence_plan::SequencePlan;
+use phalanx_files::{quoted_text, shown_path, shown_text};
 use phalanx_image::{MAX_EXPOSURE, PictureHeader};
 use phalanx_render::frame::{Aovs, Tile};
+use phalanx_scene::ViewError;
 use phalanx_scene::film::tiles;
-use phalanx_scene::{ViewError, quoted_text, shown_path, shown_text};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;

@@ -3,9 +3,10 @@
 
 use super::frame_view::FrameView;
 use super::picture_settings::PictureSettings;
+use phalanx_files::quoted_text;
 use phalanx_io::cache::fingerprint;
 use phalanx_render::frame::{Aov, Aovs, Settings, Tile};
-use phalanx_scene::{MAX_SIDE, Scene, View, check_image_size, quoted_text};
+use phalanx_scene::{MAX_SIDE, Scene, View, check_image_size};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

@@ -114,7 +114,7 @@ impl PyScene {
         let mut now = self.lock(py);
         let scene = Arc::make_mut(&mut now.scene);
         let changed = change(scene)?;
-        scene.made_up.made_for = None;
+        scene.defaulted.made_for = None;
         now.tree = Arc::default();
         Ok(changed)
     }
@@ -161,7 +161,7 @@ impl PyScene {
         }
         let scene = Scene {
             origin,
-            made_up: phalanx::scene::MadeUpParts {
+            defaulted: phalanx::scene::DefaultedParts {
                 view: true,
                 light: true,
                 ..Default::default()

@@ -1,7 +1,7 @@
 //! Conversion of records to text and back.
 
 use super::{BenchRecord, SCHEMA_VERSION};
-use phalanx_scene::shown_path;
+use phalanx_files::shown_path;
 use serde_json::Value;
 use std::fs::File;
 use std::io::{self, Read};

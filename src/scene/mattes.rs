@@ -115,7 +115,7 @@ pub fn matte_id(name: &str) -> u32 {
 }
 
 /// MurmurHash3 of 32 bits with seed 0 (Austin Appleby).
-pub fn murmur3_32(bytes: &[u8]) -> u32 {
+fn murmur3_32(bytes: &[u8]) -> u32 {
     let mix = |block: u32| {
         let block = block.wrapping_mul(0xcc9e_2d51).rotate_left(15);
         block.wrapping_mul(0x1b87_3593)

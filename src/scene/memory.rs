@@ -33,7 +33,7 @@ impl Scene {
             sky: _,
             encoding: _,
             view: _,
-            made_up: _,
+            defaulted: _,
             scale: _,
             origin: _,
         } = self;

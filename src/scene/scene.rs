@@ -2,11 +2,11 @@
 
 use crate::bounds::Bounds;
 use crate::column::Column;
+use crate::defaulted_parts::DefaultedParts;
 use crate::encoding::OutputEncoding;
 use crate::geometries::Geometries;
 use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
-use crate::made_up::MadeUpParts;
 use crate::materials::Materials;
 use crate::prim::{Prim, PrimKind};
 use crate::shapes::{Cone, Cones, Ellipsoids, Spheres};
@@ -52,7 +52,7 @@ pub struct Scene {
     /// Camera.
     pub view: View,
     /// Parts that are made for each picture anew.
-    pub made_up: MadeUpParts,
+    pub defaulted: DefaultedParts,
     /// Kind and column index of each stored primitive, in file order.
     pub prims: Column<Prim>,
     /// Spheres under a similarity transform.
@@ -101,7 +101,7 @@ impl Default for Scene {
                 fovy: 45.0,
                 ortho: None,
             },
-            made_up: MadeUpParts::default(),
+            defaulted: DefaultedParts::default(),
             prims: Column::new(),
             spheres: Spheres::default(),
             ellipsoids: Ellipsoids::default(),

@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
         &["scene"],
         "a proof must not share what it proves",
     ),
-    ("files", &["scene"], "whole files, whatever is in them"),
+    ("files", &[], "files and their names, whatever is in them"),
     (
         "image",
         &["scene", "files"],
@@ -28,7 +28,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "formats",
-        &["scene", "image"],
+        &["scene", "files", "image"],
         "bytes become a scene, no more",
     ),
     (
@@ -58,7 +58,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "bench",
-        &["scene", "trace", "oracle", "render", "report"],
+        &["scene", "trace", "oracle", "files", "render"],
         "opens no files: scenes are given",
     ),
 ];

@@ -8,9 +8,9 @@ use crate::cli::output::{
 };
 use clap::Args;
 use phalanx::cache::{self, CacheWriteError};
+use phalanx::files::shown_path;
 use phalanx::frame::TreeStats;
 use phalanx::open::is_cache;
-use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::io;
 use std::path::PathBuf;

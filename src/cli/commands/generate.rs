@@ -3,8 +3,8 @@
 use crate::cli::output::{self, CliError, Output, bytes, grouped, interrupt, lines, progress};
 use clap::{Args, value_parser};
 use phalanx::files::replace_file;
+use phalanx::files::shown_path;
 use phalanx::frame::Control;
-use phalanx::scene::shown_path;
 use phalanx::standard::{self, DroppedFeatures, FileFormat, PREFIX, SceneWriteError, Spec};
 use serde::Serialize;
 use std::io::{self, Write};

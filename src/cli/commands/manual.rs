@@ -5,7 +5,7 @@ use crate::cli::output::{self, CliError, interrupt};
 use clap::Args;
 use clap_complete::Shell;
 use clap_mangen::Man;
-use phalanx::scene::shown_path;
+use phalanx::files::shown_path;
 use std::io;
 use std::path::{Path, PathBuf};
 

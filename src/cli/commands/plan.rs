@@ -8,6 +8,7 @@ use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
 use clap::{Arg, ArgAction, Args, FromArgMatches, value_parser};
+use phalanx::files::shown_path;
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat};
 use phalanx::jobs::{
@@ -15,7 +16,7 @@ use phalanx::jobs::{
     ShardBy, TileEncoding, kept_output,
 };
 use phalanx::open::standard_name;
-use phalanx::scene::{CameraPath, OutputEncoding, Quantize, Scene, Transfer, shown_path};
+use phalanx::scene::{CameraPath, OutputEncoding, Quantize, Scene, Transfer};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -17,8 +17,8 @@
 use super::{merge, plan};
 use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
 use clap::{Args, Subcommand, value_parser};
+use phalanx::files::{quoted_text, shown_path};
 use phalanx::jobs::{PlannedFrames, RenderPlan};
-use phalanx::scene::{quoted_text, shown_path};
 use serde::Serialize;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

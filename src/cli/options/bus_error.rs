@@ -16,7 +16,7 @@ pub fn watch(_: &std::path::Path) {}
 
 #[cfg(target_os = "linux")]
 mod linux {
-    use phalanx::scene::shown_path;
+    use phalanx::files::shown_path;
     use std::ffi::c_int;
     use std::mem::MaybeUninit;
     use std::path::Path;

@@ -5,9 +5,10 @@ use super::parsers::parse_number;
 use super::picture_args::PictureArgs;
 use crate::cli::output::{CliError, OutputFile};
 use clap::Args;
+use phalanx::files::shown_path;
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat, MAX_EXPOSURE};
-use phalanx::scene::{Scene, shown_path};
+use phalanx::scene::Scene;
 use std::path::PathBuf;
 
 /// How samples for a screen are made of radiance.

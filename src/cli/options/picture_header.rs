@@ -4,6 +4,7 @@
 
 use super::scene_args::SceneArgs;
 use crate::cli::output::{CliError, OutputFile};
+use phalanx::files::shown_text;
 use phalanx::formats::{AddedLight, Origin, OrthoHeight, UpAxis};
 use phalanx::frame::{Aov, Settings, Tile};
 use phalanx::image::{Depth, ImageFormat, PictureFile, PictureHeader};
@@ -11,7 +12,7 @@ use phalanx::jobs::PictureSettings;
 use phalanx::open::standard_name;
 use phalanx::scene::{
     CameraMatrices, Material, OutputEncoding, Quantize, Scene, Transfer, View, material_names,
-    object_names, shown_text,
+    object_names,
 };
 use std::ffi::OsStr;
 use std::path::Path;
@@ -48,7 +49,7 @@ impl<'a> NamedScene<'a> {
             name,
             args,
             scene,
-            is_moved: scene.view != *start || scene.made_up.view,
+            is_moved: scene.view != *start || scene.defaulted.view,
         }
     }
 

@@ -5,8 +5,8 @@
 
 use super::stderr::{self, error_label, message_raw, takes_color};
 use annotate_snippets::{AnnotationKind, Group, Renderer, Snippet, level};
+use phalanx::files::{shown_path, steers};
 use phalanx::formats::{Diagnostic, LoadError, endings};
-use phalanx::scene::{shown_path, steers};
 use std::ops::Range;
 use std::path::Path;
 

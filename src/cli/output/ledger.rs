@@ -7,8 +7,8 @@
 use super::error::CliError;
 use super::stdout::is_dash;
 use phalanx::files::Destination;
+use phalanx::files::shown_path;
 use phalanx::formats::foreign;
-use phalanx::scene::shown_path;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;

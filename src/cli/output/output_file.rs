@@ -4,13 +4,13 @@
 use super::destination::is_replaced;
 use super::error::CliError;
 use super::stdout::is_dash;
+use phalanx::files::shown_path;
 use phalanx::frame::{Aovs, Control, Tile};
 use phalanx::image::{
     Crop, Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands,
 };
 use phalanx::jobs::BandsError;
 use phalanx::render::Film;
-use phalanx::scene::shown_path;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;

@@ -2,7 +2,7 @@
 
 use super::verbosity::{Verbosity, verbosity};
 use anstream::{AutoStream, ColorChoice};
-use phalanx::scene::{escaped, steers};
+use phalanx::files::{escaped, steers};
 use std::borrow::Cow;
 use std::io::{self, Write};
 
@@ -71,7 +71,7 @@ pub fn takes_color() -> bool {
 
 /// A text for people, with all characters escaped that steer, but those of lines and columns:
 /// foreign text must not control the terminal. All output for people goes through here. A file
-/// name also goes through [`shown_path`](phalanx::scene::shown_path), which keeps it on its line.
+/// name also goes through [`shown_path`](phalanx::files::shown_path), which keeps it on its line.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let steers = |c: char| steers(c) && !matches!(c, '\n' | '\t');
     match text.contains(steers) {

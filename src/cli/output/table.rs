@@ -1,6 +1,6 @@
 //! Text tables: labelled rows, and the numbers in them.
 
-use phalanx::scene::shown_text;
+use phalanx::files::shown_text;
 
 /// Labelled rows, with the labels in a separate column.
 pub fn lines(rows: &[(&str, String)]) -> String {

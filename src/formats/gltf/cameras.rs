@@ -49,7 +49,7 @@ pub(super) fn add_camera(
             continue;
         };
         scene.view = view;
-        scene.made_up.ortho_size = projection.ortho_size;
+        scene.defaulted.ortho_size = projection.ortho_size;
         if let Some(aspect) = projection.aspect.filter(|a| ASPECTS.contains(a)) {
             scene.width = libm::round(f64::from(scene.height) * aspect) as u32;
         }

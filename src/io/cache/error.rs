@@ -1,7 +1,8 @@
 //! Reasons why a file is rejected as a cache.
 
 use super::file_type::VERSION;
-use phalanx_scene::{SceneError, shown_path};
+use phalanx_files::shown_path;
+use phalanx_scene::SceneError;
 use phalanx_trace::bvh::BvhError;
 use std::io;
 use std::path::PathBuf;

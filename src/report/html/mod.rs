@@ -135,6 +135,6 @@ fn document(title: &str, header: Markup, before: Markup, sections: &[PageSection
 
 /// Characters that HTML forbids or that steer others replaced.
 fn printable(page: &str) -> String {
-    let forbidden = |c: char| phalanx_scene::steers(c) && c != '\n';
+    let forbidden = |c: char| phalanx_files::steers(c) && c != '\n';
     page.replace(forbidden, "\u{fffd}")
 }

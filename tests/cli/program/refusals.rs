@@ -333,7 +333,7 @@ fn names_on_the_command_line_do_not_steer_the_terminal() {
         let ran = room.run(&line);
         assert_eq!(ran.code, Some(code), "{line:?}: {}", ran.stderr);
         let said = ran.stdout + &ran.stderr;
-        let steers = |c: char| phalanx::scene::steers(c) && c != '\n';
+        let steers = |c: char| phalanx::files::steers(c) && c != '\n';
         assert!(!said.contains(steers), "{line:?}: {said:?}");
         assert!(
             said.contains("u{1b}[2J") || said.contains("?[2J"),

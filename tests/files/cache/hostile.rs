@@ -6,7 +6,7 @@ use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::cache::{CacheError, CacheFault, Cached};
 use phalanx::frame::{Accel, Engine, Kernel};
-use phalanx::scene::{MadeUpParts, Material, OrthoHeight, OutputEncoding, Scene, Sky, UpAxis};
+use phalanx::scene::{DefaultedParts, Material, OrthoHeight, OutputEncoding, Scene, Sky, UpAxis};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -192,13 +192,13 @@ fn settings_survive_and_their_prefixes_do_not() {
     };
     scene.lights.add_directional(Vec3::Y, Vec3::ONE);
     scene.view.ortho = Some(7.0);
-    scene.made_up = MadeUpParts {
+    scene.defaulted = DefaultedParts {
         light: true,
         up: UpAxis::NegY,
         ortho: Some(OrthoHeight::Given(2.5)),
         ortho_size: Some([3.0, 0.1]),
         made_for: Some((1.5, true)),
-        ..MadeUpParts::default()
+        ..DefaultedParts::default()
     };
     scene.sky = Some(Sky {
         up: Vec3::Y,
@@ -226,8 +226,8 @@ fn settings_survive_and_their_prefixes_do_not() {
         |s: &mut Scene| s.scale = -1.0,
         |s: &mut Scene| s.origin[1] = f64::NAN,
         |s: &mut Scene| s.origin[2] = f64::INFINITY,
-        |s: &mut Scene| s.made_up.ortho_size = Some([1.0, f64::NAN]),
-        |s: &mut Scene| s.made_up.ortho = Some(OrthoHeight::Given(-1.0)),
+        |s: &mut Scene| s.defaulted.ortho_size = Some([1.0, f64::NAN]),
+        |s: &mut Scene| s.defaulted.ortho = Some(OrthoHeight::Given(-1.0)),
         |s: &mut Scene| s.textures[0].width = 0,
         |s: &mut Scene| s.textures[0].height = u32::MAX,
     ];

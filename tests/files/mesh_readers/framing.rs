@@ -125,7 +125,7 @@ fn a_cache_frames_as_its_file_does() {
             let cached = through_a_cache(&format!("{k}-{j}"), &stored, second).scene;
             assert_eq!(cached.view, direct.view, "{k} {j}");
             assert_eq!(cached.lights.position, direct.lights.position, "{k} {j}");
-            assert_eq!(cached.made_up, direct.made_up, "{k} {j}");
+            assert_eq!(cached.defaulted, direct.defaulted, "{k} {j}");
         }
     }
 }

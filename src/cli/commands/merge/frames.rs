@@ -6,11 +6,11 @@ use crate::cli::commands::plan;
 use crate::cli::output::{
     self, CliError, Output, OutputFile, ProgressOptions, format_of, interrupt, lines, progress,
 };
+use phalanx::files::shown_path;
 use phalanx::frame::Tile;
 use phalanx::jobs::{
     FinishedFrames, FrameState, KeptFileError, PlannedFrames, TileFile, merge_bands,
 };
-use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

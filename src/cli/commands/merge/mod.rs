@@ -11,9 +11,9 @@ use super::plan;
 use crate::cli::output::{
     self, CliError, Output, ProgressOptions, format_of, interrupt, lines, progress,
 };
+use phalanx::files::shown_path;
 use phalanx::frame::Tile;
 use phalanx::jobs::{PlannedFrames, RenderPlan, TileFile, merge_bands};
-use phalanx::scene::shown_path;
 use serde::Serialize;
 use shard_files::{MAX_NAMED, describe_missing, whole};
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Files of shards: complete or not, and how the numbers of those that are not are told.
 
 use crate::cli::output::{self, CliError};
+use phalanx::files::shown_path;
 use phalanx::frame::Tile;
 use phalanx::jobs::{BandsError, KeptFileError, RenderKey, TileFile};
-use phalanx::scene::shown_path;
 use std::path::Path;
 
 /// Most shards or frames that a message names one by one.

@@ -20,7 +20,7 @@ const FOVY: f32 = 60.0;
 /// Suggests a camera inside if the framing camera sees a few large faces and a model surrounds its
 /// middle; `None` if the scene has its own camera or is no such model.
 pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
-    if !scene.made_up.view || scene.prim_count() < MIN_PRIMS {
+    if !scene.defaulted.view || scene.prim_count() < MIN_PRIMS {
         return None;
     }
     let (hits, prims) = seen(bvh, &scene.view);
@@ -46,7 +46,7 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
     let [eye, center] = [eye, richest.center].map(|at| words(scene, at, size / scene.scale));
     // The made-up light stands outside, too.
-    let light = match scene.made_up.light {
+    let light = match scene.defaulted.light {
         true => format!(" --light {eye}"),
         false => String::new(),
     };
@@ -126,8 +126,8 @@ mod tests {
         scene.view.center = Vec3::splat(2.0);
         scene.view.up = Vec3::Y;
         scene.view.fovy = 20.0;
-        scene.made_up.view = true;
-        scene.made_up.light = true;
+        scene.defaulted.view = true;
+        scene.defaulted.light = true;
         hint(&scene, &Bvh::build(&scene))
     }
 

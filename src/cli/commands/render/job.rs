@@ -7,10 +7,11 @@ use crate::cli::options::{NamedScene, Sequence};
 use crate::cli::output::{
     self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, mrays_per_s, progress,
 };
+use phalanx::files::shown_path;
 use phalanx::frame::{Accel, Settings};
 use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands};
 use phalanx::render::RenderStats;
-use phalanx::scene::{Scene, shown_path};
+use phalanx::scene::Scene;
 use std::path::Path;
 use std::time::Instant;
 

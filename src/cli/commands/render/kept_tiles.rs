@@ -1,8 +1,8 @@
 //! Files of finished tiles, as they are opened and left.
 
 use crate::cli::output::{self, CliError, grouped};
+use phalanx::files::shown_path;
 use phalanx::jobs::{RenderKey, TileFile};
-use phalanx::scene::shown_path;
 use std::path::Path;
 
 /// Opens the file of a picture's finished tiles, and notes how many of its `pixels` they are.

@@ -7,8 +7,8 @@ use crate::cli::commands::plan;
 use crate::cli::output::{
     self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress,
 };
+use phalanx::files::shown_path;
 use phalanx::jobs::{BandStats, PlannedFrames, TileFile, render_to_file};
-use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::path::Path;
 

@@ -11,11 +11,11 @@ use crate::cli::output::{
     self, CliError, Output, OutputFile, ProgressOptions, format_of, grouped, lines, mrays_per_s,
     progress,
 };
+use phalanx::files::shown_path;
 use phalanx::frame::{Accel, Tile};
 use phalanx::jobs::{
     BandStats, FinishedFrames, FrameState, PlannedFrames, TileFile, render_to_file,
 };
-use phalanx::scene::shown_path;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -5,7 +5,7 @@
 
 use super::args::Shard;
 use crate::cli::output::CliError;
-use phalanx::scene::quoted_text;
+use phalanx::files::quoted_text;
 
 const SLURM_TASK: &str = "SLURM_ARRAY_TASK_ID";
 

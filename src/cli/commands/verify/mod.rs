@@ -14,10 +14,11 @@ use crate::cli::output::{
     serialize_rays,
 };
 use clap::Args;
+use phalanx::files::shown_path;
 use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
 use phalanx::render::RayCounts;
-use phalanx::scene::{Scene, shown_path};
+use phalanx::scene::Scene;
 use pixel_diff::{FilmDifference, first_difference};
 use pixel_hashes::{PixelHashFile, PixelHashes};
 use serde::Serialize;

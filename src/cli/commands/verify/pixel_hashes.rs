@@ -6,9 +6,10 @@
 
 use super::pixel_diff::PixelBits;
 use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
+use phalanx::files::shown_path;
 use phalanx::frame::Settings;
 use phalanx::render::Film;
-use phalanx::scene::{OutputEncoding, Quantize, Transfer, shown_path};
+use phalanx::scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read};

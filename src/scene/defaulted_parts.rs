@@ -5,7 +5,7 @@ use crate::up_axis::UpAxis;
 /// Flags and measurements for default parts that depend on the picture, made once its size and the
 /// user's options are known. A part set explicitly is no longer a default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MadeUpParts {
+pub struct DefaultedParts {
     /// True if the view is one that frames everything.
     pub view: bool,
     /// True if the only light is a key light beside the camera.
