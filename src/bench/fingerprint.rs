@@ -1,7 +1,7 @@
 //! Fingerprint of a scene: a checksum of everything that rays can hit.
 
 use glam::Vec3;
-use phalanx_scene::{PrimKind, Scene};
+use phalanx_scene::Scene;
 
 /// CRC-32 over the geometry in the order of its numbers, and over the view and the lights'
 /// positions, little-endian.
@@ -13,20 +13,8 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         }
     };
     for prim in scene.prims.iter() {
-        let i = prim.index();
-        match prim.kind() {
-            PrimKind::Sphere => {
-                take(&scene.spheres.center.get(i).to_array());
-                take(&[scene.spheres.radius[i]]);
-            }
-            PrimKind::Ellipsoid => vectors(&mut take, &scene.ellipsoids.object_columns(i)),
-            PrimKind::Triangle => vectors(&mut take, &scene.triangles.corners(i)),
-            PrimKind::Cone => {
-                let cone = scene.cones.get(i);
-                vectors(&mut take, &[cone.base, cone.apex]);
-                take(&[cone.base_radius, cone.apex_radius]);
-            }
-        }
+        let columns = scene.columns_of(prim.kind());
+        columns.shape_numbers(prim.index(), &mut take);
     }
     for i in 0..scene.instances.len() {
         vectors(&mut take, &scene.instances.object_columns(i));

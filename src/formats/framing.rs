@@ -292,26 +292,12 @@ impl FrameReach {
     }
 
     fn add_prim(&mut self, scene: &Scene, prim: u32) {
-        let prim_ref = scene.prims[prim as usize];
-        let i = prim_ref.index();
-        match prim_ref.kind() {
-            // Added by its vertices.
-            PrimKind::Triangle => {}
-            PrimKind::Sphere => {
-                let radius = f64::from(scene.spheres.radius[i]);
-                self.add(scene.spheres.center.get(i).as_dvec3(), radius);
-            }
-            PrimKind::Cone => {
-                let cone = scene.cones.get(i);
-                self.add(cone.base.as_dvec3(), cone.base_radius.into());
-                self.add(cone.apex.as_dvec3(), cone.apex_radius.into());
-            }
-            PrimKind::Ellipsoid => {
-                let bounds = scene.prim_bounds(prim);
-                for p in bounds.corners().map(Vec3::as_dvec3) {
-                    self.add(p, 0.0);
-                }
-            }
+        let prim = scene.prims[prim as usize];
+        // Triangles are added by their vertices.
+        if prim.kind() != PrimKind::Triangle {
+            let mut add = |center: Vec3, radius: f32| self.add(center.as_dvec3(), radius.into());
+            let columns = scene.columns_of(prim.kind());
+            columns.enclosing_spheres(prim.index(), &mut add);
         }
     }
 

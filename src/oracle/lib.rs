@@ -6,13 +6,13 @@
 //! `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
 
 mod block;
-mod cone;
 mod instance;
 mod intersect;
 #[doc(hidden)]
 pub mod isolated;
 mod passing;
 mod pixel;
+mod primitives;
 mod search;
 mod shading;
 mod shadow_cache_cursor;

@@ -241,7 +241,7 @@ impl<'a> SceneSearch<'a> {
     /// The mesh of an instance, and the ray in its space.
     fn enter(&self, instance: usize, setup: &OracleRaySetup) -> (usize, OracleRaySetup) {
         let mesh = self.scene.instances.mesh[instance] as usize;
-        let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
+        let inner = OracleRaySetup::new(&to_object(self.scene, instance, &setup.ray));
         (mesh, inner)
     }
 

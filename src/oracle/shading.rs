@@ -2,16 +2,14 @@
 
 use super::instance::to_object;
 use super::intersect::{OracleHit, OracleRay, max, max_abs, min};
+use super::primitives::{OraclePoint, surface_point, unit, unit_or};
 use super::texture::tint;
 use glam::Vec3;
 use phalanx_scene::sampling::{
     BounceKind, Dimension, child_seed, cosine_hemisphere, phong_lobe, points, pow, seeds, to_frame,
     uniform_sphere as sphere_point,
 };
-use phalanx_scene::{
-    DOUBLE_ROUNDING, INWARD, LightShape, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE,
-    OFFSET_PER_EDGE, PAD, PLANE_ROUNDING, PrimKind, Scene,
-};
+use phalanx_scene::{INWARD, LightShape, PAD, Scene};
 
 /// One row of the material columns.
 pub(super) struct OracleMaterial {
@@ -63,19 +61,6 @@ pub struct OracleSurface {
     pub entering: bool,
 }
 
-fn unit_or(v: Vec3, otherwise: Vec3) -> Vec3 {
-    let squared = v.dot(v);
-    if squared > 0.0 {
-        v * (1.0 / squared.sqrt())
-    } else {
-        otherwise
-    }
-}
-
-fn unit(v: Vec3) -> Vec3 {
-    v * (1.0 / v.dot(v).sqrt())
-}
-
 impl OracleSurface {
     /// The surface at a ray's hit in a validated scene.
     pub fn new(scene: &Scene, ray: &OracleRay, hit: &OracleHit) -> OracleSurface {
@@ -111,28 +96,6 @@ impl OracleSurface {
     }
 }
 
-/// Point, geometric normal, shading normal, mean of the vertex normals, and offset of a hit.
-type OraclePoint = (Vec3, Vec3, Vec3, Vec3, f32);
-
-/// The surface point in the space where the primitive is stored; `back` is the unit vector against
-/// the ray there.
-fn surface_point(
-    scene: &Scene,
-    prim: u32,
-    ray: &OracleRay,
-    back: Vec3,
-    hit: &OracleHit,
-) -> OraclePoint {
-    let prim = scene.prims[prim as usize];
-    let i = prim.index();
-    match prim.kind() {
-        PrimKind::Sphere => sphere(scene, i, ray, back, hit.t),
-        PrimKind::Ellipsoid => ellipsoid(scene, i, ray, back, hit.t),
-        PrimKind::Triangle => triangle(scene, i, ray, back, hit),
-        PrimKind::Cone => cone(scene, i, ray, back, hit.t),
-    }
-}
-
 /// The world point of a surface point in the space of an instance's mesh.
 fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay) -> OraclePoint {
     let (position, ng, ns, outward, offset) = inside;
@@ -148,89 +111,6 @@ fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
     let reach = (max_abs(terms) * PAD + offset) / length;
     (point, ng, ns, outward, reach + max_abs(point) * PAD)
-}
-
-fn triangle(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, hit: &OracleHit) -> OraclePoint {
-    let [a, b, c] = scene.triangles.corners(i).map(Vec3::as_dvec3);
-    let (e1, e2) = (b - a, c - a);
-    let normal = e1.cross(e2);
-    let (org, dir, t) = (ray.org.as_dvec3(), ray.dir.as_dvec3(), f64::from(hit.t));
-    let (beta, gamma) = (f64::from(hit.u), f64::from(hit.v));
-    let edges = e1.abs().max(e2.abs()).max_element();
-    let along = normal.dot(a - org) / normal.dot(dir);
-    let way = t * dir.abs().max_element();
-    let by_ray = edges > 64.0 * way && (along - t).abs() <= t / 4096.0;
-    let point = if by_ray {
-        org + dir * along
-    } else {
-        (a * ((1.0 - beta) - gamma) + b * beta) + c * gamma
-    };
-    let point = point.as_vec3();
-    let length = normal.dot(normal).sqrt();
-    let unit = (normal * (1.0 / length)).as_vec3();
-    let ng = if length > 0.0 { unit } else { back };
-    let alpha = (1.0 - hit.u) - hit.v;
-    let (ns, outward) = match scene.triangles.corner_normals(i) {
-        Some([na, nb, nc]) => (
-            unit_or((na * alpha + nb * hit.u) + nc * hit.v, ng),
-            unit_or((na + nb) + nc, ng),
-        ),
-        None => (ng, ng),
-    };
-    let (edges, way) = (edges as f32, way as f32);
-    let rounding = ng.abs().dot(point.abs()) * PLANE_ROUNDING + edges * DOUBLE_ROUNDING;
-    let [least, most] = OFFSET_PER_EDGE.map(|share| edges * share);
-    let beyond = min(max(max_abs(point) * OFFSET_PER_COORDINATE, least), most);
-    let offset = max(rounding, min(beyond, way * MAX_OFFSET_PER_DISTANCE));
-    (point, ng, ns, outward, offset)
-}
-
-fn sphere(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
-    let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
-    let n = unit_or((ray.org - center) + ray.dir * t, back);
-    let point = center + n * radius;
-    let offset = radius * PAD + n.abs().dot(point.abs()) * PLANE_ROUNDING;
-    (point, n, n, n, offset)
-}
-
-fn ellipsoid(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
-    let [mx, my, mz, shift] = scene.ellipsoids.object_columns(i);
-    let [wx, wy, wz, center] = scene.ellipsoids.world_columns(i);
-    let to_object = |v: Vec3| (mx * v.x + my * v.y) + mz * v.z;
-    let org = to_object(ray.org) + shift;
-    let dir = to_object(ray.dir);
-    let n = unit_or(org + dir * t, -unit(dir));
-    let point = ((wx * n.x + wy * n.y) + wz * n.z) + center;
-    let gradient = Vec3::new(mx.dot(n), my.dot(n), mz.dot(n));
-    let length = gradient.dot(gradient).sqrt();
-    let ng = unit_or(gradient, back);
-    let p = point.abs();
-    let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
-    let inside = (max_abs(terms) + 1.0) / length;
-    (point, ng, ng, ng, (inside + max_abs(point)) * PAD)
-}
-
-fn cone(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
-    let c = scene.cones.get(i);
-    let (radius, profile) = (c.base_radius, scene.cones.profile(i));
-    let f = (ray.org - c.base) + ray.dir * t;
-    let height = f.dot(profile.axis);
-    let away = f - profile.axis * height;
-    let radial = unit_or(away, Vec3::ZERO);
-    let apart = away.dot(radial);
-    let along = (apart - radius) * profile.sin + height * profile.cos;
-    let along = min(max(along, 0.0), profile.slant);
-    let (x, z) = (radius + profile.sin * along, profile.cos * along);
-    let point = c.base + (radial * x + profile.axis * z);
-    let slanted = radial * profile.cos - profile.axis * profile.sin;
-    let ng = if away.dot(away) > 0.0 {
-        unit_or(slanted, back)
-    } else {
-        back
-    };
-    let size = max_abs(c.apex - c.base) + max(radius, c.apex_radius);
-    let offset = size * PAD + ng.abs().dot(point.abs()) * PLANE_ROUNDING;
-    (point, ng, ng, ng, offset)
 }
 
 /// Seed of the random choices at a hit: the ray's seed and its pixel's sample number.

@@ -1,5 +1,6 @@
 //! One attribute of many rows: a vector, or a part of a mapped file that is never written to.
 
+use bytemuck::Pod;
 use std::any::Any;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -45,6 +46,48 @@ impl<T> Column<T> {
     #[inline]
     pub fn row_bytes(&self) -> usize {
         size_of_val::<[T]>(self)
+    }
+}
+
+/// A column of rows of any type, as bytes.
+pub trait AnyColumn {
+    /// All rows.
+    fn bytes(&self) -> &[u8];
+    /// Number of rows.
+    fn rows(&self) -> usize;
+    /// Bytes of one row.
+    fn row_size(&self) -> usize;
+    /// Replaces the rows by those in `bytes`, which `keeper` keeps alive. If the bytes are not a
+    /// whole number of aligned rows, the column is left empty; then this returns false.
+    fn map(&mut self, bytes: &'static [u8], keeper: Arc<dyn Any + Send + Sync>) -> bool;
+    /// Appends copies of the rows of a column of the same type, given as bytes.
+    fn append_bytes(&mut self, bytes: &[u8]);
+}
+
+impl<T: Pod> AnyColumn for Column<T> {
+    fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(self)
+    }
+
+    fn rows(&self) -> usize {
+        self.len()
+    }
+
+    fn row_size(&self) -> usize {
+        size_of::<T>()
+    }
+
+    fn map(&mut self, bytes: &'static [u8], keeper: Arc<dyn Any + Send + Sync>) -> bool {
+        let rows = bytemuck::try_cast_slice(bytes);
+        *self = match rows {
+            Ok(rows) if !rows.is_empty() => Column::mapped(rows, keeper),
+            _ => Column::new(),
+        };
+        rows.is_ok()
+    }
+
+    fn append_bytes(&mut self, bytes: &[u8]) {
+        self.extend_from(bytemuck::cast_slice(bytes));
     }
 }
 

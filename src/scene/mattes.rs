@@ -5,8 +5,8 @@
 //! their files, so names are made from numbers: of materials, instances, geometries, or otherwise
 //! primitives.
 
+use crate::Scene;
 use crate::geometries::Geometry;
-use crate::{PrimKind, Scene};
 
 /// Identifiers of a scene's objects and materials: the bits of floats.
 #[derive(Clone, Debug, Default)]
@@ -73,10 +73,8 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
         let geometry = geometries.peek().filter(|(_, prims)| prims.start <= prim);
         let geometry = geometry.map(|(geometry, _)| *geometry);
         let kind = scene.prims[prim as usize].kind();
-        let (plural, alone) = match kind {
-            PrimKind::Sphere | PrimKind::Ellipsoid => ("", true),
-            PrimKind::Triangle | PrimKind::Cone => ("s", false),
-        };
+        let alone = kind.is_whole_object();
+        let plural = if alone { "" } else { "s" };
         let run = match geometry {
             Some(_) => (geometry, None),
             None => (None, Some((kind, scene.prim_material(prim)))),

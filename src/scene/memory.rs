@@ -1,100 +1,47 @@
 //! Memory of the columns, in bytes.
 
-use super::{Scene, Vec3s};
+use super::Scene;
+
+/// Parts of a scene, and the sections of scene caches that belong to each.
+const PARTS: [(&str, &[&str]); 9] = [
+    ("vertices", &["vertices"]),
+    (
+        "vertex colours",
+        &["triangle colours", "vertex colours", "vertex opacity"],
+    ),
+    ("triangles", &["triangle corners", "triangle materials"]),
+    ("vertex normals", &["triangle normals", "vertex normals"]),
+    (
+        "texture places",
+        &["triangle texture places", "texture places"],
+    ),
+    ("textures", &[]),
+    ("curved primitives", &[]),
+    ("instances", &["instances", "instance maps"]),
+    ("primitive list, materials and lights", &["primitive list"]),
+];
+const TEXTURES: usize = 5;
+const CURVED: usize = 6;
+const OTHERS: usize = 8;
 
 impl Scene {
     /// Bytes of the columns by part, both in owned memory and in a mapped file.
     pub fn memory_parts(&self) -> [(&'static str, usize); 9] {
-        let vectors = |all: &[&Vec3s]| all.iter().map(|v| v.row_bytes()).sum::<usize>();
-        let maps = |a: &[Vec3s; 4], b: &[Vec3s; 4]| {
-            let all = a.iter().chain(b);
-            all.map(Vec3s::row_bytes).sum::<usize>()
-        };
-        // Columns are named one and all, so that a new one does not compile before it counts.
-        let Scene {
-            spheres: s,
-            ellipsoids: e,
-            triangles: t,
-            cones: c,
-            materials: m,
-            lights: l,
-            instances: i,
-            prims,
-            textures,
-            // Few rows, whatever the scene.
-            meshes: _,
-            geometries: _,
-            output: _,
-            // No columns.
-            width: _,
-            height: _,
-            max_depth: _,
-            background: _,
-            sky: _,
-            encoding: _,
-            view: _,
-            defaulted: _,
-            scale: _,
-            origin: _,
-        } = self;
-        let curved = vectors(&[&s.center, &c.base, &c.apex])
-            + maps(&e.to_world, &e.to_object)
-            + [&s.radius, &c.base_radius, &c.apex_radius]
-                .map(|r| r.row_bytes())
-                .iter()
-                .sum::<usize>()
-            + c.inside.row_bytes()
-            + [&s.material, &e.material, &c.material]
-                .map(|r| r.row_bytes())
-                .iter()
-                .sum::<usize>();
-        [
-            ("vertices", t.vertices.row_bytes()),
-            (
-                "vertex colours",
-                t.colors.row_bytes() + t.vertex_colors.row_bytes() + t.vertex_opacity.row_bytes(),
-            ),
-            ("triangles", t.corners.row_bytes() + t.material.row_bytes()),
-            (
-                "vertex normals",
-                t.normals.row_bytes() + t.vertex_normals.row_bytes(),
-            ),
-            (
-                "texture places",
-                t.uvs.row_bytes() + t.vertex_uvs.row_bytes(),
-            ),
-            (
-                "textures",
-                textures
-                    .iter()
-                    .map(|t| t.texels.row_bytes() + t.alpha.row_bytes())
-                    .sum(),
-            ),
-            ("curved primitives", curved),
-            (
-                "instances",
-                maps(&i.to_world, &i.to_object) + i.mesh.row_bytes() + i.first.row_bytes(),
-            ),
-            (
-                "primitive list, materials and lights",
-                prims.row_bytes()
-                    + vectors(&[&m.ka, &m.ke, &m.kd, &m.ks, &m.kt])
-                    + m.shininess.row_bytes()
-                    + m.ior.row_bytes()
-                    + m.texture.row_bytes()
-                    + m.gloss.row_bytes()
-                    + m.opacity.row_bytes()
-                    + m.opacity_texture.row_bytes()
-                    + m.alpha_cutoff.row_bytes()
-                    + m.flags.row_bytes()
-                    + vectors(&[&l.position, &l.color, &l.attenuation])
-                    + vectors(&l.edges.each_ref())
-                    + l.radius.row_bytes()
-                    + l.axis.row_bytes()
-                    + l.cone.row_bytes()
-                    + l.directional.row_bytes(),
-            ),
-        ]
+        let mut parts = PARTS.map(|(part, _)| (part, 0));
+        let part_of = |section: &str| PARTS.iter().position(|(_, all)| all.contains(&section));
+        for info in self.prim_columns() {
+            parts[part_of(info.section).unwrap_or(CURVED)].1 += info.column.bytes().len();
+        }
+        // Few rows of meshes and geometries, whatever the scene.
+        let few = |section: &str| ["meshes", "geometries"].contains(&section);
+        let others = self.other_columns().into_iter();
+        for info in others.filter(|info| !few(info.section)) {
+            parts[part_of(info.section).unwrap_or(OTHERS)].1 += info.column.bytes().len();
+        }
+        parts[OTHERS].1 += self.lights.directional.row_bytes();
+        let texels = |t: &super::Texture| t.texels.row_bytes() + t.alpha.row_bytes();
+        parts[TEXTURES].1 = self.textures.iter().map(texels).sum();
+        parts
     }
 
     /// Bytes of all columns.

@@ -1,6 +1,7 @@
 //! Rescaling of coordinates, so that products of four of them neither overflow nor vanish in f32.
 
 use super::{Bounds, PrimKind, Scene, Vec3s};
+use crate::prims::{RowScale, ScaleFactors};
 use glam::{DVec3, Vec3};
 
 /// Largest coordinate (as a power of two) of an unscaled scene. If the largest one is beyond it, or
@@ -23,7 +24,7 @@ impl Scene {
         let world = power_of_two_factor(self.largest_coordinate());
         let meshes = f64::from(power_of_two_factor(self.largest_in_meshes()));
         let ratio = self.instances.bounded_factor(meshes / f64::from(world));
-        let scale = Scale {
+        let scale = ScaleFactors {
             world,
             meshes: (f64::from(world) * ratio) as f32,
         };
@@ -60,20 +61,11 @@ impl Scene {
         lights.fold(f64::from(view.max_element()), f64::max)
     }
 
-    /// Largest coordinate in all rows of all columns, whatever they belong to. It is computed in
-    /// f64, where neither a sphere's bounds nor the square of an ellipsoid's axis overflows.
+    /// Largest coordinate in all rows of all columns, whatever they belong to.
     fn largest_stored(&self) -> f64 {
-        let of = |v: &Vec3s| {
-            let parts = v.parts().map(|part| largest_magnitude(part));
-            parts.into_iter().fold(0.0f32, f32::max)
-        };
-        let ends = of(&self.cones.base).max(of(&self.cones.apex));
-        let radii = self.cones.base_radius.iter().chain(&self.cones.apex_radius);
-        let cones = f64::from(ends) + f64::from(radii.fold(0.0f32, |most, r| most.max(*r)));
-        let points = cones.max(f64::from(of(&self.triangles.vertices)));
-        let spheres = (0..self.spheres.len()).map(|i| self.reach_of_sphere(i));
-        let ellipsoids = (0..self.ellipsoids.len()).map(|i| self.reach_of_ellipsoid(i));
-        spheres.chain(ellipsoids).fold(points, f64::max)
+        let kinds = PrimKind::ALL.into_iter();
+        let largest = kinds.map(|kind| self.columns_of(kind).largest_of_all());
+        largest.fold(0.0, f64::max)
     }
 
     /// Largest coordinate of the primitives in the world itself, and of the boxes of instances
@@ -100,31 +92,8 @@ impl Scene {
     /// Largest coordinate of a stored primitive.
     fn reach(&self, prim: u32) -> f64 {
         let prim = self.prims[prim as usize];
-        let i = prim.index();
-        match prim.kind() {
-            PrimKind::Sphere => self.reach_of_sphere(i),
-            PrimKind::Ellipsoid => self.reach_of_ellipsoid(i),
-            PrimKind::Triangle => {
-                let [a, b, c] = self.triangles.corners(i);
-                f64::from(a.abs().max(b.abs()).max(c.abs()).max_element())
-            }
-            PrimKind::Cone => {
-                let cone = self.cones.get(i);
-                let ends = cone.base.abs().max(cone.apex.abs()).max_element();
-                f64::from(ends) + f64::from(cone.base_radius.max(cone.apex_radius))
-            }
-        }
-    }
-
-    fn reach_of_sphere(&self, i: usize) -> f64 {
-        let center = self.spheres.center.get(i).abs().max_element();
-        f64::from(center) + f64::from(self.spheres.radius[i])
-    }
-
-    fn reach_of_ellipsoid(&self, i: usize) -> f64 {
-        let [x, y, z, center] = self.ellipsoids.world_columns(i).map(|c| c.as_dvec3());
-        let squares = x * x + y * y + z * z;
-        (center.abs() + squares.map(f64::sqrt)).max_element()
+        self.columns_of(prim.kind())
+            .largest_coordinate(prim.index())
     }
 
     /// Largest coordinate of a light that is not directional.
@@ -135,7 +104,7 @@ impl Scene {
         (position + e + f).max_element() + f64::from(lights.radius[i])
     }
 
-    fn scale_by(&mut self, scale: Scale) {
+    fn scale_by(&mut self, scale: ScaleFactors) {
         let world = scale.world;
         self.scale *= world;
         self.view.eye *= world;
@@ -162,42 +131,18 @@ impl Scene {
         }
     }
 
-    fn scale_shapes(&mut self, scale: Scale) {
-        let InMeshes { rows, vertices } = self.in_meshes();
-        let [spheres, ellipsoids, _, cones] = &rows;
-        for (v, rows) in [
-            (&mut self.triangles.vertices, &vertices),
-            (&mut self.spheres.center, spheres),
-            (&mut self.cones.base, cones),
-            (&mut self.cones.apex, cones),
-        ] {
-            scale_all(v, rows, scale);
-        }
-        for (radii, rows) in [
-            (&mut self.spheres.radius, spheres),
-            (&mut self.cones.base_radius, cones),
-            (&mut self.cones.apex_radius, cones),
-        ] {
-            scale_rows(radii, rows, scale);
-        }
-        for column in &mut self.ellipsoids.to_world {
-            scale_all(column, ellipsoids, scale);
-        }
-        // Back from the scaled world: the matrix divides by the factor, the translation stays in
-        // object units.
-        let back = Scale {
-            world: 1.0 / scale.world,
-            meshes: 1.0 / scale.meshes,
-        };
-        for column in &mut self.ellipsoids.to_object[..3] {
-            scale_all(column, ellipsoids, back);
+    fn scale_shapes(&mut self, factors: ScaleFactors) {
+        let in_meshes = self.rows_in_meshes();
+        for (kind, in_meshes) in PrimKind::ALL.into_iter().zip(in_meshes) {
+            let scale = RowScale { factors, in_meshes };
+            self.columns_of_mut(kind).rescale(&scale);
         }
     }
 
     /// Changes the maps of instances to go from one scaled space to the other and back. This is
     /// done in f64: the quotient of the factors may lie beyond f32 even if its product with the map
     /// does not.
-    fn scale_instances(&mut self, scale: Scale) {
+    fn scale_instances(&mut self, scale: ScaleFactors) {
         let (world, meshes) = (f64::from(scale.world), f64::from(scale.meshes));
         let all = |columns: &mut [Vec3s], factor: f64| {
             for part in columns.iter_mut().flat_map(|v| v.parts_mut()) {
@@ -212,59 +157,28 @@ impl Scene {
         all(&mut maps.to_object[3..], meshes);
     }
 
-    /// Marks the rows that belong to meshes; the lists are empty for a scene without meshes.
-    fn in_meshes(&self) -> InMeshes {
-        let mut all = InMeshes::default();
+    /// Marks the rows of each kind that belong to meshes; no lists for a scene without meshes.
+    fn rows_in_meshes(&self) -> [Vec<bool>; PrimKind::COUNT] {
         if self.meshes.is_empty() {
-            return all;
+            return Default::default();
         }
-        all.rows = self.counts().map(|count| vec![false; count]);
-        for mesh in 0..self.meshes.len() {
-            for prim in self.meshes.prims(mesh) {
-                let prim = self.prims[prim as usize];
-                all.rows[prim.kind() as usize][prim.index()] = true;
-            }
+        let mut marks = self.counts().map(|count| vec![false; count]);
+        for prim in (0..self.meshes.len()).flat_map(|mesh| self.meshes.prims(mesh)) {
+            let prim = self.prims[prim as usize];
+            marks[prim.kind() as usize][prim.index()] = true;
         }
-        let triangles = &self.triangles;
-        all.vertices = vec![false; triangles.vertices.len()];
-        let triangles = triangles
-            .corners
-            .iter()
-            .zip(&all.rows[PrimKind::Triangle as usize]);
-        for (corners, _) in triangles.filter(|(_, in_mesh)| **in_mesh) {
-            corners
-                .iter()
-                .for_each(|&v| all.vertices[v as usize] = true);
-        }
-        all
+        marks
     }
 
     /// Returns true if a vertex is used both in a mesh and in the world: two factors would tear it
     /// apart.
     fn shares_vertices(&self) -> bool {
-        let InMeshes { rows, vertices } = self.in_meshes();
-        let triangles = self.triangles.corners.iter();
-        let triangles = triangles.zip(&rows[PrimKind::Triangle as usize]);
+        let marks = &self.rows_in_meshes()[PrimKind::Triangle as usize];
+        let vertices = self.triangles.marked_vertices(marks);
+        let triangles = self.triangles.corners.iter().zip(marks);
         let mut world = triangles.filter(|(_, in_mesh)| !**in_mesh);
         world.any(|(corners, _)| corners.iter().any(|&v| vertices[v as usize]))
     }
-}
-
-/// Scale factors, powers of two.
-#[derive(Clone, Copy)]
-struct Scale {
-    world: f32,
-    /// Factor of the contents of meshes, which lie in spaces of their own.
-    meshes: f32,
-}
-
-/// Marks of the rows that belong to meshes.
-#[derive(Default)]
-struct InMeshes {
-    /// Marks of the rows of each kind.
-    rows: [Vec<bool>; PrimKind::COUNT],
-    /// Marks of the vertices of meshes' triangles.
-    vertices: Vec<bool>,
 }
 
 /// The factor that makes the largest coordinate about 1, or 1 if it is in the safe range.
@@ -293,36 +207,6 @@ fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3
     let bounded = |c: f64| c.clamp(-MAX_RADIANCE, MAX_RADIANCE) as f32;
     let color = (color.as_dvec3() * common).to_array().map(bounded);
     ((scaled * common).as_vec3(), Vec3::from_array(color))
-}
-
-/// Largest absolute value of a column. It uses eight lanes, so that one comparison need not wait
-/// for the one before.
-fn largest_magnitude(column: &[f32]) -> f32 {
-    let mut most = [0.0f32; 8];
-    let (blocks, rest) = column.as_chunks::<8>();
-    for block in blocks {
-        for (most, c) in most.iter_mut().zip(block) {
-            *most = most.max(c.abs());
-        }
-    }
-    let all = most.into_iter().chain(rest.iter().map(|c| c.abs()));
-    all.fold(0.0, f32::max)
-}
-
-fn scale_all(v: &mut Vec3s, in_meshes: &[bool], scale: Scale) {
-    for part in v.parts_mut() {
-        scale_rows(part, in_meshes, scale);
-    }
-}
-
-/// Scales rows. An empty list `in_meshes` means that no row belongs to a mesh.
-fn scale_rows(rows: &mut [f32], in_meshes: &[bool], scale: Scale) {
-    if in_meshes.is_empty() {
-        return rows.iter_mut().for_each(|c| *c *= scale.world);
-    }
-    for (c, &in_mesh) in rows.iter_mut().zip(in_meshes) {
-        *c *= if in_mesh { scale.meshes } else { scale.world };
-    }
 }
 
 #[cfg(test)]

@@ -8,11 +8,11 @@ use crate::geometries::Geometries;
 use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
 use crate::materials::Materials;
-use crate::prim::{Prim, PrimKind};
-use crate::shapes::{Cone, Cones, Ellipsoids, Spheres};
+use crate::prims::{
+    Cone, Cones, Ellipsoids, Mesh, Prim, PrimColumns, PrimKind, Spheres, Triangles,
+};
 use crate::sky::Sky;
 use crate::textures::Texture;
-use crate::triangles::{Mesh, Triangles};
 use crate::view::View;
 use glam::Vec3;
 
@@ -135,15 +135,30 @@ impl Scene {
         self.prims.len()
     }
 
+    /// The columns of a kind of primitive.
+    pub fn columns_of(&self, kind: PrimKind) -> &dyn PrimColumns {
+        match kind {
+            PrimKind::Sphere => &self.spheres,
+            PrimKind::Ellipsoid => &self.ellipsoids,
+            PrimKind::Triangle => &self.triangles,
+            PrimKind::Cone => &self.cones,
+        }
+    }
+
+    /// The columns of a kind of primitive, to be changed.
+    pub fn columns_of_mut(&mut self, kind: PrimKind) -> &mut dyn PrimColumns {
+        match kind {
+            PrimKind::Sphere => &mut self.spheres,
+            PrimKind::Ellipsoid => &mut self.ellipsoids,
+            PrimKind::Triangle => &mut self.triangles,
+            PrimKind::Cone => &mut self.cones,
+        }
+    }
+
     /// Number of stored primitives of a kind, which is the number of rows of its columns.
     #[inline]
     pub fn count(&self, kind: PrimKind) -> usize {
-        match kind {
-            PrimKind::Sphere => self.spheres.len(),
-            PrimKind::Ellipsoid => self.ellipsoids.len(),
-            PrimKind::Triangle => self.triangles.len(),
-            PrimKind::Cone => self.cones.len(),
-        }
+        self.columns_of(kind).material().len()
     }
 
     /// [`Scene::count`] of every kind, in the order of their numbers.
@@ -233,9 +248,7 @@ impl Scene {
     #[inline]
     pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: u32) -> u32 {
         let index = self.spheres.len();
-        self.spheres.center.push(center);
-        self.spheres.radius.push(radius);
-        self.spheres.material.push(material);
+        self.spheres.push(center, radius, material);
         self.add_prim(PrimKind::Sphere, index)
     }
 
@@ -315,15 +328,9 @@ impl Scene {
         let prim = self.prims[prim as usize];
         let i = prim.index();
         match prim.kind() {
-            PrimKind::Sphere => {
-                let (c, r) = (self.spheres.center.get(i), self.spheres.radius[i]);
-                Bounds::new(c - Vec3::splat(r), c + Vec3::splat(r))
-            }
+            PrimKind::Sphere => self.spheres.bounds(i),
             PrimKind::Ellipsoid => self.ellipsoids.bounds(i),
-            PrimKind::Triangle => {
-                let [a, b, c] = self.triangles.corners(i);
-                Bounds::new(a.min(b).min(c), a.max(b).max(c))
-            }
+            PrimKind::Triangle => self.triangles.bounds(i),
             PrimKind::Cone => self.cones.bounds(i),
         }
     }

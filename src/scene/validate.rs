@@ -1,10 +1,8 @@
 //! The one check between reading and tracing: after it nothing downstream can fail.
 
 use super::ViewError;
-use super::{
-    Bounds, MAX_TEXTURE_SIDE, NO_COLORS, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, PrimKind, Scene,
-    Vec3s,
-};
+use super::{Bounds, MAX_TEXTURE_SIDE, Prim, PrimKind, Scene};
+use crate::prims::ColumnInfo;
 use glam::Vec3;
 
 /// Longest side of an image, in pixels.
@@ -67,14 +65,13 @@ impl Scene {
     /// Checks every range that tracing relies on: sizes, finite columns, indices, signs.
     pub fn validate(&self) -> Result<(), SceneError> {
         self.validate_tables()?;
-        self.validate_prims()?;
-        self.validate_shapes()?;
+        validate_rows(self.prim_columns())?;
         self.validate_boxes()
     }
 
-    /// Checks the same as [`Scene::validate`], but for the rows of primitives, spheres, ellipsoids
-    /// and triangles, which must be known to be valid. That is quick even for scenes of millions.
-    /// Only the primitives that instances show are checked row by row.
+    /// Checks the same as [`Scene::validate`], except the conditions on the columns of primitives,
+    /// which must be known to hold. That is quick even for scenes of millions. Only the primitives
+    /// that instances show are checked row by row.
     pub fn validate_settings(&self) -> Result<(), SceneError> {
         self.validate_tables()?;
         self.validate_boxes()
@@ -90,7 +87,8 @@ impl Scene {
         }
         self.view.basis()?;
         self.validate_lengths()?;
-        self.validate_cones()?;
+        validate_rows(self.other_columns())?;
+        self.validate_extents()?;
         self.validate_instances()?;
         self.validate_geometries()?;
         self.validate_textures()?;
@@ -98,119 +96,31 @@ impl Scene {
         self.validate_lights()
     }
 
-    /// Checks that the columns of spheres, ellipsoids and triangles have the required lengths.
+    /// Checks that all columns have the required lengths.
     fn validate_lengths(&self) -> Result<(), SceneError> {
-        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
-        let rows = self.counts().iter().sum();
-        same_length("primitive", "row", self.prims.len(), rows)?;
-        let vectors = |kind, name, v: &Vec3s, len| {
-            let mut parts = v.parts().into_iter();
-            parts.try_for_each(|part| same_length(kind, name, part.len(), len))
-        };
-        vectors("sphere", "center", &s.center, s.len())?;
-        same_length("sphere", "material", s.material.len(), s.len())?;
-        for columns in e.to_world.iter().chain(&e.to_object) {
-            vectors("ellipsoid", "transform", columns, e.len())?;
-        }
-        vectors("vertex", "place", &t.vertices, t.vertices.len())?;
-        let normals = &t.vertex_normals;
-        vectors("vertex normal", "direction", normals, normals.len())?;
-        let places = &t.vertex_uvs;
-        same_length("vertex", "texture place", places.y.len(), places.len())?;
-        same_length("triangle", "corners", t.corners.len(), t.len())?;
-        let colors = t.vertex_colors.len();
-        vectors("vertex", "color", &t.vertex_colors, colors)?;
-        same_length("vertex", "opacity", t.vertex_opacity.len(), colors)?;
-        for (name, rows) in [
-            ("normals", &t.normals),
-            ("texture places", &t.uvs),
-            ("colors", &t.colors),
-        ] {
-            if !rows.is_empty() {
-                same_length("triangle", name, rows.len(), t.len())?;
+        let mut all = self.prim_columns().chain(self.other_columns());
+        all.try_for_each(|info| {
+            same_length(info.row_kind, info.attribute, info.column.rows(), info.len)
+        })
+    }
+
+    /// Checks that no primitive is degenerate.
+    fn validate_extents(&self) -> Result<(), SceneError> {
+        for kind in PrimKind::ALL {
+            let fault = self.columns_of(kind).first_degenerate();
+            if let Some((row, [attribute, problem])) = fault {
+                return Err(column(kind.name(), attribute, row, problem));
             }
         }
         Ok(())
     }
 
-    /// Checks that every primitive's row exists.
-    fn validate_prims(&self) -> Result<(), SceneError> {
-        let counts = self.counts();
-        let known = |p: &Prim| p.index() < counts[p.kind() as usize];
-        all("primitive", "row", &self.prims, known, "out of range")
-    }
-
-    fn validate_shapes(&self) -> Result<(), SceneError> {
-        let s = &self.spheres;
-        finite("sphere", "center", &s.center, s.len())?;
-        positive("sphere", "radius", &s.radius, s.len())?;
-        materials("sphere", &s.material, self.materials.len())?;
-        let e = &self.ellipsoids;
-        for columns in e.to_world.iter().chain(&e.to_object) {
-            finite("ellipsoid", "transform", columns, e.len())?;
-        }
-        materials("ellipsoid", &e.material, self.materials.len())?;
-        self.validate_triangles()
-    }
-
-    fn validate_triangles(&self) -> Result<(), SceneError> {
-        let t = &self.triangles;
-        finite("vertex", "place", &t.vertices, t.vertices.len())?;
-        let normals = t.vertex_normals.len();
-        finite("vertex normal", "direction", &t.vertex_normals, normals)?;
-        let places = t.vertex_uvs.len();
-        for part in [&t.vertex_uvs.x, &t.vertex_uvs.y] {
-            same_length("vertex", "texture place", part.len(), places)?;
-            let finite = |c: &f32| c.is_finite();
-            all("vertex", "texture place", part, finite, "not finite")?;
-        }
-        let colors = t.vertex_colors.len();
-        for part in t.vertex_colors.parts() {
-            same_length("vertex", "color", part.len(), colors)?;
-            all("vertex", "color", part, is_color, "negative or not finite")?;
-        }
-        same_length("vertex", "opacity", t.vertex_opacity.len(), colors)?;
-        all("vertex", "opacity", &t.vertex_opacity, is_share, NO_SHARE)?;
-        same_length("triangle", "corners", t.corners.len(), t.len())?;
-        rows_in("corners", &t.corners, t.vertices.len(), None)?;
-        for (name, rows, count, none) in [
-            ("normals", &t.normals, normals, NO_NORMALS),
-            ("texture places", &t.uvs, places, NO_UVS),
-            ("colors", &t.colors, colors, NO_COLORS),
-        ] {
-            if !rows.is_empty() {
-                same_length("triangle", name, rows.len(), t.len())?;
-                rows_in(name, rows, count, Some(none))?;
-            }
-        }
-        materials("triangle", &t.material, self.materials.len())
-    }
-
-    fn validate_cones(&self) -> Result<(), SceneError> {
-        let c = &self.cones;
-        finite("cone", "base", &c.base, c.len())?;
-        finite("cone", "apex", &c.apex, c.len())?;
-        for radii in [&c.base_radius, &c.apex_radius] {
-            same_length("cone", "radius", radii.len(), c.len())?;
-            let fine = |r: &f32| r.is_finite() && *r >= 0.0;
-            all("cone", "radius", radii, fine, "negative or not finite")?;
-        }
-        same_length("cone", "side", c.inside.len(), c.len())?;
-        for i in 0..c.len() {
-            let cone = c.get(i);
-            if cone.base == cone.apex || (cone.base_radius == 0.0 && cone.apex_radius == 0.0) {
-                return Err(column("cone", "extent", i, "zero"));
-            }
-        }
-        materials("cone", &c.material, self.materials.len())
-    }
-
     /// Checks that geometries are runs of primitives, one after another, and instances that exist.
     fn validate_geometries(&self) -> Result<(), SceneError> {
-        let geometries = &self.geometries;
-        let rows = geometries.len();
-        same_length("geometry", "size", geometries.count.len(), rows)?;
-        match geometries.first_wrong(self.prim_count(), self.instances.len()) {
+        match self
+            .geometries
+            .first_wrong(self.prim_count(), self.instances.len())
+        {
             Some(id) => Err(column("geometry", "run", id as usize, "out of range")),
             None => Ok(()),
         }
@@ -218,7 +128,6 @@ impl Scene {
 
     fn validate_instances(&self) -> Result<(), SceneError> {
         let (meshes, instances) = (&self.meshes, &self.instances);
-        same_length("mesh", "size", meshes.count.len(), meshes.len())?;
         let mut end = 0u64;
         for mesh in 0..meshes.len() {
             let (first, count) = (meshes.first[mesh], meshes.count[mesh]);
@@ -235,11 +144,6 @@ impl Scene {
         if end > self.prim_count() as u64 {
             return Err(column("mesh", "run", meshes.len() - 1, "out of range"));
         }
-        let known = |&mesh: &u32| (mesh as usize) < meshes.len();
-        all("instance", "mesh", &instances.mesh, known, "out of range")?;
-        for columns in instances.to_world.iter().chain(&instances.to_object) {
-            finite("instance", "transform", columns, instances.len())?;
-        }
         let wild = (0..instances.len()).find(|&k| !instances.has_moderate_transforms(k));
         if let Some(k) = wild {
             return Err(column("instance", "transform", k, "beyond 2^40 either way"));
@@ -250,7 +154,6 @@ impl Scene {
             return Err(SceneError::TooManyShown(ids));
         }
         let mut first = 0;
-        same_length("instance", "number", instances.first.len(), instances.len())?;
         for (k, (&mesh, &given)) in instances.mesh.iter().zip(&instances.first).enumerate() {
             if given != first {
                 return Err(column(
@@ -296,74 +199,14 @@ impl Scene {
     }
 
     fn validate_materials(&self) -> Result<(), SceneError> {
-        let m = &self.materials;
-        for (name, column) in [
-            ("ka", &m.ka),
-            ("ke", &m.ke),
-            ("kd", &m.kd),
-            ("ks", &m.ks),
-            ("kt", &m.kt),
-        ] {
-            finite("material", name, column, m.len())?;
+        match self.materials.len() > MAX_MATERIALS {
+            true => Err(column("material", "row", MAX_MATERIALS, "one too many")),
+            false => Ok(()),
         }
-        same_length("material", "shininess", m.shininess.len(), m.len())?;
-        let exponent = |s: &f32| s.is_finite() && *s >= 0.0;
-        all(
-            "material",
-            "shininess",
-            &m.shininess,
-            exponent,
-            "negative or not finite",
-        )?;
-        same_length("material", "gloss", m.gloss.len(), m.len())?;
-        all(
-            "material",
-            "gloss",
-            &m.gloss,
-            exponent,
-            "negative or not finite",
-        )?;
-        if m.len() > MAX_MATERIALS {
-            return Err(column("material", "row", MAX_MATERIALS, "one too many"));
-        }
-        let known = |&t: &u32| t == NO_TEXTURE || (t as usize) < self.textures.len();
-        for (name, textures) in [
-            ("texture", &m.texture),
-            ("opacity texture", &m.opacity_texture),
-        ] {
-            same_length("material", name, textures.len(), m.len())?;
-            all("material", name, textures, known, "out of range")?;
-        }
-        for (name, shares) in [("opacity", &m.opacity), ("cutoff", &m.alpha_cutoff)] {
-            same_length("material", name, shares.len(), m.len())?;
-            all("material", name, shares, is_share, NO_SHARE)?;
-        }
-        same_length("material", "flag", m.flags.len(), m.len())?;
-        positive("material", "ior", &m.ior, m.len())
     }
 
     fn validate_lights(&self) -> Result<(), SceneError> {
         let l = &self.lights;
-        finite("light", "place", &l.position, l.len())?;
-        finite("light", "color", &l.color, l.len())?;
-        finite("light", "attenuation", &l.attenuation, l.len())?;
-        same_length("light", "radius", l.radius.len(), l.len())?;
-        let radius = |r: &f32| r.is_finite() && *r >= 0.0;
-        all(
-            "light",
-            "radius",
-            &l.radius,
-            radius,
-            "negative or not finite",
-        )?;
-        for edges in &l.edges {
-            finite("light", "edge", edges, l.len())?;
-        }
-        finite("light", "axis", &l.axis, l.len())?;
-        for part in [&l.cone.x, &l.cone.y] {
-            same_length("light", "cone", part.len(), l.len())?;
-            all("light", "cone", part, |c| c.is_finite(), "not finite")?;
-        }
         for i in 0..l.len() {
             let flat = l.edges.iter().any(|edge| edge.get(i) != Vec3::ZERO);
             let shapes = [l.directional[i], l.radius[i] > 0.0, flat];
@@ -377,6 +220,22 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// Checks the condition on each row of columns.
+fn validate_rows<'a>(columns: impl IntoIterator<Item = ColumnInfo<'a>>) -> Result<(), SceneError> {
+    columns.into_iter().try_for_each(|info| {
+        let rows = info.column;
+        match info.check.first_fault(rows.bytes(), rows.row_size()) {
+            Some(row) => Err(column(
+                info.row_kind,
+                info.attribute,
+                row,
+                info.check.problem(),
+            )),
+            None => Ok(()),
+        }
+    })
 }
 
 fn column(
@@ -393,37 +252,6 @@ fn column(
     }
 }
 
-fn all<T>(
-    kind: &'static str,
-    name: &'static str,
-    values: &[T],
-    good: impl Fn(&T) -> bool,
-    problem: &'static str,
-) -> Result<(), SceneError> {
-    // Without an exit from the loop it is vectorised, eight rows at a time. The position of the
-    // first invalid row is seldom needed.
-    let each = |block: &[T]| block.iter().fold(true, |fine, v| fine & good(v));
-    if values.chunks(1 << 12).all(each) {
-        return Ok(());
-    }
-    match values.iter().position(|v| !good(v)) {
-        Some(index) => Err(column(kind, name, index, problem)),
-        None => Ok(()),
-    }
-}
-
-/// True for a component of a colour.
-fn is_color(c: &f32) -> bool {
-    c.is_finite() && *c >= 0.0
-}
-
-/// True for a share of a whole.
-fn is_share(s: &f32) -> bool {
-    (0.0..=1.0).contains(s)
-}
-
-const NO_SHARE: &str = "not from 0 to 1";
-
 fn same_length(
     kind: &'static str,
     name: &'static str,
@@ -435,54 +263,4 @@ fn same_length(
     } else {
         Err(column(kind, name, have.min(want), "missing or surplus"))
     }
-}
-
-fn finite(kind: &'static str, name: &'static str, v: &Vec3s, len: usize) -> Result<(), SceneError> {
-    for part in [&v.x, &v.y, &v.z] {
-        same_length(kind, name, part.len(), len)?;
-        all(kind, name, part, |c| c.is_finite(), "not finite")?;
-    }
-    Ok(())
-}
-
-fn positive(
-    kind: &'static str,
-    name: &'static str,
-    v: &[f32],
-    len: usize,
-) -> Result<(), SceneError> {
-    same_length(kind, name, v.len(), len)?;
-    all(
-        kind,
-        name,
-        v,
-        |r| r.is_finite() && *r > 0.0,
-        "not a positive number",
-    )
-}
-
-/// Checks that every row is three indices below `count`, or three times `none`.
-fn rows_in(
-    name: &'static str,
-    rows: &[[u32; 3]],
-    count: usize,
-    none: Option<u32>,
-) -> Result<(), SceneError> {
-    let good = |row: &[u32; 3]| {
-        let within = row
-            .iter()
-            .fold(true, |fine, &index| fine & ((index as usize) < count));
-        within || none.is_some_and(|none| *row == [none; 3])
-    };
-    all("triangle", name, rows, good, "out of range")
-}
-
-fn materials(kind: &'static str, v: &[u32], count: usize) -> Result<(), SceneError> {
-    all(
-        kind,
-        "material",
-        v,
-        |&m| (m as usize) < count,
-        "out of range",
-    )
 }

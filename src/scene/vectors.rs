@@ -72,6 +72,26 @@ impl Vec3s {
     pub fn row_bytes(&self) -> usize {
         self.parts().iter().map(|c| c.row_bytes()).sum()
     }
+
+    /// Largest absolute value of a component.
+    pub(crate) fn largest_magnitude(&self) -> f32 {
+        let parts = self.parts().map(|part| largest_magnitude(part));
+        parts.into_iter().fold(0.0, f32::max)
+    }
+}
+
+/// Largest absolute value of a column. It uses eight lanes, so that one comparison need not wait
+/// for the one before.
+fn largest_magnitude(column: &[f32]) -> f32 {
+    let mut most = [0.0f32; 8];
+    let (blocks, rest) = column.as_chunks::<8>();
+    for block in blocks {
+        for (most, c) in most.iter_mut().zip(block) {
+            *most = most.max(c.abs());
+        }
+    }
+    let all = most.into_iter().chain(rest.iter().map(|c| c.abs()));
+    all.fold(0.0, f32::max)
 }
 
 /// Two float columns: texture coordinates.

@@ -29,9 +29,9 @@ fn tree_hash(bvh: &Bvh) -> u64 {
         }
         words
     });
-    let triangles = bvh.triangles().iter().map(|slot| slot.prim_id);
-    let spheres = bvh.spheres().iter().map(|slot| slot.prim_id);
-    let ellipsoids = bvh.ellipsoids().iter().map(|slot| slot.prim_id);
+    let triangles = bvh.leaf_prims().triangles.iter().map(|slot| slot.prim_id);
+    let spheres = bvh.leaf_prims().spheres.iter().map(|slot| slot.prim_id);
+    let ellipsoids = bvh.leaf_prims().ellipsoids.iter().map(|slot| slot.prim_id);
     hash(nodes.chain(triangles).chain(spheres).chain(ellipsoids))
 }
 

@@ -6,7 +6,7 @@ use crate::common::scenes;
 use glam::Vec3;
 use phalanx::bvh::{Bvh, ChildRef, LeafKind, WideNode};
 use phalanx::lanes::NATIVE;
-use phalanx::scene::{Bounds, PrimKind, Scene};
+use phalanx::scene::{Bounds, Scene};
 use phalanx::standard;
 
 /// Walks the whole tree, and returns the visited slots of every kind, by number in the file.
@@ -54,14 +54,14 @@ fn check(bvh: &Bvh) -> Vec<u32> {
                 }
                 ChildRef::Other(leaf) => {
                     let leaf = wide.others()[leaf as usize];
-                    for slot in leaf.first..leaf.first + leaf.count {
-                        let slot = slot as usize;
-                        met.push(match leaf.kind {
-                            LeafKind::Prim(PrimKind::Cone) => bvh.cones()[slot].prim_id,
-                            LeafKind::Prim(PrimKind::Ellipsoid) => bvh.ellipsoids()[slot].prim_id,
-                            LeafKind::Instance => bvh.instances()[slot].id_offset,
-                            kind => panic!("{kind:?} has blocks"),
-                        });
+                    let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
+                    let prims = bvh.leaf_prims();
+                    match leaf.kind {
+                        LeafKind::TRIANGLE | LeafKind::SPHERE => assert!(slots.is_empty()),
+                        LeafKind::Instance => {
+                            met.extend(prims.instances[slots].iter().map(|slot| slot.id_offset));
+                        }
+                        kind => met.extend(prims.stored_prims(kind, slots)),
                     }
                 }
             }
@@ -163,7 +163,7 @@ fn nodes_and_blocks_are_well_filled() {
     };
     let children: usize = wide.nodes().iter().map(filled).sum();
     let per_node = children as f64 / wide.nodes().len() as f64;
-    let per_block = bvh.triangles().len() as f64 / wide.triangles().len() as f64;
+    let per_block = bvh.leaf_prims().triangles.len() as f64 / wide.triangles().len() as f64;
     let lanes = NATIVE as f64;
     assert!(
         per_node > 0.75 * lanes && per_block > 0.5 * lanes,

@@ -6,52 +6,42 @@ use phalanx::render::RayCounts;
 use phalanx::scene::{PrimKind, Scene};
 use serde::{Serialize, Serializer};
 
-/// Primitives by kind.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct PrimitiveCounts {
-    /// Spheres, ellipsoids included.
-    pub spheres: usize,
-    /// Triangles.
-    pub triangles: usize,
-    /// Truncated cones and cylinders.
-    pub cones: usize,
-}
+/// Primitives by kind, ellipsoids among the spheres.
+#[derive(Clone, Copy, Debug)]
+pub struct PrimitiveCounts([usize; PrimKind::COUNT]);
 
 impl PrimitiveCounts {
     /// Counts of a scene.
     pub fn of(scene: &Scene) -> PrimitiveCounts {
-        let (mut spheres, mut triangles, mut cones) = (0, 0, 0);
-        for kind in PrimKind::ALL {
-            let sum = match kind {
-                PrimKind::Sphere | PrimKind::Ellipsoid => &mut spheres,
-                PrimKind::Triangle => &mut triangles,
-                PrimKind::Cone => &mut cones,
-            };
-            *sum += scene.count(kind);
-        }
-        PrimitiveCounts {
-            spheres,
-            triangles,
-            cones,
-        }
+        let mut counts = scene.counts();
+        counts[PrimKind::Sphere as usize] += counts[PrimKind::Ellipsoid as usize];
+        PrimitiveCounts(counts)
+    }
+
+    /// Each kind that has a count of its own.
+    fn kinds(&self) -> impl Iterator<Item = (PrimKind, usize)> {
+        let kinds = PrimKind::ALL.into_iter().zip(self.0);
+        kinds.filter(|(kind, _)| *kind != PrimKind::Ellipsoid)
     }
 
     /// The counts in words: "12,345 triangles, 3 spheres".
     pub fn words(&self) -> String {
-        let counted = |n: usize, name: &str| {
+        let counted = |(kind, n): (PrimKind, usize)| {
             let plural = if n == 1 { "" } else { "s" };
-            (n > 0).then(|| format!("{} {name}{plural}", grouped(n as u64)))
+            (n > 0).then(|| format!("{} {}{plural}", grouped(n as u64), kind.name()))
         };
-        let kinds = [
-            counted(self.spheres, "sphere"),
-            counted(self.triangles, "triangle"),
-            counted(self.cones, "cone"),
-        ];
-        let words: Vec<_> = kinds.into_iter().flatten().collect();
+        let words: Vec<_> = self.kinds().filter_map(counted).collect();
         match words.is_empty() {
             true => "none".to_owned(),
             false => words.join(", "),
         }
+    }
+}
+
+impl Serialize for PrimitiveCounts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let plural = |(kind, n): (PrimKind, usize)| (format!("{}s", kind.name()), n);
+        serializer.collect_map(self.kinds().map(plural))
     }
 }
 

@@ -24,6 +24,10 @@ const BYTE_ORDER_MARK: u32 = 0x0a0b_0c0d;
 /// A cache line, to which the rows of some columns are aligned.
 pub(super) const ALIGN: u64 = 64;
 
+/// Bytes that one task checks: they stay in a core's own cache between the checksum and the check
+/// of the rows.
+pub(super) const BLOCK: usize = 1 << 18;
+
 /// Bound on the rows of a section, which no section reaches. Rows are small and sections few, so no
 /// sum of their sizes overflows.
 const MAX_ROWS: u64 = 1 << 40;

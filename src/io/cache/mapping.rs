@@ -6,9 +6,8 @@
 //! a mapping still shows the old one. A library does not handle signals; the program turns the bus
 //! error into an error message (`cli/options/bus_error`).
 
-use bytemuck::Pod;
 use memmap2::Mmap;
-use phalanx_scene::Column;
+use phalanx_scene::AnyColumn;
 use std::fs::File;
 use std::io;
 use std::ops::Range;
@@ -40,17 +39,16 @@ impl Mapping {
         &self.0
     }
 
-    /// A span of the file as a column; `None` if it is not a whole number of aligned rows within
-    /// the file.
-    pub(super) fn column<T: Pod>(self: &Arc<Self>, range: Range<usize>) -> Option<Column<T>> {
-        let bytes = self.0.get(range)?;
-        let rows: &[T] = bytemuck::try_cast_slice(bytes).ok()?;
-        if rows.is_empty() {
-            return Some(Column::new());
-        }
-        // SAFETY: the rows are valid as long as the map exists. The column keeps the map alive and
-        // gives out no borrow longer than its own; every bit pattern is a `T`, as `Pod` promises.
-        let rows: &'static [T] = unsafe { std::slice::from_raw_parts(rows.as_ptr(), rows.len()) };
-        Some(Column::mapped(rows, Arc::clone(self) as _))
+    /// Maps a column to a span of the file; false if that is not a whole number of aligned rows
+    /// within the file.
+    pub(super) fn map(self: &Arc<Self>, column: &mut dyn AnyColumn, range: Range<usize>) -> bool {
+        let Some(bytes) = self.0.get(range) else {
+            return false;
+        };
+        // SAFETY: the bytes are valid as long as the map exists. The column keeps the map alive and
+        // gives out no borrow longer than its own.
+        let bytes: &'static [u8] =
+            unsafe { std::slice::from_raw_parts(bytes.as_ptr(), bytes.len()) };
+        column.map(bytes, Arc::clone(self) as _)
     }
 }

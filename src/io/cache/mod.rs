@@ -12,8 +12,6 @@
 //! The format is described in `header`. It belongs to one version of this program: caches are
 //! rebuilt, never converted.
 
-mod check;
-mod columns;
 mod error;
 mod file_type;
 mod header;

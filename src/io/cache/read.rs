@@ -1,14 +1,12 @@
 //! Reads a file into a scene and its tree.
 
-use super::check::{BLOCK, Check};
-use super::columns::{MapColumn, columns, columns_mut};
 use super::error::{CacheError, CacheFault};
-use super::header::{self, SectionEntry, SectionLayout};
+use super::header::{self, BLOCK, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use phalanx_scene::{PrimKind, Scene, Texture};
-use phalanx_trace::bvh::{Bvh, BvhArrays, LeafKind, LeafPrims, UnverifiedBvh};
+use phalanx_scene::{AnyColumn, RowCheck, Scene, Texture};
+use phalanx_trace::bvh::{Bvh, BvhArrays, LeafPrims, UnverifiedBvh};
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -70,9 +68,7 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     sections.texels(&mut scene, |texture| {
         texture_has_alpha.next()?.then_some((1, &mut texture.alpha))
     })?;
-    for column in columns_mut(&mut scene) {
-        sections.map(column)?;
-    }
+    scene.map_columns(|column| sections.map(column))?;
     let first_array = sections.next + 1;
     let mut parts = BvhArrays {
         sah: extra.sah,
@@ -81,7 +77,7 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     sections.map(&mut parts.depths)?;
     sections.map(&mut parts.nodes)?;
     for kind in LeafPrims::FILE_ORDER {
-        sections.map(leaf_column(&mut parts.slots, kind))?;
+        sections.map(parts.slots.column_mut(kind))?;
     }
     let claim = UnverifiedBvh::new(parts, &scene);
     prove(file, &shapes, &table, &scene, &claim, first_array)?;
@@ -92,17 +88,6 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
         bvh,
         file_bytes: file.len() as u64,
     })
-}
-
-/// The column of a kind of leaf row.
-fn leaf_column(slots: &mut LeafPrims, kind: LeafKind) -> &mut dyn MapColumn {
-    match kind {
-        LeafKind::Prim(PrimKind::Triangle) => &mut slots.triangles,
-        LeafKind::Prim(PrimKind::Sphere) => &mut slots.spheres,
-        LeafKind::Prim(PrimKind::Ellipsoid) => &mut slots.ellipsoids,
-        LeafKind::Prim(PrimKind::Cone) => &mut slots.cones,
-        LeafKind::Instance => &mut slots.instances,
-    }
 }
 
 /// The sections of a file, one after another.
@@ -136,7 +121,7 @@ impl Sections<'_> {
     fn texels(
         &mut self,
         scene: &mut Scene,
-        mut column: impl FnMut(&mut Texture) -> Option<(u64, &mut dyn MapColumn)>,
+        mut column: impl FnMut(&mut Texture) -> Option<(u64, &mut dyn AnyColumn)>,
     ) -> Result<(), CacheFault> {
         let (name, section) = self.next();
         let mut range = section.range();
@@ -150,7 +135,7 @@ impl Sections<'_> {
                 return Err(CacheFault::Nonsense(name));
             }
             let end = range.start + bytes as usize;
-            if !column.map(self.mapping, range.start..end) {
+            if !self.mapping.map(column, range.start..end) {
                 return Err(CacheFault::Nonsense(name));
             }
             range.start = end;
@@ -161,9 +146,9 @@ impl Sections<'_> {
         }
     }
 
-    fn map(&mut self, column: &mut dyn MapColumn) -> Result<(), CacheFault> {
+    fn map(&mut self, column: &mut dyn AnyColumn) -> Result<(), CacheFault> {
         let (name, section) = self.next();
-        match column.map(self.mapping, section.range()) {
+        match self.mapping.map(column, section.range()) {
             true => Ok(()),
             false => Err(CacheFault::Nonsense(name)),
         }
@@ -179,7 +164,7 @@ struct VerifyTask<'a> {
 
 #[derive(Clone, Copy)]
 enum Proof {
-    Rows(Check),
+    Rows(RowCheck),
     /// Block of the unverified tree.
     Tree(usize),
 }
@@ -235,9 +220,10 @@ fn blocks<'a>(
     claim: &'a UnverifiedBvh,
     first_array: usize,
 ) -> Vec<VerifyTask<'a>> {
-    let mut checks = vec![Check::Any; first_array];
-    for (check, rows) in checks[3..].iter_mut().zip(columns(scene)) {
-        *check = rows.check;
+    let mut checks = vec![RowCheck::Any; first_array];
+    // The other columns are checked in `Scene::validate_settings`.
+    for (check, info) in checks[3..].iter_mut().zip(scene.prim_columns()) {
+        *check = info.check;
     }
     let mut all = Vec::new();
     for (k, section) in table[..first_array].iter().enumerate() {

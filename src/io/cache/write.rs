@@ -1,8 +1,6 @@
 //! Writes a scene and its tree into a file.
 
-use super::check::BLOCK;
-use super::columns::columns;
-use super::header::{self, SectionLayout};
+use super::header::{self, BLOCK, SectionLayout};
 use super::settings::{self, Extra};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::{Bvh, BvhError};
@@ -78,8 +76,11 @@ pub(super) fn sections<'a>(
         row_bytes: 1,
         parts: textures().map(|t| &t.alpha[..]).collect(),
     });
-    let columns = columns(scene).into_iter();
-    all.extend(columns.map(|rows| SectionData::of(rows.name, rows.row_bytes, rows.bytes)));
+    let columns = scene.prim_columns().chain(scene.other_columns());
+    all.extend(
+        columns
+            .map(|info| SectionData::of(info.section, info.column.row_size(), info.column.bytes())),
+    );
     let levels = bytemuck::cast_slice(levels);
     all.push(SectionData::of(
         "levels of the tree",

@@ -127,7 +127,7 @@ fn tint_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> Vec3x8 {
     let group = unpack_key(key);
     match group.kind {
         PrimKind::Triangle => tint(scene, group.material, hits),
-        PrimKind::Sphere | PrimKind::Ellipsoid | PrimKind::Cone => WHITE,
+        _ => WHITE,
     }
 }
 

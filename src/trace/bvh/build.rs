@@ -12,7 +12,6 @@ use super::clustering::{self, ChunkTree, Clustering};
 use super::division::Division;
 use super::geometry_starts::GeometryStarts;
 use super::huge_pages::move_to_huge_pages;
-use super::leaf_rows::leaf_rows;
 use super::offsets::Offsets;
 use super::prim_ref::PrimRef;
 use super::upper::{WholeTree, whole_tree};
@@ -117,7 +116,7 @@ impl Bvh {
     /// scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 1.0])?;
     /// let settings = BuildSettings { quality: Quality::Best, threads: 1 };
     /// let bvh = Bvh::build_with(&scene, &settings);
-    /// assert_eq!(bvh.spheres().len(), 2);
+    /// assert_eq!(bvh.leaf_prims().spheres.len(), 2);
     /// # Ok::<(), phalanx_scene::GeometryError>(())
     /// ```
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
@@ -213,7 +212,7 @@ fn append_meshes(bvh: &mut Bvh, meshes: Vec<Subtree>) {
         let mut nodes = mesh.tree.nodes;
         offsets.rebase_nodes(&mut nodes);
         bvh.nodes.extend(nodes);
-        bvh.slots.append(mesh.slots);
+        bvh.slots.append(&mesh.slots);
         deepest = deepest.max(mesh.tree.depth);
         offsets.node
     };
@@ -256,7 +255,7 @@ fn build_subtree(input: &BuildInput, all: Vec<PrimRef>, quality: Quality) -> Opt
         })
         .collect();
     let tree = whole_tree(&division.into_tree(), &chunks);
-    let slots = leaf_rows(input, &chunks);
+    let slots = LeafPrims::of_chunks(input, &chunks);
     Some(Subtree { tree, slots })
 }
 

@@ -1,8 +1,8 @@
 //! Input of a tree build: primitives, and in the world's tree also instances.
 
 use super::huge_pages::{consecutive, zeroed_on_huge_pages};
+use super::node::LeafKind;
 use super::prim_ref::{PrimIndex, PrimRef};
-use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Prim, PrimKind, Scene};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ const BLOCK: usize = 1 << 14;
 
 /// Access to the boxes, kinds and rows of objects.
 pub(super) struct BuildInput<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     /// The scene's columns as slices, for loops over all triangles.
     prims: &'a [Prim],
     corners: &'a [[u32; 3]],
@@ -90,16 +90,16 @@ impl<'a> BuildInput<'a> {
         if (object as usize) < self.prims.len() {
             return self.scene.prim_bounds(object).padded();
         }
-        let k = object as usize - self.prims.len();
+        let k = self.row(object);
         let mesh = self.scene.instances.mesh[k] as usize;
         let bounds = self.scene.instances.bounds(k, self.mesh_bounds[mesh]);
         bounds.padded()
     }
 
-    /// The vertices of a triangle.
+    /// The vertices of the triangle in this row.
     #[inline(always)]
-    fn vertices(&self, triangle: usize) -> [Vec3; 3] {
-        let [a, b, c] = self.corners[triangle];
+    pub(super) fn vertices(&self, row: usize) -> [Vec3; 3] {
+        let [a, b, c] = self.corners[row];
         [self.vertex(a), self.vertex(b), self.vertex(c)]
     }
 
@@ -110,72 +110,18 @@ impl<'a> BuildInput<'a> {
         Vec3::new(x[index], y[index], z[index])
     }
 
-    /// The index of an object among the primitives of its kind.
+    /// The row of an object among the primitives of its kind, or among the instances.
     #[inline(always)]
-    fn index(&self, object: PrimIndex) -> usize {
-        self.prims[object as usize].index()
+    pub(super) fn row(&self, object: PrimIndex) -> usize {
+        match self.prims.get(object as usize) {
+            Some(prim) => prim.index(),
+            None => object as usize - self.prims.len(),
+        }
     }
 
-    fn prim_aabb(&self, object: PrimIndex) -> [[f32; 3]; 2] {
+    /// The padded box, as rows hold it.
+    pub(super) fn prim_aabb(&self, object: PrimIndex) -> [[f32; 3]; 2] {
         let bounds = self.bounds(object);
         [bounds.lo.to_array(), bounds.hi.to_array()]
-    }
-
-    #[inline(always)]
-    pub(super) fn triangle(&self, object: PrimIndex) -> LeafTriangle {
-        let [a, b, c] = self.vertices(self.index(object));
-        LeafTriangle {
-            vertices: [a.to_array(), b.to_array(), c.to_array()],
-            prim_id: object,
-        }
-    }
-
-    pub(super) fn sphere(&self, object: PrimIndex) -> LeafSphere {
-        let i = self.index(object);
-        LeafSphere {
-            center: self.scene.spheres.center.get(i).to_array(),
-            radius: self.scene.spheres.radius[i],
-            prim_aabb: self.prim_aabb(object),
-            prim_id: object,
-        }
-    }
-
-    pub(super) fn ellipsoid(&self, object: PrimIndex) -> LeafEllipsoid {
-        let columns = self.scene.ellipsoids.object_columns(self.index(object));
-        LeafEllipsoid {
-            to_object: columns.map(|column| column.to_array()),
-            prim_aabb: self.prim_aabb(object),
-            prim_id: object,
-        }
-    }
-
-    pub(super) fn cone(&self, object: PrimIndex) -> LeafCone {
-        let i = self.index(object);
-        let cones = &self.scene.cones;
-        let frame = cones.frame(i);
-        LeafCone {
-            base: frame.base.to_array(),
-            axes: frame.axes.map(|axis| axis.to_array()),
-            length: frame.length,
-            radius: frame.radius,
-            sin: frame.sin,
-            cos_squared: frame.cos_squared,
-            prim_aabb: self.prim_aabb(object),
-            inside: u32::from(cones.inside[i]),
-            prim_id: object,
-        }
-    }
-
-    pub(super) fn instance(&self, object: PrimIndex) -> LeafInstance {
-        let k = object as usize - self.prims.len();
-        let mesh = self.scene.instances.mesh[k] as usize;
-        let first_id = self.scene.instance_first_id(k);
-        LeafInstance {
-            to_object: self.scene.instances.object_columns(k).map(|c| c.to_array()),
-            prim_aabb: self.prim_aabb(object),
-            // The root of the mesh's tree is known once all trees exist.
-            root: mesh as u32,
-            id_offset: first_id.wrapping_sub(self.scene.meshes.first[mesh]),
-        }
     }
 }

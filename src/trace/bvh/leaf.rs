@@ -1,8 +1,13 @@
 //! Primitives in leaf order, with only the data that their tests need.
 
-use super::LeafKind;
+use super::build_input::BuildInput;
+use super::clustering::ChunkTree;
+use super::leaf_column::{LeafColumn, LeafRow};
+use super::node::LeafKind;
+use super::prim_ref::PrimIndex;
 use bytemuck::{Pod, Zeroable};
-use phalanx_scene::{Column, PrimKind};
+use phalanx_scene::{AnyColumn, Column, PrimKind};
+use std::ops::Range;
 
 /// A triangle in leaf order. Its own padded box is not stored: it is computed from the vertices if
 /// a ray hits them.
@@ -13,6 +18,24 @@ pub struct LeafTriangle {
     pub vertices: [[f32; 3]; 3],
     /// `prim_id` of the stored primitive.
     pub prim_id: u32,
+}
+
+impl LeafRow for LeafTriangle {
+    const KIND: LeafKind = LeafKind::TRIANGLE;
+    const NAME: &'static str = "triangles of the tree";
+
+    #[inline(always)]
+    fn of(input: &BuildInput, object: PrimIndex) -> LeafTriangle {
+        let [a, b, c] = input.vertices(input.row(object));
+        LeafTriangle {
+            vertices: [a.to_array(), b.to_array(), c.to_array()],
+            prim_id: object,
+        }
+    }
+
+    fn stored_prim(&self) -> Option<u32> {
+        Some(self.prim_id)
+    }
 }
 
 /// A sphere in leaf order.
@@ -29,6 +52,25 @@ pub struct LeafSphere {
     pub prim_id: u32,
 }
 
+impl LeafRow for LeafSphere {
+    const KIND: LeafKind = LeafKind::SPHERE;
+    const NAME: &'static str = "spheres of the tree";
+
+    fn of(input: &BuildInput, object: PrimIndex) -> LeafSphere {
+        let (spheres, row) = (&input.scene.spheres, input.row(object));
+        LeafSphere {
+            center: spheres.center.get(row).to_array(),
+            radius: spheres.radius[row],
+            prim_aabb: input.prim_aabb(object),
+            prim_id: object,
+        }
+    }
+
+    fn stored_prim(&self) -> Option<u32> {
+        Some(self.prim_id)
+    }
+}
+
 /// An ellipsoid in leaf order.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -39,6 +81,24 @@ pub struct LeafEllipsoid {
     pub prim_aabb: [[f32; 3]; 2],
     /// `prim_id` of the stored primitive.
     pub prim_id: u32,
+}
+
+impl LeafRow for LeafEllipsoid {
+    const KIND: LeafKind = LeafKind::Prim(PrimKind::Ellipsoid);
+    const NAME: &'static str = "ellipsoids of the tree";
+
+    fn of(input: &BuildInput, object: PrimIndex) -> LeafEllipsoid {
+        let columns = input.scene.ellipsoids.object_columns(input.row(object));
+        LeafEllipsoid {
+            to_object: columns.map(|column| column.to_array()),
+            prim_aabb: input.prim_aabb(object),
+            prim_id: object,
+        }
+    }
+
+    fn stored_prim(&self) -> Option<u32> {
+        Some(self.prim_id)
+    }
 }
 
 /// A truncated cone in leaf order: see [`ConeFrame`](phalanx_scene::ConeFrame).
@@ -65,6 +125,31 @@ pub struct LeafCone {
     pub prim_id: u32,
 }
 
+impl LeafRow for LeafCone {
+    const KIND: LeafKind = LeafKind::Prim(PrimKind::Cone);
+    const NAME: &'static str = "cones of the tree";
+
+    fn of(input: &BuildInput, object: PrimIndex) -> LeafCone {
+        let (cones, row) = (&input.scene.cones, input.row(object));
+        let frame = cones.frame(row);
+        LeafCone {
+            base: frame.base.to_array(),
+            axes: frame.axes.map(|axis| axis.to_array()),
+            length: frame.length,
+            radius: frame.radius,
+            sin: frame.sin,
+            cos_squared: frame.cos_squared,
+            prim_aabb: input.prim_aabb(object),
+            inside: u32::from(cones.inside[row]),
+            prim_id: object,
+        }
+    }
+
+    fn stored_prim(&self) -> Option<u32> {
+        Some(self.prim_id)
+    }
+}
+
 /// An instance in leaf order.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -78,6 +163,28 @@ pub struct LeafInstance {
     /// Offset that is added, wrapping, to a stored primitive's number to give the number of the
     /// instance's primitive.
     pub id_offset: u32,
+}
+
+impl LeafRow for LeafInstance {
+    const KIND: LeafKind = LeafKind::Instance;
+    const NAME: &'static str = "instances of the tree";
+
+    fn of(input: &BuildInput, object: PrimIndex) -> LeafInstance {
+        let (scene, row) = (input.scene, input.row(object));
+        let mesh = scene.instances.mesh[row] as usize;
+        let first_id = scene.instance_first_id(row);
+        LeafInstance {
+            to_object: scene.instances.object_columns(row).map(|c| c.to_array()),
+            prim_aabb: input.prim_aabb(object),
+            // The root of the mesh's tree is known once all trees exist.
+            root: mesh as u32,
+            id_offset: first_id.wrapping_sub(scene.meshes.first[mesh]),
+        }
+    }
+
+    fn stored_prim(&self) -> Option<u32> {
+        None
+    }
 }
 
 /// All primitives in leaf order, a column for each kind.
@@ -97,57 +204,84 @@ pub struct LeafPrims {
 
 impl LeafPrims {
     /// Order of the columns in a file, each kind once.
-    pub const FILE_ORDER: [LeafKind; LeafKind::COUNT] = [
-        LeafKind::TRIANGLE,
-        LeafKind::SPHERE,
-        LeafKind::Prim(PrimKind::Ellipsoid),
-        LeafKind::Prim(PrimKind::Cone),
-        LeafKind::Instance,
-    ];
+    pub const FILE_ORDER: [LeafKind; LeafKind::COUNT] = {
+        let mut order = [LeafKind::Instance; LeafKind::COUNT];
+        let mut k = 0;
+        while k < PrimKind::COUNT {
+            order[k] = LeafKind::Prim(PrimKind::FILE_ORDER[k]);
+            k += 1;
+        }
+        order
+    };
+
+    /// The rows of all objects of chunks, chunk by chunk.
+    pub(super) fn of_chunks(input: &BuildInput, chunks: &[ChunkTree]) -> LeafPrims {
+        let mut all = LeafPrims::default();
+        for kind in LeafKind::all() {
+            all.leaf_column_mut(kind).fill(input, chunks);
+        }
+        all
+    }
+
+    /// The column of a kind.
+    pub(super) fn column(&self, kind: LeafKind) -> &dyn LeafColumn {
+        match kind {
+            LeafKind::Prim(PrimKind::Triangle) => &self.triangles,
+            LeafKind::Prim(PrimKind::Sphere) => &self.spheres,
+            LeafKind::Prim(PrimKind::Ellipsoid) => &self.ellipsoids,
+            LeafKind::Prim(PrimKind::Cone) => &self.cones,
+            LeafKind::Instance => &self.instances,
+        }
+    }
+
+    fn leaf_column_mut(&mut self, kind: LeafKind) -> &mut dyn LeafColumn {
+        match kind {
+            LeafKind::Prim(PrimKind::Triangle) => &mut self.triangles,
+            LeafKind::Prim(PrimKind::Sphere) => &mut self.spheres,
+            LeafKind::Prim(PrimKind::Ellipsoid) => &mut self.ellipsoids,
+            LeafKind::Prim(PrimKind::Cone) => &mut self.cones,
+            LeafKind::Instance => &mut self.instances,
+        }
+    }
+
+    /// The column of a kind, to be mapped.
+    pub fn column_mut(&mut self, kind: LeafKind) -> &mut dyn AnyColumn {
+        self.leaf_column_mut(kind)
+    }
 
     /// Number of primitives of a kind.
-    #[inline]
     pub fn count(&self, kind: LeafKind) -> usize {
-        match kind {
-            LeafKind::Prim(PrimKind::Triangle) => self.triangles.len(),
-            LeafKind::Prim(PrimKind::Sphere) => self.spheres.len(),
-            LeafKind::Prim(PrimKind::Ellipsoid) => self.ellipsoids.len(),
-            LeafKind::Prim(PrimKind::Cone) => self.cones.len(),
-            LeafKind::Instance => self.instances.len(),
-        }
+        self.column(kind).rows()
+    }
+
+    /// [`LeafPrims::count`] of every kind, in the order of their numbers.
+    pub(super) fn counts(&self) -> [usize; LeafKind::COUNT] {
+        let mut counts = [0; LeafKind::COUNT];
+        LeafKind::all().for_each(|kind| counts[kind.number()] = self.count(kind));
+        counts
+    }
+
+    /// The numbers of the primitives of a kind in these rows; none of instances.
+    pub fn stored_prims(&self, kind: LeafKind, rows: Range<usize>) -> Vec<u32> {
+        self.column(kind).stored_prims(rows)
+    }
+
+    /// Bytes of a row of a kind.
+    pub(crate) fn row_size(kind: LeafKind) -> usize {
+        LeafPrims::default().column(kind).row_size()
     }
 
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
-        // Columns are named one and all, so that a new one does not compile before it counts.
-        let LeafPrims {
-            triangles,
-            spheres,
-            ellipsoids,
-            cones,
-            instances,
-        } = self;
-        triangles.row_bytes()
-            + spheres.row_bytes()
-            + ellipsoids.row_bytes()
-            + cones.row_bytes()
-            + instances.row_bytes()
+        let columns = LeafKind::all().map(|kind| self.column(kind));
+        columns.map(|column| column.bytes().len()).sum()
     }
 
     /// Appends the primitives of another set.
-    pub(super) fn append(&mut self, other: LeafPrims) {
-        // Leaves refer to these rows without a check of bounds, so none may be left out.
-        let LeafPrims {
-            triangles,
-            spheres,
-            ellipsoids,
-            cones,
-            instances,
-        } = other;
-        self.triangles.extend_from(&triangles);
-        self.spheres.extend_from(&spheres);
-        self.ellipsoids.extend_from(&ellipsoids);
-        self.cones.extend_from(&cones);
-        self.instances.extend_from(&instances);
+    pub(super) fn append(&mut self, other: &LeafPrims) {
+        for kind in LeafKind::all() {
+            let rows = other.column(kind).bytes();
+            self.leaf_column_mut(kind).append_bytes(rows);
+        }
     }
 }

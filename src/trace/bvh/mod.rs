@@ -10,7 +10,7 @@
 //! | `clustering` | the tree of a chunk, from below |
 //! | `best` | the same by obvhs, for the best quality; no other file but the peers' uses obvhs |
 //! | `upper` | the upper levels, optimised as one tree, and the whole below them |
-//! | `leaf_rows` | primitives in leaf order |
+//! | `leaf_column` | primitives in leaf order |
 //! | `offsets` | trees of several meshes in common arrays |
 //! | `huge_pages` | rows on huge pages |
 //!
@@ -35,8 +35,8 @@ mod division;
 mod geometry_starts;
 #[allow(unsafe_code, reason = "the system takes advice by address alone")]
 mod huge_pages;
-mod leaf;
-mod leaf_rows;
+pub mod leaf;
+mod leaf_column;
 mod node;
 mod offsets;
 mod prim_ref;
@@ -48,7 +48,7 @@ mod wide;
 pub use self::wide::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
 pub use build::{BuildSettings, Quality};
 pub(crate) use geometry_starts::GeometryStarts;
-pub use leaf::{LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle};
+pub use leaf::LeafPrims;
 use node::weighted_cost;
 pub use node::{Child, LeafKind, Node};
 pub use tree::Bvh;

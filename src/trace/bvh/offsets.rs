@@ -12,14 +12,10 @@ pub(super) struct Offsets {
 impl Offsets {
     /// The offsets after existing rows.
     pub(super) fn after(nodes: usize, slots: &LeafPrims) -> Offsets {
-        let mut offsets = Offsets {
+        Offsets {
             node: nodes as u32,
-            ..Offsets::default()
-        };
-        for kind in LeafKind::all() {
-            offsets.slot[kind.number()] = slots.count(kind) as u32;
+            slot: slots.counts().map(|count| count as u32),
         }
-        offsets
     }
 
     /// Offsets of slots only.

@@ -1,10 +1,7 @@
 //! The tree of a scene: nodes and primitives in leaf order, of the world and of every mesh.
 
 use super::geometry_starts::GeometryStarts;
-use super::{
-    Child, LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafPrims, LeafSphere, LeafTriangle,
-    Node, WideBvh,
-};
+use super::{Child, LeafKind, LeafPrims, Node, WideBvh};
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 
@@ -70,34 +67,10 @@ impl Bvh {
         self.slots.count(kind)
     }
 
-    /// Triangles in leaf order.
-    #[inline]
-    pub fn triangles(&self) -> &[LeafTriangle] {
-        &self.slots.triangles
-    }
-
-    /// Spheres in leaf order.
-    #[inline]
-    pub fn spheres(&self) -> &[LeafSphere] {
-        &self.slots.spheres
-    }
-
-    /// Ellipsoids in leaf order.
-    #[inline]
-    pub fn ellipsoids(&self) -> &[LeafEllipsoid] {
-        &self.slots.ellipsoids
-    }
-
-    /// Cones in leaf order.
-    #[inline]
-    pub fn cones(&self) -> &[LeafCone] {
-        &self.slots.cones
-    }
-
-    /// Instances in leaf order.
-    #[inline]
-    pub fn instances(&self) -> &[LeafInstance] {
-        &self.slots.instances
+    /// Primitives and instances in leaf order, a column for each kind.
+    #[inline(always)]
+    pub fn leaf_prims(&self) -> &LeafPrims {
+        &self.slots
     }
 
     /// The geometry of each hit. Empty for a tree made from arrays.

@@ -15,7 +15,7 @@
 
 use super::geometry_starts::GeometryStarts;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
-use phalanx_scene::{Column, PrimKind, Scene};
+use phalanx_scene::{Column, Scene};
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Relaxed};
@@ -55,28 +55,23 @@ pub struct Array<'a> {
     pub bytes: &'a [u8],
 }
 
-fn array<'a, T: bytemuck::Pod>(name: &'static str, rows: &'a [T]) -> Array<'a> {
-    Array {
-        name,
-        row_bytes: size_of::<T>(),
-        bytes: bytemuck::cast_slice(rows),
-    }
-}
-
 /// Number of arrays: the nodes, and one for each kind of row that leaves refer to.
 const ARRAYS: usize = 1 + LeafKind::COUNT;
 
 fn arrays<'a>(nodes: &'a [Node], slots: &'a LeafPrims) -> [Array<'a>; ARRAYS] {
-    let of_kind = |kind| match kind {
-        LeafKind::Prim(PrimKind::Triangle) => array("triangles of the tree", &slots.triangles),
-        LeafKind::Prim(PrimKind::Sphere) => array("spheres of the tree", &slots.spheres),
-        LeafKind::Prim(PrimKind::Ellipsoid) => array("ellipsoids of the tree", &slots.ellipsoids),
-        LeafKind::Prim(PrimKind::Cone) => array("cones of the tree", &slots.cones),
-        LeafKind::Instance => array("instances of the tree", &slots.instances),
+    let nodes = Array {
+        name: "nodes of the tree",
+        row_bytes: size_of::<Node>(),
+        bytes: bytemuck::cast_slice(nodes),
     };
-    let mut all = [array("nodes of the tree", nodes); ARRAYS];
+    let mut all = [nodes; ARRAYS];
     for (place, kind) in all[1..].iter_mut().zip(LeafPrims::FILE_ORDER) {
-        *place = of_kind(kind);
+        let column = slots.column(kind);
+        *place = Array {
+            name: column.name(),
+            row_bytes: column.row_size(),
+            bytes: column.bytes(),
+        };
     }
     all
 }
@@ -193,16 +188,10 @@ impl UnverifiedBvh {
     pub fn verify(&self, k: usize) -> bool {
         let RowBlock { array, rows } = self.blocks[k].clone();
         let slots = &self.arrays.slots;
-        let known = |prim_id: u32| prim_id < self.prims;
         let kind = array.checked_sub(1).map(|k| LeafPrims::FILE_ORDER[k]);
         let holds = match kind {
             None => self.verify_nodes(rows),
-            Some(LeafKind::Prim(kind)) => match kind {
-                PrimKind::Triangle => slots.triangles[rows].iter().all(|s| known(s.prim_id)),
-                PrimKind::Sphere => slots.spheres[rows].iter().all(|s| known(s.prim_id)),
-                PrimKind::Ellipsoid => slots.ellipsoids[rows].iter().all(|s| known(s.prim_id)),
-                PrimKind::Cone => slots.cones[rows].iter().all(|s| known(s.prim_id)),
-            },
+            Some(kind @ LeafKind::Prim(_)) => slots.column(kind).are_prims_below(rows, self.prims),
             Some(LeafKind::Instance) => slots.instances[rows]
                 .iter()
                 .all(|s| self.is_mesh_node(s.root)),
@@ -221,6 +210,7 @@ impl UnverifiedBvh {
         if levels.len() != nodes.len() {
             return false;
         }
+        let counts = self.arrays.slots.counts();
         let mut deepest = [0; 2];
         let (mut references, mut slot_references) = (0, 0);
         for (node, &level) in nodes[rows.clone()].iter().zip(&levels[rows]) {
@@ -247,7 +237,7 @@ impl UnverifiedBvh {
                     leaf @ Child::Leaf { kind, first, count } => {
                         let end = u64::from(first) + u64::from(count);
                         let nested = in_mesh && kind == LeafKind::Instance && count > 0;
-                        let there = end <= self.arrays.slots.count(kind) as u64;
+                        let there = end <= counts[kind.number()] as u64;
                         if !there || nested || leaf.packed() != node.packed(k) {
                             return false;
                         }
@@ -279,9 +269,7 @@ impl UnverifiedBvh {
             return Err(BvhError::Row);
         }
         let children = self.children.iter().filter(|c| c.load(Relaxed) != 0);
-        let slots: u64 = LeafKind::all()
-            .map(|kind| parts.slots.count(kind) as u64)
-            .sum();
+        let slots = parts.slots.counts().iter().sum::<usize>() as u64;
         let instances = parts.slots.instances.len();
         // Every object has at most one slot, so more cannot be a tree of this scene.
         let surplus =
@@ -354,7 +342,8 @@ impl UnverifiedBvh {
                 match self.arrays.nodes[index as usize].child(k) {
                     Child::Node(child) => stack.push(child),
                     Child::Leaf { kind, first, count } => {
-                        for prim in self.prims_of(kind, first as usize..(first + count) as usize) {
+                        let rows = first as usize..(first + count) as usize;
+                        for prim in self.arrays.slots.stored_prims(kind, rows) {
                             let after = scene.meshes.first.partition_point(|&f| f <= prim);
                             let this = after.checked_sub(1).ok_or(BvhError::Instance)?;
                             let within = scene.meshes.prims(this).contains(&prim);
@@ -367,22 +356,5 @@ impl UnverifiedBvh {
             }
         }
         mesh.map(|mesh| mesh as u32).ok_or(BvhError::Instance)
-    }
-
-    fn prims_of(&self, kind: LeafKind, rows: Range<usize>) -> Vec<u32> {
-        let slots = &self.arrays.slots;
-        match kind {
-            LeafKind::Prim(PrimKind::Triangle) => {
-                slots.triangles[rows].iter().map(|s| s.prim_id).collect()
-            }
-            LeafKind::Prim(PrimKind::Sphere) => {
-                slots.spheres[rows].iter().map(|s| s.prim_id).collect()
-            }
-            LeafKind::Prim(PrimKind::Ellipsoid) => {
-                slots.ellipsoids[rows].iter().map(|s| s.prim_id).collect()
-            }
-            LeafKind::Prim(PrimKind::Cone) => slots.cones[rows].iter().map(|s| s.prim_id).collect(),
-            LeafKind::Instance => Vec::new(),
-        }
     }
 }

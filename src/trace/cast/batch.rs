@@ -2,7 +2,7 @@
 
 use super::columns::same_length;
 use super::hit_lists::HitLists;
-use super::rows::TurnedRows;
+use super::rows::TransposedRays;
 use super::scan_order::ScanOrder;
 use super::worker::{RowNumbers, Worker};
 use super::{BatchError, HitColumns, RayBatch, RayColumns};
@@ -261,7 +261,7 @@ fn run<'a, O: Send>(
     let jobs = Mutex::new(chunks.zip(outputs));
     let drain = || {
         let mut worker = Worker::new(bvh, kernel);
-        let mut turned = TurnedRows::default();
+        let mut turned = TransposedRays::default();
         loop {
             let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
             let Some((rays, mut output)) = job else { break };

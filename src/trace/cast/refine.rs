@@ -2,7 +2,7 @@
 
 use super::Hit;
 use glam::{DMat3, DVec3};
-use phalanx_scene::{PrimKind, Scene};
+use phalanx_scene::{PrimKind, Scene, Triangles};
 
 /// A hit in double precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,25 +46,21 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     let prim = scene.prims[resolved.prim as usize];
     let instance = resolved
         .instance
-        .map(|i| AffinePair::of_instance(scene, i as usize));
+        .map(|i| InstanceMaps::of(scene, i as usize));
     let t = f64::from(hit.t);
-    let (t, normal) = match prim.kind() {
-        PrimKind::Triangle => {
-            let corners = scene.triangles.corners(prim.index()).map(|c| c.as_dvec3());
-            let corners = match &instance {
-                Some(maps) => corners.map(|corner| maps.to_world(corner)),
-                None => corners,
-            };
-            plane(origin, direction, corners, t)
+    let columns = scene.columns_of(prim.kind());
+    let (t, normal) = match instance {
+        None => columns.refine(prim.index(), origin, direction, t),
+        Some(maps) if prim.kind() == PrimKind::Triangle => {
+            let corners = scene.triangles.corners(prim.index());
+            let corners = corners.map(|corner| maps.to_world(corner.as_dvec3()));
+            Triangles::refine_on_plane(corners, origin, direction, t)
         }
-        kind => {
+        Some(maps) => {
             // A curved surface is met in the space where it is stored. Distances are the same.
-            let (from, along) = match &instance {
-                Some(maps) => (maps.to_object(origin), maps.object * direction),
-                None => (origin, direction),
-            };
-            let (t, normal) = curved(scene, kind, prim.index(), from, along, t);
-            (t, instance.map_or(normal, |maps| maps.normal(normal)))
+            let (from, along) = (maps.to_object(origin), maps.object * direction);
+            let (t, normal) = columns.refine(prim.index(), from, along, t);
+            (t, maps.normal(normal))
         }
     };
     RefinedHit {
@@ -74,24 +70,21 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     }
 }
 
-/// The two maps of an instance or an ellipsoid, each the inverse of the other.
-struct AffinePair {
+/// The two maps of an instance, each the inverse of the other.
+struct InstanceMaps {
     world: DMat3,
     world_offset: DVec3,
     object: DMat3,
     object_offset: DVec3,
 }
 
-impl AffinePair {
-    fn of_instance(scene: &Scene, i: usize) -> AffinePair {
+impl InstanceMaps {
+    fn of(scene: &Scene, i: usize) -> InstanceMaps {
         let instances = &scene.instances;
-        AffinePair::of(instances.world_columns(i), instances.object_columns(i))
-    }
-
-    fn of(world: [glam::Vec3; 4], object: [glam::Vec3; 4]) -> AffinePair {
+        let (world, object) = (instances.world_columns(i), instances.object_columns(i));
         let [wx, wy, wz, world_offset] = world.map(|c| c.as_dvec3());
         let [ox, oy, oz, object_offset] = object.map(|c| c.as_dvec3());
-        AffinePair {
+        InstanceMaps {
             world: DMat3::from_cols(wx, wy, wz),
             world_offset,
             object: DMat3::from_cols(ox, oy, oz),
@@ -111,64 +104,4 @@ impl AffinePair {
     fn normal(&self, normal: DVec3) -> DVec3 {
         self.object.transpose() * normal
     }
-}
-
-/// Distance to the plane of a triangle, and its normal; `t` where the ray lies in the plane.
-fn plane(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3], t: f64) -> (f64, DVec3) {
-    let normal = (b - a).cross(c - a);
-    let met = normal.dot(a - origin) / normal.dot(direction);
-    (if met.is_finite() { met } else { t }, normal)
-}
-
-/// Distance and normal on a curved primitive, in the space where it is stored.
-fn curved(
-    scene: &Scene,
-    kind: PrimKind,
-    row: usize,
-    origin: DVec3,
-    direction: DVec3,
-    t: f64,
-) -> (f64, DVec3) {
-    match kind {
-        PrimKind::Sphere => {
-            let center = scene.spheres.center.get(row).as_dvec3();
-            let radius = f64::from(scene.spheres.radius[row]);
-            let t = sphere(origin - center, direction, radius, t);
-            (t, origin + t * direction - center)
-        }
-        PrimKind::Ellipsoid => {
-            let ellipsoids = &scene.ellipsoids;
-            let column =
-                |columns: &[phalanx_scene::Vec3s; 4]| std::array::from_fn(|k| columns[k].get(row));
-            let maps = AffinePair::of(column(&ellipsoids.to_world), column(&ellipsoids.to_object));
-            let (from, along) = (maps.to_object(origin), maps.object * direction);
-            let t = sphere(from, along, 1.0, t);
-            (t, maps.normal(from + t * along))
-        }
-        PrimKind::Cone => {
-            let profile = scene.cones.profile(row);
-            let from_base = origin + t * direction - scene.cones.get(row).base.as_dvec3();
-            let axis = profile.axis.as_dvec3();
-            let outward = (from_base - from_base.dot(axis) * axis).normalize_or_zero();
-            let (cos, sin) = (f64::from(profile.cos), f64::from(profile.sin));
-            (t, cos * outward - sin * axis)
-        }
-        PrimKind::Triangle => unreachable!("triangles have a plane"),
-    }
-}
-
-/// The distance, of the two at which a line meets a sphere around the origin, that is nearer to
-/// `t`. The point of the line that is closest to the centre comes first, so that nothing cancels.
-fn sphere(origin: DVec3, direction: DVec3, radius: f64, t: f64) -> f64 {
-    let squared = direction.dot(direction);
-    let middle = -origin.dot(direction) / squared;
-    let closest = origin + middle * direction;
-    let half = ((radius * radius - closest.dot(closest)).max(0.0) / squared).sqrt();
-    let [near, far] = [middle - half, middle + half];
-    let met = if (near - t).abs() <= (far - t).abs() {
-        near
-    } else {
-        far
-    };
-    if met.is_finite() { met } else { t }
 }

@@ -175,13 +175,13 @@ impl<'a> RayBatch<'a> {
 /// Rows turned into columns. Each number is read once, and nothing is decided by what the caller's
 /// memory holds afterwards.
 #[derive(Default)]
-pub(super) struct TurnedRows {
+pub(super) struct TransposedRays {
     origin: [Vec<f32>; 3],
     direction: [Vec<f32>; 3],
     tmax: Vec<f32>,
 }
 
-impl TurnedRows {
+impl TransposedRays {
     /// The rays in columns.
     pub(super) fn columns<'b>(&'b mut self, rays: &RayBatch<'b>) -> RayColumns<'b> {
         let rows = match rays {
@@ -205,7 +205,7 @@ impl TurnedRows {
     }
 }
 
-impl TurnedRows {
+impl TransposedRays {
     /// The rays at some places, in columns.
     pub(super) fn picked<'b>(&'b mut self, rays: &RayBatch<'b>, places: &[u32]) -> RayColumns<'b> {
         let (origin, direction) = (&mut self.origin, &mut self.direction);

@@ -24,7 +24,7 @@
 use super::hit::HitCandidate;
 use super::leaf_prim::LeafPrim;
 use super::ray_setup::RaySetup;
-use crate::bvh::LeafCone;
+use crate::bvh::leaf::LeafCone;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 

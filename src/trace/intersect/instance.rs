@@ -14,7 +14,7 @@
 
 use super::aabb::TInterval;
 use super::hit::inactive_t;
-use crate::bvh::LeafInstance;
+use crate::bvh::leaf::LeafInstance;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 

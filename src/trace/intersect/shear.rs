@@ -1,7 +1,8 @@
 //! The frame in which a ray is the z axis, and triangles in it (Woop, Benthin and Wald, "Watertight
 //! Ray/Triangle Intersection", JCGT 2013): see [`triangle`](super::triangle).
 
-use crate::bvh::{LeafTriangle, TriangleBlock};
+use crate::bvh::TriangleBlock;
+use crate::bvh::leaf::LeafTriangle;
 use crate::simd::{LaneMask, LaneU32, Lanes, NATIVE, Native, Vec3Lanes};
 
 /// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes

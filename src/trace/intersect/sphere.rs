@@ -10,7 +10,7 @@ use super::aabb::TInterval;
 use super::hit::HitCandidate;
 use super::leaf_prim::LeafPrim;
 use super::ray_setup::RaySetup;
-use crate::bvh::{LeafEllipsoid, LeafSphere};
+use crate::bvh::leaf::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 impl LeafPrim for LeafSphere {

@@ -29,7 +29,7 @@ use super::hit::HitCandidate;
 use super::leaf_prim::LeafPrim;
 use super::ray_setup::RaySetup;
 use super::shear::Vertices;
-use crate::bvh::LeafTriangle;
+use crate::bvh::leaf::LeafTriangle;
 use crate::simd::{LaneMask, Lanes, Native, Vec3Lanes, Vec3Native};
 use bytemuck::TransparentWrapper;
 use distance::EdgeDistance;

@@ -4,11 +4,7 @@
 //! it always did, and [`TraversalStats`] counts everything. Counts do not depend on the machine or
 //! its instruction set. So kernels can be compared, also with earlier versions, on any machine.
 
-use crate::bvh::{
-    LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle, Node, SphereBlock,
-    TriangleBlock, WideNode,
-};
-use phalanx_scene::PrimKind;
+use crate::bvh::{LeafKind, LeafPrims, Node, SphereBlock, TriangleBlock, WideNode};
 use std::mem::size_of;
 
 /// Counter of all or part of a traversal's work.
@@ -114,7 +110,7 @@ impl Counters for TraversalStats {
     fn leaf(&mut self, kind: LeafKind, lanes: u64, prims: usize) {
         self.leaf_visits += 1;
         self.prim_tests += lanes * prims as u64;
-        self.bytes += (slot_bytes(kind) * prims) as u64;
+        self.bytes += (LeafPrims::row_size(kind) * prims) as u64;
     }
 
     fn wide_node(&mut self, tests: u64) {
@@ -148,15 +144,5 @@ impl Counters for TraversalStats {
 
     fn stats(&self) -> TraversalStats {
         *self
-    }
-}
-
-fn slot_bytes(kind: LeafKind) -> usize {
-    match kind {
-        LeafKind::Prim(PrimKind::Sphere) => size_of::<LeafSphere>(),
-        LeafKind::Prim(PrimKind::Ellipsoid) => size_of::<LeafEllipsoid>(),
-        LeafKind::Prim(PrimKind::Triangle) => size_of::<LeafTriangle>(),
-        LeafKind::Prim(PrimKind::Cone) => size_of::<LeafCone>(),
-        LeafKind::Instance => size_of::<LeafInstance>(),
     }
 }

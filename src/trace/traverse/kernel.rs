@@ -1,6 +1,6 @@
 //! The kernels by name, and the choice between them.
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, LeafKind};
 use crate::simd::{LANES, NATIVE};
 
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
@@ -48,7 +48,7 @@ impl Kernel {
     /// long as beams save with about four pixels per primitive. So if [`Kernel::Auto`] would have
     /// to build it for less, packets are used.
     pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
-        let prims = bvh.triangles().len() + bvh.spheres().len();
+        let prims = bvh.count(LeafKind::TRIANGLE) + bvh.count(LeafKind::SPHERE);
         let pays = bvh.has_wide() || pixels >= MIN_PIXELS_PER_PRIM * prims as u64;
         match self {
             Kernel::Auto if !pays => Kernel::packets(),

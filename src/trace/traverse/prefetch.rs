@@ -1,6 +1,7 @@
 //! Prefetching of rows of memory.
 
-use crate::bvh::{ChildRef, LeafTriangle, Node, SphereBlock, TriangleBlock, WideBvh, WideNode};
+use crate::bvh::leaf::LeafTriangle;
+use crate::bvh::{ChildRef, Node, SphereBlock, TriangleBlock, WideBvh, WideNode};
 
 const LINE: usize = 64;
 

@@ -57,7 +57,7 @@ pub(super) trait Query<L: Lanes>: Copy {
     ) -> bool {
         match kind {
             LeafKind::Prim(PrimKind::Triangle) => {
-                let prims = slots_of(bvh.triangles(), slots);
+                let prims = slots_of(&bvh.leaf_prims().triangles, slots);
                 match rays.shear.axis {
                     0 => self.test_each(rays, TriangleAlong::<0>::wrap_slice(prims)),
                     1 => self.test_each(rays, TriangleAlong::<1>::wrap_slice(prims)),
@@ -66,13 +66,14 @@ pub(super) trait Query<L: Lanes>: Copy {
                 }
             }
             LeafKind::Prim(PrimKind::Sphere) => {
-                self.test_each(rays, slots_of(bvh.spheres(), slots))
+                self.test_each(rays, slots_of(&bvh.leaf_prims().spheres, slots))
             }
             LeafKind::Prim(PrimKind::Ellipsoid) => {
-                self.test_each(rays, slots_of(bvh.ellipsoids(), slots))
+                self.test_each(rays, slots_of(&bvh.leaf_prims().ellipsoids, slots))
             }
             LeafKind::Prim(PrimKind::Cone) if !NO_CONES_OR_INSTANCES => {
-                let (query, done) = call_test_each(*self, rays, slots_of(bvh.cones(), slots));
+                let (query, done) =
+                    call_test_each(*self, rays, slots_of(&bvh.leaf_prims().cones, slots));
                 *self = query;
                 done
             }

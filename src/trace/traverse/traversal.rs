@@ -174,7 +174,7 @@ fn divergent_kernel<'a, T: Counters + Send + 'a>(
 ) -> Option<Box<dyn QueueKernel<T> + Send + 'a>> {
     match kernel {
         Kernel::Single => Some(Box::new(SingleRays::new(bvh))),
-        Kernel::Auto if !bvh.instances().is_empty() => {
+        Kernel::Auto if !bvh.leaf_prims().instances.is_empty() => {
             let wider = Kernel::packets() == Kernel::Packet16;
             wider.then(|| Box::new(PacketPairs::new(bvh, false)) as Box<_>)
         }

@@ -197,11 +197,11 @@ impl EmbreeScene {
         for kind in PrimKind::ALL {
             let lack = match kind {
                 PrimKind::Sphere | PrimKind::Triangle => continue,
-                PrimKind::Ellipsoid => "it has no ellipsoids",
-                PrimKind::Cone => "its cones are not open at the ends as ours are",
+                PrimKind::Cone => "its cones are not open at the ends as ours are".to_owned(),
+                other => format!("it has no {}s", other.name()),
             };
             if scene.count(kind) > 0 {
-                return Err(unsupported(lack.to_owned()));
+                return Err(unsupported(lack));
             }
         }
         // Builders may change floating-point modes.

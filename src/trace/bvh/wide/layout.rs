@@ -18,11 +18,11 @@ pub(in crate::bvh) fn widen(bvh: &Bvh) -> WideBvh {
     let nodes = rows.nodes.par_iter().map(|&k| drafts[k].row);
     let triangles = rows.triangles.par_iter().map(|slots| {
         let slots = slots_of(slots).into_iter();
-        TriangleBlock::of(slots.map(|s| &bvh.triangles()[s as usize]))
+        TriangleBlock::of(slots.map(|s| &bvh.leaf_prims().triangles[s as usize]))
     });
     let spheres = rows.spheres.par_iter().map(|slots| {
         let slots = slots_of(slots).into_iter();
-        SphereBlock::of(slots.map(|s| &bvh.spheres()[s as usize]))
+        SphereBlock::of(slots.map(|s| &bvh.leaf_prims().spheres[s as usize]))
     });
     WideBvh {
         nodes: collect_on_huge_pages(nodes),

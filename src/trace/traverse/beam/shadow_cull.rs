@@ -165,7 +165,8 @@ impl ShadowCull {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::{LeafTriangle, TriangleBlock};
+    use crate::bvh::TriangleBlock;
+    use crate::bvh::leaf::LeafTriangle;
     use crate::intersect::random::RandomSource;
     use crate::intersect::ray_setup::RaySetup;
     use crate::intersect::shear::MIXED;

@@ -4,9 +4,8 @@ use super::block::BeamTriangles;
 use super::deferred::DeferredBlocks;
 use super::pairs::Pairs;
 use super::state::BeamTraversal;
-use crate::bvh::{
-    ChildRef, LeafKind, LeafSphere, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode,
-};
+use crate::bvh::leaf::LeafSphere;
+use crate::bvh::{ChildRef, LeafKind, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
 use crate::intersect::leaf_prim::LeafPrim;
 use crate::intersect::shear::MIXED;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};

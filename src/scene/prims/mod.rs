@@ -1,4 +1,19 @@
-//! The list of primitives: the kind of each, and its index in the columns of that kind.
+//! The kinds of primitive: a list of all primitives, and the columns of each kind.
+
+mod columns;
+mod cones;
+mod ellipsoids;
+mod row_check;
+mod spheres;
+mod triangles;
+
+pub use columns::{ColumnInfo, PrimColumns};
+pub(crate) use columns::{ColumnTable, RowScale, ScaleFactors, parts_mut};
+pub use cones::{Cone, ConeFrame, ConeProfile, Cones};
+pub use ellipsoids::Ellipsoids;
+pub use row_check::RowCheck;
+pub use spheres::Spheres;
+pub use triangles::{INWARD, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS, Triangles};
 
 use bytemuck::{Pod, Zeroable};
 
@@ -41,6 +56,23 @@ impl PrimKind {
             PrimKind::Ellipsoid => "ellipsoid",
             PrimKind::Triangle => "triangle",
             PrimKind::Cone => "cone",
+        }
+    }
+
+    /// The kinds in the order of their columns in scene caches.
+    pub const FILE_ORDER: [PrimKind; PrimKind::COUNT] = [
+        PrimKind::Triangle,
+        PrimKind::Sphere,
+        PrimKind::Ellipsoid,
+        PrimKind::Cone,
+    ];
+
+    /// Returns true if each primitive of the kind is an object by itself, and not a part of a
+    /// surface.
+    pub(crate) const fn is_whole_object(self) -> bool {
+        match self {
+            PrimKind::Sphere | PrimKind::Ellipsoid => true,
+            PrimKind::Triangle | PrimKind::Cone => false,
         }
     }
 

@@ -1,96 +1,11 @@
-//! Columns of the curved primitives: spheres, ellipsoids, cones.
+//! Truncated cones and cylinders.
 
-use super::{Bounds, Column, Vec3s};
-use glam::{Affine3A, DVec3, Vec3};
-
-/// Spheres by centre and radius.
-#[derive(Clone, Debug, Default)]
-pub struct Spheres {
-    /// Centres.
-    pub center: Vec3s,
-    /// Radii, positive.
-    pub radius: Column<f32>,
-    /// Indices of the materials.
-    pub material: Column<u32>,
-}
-
-impl Spheres {
-    /// Number of spheres.
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.radius.len()
-    }
-
-    /// Returns true if there are no spheres.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.radius.is_empty()
-    }
-}
-
-/// Unit spheres under affine maps. Each map is stored as the three columns of its matrix and its
-/// translation.
-#[derive(Clone, Debug, Default)]
-pub struct Ellipsoids {
-    /// Object-to-world map: columns 0 to 2 of the matrix, then the translation.
-    pub to_world: [Vec3s; 4],
-    /// World-to-object map: columns 0 to 2 of the matrix, then the translation.
-    pub to_object: [Vec3s; 4],
-    /// Indices of the materials.
-    pub material: Column<u32>,
-}
-
-impl Ellipsoids {
-    /// Number of ellipsoids.
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.material.len()
-    }
-
-    /// Returns true if there are no ellipsoids.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.material.is_empty()
-    }
-
-    pub(super) fn push(&mut self, to_world: Affine3A, to_object: Affine3A, material: u32) {
-        for (columns, map) in [
-            (&mut self.to_world, to_world),
-            (&mut self.to_object, to_object),
-        ] {
-            columns[0].push(map.matrix3.x_axis.into());
-            columns[1].push(map.matrix3.y_axis.into());
-            columns[2].push(map.matrix3.z_axis.into());
-            columns[3].push(map.translation.into());
-        }
-        self.material.push(material);
-    }
-
-    /// The four columns of the object-to-world map.
-    #[inline]
-    pub fn world_columns(&self, i: usize) -> [Vec3; 4] {
-        std::array::from_fn(|k| self.to_world[k].get(i))
-    }
-
-    /// The four columns of the world-to-object map.
-    #[inline]
-    pub fn object_columns(&self, i: usize) -> [Vec3; 4] {
-        std::array::from_fn(|k| self.to_object[k].get(i))
-    }
-
-    /// World bounds: centre ± the length of each row of the matrix (the support function of an
-    /// ellipsoid).
-    #[inline]
-    pub fn bounds(&self, i: usize) -> Bounds {
-        let [x, y, z, center] = self.world_columns(i);
-        let reach = Vec3::new(
-            Vec3::new(x.x, y.x, z.x).length(),
-            Vec3::new(x.y, y.y, z.y).length(),
-            Vec3::new(x.z, y.z, z.z).length(),
-        );
-        Bounds::new(center - reach, center + reach)
-    }
-}
+use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, parts_mut};
+use super::row_check::RowCheck;
+use crate::bounds::Bounds;
+use crate::column::{AnyColumn, Column};
+use crate::vectors::Vec3s;
+use glam::{DVec3, Vec3};
 
 /// A truncated cone without its end discs; a cylinder if the radii are equal, pointed if one is
 /// zero.
@@ -139,7 +54,7 @@ impl Cones {
     }
 
     #[inline]
-    pub(super) fn push(&mut self, cone: Cone, material: u32) {
+    pub(crate) fn push(&mut self, cone: Cone, material: u32) {
         self.base.push(cone.base);
         self.apex.push(cone.apex);
         self.base_radius.push(cone.base_radius);
@@ -158,19 +73,6 @@ impl Cones {
             apex_radius: self.apex_radius[i],
             inside: self.inside[i] != 0,
         }
-    }
-
-    /// Bounds of the two end discs. A disc of radius r across the unit axis a reaches r·√(1 − a_k²)
-    /// along axis k.
-    pub fn bounds(&self, i: usize) -> Bounds {
-        let cone = self.get(i);
-        let axis = ConeSides::of(&cone).axis;
-        let across = |k: f64| (1.0 - k * k).max(0.0).sqrt() as f32;
-        let reach = Vec3::new(across(axis.x), across(axis.y), across(axis.z));
-        let disc = |center: Vec3, radius: f32| {
-            Bounds::new(center - reach * radius, center + reach * radius)
-        };
-        disc(cone.base, cone.base_radius).union(disc(cone.apex, cone.apex_radius))
     }
 
     /// The cone's profile, for the point and the normal of a hit.
@@ -199,6 +101,106 @@ impl Cones {
             sin: sides.sin as f32,
             cos_squared: (sides.cos * sides.cos) as f32,
         }
+    }
+}
+
+impl PrimColumns for Cones {
+    fn material(&self) -> &Column<u32> {
+        &self.material
+    }
+
+    fn columns(&self, materials: usize) -> Vec<ColumnInfo<'_>> {
+        let Cones {
+            base,
+            apex,
+            base_radius,
+            apex_radius,
+            inside,
+            material,
+        } = self;
+        ColumnTable::default()
+            .of_each("cone", self.len())
+            .vectors(["cones", "base"], [base], RowCheck::Finite)
+            .vectors(["cones", "apex"], [apex], RowCheck::Finite)
+            .column(["cone radii", "radius"], base_radius, RowCheck::Color)
+            .column(["cone radii", "radius"], apex_radius, RowCheck::Color)
+            .column(["cone sides", "side"], inside, RowCheck::Any)
+            .materials("cone materials", material, materials)
+            .columns
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        let mut all = parts_mut([&mut self.base, &mut self.apex]);
+        all.push(&mut self.base_radius);
+        all.push(&mut self.apex_radius);
+        all.push(&mut self.inside);
+        all.push(&mut self.material);
+        all
+    }
+
+    fn first_degenerate(&self) -> Option<(usize, [&'static str; 2])> {
+        let is_degenerate = |&i: &usize| {
+            let cone = self.get(i);
+            cone.base == cone.apex || (cone.base_radius == 0.0 && cone.apex_radius == 0.0)
+        };
+        let row = (0..self.len()).find(is_degenerate)?;
+        Some((row, ["extent", "zero"]))
+    }
+
+    /// Bounds of the two end discs. A disc of radius r across the unit axis a reaches r·√(1 − a_k²)
+    /// along axis k.
+    fn bounds(&self, i: usize) -> Bounds {
+        let cone = self.get(i);
+        let axis = ConeSides::of(&cone).axis;
+        let across = |k: f64| (1.0 - k * k).max(0.0).sqrt() as f32;
+        let reach = Vec3::new(across(axis.x), across(axis.y), across(axis.z));
+        let disc = |center: Vec3, radius: f32| {
+            Bounds::new(center - reach * radius, center + reach * radius)
+        };
+        disc(cone.base, cone.base_radius).union(disc(cone.apex, cone.apex_radius))
+    }
+
+    fn largest_coordinate(&self, i: usize) -> f64 {
+        let cone = self.get(i);
+        let ends = cone.base.abs().max(cone.apex.abs()).max_element();
+        f64::from(ends) + f64::from(cone.base_radius.max(cone.apex_radius))
+    }
+
+    fn largest_of_all(&self) -> f64 {
+        let ends = self
+            .base
+            .largest_magnitude()
+            .max(self.apex.largest_magnitude());
+        let radii = self.base_radius.iter().chain(&self.apex_radius);
+        f64::from(ends) + f64::from(radii.fold(0.0f32, |most, r| most.max(*r)))
+    }
+
+    fn rescale(&mut self, scale: &RowScale) {
+        scale.apply_to_vectors(&mut self.base);
+        scale.apply_to_vectors(&mut self.apex);
+        scale.apply(&mut self.base_radius);
+        scale.apply(&mut self.apex_radius);
+    }
+
+    fn enclosing_spheres(&self, i: usize, add: &mut dyn FnMut(Vec3, f32)) {
+        add(self.base.get(i), self.base_radius[i]);
+        add(self.apex.get(i), self.apex_radius[i]);
+    }
+
+    fn shape_numbers(&self, i: usize, take: &mut dyn FnMut(&[f32])) {
+        take(&self.base.get(i).to_array());
+        take(&self.apex.get(i).to_array());
+        take(&[self.base_radius[i], self.apex_radius[i]]);
+    }
+
+    /// The distance stays that of the hit.
+    fn refine(&self, i: usize, origin: DVec3, direction: DVec3, t: f64) -> (f64, DVec3) {
+        let profile = self.profile(i);
+        let from_base = origin + t * direction - self.get(i).base.as_dvec3();
+        let axis = profile.axis.as_dvec3();
+        let outward = (from_base - from_base.dot(axis) * axis).normalize_or_zero();
+        let (cos, sin) = (f64::from(profile.cos), f64::from(profile.sin));
+        (t, cos * outward - sin * axis)
     }
 }
 

@@ -1,7 +1,11 @@
 //! Triangles over shared vertices.
 
-use super::{Column, Vec2s, Vec3s};
-use glam::{Vec2, Vec3};
+use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, parts_mut};
+use super::row_check::RowCheck;
+use crate::bounds::Bounds;
+use crate::column::{AnyColumn, Column};
+use crate::vectors::{Vec2s, Vec3s};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Marks a triangle without vertex normals in [`Triangles::normals`].
 pub const NO_NORMALS: u32 = u32::MAX;
@@ -99,7 +103,7 @@ impl Triangles {
         self.material.is_empty()
     }
 
-    pub(super) fn push(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, material: u32) {
+    pub(crate) fn push(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, material: u32) {
         let first = self.vertices.len() as u32;
         corners
             .into_iter()
@@ -123,7 +127,7 @@ impl Triangles {
     }
 
     /// Appends a mesh; if the columns are empty, the mesh's own are moved.
-    pub(super) fn append(&mut self, mesh: Mesh) {
+    pub(crate) fn append(&mut self, mesh: Mesh) {
         let (before, more) = (self.len(), mesh.corners.len());
         let shifted = |mut rows: Column<[u32; 3]>, by: usize, none: u32| {
             if by > 0 {
@@ -169,6 +173,31 @@ impl Triangles {
         ]
     }
 
+    /// Marks the vertices of marked triangles; nothing if no triangles are marked.
+    pub(crate) fn marked_vertices(&self, marks: &[bool]) -> Vec<bool> {
+        if marks.is_empty() {
+            return Vec::new();
+        }
+        let mut vertices = vec![false; self.vertices.len()];
+        let corners = self.corners.iter().zip(marks);
+        for (corners, _) in corners.filter(|(_, marked)| **marked) {
+            corners.iter().for_each(|&v| vertices[v as usize] = true);
+        }
+        vertices
+    }
+
+    /// Distance to the plane of a triangle, and its normal; `t` where the ray lies in the plane.
+    pub fn refine_on_plane(
+        [a, b, c]: [DVec3; 3],
+        origin: DVec3,
+        direction: DVec3,
+        t: f64,
+    ) -> (f64, DVec3) {
+        let normal = (b - a).cross(c - a);
+        let met = normal.dot(a - origin) / normal.dot(direction);
+        (if met.is_finite() { met } else { t }, normal)
+    }
+
     /// Rows of the triangle's normals, if it has any.
     #[inline]
     pub fn normal_rows(&self, i: usize) -> Option<[u32; 3]> {
@@ -200,6 +229,109 @@ impl Triangles {
     pub fn corner_colors(&self, i: usize) -> Option<[Vec3; 3]> {
         let rows = self.color_rows(i)?;
         Some(rows.map(|row| self.vertex_colors.get(row as usize)))
+    }
+}
+
+impl PrimColumns for Triangles {
+    fn material(&self) -> &Column<u32> {
+        &self.material
+    }
+
+    fn columns(&self, materials: usize) -> Vec<ColumnInfo<'_>> {
+        use RowCheck::{Color, Finite, UnitInterval};
+        let Triangles {
+            vertices,
+            corners,
+            normals,
+            vertex_normals,
+            uvs,
+            vertex_uvs,
+            colors,
+            vertex_colors,
+            vertex_opacity,
+            material,
+        } = self;
+        let rows = |count, none| RowCheck::Corners { count, none };
+        let corner_rows = rows(vertices.len(), None);
+        let normal_rows = rows(vertex_normals.len(), Some(NO_NORMALS));
+        let uv_rows = rows(vertex_uvs.len(), Some(NO_UVS));
+        let color_rows = rows(vertex_colors.len(), Some(NO_COLORS));
+        let uv = ["texture places", "texture place"];
+        let opacity = ["vertex opacity", "opacity"];
+        ColumnTable::default()
+            .of_each("vertex", vertices.len())
+            .vectors(["vertices", "place"], [vertices], Finite)
+            .of_each("triangle", self.len())
+            .column(["triangle corners", "corners"], corners, corner_rows)
+            .optional(["triangle normals", "normals"], normals, normal_rows)
+            .of_each("vertex normal", vertex_normals.len())
+            .vectors(["vertex normals", "direction"], [vertex_normals], Finite)
+            .of_each("triangle", self.len())
+            .optional(["triangle texture places", "texture places"], uvs, uv_rows)
+            .of_each("vertex", vertex_uvs.len())
+            .column(uv, &vertex_uvs.x, Finite)
+            .column(uv, &vertex_uvs.y, Finite)
+            .of_each("triangle", self.len())
+            .optional(["triangle colours", "colors"], colors, color_rows)
+            .of_each("vertex", vertex_colors.len())
+            .vectors(["vertex colours", "color"], [vertex_colors], Color)
+            .column(opacity, vertex_opacity, UnitInterval)
+            .of_each("triangle", self.len())
+            .materials("triangle materials", material, materials)
+            .columns
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        let mut all = parts_mut([&mut self.vertices]);
+        all.push(&mut self.corners);
+        all.push(&mut self.normals);
+        all.extend(parts_mut([&mut self.vertex_normals]));
+        all.push(&mut self.uvs);
+        all.push(&mut self.vertex_uvs.x);
+        all.push(&mut self.vertex_uvs.y);
+        all.push(&mut self.colors);
+        all.extend(parts_mut([&mut self.vertex_colors]));
+        all.push(&mut self.vertex_opacity);
+        all.push(&mut self.material);
+        all
+    }
+
+    #[inline]
+    fn bounds(&self, i: usize) -> Bounds {
+        let [a, b, c] = self.corners(i);
+        Bounds::new(a.min(b).min(c), a.max(b).max(c))
+    }
+
+    fn largest_coordinate(&self, i: usize) -> f64 {
+        let [a, b, c] = self.corners(i);
+        f64::from(a.abs().max(b.abs()).max(c.abs()).max_element())
+    }
+
+    fn largest_of_all(&self) -> f64 {
+        f64::from(self.vertices.largest_magnitude())
+    }
+
+    fn rescale(&mut self, scale: &RowScale) {
+        let of_vertices = RowScale {
+            factors: scale.factors,
+            in_meshes: self.marked_vertices(&scale.in_meshes),
+        };
+        of_vertices.apply_to_vectors(&mut self.vertices);
+    }
+
+    fn enclosing_spheres(&self, i: usize, add: &mut dyn FnMut(Vec3, f32)) {
+        let corners = self.corners(i).into_iter();
+        corners.for_each(|corner| add(corner, 0.0));
+    }
+
+    fn shape_numbers(&self, i: usize, take: &mut dyn FnMut(&[f32])) {
+        let corners = self.corners(i).into_iter();
+        corners.for_each(|corner| take(&corner.to_array()));
+    }
+
+    fn refine(&self, i: usize, origin: DVec3, direction: DVec3, t: f64) -> (f64, DVec3) {
+        let corners = self.corners(i).map(|corner| corner.as_dvec3());
+        Triangles::refine_on_plane(corners, origin, direction, t)
     }
 }
 

@@ -1,0 +1,94 @@
+//! Conditions that must hold for every row of a column, so that no engine meets a number it does
+//! not expect.
+
+use super::{Prim, PrimKind};
+use crate::textures::NO_TEXTURE;
+
+/// Rows that are checked before the next is looked at.
+const BLOCK_ROWS: usize = 1 << 12;
+
+/// The condition on a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowCheck {
+    /// No condition, or one that is checked elsewhere.
+    Any,
+    /// A finite f32.
+    Finite,
+    /// A finite f32 of at least zero.
+    Color,
+    /// An f32 from 0 to 1.
+    UnitInterval,
+    /// A finite f32 above zero.
+    Positive,
+    /// A u32 below this.
+    Below(usize),
+    /// A u32 below this, or [`NO_TEXTURE`].
+    Texture(usize),
+    /// Three u32 below `count`, or three times `none`.
+    Corners {
+        /// Number of rows they index.
+        count: usize,
+        /// The value that stands for no index.
+        none: Option<u32>,
+    },
+    /// A primitive whose row exists in the column of its kind.
+    Prims([usize; PrimKind::COUNT]),
+}
+
+impl RowCheck {
+    /// The fault of a row for which the condition does not hold.
+    pub(crate) fn problem(self) -> &'static str {
+        match self {
+            RowCheck::Finite => "not finite",
+            RowCheck::Color => "negative or not finite",
+            RowCheck::UnitInterval => "not from 0 to 1",
+            RowCheck::Positive => "not a positive number",
+            _ => "out of range",
+        }
+    }
+
+    /// Index of the first row of `row_size` bytes for which the condition does not hold.
+    pub(crate) fn first_fault(self, bytes: &[u8], row_size: usize) -> Option<usize> {
+        let blocks = bytes.chunks(BLOCK_ROWS * row_size);
+        let block = blocks.clone().position(|block| !self.holds(block))?;
+        let mut rows = bytes.chunks(row_size).skip(block * BLOCK_ROWS);
+        Some(block * BLOCK_ROWS + rows.position(|row| !self.holds(row))?)
+    }
+
+    /// Returns true if the condition holds for all rows in these bytes, which are whole, aligned
+    /// rows of the column.
+    ///
+    /// No early return within a block: a loop without one is vectorised.
+    pub fn holds(self, bytes: &[u8]) -> bool {
+        match self {
+            RowCheck::Any => true,
+            RowCheck::Finite => every(bytes, |c: &f32| c.is_finite()),
+            RowCheck::Color => every(bytes, |c: &f32| c.is_finite() & (*c >= 0.0)),
+            RowCheck::UnitInterval => every(bytes, |c: &f32| (*c >= 0.0) & (*c <= 1.0)),
+            RowCheck::Positive => every(bytes, |c: &f32| c.is_finite() & (*c > 0.0)),
+            RowCheck::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
+            RowCheck::Texture(count) => every(bytes, |&row: &u32| {
+                (row == NO_TEXTURE) | ((row as usize) < count)
+            }),
+            RowCheck::Corners { count, none: None } => RowCheck::Below(count).holds(bytes),
+            RowCheck::Corners {
+                count,
+                none: Some(none),
+            } => every(bytes, |&[a, b, c]: &[u32; 3]| {
+                let within = |row: u32| (row as usize) < count;
+                let nothing = (a == none) & (b == none) & (c == none);
+                (within(a) & within(b) & within(c)) | nothing
+            }),
+            RowCheck::Prims(counts) => every(bytes, |prim: &Prim| {
+                prim.index() < counts[prim.kind() as usize]
+            }),
+        }
+    }
+}
+
+fn every<T: bytemuck::Pod>(bytes: &[u8], good: impl Fn(&T) -> bool) -> bool {
+    match bytemuck::try_cast_slice(bytes) {
+        Ok(rows) => rows.iter().fold(true, |all, row| all & good(row)),
+        Err(_) => false,
+    }
+}

@@ -1,0 +1,67 @@
+//! Columns of primitives in leaf order, of any kind: each chunk of a tree writes its own rows, in
+//! their final memory.
+
+use super::build_input::BuildInput;
+use super::clustering::ChunkTree;
+use super::huge_pages::{consecutive, zeroed_on_huge_pages};
+use super::node::LeafKind;
+use super::prim_ref::PrimIndex;
+use bytemuck::Pod;
+use phalanx_scene::{AnyColumn, Column};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A primitive, or an instance, in leaf order.
+pub(super) trait LeafRow: Pod + Send + Sync {
+    /// The kind of all rows of this type.
+    const KIND: LeafKind;
+    /// Name of the column in scene caches.
+    const NAME: &'static str;
+    /// The row of an object.
+    fn of(input: &BuildInput, object: PrimIndex) -> Self;
+    /// `prim_id` of the stored primitive; `None` for an instance.
+    fn stored_prim(&self) -> Option<u32>;
+}
+
+/// A column of rows of one kind.
+pub(super) trait LeafColumn: AnyColumn {
+    /// Name of the column in scene caches.
+    fn name(&self) -> &'static str;
+    /// Fills the column with the rows of all objects of chunks, chunk by chunk.
+    fn fill(&mut self, input: &BuildInput, chunks: &[ChunkTree]);
+    /// Returns true if all of these rows are primitives of numbers below `count`.
+    fn are_prims_below(&self, rows: Range<usize>, count: u32) -> bool;
+    /// The numbers of the primitives in these rows; none of instances.
+    fn stored_prims(&self, rows: Range<usize>) -> Vec<u32>;
+}
+
+impl<T: LeafRow> LeafColumn for Column<T> {
+    fn name(&self) -> &'static str {
+        T::NAME
+    }
+
+    fn fill(&mut self, input: &BuildInput, chunks: &[ChunkTree]) {
+        let own = |chunk: &ChunkTree| chunk.slots[T::KIND.number()] as usize;
+        let mut column: Vec<T> = zeroed_on_huge_pages(chunks.iter().map(own).sum());
+        let slices = consecutive(&mut column, chunks.iter().map(own));
+        let parts = chunks.par_iter().zip(slices);
+        parts.for_each(|(chunk, part)| {
+            let all_one = part.len() == chunk.objects.len();
+            let objects = chunk.objects.iter().copied();
+            let of_kind = |&object: &PrimIndex| all_one || input.kind(object) == T::KIND;
+            for (place, object) in part.iter_mut().zip(objects.filter(of_kind)) {
+                *place = T::of(input, object);
+            }
+        });
+        *self = column.into();
+    }
+
+    fn are_prims_below(&self, rows: Range<usize>, count: u32) -> bool {
+        let mut prims = self[rows].iter().map(T::stored_prim);
+        prims.all(|prim| prim.is_some_and(|prim| prim < count))
+    }
+
+    fn stored_prims(&self, rows: Range<usize>) -> Vec<u32> {
+        self[rows].iter().filter_map(T::stored_prim).collect()
+    }
+}
