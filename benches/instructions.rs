@@ -17,7 +17,7 @@
 mod common;
 
 use bumpalo::Bump;
-use common::isolated::{EngineTest, Order, Test, eight, one_by_one};
+use common::microbench::{EngineTest, Order, Test, eight, one_by_one};
 use common::traced::{TracedScene, answer, room, trace};
 use phalanx::bench::{RayKind, RaySet};
 use phalanx::isa::compiled_level;
@@ -146,7 +146,7 @@ fn valgrind() -> Option<PathBuf> {
 /// A fixed amount of work.
 #[derive(Clone, Copy)]
 enum CountedWorkload {
-    /// One isolated test, by the packet engine or the oracle.
+    /// One microbenchmark, by the packet engine or the oracle.
     Alone {
         engine: &'static str,
         trial: fn(Test, Order) -> Box<dyn EngineTest>,

@@ -7,7 +7,7 @@
 mod common;
 
 use common::brief;
-use common::isolated::{Order, RAYS, TARGETS, Test, trials};
+use common::microbench::{Order, RAYS, TARGETS, Test, trials};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn kernels(c: &mut Criterion) {

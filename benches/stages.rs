@@ -14,7 +14,7 @@ use phalanx::bvh::Bvh;
 use phalanx::frame::{Accel, Control, DEFAULT_TILE, Engine, Settings, render};
 use phalanx::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
-use phalanx::render::{RayCounts, isolated};
+use phalanx::render::{RayCounts, microbench};
 use phalanx::scene::Scene;
 use phalanx::shade::{ShadeLight, ShadeMaterial, Surface, bounces};
 use phalanx::trace::{Kernel, Traversal};
@@ -48,7 +48,7 @@ impl<'a> PrimaryHits<'a> {
     }
 
     fn group<'b>(&self, arena: &'b Bump, wave: Range<usize>) -> &'b [Surface] {
-        isolated::group_queue_hits(
+        microbench::group_queue_hits(
             arena,
             self.scene,
             &self.rays,

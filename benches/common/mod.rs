@@ -2,7 +2,7 @@
 //! settings.
 #![allow(dead_code, reason = "every benchmark uses its own part")]
 
-pub mod isolated;
+pub mod microbench;
 #[path = "../../tests/common/rng.rs"]
 pub mod rng;
 pub mod traced;

@@ -4,7 +4,7 @@ use super::workload::Workload;
 use phalanx_report::{CountedWork, CounterRow, QueryKind};
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::HitPacket;
-use phalanx_trace::{Kernel, Traversal, TraversalStats};
+use phalanx_trace::{CountingTraversal, Kernel, TraversalStats};
 
 /// Counts the work of a kernel on a set of rays.
 pub(super) fn count_work(
@@ -13,7 +13,7 @@ pub(super) fn count_work(
     kernel: Kernel,
     workload: &Workload,
 ) -> CounterRow {
-    let mut traversal = Traversal::counting(bvh, kernel);
+    let mut traversal = CountingTraversal::new(bvh, kernel);
     let (queue, all) = (&workload.set.queue, 0..workload.packets());
     match workload.kind().query() {
         QueryKind::Closest => {

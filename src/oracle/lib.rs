@@ -9,7 +9,7 @@ mod block;
 mod instance;
 mod intersect;
 #[doc(hidden)]
-pub mod isolated;
+pub mod microbench;
 mod passing;
 mod pixel;
 mod primitives;

@@ -12,7 +12,7 @@ mod coverage_layers;
 pub mod frame;
 mod heatmap;
 #[doc(hidden)]
-pub mod isolated;
+pub mod microbench;
 mod ray_cost;
 mod sample_tracer;
 pub mod shade;

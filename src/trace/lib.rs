@@ -28,8 +28,5 @@ pub use cast::{
 };
 pub use cast::{RayRows, RefinedHit, TMax, refine};
 #[cfg(feature = "counters")]
-#[doc(hidden)]
-pub use traverse::isolated;
+pub use traverse::{CountingTraversal, PacketLanes, PacketTracer};
 pub use traverse::{HitWalk, Kernel, Traversal, TraversalStats};
-#[cfg(feature = "counters")]
-pub use traverse::{PacketLanes, PacketTracer};

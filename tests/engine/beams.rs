@@ -11,7 +11,7 @@ use phalanx::lanes::LANES;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx::scene::Scene;
 use phalanx::standard;
-use phalanx::trace::{Kernel, Traversal};
+use phalanx::trace::{CountingTraversal, Kernel, Traversal};
 
 /// Pixels along a side: more than one beam, and not a whole number of beams.
 const SIDE: usize = 41;
@@ -231,7 +231,7 @@ fn many_rays_share_a_visit() {
     let queue = queue(&arena, &rays);
     let visits = |kernel| {
         let mut hits = vec![HitPacket::miss(); queue.packets()];
-        let mut traversal = Traversal::counting(&bvh, kernel);
+        let mut traversal = CountingTraversal::new(&bvh, kernel);
         traversal.closest(&queue, 0..queue.packets(), &mut hits);
         assert_eq!(traversal.stats().active_lanes as usize, rays.len());
         traversal.stats().node_visits

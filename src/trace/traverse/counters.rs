@@ -9,9 +9,9 @@ use std::mem::size_of;
 
 /// Counter of all or part of a traversal's work.
 pub trait Counters: Copy + Default {
-    /// True if more than packets are counted. Such kernels need not be fast, and one traversal
-    /// serves them for every tree.
-    const EVERY_STEP: bool;
+    /// True if every step is counted. Kernels that do so need not be fast: they find closest hits and
+    /// occlusion alone, by calls, and one traversal serves them for every tree.
+    const COUNTS_STEPS: bool;
     /// Counts begun packets of eight lanes, of which `active` lanes carry rays.
     fn begin(&mut self, packets: u64, active: u32);
     /// Counts a visited node: `lanes` lanes are tested against two boxes.
@@ -38,8 +38,7 @@ pub struct PacketCount {
 }
 
 impl Counters for PacketCount {
-    const EVERY_STEP: bool = false;
-
+    const COUNTS_STEPS: bool = false;
     #[inline(always)]
     fn begin(&mut self, packets: u64, _: u32) {
         self.packets += packets;
@@ -94,7 +93,7 @@ impl TraversalStats {
 }
 
 impl Counters for TraversalStats {
-    const EVERY_STEP: bool = true;
+    const COUNTS_STEPS: bool = true;
 
     fn begin(&mut self, packets: u64, active: u32) {
         self.packets += packets;

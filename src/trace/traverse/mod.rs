@@ -19,7 +19,8 @@
 //! | `kernel` | the kernels by name |
 //! | `traversal` | queues in, hits out: the choice of kernels |
 //! | `leaf_slots` | the primitives of a leaf |
-//! | `isolated` | each test without a tree, for benchmarks |
+//! | `packet_lanes` | functions over packets of one width, compiled here |
+//! | `microbench` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
 
@@ -30,18 +31,20 @@ mod cost_tuner;
 mod counters;
 pub(crate) mod every_hit;
 mod hit_walk;
-#[doc(hidden)]
-pub mod isolated;
 mod kernel;
 mod kernel_tuner;
 #[allow(unsafe_code, reason = "no bounds checks; the block says why it may")]
 mod leaf_slots;
+#[cfg(feature = "counters")]
+mod microbench;
 mod next_hit;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
+#[cfg(feature = "counters")]
+mod packet_lanes;
 pub(crate) mod packet_pairs;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
@@ -52,6 +55,7 @@ pub(crate) mod queue_kernel;
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod single_ray;
+#[cfg(feature = "counters")]
 mod tracer;
 mod traversal;
 #[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
@@ -60,5 +64,10 @@ mod wide_stack;
 pub use counters::TraversalStats;
 pub use hit_walk::HitWalk;
 pub use kernel::Kernel;
-pub use tracer::{PacketLanes, PacketTracer};
+#[cfg(feature = "counters")]
+pub use packet_lanes::PacketLanes;
+#[cfg(feature = "counters")]
+pub use tracer::PacketTracer;
+#[cfg(feature = "counters")]
+pub use traversal::CountingTraversal;
 pub use traversal::Traversal;

@@ -129,7 +129,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
             &RaySetup::new(rays, active),
             TraversalRoot { root: 0, floor: 0 },
         );
-        if self.no_cones_or_instances && !T::EVERY_STEP {
+        if self.no_cones_or_instances && !T::COUNTS_STEPS {
             self.descend::<_, true>(rays, query, world);
         } else {
             // A copy, so that no address of `rays` is passed on: it would stay in memory.

@@ -120,6 +120,9 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
         tmax: TMaxOf,
         found: &FoundHits,
     ) -> bool {
+        if T::COUNTS_STEPS {
+            return false;
+        }
         for (packet, is_pair) in slice.pairs(self.pairs) {
             if is_pair {
                 every_hit(&mut self.sixteen, rays, packet, tmax, found);
@@ -137,7 +140,7 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
     }
 }
 
-impl<T: Counters> LimitedRays for PacketPairs<'_, T> {
+impl LimitedRays for PacketPairs<'_, PacketCount> {
     fn closest_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], hits: &mut [HitPacket]) {
         let all = BatchSlice::all(0..tmax.len());
         self.closest_of(rays, &all, TMaxOf::Each(tmax), hits);
@@ -172,7 +175,10 @@ fn closest<L: Lanes, T: Counters>(
     hits: &mut [HitPacket],
 ) {
     let (rays, active) = tmax.packet(rays, packet);
-    let found = kernel.closest(&rays, active);
+    let found = match T::COUNTS_STEPS {
+        true => kernel.call_closest(&rays, active),
+        false => kernel.closest(&rays, active),
+    };
     for (k, hit) in hits.iter_mut().enumerate() {
         *hit = found.octet(k);
     }
@@ -186,7 +192,10 @@ fn occluded<L: Lanes, T: Counters>(
     tmax: TMaxOf,
 ) -> u32 {
     let (rays, active) = tmax.packet(rays, packet);
-    kernel.occluded(&rays, active).bits()
+    match T::COUNTS_STEPS {
+        true => kernel.call_occluded(&rays, active).bits(),
+        false => kernel.occluded(&rays, active).bits(),
+    }
 }
 
 #[inline(never)]

@@ -55,27 +55,45 @@ const TRIAL_BEAM_PENALTY: f32 = 1.2;
 
 /// Traces queues of rays against one tree. Its functions are not generic, so that kernels are
 /// compiled only here.
-pub struct Traversal<'a>(Box<dyn QueueTracer + Send + 'a>);
+pub struct Traversal<'a>(Kernels<'a, PacketCount>);
 
-/// Kernels, whatever their counter.
-trait QueueTracer {
-    fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]);
-    fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]);
-    fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits);
-    fn packets(&mut self) -> &mut dyn LimitedRays;
-    fn stats(&self) -> TraversalStats;
+/// A traversal that counts every step. It finds closest hits and occlusion alone.
+#[cfg(feature = "counters")]
+pub struct CountingTraversal<'a>(Kernels<'a, TraversalStats>);
+
+#[cfg(feature = "counters")]
+impl<'a> CountingTraversal<'a> {
+    /// A traversal of a tree with one kernel.
+    pub fn new(bvh: &'a Bvh, kernel: Kernel) -> CountingTraversal<'a> {
+        CountingTraversal(Kernels::new(bvh, kernel))
+    }
+
+    /// Counters since the traversal was made.
+    pub fn stats(&self) -> TraversalStats {
+        self.0.stats()
+    }
+
+    /// The closest hits: see [`Traversal::closest`].
+    pub fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
+        self.0.closest(rays, packets, hits);
+    }
+
+    /// Occlusion: see [`Traversal::occluded`].
+    pub fn occluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        blocked: &mut [u8],
+    ) {
+        self.0.occluded(rays, packets, tmax, blocked);
+    }
 }
 
 impl<'a> Traversal<'a> {
     /// A traversal of a tree with one kernel. It counts only packets.
     pub fn new(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
-        Traversal(Box::new(Kernels::<PacketCount>::new(bvh, kernel)))
-    }
-
-    /// A traversal that counts every step.
-    #[cfg(feature = "counters")]
-    pub fn counting(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
-        Traversal(Box::new(Kernels::<TraversalStats>::new(bvh, kernel)))
+        Traversal(Kernels::new(bvh, kernel))
     }
 
     /// Counters since the traversal was made.
@@ -130,7 +148,7 @@ impl<'a> Traversal<'a> {
 
     /// The packet kernel, which alone takes a limit for each ray.
     pub(crate) fn packets(&mut self) -> &mut dyn LimitedRays {
-        self.0.packets()
+        &mut self.0.packets
     }
 }
 
@@ -312,7 +330,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 }
 
-impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
+impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
             // As many rays at once as there are: towards the end of a batch few are left to trace
@@ -375,10 +393,6 @@ impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
                 };
             });
         }
-    }
-
-    fn packets(&mut self) -> &mut dyn LimitedRays {
-        &mut self.packets
     }
 
     fn stats(&self) -> TraversalStats {

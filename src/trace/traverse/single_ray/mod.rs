@@ -304,6 +304,9 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         tmax: TMaxOf,
         found: &FoundHits,
     ) -> bool {
+        if T::COUNTS_STEPS {
+            return false;
+        }
         let TMaxOf::All(tmax) = tmax else {
             return false;
         };

@@ -1,6 +1,6 @@
-//! The oracle's tests in isolation, one ray at a time and without a tree, only for benchmarks and
-//! instruction counts. It is the counterpart of `trace::traverse::isolated`, and its results are
-//! the reference for those.
+//! Microbenchmarks: the oracle's tests in isolation, one ray at a time and without a tree, only for
+//! benchmarks and instruction counts. They are the counterpart of `trace::traverse::microbench`,
+//! and their results are the reference for those.
 
 use super::intersect::{OracleHit, OracleRay, OracleRaySetup};
 use phalanx_scene::{Bounds, Scene};

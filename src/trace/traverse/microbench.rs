@@ -1,70 +1,25 @@
-//! Tests in isolation, without a tree, only for benchmarks and instruction counts.
+//! Microbenchmarks: tests in isolation, without a tree, only for benchmarks and instruction counts.
 //!
 //! Each function prepares packets as a traversal does, and then does the work of a traversal in a
 //! node or in a leaf. It uses the same functions, but over all boxes, or over all primitives of a
 //! kind as one leaf. Every lane carries a ray. `benches/kernels.rs` compares the results with those
-//! of the oracle (`oracle::isolated`).
+//! of the oracle (`oracle::microbench`).
 
 use crate::bvh::{Bvh, LeafKind};
 use crate::intersect::aabb::SlabTest;
 use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::slab_conservative::ConservativeSlabs;
 use crate::packet::{HitPacket, RayPacket};
-use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+use crate::simd::{LaneMask, Lanes};
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use phalanx_scene::PrimKind;
 use std::ops::Range;
 
-/// Tests of packets of one width. Its functions are no generics, so that they are compiled in this
-/// crate, with what they call.
-pub trait IsolatedTests: Lanes {
-    /// Number of pairs of a ray and a box (lower and upper corner) that intersect before the ray's
-    /// `tmax`.
-    ///
-    /// Packets whose directions agree in sign take the same-octant test and others the mixed one.
-    fn boxes(rays: &[RayPacket<Self>], boxes: &[[[f32; 3]; 2]]) -> u64;
-    /// The closest hit below `tmax` of each ray on a tree's primitives of one kind; `hits` takes a
-    /// packet for each of `rays`.
-    fn closest(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<Self>], hits: &mut [HitPacket<Self>]);
-    /// Rays (lanes as bits, a word for each packet) that one of a tree's primitives of one kind
-    /// stops before their `tmax`.
-    fn occluded(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<Self>], blocked: &mut [u32]);
-}
-
-impl IsolatedTests for F32x8 {
-    fn boxes(rays: &[RayPacket], all: &[[[f32; 3]; 2]]) -> u64 {
-        boxes(rays, all)
-    }
-
-    fn closest(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket], hits: &mut [HitPacket]) {
-        closest(bvh, kind, rays, hits);
-    }
-
-    fn occluded(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket], blocked: &mut [u32]) {
-        occluded(bvh, kind, rays, blocked);
-    }
-}
-
-impl IsolatedTests for F32x16 {
-    fn boxes(rays: &[RayPacket<F32x16>], all: &[[[f32; 3]; 2]]) -> u64 {
-        boxes(rays, all)
-    }
-
-    fn closest(
-        bvh: &Bvh,
-        kind: PrimKind,
-        rays: &[RayPacket<F32x16>],
-        hits: &mut [HitPacket<F32x16>],
-    ) {
-        closest(bvh, kind, rays, hits);
-    }
-
-    fn occluded(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<F32x16>], blocked: &mut [u32]) {
-        occluded(bvh, kind, rays, blocked);
-    }
-}
-
-fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
+/// Number of pairs of a ray and a box (lower and upper corner) that intersect before the ray's
+/// `tmax`.
+///
+/// Packets whose directions agree in sign take the same-octant test and others the mixed one.
+pub(super) fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     let mut met = 0;
     for rays in rays {
         let slabs = RaySetup::new(rays, all_lanes::<L>()).slabs;
@@ -79,7 +34,14 @@ fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     met
 }
 
-fn closest<L: Lanes>(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<L>], hits: &mut [HitPacket<L>]) {
+/// The closest hit below `tmax` of each ray on a tree's primitives of one kind; `hits` takes a
+/// packet for each of `rays`.
+pub(super) fn closest<L: Lanes>(
+    bvh: &Bvh,
+    kind: PrimKind,
+    rays: &[RayPacket<L>],
+    hits: &mut [HitPacket<L>],
+) {
     match kind {
         PrimKind::Sphere => closest_in::<L, SPHERE, true>(bvh, rays, hits),
         PrimKind::Ellipsoid => closest_in::<L, ELLIPSOID, true>(bvh, rays, hits),
@@ -88,7 +50,14 @@ fn closest<L: Lanes>(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<L>], hits: &mu
     }
 }
 
-fn occluded<L: Lanes>(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<L>], blocked: &mut [u32]) {
+/// Rays (lanes as bits, a word for each packet) that one of a tree's primitives of one kind stops
+/// before their `tmax`.
+pub(super) fn occluded<L: Lanes>(
+    bvh: &Bvh,
+    kind: PrimKind,
+    rays: &[RayPacket<L>],
+    blocked: &mut [u32],
+) {
     match kind {
         PrimKind::Sphere => occluded_in::<L, SPHERE, true>(bvh, rays, blocked),
         PrimKind::Ellipsoid => occluded_in::<L, ELLIPSOID, true>(bvh, rays, blocked),

@@ -1,5 +1,5 @@
-//! Isolated tests: sixty-four primitives of one kind, a thousand rays, and every engine's result in
-//! one form.
+//! Microbenchmarks: sixty-four primitives of one kind, a thousand rays, and every engine's result
+//! in one form.
 
 use super::rng::Rng;
 use glam::{Affine3A, Mat3, Vec3};
@@ -8,7 +8,7 @@ use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Vec3Lanes};
 use phalanx::oracle::{self, OracleHit, OracleRay};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
 use phalanx::scene::{Bounds, Cone, Material, PrimKind, Scene};
-use phalanx::trace::isolated::IsolatedTests;
+use phalanx::trace::PacketLanes;
 
 /// Number of rays of every test.
 pub const RAYS: usize = 1024;
@@ -202,14 +202,14 @@ impl<L: Lanes> PacketEngineTest<L> {
     }
 }
 
-impl<L: IsolatedTests> EngineTest for PacketEngineTest<L> {
+impl<L: PacketLanes> EngineTest for PacketEngineTest<L> {
     fn run(&mut self) {
         let (targets, rays) = (&self.targets, &self.rays);
         let (hits, blocked) = (&mut self.hits, &mut self.blocked);
         match self.test {
-            Test::Boxes => self.met = L::boxes(rays, &self.boxes),
-            Test::Closest(kind) => L::closest(targets, kind, rays, hits),
-            Test::Occluded(kind) => L::occluded(targets, kind, rays, blocked),
+            Test::Boxes => self.met = (L::functions().test_boxes)(rays, &self.boxes),
+            Test::Closest(kind) => (L::functions().test_closest)(targets, kind, rays, hits),
+            Test::Occluded(kind) => (L::functions().test_occluded)(targets, kind, rays, blocked),
         }
     }
 
@@ -313,12 +313,12 @@ impl OracleEngineTest {
 impl EngineTest for OracleEngineTest {
     fn run(&mut self) {
         match self.test {
-            Test::Boxes => self.met = oracle::isolated::boxes(&self.rays, &self.boxes),
+            Test::Boxes => self.met = oracle::microbench::boxes(&self.rays, &self.boxes),
             Test::Closest(_) => {
-                oracle::isolated::closest(&self.scene, &self.rays, &mut self.hits);
+                oracle::microbench::closest(&self.scene, &self.rays, &mut self.hits);
             }
             Test::Occluded(_) => {
-                oracle::isolated::occluded(&self.scene, &self.rays, self.tmax, &mut self.blocked);
+                oracle::microbench::occluded(&self.scene, &self.rays, self.tmax, &mut self.blocked);
             }
         }
     }
