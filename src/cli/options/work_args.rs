@@ -11,7 +11,7 @@ use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Setti
 #[derive(Debug, Args)]
 #[command(next_help_heading = MACHINE)]
 pub struct TreeArgs {
-    /// BVH quality: fastest, fast, medium (default), best
+    /// BVH quality: fast, medium (default), best
     ///
     /// BVH quality: better trees take longer to build and less time to trace. No picture depends on
     /// it. [default: medium]
