@@ -182,6 +182,17 @@ impl<'a> DiagnosticSink<'a> {
         Ok(self.warnings)
     }
 
+    /// The errors, of which there are some.
+    pub(super) fn into_errors(self) -> Vec<Diagnostic> {
+        self.finish().err().unwrap_or_default()
+    }
+
+    /// The errors, with one more that ends the reading.
+    pub(super) fn refuse(mut self, span: Span, message: impl Into<String>) -> Vec<Diagnostic> {
+        self.error(span, message);
+        self.into_errors()
+    }
+
     /// Reports the errors, or else the warnings, as those of another file, which is named at
     /// `span`.
     pub(super) fn emit_for_file(self, name: &str, span: Span, report: &mut DiagnosticSink) {

@@ -30,16 +30,14 @@ pub(super) fn extra_bytes(corners: usize, attributes: u64, paid: u64) -> u64 {
 }
 
 /// Purpose of the bytes of triangles, for a message.
-pub(super) fn purpose() -> String {
-    "for the triangles of the file's faces".into()
-}
+pub(super) const PURPOSE: &str = "for the triangles of the file's faces";
 
 /// Bytes for each corner of a polygon while it is cut (`perf/notes/memory.md`).
 const CUT_BYTES: u64 = 300;
 
 /// Bytes that are used while the polygons of all chunks are triangulated on `threads` threads.
-pub(super) fn cutting_bytes<'a>(chunks: impl Iterator<Item = &'a Faces>, threads: usize) -> u64 {
-    let polygons = chunks.flat_map(|faces| &faces.polygons);
+pub(super) fn cutting_bytes(chunks: &[Faces], threads: usize) -> u64 {
+    let polygons = chunks.iter().flat_map(|faces| &faces.polygons);
     let (count, largest) = polygons.fold((0, 0), |(count, largest), polygon| {
         (count + 1, polygon.corners.max(largest))
     });
@@ -96,10 +94,10 @@ impl Faces {
     }
 
     /// Adds a polygon of at least three corners, with vertices only.
-    pub(super) fn add_plain_polygon(&mut self, corners: &[u32]) {
+    pub(super) fn add_plain_polygon(&mut self, corners: &[i64]) {
         self.note_polygon(corners.len());
         for k in 2..corners.len() {
-            self.add_plain([corners[0], corners[k - 1], corners[k]]);
+            self.add_plain([0, k - 1, k].map(|k| corners[k] as u32));
         }
     }
 
@@ -214,15 +212,6 @@ impl Faces {
             let cut = triangles.iter().chain(std::iter::repeat(&[0; 3]));
             for (row, triangle) in column[fan.clone()].iter_mut().zip(cut) {
                 *row = triangle.map(|corner| numbers[corner as usize]);
-            }
-        }
-    }
-
-    /// Removes the normals of every triangle that has one of `bad` (ascending).
-    pub(super) fn without_normals(&mut self, bad: &[u32]) {
-        for row in &mut self.columns[NORMAL] {
-            if row.iter().any(|number| bad.binary_search(number).is_ok()) {
-                *row = [NONE; 3];
             }
         }
     }

@@ -14,7 +14,7 @@
 
 use super::diagnostics::quoted_file;
 use super::foreign;
-use super::memory_budget::MemoryBudget;
+use super::memory::MemoryLedger;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub(super) struct Folder {
     opened: Vec<PathBuf>,
     /// Both, resolved when the first file is looked for.
     roots: OnceCell<Result<Roots, String>>,
-    allowance: MemoryBudget,
+    memory: MemoryLedger,
     /// Names that may still be searched for beyond their own path.
     searches_left: Cell<u32>,
     /// Files that were found.
@@ -89,7 +89,7 @@ impl Folder {
             stem: String::new(),
             opened: Vec::new(),
             roots: OnceCell::new(),
-            allowance: MemoryBudget::of(None),
+            memory: MemoryLedger::of(None),
             searches_left: Cell::new(MAX_SEARCHES),
             files: RefCell::default(),
             entries_left: Cell::new(MAX_ENTRIES),
@@ -99,7 +99,7 @@ impl Folder {
     /// The same folder, with at most `most` bytes of memory for the files that the scene names.
     pub(super) fn within(self, most: Option<u64>) -> Folder {
         Folder {
-            allowance: MemoryBudget::of(most),
+            memory: MemoryLedger::of(most),
             ..self
         }
     }
@@ -123,18 +123,18 @@ impl Folder {
         &self.stem
     }
 
-    /// The memory budget for the files that the scene names.
-    pub(super) fn allowance(&self) -> &MemoryBudget {
-        &self.allowance
+    /// The ledger of the memory that the scene takes.
+    pub(super) fn memory(&self) -> &MemoryLedger {
+        &self.memory
     }
 
     /// The bytes of a file, if there is memory for them while they are parsed. The error is like
     /// that of [`Folder::find`].
     pub(super) fn read(&self, file: &Found) -> Result<Vec<u8>, String> {
-        let name = || file.0.file_name().unwrap_or_default().display().to_string();
+        let name = file.0.file_name().unwrap_or_default().to_string_lossy();
         let size = std::fs::metadata(&file.0).map_or(0, |m| m.len());
-        self.allowance
-            .lend(size, || format!("to read {}", quoted_file(&name())))?;
+        self.memory
+            .lend(size, format_args!("to read {}", quoted_file(&name)))?;
         let bytes = std::fs::read(&file.0).map_err(|e| e.to_string())?;
         match foreign::refusal(&bytes) {
             Some(words) => Err(words),

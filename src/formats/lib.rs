@@ -2,12 +2,14 @@
 //!
 //! `table` has a row for each format, which names the reader in the format's folder. `load` runs
 //! that reader on the bytes of a file, and once more if the geometry lies far away; `utf16` makes
-//! text in UTF-16 UTF-8 before. Readers share the other files: `text`, `number` and `decimal` for
-//! operands, `mesh` and `faces` for triangles, `texture` and `picture` for images, `folder` and
-//! `memory_budget` for what a file may name and take, and `defaults` for the last step, with
-//! `framing` for its camera, which shows the `visible_vertices`.
+//! text in UTF-16 UTF-8 before. A format's folder has its grammar and its meaning; the rest is
+//! shared: `text`, `number` and `decimal` for operands, `chunk_remarks` for what the workers found
+//! wrong, `mesh` and `faces` for triangles, `texture` and `picture` for images, `folder` and
+//! `memory` for what a file may name and take, and `defaults` for the last step, with `framing`
+//! for its camera, which shows the `visible_vertices`.
 
 mod bytes;
+mod chunk_remarks;
 mod decimal;
 mod defaults;
 mod diagnostics;
@@ -19,7 +21,7 @@ mod gltf;
 mod large_polygon;
 mod load;
 mod loaded;
-mod memory_budget;
+mod memory;
 mod mesh;
 mod mesh_defaults;
 mod nff;

@@ -87,7 +87,7 @@ fn load_read(
         .within(options.max_memory);
     let failed = |bytes: &[u8], diagnostics| {
         let path = path.to_path_buf();
-        match asset_dir.allowance().refusal() {
+        match asset_dir.memory().refusal() {
             Some(refused) => LoadError::Memory {
                 path,
                 what: refused.what,
@@ -101,7 +101,7 @@ fn load_read(
             },
         }
     };
-    let text = utf16::to_utf8(bytes, asset_dir.allowance()).map_err(|why| failed(bytes, why))?;
+    let text = utf16::to_utf8(bytes, asset_dir.memory()).map_err(|why| failed(bytes, why))?;
     let bytes = text.as_deref().unwrap_or(bytes);
     let loaded = read(format.read, bytes, &asset_dir, options);
     let mut loaded = loaded.map_err(|why| failed(bytes, why))?;
@@ -118,16 +118,16 @@ fn read(
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
     if let Some(words) = foreign::refusal(bytes) {
-        let mut report = DiagnosticSink::binary();
-        report.error(Span::START, words);
-        return Err(report.finish().err().unwrap_or_default());
+        return Err(DiagnosticSink::binary().refuse(Span::START, words));
     }
     let mut options = options.clone();
     let chosen = options.origin != Origin::Auto;
     let mut notes = Vec::new();
     let mut readings = 0;
+    let used = asset_dir.memory().used();
     loop {
         readings += 1;
+        asset_dir.memory().reset(used);
         let origin = options.origin.position();
         match reader(bytes, asset_dir, &options) {
             Ok(mut loaded) => {
@@ -183,7 +183,7 @@ pub fn read_bytes(
 ) -> Option<Result<Loaded, Vec<Diagnostic>>> {
     let format = find(OsStr::new(ending))?;
     let asset_dir = Folder::none().within(options.max_memory);
-    let text = match utf16::to_utf8(bytes, asset_dir.allowance()) {
+    let text = match utf16::to_utf8(bytes, asset_dir.memory()) {
         Ok(text) => text,
         Err(diagnostics) => return Some(Err(diagnostics)),
     };

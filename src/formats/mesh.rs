@@ -1,10 +1,12 @@
 //! Shared parts of the mesh readers: errors found chunk by chunk, vertices that are not finite, and
 //! the final step.
 
+use super::chunk_remarks::{ChunkRemarks, WarningTally, counted};
 use super::defaults::{MissingParts, finish_scene};
-use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
-use super::faces::{Faces, NORMAL, UV, VERTEX};
+use super::diagnostics::{DiagnosticSink, Span};
+use super::faces::{self, Faces, NONE, NORMAL, UV, VERTEX};
 use super::loaded::Loaded;
+use super::memory::{MemoryLedger, OverLimit};
 use super::mesh_defaults::{BARE, GREY, WHITE, empty_scene};
 use super::options::Options;
 use super::origin::{self, ReadStop};
@@ -13,97 +15,6 @@ use super::workers;
 use phalanx_scene::{
     Column, Material, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s,
 };
-
-/// An error in a chunk of the file.
-#[derive(Debug)]
-pub(super) struct ParseError {
-    span: Span,
-    message: String,
-    help: Option<&'static str>,
-}
-
-impl ParseError {
-    pub(super) fn new(span: Span, message: impl Into<String>) -> ParseError {
-        ParseError {
-            span,
-            message: message.into(),
-            help: None,
-        }
-    }
-
-    pub(super) fn span(&self) -> Span {
-        self.span
-    }
-
-    pub(super) fn message(&self) -> &str {
-        &self.message
-    }
-
-    pub(super) fn with_help(self, help: &'static str) -> ParseError {
-        ParseError {
-            help: Some(help),
-            ..self
-        }
-    }
-}
-
-/// The first errors of a chunk: no more than will be reported.
-#[derive(Debug, Default)]
-pub(super) struct ParseErrors(Vec<ParseError>);
-
-impl ParseErrors {
-    pub(super) fn push(&mut self, error: ParseError) {
-        if !self.is_full() {
-            self.0.push(error);
-        }
-    }
-
-    /// Returns true if there is no point in reading on.
-    pub(super) fn is_full(&self) -> bool {
-        self.0.len() >= MAX_DIAGNOSTICS
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// Reports all of them.
-    pub(super) fn emit(self, report: &mut DiagnosticSink) {
-        for error in self.0 {
-            match error.help {
-                Some(help) => report.error_with_help(error.span, error.message, help),
-                None => report.error(error.span, error.message),
-            }
-        }
-    }
-}
-
-/// Number of occurrences of something, and the span of the first.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Occurrences {
-    pub(super) count: usize,
-    pub(super) first: Option<Span>,
-}
-
-impl Occurrences {
-    pub(super) fn add(&mut self, span: Span) {
-        self.count += 1;
-        self.first.get_or_insert(span);
-    }
-
-    /// Adds the occurrences of a later chunk.
-    pub(super) fn merge(&mut self, later: Occurrences) {
-        self.count += later.count;
-        self.first = self.first.or(later.first);
-    }
-
-    /// Adds one warning for all occurrences, if there are any.
-    pub(super) fn warn(&self, report: &mut DiagnosticSink, message: impl FnOnce(usize) -> String) {
-        if let Some(span) = self.first {
-            report.warning(span, message(self.count));
-        }
-    }
-}
 
 /// A row whose numbers are not finite or cannot be used, and its span in the file.
 #[derive(Clone, Copy, Debug)]
@@ -134,10 +45,10 @@ pub(super) fn stored(position: [f32; 3]) -> [f32; 3] {
 /// Leaves out the faces with a vertex that is out of reach ([`is_in_reach`]), and warns of them.
 /// The triangles become points, so that all rows keep their numbers. Vertices beyond [`FARTHEST`]
 /// are kept if most are: then all of the scene is that large.
-pub(super) fn leave_out_unreachable(
+fn leave_out_unreachable(
     mut lost: Vec<NotFinite>,
     vertices: &mut Vec3s,
-    chunks: &mut [&mut Faces],
+    chunks: &mut [Faces],
     report: &mut DiagnosticSink,
 ) {
     let is_far = |v: &NotFinite| !is_in_reach(vertices.get(v.number as usize).to_array());
@@ -165,46 +76,65 @@ pub(super) fn leave_out_unreachable(
     if home.is_none() && triangles > 0 {
         report.error(first, "no vertex of a face is finite");
     }
-    let [mut missed, mut unused] = [Occurrences::default(); 2];
+    let mut remarks = ChunkRemarks::default();
+    let mut missed = WarningTally::default();
     for (vertex, used) in lost.iter().zip(used) {
-        let kind = if used { &mut missed } else { &mut unused };
-        kind.add(vertex.span);
-    }
-    missed.warn(report, |count| {
-        let left_out = match triangles {
-            1 => "1 triangle is left out".into(),
-            _ => format!("{triangles} triangles are left out"),
-        };
-        match count {
-            1 => format!("this vertex is not finite or beyond 1e20: {left_out}"),
-            _ => format!(
-                "{count} vertices, this one first, are not finite or beyond 1e20: {left_out}"
+        match used {
+            true => missed.add(vertex.span),
+            false => remarks.warn(
+                vertex.span,
+                "this vertex is not finite or beyond 1e20; no face uses it",
+                "vertices, this one first, are not finite or beyond 1e20; no face uses them",
             ),
         }
-    });
-    unused.warn(report, |count| match count {
-        1 => "this vertex is not finite or beyond 1e20; no face uses it".into(),
-        _ => format!(
-            "{count} vertices, this one first, are not finite or beyond 1e20; no face uses them"
-        ),
-    });
+    }
+    if let Some(span) = missed.first {
+        let vertices = counted(
+            missed.count,
+            "this vertex is",
+            "vertices, this one first, are",
+        );
+        let left_out = counted(
+            triangles,
+            "1 triangle is left out",
+            "triangles are left out",
+        );
+        let message = format!("{vertices} not finite or beyond 1e20: {left_out}");
+        report.warning(span, message);
+    }
+    remarks.emit(report);
 }
 
 /// Warns of normals that cannot be used.
-pub(super) fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
-    let Some(first) = bad.first() else {
-        return;
-    };
-    let message = match bad.len() {
-        1 => "this normal is zero or not finite: faces that use it are shaded flat".into(),
-        count => format!(
-            "{count} normals are zero or not finite, this one first: faces that use them are shaded flat"
-        ),
-    };
-    report.warning(first.span, message);
+fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
+    let mut remarks = ChunkRemarks::default();
+    for normal in bad {
+        remarks.warn(
+            normal.span,
+            "this normal is zero or not finite: faces that use it are shaded flat",
+            "normals are zero or not finite, this one first: faces that use them are shaded flat",
+        );
+    }
+    remarks.emit(report);
 }
 
-/// Columns of the whole file, joined from its chunks.
+/// A mesh as it is read: columns of the whole file, and faces in chunks, which may be polygons.
+#[derive(Default)]
+pub(super) struct PolygonMesh {
+    pub(super) vertices: Vec3s,
+    pub(super) vertex_normals: Vec3s,
+    pub(super) vertex_uvs: Vec2s,
+    pub(super) faces: Vec<Faces>,
+    /// True if normals and UVs have the numbers of the vertices that they belong to.
+    pub(super) normals_by_vertex: bool,
+    pub(super) uvs_by_vertex: bool,
+    /// Vertices that are out of reach, ascending.
+    pub(super) not_finite: Vec<NotFinite>,
+    /// Normals that cannot be used, ascending.
+    pub(super) bad_normals: Vec<NotFinite>,
+}
+
+/// A mesh of triangles.
 #[derive(Debug, Default)]
 pub(super) struct MergedMesh {
     pub(super) vertices: Vec3s,
@@ -215,6 +145,43 @@ pub(super) struct MergedMesh {
     pub(super) material: MeshMaterial,
     /// Axes of `vertices` that are single-precision numbers in the file and have not been changed.
     pub(super) single: [bool; 3],
+}
+
+impl PolygonMesh {
+    /// Cuts the faces into triangles, and leaves out what cannot be used, with warnings.
+    pub(super) fn triangulated(
+        mut self,
+        threads: usize,
+        memory: &MemoryLedger,
+        report: &mut DiagnosticSink,
+    ) -> Result<MergedMesh, OverLimit> {
+        memory.lend(faces::cutting_bytes(&self.faces, threads), faces::PURPOSE)?;
+        leave_out_unreachable(self.not_finite, &mut self.vertices, &mut self.faces, report);
+        warn_bad_normals(&self.bad_normals, report);
+        let cut = |mut faces: Faces| {
+            faces.triangulate(&self.vertices);
+            faces
+        };
+        let mut faces = merge_faces(threads, workers::map(threads, self.faces, cut));
+        for (attribute, by_vertex) in [(NORMAL, self.normals_by_vertex), (UV, self.uvs_by_vertex)] {
+            if by_vertex {
+                faces[attribute] = faces[VERTEX].clone();
+            }
+        }
+        if !self.bad_normals.is_empty() {
+            let find = |number: &u32| self.bad_normals.binary_search_by_key(number, |n| n.number);
+            let rows = faces[NORMAL].iter_mut();
+            rows.filter(|row| row.iter().any(|number| find(number).is_ok()))
+                .for_each(|row| *row = [NONE; 3]);
+        }
+        Ok(MergedMesh {
+            vertices: self.vertices,
+            vertex_normals: self.vertex_normals,
+            vertex_uvs: self.vertex_uvs,
+            faces,
+            ..MergedMesh::default()
+        })
+    }
 }
 
 /// Joins columns of floats, each of which is given in chunks, on several threads.
@@ -228,7 +195,7 @@ pub(super) fn merge_floats<const N: usize>(
 
 /// Joins the faces of all chunks. A column that only some chunks have gets rows without numbers for
 /// the others.
-pub(super) fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
+fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     let mut columns: [Vec<Vec<[u32; 3]>>; 3] = Default::default();
     let has = [VERTEX, UV, NORMAL]
         .map(|attribute| chunks.iter().any(|p| !p.columns[attribute].is_empty()));
@@ -236,7 +203,7 @@ pub(super) fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>;
         let rows = chunk.len();
         for (attribute, parts) in columns.iter_mut().enumerate().filter(|(k, _)| has[*k]) {
             let mut part = std::mem::take(&mut chunk.columns[attribute]);
-            part.resize(rows, [super::faces::NONE; 3]);
+            part.resize(rows, [NONE; 3]);
             parts.push(part);
         }
     }

@@ -17,7 +17,8 @@
 //! difference is exact (Sterbenz). Axes that are not moved stay exact, too. Scenes with a ground
 //! that reaches to the origin have a large h, and are not moved.
 
-use super::diagnostics::{Diagnostic, DiagnosticSink};
+use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
+use super::memory::OverLimit;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, Vec3s};
 
@@ -76,7 +77,7 @@ pub(super) enum ReadStop {
 impl ReadStop {
     /// Stops because of the errors of a report, which has some.
     pub(super) fn of(report: DiagnosticSink) -> ReadStop {
-        ReadStop::Wrong(report.finish().err().unwrap_or_default())
+        ReadStop::Wrong(report.into_errors())
     }
 
     #[cfg(test)]
@@ -91,6 +92,12 @@ impl ReadStop {
 impl From<Vec<Diagnostic>> for ReadStop {
     fn from(diagnostics: Vec<Diagnostic>) -> ReadStop {
         ReadStop::Wrong(diagnostics)
+    }
+}
+
+impl From<OverLimit> for ReadStop {
+    fn from(refusal: OverLimit) -> ReadStop {
+        ReadStop::Wrong(DiagnosticSink::binary().refuse(Span::START, refusal.to_string()))
     }
 }
 

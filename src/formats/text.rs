@@ -47,5 +47,5 @@ fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
         format!("byte 0x{:02X} is not UTF-8", bytes[offset]),
         "save the file as UTF-8 (or plain ASCII) text",
     );
-    report.finish().err().unwrap_or_default()
+    report.into_errors()
 }

@@ -17,7 +17,7 @@ pub(super) struct TextureLibrary<'a> {
     /// Row of the texture of a picture with a wrapping.
     wrapped: HashMap<(u32, [Wrap; 2]), u32>,
     /// Textures whose wrapping has been set.
-    worn: HashSet<u32>,
+    wrap_assigned: HashSet<u32>,
     /// Textures whose alpha is read; that of others is dropped in the end.
     read_for_alpha: HashSet<u32>,
     /// Row of each texture as a mask.
@@ -64,7 +64,7 @@ impl<'a> TextureLibrary<'a> {
             textures: Vec::new(),
             pictures: HashMap::new(),
             wrapped: HashMap::new(),
-            worn: HashSet::new(),
+            wrap_assigned: HashSet::new(),
             read_for_alpha: HashSet::new(),
             masks: HashMap::new(),
             texels_left: MAX_TEXELS,
@@ -143,9 +143,9 @@ impl<'a> TextureLibrary<'a> {
         if let Some(known) = self.textures.get_mut(texture as usize)
             && known.alpha.is_empty()
         {
-            let budget = self.asset_dir.allowance();
-            let what = || String::from("for the texture of an opacity");
-            match budget.take(known.texels.len() as u64, what) {
+            let bytes = known.texels.len() as u64;
+            let memory = self.asset_dir.memory();
+            match memory.take(bytes, "for the texture of an opacity") {
                 Ok(()) => known.alpha = luminance(&known.texels).into(),
                 Err(reason) => report.error(span(), reason),
             }
@@ -174,9 +174,9 @@ impl<'a> TextureLibrary<'a> {
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let asset_dir = self.asset_dir;
-        let told = |reason: String| {
-            match asset_dir.allowance().refusal() {
+        let row = self.row(origin, name, bytes, wrap);
+        row.unwrap_or_else(|reason| {
+            match self.asset_dir.memory().refusal() {
                 Some(_) => {
                     let message = format!("the texture {name} is left out: {reason}");
                     report.error(span(), message)
@@ -184,34 +184,36 @@ impl<'a> TextureLibrary<'a> {
                 None => report.texture_left_out(span(), name, reason),
             }
             NO_TEXTURE
-        };
+        })
+    }
+
+    /// The row of a picture with a wrapping. The error says why there is none, the first time; later
+    /// it is [`NO_TEXTURE`].
+    fn row<'b>(
+        &mut self,
+        origin: ImageKey,
+        name: &str,
+        bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
+        wrap: [Wrap; 2],
+    ) -> Result<u32, String> {
         let first = match self.pictures.get(&origin) {
             Some(&first) => first,
             None => {
                 let decoded = bytes().and_then(|bytes| self.decode(name, &bytes));
-                let (first, reason) = match decoded {
-                    Ok(texture) => (self.push(texture), None),
-                    Err(reason) => (NO_TEXTURE, Some(reason)),
-                };
-                self.pictures.insert(origin, first);
-                if let Some(reason) = reason {
-                    return told(reason);
-                }
-                first
+                let first = decoded.map(|texture| self.push(texture));
+                self.pictures.insert(origin, known(&first));
+                first?
             }
         };
         if first == NO_TEXTURE {
-            return first;
+            return Ok(first);
         }
         if let Some(&row) = self.wrapped.get(&(first, wrap)) {
-            return row;
+            return Ok(row);
         }
-        let (row, reason) = match self.copy_for(name, first, wrap) {
-            Ok(row) => (row, None),
-            Err(reason) => (NO_TEXTURE, Some(reason)),
-        };
-        self.wrapped.insert((first, wrap), row);
-        reason.map_or(row, told)
+        let row = self.copy_for(name, first, wrap);
+        self.wrapped.insert((first, wrap), known(&row));
+        row
     }
 
     /// Decodes a picture into sRGB bytes, if there is memory for it.
@@ -219,15 +221,15 @@ impl<'a> TextureLibrary<'a> {
         let picture = EncodedImage::open(bytes)?;
         let (width, height) = (picture.width, picture.height);
         checked_budget(width, height, self.texels_left)?;
-        let what = || format!("to decode the texture {name} of {width}×{height} texels");
+        let what = format!("to decode the texture {name} of {width}×{height} texels");
         let (texels, alpha) = (picture.pixels() * 3, picture.alpha_bytes());
-        let budget = self.asset_dir.allowance();
-        budget.lend(texels + alpha + picture.scratch + bytes.len() as u64, what)?;
-        budget.take(texels, what)?;
+        let memory = self.asset_dir.memory();
+        memory.lend(texels + alpha + picture.scratch + bytes.len() as u64, &what)?;
+        memory.take(texels, &what)?;
         // Counted even if it turns out to be broken, so that many broken ones stay cheap.
         self.texels_left -= picture.pixels();
         let decoded = picture.decode()?;
-        budget.take(decoded.alpha.len() as u64, what)?;
+        memory.take(decoded.alpha.len() as u64, &what)?;
         Ok(Texture {
             width,
             height,
@@ -240,16 +242,15 @@ impl<'a> TextureLibrary<'a> {
     /// Row of a picture with another wrapping. The first use sets the wrapping of the texture
     /// itself, and only another one needs a copy.
     fn copy_for(&mut self, name: &str, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
-        let row = match self.worn.insert(first) {
+        let row = match self.wrap_assigned.insert(first) {
             true => first,
             false => {
                 let texture = &self.textures[first as usize];
                 let (width, height) = (texture.width, texture.height);
                 let texels = checked_budget(width, height, self.texels_left)?;
                 let alpha = texture.alpha.len() as u64;
-                self.asset_dir.allowance().take(texels * 3 + alpha, || {
-                    format!("for the texture {name} with another wrapping")
-                })?;
+                let what = format!("for the texture {name} with another wrapping");
+                self.asset_dir.memory().take(texels * 3 + alpha, what)?;
                 self.texels_left -= texels;
                 let copy = texture.clone();
                 self.push(copy)
@@ -264,6 +265,11 @@ impl<'a> TextureLibrary<'a> {
         self.textures.push(texture);
         self.textures.len() as u32 - 1
     }
+}
+
+/// The row that stands for a result from then on.
+fn known(row: &Result<u32, String>) -> u32 {
+    *row.as_ref().unwrap_or(&NO_TEXTURE)
 }
 
 /// Luminance of the bytes as they are stored (Rec. 709), none if all are white. Grey keeps its
@@ -348,7 +354,7 @@ mod tests {
             for name in names {
                 library.named(name, repeat, span, &mut report);
             }
-            (asset_dir.allowance().refusal(), report.finish().is_ok())
+            (asset_dir.memory().refusal(), report.finish().is_ok())
         };
         const EACH: u64 = 3 << 20;
         const ROOM: u64 = 2 << 20;
@@ -419,9 +425,9 @@ mod tests {
             library.mask_of(row, || Span::START, &mut report);
             assert_eq!(
                 report.finish().is_err(),
-                asset_dir.allowance().refusal().is_some()
+                asset_dir.memory().refusal().is_some()
             );
-            asset_dir.allowance().refusal().map(|refusal| refusal.what)
+            asset_dir.memory().refusal().map(|refusal| refusal.what)
         };
         const MEGABYTE: u64 = 1 << 20;
         let what = refused(4 * MEGABYTE, "half.png").expect("no room for its alpha and tables");

@@ -1,7 +1,7 @@
 //! Text in UTF-16, as some editors and shells save it, made UTF-8 for all readers.
 
 use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
-use super::memory_budget::MemoryBudget;
+use super::memory::MemoryLedger;
 use super::text::HEAD_BYTES;
 
 /// The text of a file that a byte order mark declares to be UTF-16, without the mark, as UTF-8.
@@ -11,7 +11,7 @@ use super::text::HEAD_BYTES;
 /// One error: at the first invalid character, or because there is not enough memory.
 pub(super) fn to_utf8(
     bytes: &[u8],
-    budget: &MemoryBudget,
+    memory: &MemoryLedger,
 ) -> Result<Option<Vec<u8>>, Vec<Diagnostic>> {
     let (unit, rest): (fn([u8; 2]) -> u16, _) = match bytes {
         [0xff, 0xfe, rest @ ..] => (u16::from_le_bytes, rest),
@@ -37,12 +37,9 @@ pub(super) fn to_utf8(
     if !odd.is_empty() {
         return Err(broken(offset));
     }
-    let what = || "for the file's text in UTF-8".into();
-    budget.take(length as u64, what).map_err(|message| {
-        let mut report = DiagnosticSink::binary();
-        report.error(Span::START, message);
-        report.finish().err().unwrap_or_default()
-    })?;
+    memory
+        .take(length as u64, "for the file's text in UTF-8")
+        .map_err(|refusal| DiagnosticSink::binary().refuse(Span::START, refusal.to_string()))?;
     let mut text = String::with_capacity(length);
     text.extend(char::decode_utf16(units()).flatten());
     Ok(Some(text.into_bytes()))
@@ -56,7 +53,7 @@ fn broken(offset: usize) -> Vec<Diagnostic> {
         "the file is marked as text in UTF-16, and no character begins here",
         "save the file as UTF-8 (or plain ASCII) text",
     );
-    report.finish().err().unwrap_or_default()
+    report.into_errors()
 }
 
 #[cfg(test)]
@@ -64,7 +61,7 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8], most: Option<u64>) -> Result<Option<Vec<u8>>, (usize, String)> {
-        to_utf8(bytes, &MemoryBudget::of(most)).map_err(|all| {
+        to_utf8(bytes, &MemoryLedger::of(most)).map_err(|all| {
             assert_eq!(all.len(), 1);
             (all[0].offset, all[0].message.clone())
         })

@@ -70,6 +70,7 @@ pub(super) fn cut(
 
 /// One vector of all parts, each of which is dropped as soon as it has been copied.
 pub(super) fn joined<T: Copy>(mut parts: Vec<Vec<T>>) -> Vec<T> {
+    parts.retain(|part| !part.is_empty());
     if parts.len() == 1 {
         return parts.swap_remove(0);
     }

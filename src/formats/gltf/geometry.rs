@@ -5,6 +5,7 @@ use super::materials::PrimitiveMaterial;
 use super::source::GltfSource;
 use super::triangle_indices::TriangleIndices;
 use super::vertices::PrimitiveVertices;
+use crate::memory::OverLimit;
 use glam::DVec3;
 use phalanx_scene::Bounds;
 
@@ -27,7 +28,7 @@ impl<'a> PrimitiveGeometry<'a> {
         material: &PrimitiveMaterial,
         vertices: PrimitiveVertices<'a>,
         most: u64,
-        room: impl FnOnce(u64, u64) -> Result<(), String>,
+        room: impl FnOnce(u64, u64) -> Result<(), OverLimit>,
     ) -> Result<PrimitiveGeometry<'a>, String> {
         let mut shape = PrimitiveGeometry {
             vertices,

@@ -6,7 +6,7 @@ use super::morph;
 use super::nodes::{self, NO_ROTATION, NO_SCALE, PlacedNode};
 use super::source::GltfSource;
 use crate::diagnostics::DiagnosticSink;
-use crate::memory_budget::MemoryBudget;
+use crate::memory::MemoryLedger;
 use glam::DAffine3;
 use std::collections::HashMap;
 
@@ -54,7 +54,7 @@ const COPY_BYTES: u64 = 512;
 /// Finds the placements of meshes.
 pub(super) struct Placements<'a> {
     source: &'a GltfSource<'a>,
-    allowance: &'a MemoryBudget,
+    memory: &'a MemoryLedger,
     copies_left: u64,
     /// Number of primitives, each times its morph targets, that poses may still open. Any number of
     /// nodes may show a mesh in poses of their own.
@@ -69,13 +69,13 @@ impl<'a> Placements<'a> {
     /// Every mesh that is shown, once for each pose, in the order of its first node.
     pub(super) fn of(
         source: &'a GltfSource<'a>,
-        allowance: &'a MemoryBudget,
+        memory: &'a MemoryLedger,
         nodes: &[PlacedNode],
         report: &mut DiagnosticSink,
     ) -> Vec<PlacedMesh<'a>> {
         let mut placements = Placements {
             source,
-            allowance,
+            memory,
             copies_left: FREE_COPIES + source.buffer_bytes(),
             openings_left: FREE_OPENINGS + source.document_bytes(),
             at_rest: HashMap::new(),
@@ -111,8 +111,9 @@ impl<'a> Placements<'a> {
             (None, _) if at_rest => PlacementKey::Rest(row),
             (None, None) => PlacementKey::OfMesh(row),
             (None, Some(own)) => {
-                let what = || "for the weights of morph targets".to_owned();
-                self.allowance.take(8 * own.len() as u64, what)?;
+                let bytes = 8 * own.len() as u64;
+                self.memory
+                    .take(bytes, "for the weights of morph targets")?;
                 PlacementKey::OfNodes(row, own.iter().map(|weight| weight.to_bits()).collect())
             }
         };
@@ -168,8 +169,8 @@ impl<'a> Placements<'a> {
         self.copies_left = left
             .ok_or_else(|| format!("{count} more copies are too many for a file of this size"))?;
         let bytes = (count as u64).saturating_mul(COPY_BYTES);
-        let what = || format!("for {count} copies of a mesh");
-        self.allowance.take(bytes, what)?;
+        self.memory
+            .take(bytes, format_args!("for {count} copies of a mesh"))?;
         let wide = |rows: Option<Accessor>, k: usize, none: [f64; 3]| {
             rows.map_or(none, |rows| rows.get(k).map(f64::from))
         };

@@ -3,6 +3,7 @@
 
 use super::geometry::PrimitiveGeometry;
 use super::skins::Influences;
+use crate::chunk_remarks::counted;
 use crate::mesh::is_in_reach;
 use crate::origin::Origin;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
@@ -63,13 +64,8 @@ impl BadAttributes {
                 "vertices follow joints that their skin does not have",
             ),
         ];
-        let messages = kinds
-            .iter()
-            .filter_map(|&(count, one, several)| match count {
-                0 => None,
-                1 => Some(one.to_owned()),
-                _ => Some(format!("{count} {several}")),
-            });
+        let there = kinds.iter().filter(|(count, ..)| *count > 0);
+        let messages = there.map(|&(count, one, several)| counted(count, one, several));
         messages.collect()
     }
 }

@@ -16,7 +16,7 @@ use crate::defaults::{MissingParts, finish_scene};
 use crate::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::folder::Folder;
 use crate::loaded::Loaded;
-use crate::memory_budget::MemoryBudget;
+use crate::memory::MemoryLedger;
 use crate::mesh_defaults::{BARE, empty_scene};
 use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
@@ -58,12 +58,11 @@ pub(crate) fn read(
     let opened = container::open(bytes);
     let parsed = opened.and_then(|parts| {
         let count = |byte: u8| memchr::memchr_iter(byte, &bytes[parts.json.clone()]).count() as u64;
-        let what = || "for the rows of the document".to_owned();
         // Names and data in the text stay in memory, and so do the numbers of lists.
         let rows = count(b'{') * ROW_BYTES + count(b',') * NUMBER_BYTES;
         let text = parts.json.len() as u64;
-        let allowed = asset_dir.allowance().take(rows + text, what);
-        allowed.map_err(|message| (Span::START, message))?;
+        let taken = (asset_dir.memory()).take(rows + text, "for the rows of the document");
+        taken.map_err(|refusal| (Span::START, refusal.into()))?;
         Ok((GltfSource::parse(bytes, &parts)?, parts))
     });
     match parsed {
@@ -95,7 +94,7 @@ struct GltfReader<'a, 't> {
     scene: Scene,
     report: DiagnosticSink<'t>,
     materials: Option<GltfMaterials<'a>>,
-    allowance: &'a MemoryBudget,
+    memory: &'a MemoryLedger,
     instances: MeshInstances<'a>,
     /// Number of triangles that may still be created: one per byte of the file, plus a few million.
     /// Accessors may be shared any number of times, and nothing else limits that.
@@ -146,7 +145,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             scene,
             report,
             materials: Some(GltfMaterials::new(source, asset_dir)),
-            allowance: asset_dir.allowance(),
+            memory: asset_dir.memory(),
             instances: MeshInstances::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
             displacements_left: FREE_DISPLACEMENTS + DISPLACEMENTS_PER_BYTE * source.buffer_bytes(),
@@ -161,7 +160,7 @@ impl<'a, 't> GltfReader<'a, 't> {
     fn run(&mut self, missing: &mut MissingParts) -> Result<(), ReadStop> {
         let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
         let (source, report) = (self.source, &mut self.report);
-        let placements = Placements::of(source, self.allowance, &nodes, report);
+        let placements = Placements::of(source, self.memory, &nodes, report);
         for placed in self.instances.joined(placements) {
             for part in self.instances.parts(&placed) {
                 if self.report.is_full() {
@@ -272,10 +271,10 @@ impl<'a, 't> GltfReader<'a, 't> {
         for shape in shapes {
             let left = self.triangles_left.checked_sub(shape.len() as u64);
             self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
-            let what = || format!("for {} more triangles", shape.len());
+            let what = format!("for {} more triangles", shape.len());
             let bytes = shape.mesh_bytes();
-            self.allowance.lend(open.saturating_add(bytes), what)?;
-            self.allowance.take(bytes, what)?;
+            self.memory.lend(open.saturating_add(bytes), &what)?;
+            self.memory.take(bytes, &what)?;
             let left = self.displacements_left.checked_sub(shape.displacements());
             self.displacements_left =
                 left.ok_or("its morph targets are too many for a file of this size")?;
@@ -356,11 +355,11 @@ impl<'a, 't> GltfReader<'a, 't> {
                     format!("primitives[{k}]: its texture is not shown: it has no `{set}`");
                 source.warning(&mut self.report, "meshes", mesh, &message);
             }
-            let budget = self.allowance;
+            let memory = self.memory;
             let room = |triangles: u64, columns: u64| {
-                let what = || format!("for {triangles} more triangles");
                 open += triangles * CORNERS_BYTES;
-                budget.lend(open.saturating_add(columns), what)
+                let what = format!("for {triangles} more triangles");
+                memory.lend(open.saturating_add(columns), what)
             };
             let shape = PrimitiveGeometry::open(source, primitive, &material, vertices, left, room)
                 .map_err(named)?;

@@ -229,10 +229,9 @@ fn fetch(
     asset_dir: &Folder,
     files: &mut HashMap<Found, Rc<Vec<u8>>>,
 ) -> Result<Rc<Vec<u8>>, String> {
-    let budget = asset_dir.allowance();
+    let memory = asset_dir.memory();
     if let Some(data) = parse_data_uri(uri) {
-        let what = || "for the buffers in the text".to_owned();
-        budget.take(data.most_bytes(), what)?;
+        memory.take(data.most_bytes(), "for the buffers in the text")?;
         return data.bytes().map(Rc::new);
     }
     let name = file_name(uri, asset_dir);
@@ -242,8 +241,8 @@ fn fetch(
         return Ok(Rc::clone(bytes));
     }
     let bytes = asset_dir.read(&file).map_err(unread)?;
-    let size = bytes.len() as u64;
-    budget.take(size, || format!("to read {}", quoted_file(&name)))?;
+    let name = quoted_file(&name);
+    memory.take(bytes.len() as u64, format_args!("to read {name}"))?;
     // No copy: the vector itself is shared.
     let bytes = Rc::new(bytes);
     files.insert(file, Rc::clone(&bytes));

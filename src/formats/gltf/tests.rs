@@ -153,7 +153,7 @@ fn rows_and_triangles_count_before_they_are_made() {
     let refused = |most: u64| {
         let asset_dir = Folder::none().within(Some(most));
         let read = read(text.as_bytes(), &asset_dir, &Options::default()).is_ok();
-        let refused = asset_dir.allowance().refusal();
+        let refused = asset_dir.memory().refusal();
         assert_eq!(read, refused.is_none());
         refused.map(|refused| refused.what)
     };

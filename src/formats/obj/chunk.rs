@@ -2,11 +2,13 @@
 
 use super::colors::ChunkColors;
 use super::cursor::{Cursor, KEYWORD_BYTES};
+use super::remarks::UNKNOWN;
+use crate::chunk_remarks::{ChunkRemarks, ParseError, WarningTally};
 use crate::decimal;
 use crate::diagnostics::Span;
 use crate::faces::{FaceCorner, Faces};
-use crate::memory_budget::BudgetShare;
-use crate::mesh::{self, NotFinite, Occurrences, ParseError, ParseErrors};
+use crate::memory::LedgerShare;
+use crate::mesh::{self, NotFinite};
 use crate::text::mark_length;
 use glam::DVec3;
 
@@ -43,36 +45,18 @@ pub(super) struct ObjChunk {
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are not finite or zero.
     pub(super) bad_normals: Vec<NotFinite>,
-    /// UVs that are not finite; their rows are zero.
-    pub(super) bad_uvs: Occurrences,
     /// Numbers of UVs and normals that the file does not have.
-    pub(super) bad_references: [Occurrences; 3],
-    /// Faces with a UV or a normal at some corners only.
-    pub(super) unlike: Occurrences,
-    /// Operands that statements do not have.
-    pub(super) surplus: Occurrences,
+    pub(super) bad_references: [WarningTally; 3],
     pub(super) colors: ChunkColors,
     /// Changes of the smoothing group by `s`: the first triangle with the new one, and its number,
     /// 0 for none.
     pub(super) smoothing: Vec<(usize, u32)>,
-    pub(super) skipped: Skipped,
-    pub(super) errors: ParseErrors,
+    pub(super) remarks: ChunkRemarks,
     /// Largest absolute number of each attribute, counted from 1.
     pub(super) highest: [u32; 3],
     /// Relative number of each attribute that reaches back farthest, counted from the first row of
     /// the chunk.
     pub(super) lowest: [i64; 3],
-}
-
-/// Statements that are left out.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Skipped {
-    /// Faces of fewer than three corners, lines and points.
-    pub(super) lines: Occurrences,
-    /// Curves and surfaces.
-    pub(super) free_forms: Occurrences,
-    /// Statements that OBJ files do not have.
-    pub(super) unknown: Occurrences,
 }
 
 impl ObjChunk {
@@ -93,7 +77,7 @@ pub(super) fn read<'a>(
     start: usize,
     limits: IndexLimits,
     origin: Option<DVec3>,
-    share: BudgetShare<'a>,
+    share: LedgerShare<'a>,
 ) -> ObjChunk {
     // A byte order mark is not part of the first name.
     let at = if start == 0 { mark_length(text) } else { start };
@@ -112,7 +96,7 @@ pub(super) fn read<'a>(
             return reader.chunk;
         }
         if let Err(error) = reader.statement() {
-            reader.chunk.errors.push(error);
+            reader.chunk.remarks.error(error);
         }
         // The rest is a comment, or follows a fault.
         reader.cursor.skip_statement();
@@ -124,7 +108,7 @@ pub(super) struct ObjReader<'a> {
     pub(super) limits: IndexLimits,
     /// The origin that is subtracted from vertices, if the scene is moved.
     origin: Option<DVec3>,
-    pub(super) share: BudgetShare<'a>,
+    pub(super) share: LedgerShare<'a>,
     pub(super) chunk: ObjChunk,
     /// Corners of the current face.
     pub(super) corners: Vec<FaceCorner>,
@@ -181,15 +165,19 @@ impl ObjReader<'_> {
                 self.chunk.libraries.push(files);
             }
             b"s" => self.smoothing_group(),
-            b"l" | b"p" => self.chunk.skipped.lines.add(name),
+            b"l" | b"p" => self.skip_line(name),
             b"g" | b"o" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" | b"maplib"
             | b"usemap" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {
             }
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf"
             | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" => {
-                self.chunk.skipped.free_forms.add(name)
+                self.chunk.remarks.warn(
+                    name,
+                    "this statement of a curve or surface is skipped",
+                    "statements of curves and surfaces are skipped, this one first",
+                );
             }
-            _ => self.chunk.skipped.unknown.add(name),
+            _ => self.chunk.remarks.warn(name, UNKNOWN[0], UNKNOWN[1]),
         }
         Ok(())
     }
@@ -267,8 +255,11 @@ impl ObjReader<'_> {
         let [u, v] = *position.as_ref().unwrap_or(&[0.0; 2]);
         let finite = u.is_finite() && v.is_finite();
         if !finite {
-            let span = Span::between(start, self.cursor.at);
-            self.chunk.bad_uvs.add(span);
+            self.chunk.remarks.warn(
+                Span::between(start, self.cursor.at),
+                "this texture place is not finite: (0, 0) is used instead",
+                "texture places are not finite, this one first: (0, 0) is used instead",
+            );
         }
         push(
             &mut self.chunk.uvs,
@@ -323,8 +314,20 @@ impl ObjReader<'_> {
     /// Notes an operand that the statement does not have, and passes the rest.
     #[cold]
     pub(super) fn note_surplus(&mut self, start: usize) {
-        let span = Span::between(start, self.cursor.at);
-        self.chunk.surplus.add(span);
+        self.chunk.remarks.warn(
+            Span::between(start, self.cursor.at),
+            "this is one operand too many: it is not used",
+            "statements have operands too many, this one first: they are not used",
+        );
+    }
+
+    /// Notes a face of too few corners, or a line or point.
+    pub(super) fn skip_line(&mut self, span: Span) {
+        self.chunk.remarks.warn(
+            span,
+            "this face of two corners, line or point is skipped",
+            "faces of two corners, lines or points are skipped, this one first",
+        );
     }
 }
 

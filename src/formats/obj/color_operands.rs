@@ -1,9 +1,9 @@
 //! Colours in the text: three numbers behind a position, or ZBrush's comments.
 
 use super::chunk::ObjReader;
+use crate::chunk_remarks::ParseError;
 use crate::diagnostics::Span;
 use crate::faces::VERTEX;
-use crate::mesh::ParseError;
 use crate::vertex_colors::COLOR_BYTES;
 
 impl ObjReader<'_> {
@@ -32,8 +32,14 @@ impl ObjReader<'_> {
             return;
         }
         let vertex = self.chunk.counts()[VERTEX] - 1;
-        let span = Span::between(start, self.cursor.at);
-        self.chunk.colors.add(vertex, rgb, span);
+        if !rgb.iter().all(|channel| channel.is_finite()) {
+            self.chunk.remarks.warn(
+                Span::between(start, self.cursor.at),
+                "this colour is not finite: white is used instead",
+                "colours are not finite, this one first: white is used instead",
+            );
+        }
+        self.chunk.colors.add(vertex, rgb);
     }
 
     /// Reads ZBrush's `#MRGB` and the colours after it, each of which is a mask, red, green and

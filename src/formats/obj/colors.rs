@@ -1,7 +1,6 @@
 //! Colours of vertices, from all chunks.
 
-use crate::diagnostics::Span;
-use crate::mesh::{self, Occurrences};
+use crate::mesh;
 use crate::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
 use crate::workers;
 use phalanx_scene::Vec3s;
@@ -15,8 +14,6 @@ pub(super) struct ChunkColors {
     largest: f32,
     /// Colours of ZBrush's comments, for the vertices of the file in their order.
     pub(super) painted: Vec<[u8; 3]>,
-    /// Colours that are not finite: white is used instead.
-    pub(super) bad: Occurrences,
 }
 
 /// Largest channel of a colour from 0 to 1; rounding may take one a little above 1.
@@ -24,11 +21,8 @@ const MAX_SHARE: f32 = 1.5;
 
 impl ChunkColors {
     /// Adds the colour of the vertex of this number. One that is not finite is missing.
-    pub(super) fn add(&mut self, vertex: usize, rgb: [f32; 3], span: Span) {
+    pub(super) fn add(&mut self, vertex: usize, rgb: [f32; 3]) {
         let finite = rgb.iter().all(|channel| channel.is_finite());
-        if !finite {
-            self.bad.add(span);
-        }
         for (column, channel) in self.rgb.iter_mut().zip(rgb) {
             column.resize(vertex, f32::NAN);
             column.push(if finite { channel } else { f32::NAN });

@@ -1,10 +1,10 @@
 //! Faces of an OBJ file: corners with the numbers of their vertices, UVs and normals.
 
 use super::chunk::ObjReader;
+use crate::chunk_remarks::ParseError;
 use crate::decimal;
 use crate::diagnostics::Span;
 use crate::faces::{FaceCorner, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, UV, VERTEX, extra_bytes};
-use crate::mesh::ParseError;
 
 impl ObjReader<'_> {
     #[inline]
@@ -26,7 +26,7 @@ impl ObjReader<'_> {
         match count {
             0 => Err(self.cursor.missing("a corner")),
             1 | 2 => {
-                self.chunk.skipped.lines.add(span);
+                self.skip_line(span);
                 Ok(())
             }
             count if count > MAX_CORNERS => Err(ParseError::new(
@@ -59,7 +59,11 @@ impl ObjReader<'_> {
             }
             // If a number is out of range, there is already a warning.
             if !self.out_of_range[attribute] {
-                self.chunk.unlike.add(span);
+                self.chunk.remarks.warn(
+                    span,
+                    "this face has a texture place or a normal at some corners only, and is drawn without it",
+                    "faces, this one first, have a texture place or a normal at some corners only, and are drawn without it",
+                );
             }
             for corner in &mut self.corners {
                 corner.numbers[attribute] = NONE;

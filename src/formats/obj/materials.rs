@@ -7,7 +7,7 @@ use super::name::{spellings, text_of, without_comment};
 use super::{file_list, mtl};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found, NamedFile};
-use crate::memory_budget::MemoryBudget;
+use crate::memory::MemoryLedger;
 use crate::texture::TextureLibrary;
 use crate::utf16;
 use phalanx_scene::{MaterialTable, Scene};
@@ -36,8 +36,8 @@ pub(super) struct MaterialLibrary<'a> {
 }
 
 /// A material file's bytes, as UTF-8 if they are text in UTF-16.
-fn as_utf8(bytes: Vec<u8>, budget: &MemoryBudget) -> Result<Vec<u8>, String> {
-    match utf16::to_utf8(&bytes, budget) {
+fn as_utf8(bytes: Vec<u8>, memory: &MemoryLedger) -> Result<Vec<u8>, String> {
+    match utf16::to_utf8(&bytes, memory) {
         Ok(text) => Ok(text.unwrap_or(bytes)),
         Err(mut faults) => Err(faults.pop().map_or_else(String::new, |fault| fault.message)),
     }
@@ -133,12 +133,12 @@ impl<'a> MaterialLibrary<'a> {
         {
             return;
         }
-        let budget = self.asset_dir.allowance();
+        let memory = self.asset_dir.memory();
         let read = file.and_then(|file| {
-            let bytes = as_utf8(self.asset_dir.read(&file)?, budget)?;
-            let what = || format!("for the materials of {}", quoted_file(name));
-            let materials = mtl::most_materials(&bytes);
-            budget.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
+            let bytes = as_utf8(self.asset_dir.read(&file)?, memory)?;
+            let needed = bytes.len() as u64 + mtl::most_materials(&bytes) * MATERIAL_BYTES;
+            let name = quoted_file(name);
+            memory.take(needed, format_args!("for the materials of {name}"))?;
             Ok((file, bytes))
         });
         let (file, bytes) = match read {
@@ -147,7 +147,7 @@ impl<'a> MaterialLibrary<'a> {
                 self.incomplete = true;
                 let name = quoted_file(name);
                 let message = format!("the material file {name} is left out: {reason}");
-                return match budget.refusal() {
+                return match memory.refusal() {
                     Some(_) => report.error(span, message),
                     None => report.warning(span, message),
                 };

@@ -3,15 +3,15 @@
 use super::chunk::{IndexLimits, ObjChunk};
 use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{self, Faces, NORMAL, VERTEX};
+use crate::faces::{NORMAL, VERTEX};
 use crate::folder::Folder;
 use crate::loaded::Loaded;
-use crate::memory_budget::{MemoryBudget, SharedBudget};
-use crate::mesh::{self, MergedMesh, NotFinite};
+use crate::memory::MemoryLedger;
+use crate::mesh::{self, NotFinite, PolygonMesh};
 use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
 use crate::text::HEAD_BYTES;
-use crate::vertex_colors::COLOR_ROW_BYTES;
+use crate::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
 use crate::workers;
 use glam::DVec3;
 use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
@@ -59,22 +59,19 @@ fn read_in_chunks(
         return Err(ReadStop::of(report));
     }
     let moved = options.origin.offset();
-    let made = asset_dir.allowance().shared();
-    let chunks = read_chunks(bytes, threads, (chunk_bytes, moved), &made, &mut report);
-    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
-    let needed = made.used().saturating_add(cutting);
-    if let Err(message) = asset_dir.allowance().lend(needed, faces::purpose) {
-        report.error(Span::START, message);
-    }
-    let mut table = MaterialTable::default();
-    if !report.is_clean() {
-        return Err(ReadStop::of(report));
-    }
+    let memory = asset_dir.memory();
+    let mut chunks = read_chunks(bytes, threads, (chunk_bytes, moved), memory);
     let total = limits_of(&chunks)
         .first()
         .map_or([0; 3], |limits| limits.total);
-    remarks::warn(bytes, &chunks, total, &mut report);
-    let (mut joined, changes) = merge(chunks, threads, &mut report);
+    remarks::emit(bytes, &mut chunks, total, &mut report);
+    if !report.is_clean() {
+        return Err(ReadStop::of(report));
+    }
+    let mut table = MaterialTable::default();
+    let (mesh, colors, changes) = merge(chunks, threads);
+    let mut joined = mesh.triangulated(threads, memory, &mut report)?;
+    joined.colors = colors;
     let mut scene = mesh::scene_for(&joined.colors, options, &mut table);
     // Checked before materials and textures are read, which would be for nothing.
     if options.origin == Origin::Auto
@@ -82,8 +79,9 @@ fn read_in_chunks(
     {
         return Err(ReadStop::Far(far));
     }
-    if let Err(message) = take_memory(&joined, made.used(), asset_dir) {
-        report.error(Span::START, message);
+    if !joined.colors.rgb.is_empty() {
+        let rows = joined.faces[VERTEX].len() as u64 * COLOR_ROW_BYTES;
+        memory.take(rows, "for the colours of the file's vertices")?;
     }
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
@@ -98,66 +96,43 @@ fn read_in_chunks(
         );
         joined.material = materials.rows;
         remarks::warn_unplaced(&scene, &joined, &mut report);
-        let budget = asset_dir.allowance();
-        let baked = uv_baking::bake(&mut joined, &materials.transformed, budget)
-            .and_then(|()| smoothing::smooth(&mut joined, &changes.smoothing, budget));
-        if let Err(message) = baked {
-            report.error(Span::START, message);
-        }
+        uv_baking::bake(&mut joined, &materials.transformed, memory)?;
+        smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
     }
     mesh::finish(scene, joined, options, report)
 }
 
-/// Takes the memory of triangles and colours.
-fn take_memory(joined: &MergedMesh, made: u64, asset_dir: &Folder) -> Result<(), String> {
-    let budget = asset_dir.allowance();
-    budget.take(made, faces::purpose)?;
-    if joined.colors.rgb.is_empty() {
-        return Ok(());
-    }
-    let rows = joined.faces[VERTEX].len() as u64 * COLOR_ROW_BYTES;
-    budget.take(rows, || "for the colours of the file's vertices".into())
-}
-
-/// Reads all chunks and reports their errors. Faces for which there is no memory are left out.
+/// Reads all chunks. Faces for which there is no memory are left out.
 fn read_chunks(
     bytes: &[u8],
     threads: usize,
     (size, moved): (usize, Option<DVec3>),
-    made: &SharedBudget,
-    report: &mut DiagnosticSink,
+    memory: &MemoryLedger,
 ) -> Vec<ObjChunk> {
     let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
     let first = ranges
         .iter()
         .map(|range| (range.clone(), IndexLimits::UNKNOWN));
-    let read = |made: &SharedBudget, (range, limits): (Range<usize>, IndexLimits)| {
+    let read = |memory: &MemoryLedger, (range, limits): (Range<usize>, IndexLimits)| {
         let text = &bytes[..range.end];
-        chunk::read(text, range.start, limits, moved, made.share())
+        chunk::read(text, range.start, limits, moved, memory.share())
     };
-    let chunks = workers::map(threads, first.collect(), |part| read(made, part));
+    let chunks = workers::map(threads, first.collect(), |part| read(memory, part));
     let limits = limits_of(&chunks);
     let within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
         let ends = |k: usize| i64::from(chunk.highest[k]) <= limits.total[k];
         let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
-        chunk.errors.is_empty() && (0..3).all(|k| ends(k) && begins(k))
+        !chunk.remarks.has_errors() && (0..3).all(|k| ends(k) && begins(k))
     };
     // No second reading if there is not enough memory either.
-    if made.is_over() || chunks.iter().zip(&limits).all(within) {
+    if memory.is_over() || chunks.iter().zip(&limits).all(within) {
         return chunks;
     }
     drop(chunks);
     // The first reading has checked that there is memory for these.
-    let found = MemoryBudget::of(None).shared();
+    let unlimited = MemoryLedger::of(None);
     let parts = ranges.into_iter().zip(limits).collect();
-    let again = workers::map(threads, parts, |part| read(&found, part));
-    again
-        .into_iter()
-        .map(|mut chunk| {
-            std::mem::take(&mut chunk.errors).emit(report);
-            chunk
-        })
-        .collect()
+    workers::map(threads, parts, |part| read(&unlimited, part))
 }
 
 /// Start of a statement at or after an offset: behind a line end that no `\` continues.
@@ -201,60 +176,36 @@ struct StateChanges {
     libraries: Vec<Span>,
 }
 
-/// Joins the chunks: the columns, and the changes of state.
-fn merge(
-    mut chunks: Vec<ObjChunk>,
-    threads: usize,
-    report: &mut DiagnosticSink,
-) -> (MergedMesh, StateChanges) {
-    let limits = limits_of(&chunks);
-    let mut not_finite = Vec::new();
-    let mut bad_normals = Vec::new();
-    for (chunk, limits) in chunks.iter_mut().zip(&limits) {
-        not_finite.extend(shifted(&chunk.not_finite, limits.before[VERTEX]));
-        bad_normals.extend(shifted(&chunk.bad_normals, limits.before[NORMAL]));
-        let before = limits.before.map(|count| count as u32);
-        chunk.faces.resolve(before);
-    }
+/// Joins the chunks: the columns, the colours, and the changes of state.
+fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors, StateChanges) {
     let colors = chunks.iter_mut().map(|chunk| {
         let vertices = chunk.counts()[VERTEX];
         (vertices, std::mem::take(&mut chunk.colors))
     });
     let colors = colors::merge(colors.collect(), threads);
-    let (mut vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
-    let mut faces: Vec<&mut Faces> = chunks.iter_mut().map(|chunk| &mut chunk.faces).collect();
-    mesh::leave_out_unreachable(not_finite, &mut vertices, &mut faces, report);
-    mesh::warn_bad_normals(&bad_normals, report);
-    let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
-    let cut = |mut chunk: ObjChunk| {
-        chunk.faces.triangulate(&vertices);
-        if !bad.is_empty() {
-            chunk.faces.without_normals(&bad);
-        }
-        chunk
+    let limits = limits_of(&chunks);
+    let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
+    let mut mesh = PolygonMesh {
+        vertices,
+        vertex_normals,
+        vertex_uvs,
+        ..PolygonMesh::default()
     };
-    let chunks = workers::map(threads, chunks, cut);
     let mut changes = StateChanges::default();
     let mut triangles = 0;
-    let faces = chunks.into_iter().map(|chunk| {
+    for (mut chunk, IndexLimits { before, .. }) in chunks.into_iter().zip(limits) {
+        (mesh.not_finite).extend(shifted(&chunk.not_finite, before[VERTEX]));
+        (mesh.bad_normals).extend(shifted(&chunk.bad_normals, before[NORMAL]));
+        chunk.faces.resolve(before.map(|count| count as u32));
         let switches = chunk.switches.iter();
         (changes.materials).extend(switches.map(|&(first, name)| (triangles + first, name)));
         let groups = chunk.smoothing.iter();
         (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
         changes.libraries.extend(chunk.libraries);
         triangles += chunk.faces.len();
-        chunk.faces
-    });
-    let faces: Vec<Faces> = faces.collect();
-    let joined = MergedMesh {
-        vertices,
-        vertex_normals,
-        vertex_uvs,
-        faces: mesh::merge_faces(threads, faces),
-        colors,
-        ..MergedMesh::default()
-    };
-    (joined, changes)
+        mesh.faces.push(chunk.faces);
+    }
+    (mesh, colors, changes)
 }
 
 fn shifted(rows: &[NotFinite], before: i64) -> impl Iterator<Item = NotFinite> {

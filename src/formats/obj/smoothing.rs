@@ -6,7 +6,7 @@
 
 use super::runs;
 use crate::faces::{NONE, NORMAL, VERTEX};
-use crate::memory_budget::MemoryBudget;
+use crate::memory::{MemoryLedger, OverLimit};
 use crate::mesh::MergedMesh;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -23,8 +23,8 @@ const VERTEX_BYTES: u64 = 4;
 pub(super) fn smooth(
     mesh: &mut MergedMesh,
     runs: &[(usize, u32)],
-    budget: &MemoryBudget,
-) -> Result<(), String> {
+    memory: &MemoryLedger,
+) -> Result<(), OverLimit> {
     let triangles = mesh.faces[VERTEX].len();
     let mut groups = groups(runs, triangles);
     let flat = |k: usize| mesh.faces[NORMAL].get(k).is_none_or(|row| row[0] == NONE);
@@ -37,9 +37,8 @@ pub(super) fn smooth(
         .saturating_mul(3)
         .min(mesh.vertices.len().saturating_mul(groups.len()));
     let rows = triangles as u64 * ROW_BYTES + mesh.vertices.len() as u64 * VERTEX_BYTES;
-    budget.take(rows + normals as u64 * NORMAL_BYTES, || {
-        "for the normals of smoothing groups".into()
-    })?;
+    let needed = rows + normals as u64 * NORMAL_BYTES;
+    memory.take(needed, "for the normals of smoothing groups")?;
     mesh.faces[NORMAL].resize(triangles, [NONE; 3]);
     let mut smoother = Smoother {
         slots: vec![NONE; mesh.vertices.len()],
@@ -164,7 +163,7 @@ mod tests {
 
     fn smoothed(runs: &[(usize, u32)]) -> MergedMesh {
         let mut mesh = roof();
-        smooth(&mut mesh, runs, &MemoryBudget::of(None)).unwrap();
+        smooth(&mut mesh, runs, &MemoryLedger::of(None)).unwrap();
         mesh
     }
 
@@ -199,20 +198,20 @@ mod tests {
             &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             &[[0, 1, 2], [0, 2, 1], [0, 0, 1]],
         );
-        smooth(&mut both, &[(0, 1)], &MemoryBudget::of(None)).unwrap();
+        smooth(&mut both, &[(0, 1)], &MemoryLedger::of(None)).unwrap();
         assert!((0..3).all(|k| normals(&both, k).is_none()));
         let mut own = roof();
         own.vertex_normals.push(Vec3::X);
         own.faces[NORMAL] = vec![[0; 3], [NONE; 3], [NONE; 3], [NONE; 3]];
-        smooth(&mut own, &[(0, 1)], &MemoryBudget::of(None)).unwrap();
+        smooth(&mut own, &[(0, 1)], &MemoryLedger::of(None)).unwrap();
         assert_eq!(normals(&own, 0), Some([Vec3::X; 3]));
         assert!(normals(&own, 1).is_some());
     }
 
     #[test]
     fn normals_count_before_they_are_made() {
-        let budget = MemoryBudget::of(Some(100));
-        let told = smooth(&mut roof(), &[(0, 1)], &budget).unwrap_err();
-        assert!(told.contains("smoothing groups"), "{told}");
+        let memory = MemoryLedger::of(Some(100));
+        let told = smooth(&mut roof(), &[(0, 1)], &memory).unwrap_err();
+        assert!(told.what.contains("smoothing groups"), "{told}");
     }
 }

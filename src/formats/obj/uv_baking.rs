@@ -3,7 +3,7 @@
 
 use super::texture_map::UvTransform;
 use crate::faces::{NONE, UV};
-use crate::memory_budget::MemoryBudget;
+use crate::memory::{MemoryLedger, OverLimit};
 use crate::mesh::MergedMesh;
 use glam::Vec2;
 use std::ops::Range;
@@ -18,8 +18,8 @@ const SLOT_BYTES: u64 = 4;
 pub(super) fn bake(
     mesh: &mut MergedMesh,
     runs: &[(Range<usize>, UvTransform)],
-    budget: &MemoryBudget,
-) -> Result<(), String> {
+    memory: &MemoryLedger,
+) -> Result<(), OverLimit> {
     let count = mesh.vertex_uvs.len();
     if runs.is_empty() || mesh.faces[UV].is_empty() {
         return Ok(());
@@ -28,9 +28,11 @@ pub(super) fn bake(
     let mut runs = runs.to_vec();
     runs.sort_by_key(|(range, transform)| (transform.bits(), range.start));
     let most = corners.min(count.saturating_mul(runs.len()));
-    budget.take(most as u64 * UV_BYTES + count as u64 * SLOT_BYTES, || {
-        "for the places of textures that are scaled or moved".into()
-    })?;
+    let needed = most as u64 * UV_BYTES + count as u64 * SLOT_BYTES;
+    memory.take(
+        needed,
+        "for the places of textures that are scaled or moved",
+    )?;
     let mut slots = vec![NONE; count];
     let mut touched = Vec::new();
     for same in runs.chunk_by(|a, b| a.1.bits() == b.1.bits()) {
@@ -75,7 +77,7 @@ mod tests {
         }
         mesh.faces[UV] = vec![[0, 1, 2], [0, 1, 2], [2, 1, 0], [NONE; 3], [0, 1, 2]];
         let runs = [(1..2, twice), (2..4, moved), (4..5, twice)];
-        bake(&mut mesh, &runs, &MemoryBudget::of(None)).unwrap();
+        bake(&mut mesh, &runs, &MemoryLedger::of(None)).unwrap();
         let rows = &mesh.faces[UV];
         assert_eq!((rows[0], rows[3]), ([0, 1, 2], [NONE; 3]));
         assert_eq!(rows[1], rows[4], "made once");
@@ -89,7 +91,7 @@ mod tests {
             [[0.5, 0.0], [1.5, 1.0], [0.5, 1.0]].map(Vec2::from)
         );
         assert_eq!(mesh.vertex_uvs.len(), 9);
-        let budget = MemoryBudget::of(Some(10));
-        assert!(bake(&mut mesh, &runs, &budget).is_err());
+        let memory = MemoryLedger::of(Some(10));
+        assert!(bake(&mut mesh, &runs, &memory).is_err());
     }
 }

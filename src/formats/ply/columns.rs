@@ -4,7 +4,6 @@ use super::header::{Element, PropertyKind, Type};
 use crate::diagnostics::Span;
 use crate::mesh::NotFinite;
 use crate::workers;
-use phalanx_scene::Vec3s;
 
 /// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single
 /// precision holds.
@@ -150,14 +149,7 @@ pub(super) fn source(element: &Element, index: usize, items: usize) -> (usize, T
     };
     let before = &element.properties[..index];
     let offset = before.iter().map(|p| size(p.kind)).sum::<usize>();
-    (offset, type_of_number(element.properties[index].kind))
-}
-
-pub(super) fn type_of_number(kind: PropertyKind) -> Type {
-    match kind {
-        PropertyKind::One(kind) => kind,
-        PropertyKind::List { item, .. } => item,
-    }
+    (offset, element.properties[index].kind.number_type())
 }
 
 /// Consecutive rows, and the output for them.
@@ -165,22 +157,6 @@ pub(super) struct RowChunk<'a, T> {
     pub(super) first: usize,
     pub(super) out: T,
     pub(super) rows: &'a [u8],
-}
-
-pub(super) fn checked_columns(
-    mut columns: [Vec<f32>; 3],
-    span: impl Fn(usize) -> Span,
-    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
-) -> (Vec3s, Vec<NotFinite>) {
-    let [x, y, z] = &mut columns;
-    let mut block = RowChunk {
-        first: 0,
-        out: [&mut x[..], &mut y[..], &mut z[..]],
-        rows: &[],
-    };
-    let bad = checked(&mut block, span, check);
-    let [x, y, z] = columns.map(Into::into);
-    (Vec3s { x, y, z }, bad)
 }
 
 /// Replaces unusable vectors of a block; returns those that were replaced.

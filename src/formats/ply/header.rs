@@ -1,7 +1,7 @@
 //! The header of a PLY file: the elements that follow, their counts, and their properties.
 
+use crate::chunk_remarks::{ChunkRemarks, ParseError};
 use crate::diagnostics::{Span, quoted_bytes};
-use crate::mesh::{Occurrences, ParseError, ParseErrors};
 use crate::text::mark_length;
 
 /// Encoding of the rows.
@@ -63,6 +63,14 @@ pub(super) enum PropertyKind {
 }
 
 impl PropertyKind {
+    /// The type of the number, or of the list's items.
+    pub(super) fn number_type(self) -> Type {
+        match self {
+            PropertyKind::One(kind) => kind,
+            PropertyKind::List { item, .. } => item,
+        }
+    }
+
     /// Returns true if it is one number, which single precision holds without rounding.
     pub(super) fn is_single(self) -> bool {
         let double = matches!(self, PropertyKind::One(Type::F64 | Type::I32 | Type::U32));
@@ -128,14 +136,14 @@ impl Element {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
     /// Offset of the first row.
     pub(super) body: usize,
-    /// Unknown lines before the first element, which may be comments without their word.
-    pub(super) ignored: Occurrences,
+    /// Warnings about its lines.
+    pub(super) remarks: ChunkRemarks,
     /// Names of pictures, in the order of their numbers.
     pub(super) pictures: Vec<Span>,
     /// The character that ends a line; `\r` before a `\n` is a blank.
@@ -227,7 +235,7 @@ fn picture_name(comment: &[HeaderWord], bytes: &[u8], line: Span) -> Option<Span
 }
 
 /// Reads the header.
-pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
+pub(super) fn read(bytes: &[u8]) -> Result<Header, ChunkRemarks> {
     let mut lines = HeaderLines::new(bytes);
     let mut reader = PlyHeaderReader::default();
     let first = lines.find(|line| !bytes[line.range()].trim_ascii().is_empty());
@@ -237,30 +245,30 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
             Span::new(line.offset, line.length.min(3))
         });
         let message = "this is not a PLY file: it does not begin with `ply`";
-        reader.errors.push(ParseError::new(span, message));
-        return Err(reader.errors);
+        reader.remarks.error(ParseError::new(span, message));
+        return Err(reader.remarks);
     }
     let ended = reader.lines(bytes, &mut lines);
     let end = Span::at(lines.at);
     if !ended {
         let message = "the header does not end: `end_header` is missing";
-        reader.errors.push(ParseError::new(end, message));
-    } else if reader.encoding.is_none() && reader.errors.is_empty() {
+        reader.remarks.error(ParseError::new(end, message));
+    } else if reader.encoding.is_none() && !reader.remarks.has_errors() {
         let error = ParseError::new(end, "the header has no `format`");
         reader
-            .errors
-            .push(error.with_help("write `format ascii 1.0`, for example, after `ply`"));
+            .remarks
+            .error(error.with_help("write `format ascii 1.0`, for example, after `ply`"));
     }
     match reader.encoding {
-        Some(encoding) if reader.errors.is_empty() => Ok(Header {
+        Some(encoding) if !reader.remarks.has_errors() => Ok(Header {
             encoding,
             elements: reader.elements,
             body: lines.at,
-            ignored: reader.ignored,
+            remarks: reader.remarks,
             pictures: reader.pictures,
             line_end: lines.line_end,
         }),
-        _ => Err(reader.errors),
+        _ => Err(reader.remarks),
     }
 }
 
@@ -268,9 +276,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
 struct PlyHeaderReader {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
-    ignored: Occurrences,
     pictures: Vec<Span>,
-    errors: ParseErrors,
+    remarks: ChunkRemarks,
 }
 
 impl PlyHeaderReader {
@@ -280,7 +287,7 @@ impl PlyHeaderReader {
             let words = words(bytes, line);
             if self.pictures.len() > MAX_PICTURES {
                 let error = ParseError::new(line, format!("more than {MAX_PICTURES} pictures"));
-                self.errors.push(error);
+                self.remarks.error(error);
                 return true;
             }
             match words.first() {
@@ -289,9 +296,9 @@ impl PlyHeaderReader {
                 Some((_, b"end_header")) => return true,
                 Some(_) => {
                     if let Err(error) = self.line(&words) {
-                        self.errors.push(error);
+                        self.remarks.error(error);
                     }
-                    if self.errors.is_full() {
+                    if self.remarks.is_full() {
                         return true;
                     }
                 }
@@ -306,9 +313,13 @@ impl PlyHeaderReader {
             b"format" => self.format(operands(words)?),
             b"element" => self.element(operands(words)?),
             b"property" => self.property(words),
-            // After an element, it may be a property of a row.
+            // Before the first element, it may be a comment without its word.
             _ if self.elements.is_empty() => {
-                self.ignored.add(span);
+                self.remarks.warn(
+                    span,
+                    "this is no line of a header: it is ignored",
+                    "lines, this one first, are none of a header: they are ignored",
+                );
                 Ok(())
             }
             _ => {

@@ -1,9 +1,8 @@
 //! Words of an ascii file: numbers, lists, and the ends of rows.
 
-use super::header::{Property, PropertyKind};
+use crate::chunk_remarks::ParseError;
 use crate::decimal;
 use crate::diagnostics::{Span, quoted_bytes};
-use crate::mesh::ParseError;
 
 /// Number of lines that are neither blank nor a comment.
 pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {
@@ -87,32 +86,21 @@ impl PlyLexer<'_> {
         Span::between(start, self.at)
     }
 
-    /// Passes a property that is not used.
-    pub(super) fn pass(&mut self, property: &Property) -> Result<(), ParseError> {
-        let count = match property.kind {
-            PropertyKind::One(_) => 1,
-            PropertyKind::List { .. } => self.list_count()?,
-        };
-        for _ in 0..count {
-            if self.at_line_end() {
-                return Err(self.missing());
-            }
-            self.word();
+    /// Passes a word.
+    pub(super) fn pass_word(&mut self) -> Result<(), ParseError> {
+        match self.word().length {
+            0 => Err(self.missing()),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
-    pub(super) fn list_count(&mut self) -> Result<i64, ParseError> {
+    /// The next number as the count of a list.
+    pub(super) fn count(&mut self) -> Result<usize, ParseError> {
         self.skip_blanks();
         let start = self.at;
-        let count = self.integer()?;
-        match count {
-            0.. => Ok(count),
-            _ => Err(ParseError::new(
-                self.since(start),
-                "a list cannot have a negative count",
-            )),
-        }
+        let count = self.whole_number()?;
+        usize::try_from(count)
+            .map_err(|_| ParseError::new(self.since(start), "a list cannot have a negative count"))
     }
 
     #[inline]
@@ -146,16 +134,11 @@ impl PlyLexer<'_> {
         span
     }
 
-    #[inline]
-    pub(super) fn float(&mut self) -> Result<f32, ParseError> {
-        self.real(decimal::float)
-    }
-
-    /// A coordinate of a vertex, from which the origin is subtracted.
+    /// The next number, from which an origin is subtracted.
     #[inline]
     pub(super) fn coordinate(&mut self, origin: f64) -> Result<f32, ParseError> {
         if origin == 0.0 {
-            return self.float();
+            return self.real(decimal::float);
         }
         self.real(|text, at| {
             let (value, end) = decimal::double(text, at);
@@ -179,7 +162,7 @@ impl PlyLexer<'_> {
 
     /// The next whole number, which may be written as `3.0` or `3e0`.
     #[inline]
-    pub(super) fn integer(&mut self) -> Result<i64, ParseError> {
+    pub(super) fn whole_number(&mut self) -> Result<i64, ParseError> {
         self.skip_blanks();
         let (mut value, mut end) = decimal::integer(self.text, self.at);
         if matches!(self.text.get(end), Some(b'.' | b'e' | b'E')) {

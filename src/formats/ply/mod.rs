@@ -15,6 +15,7 @@ mod lexer;
 mod pictures;
 mod plan;
 mod reader;
+mod row_reader;
 mod rows;
 mod uvs;
 

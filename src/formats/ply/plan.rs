@@ -5,11 +5,11 @@ use super::header::{Encoding, Header};
 use super::uvs::{self, FaceUvProperties};
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::faces::{self, NONE};
-use crate::memory_budget::SharedBudget;
+use crate::memory::MemoryLedger;
 use glam::DVec3;
 
 /// The elements and properties that are read.
-pub(super) struct ReadPlan {
+pub(super) struct ReadPlan<'a> {
     pub(super) header: Header,
     pub(super) vertices: VertexPlan,
     /// Colours of the element `face`, unless vertices have them.
@@ -17,7 +17,7 @@ pub(super) struct ReadPlan {
     /// Texture coordinates of the element `face`, which go before those of vertices.
     pub(super) face_uvs: FaceUvProperties,
     /// Memory for faces that take more than their rows account for.
-    pub(super) made: SharedBudget,
+    pub(super) memory: &'a MemoryLedger,
 }
 
 /// Indices of the numbers of a vertex among its properties.
@@ -46,14 +46,14 @@ pub(super) enum ElementUse {
     Nothing,
 }
 
-impl ReadPlan {
+impl<'a> ReadPlan<'a> {
     /// Returns `None`, and errors in the report, if the header lacks something that a mesh needs.
     pub(super) fn new(
         header: Header,
         origin: DVec3,
-        made: SharedBudget,
+        memory: &'a MemoryLedger,
         report: &mut DiagnosticSink,
-    ) -> Option<ReadPlan> {
+    ) -> Option<ReadPlan<'a>> {
         let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
             let start = Span::new(0, 3);
             report.error(start, "the header has no element `vertex`");
@@ -99,7 +99,7 @@ impl ReadPlan {
             face_uvs: faces.map(FaceUvProperties::of).unwrap_or_default(),
             vertices,
             header,
-            made,
+            memory,
         })
     }
 

@@ -3,32 +3,44 @@
 use super::colors::FaceColors;
 use super::header::Element;
 use super::uvs::FaceUvs;
-use crate::diagnostics::Span;
+use crate::chunk_remarks::{ChunkRemarks, ParseError};
+use crate::diagnostics::{DiagnosticSink, Span};
 use crate::faces::{Faces, MAX_CORNERS};
-use crate::mesh::{self, NotFinite, Occurrences, ParseError};
+use crate::mesh::{self, NotFinite, PolygonMesh};
 use phalanx_scene::{Vec2s, Vec3s};
 
-/// The result of the rows.
+/// Contents of some rows.
 #[derive(Default)]
-pub(super) struct Body {
-    pub(super) vertices: Vec3s,
-    pub(super) normals: Option<Vec3s>,
+pub(super) struct PlyChunk {
+    pub(super) vertices: [Vec<f32>; 3],
+    pub(super) normals: [Vec<f32>; 3],
     /// Colours of vertices, as in the file.
-    pub(super) colors: Option<Vec3s>,
+    pub(super) colors: [Vec<f32>; 3],
     /// Texture coordinates of vertices, as in the file.
-    pub(super) uvs: Option<Vec2s>,
-    /// Faces, in chunks.
-    pub(super) faces: Vec<Faces>,
-    /// Colours of the faces, in the same chunks.
-    pub(super) face_colors: Vec<FaceColors>,
-    /// Texture coordinates of the faces, in the same chunks.
-    pub(super) face_uvs: Vec<FaceUvs>,
+    pub(super) uvs: [Vec<f32>; 2],
+    pub(super) faces: Faces,
+    pub(super) face_colors: FaceColors,
+    pub(super) face_uvs: FaceUvs,
     /// Vertices that are out of reach, ascending.
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are zero or not finite, ascending.
     pub(super) bad_normals: Vec<NotFinite>,
-    /// Faces of fewer than three corners.
-    pub(super) skipped: Occurrences,
+    /// The first line after the last row, if it is in this chunk.
+    pub(super) surplus: Option<Span>,
+    /// True if a row has more operands than the header announces.
+    pub(super) surplus_operands: bool,
+    pub(super) remarks: ChunkRemarks,
+}
+
+/// All rows.
+pub(super) struct Body {
+    pub(super) mesh: PolygonMesh,
+    /// Colours of vertices, as in the file.
+    pub(super) colors: Vec3s,
+    /// Colours of the faces, in the same chunks.
+    pub(super) face_colors: Vec<FaceColors>,
+    /// Texture coordinates of the faces, in the same chunks.
+    pub(super) face_uvs: Vec<FaceUvs>,
 }
 
 /// A face as its row has it.
@@ -43,21 +55,10 @@ pub(super) struct FaceRow<'a> {
     pub(super) picture: Option<f32>,
 }
 
-/// Destination of faces.
-#[derive(Debug, Default)]
-pub(super) struct FaceSink {
-    pub(super) faces: Faces,
-    pub(super) colors: FaceColors,
-    pub(super) uvs: FaceUvs,
-    /// Faces of fewer than three corners.
-    pub(super) skipped: Occurrences,
-    scratch: Vec<u32>,
-}
-
-impl FaceSink {
+impl PlyChunk {
     /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners. It is
     /// an error if a corner is not one of the vertices.
-    pub(super) fn add(
+    pub(super) fn add_face(
         &mut self,
         face: FaceRow,
         vertices: u64,
@@ -68,24 +69,39 @@ impl FaceSink {
         let start = self.faces.len();
         match (corners, face.uvs) {
             ([] | [_] | [_, _], _) => {
-                self.skipped.add(span);
+                self.remarks.warn(
+                    span,
+                    "this face of fewer than three corners is skipped",
+                    "faces of fewer than three corners are skipped, this one first",
+                );
                 return Ok(());
             }
-            (_, Some(uvs)) => self.uvs.add(corners, uvs, span, &mut self.faces),
-            (&[a, b, c], _) => self.faces.add_plain([a as u32, b as u32, c as u32]),
-            _ => {
-                self.scratch.clear();
-                self.scratch.extend(corners.iter().map(|&c| c as u32));
-                self.faces.add_plain_polygon(&self.scratch);
+            (_, Some(uvs)) => {
+                self.note_incomplete(corners, uvs, span);
+                self.face_uvs.add(corners, uvs, &mut self.faces);
             }
+            (&[a, b, c], _) => self.faces.add_plain([a as u32, b as u32, c as u32]),
+            _ => self.faces.add_plain_polygon(corners),
         }
         if let Some(rgb) = face.color {
-            self.colors.add(rgb, self.faces.len());
+            self.face_colors.add(rgb, self.faces.len());
         }
         if let Some(picture) = face.picture {
-            self.uvs.set_picture(picture, start, self.faces.len());
+            self.face_uvs.set_picture(picture, start, self.faces.len());
         }
         Ok(())
+    }
+
+    /// Warns of a face with another number of coordinates than corners need. None at all are no
+    /// fault.
+    fn note_incomplete(&mut self, corners: &[i64], uvs: &[f32], span: Span) {
+        if !uvs.is_empty() && uvs.len() != 2 * corners.len() {
+            self.remarks.warn(
+                span,
+                "this face has not two texture coordinates for each corner: it is shown without a picture",
+                "faces, this one first, have not two texture coordinates for each corner: they are shown without a picture",
+            );
+        }
     }
 
     /// Adds the triangles of strips: every other one is turned around, and -1 begins a new strip.
@@ -106,6 +122,56 @@ impl FaceSink {
         }
         Ok(())
     }
+}
+
+/// Joins chunks, and reports their errors.
+pub(super) fn merge(
+    mut chunks: Vec<PlyChunk>,
+    threads: usize,
+    report: &mut DiagnosticSink,
+) -> Body {
+    let mut columns: [Vec<Vec<f32>>; 11] = Default::default();
+    for chunk in &mut chunks {
+        let parts = chunk.vertices.iter_mut().chain(&mut chunk.normals);
+        let parts = parts.chain(&mut chunk.colors).chain(&mut chunk.uvs);
+        for (column, part) in columns.iter_mut().zip(parts) {
+            column.push(std::mem::take(part));
+        }
+    }
+    let [x, y, z, nx, ny, nz, r, g, b, u, v] = mesh::merge_floats(threads, columns);
+    let vectors = |x, y, z| Vec3s { x, y, z };
+    let mut body = Body {
+        mesh: PolygonMesh {
+            vertices: vectors(x, y, z),
+            vertex_normals: vectors(nx, ny, nz),
+            vertex_uvs: Vec2s { x: u, y: v },
+            ..PolygonMesh::default()
+        },
+        colors: vectors(r, g, b),
+        face_colors: Vec::new(),
+        face_uvs: Vec::new(),
+    };
+    let (mut surplus, mut surplus_operands) = (None, false);
+    let mut remarks = ChunkRemarks::default();
+    for chunk in chunks {
+        remarks.merge(chunk.remarks);
+        body.mesh.not_finite.extend(chunk.not_finite);
+        body.mesh.bad_normals.extend(chunk.bad_normals);
+        body.mesh.faces.push(chunk.faces);
+        body.face_colors.push(chunk.face_colors);
+        body.face_uvs.push(chunk.face_uvs);
+        surplus = surplus.or(chunk.surplus);
+        surplus_operands |= chunk.surplus_operands;
+    }
+    if surplus_operands {
+        // MeshLab writes colours of corners where it announces those of faces.
+        body.face_colors.clear();
+    }
+    remarks.emit(report);
+    if let Some(span) = surplus {
+        report.warning(span, "this line and what follows the last row is ignored");
+    }
+    body
 }
 
 fn check_range(

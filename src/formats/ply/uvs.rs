@@ -4,9 +4,10 @@
 //! A file's v is 0 at the bottom of the picture, the scene's at its top.
 
 use super::header::{Element, PropertyKind};
+use crate::chunk_remarks::counted;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::faces::{FaceCorner, Faces, MAX_CORNERS, NONE, UV};
-use crate::mesh::{self, Occurrences};
+use crate::mesh;
 use crate::workers;
 use phalanx_scene::Vec2s;
 
@@ -65,18 +66,13 @@ pub(super) struct FaceUvs {
     columns: [Vec<f32>; 2],
     /// The number of the picture of each triangle; those at the end may be missing.
     pictures: Vec<u32>,
-    /// Faces with another number of coordinates than corners need.
-    unlike: Occurrences,
     scratch: Vec<FaceCorner>,
 }
 
 impl FaceUvs {
-    /// Adds a face of at least three corners and its coordinates. None at all are no fault.
-    pub(super) fn add(&mut self, corners: &[i64], uvs: &[f32], span: Span, faces: &mut Faces) {
+    /// Adds a face of at least three corners and its coordinates, if they are complete.
+    pub(super) fn add(&mut self, corners: &[i64], uvs: &[f32], faces: &mut Faces) {
         let complete = uvs.len() == 2 * corners.len();
-        if !complete && !uvs.is_empty() {
-            self.unlike.add(span);
-        }
         let first = self.columns[0].len() as u32;
         self.scratch.clear();
         self.scratch
@@ -123,7 +119,6 @@ pub(super) fn join(
 ) -> JoinedFaceUvs {
     let mut joined = JoinedFaceUvs::default();
     let mut columns: [Vec<Vec<f32>>; 2] = Default::default();
-    let mut unlike = Occurrences::default();
     let (mut before, mut triangles) = (0u64, 0);
     for (chunk, faces) in chunks.into_iter().zip(faces) {
         let rows = faces.columns[UV].as_flattened_mut().iter_mut();
@@ -135,7 +130,6 @@ pub(super) fn join(
             joined.pictures.extend(chunk.pictures);
             joined.pictures.resize(triangles, NO_PICTURE);
         }
-        unlike.merge(chunk.unlike);
         for (column, part) in columns.iter_mut().zip(chunk.columns) {
             column.push(part);
         }
@@ -144,12 +138,6 @@ pub(super) fn join(
         report.error(Span::START, "more than 2^32 - 2 texture coordinates");
         return JoinedFaceUvs::default();
     }
-    unlike.warn(report, |count| match count {
-        1 => "this face has not two texture coordinates for each corner: it is shown without a picture".into(),
-        _ => format!(
-            "{count} faces, this one first, have not two texture coordinates for each corner: they are shown without a picture"
-        ),
-    });
     let [x, y] = mesh::merge_floats(threads, columns);
     joined.uvs = Vec2s { x, y };
     joined
@@ -177,12 +165,11 @@ pub(super) fn turn(uvs: &mut Vec2s, threads: usize, span: Span, report: &mut Dia
     .into_iter()
     .sum();
     if bad > 0 {
-        let told = match bad {
-            1 => "one texture coordinate is not finite: it is taken as the picture's corner".into(),
-            _ => format!(
-                "{bad} texture coordinates are not finite: they are taken as the picture's corner"
-            ),
-        };
-        report.warning(span, told);
+        let message = counted(
+            bad,
+            "one texture coordinate is not finite: it is taken as the picture's corner",
+            "texture coordinates are not finite: they are taken as the picture's corner",
+        );
+        report.warning(span, message);
     }
 }

@@ -6,9 +6,9 @@
 //! fan of triangles.
 
 use super::lexer::{StlLexer, is_in_remark};
+use crate::chunk_remarks::{ChunkRemarks, ParseError};
 use crate::decimal;
 use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
-use crate::mesh::{Occurrences, ParseError, ParseErrors};
 use crate::text::mark_length;
 use crate::workers;
 use glam::DVec3;
@@ -53,24 +53,20 @@ pub(super) fn read(
         return Soup::new();
     }
     let mut soups = Vec::new();
-    let (mut ignored, mut cut_off) = (Occurrences::default(), None);
+    let (mut remarks, mut cut_off) = (ChunkRemarks::default(), None);
     for chunk in workers::map(threads, ranges, read) {
-        chunk.errors.emit(report);
-        ignored.merge(chunk.ignored);
+        remarks.merge(chunk.remarks);
         cut_off = cut_off.or(chunk.cut_off);
         soups.push(chunk.soup);
     }
-    ignored.warn(report, |count| match count {
-        1 => "this word and what follows it up to the next facet is no facet: it is ignored".into(),
-        _ => format!("text between facets is ignored at {count} places, here first"),
-    });
+    remarks.emit(report);
     let soup = workers::joined(soups);
     if let Some(error) = cut_off {
         match soup.is_empty() {
-            true => report.error(error.span(), error.message()),
+            true => report.error(error.span, error.message),
             false => {
                 let message = "the file ends within this facet, which is left out";
-                report.warning(error.span(), format!("{message}: {}", error.message()));
+                report.warning(error.span, format!("{message}: {}", error.message));
             }
         }
     }
@@ -124,9 +120,7 @@ pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
 #[derive(Default)]
 struct StlChunk {
     soup: Soup,
-    errors: ParseErrors,
-    /// Text between facets.
-    ignored: Occurrences,
+    remarks: ChunkRemarks,
     /// The error of a facet that the end of the text cuts off.
     cut_off: Option<ParseError>,
 }
@@ -172,12 +166,12 @@ impl<'a> StlAsciiReader<'a> {
             match read {
                 Ok(()) => {}
                 Err(FacetFault::Wrong(error)) => {
-                    self.chunk.errors.push(error);
+                    self.chunk.remarks.error(error);
                     self.resume();
                 }
                 Err(FacetFault::CutOff(error)) => self.chunk.cut_off = Some(error),
             }
-            if self.chunk.errors.is_full() {
+            if self.chunk.remarks.is_full() {
                 return;
             }
         }
@@ -196,7 +190,11 @@ impl<'a> StlAsciiReader<'a> {
             let begins = self.words.take(b"facet").is_some() || self.words.take_solid();
             self.words = before;
             if begins || self.words.word().is_none() {
-                self.chunk.ignored.add(first);
+                self.chunk.remarks.warn(
+                    first,
+                    "this word and what follows it up to the next facet is no facet: it is ignored",
+                    "pieces of text between facets are ignored, this one first",
+                );
                 return Ok(());
             }
         }

@@ -1,8 +1,9 @@
 //! Binary STL: the positions of its facets. The length of the file decides, because counts are
 //! often wrong.
 
+use crate::chunk_remarks::counted;
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::memory_budget::MemoryBudget;
+use crate::memory::{MemoryLedger, OverLimit};
 use std::borrow::Cow;
 
 /// Bytes before the first facet of a binary file: a remark and the number of facets.
@@ -60,12 +61,14 @@ fn count_payloads(bytes: &[u8]) -> Option<u64> {
 /// The facets of a file that begins with a whole header.
 pub(super) fn facets<'a>(
     bytes: &'a [u8],
-    budget: &MemoryBudget,
+    memory: &MemoryLedger,
     report: &mut DiagnosticSink,
-) -> BinaryFacets<'a> {
-    let plain = |facets: &'a [u8]| BinaryFacets {
-        bytes: Cow::Borrowed(facets),
-        payloads: None,
+) -> Result<BinaryFacets<'a>, OverLimit> {
+    let plain = |facets: &'a [u8]| {
+        Ok(BinaryFacets {
+            bytes: Cow::Borrowed(facets),
+            payloads: None,
+        })
     };
     let Some(promised) = announced(bytes) else {
         let message = "this is not an STL file: it is too short";
@@ -79,13 +82,10 @@ pub(super) fn facets<'a>(
     }
     let payloads = count_payloads(bytes);
     if payloads == Some(promised) {
-        return with_payloads(bytes, promised, budget, report);
+        return with_payloads(bytes, promised, memory);
     }
     let count = Span::new(HEADER - 4, 4);
-    let facets = |number: u64| match number {
-        1 => "1 facet".to_owned(),
-        _ => format!("{number} facets"),
-    };
+    let facets = |number: u64| counted(number as usize, "1 facet", "facets");
     let announced = facets(promised);
     let mut miscounted = |there: u64| {
         let there = facets(there);
@@ -98,7 +98,7 @@ pub(super) fn facets<'a>(
     }
     if let Some(there) = payloads {
         miscounted(there);
-        return with_payloads(bytes, there, budget, report);
+        return with_payloads(bytes, there, memory);
     }
     if promised > 0 && promised <= whole {
         let (facets, surplus) = rest.split_at(promised as usize * FACET);
@@ -121,23 +121,18 @@ pub(super) fn facets<'a>(
 fn with_payloads<'a>(
     bytes: &'a [u8],
     count: u64,
-    budget: &MemoryBudget,
-    report: &mut DiagnosticSink,
-) -> BinaryFacets<'a> {
+    memory: &MemoryLedger,
+) -> Result<BinaryFacets<'a>, OverLimit> {
     let needed = count * FACET as u64;
+    memory.take(needed, "for the facets of the file")?;
     let mut facets = Vec::new();
-    match budget.take(needed, || "for the facets of the file".into()) {
-        Ok(()) => {
-            facets.reserve_exact(needed as usize);
-            let offsets = payload_offsets(bytes);
-            offsets.for_each(|at| facets.extend_from_slice(&bytes[at..at + FACET]));
-        }
-        Err(message) => report.error(Span::START, message),
-    }
-    BinaryFacets {
+    facets.reserve_exact(needed as usize);
+    let offsets = payload_offsets(bytes);
+    offsets.for_each(|at| facets.extend_from_slice(&bytes[at..at + FACET]));
+    Ok(BinaryFacets {
         bytes: Cow::Owned(facets),
         payloads: Some(bytes),
-    }
+    })
 }
 
 /// Returns true if all numbers of all corners are finite.

@@ -8,7 +8,7 @@
 //!
 //! The word is unused by the standard, and some programs leave arbitrary values in it.
 
-use crate::memory_budget::MemoryBudget;
+use crate::memory::{MemoryLedger, OverLimit};
 use crate::vertex_colors::{
     COLOR_BYTES, COLOR_ROW_BYTES, ColorOwners, MeshColors, linear_of_byte, linear_of_share,
 };
@@ -28,8 +28,8 @@ const NUMBER_BYTES: u64 = 4;
 pub(super) fn read(
     header: &[u8],
     words: impl ExactSizeIterator<Item = u16> + Clone,
-    budget: &MemoryBudget,
-) -> Result<MeshColors, String> {
+    memory: &MemoryLedger,
+) -> Result<MeshColors, OverLimit> {
     let coloured = words.clone().any(|word| word != 0);
     let object = object_color(header);
     let plain = || words.clone().all(|word| word == 0 || word & FLAG != 0);
@@ -38,7 +38,7 @@ pub(super) fn read(
     }
     let facets = words.len() as u64;
     let needed = facets * (COLOR_ROW_BYTES + NUMBER_BYTES) + COLORS as u64 * COLOR_BYTES;
-    budget.take(needed, || "for the colours of the file's facets".into())?;
+    memory.take(needed, "for the colours of the file's facets")?;
     let mut colors = MeshColors::default();
     let mut numbers = vec![NO_COLORS; COLORS];
     let mut row = |rgb: Vec3| {
@@ -93,7 +93,7 @@ mod tests {
 
     fn of(header: &[u8], words: &[u16]) -> Option<Vec<Option<[f32; 3]>>> {
         let words = words.iter().copied();
-        let colors = read(header, words, &MemoryBudget::of(None)).expect("memory");
+        let colors = read(header, words, &MemoryLedger::of(None)).expect("memory");
         let ColorOwners::Triangles(numbers) = &colors.owners else {
             assert!(colors.rgb.is_empty());
             return None;
@@ -146,8 +146,8 @@ mod tests {
     #[test]
     fn colours_count() {
         let words = std::iter::repeat_n(0xffff, 1_000_000);
-        let refused = read(b"", words.clone(), &MemoryBudget::of(Some(16_000_000)));
-        assert!(refused.is_err_and(|message| message.contains("colours")));
-        assert!(read(b"", words, &MemoryBudget::of(Some(17_000_000))).is_ok());
+        let refused = read(b"", words.clone(), &MemoryLedger::of(Some(16_000_000)));
+        assert!(refused.is_err_and(|message| message.what.contains("colours")));
+        assert!(read(b"", words, &MemoryLedger::of(Some(17_000_000))).is_ok());
     }
 }

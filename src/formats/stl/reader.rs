@@ -2,12 +2,11 @@
 
 use super::{ascii, binary, colors, weld};
 use crate::defaults::MissingParts;
-use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{Faces, VERTEX};
+use crate::diagnostics::DiagnosticSink;
 use crate::folder::Folder;
 use crate::loaded::Loaded;
-use crate::memory_budget::MemoryBudget;
-use crate::mesh::{self, MergedMesh, NotFinite};
+use crate::memory::MemoryLedger;
+use crate::mesh::{self, MergedMesh};
 use crate::mesh_defaults::BARE;
 use crate::options::Options;
 use crate::origin::ReadStop;
@@ -47,7 +46,7 @@ pub(crate) fn read(
     asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, ReadStop> {
-    read_in_chunks(bytes, asset_dir.allowance(), options, CHUNK_BYTES)
+    read_in_chunks(bytes, asset_dir.memory(), options, CHUNK_BYTES)
 }
 
 /// Bytes that a thread takes at a time.
@@ -55,71 +54,55 @@ const CHUNK_BYTES: usize = 1 << 20;
 
 fn read_in_chunks(
     bytes: &[u8],
-    budget: &MemoryBudget,
+    memory: &MemoryLedger,
     options: &Options,
     chunk_bytes: usize,
 ) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
-    match is_binary(bytes) {
-        true => read_binary(bytes, budget, options, threads),
-        false => {
-            let mut report = DiagnosticSink::new(bytes);
-            let origin = options.origin.position();
-            let soup = ascii::read(bytes, threads, chunk_bytes, origin, &mut report);
-            let corner = |k: usize| soup[k / 3][k % 3].map(f32::to_bits);
-            let welded = weld::weld(soup.len(), threads, corner);
-            let not_finite = welded.not_finite(|corner| ascii::corner_span(bytes, corner));
-            let joined = MergedMesh::default();
-            finish(welded, not_finite, joined, options, report)
-        }
+    if is_binary(bytes) {
+        return read_binary(bytes, memory, options, threads);
     }
+    let mut report = DiagnosticSink::new(bytes);
+    let origin = options.origin.position();
+    let soup = ascii::read(bytes, threads, chunk_bytes, origin, &mut report);
+    let corner = |k: usize| soup[k / 3][k % 3].map(f32::to_bits);
+    let span = |corner| ascii::corner_span(bytes, corner);
+    let welded = weld::weld(soup.len(), threads, corner).into_mesh(span);
+    let joined = welded.triangulated(threads, memory, &mut report)?;
+    finish(joined, options, report)
 }
 
 fn read_binary(
     bytes: &[u8],
-    budget: &MemoryBudget,
+    memory: &MemoryLedger,
     options: &Options,
     threads: usize,
 ) -> Result<Loaded, ReadStop> {
     let mut report = DiagnosticSink::binary();
-    let facets = binary::facets(bytes, budget, &mut report);
-    let words = facets.words();
+    let facets = binary::facets(bytes, memory, &mut report)?;
     let header = &bytes[..bytes.len().min(binary::HEADER - 4)];
-    let colors = words.map_or(Ok(MeshColors::default()), |words| {
-        colors::read(header, words, budget)
-    });
-    let colors = colors.unwrap_or_else(|message| {
-        report.error(Span::START, message);
-        MeshColors::default()
-    });
+    let colors = match facets.words() {
+        Some(words) => colors::read(header, words, memory)?,
+        None => MeshColors::default(),
+    };
     let welded = weld::weld(facets.len(), threads, |k| binary::corner(&facets.bytes, k));
-    let not_finite = welded.not_finite(|corner| facets.corner_span(corner));
+    let welded = welded.into_mesh(|corner| facets.corner_span(corner));
     let joined = MergedMesh {
         single: [true; 3],
         colors,
-        ..MergedMesh::default()
+        ..welded.triangulated(threads, memory, &mut report)?
     };
-    finish(welded, not_finite, joined, options, report)
+    finish(joined, options, report)
 }
 
 fn finish(
-    mut welded: weld::Welded,
-    not_finite: Vec<NotFinite>,
-    mut joined: MergedMesh,
+    joined: MergedMesh,
     options: &Options,
-    mut report: DiagnosticSink,
+    report: DiagnosticSink,
 ) -> Result<Loaded, ReadStop> {
-    let mut faces = Faces::default();
-    faces.columns[VERTEX] = std::mem::take(&mut welded.corners);
-    if report.is_clean() {
-        let vertices = &mut welded.vertices;
-        mesh::leave_out_unreachable(not_finite, vertices, &mut [&mut faces], &mut report);
-    }
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    joined.vertices = welded.vertices;
-    joined.faces = faces.columns;
     let scene = mesh::bare_scene(options, &mut MaterialTable::default());
     let missing = MissingParts {
         up: UpAxis::Z,

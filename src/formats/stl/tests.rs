@@ -28,7 +28,7 @@ fn neither_threads_nor_chunks_change_the_scene() {
         };
         let loaded = read_in_chunks(
             text.as_bytes(),
-            &MemoryBudget::of(None),
+            &MemoryLedger::of(None),
             &options,
             chunk_bytes,
         )
@@ -83,7 +83,7 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
     let read = |text: &str, chunk_bytes| {
         read_in_chunks(
             text.as_bytes(),
-            &MemoryBudget::of(None),
+            &MemoryLedger::of(None),
             &Options::default(),
             chunk_bytes,
         )

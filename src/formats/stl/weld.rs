@@ -6,7 +6,8 @@
 //! hash differs from run to run, so that no file can be crafted to be slow.
 
 use crate::diagnostics::Span;
-use crate::mesh::{self, NotFinite};
+use crate::faces::{Faces, VERTEX};
+use crate::mesh::{self, NotFinite, PolygonMesh};
 use crate::workers;
 use phalanx_scene::Vec3s;
 use std::collections::HashMap;
@@ -22,11 +23,25 @@ pub(super) struct Welded {
 }
 
 impl Welded {
-    /// The vertices that are out of reach, ascending, all with the span of the first.
-    pub(super) fn not_finite(&self, span: impl Fn(usize) -> Span) -> Vec<NotFinite> {
+    /// The mesh. All vertices that are out of reach have the span of the first.
+    pub(super) fn into_mesh(self, span: impl Fn(usize) -> Span) -> PolygonMesh {
         let span = self.bad.first().map_or(Span::START, |bad| span(bad.1));
-        let bad = self.bad.iter();
-        bad.map(|&(number, _)| NotFinite { number, span }).collect()
+        let bad = self.bad.into_iter();
+        let mut faces = Faces::default();
+        faces.columns[VERTEX] = self.corners;
+        PolygonMesh {
+            vertices: self.vertices,
+            faces: vec![faces],
+            not_finite: bad.map(|(number, _)| NotFinite { number, span }).collect(),
+            ..PolygonMesh::default()
+        }
+    }
+
+    fn add(&mut self, position: [f32; 3], corner: usize) {
+        if !mesh::is_in_reach(position) {
+            self.bad.push((self.vertices.len() as u32, corner));
+        }
+        self.vertices.push(mesh::stored(position).into());
     }
 }
 
@@ -59,15 +74,6 @@ pub(super) fn weld(
         welded.corners.push(row);
     }
     welded
-}
-
-impl Welded {
-    fn add(&mut self, position: [f32; 3], corner: usize) {
-        if !mesh::is_in_reach(position) {
-            self.bad.push((self.vertices.len() as u32, corner));
-        }
-        self.vertices.push(mesh::stored(position).into());
-    }
 }
 
 /// For each corner, the first one with the same bits.

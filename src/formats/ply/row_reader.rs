@@ -1,0 +1,289 @@
+//! Rows one by one, in either encoding: numbers in the order of the header, and what is made of
+//! them.
+
+use super::header::{Element, Property, PropertyKind, Type};
+use super::plan::{ElementUse, ReadPlan, VertexPlan};
+use super::rows::{FaceRow, PlyChunk, check_corners, checked_normal, checked_position};
+use super::uvs::MAX_UVS;
+use crate::chunk_remarks::ParseError;
+use crate::diagnostics::Span;
+use crate::memory::LedgerShare;
+
+/// Numbers of rows, one after the other, in one of the encodings.
+pub(super) trait RowWords {
+    /// The next number, less an origin.
+    fn float(&mut self, kind: Type, origin: f64) -> Result<f32, ParseError>;
+    /// The next number, which must be whole.
+    fn integer(&mut self, kind: Type) -> Result<i64, ParseError>;
+    /// The next number, as the count of a list of items.
+    fn list_count(&mut self, count: Type, item: Type) -> Result<usize, ParseError>;
+    /// Passes some numbers.
+    fn pass(&mut self, count: usize, kind: Type) -> Result<(), ParseError>;
+    /// The position of what comes next.
+    fn at(&self) -> usize;
+    /// The span of a face by the start of its row and by its list of corners. Its length accounts
+    /// for the memory of the face.
+    fn face_span(&self, row: usize, corners: Span) -> Span;
+    /// Bytes that the corners of a strip take before their row is read, beyond what it accounts for.
+    fn strip_bytes(corners: usize) -> u64;
+}
+
+/// Destination of a number of a vertex.
+#[derive(Clone, Copy)]
+enum VertexSlot {
+    Position(usize),
+    Normal(usize),
+    Color(usize),
+    Uv(usize),
+    Unused,
+}
+
+impl VertexSlot {
+    /// The destination of the property of this index.
+    fn of(index: usize, plan: &VertexPlan) -> VertexSlot {
+        let place = |numbers: &[usize]| numbers.iter().position(|&number| number == index);
+        let normal = plan.normal.as_ref().and_then(|normal| place(normal));
+        let color = plan.color.as_ref().and_then(|color| place(&color.numbers));
+        let uv = plan.uv.as_ref().and_then(|uv| place(uv));
+        match (place(&plan.position), normal, color, uv) {
+            (Some(axis), ..) => VertexSlot::Position(axis),
+            (_, Some(axis), ..) => VertexSlot::Normal(axis),
+            (.., Some(channel), _) => VertexSlot::Color(channel),
+            (.., Some(axis)) => VertexSlot::Uv(axis),
+            _ => VertexSlot::Unused,
+        }
+    }
+}
+
+/// Numbers of a vertex that are used.
+struct VertexNumbers {
+    position: [f32; 3],
+    normal: [f32; 3],
+    color: [f32; 3],
+    uv: [f32; 2],
+}
+
+/// Reads rows into a chunk.
+pub(super) struct RowReader<'a, W> {
+    pub(super) words: W,
+    pub(super) plan: &'a ReadPlan<'a>,
+    pub(super) chunk: PlyChunk,
+    /// The destination of each property of a vertex.
+    slots: Vec<VertexSlot>,
+    corners: Vec<i64>,
+    /// The colour of the face with these corners.
+    color: [f32; 3],
+    /// The texture coordinates of its corners.
+    uvs: Vec<f32>,
+    /// The number of its picture.
+    picture: f32,
+    share: LedgerShare<'a>,
+}
+
+impl<'a, W: RowWords> RowReader<'a, W> {
+    pub(super) fn new(words: W, plan: &'a ReadPlan<'a>) -> RowReader<'a, W> {
+        let count = plan.header.elements[plan.vertices.element].properties.len();
+        let slot = |index: usize| VertexSlot::of(index, &plan.vertices);
+        RowReader {
+            words,
+            plan,
+            chunk: PlyChunk::default(),
+            slots: (0..count).map(slot).collect(),
+            corners: Vec::new(),
+            color: [0.0; 3],
+            uvs: Vec::new(),
+            picture: 0.0,
+            share: plan.memory.share(),
+        }
+    }
+
+    /// Reads the row of this number of an element.
+    #[inline]
+    pub(super) fn row(
+        &mut self,
+        purpose: ElementUse,
+        element: &Element,
+        row: u64,
+    ) -> Result<(), ParseError> {
+        match purpose {
+            ElementUse::Vertices => self.vertex(element, row as u32),
+            ElementUse::Faces(list) => self.face(element, list),
+            ElementUse::Strips(list) => self.strips(element, list),
+            ElementUse::Nothing => self.pass_row(element),
+        }
+    }
+
+    /// Passes a row.
+    pub(super) fn pass_row(&mut self, element: &Element) -> Result<(), ParseError> {
+        let mut properties = element.properties.iter();
+        properties.try_for_each(|property| self.pass(property))
+    }
+
+    /// Passes a property that is not used.
+    fn pass(&mut self, property: &Property) -> Result<(), ParseError> {
+        let (count, kind) = match property.kind {
+            PropertyKind::One(kind) => (1, kind),
+            PropertyKind::List { count, item } => (self.words.list_count(count, item)?, item),
+        };
+        self.words.pass(count, kind)
+    }
+
+    #[inline]
+    fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
+        let start = self.words.at();
+        let mut numbers = VertexNumbers {
+            position: [0.0; 3],
+            normal: [0.0, 0.0, 1.0],
+            color: [0.0; 3],
+            uv: [0.0; 2],
+        };
+        let read = self.vertex_numbers(element, &mut numbers);
+        let VertexNumbers {
+            position,
+            normal,
+            color,
+            uv,
+        } = numbers;
+        // A faulty vertex is stored, too, so that later ones keep their numbers.
+        let span = Span::between(start, self.words.at());
+        let position = checked_position(position, number, span, &mut self.chunk.not_finite);
+        push(&mut self.chunk.vertices, position);
+        if self.plan.vertices.normal.is_some() {
+            let normal = checked_normal(normal, number, span, &mut self.chunk.bad_normals);
+            push(&mut self.chunk.normals, normal);
+        }
+        if self.plan.vertices.color.is_some() {
+            push(&mut self.chunk.colors, color);
+        }
+        if self.plan.vertices.uv.is_some() {
+            push(&mut self.chunk.uvs, uv);
+        }
+        read
+    }
+
+    #[inline]
+    fn vertex_numbers(
+        &mut self,
+        element: &Element,
+        numbers: &mut VertexNumbers,
+    ) -> Result<(), ParseError> {
+        let origin = self.plan.vertices.origin;
+        for (index, property) in element.properties.iter().enumerate() {
+            let kind = property.kind.number_type();
+            match self.slots[index] {
+                VertexSlot::Position(axis) => {
+                    numbers.position[axis] = self.words.float(kind, origin[axis])?
+                }
+                VertexSlot::Normal(axis) => numbers.normal[axis] = self.words.float(kind, 0.0)?,
+                VertexSlot::Color(axis) => numbers.color[axis] = self.words.float(kind, 0.0)?,
+                VertexSlot::Uv(axis) => numbers.uv[axis] = self.words.float(kind, 0.0)?,
+                VertexSlot::Unused => self.pass(property)?,
+            }
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn face(&mut self, element: &Element, list: usize) -> Result<(), ParseError> {
+        let start = self.words.at();
+        let mut corners = Span::START;
+        for (index, property) in element.properties.iter().enumerate() {
+            match property.kind {
+                PropertyKind::List { count, item } if index == list => {
+                    let start = self.words.at();
+                    let count = self.words.list_count(count, item)?;
+                    check_corners(count, Span::between(start, self.words.at()))?;
+                    corners = self.read_corners(count, item)?;
+                }
+                _ => self.face_property(property, index)?,
+            }
+        }
+        let span = self.words.face_span(start, corners);
+        if self.has_room(self.corners.len(), span) {
+            let face = FaceRow {
+                corners: &self.corners,
+                color: self.plan.face_color.map(|_| self.color),
+                uvs: self.plan.face_uvs.list.map(|_| &self.uvs[..]),
+                picture: self.plan.face_uvs.picture.map(|_| self.picture),
+            };
+            let vertices = self.plan.vertices.count;
+            self.chunk.add_face(face, vertices, span)?;
+        }
+        Ok(())
+    }
+
+    fn strips(&mut self, element: &Element, list: usize) -> Result<(), ParseError> {
+        let start = self.words.at();
+        let (mut corners, mut length) = (Span::START, 0);
+        for (index, property) in element.properties.iter().enumerate() {
+            match property.kind {
+                PropertyKind::List { count, item } if index == list => {
+                    length = self.words.list_count(count, item)?;
+                    // Strips may be long; their corners are held as numbers for a while.
+                    match self.share.take(W::strip_bytes(length)) {
+                        true => corners = self.read_corners(length, item)?,
+                        false => self.words.pass(length, item)?,
+                    }
+                }
+                _ => self.pass(property)?,
+            }
+        }
+        let span = self.words.face_span(start, corners);
+        if self.has_room(length, span) {
+            let vertices = self.plan.vertices.count;
+            self.chunk.add_strips(&self.corners, vertices, span)?;
+        }
+        Ok(())
+    }
+
+    /// Reads the corners of a list; returns its span.
+    #[inline]
+    fn read_corners(&mut self, count: usize, item: Type) -> Result<Span, ParseError> {
+        let start = self.words.at();
+        self.corners.clear();
+        for _ in 0..count {
+            let corner = self.words.integer(item)?;
+            self.corners.push(corner);
+        }
+        Ok(Span::between(start, self.words.at()))
+    }
+
+    /// Takes memory for a face of so many corners, which this span accounts for.
+    #[inline]
+    fn has_room(&mut self, corners: usize, span: Span) -> bool {
+        let bytes = self.plan.bytes_beyond(corners, span.length);
+        self.share.take(bytes)
+    }
+
+    /// Reads a property of a face that is not its corners.
+    fn face_property(&mut self, property: &Property, index: usize) -> Result<(), ParseError> {
+        let color = self.plan.face_color;
+        let uvs = self.plan.face_uvs;
+        let kind = property.kind.number_type();
+        let channel = color.and_then(|c| c.numbers.iter().position(|&p| p == index));
+        match property.kind {
+            PropertyKind::List { count, item } if uvs.list == Some(index) => {
+                self.uvs.clear();
+                for _ in 0..self.words.list_count(count, item)? {
+                    let number = self.words.float(item, 0.0)?;
+                    if self.uvs.len() < MAX_UVS {
+                        self.uvs.push(number);
+                    }
+                }
+            }
+            _ if uvs.picture == Some(index) => self.picture = self.words.float(kind, 0.0)?,
+            _ => match channel {
+                Some(channel) => self.color[channel] = self.words.float(kind, 0.0)?,
+                None => self.pass(property)?,
+            },
+        }
+        Ok(())
+    }
+}
+
+#[inline]
+fn push<const N: usize>(columns: &mut [Vec<f32>; N], row: [f32; N]) {
+    for (column, number) in columns.iter_mut().zip(row) {
+        column.push(number);
+    }
+}
