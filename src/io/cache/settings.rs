@@ -3,12 +3,12 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    DefaultedParts, MAX_TEXTURE_SIDE, OrthoHeight, OutputEncoding, Quantize, Scene, Sky, Texture,
+    MAX_TEXTURE_SIDE, DefaultedParts, OrthoHeight, OutputEncoding, Quantize, Scene, Sky, Texture,
     Transfer, UpAxis, View, Wrap,
 };
 
 /// Values that the settings hold beside the scene's own.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Extra {
     /// SAH cost of the tree: see [`phalanx_trace::bvh::Bvh::sah`].
     pub(super) sah: f64,
@@ -29,152 +29,18 @@ impl Extra {
 
 /// The settings of a scene.
 pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
-    let mut out = SettingsWriter(Vec::new());
-    for number in [scene.width, scene.height, scene.max_depth] {
-        out.word(number);
-    }
-    out.vec3(scene.background);
-    out.flag(scene.sky.is_some());
-    if let Some(Sky { up, nadir, zenith }) = scene.sky {
-        [up, nadir, zenith].into_iter().for_each(|v| out.vec3(v));
-    }
-    out.float(scene.scale);
-    for axis in scene.origin {
-        out.double(axis);
-    }
-    out.word(scene.encoding.transfer as u32);
-    out.word(scene.encoding.quantize as u32);
-    let view = &scene.view;
-    for position in [view.eye, view.center, view.up] {
-        out.vec3(position);
-    }
-    out.float(view.fovy);
-    out.flag(view.ortho.is_some());
-    if let Some(height) = view.ortho {
-        out.float(height);
-    }
-    let DefaultedParts {
-        view,
-        light,
-        sky,
-        up,
-        ortho,
-        ortho_size,
-        made_for,
-    } = scene.defaulted;
-    [view, light, sky]
-        .into_iter()
-        .for_each(|flag| out.flag(flag));
-    out.word(up as u32);
-    out.word(match ortho {
-        None => 0,
-        Some(OrthoHeight::Fitting) => 1,
-        Some(OrthoHeight::Given(_)) => 2,
-    });
-    if let Some(OrthoHeight::Given(height)) = ortho {
-        out.double(height);
-    }
-    out.flag(ortho_size.is_some());
-    for side in ortho_size.into_iter().flatten() {
-        out.double(side);
-    }
-    out.flag(made_for.is_some());
-    if let Some((aspect, turntable)) = made_for {
-        out.double(aspect);
-        out.flag(turntable);
-    }
-    out.text(scene.output.as_deref());
-    out.word(scene.lights.len() as u32);
-    for &directional in scene.lights.directional.iter() {
-        out.flag(directional);
-    }
-    out.word(scene.textures.len() as u32);
-    for (texture, &has_alpha) in scene.textures.iter().zip(&extra.has_alpha) {
-        out.flag(has_alpha);
-        out.word(texture.width);
-        out.word(texture.height);
-        for wrap in texture.wrap {
-            out.word(wrap as u32);
-        }
-    }
-    out.double(extra.sah);
-    out.0
+    let mut out = Vec::new();
+    let _ = pass(&mut SettingsPass::Write(&mut out), scene, extra);
+    out
 }
 
 /// A scene with these settings, its columns empty and its textures without texels; `None` if the
 /// bytes are no settings.
 pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
-    let mut input = SettingsReader(bytes);
-    let mut scene = Scene {
-        width: input.word()?,
-        height: input.word()?,
-        max_depth: input.word()?,
-        background: input.vec3()?,
-        sky: match input.flag()? {
-            true => Some(Sky {
-                up: input.vec3()?,
-                nadir: input.vec3()?,
-                zenith: input.vec3()?,
-            }),
-            false => None,
-        },
-        scale: input.float()?,
-        origin: [input.double()?, input.double()?, input.double()?],
-        encoding: OutputEncoding {
-            transfer: input.one_of([Transfer::None, Transfer::Srgb])?,
-            quantize: input.one_of([Quantize::Floor, Quantize::Round])?,
-        },
-        view: View {
-            eye: input.vec3()?,
-            center: input.vec3()?,
-            up: input.vec3()?,
-            fovy: input.float()?,
-            ortho: match input.flag()? {
-                true => Some(input.float()?),
-                false => None,
-            },
-        },
-        defaulted: DefaultedParts {
-            view: input.flag()?,
-            light: input.flag()?,
-            sky: input.flag()?,
-            up: input.one_of(UpAxis::ALL.map(|(_, axis)| axis))?,
-            ortho: match input.one_of([0, 1, 2])? {
-                0 => None,
-                1 => Some(OrthoHeight::Fitting),
-                _ => Some(OrthoHeight::Given(input.length()?)),
-            },
-            ortho_size: match input.flag()? {
-                true => Some([input.length()?, input.length()?]),
-                false => None,
-            },
-            made_for: match input.flag()? {
-                true => Some((input.length()?, input.flag()?)),
-                false => None,
-            },
-        },
-        output: input.text()?,
-        ..Scene::default()
-    };
-    for _ in 0..input.word()? {
-        scene.lights.directional.push(input.flag()?);
-    }
-    let mut has_alpha = Vec::new();
-    for _ in 0..input.word()? {
-        has_alpha.push(input.flag()?);
-        scene.textures.push(Texture {
-            width: input.word()?,
-            height: input.word()?,
-            wrap: [input.wrap()?, input.wrap()?],
-            texels: Default::default(),
-            alpha: Default::default(),
-        });
-    }
+    let mut input = SettingsPass::Read(bytes);
+    let (scene, extra) = pass(&mut input, &Scene::default(), &Extra::default())?;
     let side = 1..=MAX_TEXTURE_SIDE;
     let fits = |t: &Texture| side.contains(&t.width) && side.contains(&t.height);
-    if !scene.textures.iter().all(fits) {
-        return None;
-    }
     // Values that tracing multiplies with must be finite; the scale must be a power of two, as
     // `Scene::rescale_to_f32_range` makes it.
     let power =
@@ -183,97 +49,176 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     let finite = scene.background.is_finite()
         && scene.sky.is_none_or(lit)
         && scene.origin.iter().all(|axis| axis.is_finite());
-    if !finite || !power {
-        return None;
-    }
-    let sah = input.double()?;
-    input
-        .0
-        .is_empty()
-        .then_some((scene, Extra { sah, has_alpha }))
+    let whole = matches!(input, SettingsPass::Read([]));
+    (whole && finite && power && scene.textures.iter().all(fits)).then_some((scene, extra))
 }
 
-struct SettingsWriter(Vec<u8>);
-
-impl SettingsWriter {
-    fn word(&mut self, word: u32) {
-        self.0.extend(word.to_le_bytes());
+/// All settings in the order of their bytes. To write, `from` and `extra` are passed through; to
+/// read, they stand for what is not known yet.
+fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene, Extra)> {
+    let (view, defaulted) = (&from.view, &from.defaulted);
+    let sky = from.sky.map(|sky| [sky.up, sky.nadir, sky.zenith]);
+    let (ortho, height) = match defaulted.ortho {
+        None => (0, 0.0),
+        Some(OrthoHeight::Fitting) => (1, 0.0),
+        Some(OrthoHeight::Given(height)) => (2, height),
+    };
+    let mut scene = Scene {
+        width: bytes.word(from.width)?,
+        height: bytes.word(from.height)?,
+        max_depth: bytes.word(from.max_depth)?,
+        background: bytes.vec3(from.background)?,
+        sky: bytes
+            .option(sky, |bytes, sky| bytes.each(sky, SettingsPass::vec3))?
+            .map(|[up, nadir, zenith]| Sky { up, nadir, zenith }),
+        scale: bytes.float(from.scale)?,
+        origin: bytes.each(from.origin, SettingsPass::double)?,
+        encoding: OutputEncoding {
+            transfer: bytes.one_of(from.encoding.transfer, [Transfer::None, Transfer::Srgb])?,
+            quantize: bytes.one_of(from.encoding.quantize, [Quantize::Floor, Quantize::Round])?,
+        },
+        view: View {
+            eye: bytes.vec3(view.eye)?,
+            center: bytes.vec3(view.center)?,
+            up: bytes.vec3(view.up)?,
+            fovy: bytes.float(view.fovy)?,
+            ortho: bytes.option(view.ortho, SettingsPass::float)?,
+        },
+        defaulted: DefaultedParts {
+            view: bytes.flag(defaulted.view)?,
+            light: bytes.flag(defaulted.light)?,
+            sky: bytes.flag(defaulted.sky)?,
+            up: bytes.one_of(defaulted.up, UpAxis::ALL.map(|(_, axis)| axis))?,
+            ortho: match bytes.one_of(ortho, [0, 1, 2])? {
+                0 => None,
+                1 => Some(OrthoHeight::Fitting),
+                _ => Some(OrthoHeight::Given(bytes.length(height)?)),
+            },
+            ortho_size: bytes.option(defaulted.ortho_size, |bytes, size| {
+                bytes.each(size, SettingsPass::length)
+            })?,
+            made_for: bytes.option(defaulted.made_for, |bytes, (aspect, turntable)| {
+                Some((bytes.length(aspect)?, bytes.flag(turntable)?))
+            })?,
+        },
+        output: bytes.text(from.output.as_deref())?,
+        ..Scene::default()
+    };
+    let lights = &from.lights.directional;
+    for k in 0..bytes.word(lights.len() as u32)? as usize {
+        let directional = lights.get(k).copied().unwrap_or_default();
+        scene.lights.directional.push(bytes.flag(directional)?);
     }
-
-    fn flag(&mut self, flag: bool) {
-        self.word(u32::from(flag));
+    let mut has_alpha = Vec::new();
+    for k in 0..bytes.word(from.textures.len() as u32)? as usize {
+        has_alpha.push(bytes.flag(extra.has_alpha.get(k).copied().unwrap_or_default())?);
+        let texture = from.textures.get(k);
+        let (width, height, wrap) = texture
+            .map(|t| (t.width, t.height, t.wrap))
+            .unwrap_or_default();
+        scene.textures.push(Texture {
+            width: bytes.word(width)?,
+            height: bytes.word(height)?,
+            wrap: bytes.each(wrap, |bytes, wrap| {
+                bytes.one_of(wrap, [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror])
+            })?,
+            texels: Default::default(),
+            alpha: Default::default(),
+        });
     }
+    let sah = bytes.double(extra.sah)?;
+    Some((scene, Extra { sah, has_alpha }))
+}
 
-    fn float(&mut self, number: f32) {
-        self.word(number.to_bits());
-    }
+/// One way through the settings. Each step takes a value: it is written and returned, or the one
+/// that was written is read. A count is trusted only once as many bytes are there.
+enum SettingsPass<'a> {
+    Write(&'a mut Vec<u8>),
+    Read(&'a [u8]),
+}
 
-    fn double(&mut self, number: f64) {
-        self.0.extend(number.to_bits().to_le_bytes());
-    }
-
-    fn vec3(&mut self, v: Vec3) {
-        for c in v.to_array() {
-            self.float(c);
+impl SettingsPass<'_> {
+    fn word(&mut self, word: u32) -> Option<u32> {
+        match self {
+            SettingsPass::Write(out) => {
+                out.extend(word.to_le_bytes());
+                Some(word)
+            }
+            SettingsPass::Read(bytes) => {
+                let (word, rest) = bytes.split_first_chunk()?;
+                *bytes = rest;
+                Some(u32::from_le_bytes(*word))
+            }
         }
     }
 
-    fn text(&mut self, text: Option<&str>) {
-        self.flag(text.is_some());
-        let bytes = text.unwrap_or_default().as_bytes();
-        self.word(bytes.len() as u32);
-        self.0.extend(bytes);
-    }
-}
-
-/// Reads the bytes that [`SettingsWriter`] wrote. A count is trusted only once as many bytes are
-/// there.
-struct SettingsReader<'a>(&'a [u8]);
-
-impl SettingsReader<'_> {
-    fn word(&mut self) -> Option<u32> {
-        let (word, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(u32::from_le_bytes(*word))
+    fn one_of<T: Copy + PartialEq, const N: usize>(&mut self, value: T, all: [T; N]) -> Option<T> {
+        let index = all.iter().position(|&other| other == value)?;
+        all.get(self.word(index as u32)? as usize).copied()
     }
 
-    fn flag(&mut self) -> Option<bool> {
-        self.one_of([false, true])
+    fn flag(&mut self, flag: bool) -> Option<bool> {
+        self.one_of(flag, [false, true])
     }
 
-    fn float(&mut self) -> Option<f32> {
-        self.word().map(f32::from_bits)
+    fn float(&mut self, number: f32) -> Option<f32> {
+        self.word(number.to_bits()).map(f32::from_bits)
     }
 
-    fn double(&mut self) -> Option<f64> {
-        let bits = u64::from(self.word()?) | u64::from(self.word()?) << 32;
-        Some(f64::from_bits(bits))
+    fn double(&mut self, number: f64) -> Option<f64> {
+        let bits = number.to_bits();
+        let (low, high) = (self.word(bits as u32)?, self.word((bits >> 32) as u32)?);
+        Some(f64::from_bits(u64::from(low) | u64::from(high) << 32))
     }
 
-    /// A number that is positive and finite.
-    fn length(&mut self) -> Option<f64> {
-        self.double()
-            .filter(|&length| length > 0.0 && length.is_finite())
+    /// A number that is read only where it is positive and finite.
+    fn length(&mut self, length: f64) -> Option<f64> {
+        let length = self.double(length)?;
+        let good = length > 0.0 && length.is_finite();
+        (good || matches!(self, SettingsPass::Write(_))).then_some(length)
     }
 
-    fn vec3(&mut self) -> Option<Vec3> {
-        Some(Vec3::new(self.float()?, self.float()?, self.float()?))
+    fn each<T: Copy, const N: usize>(
+        &mut self,
+        mut values: [T; N],
+        one: impl Fn(&mut Self, T) -> Option<T>,
+    ) -> Option<[T; N]> {
+        for value in &mut values {
+            *value = one(self, *value)?;
+        }
+        Some(values)
     }
 
-    fn one_of<T: Copy, const N: usize>(&mut self, all: [T; N]) -> Option<T> {
-        all.get(self.word()? as usize).copied()
+    fn vec3(&mut self, v: Vec3) -> Option<Vec3> {
+        self.each(v.to_array(), Self::float).map(Vec3::from)
     }
 
-    fn wrap(&mut self) -> Option<Wrap> {
-        self.one_of([Wrap::Repeat, Wrap::Clamp, Wrap::Mirror])
+    fn option<T: Default>(
+        &mut self,
+        value: Option<T>,
+        one: impl Fn(&mut Self, T) -> Option<T>,
+    ) -> Option<Option<T>> {
+        match self.flag(value.is_some())? {
+            true => one(self, value.unwrap_or_default()).map(Some),
+            false => Some(None),
+        }
     }
 
-    fn text(&mut self) -> Option<Option<String>> {
-        let there = self.flag()?;
-        let length = self.word()? as usize;
-        let (bytes, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        let text = std::str::from_utf8(bytes).ok()?;
+    fn text(&mut self, text: Option<&str>) -> Option<Option<String>> {
+        let there = self.flag(text.is_some())?;
+        let text = text.unwrap_or_default();
+        let length = self.word(text.len() as u32)? as usize;
+        let text = match self {
+            SettingsPass::Write(out) => {
+                out.extend(text.as_bytes());
+                text
+            }
+            SettingsPass::Read(bytes) => {
+                let (text, rest) = bytes.split_at_checked(length)?;
+                *bytes = rest;
+                std::str::from_utf8(text).ok()?
+            }
+        };
         Some(there.then(|| text.to_owned()))
     }
 }
