@@ -3,13 +3,14 @@
 //! `table` has a row for each format, which names the reader in the format's folder. `load` runs
 //! that reader on the bytes of a file, and once more if the geometry lies far away; `utf16` makes
 //! text in UTF-16 UTF-8 before. A format's folder has its grammar and its meaning; the rest is
-//! shared: `text`, `number` and `decimal` for operands, `chunk_remarks` for what the workers found
-//! wrong, `mesh` and `faces` for triangles, `texture` and `picture` for images, `folder` and
-//! `memory` for what a file may name and take, and `defaults` for the last step, with `framing`
-//! for its camera, which shows the `visible_vertices`.
+//! shared: `text`, `command`, `number` and `decimal` for operands, `chunk_remarks` for what the
+//! workers found wrong, `mesh` and `faces` for triangles, `texture` and `picture` for images,
+//! `folder` and `memory` for what a file may name and take, and `defaults` for the last step, with
+//! `framing` for its camera, which shows the `visible_vertices`.
 
 mod bytes;
 mod chunk_remarks;
+mod command;
 mod decimal;
 mod defaults;
 mod diagnostics;

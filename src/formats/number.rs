@@ -1,6 +1,7 @@
 //! Tokens of text formats to numbers.
 
 use super::diagnostics::quoted;
+use glam::DVec3;
 
 /// A finite single-precision number; the error describes the text otherwise.
 pub(super) fn number(text: &str) -> Result<f32, String> {
@@ -16,16 +17,17 @@ pub(super) fn number(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A number of [`number`] in double precision, and not rounded to single precision first.
-pub(super) fn double(text: &str) -> Result<f64, String> {
-    number(text)?;
-    text.parse()
-        .map_err(|_| format!("{} is not a number", quoted(text)))
-}
-
-/// A number of [`number`], widened.
-pub(super) fn widened(text: &str) -> Result<f64, String> {
-    number(text).map(f64::from)
+/// The way to read coordinates: they are in double precision if the scene has an origin, which is
+/// subtracted first, and else rounded to single precision at once.
+pub(super) fn coordinate(origin: DVec3) -> fn(&str) -> Result<f64, String> {
+    match origin == DVec3::ZERO {
+        true => |text| number(text).map(f64::from),
+        false => |text| {
+            number(text)?;
+            text.parse()
+                .map_err(|_| format!("{} is not a number", quoted(text)))
+        },
+    }
 }
 
 /// A count or an index; the error describes the text otherwise.

@@ -1,28 +1,15 @@
 //! Text to tokens. Line ends do not matter: a record may take one line or many.
 
-use crate::diagnostics::Span;
+use crate::command::TextToken;
 
-/// A run of characters without white space, and its span.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct NffToken<'a> {
-    pub(super) text: &'a str,
-    pub(super) offset: usize,
-}
-
-impl NffToken<'_> {
-    pub(super) fn span(&self) -> Span {
-        Span::new(self.offset, self.text.len())
-    }
-
-    /// Returns true if it is meant as a number, valid or not: no record has such a name.
-    pub(super) fn is_numeric(&self) -> bool {
-        let digits = self.text.trim_start_matches(['+', '-', '.']);
-        let named = |name: &str| digits.eq_ignore_ascii_case(name);
-        digits.starts_with(|c: char| c.is_ascii_digit())
-            || named("nan")
-            || named("inf")
-            || named("infinity")
-    }
+/// Returns true if a token is meant as a number, valid or not: no record has such a name.
+pub(super) fn is_numeric(token: &TextToken) -> bool {
+    let digits = token.text.trim_start_matches(['+', '-', '.']);
+    let named = |name: &str| digits.eq_ignore_ascii_case(name);
+    digits.starts_with(|c: char| c.is_ascii_digit())
+        || named("nan")
+        || named("inf")
+        || named("infinity")
 }
 
 /// The tokens of a file, one ahead.
@@ -42,7 +29,7 @@ impl<'a> NffTokens<'a> {
     }
 
     /// Takes the next token.
-    pub(super) fn next(&mut self) -> Option<NffToken<'a>> {
+    pub(super) fn next(&mut self) -> Option<TextToken<'a>> {
         let bytes = self.text.as_bytes();
         let mut start = self.at;
         loop {
@@ -56,19 +43,19 @@ impl<'a> NffTokens<'a> {
         let length = bytes[start..].iter().position(ends);
         let end = length.map_or(bytes.len(), |length| start + length);
         self.at = end;
-        Some(NffToken {
+        Some(TextToken {
             text: &self.text[start..end],
             offset: start,
         })
     }
 
     /// The token that [`NffTokens::next`] would take.
-    pub(super) fn peek(&self) -> Option<NffToken<'a>> {
+    pub(super) fn peek(&self) -> Option<TextToken<'a>> {
         self.clone().next()
     }
 
     /// The next token, if it is on the line of the last one.
-    pub(super) fn peek_in_line(&self) -> Option<NffToken<'a>> {
+    pub(super) fn peek_in_line(&self) -> Option<TextToken<'a>> {
         let token = self.peek()?;
         let between = &self.text.as_bytes()[self.at..token.offset];
         (!between.iter().any(ends_line)).then_some(token)

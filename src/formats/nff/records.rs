@@ -1,51 +1,36 @@
 //! The records by name, and the reading of operands.
 
-use super::lexer::NffToken;
+use super::lexer::is_numeric;
 use super::reader::NffReader;
+use crate::command::{CommandRow, TextToken, command};
 use crate::diagnostics::{Span, quoted};
-use crate::number::{double, number, widened};
+use crate::number::{coordinate, number};
 use glam::{DVec3, Vec3};
 
-/// A kind of record: its name, the names of its operands, and its function.
-struct RecordKind {
-    name: &'static str,
-    operands: &'static str,
-    run: fn(&mut NffReader<'_>, &NffRecord<'_>),
-}
-
-const fn kind(
-    name: &'static str,
-    operands: &'static str,
-    run: fn(&mut NffReader<'_>, &NffRecord<'_>),
-) -> RecordKind {
-    RecordKind {
-        name,
-        operands,
-        run,
-    }
-}
+/// A kind of record.
+type RecordKind = CommandRow<fn(&mut NffReader<'_>, &NffRecord<'_>)>;
 
 const RECORDS: [RecordKind; 9] = [
-    kind("s", "x y z radius", |r, s| r.sphere(s)),
-    kind("p", "corners, then x y z of each", |r, s| r.polygon(s)),
-    kind("pp", "corners, then x y z nx ny nz of each", |r, s| {
+    command("s", "x y z radius", |r, s| r.sphere(s)),
+    command("p", "corners, then x y z of each", |r, s| r.polygon(s)),
+    command("pp", "corners, then x y z nx ny nz of each", |r, s| {
         r.patch(s)
     }),
-    kind("c", "base(x y z radius) apex(x y z radius)", |r, s| {
+    command("c", "base(x y z radius) apex(x y z radius)", |r, s| {
         r.cone(s)
     }),
-    kind("f", "r g b kd ks shine t ior", |r, s| r.fill(s)),
-    kind("l", "x y z [r g b]", |r, s| r.light(s)),
-    kind("b", "r g b", |r, s| r.background(s)),
-    kind("v", "from at up angle hither resolution", |r, s| r.view(s)),
+    command("f", "r g b kd ks shine t ior", |r, s| r.fill(s)),
+    command("l", "x y z [r g b]", |r, s| r.light(s)),
+    command("b", "r g b", |r, s| r.background(s)),
+    command("v", "from at up angle hither resolution", |r, s| r.view(s)),
     // Not part of Haines' format, but of some readers and the files made for them.
-    kind("tess", "level", |r, s| r.tess(s)),
+    command("tess", "level", |r, s| r.tess(s)),
 ];
 
 /// A record's kind and the span of its name.
 pub(super) struct NffRecord<'a> {
     kind: &'static RecordKind,
-    name: NffToken<'a>,
+    name: TextToken<'a>,
 }
 
 impl NffRecord<'_> {
@@ -89,7 +74,7 @@ impl<'a> NffReader<'a> {
 
     /// Refuses a number after a record's last operand, as it belongs to nothing.
     fn refuse_surplus(&mut self, record: &NffRecord<'_>) {
-        let Some(surplus) = self.tokens.peek().filter(NffToken::is_numeric) else {
+        let Some(surplus) = self.tokens.peek().filter(is_numeric) else {
             return;
         };
         let RecordKind { name, operands, .. } = record.kind;
@@ -115,7 +100,7 @@ impl<'a> NffReader<'a> {
     }
 
     /// The next operand, or none at the end of the file or where another record begins.
-    pub(super) fn operand(&mut self) -> Option<NffToken<'a>> {
+    pub(super) fn operand(&mut self) -> Option<TextToken<'a>> {
         let mut ahead = self.tokens.clone();
         let token = ahead.next().filter(|token| find(token.text).is_none())?;
         self.tokens = ahead;
@@ -156,10 +141,7 @@ impl<'a> NffReader<'a> {
         &mut self,
         record: &NffRecord<'_>,
     ) -> Option<[f64; N]> {
-        match self.origin == DVec3::ZERO {
-            true => self.operands(record, widened),
-            false => self.operands(record, double),
-        }
+        self.operands(record, coordinate(self.origin))
     }
 
     /// The next three operands as a position in the scene.

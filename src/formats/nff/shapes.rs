@@ -1,5 +1,6 @@
 //! Shapes, and the materials that they have.
 
+use super::lexer::is_numeric;
 use super::reader::NffReader;
 use super::records::NffRecord;
 use crate::faces::MAX_CORNERS;
@@ -37,7 +38,7 @@ impl NffReader<'_> {
     /// textures.
     fn pass_over_texture(&mut self) {
         let name = self.tokens.peek_in_line();
-        let name = name.filter(|token| !token.is_numeric() && token.text.contains('.'));
+        let name = name.filter(|token| !is_numeric(token) && token.text.contains('.'));
         if let Some(name) = name {
             self.tokens.next();
             self.report.warning(

@@ -1,8 +1,9 @@
 //! Statements that a file has once, view and background, and its lights.
 
-use super::lexer::NffToken;
+use super::lexer::is_numeric;
 use super::reader::{NffLight, NffReader};
 use super::records::NffRecord;
+use crate::command::TextToken;
 use crate::diagnostics::quoted;
 use crate::number::{count, number};
 use glam::Vec3;
@@ -105,7 +106,7 @@ impl NffReader<'_> {
     }
 
     /// A value, or an error at the token it was made from.
-    fn emit_error<T>(&mut self, token: NffToken<'_>, value: Result<T, String>) -> Option<T> {
+    fn emit_error<T>(&mut self, token: TextToken<'_>, value: Result<T, String>) -> Option<T> {
         match value {
             Ok(value) => Some(value),
             Err(message) => {
@@ -143,7 +144,7 @@ impl NffReader<'_> {
 
     pub(super) fn light(&mut self, record: &NffRecord<'_>) {
         let position = self.position(record);
-        let colored = self.tokens.peek().is_some_and(|token| token.is_numeric());
+        let colored = self.tokens.peek().as_ref().is_some_and(is_numeric);
         let color = match colored {
             true => self.vector(record).map(Some),
             false => Some(None),

@@ -1,28 +1,13 @@
 //! The table of commands, and the checks of a statement's operands.
 
-use super::lexer::{TestToken, TestTokens, count, double, number, widened};
+use super::lexer::TestTokens;
 use super::reader::TestReader;
+use crate::command::{CommandRow, TextToken, command};
 use crate::diagnostics::{Span, quoted};
-use glam::DVec3;
+use crate::number::{coordinate, count, number};
 
-/// A command: its name, a word for each operand, and its function.
-pub(super) struct SceneCommand {
-    name: &'static str,
-    operands: &'static str,
-    run: fn(&mut TestReader<'_>, &Statement<'_>),
-}
-
-const fn command(
-    name: &'static str,
-    operands: &'static str,
-    run: fn(&mut TestReader<'_>, &Statement<'_>),
-) -> SceneCommand {
-    SceneCommand {
-        name,
-        operands,
-        run,
-    }
-}
+/// A command, with a word for each operand.
+type SceneCommand = CommandRow<fn(&mut TestReader<'_>, &Statement<'_>)>;
 
 /// All commands. The first are those that large files consist of.
 static COMMANDS: [SceneCommand; 30] = [
@@ -71,7 +56,7 @@ static COMMANDS: [SceneCommand; 30] = [
 /// One line: a command of the table with its operands.
 pub(super) struct Statement<'a> {
     command: &'static SceneCommand,
-    name: TestToken<'a>,
+    name: TextToken<'a>,
     operands: TestTokens<'a>,
 }
 
@@ -88,7 +73,7 @@ impl<'a> Statement<'a> {
     }
 
     /// All operands as one, with the spaces between them.
-    pub(super) fn joined(&self) -> Option<TestToken<'a>> {
+    pub(super) fn joined(&self) -> Option<TextToken<'a>> {
         self.operands.joined()
     }
 
@@ -108,7 +93,7 @@ impl<'a> Statement<'a> {
 
 impl TestReader<'_> {
     /// Runs one line.
-    pub(super) fn run(&mut self, name: TestToken<'_>, operands: TestTokens<'_>) {
+    pub(super) fn run(&mut self, name: TextToken<'_>, operands: TestTokens<'_>) {
         match COMMANDS.iter().find(|command| command.name == name.text) {
             Some(command) => {
                 let statement = Statement {
@@ -141,11 +126,7 @@ impl TestReader<'_> {
         &mut self,
         statement: &Statement<'_>,
     ) -> Option<[f64; N]> {
-        let parse = match self.origin == DVec3::ZERO {
-            true => widened,
-            false => double,
-        };
-        self.operands(statement, parse)
+        self.operands(statement, coordinate(self.origin))
     }
 
     /// The operands as counts or indices, or an error for each fault.
@@ -233,6 +214,7 @@ fn closest(name: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     /// Checks the table: `explain_operands` takes the number of operands from the code, but their
     /// names from the table.
