@@ -69,8 +69,8 @@ impl Default for SpotAngles {
     }
 }
 
-fn one<T: From<u8>>() -> T {
-    T::from(1)
+fn one() -> f64 {
+    1.0
 }
 
 fn white<const N: usize>() -> [f64; N] {
@@ -377,51 +377,33 @@ pub(super) struct Volume {
 }
 
 #[derive(Deserialize)]
-#[serde(default)]
 pub(super) struct Ior {
+    #[serde(default = "glass")]
     pub(super) ior: f64,
 }
 
-impl Default for Ior {
-    fn default() -> Self {
-        Ior { ior: 1.5 }
-    }
+fn glass() -> f64 {
+    1.5
 }
 
 #[derive(Deserialize)]
-#[serde(default, rename_all = "camelCase")]
+#[serde(rename_all = "camelCase")]
 pub(super) struct EmissiveStrength {
+    #[serde(default = "one")]
     pub(super) emissive_strength: f64,
 }
 
-impl Default for EmissiveStrength {
-    fn default() -> Self {
-        EmissiveStrength {
-            emissive_strength: 1.0,
-        }
-    }
-}
-
 #[derive(Deserialize)]
-#[serde(default, rename_all = "camelCase")]
+#[serde(rename_all = "camelCase")]
 pub(super) struct SpecularGlossiness {
+    #[serde(default = "white")]
     pub(super) diffuse_factor: [f64; 4],
     pub(super) diffuse_texture: Option<TextureInfo>,
+    #[serde(default = "white")]
     pub(super) specular_factor: [f64; 3],
+    #[serde(default = "one")]
     pub(super) glossiness_factor: f64,
     pub(super) specular_glossiness_texture: Option<IgnoredAny>,
-}
-
-impl Default for SpecularGlossiness {
-    fn default() -> Self {
-        SpecularGlossiness {
-            diffuse_factor: [1.0; 4],
-            diffuse_texture: None,
-            specular_factor: [1.0; 3],
-            glossiness_factor: 1.0,
-            specular_glossiness_texture: None,
-        }
-    }
 }
 
 #[derive(Deserialize)]

@@ -1,7 +1,7 @@
 //! Supported extensions of the format.
 
 use super::source::GltfSource;
-use super::unshown::Unshown;
+use super::unsupported::UnsupportedParts;
 use crate::diagnostics::{DiagnosticSink, Span, quoted};
 
 /// Extensions that a file may require; others are rejected by name.
@@ -63,11 +63,11 @@ pub(super) fn are_known(source: &GltfSource, report: &mut DiagnosticSink) -> boo
 
 /// Adds extensions that the file uses and does not require, if its picture may lack something
 /// without them. Those of materials are named where a material has them.
-pub(super) fn add_unknown(source: &GltfSource, unused: &mut Unshown) {
+pub(super) fn add_unknown(source: &GltfSource, unsupported: &mut UnsupportedParts) {
     for name in &source.document.extensions_used {
         let supported = SUPPORTED_EXTENSIONS.contains(&name.as_str());
         if !supported && !name.starts_with("KHR_materials_") {
-            unused.add_extension(name);
+            unsupported.add_extension(name);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::document::Primitive;
 use super::materials::PrimitiveMaterial;
 use super::source::GltfSource;
-use super::triangle_indices::TriangleIndices;
+use super::triangle_indices::triangles;
 use super::vertices::PrimitiveVertices;
 use crate::memory::OverLimit;
 use glam::DVec3;
@@ -35,9 +35,8 @@ impl<'a> PrimitiveGeometry<'a> {
             corners: Vec::new(),
             material: material.material,
         };
-        let corners = TriangleIndices::of(source, primitive, shape.vertices.count, most)?;
-        room(corners.count as u64, shape.bytes_of(corners.count as u64))?;
-        shape.corners = corners.collect()?;
+        let room = |count: u64| Ok(room(count, shape.bytes_of(count))?);
+        shape.corners = triangles(source, primitive, shape.vertices.count, most, room)?;
         Ok(shape)
     }
 

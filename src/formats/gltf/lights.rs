@@ -14,21 +14,20 @@ const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// A light in the world. `strength` is colour times intensity over π, the radiance of a white
 /// surface that faces it at distance 1 (or anywhere, for a directional one).
-enum ConvertedLight {
-    Point {
-        position: DVec3,
-        strength: DVec3,
-    },
+struct ConvertedLight {
+    strength: DVec3,
+    place: LightPlace,
+}
+
+enum LightPlace {
+    Point(DVec3),
     Spot {
         position: DVec3,
-        strength: DVec3,
         axis: DVec3,
         angles: [f32; 2],
     },
-    Directional {
-        toward: DVec3,
-        strength: DVec3,
-    },
+    /// The direction toward the light.
+    Far(DVec3),
 }
 
 /// Minimum angle of a spot light's cone. Narrower ones would light nothing.
@@ -69,22 +68,24 @@ pub(super) fn add_lights(
         let position = placed.to_world.translation;
         // Light is sent along the node's own −z.
         let axis = placed.to_world.matrix3.z_axis.try_normalize();
-        match (light.kind.as_str(), axis) {
-            ("directional", Some(toward)) => {
-                lamps.push(ConvertedLight::Directional { toward, strength });
-            }
-            ("spot", Some(back)) => lamps.push(ConvertedLight::Spot {
+        let place = match (light.kind.as_str(), axis) {
+            ("directional", Some(toward)) => LightPlace::Far(toward),
+            ("spot", Some(back)) => LightPlace::Spot {
                 position,
-                strength,
                 axis: -back,
                 angles: cone(&light.spot),
-            }),
-            ("point", _) => lamps.push(ConvertedLight::Point { position, strength }),
+            },
+            ("point", _) => LightPlace::Point(position),
             ("directional" | "spot", None) => {
                 source.error(report, "nodes", placed.node, "a light without direction");
+                continue;
             }
-            (kind, _) => _ = unknown.get_or_insert((placed.node, kind)),
-        }
+            (kind, _) => {
+                unknown.get_or_insert((placed.node, kind));
+                continue;
+            }
+        };
+        lamps.push(ConvertedLight { strength, place });
     }
     if let Some((node, kind)) = unknown {
         let kind = match kind {
@@ -101,35 +102,20 @@ pub(super) fn add_lights(
         report.warning(source.span_of("nodes", 0), message);
     }
     for lamp in &lamps {
-        match *lamp {
-            ConvertedLight::Point { position, strength } => {
-                let color = bounded(strength * scale);
-                scene.lights.add_point(position.as_vec3(), color, Vec3::Z);
-            }
-            ConvertedLight::Spot {
+        // Clamped so that single precision adds colours up without overflow.
+        let color = (lamp.strength * scale).min(DVec3::splat(1e30)).as_vec3();
+        let lights = &mut scene.lights;
+        match lamp.place {
+            LightPlace::Point(position) => lights.add_point(position.as_vec3(), color, Vec3::Z),
+            LightPlace::Spot {
                 position,
-                strength,
                 axis,
                 angles,
-            } => {
-                let color = bounded(strength * scale);
-                let (position, axis) = (position.as_vec3(), axis.as_vec3());
-                scene
-                    .lights
-                    .add_spot(position, color, Vec3::Z, axis, angles);
-            }
-            ConvertedLight::Directional { toward, strength } => {
-                let color = bounded(strength * scale);
-                scene.lights.add_directional(toward.as_vec3(), color);
-            }
+            } => lights.add_spot(position.as_vec3(), color, Vec3::Z, axis.as_vec3(), angles),
+            LightPlace::Far(toward) => lights.add_directional(toward.as_vec3(), color),
         }
     }
     !lamps.is_empty()
-}
-
-/// Colours, clamped so that single precision adds them up without overflow.
-fn bounded(color: DVec3) -> Vec3 {
-    color.min(DVec3::splat(1e30)).as_vec3()
 }
 
 /// Factor by which all lights are scaled: candela and lux have no bound, and files are written for
@@ -142,15 +128,12 @@ fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
             ((lo + hi) / 2.0, (hi - lo).length() / 2.0)
         }
     };
-    let light = lamps.iter().map(|lamp| match lamp {
-        ConvertedLight::Directional { strength, .. } => strength.max_element(),
+    let light = lamps.iter().map(|lamp| match lamp.place {
+        LightPlace::Far(_) => lamp.strength.max_element(),
         // A light inside the scene counts as if it stood at its edge.
-        ConvertedLight::Point { position, strength }
-        | ConvertedLight::Spot {
-            position, strength, ..
-        } => {
-            let squared = (*position - middle).length_squared().max(reach * reach);
-            strength.max_element() / squared
+        LightPlace::Point(position) | LightPlace::Spot { position, .. } => {
+            let squared = (position - middle).length_squared().max(reach * reach);
+            lamp.strength.max_element() / squared
         }
     });
     let light = light.sum::<f64>();

@@ -1,10 +1,10 @@
 //! Converts metallic-roughness materials to the document's Ka, Kd, Ks, Kt and shininess. The table
 //! is in the parent module.
 
-use super::coverage::{AlphaMode, Alphas, Cover, mode_of};
+use super::coverage::Cover;
 use super::document::{GltfDocument, GltfMaterial, Primitive, SpecularGlossiness, TextureInfo};
 use super::source::{GltfSource, file_name, parse_data_uri};
-use super::unshown::Unshown;
+use super::unsupported::UnsupportedParts;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
 use crate::mesh_defaults::{GREY, WHITE};
@@ -93,7 +93,7 @@ pub(super) struct GltfMaterials<'a> {
     unread: Vec<&'static str>,
     cache: HashMap<(Option<usize>, VertexPaint), PrimitiveMaterial>,
     /// Features that the file has and the picture does not show.
-    pub(super) unused: Unshown,
+    pub(super) unsupported: UnsupportedParts,
 }
 
 /// Ambient share of the diffuse colour, as of every mesh.
@@ -114,7 +114,7 @@ impl<'a> GltfMaterials<'a> {
             table: MaterialTable::default(),
             unread: Vec::new(),
             cache: HashMap::new(),
-            unused: Unshown::default(),
+            unsupported: UnsupportedParts::default(),
         }
     }
 
@@ -169,21 +169,15 @@ impl<'a> GltfMaterials<'a> {
         let document: &'a GltfDocument = &self.source.document;
         let material = document.materials.get(row);
         let material = material.ok_or_else(|| format!("there is no materials[{row}]"))?;
-        self.unused.add_material(material);
+        self.unsupported.add_material(material);
         let paint = PbrMaterial::of(material, vertices != VertexPaint::Absent);
         let texture = match paint.texture {
             Some(info) => self.texture(info, row, report)?,
             None => NO_TEXTURE,
         };
-        let mut alphas = Alphas {
-            factor: paint.alpha,
-            texture: NO_TEXTURE,
-            in_vertices: vertices == VertexPaint::WithAlpha,
-        };
-        if mode_of(material) != AlphaMode::Opaque {
-            alphas.texture = self.library.alpha_of(texture);
-        }
-        let cover = Cover::of(material, alphas);
+        let alpha_texture = || self.library.alpha_of(texture);
+        let in_vertices = vertices == VertexPaint::WithAlpha;
+        let cover = Cover::of(material, paint.alpha, alpha_texture, in_vertices);
         let converted = Material {
             texture,
             opacity: cover.opacity,
@@ -212,10 +206,8 @@ impl<'a> GltfMaterials<'a> {
         let texture = document.textures.get(index);
         let texture = texture.ok_or_else(|| format!("there is no textures[{index}]"))?;
         let sampler = texture.sampler.and_then(|row| document.samplers.get(row));
-        let wrap = [
-            wrap_of(sampler.and_then(|s| s.wrap_s)),
-            wrap_of(sampler.and_then(|s| s.wrap_t)),
-        ];
+        let wrap = sampler.map_or([None; 2], |s| [s.wrap_s, s.wrap_t]);
+        let wrap = wrap.map(wrap_of);
         let source = self.source;
         let span = || source.span_of("materials", material);
         let other = texture.extensions.webp.as_ref();

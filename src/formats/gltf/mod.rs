@@ -14,11 +14,11 @@
 //! | `morph`, `skins` | poses: morph targets and joints |
 //! | `vertices` | attributes of a primitive's vertices, morphed |
 //! | `triangle_indices` | triangles, strips and fans |
-//! | `geometry`, `placing` | primitives, and their columns under a map |
+//! | `geometry`, `bake` | primitives, and their columns under a map |
 //! | `mesh_instances` | equal meshes and primitives |
 //! | `materials`, `coverage` | materials, and the share of a surface that is there |
 //! | `cameras`, `lights` | the view and what lights it |
-//! | `undrawn`, `unshown` | what the picture lacks, for warnings |
+//! | `unsupported` | what the picture lacks, for warnings |
 //! | `reader` | meshes of nodes, baked or instanced |
 //!
 //! # Scene
@@ -69,6 +69,7 @@
 //! is ignored. An orthographic camera shows all of its width and height, and nothing behind it.
 
 mod accessor;
+mod bake;
 mod cameras;
 mod container;
 mod coverage;
@@ -81,15 +82,13 @@ mod mesh_instances;
 mod morph;
 mod nodes;
 mod placements;
-mod placing;
 mod reader;
 mod rewriting;
 mod skins;
 mod source;
 mod syntax;
 mod triangle_indices;
-mod undrawn;
-mod unshown;
+mod unsupported;
 mod version;
 mod vertices;
 

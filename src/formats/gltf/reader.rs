@@ -1,15 +1,14 @@
 //! The reader: meshes of nodes, baked or instanced, and everything around them.
 
+use super::bake::BadAttributes;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, VertexPaint};
 use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
 use super::nodes::PlacedNode;
 use super::placements::{PlacedMesh, Placements, Pose};
-use super::placing::BadAttributes;
 use super::skins::Skins;
 use super::source::GltfSource;
 use super::triangle_indices::is_surface;
-use super::undrawn::UndrawnPrimitives;
 use super::vertices::PrimitiveVertices;
 use super::{cameras, container, extensions, lights, nodes};
 use crate::defaults::{MissingParts, finish_scene};
@@ -102,7 +101,6 @@ struct GltfReader<'a, 't> {
     /// Number of displacements of vertices that morph targets may still make, likewise.
     displacements_left: u64,
     skins: Skins<'a>,
-    undrawn: UndrawnPrimitives,
     /// Meshes about whose vertices there is a warning.
     warned: HashSet<usize>,
     /// Meshes of which there is a warning about attributes with too few rows.
@@ -150,7 +148,6 @@ impl<'a, 't> GltfReader<'a, 't> {
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
             displacements_left: FREE_DISPLACEMENTS + DISPLACEMENTS_PER_BYTE * source.buffer_bytes(),
             skins: Skins::new(source, options.origin),
-            undrawn: UndrawnPrimitives::default(),
             warned: HashSet::new(),
             warned_short: HashSet::new(),
             inexact: false,
@@ -192,7 +189,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             return Err(ReadStop::Far(far));
         }
         self.surroundings(&nodes, bounds, missing);
-        self.warn_unused(&nodes);
+        self.warn_unsupported(&nodes);
         Ok(())
     }
 
@@ -317,18 +314,19 @@ impl<'a, 't> GltfReader<'a, 't> {
                     primitive.mode
                 ));
             }
-            if !is_surface(primitive.mode) {
-                self.undrawn.lines.insert((mesh, k));
-                continue;
-            }
-            if !primitive.attributes.contains_key("POSITION") {
-                self.undrawn.without_positions.insert((mesh, k));
-                continue;
-            }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
             let Some(converter) = &mut self.materials else {
                 continue;
             };
+            let without_positions = !primitive.attributes.contains_key("POSITION");
+            if without_positions || !is_surface(primitive.mode) {
+                let kind = match is_surface(primitive.mode) {
+                    true => "without positions",
+                    false => "of points or lines",
+                };
+                converter.unsupported.add_primitive(kind, mesh, k);
+                continue;
+            }
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
             let paint = VertexPaint::of(primitive, &source.document);
             let (row, options) = (primitive.material, self.options);
@@ -371,25 +369,22 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(shapes)
     }
 
-    /// Adds one warning for all features that the file has and the picture does not show, then
-    /// moves the textures to the scene.
-    fn warn_unused(&mut self, nodes: &[PlacedNode]) {
+    /// Warns of all that the file has and the picture does not show, then moves the textures to the
+    /// scene.
+    fn warn_unsupported(&mut self, nodes: &[PlacedNode]) {
         let Some(mut materials) = self.materials.take() else {
             return;
         };
         let document = &self.source.document;
         let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
         if !document.animations.is_empty() {
-            materials.unused.add("animations");
+            materials.unsupported.add("animations");
         }
         if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
-            materials.unused.add("copies of meshes with skins");
+            materials.unsupported.add("copies of meshes with skins");
         }
-        self.undrawn.warn(self.source, &mut self.report);
-        extensions::add_unknown(self.source, &mut materials.unused);
-        if let Some(message) = materials.unused.message() {
-            self.report.warning(Span::START, message);
-        }
+        extensions::add_unknown(self.source, &mut materials.unsupported);
+        materials.unsupported.warn(self.source, &mut self.report);
         self.scene.textures = materials.into_textures();
     }
 }

@@ -14,69 +14,52 @@ pub(super) fn is_surface(mode: u32) -> bool {
     (TRIANGLES..=FAN).contains(&mode)
 }
 
-/// Triangles of indices below `vertices`, counted before they are collected.
-pub(super) struct TriangleIndices<'a> {
-    indices: Option<Accessor<'a>>,
-    mode: u32,
+/// The triangles of a primitive, of indices below `vertices`: no more than `most`, and only if
+/// `room` grants memory for their number.
+pub(super) fn triangles(
+    source: &GltfSource,
+    primitive: &Primitive,
     vertices: usize,
-    pub(super) count: usize,
-}
-
-impl<'a> TriangleIndices<'a> {
-    /// The triangles of a primitive: no more than `most`.
-    pub(super) fn of(
-        source: &'a GltfSource,
-        primitive: &Primitive,
-        vertices: usize,
-        most: u64,
-    ) -> Result<TriangleIndices<'a>, String> {
-        let indices = primitive.indices;
-        let indices = indices
-            .map(|row| Accessor::open(source, row, 1))
-            .transpose()?;
-        if indices.is_some_and(|indices| !indices.holds_indices()) {
-            return Err("its indices are not unsigned integers".into());
-        }
-        let steps = indices.map_or(vertices, |indices| indices.count);
-        let count = match primitive.mode {
-            TRIANGLES => steps / 3,
-            _ => steps.saturating_sub(2),
-        };
-        if count as u64 > most || vertices as u64 > u64::from(u32::MAX) {
-            return Err(format!(
-                "{count} more triangles are too many for a file of this size"
-            ));
-        }
-        Ok(TriangleIndices {
-            indices,
-            mode: primitive.mode,
-            vertices,
-            count,
-        })
+    most: u64,
+    room: impl FnOnce(u64) -> Result<(), String>,
+) -> Result<Vec<[u32; 3]>, String> {
+    let indices = primitive.indices;
+    let indices = indices
+        .map(|row| Accessor::open(source, row, 1))
+        .transpose()?;
+    if indices.is_some_and(|indices| !indices.holds_indices()) {
+        return Err("its indices are not unsigned integers".into());
     }
-
-    pub(super) fn collect(&self) -> Result<Vec<[u32; 3]>, String> {
-        let corner = |step: usize| match self.indices {
-            Some(indices) => indices.index(step),
-            None => step as u32,
+    let steps = indices.map_or(vertices, |indices| indices.count);
+    let count = match primitive.mode {
+        TRIANGLES => steps / 3,
+        _ => steps.saturating_sub(2),
+    };
+    if count as u64 > most || vertices as u64 > u64::from(u32::MAX) {
+        return Err(format!(
+            "{count} more triangles are too many for a file of this size"
+        ));
+    }
+    room(count as u64)?;
+    let corner = |step: usize| match indices {
+        Some(indices) => indices.index(step),
+        None => step as u32,
+    };
+    let mut corners = Vec::with_capacity(count);
+    for k in 0..count {
+        let steps = match primitive.mode {
+            TRIANGLES => [3 * k, 3 * k + 1, 3 * k + 2],
+            // Every other triangle of a strip runs the other way round.
+            STRIP => [k, k + 1 + k % 2, k + 2 - k % 2],
+            _ => [k + 1, k + 2, 0],
         };
-        let mut corners = Vec::with_capacity(self.count);
-        for k in 0..self.count {
-            let steps = match self.mode {
-                TRIANGLES => [3 * k, 3 * k + 1, 3 * k + 2],
-                // Every other triangle of a strip runs the other way round.
-                STRIP => [k, k + 1 + k % 2, k + 2 - k % 2],
-                _ => [k + 1, k + 2, 0],
-            };
-            corners.push(steps.map(corner));
-        }
-        let outside = |&&corner: &&u32| corner as usize >= self.vertices;
-        match corners.iter().flatten().find(outside) {
-            Some(corner) => Err(format!(
-                "its index {corner} is not below its {} vertices",
-                self.vertices
-            )),
-            None => Ok(corners),
-        }
+        corners.push(steps.map(corner));
+    }
+    let outside = |&&corner: &&u32| corner as usize >= vertices;
+    match corners.iter().flatten().find(outside) {
+        Some(corner) => Err(format!(
+            "its index {corner} is not below its {vertices} vertices"
+        )),
+        None => Ok(corners),
     }
 }

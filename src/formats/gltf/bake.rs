@@ -83,7 +83,7 @@ impl PrimitiveGeometry<'_> {
         joints: Option<&[DAffine3]>,
         origin: Origin,
     ) -> (Mesh, BadAttributes) {
-        let mut out = Placing::new(self, map, joints);
+        let mut out = Baking::new(self, map, joints);
         let taken = DAffine3::from_translation(-origin.position());
         let as_it_stands = origin.offset().is_some() && *map == taken && self.vertices.is_unmoved();
         let mut corners = Vec::with_capacity(self.corners.len());
@@ -134,8 +134,8 @@ impl VertexMap {
     }
 }
 
-/// A mesh while its vertices are renumbered in the order in which triangles use them.
-struct Placing<'s> {
+/// A mesh that is baked. Its vertices are renumbered in the order in which triangles use them.
+struct Baking<'s> {
     shape: &'s PrimitiveGeometry<'s>,
     map: VertexMap,
     /// Joints that move each vertex instead of the map.
@@ -167,7 +167,7 @@ impl VertexRenumbering {
     }
 }
 
-impl<'s> Placing<'s> {
+impl<'s> Baking<'s> {
     fn new(
         shape: &'s PrimitiveGeometry<'s>,
         map: &DAffine3,
@@ -184,7 +184,7 @@ impl<'s> Placing<'s> {
             _ => map.mirrored,
         };
         let (vertices, corners) = (shape.vertices.count, 3 * shape.corners.len());
-        Placing {
+        Baking {
             shape,
             map,
             skin,

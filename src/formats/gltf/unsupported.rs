@@ -1,14 +1,18 @@
-//! Features and extensions of a file that its picture does not show, named by one warning.
+//! Features, extensions and primitives of a file that its picture does not show: one warning for
+//! all of a kind.
 
 use super::document::GltfMaterial;
-use crate::diagnostics::quoted;
-use std::collections::BTreeSet;
+use super::source::GltfSource;
+use crate::diagnostics::{DiagnosticSink, Span, quoted};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Features by their names, each once.
 #[derive(Default)]
-pub(super) struct Unshown {
+pub(super) struct UnsupportedParts {
     features: BTreeSet<&'static str>,
     extensions: BTreeSet<String>,
+    /// Primitives of a kind by mesh and index in it, each once, however often a mesh is shown.
+    primitives: BTreeMap<&'static str, BTreeSet<(usize, usize)>>,
 }
 
 /// Prefixes of extensions that do not affect a picture of the pose at rest: data about the model,
@@ -44,7 +48,7 @@ const INVISIBLE_EXTENSIONS: [&str; 24] = [
 /// Maximum number of extensions named in a warning: their names come from the file.
 const MAX_NAMES: usize = 12;
 
-impl Unshown {
+impl UnsupportedParts {
     pub(super) fn add(&mut self, feature: &'static str) {
         self.features.insert(feature);
     }
@@ -100,14 +104,30 @@ impl Unshown {
         }
     }
 
-    /// The warning, if there is anything to say.
-    pub(super) fn message(&self) -> Option<String> {
+    /// Adds a primitive of a kind, such as "without positions".
+    pub(super) fn add_primitive(&mut self, kind: &'static str, mesh: usize, index: usize) {
+        let all = self.primitives.entry(kind).or_default();
+        all.insert((mesh, index));
+    }
+
+    /// Warns of primitives at the first mesh that has one, and of all others at the file's start.
+    pub(super) fn warn(&self, source: &GltfSource, report: &mut DiagnosticSink) {
+        for (kind, primitives) in &self.primitives {
+            let message = match primitives.len() {
+                1 => format!("one primitive {kind} is left out"),
+                count => format!("{count} primitives {kind} are left out"),
+            };
+            let first = primitives.first().map_or(0, |&(mesh, _)| mesh);
+            report.warning(source.span_of("meshes", first), message);
+        }
         let extensions = self.extensions.iter().take(MAX_NAMES);
         let mut names: Vec<String> = extensions.map(|name| quoted(name)).collect();
         if self.extensions.len() > MAX_NAMES {
             names.push("more extensions".to_owned());
         }
         names.extend(self.features.iter().map(|&feature| feature.to_owned()));
-        (!names.is_empty()).then(|| format!("not shown: {}", names.join(", ")))
+        if !names.is_empty() {
+            report.warning(Span::START, format!("not shown: {}", names.join(", ")));
+        }
     }
 }
