@@ -13,7 +13,7 @@ const QUOTED_CHARS: usize = 40;
 const FILE_NAME_CHARS: usize = 300;
 
 /// A span of the text, in bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Span {
     pub(super) offset: usize,
     pub(super) length: usize,

@@ -36,8 +36,8 @@ pub(super) const PURPOSE: &str = "for the triangles of the file's faces";
 const CUT_BYTES: u64 = 300;
 
 /// Bytes that are used while the polygons of all chunks are triangulated on `threads` threads.
-pub(super) fn cutting_bytes(chunks: &[Faces], threads: usize) -> u64 {
-    let polygons = chunks.iter().flat_map(|faces| &faces.polygons);
+pub(super) fn cutting_bytes<'a>(chunks: impl Iterator<Item = &'a Faces>, threads: usize) -> u64 {
+    let polygons = chunks.flat_map(|faces| &faces.polygons);
     let (count, largest) = polygons.fold((0, 0), |(count, largest), polygon| {
         (count + 1, polygon.corners.max(largest))
     });

@@ -12,7 +12,7 @@
 //! name before it is checked, and links are followed before the file's folder is checked again, so
 //! neither leads out.
 
-use super::diagnostics::quoted_file;
+use super::diagnostics::{DiagnosticSink, Span, quoted_file};
 use super::foreign;
 use super::memory::MemoryLedger;
 use std::cell::{Cell, OnceCell, RefCell};
@@ -59,6 +59,18 @@ pub(super) struct NamedFile {
     pub(super) file: Found,
     /// The name by which it was found, unless it differs only by the removal of an exporter's path.
     pub(super) instead: Option<String>,
+}
+
+impl NamedFile {
+    /// The file, with a warning if it was found by another name than `name`.
+    pub(super) fn accepted(self, name: &str, span: Span, report: &mut DiagnosticSink) -> Found {
+        if let Some(instead) = self.instead {
+            let (name, instead) = (quoted_file(name), quoted_file(&instead));
+            let message = format!("there is no file {name}: {instead} is read instead");
+            report.warning(span, message);
+        }
+        self.file
+    }
 }
 
 /// Folders that files may lie in, resolved, and further spellings of the same.

@@ -1,12 +1,10 @@
-//! Shared parts of the mesh readers: errors found chunk by chunk, vertices that are not finite, and
-//! the final step.
+//! Shared steps of the readers of meshes: vertices that are not finite, triangles, and the scene.
 
 use super::chunk_remarks::{ChunkRemarks, WarningTally, counted};
 use super::defaults::{MissingParts, finish_scene};
 use super::diagnostics::{DiagnosticSink, Span};
-use super::faces::{self, Faces, NONE, NORMAL, UV, VERTEX};
+use super::faces::{Faces, NONE, NORMAL, UV, VERTEX};
 use super::loaded::Loaded;
-use super::memory::{MemoryLedger, OverLimit};
 use super::mesh_defaults::{BARE, GREY, WHITE, empty_scene};
 use super::options::Options;
 use super::origin::{self, ReadStop};
@@ -152,12 +150,13 @@ impl PolygonMesh {
     pub(super) fn triangulated(
         mut self,
         threads: usize,
-        memory: &MemoryLedger,
         report: &mut DiagnosticSink,
-    ) -> Result<MergedMesh, OverLimit> {
-        memory.lend(faces::cutting_bytes(&self.faces, threads), faces::PURPOSE)?;
-        leave_out_unreachable(self.not_finite, &mut self.vertices, &mut self.faces, report);
-        warn_bad_normals(&self.bad_normals, report);
+    ) -> MergedMesh {
+        // A file with errors has no triangles that are worth a remark.
+        if report.is_clean() {
+            leave_out_unreachable(self.not_finite, &mut self.vertices, &mut self.faces, report);
+            warn_bad_normals(&self.bad_normals, report);
+        }
         let cut = |mut faces: Faces| {
             faces.triangulate(&self.vertices);
             faces
@@ -174,13 +173,13 @@ impl PolygonMesh {
             rows.filter(|row| row.iter().any(|number| find(number).is_ok()))
                 .for_each(|row| *row = [NONE; 3]);
         }
-        Ok(MergedMesh {
+        MergedMesh {
             vertices: self.vertices,
             vertex_normals: self.vertex_normals,
             vertex_uvs: self.vertex_uvs,
             faces,
             ..MergedMesh::default()
-        })
+        }
     }
 }
 

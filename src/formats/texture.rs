@@ -187,8 +187,8 @@ impl<'a> TextureLibrary<'a> {
         })
     }
 
-    /// The row of a picture with a wrapping. The error says why there is none, the first time; later
-    /// it is [`NO_TEXTURE`].
+    /// The row of a picture with a wrapping. The error says why there is none, the first time;
+    /// later it is [`NO_TEXTURE`].
     fn row<'b>(
         &mut self,
         origin: ImageKey,

@@ -93,7 +93,9 @@ impl VertexBlock<'_> {
         for (word, &bits) in (self.first..).zip(self.words) {
             let first = word * BITS;
             if bits == u64::MAX {
-                (first..first + BITS).for_each(&mut work);
+                for vertex in first..first + BITS {
+                    work(vertex);
+                }
                 continue;
             }
             let mut left = bits;

@@ -2,7 +2,6 @@
 
 use super::colors::ChunkColors;
 use super::cursor::{Cursor, KEYWORD_BYTES};
-use super::remarks::UNKNOWN;
 use crate::chunk_remarks::{ChunkRemarks, ParseError, WarningTally};
 use crate::decimal;
 use crate::diagnostics::Span;
@@ -11,6 +10,12 @@ use crate::memory::LedgerShare;
 use crate::mesh::{self, NotFinite};
 use crate::text::mark_length;
 use glam::DVec3;
+
+/// Warning of a statement that OBJ files do not have.
+pub(super) const UNKNOWN: [&str; 2] = [
+    "this statement is unknown, and skipped",
+    "statements are unknown, this one first, and skipped",
+];
 
 /// Limits of the numbers to which a chunk may refer.
 #[derive(Clone, Copy, Debug)]

@@ -1,16 +1,31 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
 use super::mtl::{MtlMaterial, MtlOmission};
-use super::mtl_source::{KnownMaterial, MtlSource, accepted};
 use super::name::{text_of, texture_spellings, without_comment};
 use super::runs;
 use super::texture_map::{TextureMap, UvTransform};
-use crate::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, quoted_bytes};
-use crate::folder::{Folder, NamedFile};
+use crate::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span, quoted_bytes};
+use crate::folder::{Folder, Found, NamedFile};
 use crate::texture::TextureLibrary;
 use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
 use std::collections::HashSet;
 use std::ops::Range;
+
+/// A material file.
+pub(super) struct MtlSource {
+    pub(super) file: Found,
+    /// Its name in the scene file.
+    pub(super) name: String,
+    pub(super) bytes: Vec<u8>,
+    /// The `mtllib` that names it.
+    pub(super) library: Span,
+}
+
+/// A material, and its file's number.
+pub(super) struct KnownMaterial {
+    pub(super) material: MtlMaterial,
+    pub(super) source: usize,
+}
 
 /// A material as triangles have it: its row, and the transform of its UVs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -159,7 +174,7 @@ impl<'a> MaterialReader<'a> {
     fn texture(&mut self, source: usize, map: &TextureMap) -> u32 {
         let (name, found) = self.find(source, map);
         let report = &mut self.reports[source];
-        let found = found.map(|found| accepted(found, &name, map.name, report));
+        let found = found.map(|found| found.accepted(&name, map.name, report));
         self.textures
             .found(&name, found, map.wrap, || map.name, report)
     }

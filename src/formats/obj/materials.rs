@@ -1,8 +1,7 @@
 //! The materials that an OBJ file names, from its material files.
 
 use super::cursor::Cursor;
-use super::material_rows::{MaterialReader, MeshMaterials};
-use super::mtl_source::{KnownMaterial, MtlSource, accepted};
+use super::material_rows::{KnownMaterial, MaterialReader, MeshMaterials, MtlSource};
 use super::name::{spellings, text_of, without_comment};
 use super::{file_list, mtl};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
@@ -127,7 +126,7 @@ impl<'a> MaterialLibrary<'a> {
         span: Span,
         report: &mut DiagnosticSink,
     ) {
-        let file = found.map(|found| accepted(found, name, span, report));
+        let file = found.map(|found| found.accepted(name, span, report));
         if let Ok(file) = &file
             && !self.read.insert(file.clone())
         {

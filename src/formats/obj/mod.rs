@@ -30,7 +30,6 @@ mod file_list;
 mod material_rows;
 mod materials;
 mod mtl;
-mod mtl_source;
 mod name;
 mod reader;
 mod remarks;

@@ -8,7 +8,7 @@ use crate::text::mark_length;
 use glam::Vec3;
 
 /// A material as the file has it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct MtlMaterial {
     /// Span of the name, perhaps with a comment behind it.
     pub(super) name: Span,
@@ -56,24 +56,11 @@ impl MtlMaterial {
     fn new(name: Span) -> MtlMaterial {
         MtlMaterial {
             name,
-            ka: None,
-            kd: None,
-            ks: Vec3::ZERO,
-            ke: Vec3::ZERO,
             tf: Vec3::ONE,
-            ns: None,
             ni: 1.0,
-            d: None,
-            tr: None,
             kd_keyword: name,
             tr_keyword: name,
-            illum: None,
-            map_kd: None,
-            map_ka: None,
-            map_d: None,
-            has_map_ks: false,
-            has_map_ke: false,
-            left_out: Vec::new(),
+            ..MtlMaterial::default()
         }
     }
 

@@ -3,7 +3,7 @@
 use super::chunk::{IndexLimits, ObjChunk};
 use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{NORMAL, VERTEX};
+use crate::faces::{self, NORMAL, VERTEX};
 use crate::folder::Folder;
 use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
@@ -65,12 +65,14 @@ fn read_in_chunks(
         .first()
         .map_or([0; 3], |limits| limits.total);
     remarks::emit(bytes, &mut chunks, total, &mut report);
+    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
+    memory.lend(cutting, faces::PURPOSE)?;
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
     let mut table = MaterialTable::default();
     let (mesh, colors, changes) = merge(chunks, threads);
-    let mut joined = mesh.triangulated(threads, memory, &mut report)?;
+    let mut joined = mesh.triangulated(threads, &mut report);
     joined.colors = colors;
     let mut scene = mesh::scene_for(&joined.colors, options, &mut table);
     // Checked before materials and textures are read, which would be for nothing.

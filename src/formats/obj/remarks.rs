@@ -1,20 +1,14 @@
 //! Remarks about an OBJ file as a whole.
 
-use super::chunk::ObjChunk;
+use super::chunk::{ObjChunk, UNKNOWN};
 use crate::chunk_remarks::{ChunkRemarks, WarningTally, counted};
 use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
 use crate::faces::{NONE, NORMAL, UV, VERTEX};
 use crate::mesh::MergedMesh;
 use phalanx_scene::{MeshMaterial, NO_TEXTURE, Scene};
 
-/// Warning of a statement that OBJ files do not have.
-pub(super) const UNKNOWN: [&str; 2] = [
-    "this statement is unknown, and skipped",
-    "statements are unknown, this one first, and skipped",
-];
-
-/// Reports the remarks about all chunks, which have `total` rows of each attribute, with an error if
-/// the file is none of OBJ.
+/// Reports the remarks about all chunks, which have `total` rows of each attribute, with an error
+/// if the file is none of OBJ.
 pub(super) fn emit(
     text: &[u8],
     chunks: &mut [ObjChunk],

@@ -7,7 +7,7 @@
 use super::header::{Element, Type};
 use super::lexer::{NO_ROW_END, PlyLexer, count_rows};
 use super::plan::{ElementUse, ReadPlan};
-use super::row_reader::{RowReader, RowWords};
+use super::row_reader::{PlyRowReader, RowWords};
 use super::rows::{PlyChunk, too_short};
 use crate::chunk_remarks::{ChunkRemarks, ParseError};
 use crate::diagnostics::{DiagnosticSink, Span};
@@ -80,14 +80,14 @@ fn missing_rows(elements: &[Element], rows: u64, bytes: &[u8]) -> Option<ParseEr
     None
 }
 
-fn reader_of<'a>(text: &'a [u8], plan: &'a ReadPlan<'a>) -> RowReader<'a, PlyLexer<'a>> {
+fn reader_of<'a>(text: &'a [u8], plan: &'a ReadPlan<'a>) -> PlyRowReader<'a, PlyLexer<'a>> {
     let words = PlyLexer {
         text,
         at: 0,
         eol: plan.header.line_end,
         line_end: plan.header.line_end,
     };
-    RowReader::new(words, plan)
+    PlyRowReader::new(words, plan)
 }
 
 impl RowWords for PlyLexer<'_> {
@@ -122,7 +122,7 @@ impl RowWords for PlyLexer<'_> {
     }
 }
 
-impl RowReader<'_, PlyLexer<'_>> {
+impl PlyRowReader<'_, PlyLexer<'_>> {
     /// Reads the rows from `start` on. The first of them has number `first` in the whole body.
     fn read(&mut self, start: usize, mut first: u64) {
         self.words.at = start;

@@ -7,7 +7,7 @@ use super::columns::{RowChunk, TriangleRowLayout, checked, columns, fill, source
 use super::header::{Element, Encoding, PropertyKind, Type};
 use super::lexer::whole;
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
-use super::row_reader::{RowReader, RowWords};
+use super::row_reader::{PlyRowReader, RowWords};
 use super::rows::{PlyChunk, checked_normal, checked_position, too_short};
 use crate::chunk_remarks::ParseError;
 use crate::diagnostics::{DiagnosticSink, Span};
@@ -186,7 +186,7 @@ impl<'a> PlyBinaryReader<'a> {
             at: self.at,
             big_endian: self.big_endian,
         };
-        let mut reader = RowReader::new(words, self.plan);
+        let mut reader = PlyRowReader::new(words, self.plan);
         for row in 0..element.count {
             let start = reader.words.at;
             let Err(error) = reader.row(purpose, element, row) else {

@@ -2,7 +2,7 @@
 
 use super::plan::ReadPlan;
 use super::uvs::NO_PICTURE;
-use crate::diagnostics::{DiagnosticSink, quoted};
+use crate::diagnostics::DiagnosticSink;
 use crate::folder::Folder;
 use crate::mesh_defaults::{WHITE, empty_scene};
 use crate::options::Options;
@@ -52,14 +52,8 @@ impl NamedPictures {
                 let name = String::from_utf8_lossy(&bytes[span.range()]);
                 // MeshLab's word for the name of the file itself.
                 let name = name.replace("<this>", asset_dir.scene_stem());
-                let found = asset_dir.find_for(None, &name).map(|found| {
-                    if let Some(instead) = found.instead {
-                        let (name, instead) = (quoted(&name), quoted(&instead));
-                        let message = format!("there is no file {name}: {instead} is read instead");
-                        report.warning(span, message);
-                    }
-                    found.file
-                });
+                let found = asset_dir.find_for(None, &name);
+                let found = found.map(|found| found.accepted(&name, span, report));
                 let wrap = [Wrap::Repeat; 2];
                 pictures
                     .rows

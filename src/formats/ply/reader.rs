@@ -6,6 +6,7 @@ use super::plan::ReadPlan;
 use super::rows::Body;
 use super::{ascii, binary, colors, header, rows, uvs};
 use crate::diagnostics::{DiagnosticSink, Span};
+use crate::faces;
 use crate::folder::Folder;
 use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
@@ -65,6 +66,8 @@ fn read_in_chunks(
         face_colors,
         face_uvs,
     } = rows::merge(chunks, threads, &mut report);
+    let cutting = faces::cutting_bytes(mesh.faces.iter(), threads);
+    memory.lend(cutting, faces::PURPOSE)?;
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
@@ -82,7 +85,7 @@ fn read_in_chunks(
     }
     let span = plan.header.elements[plan.vertices.element].span;
     uvs::turn(&mut mesh.vertex_uvs, threads, span, &mut report);
-    let mut joined = mesh.triangulated(threads, memory, &mut report)?;
+    let mut joined = mesh.triangulated(threads, &mut report);
     let notes = std::mem::take(&mut pictures.notes);
     let scene = match pictures.is_empty() {
         true => mesh::scene_for(&colors, options, &mut MaterialTable::default()),

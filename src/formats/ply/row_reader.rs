@@ -24,7 +24,8 @@ pub(super) trait RowWords {
     /// The span of a face by the start of its row and by its list of corners. Its length accounts
     /// for the memory of the face.
     fn face_span(&self, row: usize, corners: Span) -> Span;
-    /// Bytes that the corners of a strip take before their row is read, beyond what it accounts for.
+    /// Bytes that the corners of a strip take before its row is read, beyond what the row accounts
+    /// for.
     fn strip_bytes(corners: usize) -> u64;
 }
 
@@ -64,7 +65,7 @@ struct VertexNumbers {
 }
 
 /// Reads rows into a chunk.
-pub(super) struct RowReader<'a, W> {
+pub(super) struct PlyRowReader<'a, W> {
     pub(super) words: W,
     pub(super) plan: &'a ReadPlan<'a>,
     pub(super) chunk: PlyChunk,
@@ -80,11 +81,11 @@ pub(super) struct RowReader<'a, W> {
     share: LedgerShare<'a>,
 }
 
-impl<'a, W: RowWords> RowReader<'a, W> {
-    pub(super) fn new(words: W, plan: &'a ReadPlan<'a>) -> RowReader<'a, W> {
+impl<'a, W: RowWords> PlyRowReader<'a, W> {
+    pub(super) fn new(words: W, plan: &'a ReadPlan<'a>) -> PlyRowReader<'a, W> {
         let count = plan.header.elements[plan.vertices.element].properties.len();
         let slot = |index: usize| VertexSlot::of(index, &plan.vertices);
-        RowReader {
+        PlyRowReader {
             words,
             plan,
             chunk: PlyChunk::default(),
@@ -248,7 +249,8 @@ impl<'a, W: RowWords> RowReader<'a, W> {
         Ok(Span::between(start, self.words.at()))
     }
 
-    /// Takes memory for a face of so many corners, which this span accounts for.
+    /// Takes memory for a face with this number of corners. The length of the span accounts for a
+    /// part of it.
     #[inline]
     fn has_room(&mut self, corners: usize, span: Span) -> bool {
         let bytes = self.plan.bytes_beyond(corners, span.length);

@@ -210,6 +210,7 @@ pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
 }
 
 /// Replaces a position that is not finite, and notes one that is out of reach.
+#[inline]
 pub(super) fn checked_position(
     row: [f32; 3],
     number: u32,
@@ -224,6 +225,7 @@ pub(super) fn checked_position(
 }
 
 /// Replaces a normal that is zero or not finite, and notes it.
+#[inline]
 pub(super) fn checked_normal(
     row: [f32; 3],
     number: u32,

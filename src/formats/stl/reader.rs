@@ -68,7 +68,7 @@ fn read_in_chunks(
     let corner = |k: usize| soup[k / 3][k % 3].map(f32::to_bits);
     let span = |corner| ascii::corner_span(bytes, corner);
     let welded = weld::weld(soup.len(), threads, corner).into_mesh(span);
-    let joined = welded.triangulated(threads, memory, &mut report)?;
+    let joined = welded.triangulated(threads, &mut report);
     finish(joined, options, report)
 }
 
@@ -90,7 +90,7 @@ fn read_binary(
     let joined = MergedMesh {
         single: [true; 3],
         colors,
-        ..welded.triangulated(threads, memory, &mut report)?
+        ..welded.triangulated(threads, &mut report)
     };
     finish(joined, options, report)
 }

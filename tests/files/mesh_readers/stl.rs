@@ -142,7 +142,7 @@ fn text_that_is_no_facet_is_ignored_with_a_warning() {
         ),
         (
             SQUARE.replace("facet normal", "color 1 0 0\nfacet normal"),
-            "2 places, here first",
+            "2 pieces of text between facets",
             2,
         ),
         (
