@@ -52,13 +52,13 @@ pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
     #[command(flatten)]
-    pub told: ToldArgs,
+    pub verbosity: VerbosityArgs,
 }
 
 /// How much every command tells.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = OUTPUT)]
-pub struct ToldArgs {
+pub struct VerbosityArgs {
     /// Only warnings and errors, no report
     #[arg(
         short,
@@ -73,7 +73,7 @@ pub struct ToldArgs {
     verbose: bool,
 }
 
-impl ToldArgs {
+impl VerbosityArgs {
     fn verbosity(self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -179,7 +179,7 @@ pub enum Command {
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
     let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
-    output::set_verbosity(arguments.told.verbosity());
+    output::set_verbosity(arguments.verbosity.verbosity());
     let done = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Verify(args) => verify::run(&args),

@@ -6,18 +6,20 @@
 //! renders a shard holds a lock on its list.
 
 use super::kept_file::{KeptFileError, check_regular, open_exclusive};
-use super::render_key::{KeyDifference, RenderKey};
+use super::kept_header::{KeptHeader, KeptKind};
+use super::render_key::RenderKey;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Version of the layout of lists.
-const LIST_VERSION: u32 = 1;
-
 /// The files' kind in messages.
-const LIST: &str = "a list of finished frames";
+const LIST: KeptKind = KeptKind {
+    name: "a list of finished frames",
+    foreign: "lists frames of another sequence",
+    unnamed_version: None,
+};
 
 /// Longest line that is read: many times the length of a key.
 const MAX_LINE: u64 = 1 << 20;
@@ -42,21 +44,6 @@ pub enum FrameState {
     Unlisted,
     /// There is a file that has changed since the shard wrote it.
     Changed,
-}
-
-/// The first line.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ListHeader {
-    finished_frames: u32,
-    picture: RenderKey,
-    camera_path: String,
-}
-
-/// The version alone, of a first line whose other fields may have any names.
-#[derive(Deserialize)]
-struct ListVersion {
-    finished_frames: u32,
 }
 
 /// Any other line: a frame, and the length and checksum of its file.
@@ -181,12 +168,12 @@ impl FinishedFrames {
         let mut frames = HashMap::new();
         let mut end = 0;
         if next(&mut line)? {
-            check_header(path, &line, key, camera_path)?;
+            KeptHeader::new(key, Some(camera_path)).check(&line, path, &LIST)?;
             end += line.len() as u64;
         } else if !header(key, camera_path).as_bytes().starts_with(&line) {
             return Err(KeptFileError::Other {
                 path: path.into(),
-                expected: LIST,
+                expected: LIST.name,
             });
         }
         while end > 0 && next(&mut line)? {
@@ -202,61 +189,7 @@ impl FinishedFrames {
 
 /// The first line of a list.
 fn header(key: &RenderKey, camera_path: &str) -> String {
-    let header = ListHeader {
-        finished_frames: LIST_VERSION,
-        picture: key.clone(),
-        camera_path: camera_path.to_owned(),
-    };
-    let mut line = serde_json::to_string(&header).unwrap_or_default();
-    line.push('\n');
-    line
-}
-
-/// Refuses a list with a first line of another sequence.
-fn check_header(
-    path: &Path,
-    line: &[u8],
-    key: &RenderKey,
-    camera_path: &str,
-) -> Result<(), KeptFileError> {
-    let other = || KeptFileError::Other {
-        path: path.into(),
-        expected: LIST,
-    };
-    match serde_json::from_slice::<ListVersion>(line) {
-        Ok(list) if list.finished_frames == LIST_VERSION => {}
-        Ok(list) => {
-            return Err(KeptFileError::Layout {
-                path: path.into(),
-                found: list.finished_frames,
-                known: LIST_VERSION,
-            });
-        }
-        Err(_) => return Err(other()),
-    }
-    let Ok(there) = serde_json::from_slice::<ListHeader>(line) else {
-        return Err(other());
-    };
-    let hexadecimal = there.camera_path.chars().all(|c| c.is_ascii_hexdigit());
-    if there.picture.check().is_err() || !hexadecimal {
-        return Err(other());
-    }
-    let mut differences = there.picture.differences(key);
-    if there.camera_path != camera_path {
-        differences.push(KeyDifference {
-            what: "the checksum of the camera's path",
-            there: there.camera_path,
-            here: camera_path.to_owned(),
-        });
-    }
-    match differences.is_empty() {
-        true => Ok(()),
-        false => Err(KeptFileError::Different {
-            path: path.into(),
-            holds: "lists frames of another sequence",
-            differences,
-        }),
-    }
+    KeptHeader::new(key, Some(camera_path)).json() + "\n"
 }
 
 /// Length and checksum of a file.
@@ -394,14 +327,19 @@ mod tests {
             "my notes",
             "my notes\n",
             "{}\n",
-            "{\"finished_frames\": 1}\n",
+            "{\"layout_version\": 3}\n",
         ] {
             fs::write(&path, text).unwrap();
             assert!(matches!(refused(), KeptFileError::Other { .. }), "{text}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
-        fs::write(&path, "{\"finished_frames\": 2, \"x\": 1}\n").unwrap();
-        assert!(matches!(refused(), KeptFileError::Layout { found: 2, .. }));
+        for old in [
+            "{\"finished_frames\": 2, \"x\": 1}\n",
+            "{\"layout_version\": 2}\n",
+        ] {
+            fs::write(&path, old).unwrap();
+            assert!(matches!(refused(), KeptFileError::Layout { found: 2, .. }));
+        }
         // A file without an end has no line either.
         File::create(&path).unwrap().set_len(1 << 40).unwrap();
         assert!(matches!(refused(), KeptFileError::Other { .. }));

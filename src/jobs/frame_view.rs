@@ -1,7 +1,8 @@
 //! The camera's view of a frame, as plans and keys store it.
 
+use super::field_error::FieldError;
 use glam::Vec3;
-use phalanx_scene::{View, ViewError};
+use phalanx_scene::View;
 use serde::{Deserialize, Serialize};
 
 /// A [`View`] with named fields, in the scene's coordinates. JSON gives its numbers back to the
@@ -23,13 +24,15 @@ pub struct FrameView {
 }
 
 impl FrameView {
-    /// The view with its axes checked: it may come from a file of anybody.
+    /// Checks that a view has axes: it may come from a file of anybody, where `field` holds it.
     ///
     /// # Errors
-    /// The reason why it has no axes.
-    pub fn checked(&self) -> Result<View, ViewError> {
-        let view = View::from(*self);
-        view.basis().map(|_| view)
+    /// The reason why it has none.
+    pub(crate) fn check(&self, field: &str) -> Result<(), FieldError> {
+        let basis = View::from(*self).basis().map(drop);
+        basis.map_err(|error| {
+            FieldError::new(field, format!("none ({error})"), "a view that has axes")
+        })
     }
 }
 
@@ -97,12 +100,12 @@ mod tests {
             let bits = |v: [f32; 3]| v.map(f32::to_bits);
             assert_eq!(bits(again.eye), bits(kept.eye), "{text}");
             assert_eq!(View::from(again), view, "{text}");
-            assert!(again.checked().is_ok());
+            assert!(again.check("view").is_ok());
         }
         let bad = FrameView {
             center: view.eye.to_array(),
             ..view.into()
         };
-        assert!(bad.checked().is_err());
+        assert!(bad.check("view").is_err());
     }
 }

@@ -5,7 +5,8 @@
 //! | file | content |
 //! |---|---|
 //! | `render_key` | everything that the pixels of a picture depend on |
-//! | `picture_settings` | the settings that the pixels depend on |
+//! | `spec/` | the options of a picture, as the command line has them |
+//! | `field_error` | fields of plans and keys that hold what they may not hold |
 //! | `tile_file` | finished tiles in a file, each with its checksum |
 //! | `file_header` | the header of such a file |
 //! | `tile_record` | one tile of it, as bytes |
@@ -21,6 +22,7 @@
 //! | `finished_frames` | the list of a shard's finished frames |
 //! | `frame_view`, `frame_name` | a view as text, names of the files |
 //! | `kept_file` | files that one process at a time adds to, and their errors |
+//! | `kept_header` | whose work such a file holds |
 //! | `output_path` | the paths that a plan's picture may have |
 //!
 //! One kind of file serves both purposes: the checkpoint of a render on one machine is a tile file,
@@ -37,38 +39,41 @@
 
 mod bands;
 mod coverage;
+mod field_error;
 mod file_header;
 mod finished_frames;
 mod frame_name;
 mod frame_view;
 mod kept_file;
+mod kept_header;
 mod open_bands;
 mod output_path;
-mod picture_settings;
 mod plan;
 mod planned_frames;
 mod recovery;
 mod render_key;
 mod sequence_plan;
+pub mod spec;
 mod stored_tiles;
 mod thumbnail;
 mod tile_file;
 mod tile_record;
 
 pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_to_file};
+pub use field_error::FieldError;
 pub use finished_frames::{FinishedFrames, FrameIdentity, FrameState};
 pub use frame_name::frame_name;
 pub use frame_view::FrameView;
 pub use kept_file::KeptFileError;
 pub use open_bands::open_bands;
 pub use output_path::kept_output;
-pub use picture_settings::PictureSettings;
-pub use plan::{MAX_SHARDS, PlanError, RenderPlan, TileEncoding};
+pub use plan::{MAX_SHARDS, PlanError, PlannedWork, RenderPlan};
 pub use planned_frames::PlannedFrames;
-pub use render_key::{FieldError, KeyDifference, RenderKey};
+pub use render_key::{KeyDifference, RenderKey, SceneStamp};
 pub use sequence_plan::{
     MAX_FRAME, MAX_KEYFRAMES, PlannedCamera, PlannedKey, SequencePlan, ShardBy,
 };
+pub use spec::{EncodingSpec, PictureSpec, PixelSpec, SceneOverrides, ToneSpec};
 pub use stored_tiles::TileOutputs;
 pub use thumbnail::Thumbnail;
 pub use tile_file::TileFile;

@@ -1,12 +1,14 @@
 //! A plan for rendering a picture or a sequence on several machines: the assignment of tiles and
 //! frames, written down once for all of them.
 
+use super::field_error::FieldError;
 use super::output_path;
-use super::render_key::{FieldError, RenderKey};
+use super::render_key::{RenderKey, SceneStamp};
 use super::sequence_plan::SequencePlan;
+use super::spec::{PictureSpec, texts};
 use phalanx_files::{quoted_text, shown_path, shown_text};
-use phalanx_image::{MAX_EXPOSURE, PictureHeader};
-use phalanx_render::frame::{Aovs, Tile};
+use phalanx_image::PictureHeader;
+use phalanx_render::frame::Tile;
 use phalanx_scene::ViewError;
 use phalanx_scene::film::tiles;
 use serde::{Deserialize, Serialize};
@@ -15,12 +17,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Version of the layout of plans. Version 1 had its settings as one text, and an output of any
-/// name.
-const SCHEMA_VERSION: u32 = 2;
-
-/// Version of the layout of plans for sequences. All others keep the version before, so that
-/// programs before this one can read them.
-const SEQUENCE_VERSION: u32 = 3;
+/// name; versions 2 and 3, of pictures and of sequences, had the arguments of a command line.
+const SCHEMA_VERSION: u32 = 4;
 
 /// Longest plan that is read: several times the longest command line that systems take.
 const MAX_BYTES: u64 = 16 << 20;
@@ -43,40 +41,33 @@ const MIN_TILES_PER_SHARD: u64 = 16;
 #[serde(deny_unknown_fields)]
 pub struct RenderPlan {
     schema_version: u32,
-    /// The scene, as its file was named, or a standard scene; a file's name is absolute.
-    pub scene: String,
-    /// Arguments of `phalanx plan`.
-    pub arguments: Vec<String>,
+    /// The picture, all of whose options are given.
+    pub spec: PictureSpec,
+    /// The scene that is meant.
+    pub stamp: SceneStamp,
+    /// How shards are rendered.
+    pub work: PlannedWork,
     /// Path of the output picture, relative to the plan's folder; see [`RenderPlan::picture_path`].
     pub output: PathBuf,
-    /// Encoding of radiance in the output picture.
-    pub developing: TileEncoding,
-    /// Everything that the picture's pixels depend on.
-    pub picture: RenderKey,
     /// Number of shards.
     pub shards: u32,
     /// Side in pixels of the tiles that are dealt out.
     pub tile: u32,
-    /// Header of the output picture's file; empty in plans of earlier builds.
-    #[serde(default)]
+    /// Header of the output picture's file.
     pub header: PictureHeader,
     /// The frames of a sequence; `None` for one picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sequence: Option<SequencePlan>,
 }
 
-/// Conversion of radiance to samples, where the picture's format has samples.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Options for the rendering of shards, which no picture depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TileEncoding {
-    /// Exposure in stops, from -[`MAX_EXPOSURE`] to [`MAX_EXPOSURE`].
-    pub exposure: f32,
-    /// True if samples are on the sRGB curve, false if they are linear.
-    pub srgb: bool,
-    /// True if samples are rounded to the nearest value, false if they are rounded down.
-    pub round: bool,
-    /// Bits of a PNG's samples: 8 or 16.
-    pub bits: u8,
+pub struct PlannedWork {
+    /// Side in pixels of the tiles that a thread renders at a time; `None` for the default.
+    pub tile: Option<u32>,
+    /// Memory in bytes that may be used; `None` for no limit.
+    pub max_memory: Option<u64>,
 }
 
 /// The reason why a plan cannot be used.
@@ -100,7 +91,7 @@ pub enum PlanError {
     },
     /// A program with another layout made the file.
     #[error(
-        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}, and {SEQUENCE_VERSION} for sequences",
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}",
         shown_path(path)
     )]
     Version {
@@ -158,25 +149,19 @@ pub enum PlanError {
 }
 
 impl RenderPlan {
-    /// A plan with the given number of shards.
-    pub fn new(
-        scene: String,
-        arguments: Vec<String>,
-        output: PathBuf,
-        developing: TileEncoding,
-        picture: RenderKey,
-        shards: u32,
-    ) -> RenderPlan {
-        let tile = side(picture.window(), shards);
+    /// A plan of a picture with this key in the given number of shards.
+    pub fn new(spec: PictureSpec, key: RenderKey, output: PathBuf, shards: u32) -> RenderPlan {
         RenderPlan {
             schema_version: SCHEMA_VERSION,
-            scene,
-            arguments,
+            tile: side(key.window(), shards),
+            spec: PictureSpec {
+                pixels: key.pixels,
+                ..spec
+            },
+            stamp: key.stamp,
+            work: PlannedWork::default(),
             output,
-            developing,
-            picture,
             shards,
-            tile,
             header: PictureHeader::NONE,
             sequence: None,
         }
@@ -185,15 +170,23 @@ impl RenderPlan {
     /// The plan for a sequence of such pictures.
     pub fn with_sequence(self, sequence: SequencePlan) -> RenderPlan {
         RenderPlan {
-            schema_version: SEQUENCE_VERSION,
             sequence: Some(sequence),
             ..self
         }
     }
 
-    /// The plan with a header for its picture's file.
-    pub fn with_header(self, header: PictureHeader) -> RenderPlan {
-        RenderPlan { header, ..self }
+    /// The key of the picture; of a sequence, the key that frames add their views to.
+    pub fn key(&self) -> RenderKey {
+        RenderKey {
+            stamp: self.stamp.clone(),
+            pixels: self.spec.pixels.clone(),
+            view: None,
+        }
+    }
+
+    /// The part of the picture that is rendered.
+    pub fn window(&self) -> Tile {
+        self.spec.pixels.window()
     }
 
     /// Reads a plan, which may come from anybody.
@@ -215,9 +208,8 @@ impl RenderPlan {
         if read.map_err(io)? as u64 > MAX_BYTES {
             return Err(malformed("it is longer than any"));
         }
-        let known = [SCHEMA_VERSION, SEQUENCE_VERSION].map(u64::from);
         match serde_json::from_slice::<Version>(&bytes) {
-            Ok(version) if known.contains(&version.schema_version) => {}
+            Ok(version) if version.schema_version == u64::from(SCHEMA_VERSION) => {}
             Ok(version) => {
                 return Err(PlanError::Version {
                     path: path.into(),
@@ -228,6 +220,8 @@ impl RenderPlan {
         }
         let plan: RenderPlan =
             serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
+        let options = plan.spec.overrides.options();
+        options.map_err(|reason| malformed(&reason))?;
         match plan.check() {
             Ok(()) => Ok(plan),
             Err(error) => Err(PlanError::Field {
@@ -242,57 +236,41 @@ impl RenderPlan {
     /// # Errors
     /// The first field that holds a value that it may not have.
     pub fn check(&self) -> Result<(), FieldError> {
-        let wrong = |field, value: String, expected: &str| {
-            Err(FieldError {
-                field,
-                value,
-                expected: expected.to_owned(),
-            })
+        let wrong = |field: &str, value: String, expected: &str| {
+            Err(FieldError::new(field, value, expected))
         };
-        self.picture.check()?;
-        let output = self.output.to_str().unwrap_or("\0");
-        let arguments = self.arguments.iter().map(|text| ("arguments", &text[..]));
-        let header = [
-            ("header.scene", &self.header.scene[..]),
-            ("header.command", &self.header.command[..]),
+        self.key().check()?;
+        self.spec.encoding.check()?;
+        let output = self.output.to_str().unwrap_or("\0").to_owned();
+        let keyframes = self.sequence.as_ref().and_then(SequencePlan::keyframes);
+        let named = [
+            ("output", output),
+            ("header.scene", self.header.scene.clone()),
+            ("header.command", self.header.command.clone()),
+            (
+                "sequence.camera.keyframes",
+                keyframes.unwrap_or("none").to_owned(),
+            ),
         ];
-        let keyframes = self.sequence.iter().filter_map(SequencePlan::keyframes);
-        let keyframes = keyframes.map(|file| ("sequence.camera.keyframes", file));
-        let named = [("scene", &self.scene[..]), ("output", output)].into_iter();
-        for (field, text) in named.chain(keyframes).chain(arguments).chain(header) {
+        let named = named.map(|(field, text)| (field.to_owned(), text));
+        for (field, text) in named.into_iter().chain(texts(&self.spec)) {
             // Plans are quoted in scripts and messages.
-            let may_be_empty = field == "arguments" || field.starts_with("header.");
+            let may_be_empty = field.starts_with("header.");
             if text.contains(char::is_control) || text.is_empty() && !may_be_empty {
-                let value = quoted_text(text);
-                return wrong(field, value, "a text without control characters");
+                let value = quoted_text(&text);
+                return wrong(&field, value, "a text without control characters");
             }
-        }
-        let TileEncoding { exposure, bits, .. } = self.developing;
-        if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&exposure) {
-            let range = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
-            return wrong("developing.exposure", exposure.to_string(), &range);
-        }
-        if ![8, 16].contains(&bits) {
-            return wrong("developing.bits", bits.to_string(), "8 or 16");
         }
         if !(1..=MAX_SHARDS).contains(&self.shards) {
             let range = format!("1 to {MAX_SHARDS}");
             return wrong("shards", self.shards.to_string(), &range);
-        }
-        let version = match &self.sequence {
-            Some(_) => SEQUENCE_VERSION,
-            None => SCHEMA_VERSION,
-        };
-        if self.schema_version != version {
-            let value = self.schema_version.to_string();
-            return wrong("schema_version", value, "3 with a sequence, 2 without");
         }
         if let Some(sequence) = &self.sequence {
             sequence.check(self.shards)?;
         }
         // No more tiles than this program would have dealt out: smaller tiles could be more than
         // memory has room for.
-        let side = side(self.picture.window(), self.shards);
+        let side = side(self.window(), self.shards);
         if self.tile != side {
             let picture = format!(
                 "{side} for a picture of this size in {} shards",
@@ -303,14 +281,9 @@ impl RenderPlan {
         Ok(())
     }
 
-    /// The layers of the picture.
-    pub fn aovs(&self) -> Aovs {
-        self.picture.aovs()
-    }
-
     /// All tiles, in the order in which they are dealt out.
     pub fn tiles(&self) -> Vec<Tile> {
-        tiles(self.picture.window(), self.tile)
+        tiles(self.window(), self.tile)
     }
 
     /// The tiles of a shard, chosen from all of them.
@@ -345,14 +318,6 @@ impl RenderPlan {
             output: output.into(),
             reason,
         })
-    }
-
-    /// The file of a shard's tiles, beside the plan.
-    ///
-    /// # Errors
-    /// [`PlanError::Stray`].
-    pub fn shard_file(&self, plan: &Path, shard: u32) -> Result<PathBuf, PlanError> {
-        self.shard_path(plan, shard, "tiles")
     }
 
     /// A file of a shard, beside the plan, whose name ends so.

@@ -2,29 +2,33 @@
 
 use super::finished_frames::FrameIdentity;
 use super::frame_name::{frame_digits, frame_name};
+use super::frame_view::FrameView;
 use super::plan::{PlanError, RenderPlan};
 use super::render_key::RenderKey;
 use super::sequence_plan::{PlannedCamera, SequencePlan, ShardBy};
 use phalanx_scene::{CameraPath, View};
 use std::path::{Path, PathBuf};
 
-/// The frames of a plan for a sequence.
+/// The frames of a plan: those of its sequence, or its one picture, as frame 0.
 #[derive(Clone, Debug)]
 pub struct PlannedFrames<'a> {
     plan: &'a RenderPlan,
-    sequence: &'a SequencePlan,
-    path: CameraPath,
+    sequence: Option<&'a SequencePlan>,
+    path: Option<CameraPath>,
+    /// The first and the last.
+    ends: [u32; 2],
 }
 
 impl<'a> PlannedFrames<'a> {
-    /// The frames of a plan; `None` where it is for one picture.
-    pub fn of(plan: &'a RenderPlan) -> Option<PlannedFrames<'a>> {
-        let sequence = plan.sequence.as_ref()?;
-        Some(PlannedFrames {
+    /// The frames of a plan.
+    pub fn of(plan: &'a RenderPlan) -> PlannedFrames<'a> {
+        let sequence = plan.sequence.as_ref();
+        PlannedFrames {
             plan,
             sequence,
-            path: sequence.camera.path(),
-        })
+            path: sequence.map(|sequence| sequence.camera.path()),
+            ends: sequence.map_or([0; 2], |sequence| sequence.frames),
+        }
     }
 
     /// The plan that they are of.
@@ -32,45 +36,49 @@ impl<'a> PlannedFrames<'a> {
         self.plan
     }
 
-    /// The sequence.
-    pub fn sequence(&self) -> &'a SequencePlan {
+    /// The sequence, if it is one.
+    pub fn sequence(&self) -> Option<&'a SequencePlan> {
         self.sequence
     }
 
     /// Returns true if a shard has whole frames.
     pub fn is_by_frame(&self) -> bool {
-        self.sequence.shard_by == ShardBy::Frame
+        let by = self.sequence.map(|sequence| sequence.shard_by);
+        by == Some(ShardBy::Frame)
     }
 
     /// All frames, in order.
     pub fn all(&self) -> impl Iterator<Item = u32> + use<> {
-        let [first, last] = self.sequence.frames;
+        let [first, last] = self.ends;
         first..=last
     }
 
     /// The frames of a shard, in order: some of them, or all where a shard has tiles of each.
     pub fn of_shard(&self, shard: u32) -> impl Iterator<Item = u32> + use<> {
-        let [first, last] = self.sequence.frames;
-        let (skipped, step) = match self.sequence.shard_by {
-            ShardBy::Frame => (shard, self.plan.shards.max(1)),
-            ShardBy::Tile => (0, 1),
+        let [first, last] = self.ends;
+        let (skipped, step) = match self.is_by_frame() {
+            true => (shard, self.plan.shards.max(1)),
+            false => (0, 1),
         };
         (first.saturating_add(skipped)..=last).step_by(step as usize)
     }
 
     /// The shard of a whole frame.
     pub fn shard_of(&self, frame: u32) -> u32 {
-        (frame - self.sequence.frames[0]) % self.plan.shards.max(1)
+        (frame - self.ends[0]) % self.plan.shards.max(1)
     }
 
-    /// The view of a frame.
+    /// The view of a frame of a sequence; `None` for the scene's own.
     ///
     /// # Errors
     /// [`PlanError::Frame`]: a path may lead through a point that it looks at.
-    pub fn view(&self, frame: u32) -> Result<View, PlanError> {
-        let view = self.path.view(frame, &self.sequence.scene_view());
+    pub fn view(&self, frame: u32) -> Result<Option<View>, PlanError> {
+        let (Some(path), Some(sequence)) = (&self.path, self.sequence) else {
+            return Ok(None);
+        };
+        let view = path.view(frame, &sequence.scene_view());
         match view.basis() {
-            Ok(_) => Ok(view),
+            Ok(_) => Ok(Some(view)),
             Err(error) => Err(PlanError::Frame { frame, error }),
         }
     }
@@ -80,7 +88,10 @@ impl<'a> PlannedFrames<'a> {
     /// # Errors
     /// [`PlanError::Frame`].
     pub fn key(&self, frame: u32) -> Result<RenderKey, PlanError> {
-        Ok(self.plan.picture.with_view(self.view(frame)?))
+        Ok(RenderKey {
+            view: self.view(frame)?.map(FrameView::from),
+            ..self.plan.key()
+        })
     }
 
     /// The identity of a frame's file, which depends on its pixels, their encoding and its format.
@@ -90,7 +101,7 @@ impl<'a> PlannedFrames<'a> {
     pub fn identity(&self, frame: u32) -> Result<FrameIdentity, PlanError> {
         let key = self.key(frame)?;
         let ending = self.plan.output.extension().unwrap_or_default();
-        let parts = (key, self.plan.developing, ending.to_string_lossy());
+        let parts = (key, &self.plan.spec.encoding, ending.to_string_lossy());
         let text = serde_json::to_string(&parts).unwrap_or_default();
         Ok(FrameIdentity {
             frame,
@@ -100,20 +111,20 @@ impl<'a> PlannedFrames<'a> {
 
     /// The camera's path as a number that tells it from others, wherever it was read from.
     pub fn path_checksum(&self) -> String {
-        let view = self.sequence.view;
-        let text = match &self.sequence.camera {
-            PlannedCamera::Turntable { frames } => serde_json::to_string(&(view, frames)),
-            PlannedCamera::Keyframes { keys, .. } => serde_json::to_string(&(view, keys)),
-        };
-        format!(
-            "{:08x}",
-            crc32fast::hash(text.unwrap_or_default().as_bytes())
-        )
+        let text = self.sequence.map(|sequence| match &sequence.camera {
+            PlannedCamera::Turntable { frames } => serde_json::to_string(&(sequence.view, frames)),
+            PlannedCamera::Keyframes { keys, .. } => serde_json::to_string(&(sequence.view, keys)),
+        });
+        let text = text.and_then(Result::ok).unwrap_or_default();
+        format!("{:08x}", crc32fast::hash(text.as_bytes()))
     }
 
-    /// The path of a frame's picture where the sequence goes to `output`.
+    /// The path of a frame's picture where the plan's goes to `output`.
     pub fn name(&self, output: &Path, frame: u32) -> PathBuf {
-        frame_name(output, self.sequence.frames[1], frame)
+        match self.sequence {
+            Some(_) => frame_name(output, self.ends[1], frame),
+            None => output.into(),
+        }
     }
 
     /// The path of a frame's picture, for a plan in the file `plan`.
@@ -137,8 +148,10 @@ impl<'a> PlannedFrames<'a> {
     /// # Errors
     /// [`PlanError::Stray`].
     pub fn tile_file(&self, plan: &Path, shard: u32, frame: u32) -> Result<PathBuf, PlanError> {
-        let number = frame_digits(self.sequence.frames[1], frame);
-        let ending = format!("frame-{number}.tiles");
+        let ending = match self.sequence {
+            Some(_) => format!("frame-{}.tiles", frame_digits(self.ends[1], frame)),
+            None => "tiles".to_owned(),
+        };
         self.plan.shard_path(plan, shard, &ending)
     }
 }

@@ -4,12 +4,14 @@
 //! file. The numbers of a header are checked against the picture and the file before they are used.
 //! Bytes that damaged tiles claim are read again a bounded number of times.
 
-use super::file_header::{self, FileOwner};
+use super::file_header::{self, FileHeader, TILES};
+use super::kept_file::KeptFileError;
 use super::render_key::RenderKey;
 use super::tile_record::{self, HEADER_BYTES, RecordHeader};
 use phalanx_render::frame::Tile;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
 
 /// Number of bytes of damaged tiles that are searched for other records, as a multiple of the
 /// file's length. Overlapping headers could claim the same bytes again and again. Beyond this, a
@@ -18,41 +20,44 @@ const MAX_SEARCHED_PER_BYTE: u64 = 4;
 
 /// The content of a file.
 pub(super) struct Recovery {
-    pub(super) owner: FileOwner,
     /// Whole tiles, each with the offset where its record begins.
     pub(super) tiles: Vec<(Tile, u64)>,
     /// Tiles that are present, but damaged.
     pub(super) damaged: usize,
-    /// The end of the last whole record.
+    /// The end of the last whole record; 0 if there is none, nor a header.
     pub(super) end: u64,
 }
 
 impl Recovery {
-    pub(super) fn run(file: &File, key: &RenderKey) -> io::Result<Recovery> {
-        let length = file.metadata()?.len();
-        let mut places = ForwardReader::new(file)?;
-        let (owner, start) = file_header::read(&mut places, length, key)?;
+    /// Reads the file at `path`, which must be of this picture's tiles, or empty.
+    pub(super) fn run(
+        path: &Path,
+        file: &File,
+        key: &RenderKey,
+    ) -> Result<Recovery, KeptFileError> {
+        let io = |source| KeptFileError::io(path, source);
+        let length = file.metadata().map_err(io)?.len();
+        let mut places = ForwardReader::new(file).map_err(io)?;
+        let header = file_header::read(&mut places, length, key, path)?;
+        let start = match header {
+            FileHeader::Ours(start) => start,
+            FileHeader::Empty | FileHeader::Unknown => 0,
+        };
         let mut recovery = Recovery {
-            owner,
             tiles: Vec::new(),
             damaged: 0,
             end: start,
         };
-        if matches!(recovery.owner, FileOwner::Other(_) | FileOwner::Layout(_)) || length == 0 {
-            return Ok(recovery);
+        let read = recovery.records(&mut places, start, length, key);
+        read.map_err(io)?;
+        let nothing = recovery.tiles.is_empty() && recovery.damaged == 0;
+        match header {
+            FileHeader::Unknown if nothing => Err(KeptFileError::Other {
+                path: path.into(),
+                expected: TILES.name,
+            }),
+            _ => Ok(recovery),
         }
-        if !matches!(recovery.owner, FileOwner::Ours) {
-            recovery.end = 0;
-        }
-        recovery.records(&mut places, start, length, key)?;
-        if recovery.tiles.is_empty()
-            && recovery.damaged == 0
-            && matches!(recovery.owner, FileOwner::Unknown)
-        {
-            return Ok(recovery);
-        }
-        recovery.owner = FileOwner::Ours;
-        Ok(recovery)
     }
 
     /// Reads records from an offset on; where there is none, searches for the next.

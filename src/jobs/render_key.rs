@@ -1,59 +1,48 @@
 //! Key of a picture. Its pixels depend on this and nothing else: two renders with the same key may
 //! share their tiles.
 
-use super::frame_view::FrameView;
-use super::picture_settings::PictureSettings;
+use crate::field_error::FieldError;
+use crate::frame_view::FrameView;
+use crate::spec::{PixelSpec, fields, option_name, option_text};
 use phalanx_files::quoted_text;
 use phalanx_io::cache::fingerprint;
-use phalanx_render::frame::{Aov, Aovs, Settings, Tile};
-use phalanx_scene::{MAX_SIDE, Scene, View, check_image_size};
+use phalanx_render::frame::{Aovs, Settings, Tile};
+use phalanx_scene::{Scene, View};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Everything that a pixel's radiance depends on, as names and values for people. Threads, tile
-/// size, kernel and engine are not in it, because they give the same bits.
+/// A scene as one version of the program reads it: what pixels depend on beside their options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RenderKey {
+pub struct SceneStamp {
     /// Version of the program, which may have changed a bit somewhere.
     pub version: String,
     /// [`fingerprint`] of the scene, hexadecimal.
     pub scene: String,
     /// The scene's origin, in its file's coordinates.
     pub origin: [f64; 3],
-    /// Width of the whole picture in pixels.
-    pub width: u32,
-    /// Height of the whole picture in pixels.
-    pub height: u32,
-    /// The part of the picture that is rendered: column, row, width and height.
-    pub region: [u32; 4],
-    /// Names of the AOVs that are stored beside radiance.
-    pub layers: Vec<String>,
-    /// All other settings.
-    pub settings: PictureSettings,
+}
+
+/// Everything that a pixel's radiance depends on, as names and values for people. Threads, tile
+/// size, kernel and engine are not in it, because they give the same bits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RenderKey {
+    /// The scene, and the version that reads it.
+    pub stamp: SceneStamp,
+    /// The options, all of which are given.
+    pub pixels: PixelSpec,
     /// The view of a frame of a plan's sequence; `None` for the scene's own, which its fingerprint
     /// covers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view: Option<FrameView>,
 }
 
-/// A field of a plan or a key that holds a value that it may not have.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field} is {value}: expected {expected}")]
-pub struct FieldError {
-    /// Name of the field, preceded by the fields that contain it.
-    pub field: &'static str,
-    /// Value of the field, without control characters.
-    pub value: String,
-    /// Values that it may have.
-    pub expected: String,
-}
-
 /// A difference between the picture of a file and the requested one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyDifference {
     /// The option, or another name for people.
-    pub what: &'static str,
+    pub what: String,
     /// Value of the option in the file.
     pub there: String,
     /// Value of the option now.
@@ -73,25 +62,40 @@ pub(super) fn list_differences(differences: &[KeyDifference]) -> String {
     all.join(", ")
 }
 
-impl RenderKey {
-    /// The key of a scene rendered with these settings.
-    pub fn of(scene: &Scene, settings: &Settings) -> RenderKey {
-        let Tile {
-            x,
-            y,
-            width,
-            height,
-        } = settings.window();
-        let layers = Aov::ALL.iter().filter(|(_, aov)| settings.aovs.has(*aov));
-        RenderKey {
+impl SceneStamp {
+    /// The stamp of a scene in this version.
+    pub fn of(scene: &Scene) -> SceneStamp {
+        SceneStamp {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: format!("{:016x}", fingerprint(scene)),
             origin: scene.origin,
-            width: settings.width,
-            height: settings.height,
-            region: [x, y, width, height],
-            layers: layers.map(|(name, _)| (*name).to_owned()).collect(),
-            settings: PictureSettings::of(settings),
+        }
+    }
+
+    /// Checks that [`SceneStamp::of`] could have made this, in some version.
+    fn check(&self) -> Result<(), FieldError> {
+        let wrong = |field: &str, value: &str, expected: &str| {
+            Err(FieldError::new(field, quoted_text(value), expected))
+        };
+        let SceneStamp { version, scene, .. } = self;
+        let number = |c: char| c.is_ascii_alphanumeric() || ".-+".contains(c);
+        if version.is_empty() || version.len() > 64 || !version.chars().all(number) {
+            return wrong("stamp.version", version, "the number of a version");
+        }
+        let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
+        if scene.len() != 16 || !scene.chars().all(digit) {
+            return wrong("stamp.scene", scene, "16 hexadecimal digits");
+        }
+        Ok(())
+    }
+}
+
+impl RenderKey {
+    /// The key of a scene rendered with these settings.
+    pub fn of(scene: &Scene, settings: &Settings) -> RenderKey {
+        RenderKey {
+            stamp: SceneStamp::of(scene),
+            pixels: PixelSpec::of(settings),
             view: None,
         }
     }
@@ -110,74 +114,19 @@ impl RenderKey {
     /// # Errors
     /// The first field that holds a value that it may not have.
     pub fn check(&self) -> Result<(), FieldError> {
-        let wrong = |field, value: String, expected: &str| FieldError {
-            field,
-            value,
-            expected: expected.to_owned(),
-        };
-        let number = |c: char| c.is_ascii_alphanumeric() || ".-+".contains(c);
-        if self.version.is_empty() || self.version.len() > 64 || !self.version.chars().all(number) {
-            let value = quoted_text(&self.version);
-            return Err(wrong("picture.version", value, "the number of a version"));
-        }
-        let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
-        if self.scene.len() != 16 || !self.scene.chars().all(digit) {
-            let value = quoted_text(&self.scene);
-            return Err(wrong("picture.scene", value, "16 hexadecimal digits"));
-        }
-        for (field, side) in [
-            ("picture.width", self.width),
-            ("picture.height", self.height),
-        ] {
-            if check_image_size(side.into(), 1).is_err() {
-                let sides = format!("1 to {MAX_SIDE} pixels");
-                return Err(wrong(field, side.to_string(), &sides));
-            }
-        }
-        let whole = Tile::whole(self.width, self.height);
-        let window = self.window();
-        if window.pixels() == 0 || window.within(whole) != window {
-            let inside = format!(
-                "column, row, width and height of a part of {}x{} pixels",
-                self.width, self.height
-            );
-            let [x, y, columns, rows] = self.region;
-            let value = format!("{x} {y} {columns} {rows}");
-            return Err(wrong("picture.region", value, &inside));
-        }
-        let named = Aov::ALL.iter().map(|(name, _)| *name);
-        let known = named.filter(|name| self.layers.iter().any(|layer| layer == name));
-        if known.ne(self.layers.iter().map(String::as_str)) {
-            let value = quoted_text(&self.layers.join(","));
-            return Err(wrong(
-                "picture.layers",
-                value,
-                "names of layers, each once and in their order",
-            ));
-        }
-        if let Some(Err(error)) = self.view.map(|view| view.checked()) {
-            let value = format!("none ({error})");
-            return Err(wrong("picture.view", value, "a view that has axes"));
-        }
-        Ok(())
+        self.stamp.check()?;
+        self.pixels.check()?;
+        self.view.map_or(Ok(()), |view| view.check("view"))
     }
 
     /// The part of the picture that is rendered.
     pub fn window(&self) -> Tile {
-        let [x, y, width, height] = self.region;
-        Tile {
-            x,
-            y,
-            width,
-            height,
-        }
+        self.pixels.window()
     }
 
     /// The layers of the picture.
     pub fn aovs(&self) -> Aovs {
-        let named = Aov::ALL.iter();
-        let named = named.filter(|(name, _)| self.layers.iter().any(|n| n == name));
-        named.fold(Aovs::default(), |set, (_, aov)| set.with(*aov))
+        self.pixels.aovs()
     }
 
     /// Checksum of the whole key, which is stored beside every tile.
@@ -198,44 +147,26 @@ impl RenderKey {
         different.map(difference).collect()
     }
 
-    fn describe(&self) -> Vec<(&'static str, String)> {
-        let RenderKey {
+    fn describe(&self) -> Vec<(String, String)> {
+        let SceneStamp {
             version,
-            origin,
             scene,
-            width,
-            height,
-            region,
-            layers,
-            settings,
-            view,
-        } = self;
-        let [x, y, columns, rows] = region;
-        let region = match self.window() == Tile::whole(*width, *height) {
-            true => "not given".to_owned(),
-            false => format!("{x} {y} {columns} {rows}"),
-        };
-        let layers = match layers.is_empty() {
-            true => "not given".to_owned(),
-            false => layers.join(","),
-        };
-        let mut words = vec![
+            origin,
+        } = &self.stamp;
+        let view = self.view.map_or("not given".to_owned(), describe_view);
+        let own = [
             ("the version of phalanx", version.clone()),
             (
                 "the scene's local origin",
                 origin.map(|x| x.to_string()).join(","),
             ),
             ("the scene's fingerprint", scene.clone()),
-            ("--size", format!("{width}x{height}")),
-            ("--region", region),
-            ("--aov", layers),
-            (
-                "the frame's view",
-                view.map_or_else(|| "not given".to_owned(), describe_view),
-            ),
+            ("the frame's view", view),
         ];
-        words.extend(settings.options());
-        words
+        let options = fields(&self.pixels).into_iter();
+        let options = options.map(|(name, value)| (option_name(&name), option_text(&name, &value)));
+        let own = own.map(|(what, value)| (what.to_owned(), value));
+        own.into_iter().chain(options).collect()
     }
 }
 
@@ -261,9 +192,9 @@ mod tests {
     use glam::Vec3;
     use phalanx_render::frame::{Adaptive, Engine, Integrator, Kernel, Lens, Sampling};
 
-    fn differing(here: &RenderKey, there: &RenderKey) -> Vec<&'static str> {
+    fn differing(here: &RenderKey, there: &RenderKey) -> Vec<String> {
         let differences = there.differences(here);
-        differences.iter().map(|d| d.what).collect()
+        differences.into_iter().map(|d| d.what).collect()
     }
 
     #[test]
@@ -349,7 +280,7 @@ mod tests {
         serde_json::from_str::<RenderKey>(&without).unwrap_err();
         let mut ball = Scene::default();
         ball.add_sphere(Vec3::ZERO, 1.0, 0);
-        assert_ne!(RenderKey::of(&ball, &settings).scene, plain.scene);
+        assert_ne!(RenderKey::of(&ball, &settings).stamp, plain.stamp);
     }
 
     #[test]
@@ -391,7 +322,7 @@ mod tests {
         let scene = Scene::default();
         let good = RenderKey::of(&scene, &Settings::of(&scene));
         good.check().unwrap();
-        let (width, height) = (good.width, good.height);
+        let (width, height) = good.pixels.size.unwrap();
         let refused = |field: &str, change: &dyn Fn(&mut RenderKey)| {
             let mut bad = good.clone();
             change(&mut bad);
@@ -409,24 +340,26 @@ mod tests {
             [0, height, 1, 1],
             [u32::MAX; 4],
         ] {
-            refused("picture.region", &|i| i.region = region);
+            refused("pixels.region", &|i| {
+                i.pixels.region = Some(region.to_vec())
+            });
         }
         for side in [0, 65_537, u32::MAX] {
-            refused("picture.width", &|i| i.width = side);
-            refused("picture.height", &|i| i.height = side);
+            refused("pixels.size", &|i| i.pixels.size = Some((side, height)));
+            refused("pixels.size", &|i| i.pixels.size = Some((width, side)));
         }
         for layers in [&["colour"][..], &["depth", "depth"], &["ng", "depth"]] {
             let layers: Vec<String> = layers.iter().map(|l| (*l).to_owned()).collect();
-            refused("picture.layers", &|i| i.layers = layers.clone());
+            refused("pixels.aov", &|i| i.pixels.aov = layers.clone());
         }
         let nowhere = View {
             eye: scene.view.center,
             ..scene.view
         };
-        refused("picture.view", &|i| i.view = Some(nowhere.into()));
+        refused("view", &|i| i.view = Some(nowhere.into()));
         for text in ["", "1.0\n", "\x1b[2J", &"1".repeat(65)] {
-            refused("picture.version", &|i| i.version = text.to_owned());
-            refused("picture.scene", &|i| i.scene = text.to_owned());
+            refused("stamp.version", &|i| i.stamp.version = text.to_owned());
+            refused("stamp.scene", &|i| i.stamp.scene = text.to_owned());
         }
     }
 }

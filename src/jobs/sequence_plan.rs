@@ -1,7 +1,7 @@
 //! The frames of a plan, and the camera's path through them.
 
+use super::field_error::FieldError;
 use super::frame_view::FrameView;
-use super::render_key::FieldError;
 use phalanx_scene::{CameraKey, CameraPath, View};
 use serde::{Deserialize, Serialize};
 
@@ -138,15 +138,10 @@ impl SequencePlan {
     /// # Errors
     /// The first field with an invalid value.
     pub(super) fn check(&self, shards: u32) -> Result<(), FieldError> {
-        let wrong = |field, value: String, expected: String| FieldError {
-            field,
-            value,
-            expected,
-        };
         let [first, last] = self.frames;
         if first > last || last > MAX_FRAME {
             let expected = format!("two frames in order, of {MAX_FRAME} at most");
-            return Err(wrong(
+            return Err(FieldError::new(
                 "sequence.frames",
                 format!("{first} {last}"),
                 expected,
@@ -155,26 +150,23 @@ impl SequencePlan {
         if self.shard_by == ShardBy::Frame && shards > self.count() {
             let count = self.count();
             let expected = format!("no more than the {count} frames, or shards by tile");
-            return Err(wrong("shards", shards.to_string(), expected));
+            return Err(FieldError::new("shards", shards.to_string(), expected));
         }
         let files = u64::from(self.count()) * u64::from(shards);
         if self.shard_by == ShardBy::Tile && files > u64::from(MAX_FRAME) {
             let value = format!("{shards} by tile of {} frames", self.count());
             let expected = format!("no more than {MAX_FRAME} files of tiles in all");
-            return Err(wrong("shards", value, expected));
+            return Err(FieldError::new("shards", value, expected));
         }
-        let view = |field, view: &FrameView| match view.checked() {
-            Ok(_) => Ok(()),
-            Err(error) => {
-                let expected = "a view that has axes".to_owned();
-                Err(wrong(field, format!("none ({error})"), expected))
-            }
-        };
-        view("sequence.view", &self.view)?;
+        self.view.check("sequence.view")?;
         let keys = match &self.camera {
             PlannedCamera::Turntable { frames: 0 } => {
                 let expected = "a number of frames above 0".to_owned();
-                return Err(wrong("sequence.camera.turntable", "0".to_owned(), expected));
+                return Err(FieldError::new(
+                    "sequence.camera.turntable",
+                    "0".to_owned(),
+                    expected,
+                ));
             }
             PlannedCamera::Turntable { .. } => return Ok(()),
             PlannedCamera::Keyframes { keys, .. } => keys,
@@ -183,9 +175,13 @@ impl SequencePlan {
         if keys.is_empty() || keys.len() > MAX_KEYFRAMES || !rise {
             let value = format!("a list of {}", keys.len());
             let expected = format!("1 to {MAX_KEYFRAMES} views, of frames that rise");
-            return Err(wrong("sequence.camera.keyframes", value, expected));
+            return Err(FieldError::new(
+                "sequence.camera.keyframes",
+                value,
+                expected,
+            ));
         }
         let mut keys = keys.iter();
-        keys.try_for_each(|key| view("sequence.camera.keyframes", &key.view))
+        keys.try_for_each(|key| key.view.check("sequence.camera.keyframes"))
     }
 }

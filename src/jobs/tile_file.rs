@@ -7,7 +7,7 @@
 //! its tile is rendered again.
 
 use super::coverage::Coverage;
-use super::file_header::{self, FileOwner, LAYOUT_VERSION};
+use super::file_header;
 use super::kept_file::{KeptFileError, check_regular, open_exclusive};
 use super::recovery::Recovery;
 use super::render_key::RenderKey;
@@ -23,9 +23,6 @@ use std::time::{Duration, Instant};
 /// Interval at which written data is flushed to the disk: a power failure costs at most the data of
 /// one interval.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
-
-/// The files' kind in messages.
-const KIND: &str = "a file of finished tiles";
 
 /// Finished tiles, stored in a file and found by position.
 #[derive(Debug)]
@@ -200,31 +197,7 @@ impl TileFile {
 
     /// Reads every record.
     fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, KeptFileError> {
-        let io = |source| KeptFileError::io(path, source);
-        let found = Recovery::run(&file, key).map_err(io)?;
-        match found.owner {
-            FileOwner::Ours | FileOwner::Nobody => {}
-            FileOwner::Unknown => {
-                return Err(KeptFileError::Other {
-                    path: path.into(),
-                    expected: KIND,
-                });
-            }
-            FileOwner::Layout(found) => {
-                return Err(KeptFileError::Layout {
-                    path: path.into(),
-                    found,
-                    known: LAYOUT_VERSION,
-                });
-            }
-            FileOwner::Other(theirs) => {
-                return Err(KeptFileError::Different {
-                    path: path.into(),
-                    holds: "holds tiles of another picture",
-                    differences: theirs.differences(key),
-                });
-            }
-        }
+        let found = Recovery::run(path, &file, key)?;
         let mut coverage = Coverage::new(key.window());
         let pixels = found
             .tiles

@@ -48,7 +48,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "jobs",
-        &["scene", "render", "image", "files", "io"],
+        &["scene", "render", "image", "files", "formats", "io"],
         "keeps what frames are made of; how a tile is painted is not its business",
     ),
     (
@@ -58,7 +58,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "bench",
-        &["scene", "trace", "oracle", "files", "render"],
+        &["scene", "trace", "oracle", "files", "render", "report"],
         "opens no files: scenes are given",
     ),
 ];

@@ -27,7 +27,7 @@ pub struct BuildArgs {
     #[arg(short, long, value_name = "OUT.phx", help_heading = OUTPUT)]
     pub output: PathBuf,
     #[command(flatten)]
-    pub beside: SceneArgs,
+    pub scene_args: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
     /// Threads [default: one per CPU]
@@ -69,12 +69,16 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
         )));
     }
     output::check_place(path, Some("--output"))?;
-    args.beside.no_picture()?;
+    args.scene_args.no_picture()?;
     interrupt::listen()?;
     let threads = args.threads.unwrap_or(0);
     let start = Instant::now();
-    let mut scene_input =
-        SceneInput::load(&args.scene, &args.beside, WantedPicture::default(), threads)?;
+    let mut scene_input = SceneInput::load(
+        &args.scene,
+        &args.scene_args,
+        WantedPicture::default(),
+        threads,
+    )?;
     let load = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let bvh = scene_input.tree(&args.tree, threads)?;

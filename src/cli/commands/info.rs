@@ -19,7 +19,7 @@ pub struct InfoArgs {
     )]
     pub scene: PathBuf,
     #[command(flatten)]
-    pub beside: SceneArgs,
+    pub scene_args: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
     /// Print one JSON document instead of lines
@@ -102,9 +102,10 @@ struct FileBounds {
 
 /// Prints the contents of a scene.
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
-    args.beside.no_picture()?;
+    args.scene_args.no_picture()?;
     interrupt::listen()?;
-    let mut scene_input = SceneInput::load(&args.scene, &args.beside, WantedPicture::default(), 0)?;
+    let mut scene_input =
+        SceneInput::load(&args.scene, &args.scene_args, WantedPicture::default(), 0)?;
     let tree = scene_input
         .prepare(Engine::Simd, &args.tree, 0)?
         .tree_stats();

@@ -1,22 +1,22 @@
 //! `phalanx plan`: a picture or a sequence cut into shards, for many machines.
 
 use crate::cli::options::{
-    FrameArgs, GradeArgs, LONG_RENDERS, NamedScene, OUTPUT, PictureArgs, SceneArgs, SceneInput,
-    Sequence, name_parser, read_keys, set_header,
+    FrameArgs, LONG_RENDERS, OUTPUT, SceneArgs, SceneInput, Sequence, TileArgs, WantedPicture,
+    name_parser, picture_file, read_keys,
 };
 use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
-use clap::{Arg, ArgAction, Args, FromArgMatches, value_parser};
+use clap::{Args, value_parser};
 use phalanx::files::shown_path;
 use phalanx::frame::Settings;
-use phalanx::image::{Depth, Exposure, ImageFormat};
+use phalanx::image::ImageFormat;
 use phalanx::jobs::{
-    KeyDifference, MAX_SHARDS, PlannedCamera, PlannedFrames, RenderKey, RenderPlan, SequencePlan,
-    ShardBy, TileEncoding, kept_output,
+    EncodingSpec, KeyDifference, MAX_SHARDS, PixelSpec, PlannedCamera, PlannedFrames, PlannedWork,
+    RenderKey, RenderPlan, SequencePlan, ShardBy, kept_output,
 };
 use phalanx::open::standard_name;
-use phalanx::scene::{CameraPath, OutputEncoding, Quantize, Scene, Transfer};
+use phalanx::scene::{CameraPath, Scene, View};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -49,32 +49,16 @@ pub struct PlanArgs {
     #[arg(long, value_name = "BY", hide_possible_values = true, help_heading = LONG_RENDERS, value_parser = name_parser(&ShardBy::ALL), requires = "path")]
     pub shard_by: Option<ShardBy>,
     #[command(flatten)]
-    pub picture: PictureArgs,
+    pub pixels: PixelSpec,
     #[command(flatten)]
-    pub grade: GradeArgs,
+    pub encoding: EncodingSpec,
     #[command(flatten)]
-    pub beside: SceneArgs,
+    pub tiles: TileArgs,
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
     /// Print one JSON document instead of lines
     #[arg(long, help_heading = OUTPUT, display_order = 900)]
     pub json: bool,
-}
-
-impl PlanArgs {
-    /// The arguments that these words of a command line, `plan` first, give.
-    fn of_words(words: &[String]) -> Option<PlanArgs> {
-        // Every command has these, before its name or behind it.
-        let told = [("quiet", 'q'), ("verbose", 'v')];
-        let flag = |(name, letter)| Arg::new(name).short(letter).long(name);
-        let told = told.map(|told| flag(told).action(ArgAction::SetTrue));
-        let begin = words.iter().position(|word| !word.starts_with('-'))?;
-        let words = &words[begin..];
-        if words.first()? != "plan" {
-            return None;
-        }
-        let command = PlanArgs::augment_args(clap::Command::new("plan")).args(told);
-        let found = command.try_get_matches_from(words).ok()?;
-        PlanArgs::from_arg_matches(&found).ok()
-    }
 }
 
 #[derive(Debug, Serialize)]
@@ -102,51 +86,44 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
             "a plan is carried out later, elsewhere: stdin and stdout will not be there, name files".to_owned(),
         ));
     }
-    args.beside.no_picture()?;
+    args.scene_args.no_picture()?;
     let format = format_of(&args.output, None, "--output")?;
+    text(&args.plan)?;
     output::check_place(&args.plan, Some("--plan"))?;
     output::check_place(&args.output, args.frames.origin("--output"))?;
     interrupt::listen()?;
     refuse_special(&args.scene)?;
-    let wanted = args.frames.wanted(&args.picture);
-    let scene_input = SceneInput::load(&args.scene, &args.beside, wanted, 0)?;
+    let wanted = args.frames.wanted(&args.pixels);
+    let scene_input = SceneInput::load(&args.scene, &args.scene_args, wanted, 0)?;
     let scene = &scene_input.scene;
-    let settings = args.picture.settings(scene);
-    args.picture.check_region(&settings)?;
-    let output = text(&absolute_path(&args.output)?)?;
-    let picture = &args.picture;
-    let target = (args.grade).output_file(output.into(), format, picture, scene, &settings)?;
-    let named = NamedScene {
-        name: &args.scene,
-        args: &args.beside,
-        scene,
-        is_moved: false,
-    };
-    let header = named.header(&settings)?;
+    let settings = args.pixels.settings(scene);
+    let region = args.pixels.check_region(&settings);
+    region.map_err(CliError::Usage)?;
     let name = match standard_name(&args.scene) {
         Some(name) => name.to_owned(),
         None => text(&absolute_path(&args.scene)?)?,
     };
+    let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
+    let output = text(&absolute_path(&args.output)?)?;
+    let target = picture_file(output.into(), format, &spec, scene)?;
+    let spec = spec.resolve(scene);
+    let header = spec.header(scene, false);
     let kept = kept_output(&args.plan, &args.output)
         .map_err(|e| CliError::not_located(&args.output, e))?;
-    let plan = RenderPlan::new(
-        name,
-        arguments()?,
-        kept,
-        tile_encoding(&target),
-        RenderKey::of(scene, &settings),
-        args.shards,
-    )
-    .with_header(header);
-    let sequence = args.frames.sequence(scene)?;
-    let plan = match &sequence {
-        Some(sequence) => plan.with_sequence(sequence_plan(args, sequence, scene)?),
-        None => plan,
+    let key = RenderKey::of(scene, &settings);
+    let mut plan = RenderPlan::new(spec, key, kept, args.shards);
+    plan.header = header;
+    plan.work = PlannedWork {
+        tile: args.tiles.tile,
+        max_memory: args.scene_args.max_memory,
     };
+    let sequence = args.frames.sequence(scene)?;
+    let sequence = sequence.map(|sequence| sequence_plan(args, &sequence, scene));
+    plan.sequence = sequence.transpose()?;
     plan.check()
         .map_err(|error| CliError::Usage(format!("the plan's {error}")))?;
-    if let Some(frames) = PlannedFrames::of(&plan) {
-        check_frames(args, &frames)?;
+    if plan.sequence.is_some() {
+        check_frames(args, &PlannedFrames::of(&plan))?;
     }
     interrupt::write_file(&args.plan, |out| {
         serde_json::to_writer_pretty(out, &plan).map_err(io::Error::other)
@@ -160,7 +137,7 @@ fn sequence_plan(
     sequence: &Sequence,
     scene: &Scene,
 ) -> Result<SequencePlan, CliError> {
-    args.frames.note_camera(&args.beside);
+    args.frames.note_camera(&args.scene_args);
     let file = args.frames.keyframes.as_deref();
     let file = file.map(|file| text(&absolute_path(file)?)).transpose()?;
     Ok(SequencePlan {
@@ -208,7 +185,7 @@ fn refuse_special(scene: &Path) -> Result<(), CliError> {
 fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
     let array = format!("0-{}", plan.shards - 1);
     let mut merge = format!("phalanx merge {}", shown_path(&args.plan));
-    let by_frame = PlannedFrames::of(plan).is_some_and(|frames| frames.is_by_frame());
+    let by_frame = PlannedFrames::of(plan).is_by_frame();
     if !by_frame && plan.picture_path(&args.plan).is_err() {
         let picture = shown_path(&args.output);
         output::note(&format!(
@@ -221,7 +198,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
         shards: plan.shards,
         tile: plan.tile,
         output: picture,
-        scene_hash: &plan.picture.scene,
+        scene_hash: &plan.stamp.scene,
         frames: plan.sequence.as_ref().map(|sequence| sequence.frames),
         shard_by: (plan.sequence.as_ref()).map(|sequence| sequence.shard_by.name()),
         array,
@@ -262,25 +239,14 @@ fn ordinal(shards: u32) -> String {
     format!("{shards}{ending}")
 }
 
-/// The arguments of this process, as they are kept in the plan.
-fn arguments() -> Result<Vec<String>, CliError> {
-    let all = std::env::args_os().skip(1);
-    all.map(|argument| {
-        argument.into_string().map_err(|argument| {
-            CliError::Usage(format!(
-                "a plan is a text, and this argument is none: {}",
-                argument.to_string_lossy()
-            ))
-        })
-    })
-    .collect()
-}
-
+/// A name as it stands in plans, and in scripts that render them.
 fn text(path: &Path) -> Result<String, CliError> {
-    let text = path.to_str().map(str::to_owned);
-    text.ok_or_else(|| {
+    let text = path
+        .to_str()
+        .filter(|text| !text.contains(char::is_control));
+    text.map(str::to_owned).ok_or_else(|| {
         CliError::Usage(format!(
-            "a plan is a text, and this name is none: {}",
+            "{} cannot stand in a plan: it has control characters, or is no text; rename it",
             shown_path(path)
         ))
     })
@@ -290,7 +256,7 @@ fn text(path: &Path) -> Result<String, CliError> {
 pub fn read(path: &Path) -> Result<RenderPlan, CliError> {
     output::reads("the plan", path)?;
     let plan = RenderPlan::read(path)?;
-    SceneInput::note_all([&plan.scene])?;
+    SceneInput::note_all([&plan.spec.scene])?;
     Ok(plan)
 }
 
@@ -298,51 +264,53 @@ pub fn read(path: &Path) -> Result<RenderPlan, CliError> {
 pub struct ReopenedPicture {
     pub scene_input: SceneInput,
     pub settings: Settings,
-    /// Options beside the scene.
-    beside: SceneArgs,
+    /// The scene's own view.
+    start: View,
 }
 
 impl ReopenedPicture {
-    /// A file with the header of a frame, whose view the scene has.
-    pub fn with_frame_header(
-        &self,
-        frames: &PlannedFrames,
-        file: &OutputFile,
-    ) -> Result<OutputFile, CliError> {
-        let (name, start) = (&frames.plan().scene, frames.sequence().scene_view());
+    /// Turns the camera to a frame.
+    pub fn set_frame(&mut self, frames: &PlannedFrames, frame: u32) -> Result<(), CliError> {
+        self.scene_input.scene.view = frames.view(frame)?.unwrap_or(self.start);
+        Ok(())
+    }
+
+    /// A file with the header of the frame of a sequence that the camera is turned to.
+    pub fn with_frame_header(&self, plan: &RenderPlan, file: &OutputFile) -> OutputFile {
         let scene = &self.scene_input.scene;
-        let named = NamedScene::of_frame(name.as_ref(), &self.beside, scene, &start);
-        named.with_header(file, &self.settings)
+        let is_moved = scene.view != self.start || scene.defaulted.view;
+        file.with_header(plan.spec.header(scene, is_moved))
     }
 }
 
-/// Opens a plan's picture again: its scene, and its settings, which must still be those of the
-/// plan.
+/// Opens a plan's picture again: its scene, which must still be that of the plan, and its settings.
 pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<ReopenedPicture, CliError> {
-    let asked = PlanArgs::of_words(&plan.arguments).ok_or_else(|| {
-        CliError::Runtime(format!(
-            "{}: its arguments are not those of phalanx plan",
-            shown_path(path)
-        ))
-    })?;
-    let scene = PathBuf::from(&plan.scene);
+    let scene = PathBuf::from(&plan.spec.scene);
     refuse_special(&scene)?;
-    let wanted = asked.frames.wanted(&asked.picture);
-    let scene_input = SceneInput::load(&scene, &asked.beside, wanted, threads)?;
-    let settings = asked.picture.settings(&scene_input.scene);
-    let now = RenderKey::of(&scene_input.scene, &settings);
-    if plan.picture != now {
-        let differences = plan.picture.differences(&now);
+    let camera = plan.sequence.as_ref().map(|sequence| &sequence.camera);
+    let wanted = WantedPicture {
+        size: plan.spec.pixels.size,
+        turntable: matches!(camera, Some(PlannedCamera::Turntable { .. })),
+    };
+    let scene_input = SceneInput::load(&scene, &SceneArgs::of_plan(plan), wanted, threads)?;
+    let tiles = TileArgs {
+        tile: plan.work.tile,
+    };
+    let settings = tiles.apply(plan.spec.pixels.settings(&scene_input.scene));
+    let (planned, now) = (plan.key(), RenderKey::of(&scene_input.scene, &settings));
+    if planned != now {
+        let differences = planned.differences(&now);
         let differences: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
         return Err(other_picture(path, &differences.join(", ")));
     }
     if let Some(sequence) = &plan.sequence {
         check_camera(path, sequence, &scene_input.scene)?;
     }
+    let start = scene_input.scene.view;
     Ok(ReopenedPicture {
         scene_input,
         settings,
-        beside: asked.beside,
+        start,
     })
 }
 
@@ -381,58 +349,12 @@ fn other_picture(path: &Path, differences: &str) -> CliError {
     ))
 }
 
-fn tile_encoding(output: &OutputFile) -> TileEncoding {
-    let Exposure { stops, encoding } = output.file.exposure;
-    TileEncoding {
-        exposure: stops,
-        srgb: encoding.transfer == Transfer::Srgb,
-        round: encoding.quantize == Quantize::Round,
-        bits: match output.file.depth {
-            Depth::Eight => 8,
-            Depth::Sixteen => 16,
-        },
-    }
-}
-
 /// The picture of a plan as a file of this name.
 pub fn target(
     plan: &RenderPlan,
     path: PathBuf,
     format: ImageFormat,
 ) -> Result<OutputFile, CliError> {
-    let TileEncoding {
-        exposure,
-        srgb,
-        round,
-        bits,
-    } = plan.developing;
-    let transfer = match srgb {
-        true => Transfer::Srgb,
-        false => Transfer::None,
-    };
-    let quantize = match round {
-        true => Quantize::Round,
-        false => Quantize::Floor,
-    };
-    let depth = match bits {
-        16 => Depth::Sixteen,
-        _ => Depth::Eight,
-    };
-    let exposure = Exposure {
-        stops: exposure,
-        encoding: OutputEncoding { transfer, quantize },
-    };
-    let mut output = OutputFile::for_picture(
-        path,
-        format,
-        exposure,
-        depth,
-        (
-            plan.picture.window(),
-            (plan.picture.width, plan.picture.height),
-        ),
-        (plan.aovs(), plan.picture.origin),
-    )?;
-    set_header(&mut output, plan.header.clone());
-    Ok(output)
+    let output = OutputFile::for_picture(path, format, &plan.spec, plan.stamp.origin)?;
+    Ok(output.with_header(plan.header.clone()))
 }

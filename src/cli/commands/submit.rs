@@ -100,7 +100,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
         output: merge_output(args, &plan)?,
     };
     interrupt::listen()?;
-    let missing = merge::missing(&path, &plan)?;
+    let missing = merge::missing_shards(&path, &plan)?;
     let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
     let beside = |ending: &str| -> Result<PathBuf, CliError> {
         let path = RenderPlan::file_beside(&path, ending)?;
@@ -177,14 +177,15 @@ struct ScriptNames {
 /// one that the merge will write by default.
 fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
     let frames = PlannedFrames::of(plan);
-    if let Some(frames) = frames.filter(|frames| frames.is_by_frame()) {
+    if frames.is_by_frame() {
         if args.output.is_some() {
             return Err(CliError::Usage(
                 "the shards of this plan write its frames, and the merge checks them: leave out -o"
                     .to_owned(),
             ));
         }
-        plan::frame_path(&frames, &args.plan, frames.sequence().frames[0])?;
+        let first = frames.all().next().unwrap_or_default();
+        plan::frame_path(&frames, &args.plan, first)?;
         return Ok(None);
     }
     let Some(path) = &args.output else {

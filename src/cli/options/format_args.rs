@@ -18,16 +18,21 @@ pub enum FormatName {
 /// Takes the names of all formats.
 pub fn format_parser() -> impl TypedValueParser<Value = FormatName> {
     let pictures = ImageFormat::ENDINGS.map(|(name, _)| name);
-    PossibleValuesParser::new(endings().chain(pictures)).map(|name| {
-        let scene = || endings().find(|ending| *ending == name).unwrap_or("");
-        picture_named(&name).map_or_else(|| FormatName::Scene(scene()), FormatName::Picture)
-    })
+    PossibleValuesParser::new(endings().chain(pictures))
+        .try_map(|name| FormatName::named(&name).ok_or("an unknown name"))
 }
 
-fn picture_named(name: &str) -> Option<ImageFormat> {
-    let mut all = ImageFormat::ENDINGS.iter();
-    let named = all.find(|(ending, _)| *ending == name);
-    named.map(|(_, format)| *format)
+impl FormatName {
+    /// The format of this name, if there is one.
+    pub fn named(name: &str) -> Option<FormatName> {
+        let mut pictures = ImageFormat::ENDINGS.iter();
+        let picture = pictures.find(|(ending, _)| *ending == name);
+        let scene = || endings().find(|ending| *ending == name);
+        match picture {
+            Some((_, format)) => Some(FormatName::Picture(*format)),
+            None => scene().map(FormatName::Scene),
+        }
+    }
 }
 
 /// The scene format among names; at most one is allowed.

@@ -1,13 +1,12 @@
 //! Sequences: their frames, the camera's path, and the names of the files.
 
-use super::headings::LONG_RENDERS;
-use super::picture_args::PictureArgs;
 use super::scene_args::{SceneArgs, WantedPicture};
 use crate::cli::output::{self, CliError, bytes};
 use clap::{Args, value_parser};
 use glam::DVec3;
 use phalanx::files::shown_path;
-use phalanx::jobs::{MAX_FRAME, frame_name};
+use phalanx::jobs::spec::headings::LONG_RENDERS;
+use phalanx::jobs::{MAX_FRAME, PixelSpec, frame_name};
 use phalanx::scene::{CameraKey, CameraPath, FileView, Scene, View};
 use std::fs::File;
 use std::io::Read;
@@ -62,8 +61,8 @@ impl FrameArgs {
     }
 
     /// Notes that --camera is of no use, where that is so.
-    pub fn note_camera(&self, beside: &SceneArgs) {
-        if beside.camera.is_some() && self.keyframes.is_some() {
+    pub fn note_camera(&self, scene: &SceneArgs) {
+        if scene.overrides.camera.is_some() && self.keyframes.is_some() {
             output::note(
                 "the camera goes through the views of --keyframes: --camera changes nothing",
             );
@@ -71,10 +70,10 @@ impl FrameArgs {
     }
 
     /// The pictures that the scene is opened for.
-    pub fn wanted(&self, picture: &PictureArgs) -> WantedPicture {
+    pub fn wanted(&self, pixels: &PixelSpec) -> WantedPicture {
         WantedPicture {
+            size: pixels.size,
             turntable: self.turntable.is_some(),
-            ..picture.wanted()
         }
     }
 

@@ -1,18 +1,6 @@
 //! Parsers of options whose values are numbers, or have names.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use std::fmt::Display;
-use std::str::FromStr;
-
-/// Parses a number for which `good` holds; the message otherwise says what was expected.
-pub fn parse_number<T: FromStr>(
-    text: &str,
-    good: impl Fn(&T) -> bool,
-    expected: impl Display,
-) -> Result<T, String> {
-    let number = text.parse().ok().filter(good);
-    number.ok_or_else(|| format!("expected {expected}"))
-}
 
 /// Takes one of the names in a table of names and values.
 pub fn name_parser<T: Copy + Send + Sync>(

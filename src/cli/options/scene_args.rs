@@ -1,61 +1,19 @@
-//! Options beside a scene: defaults for parts that a mesh lacks, and overrides of parts that its
-//! file has.
+//! The scene of a command: how it is read, and what is changed of it.
 
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
-use super::headings::{CAMERA, SCENE};
-use super::parsers::name_parser;
 use crate::cli::output::CliError;
 use clap::Args;
-use glam::{DVec3, Vec3};
-use phalanx::formats::{AddedLight, Options, Origin, OrthoHeight, UpAxis};
+use phalanx::formats::Options;
 use phalanx::image::ImageFormat;
-use phalanx::scene::{FileView, Material};
-use std::path::PathBuf;
+use phalanx::jobs::spec::headings::SCENE;
+use phalanx::jobs::{EncodingSpec, PictureSpec, PixelSpec, RenderPlan, SceneOverrides};
 
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = SCENE)]
 pub struct SceneArgs {
-    /// Light at X,Y,Z, or a sun from dir:X,Y,Z
-    ///
-    /// Light instead of the file's: a point light at X,Y,Z, or with `dir:` one from that direction;
-    /// X,Y,Z,R,G,B gives it a colour, else it is white. May be given several times, as in
-    /// --light 4,4,4 --light dir:-1,1,0,.2,.2,.3
-    #[arg(long, value_name = "LIGHT", value_parser = parse_light, allow_hyphen_values = true)]
-    pub light: Vec<AddedLight>,
-    /// Colour of the background, linear
-    ///
-    /// Background instead of the file's: linear red, green and blue, or one number for a grey.
-    #[arg(long, value_name = "R,G,B", value_parser = parse_color)]
-    pub background: Option<Vec3>,
-    /// As in "kd=.8,.2,.1 ks=.3 shininess=80"
-    ///
-    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess,
-    /// ior, gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but
-    /// ka a fifth of kd, and shininess and ior 1.
-    #[arg(long, value_name = "MATERIAL", value_parser = parse_material)]
-    pub material: Option<Material>,
-    /// Show single-sided materials of glTF from behind, too
-    ///
-    /// Materials of glTF that are not doubleSided, and do not transmit light, are not seen from
-    /// behind: camera, mirror and refracted rays pass their backs. With this they do not. Shadows
-    /// are the same.
-    #[arg(long, hide_short_help = true)]
-    pub two_sided: bool,
-    /// Origin of the scene's coordinates: auto, none or X,Y,Z
-    ///
-    /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far
-    /// away (auto, the default), where the file's do (none), or at X,Y,Z. All places that are given
-    /// or told are in the file's coordinates whatever this is.
-    #[arg(long, value_name = "ORIGIN", hide_short_help = true, default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
-    pub origin: Origin,
-    /// Another folder with files that the scene names
-    ///
-    /// A folder beside the scene's own in which material files, textures and buffers that the
-    /// scene names may lie, as in --allow-path ../textures. May be given several times; nothing
-    /// else outside the scene's folder is read.
-    #[arg(long, value_name = "DIR", hide_short_help = true, value_parser = parse_folder)]
-    pub allow_path: Vec<PathBuf>,
+    #[command(flatten)]
+    pub overrides: SceneOverrides,
     /// Format of the scene or the picture
     ///
     /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it.
@@ -70,25 +28,6 @@ pub struct SceneArgs {
     /// the scene and the picture, no limit.
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
-    /// FROM AT UP FOV, as in 0,1,5 0,0,0 0,1,0 45
-    ///
-    /// Camera instead of the file's, four values: where it stands, what it looks at, which way is
-    /// up, and its vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
-    #[arg(long, num_args = 4, value_name = "V", help_heading = CAMERA, allow_hyphen_values = true)]
-    pub camera: Option<Vec<String>>,
-    /// Axis that points up, where no camera says so
-    ///
-    /// Axis that points up where the file has no camera, and one that frames everything is used:
-    /// x, y, z, -x, -y or -z. [default: y; z for STL]
-    #[arg(long, value_name = "AXIS", help_heading = CAMERA, hide_possible_values = true, value_parser = name_parser(&UpAxis::ALL), allow_hyphen_values = true)]
-    pub up: Option<UpAxis>,
-    /// Parallel camera rays, no perspective
-    ///
-    /// Parallel camera rays instead of a perspective: the visible height in the file's units, as in
-    /// --ortho=3.5. Without a height a camera that was made up shows everything, and with another
-    /// what it looks at keeps its size.
-    #[arg(long, value_name = "HEIGHT", help_heading = CAMERA, num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = parse_ortho)]
-    pub ortho: Option<OrthoHeight>,
 }
 
 /// The picture that a scene is opened for, as far as a made-up camera depends on it.
@@ -122,177 +61,40 @@ impl SceneArgs {
         }
     }
 
-    /// Options for the readers of a scene for this picture.
-    pub fn options(&self, wanted: WantedPicture, threads: usize) -> Result<Options, CliError> {
-        let view = self.camera.as_deref().map(view).transpose();
-        Ok(Options {
-            view: view.map_err(|reason| CliError::Usage(format!("--camera: {reason}")))?,
-            size: wanted.size,
-            up: self.up,
-            ortho: self.ortho,
-            turntable: wanted.turntable,
-            lights: self.light.clone(),
-            background: self.background,
-            material: self.material,
-            two_sided: self.two_sided,
-            origin: self.origin,
-            threads,
-            max_memory: None,
-            allow_paths: self.allow_path.clone(),
+    /// The description of a picture of the scene of this name with these options.
+    pub fn picture(
+        &self,
+        name: impl Into<String>,
+        pixels: &PixelSpec,
+        encoding: &EncodingSpec,
+    ) -> Result<PictureSpec, CliError> {
+        Ok(PictureSpec {
+            scene: name.into(),
+            format: self.scene_format()?.map(str::to_owned),
+            overrides: self.overrides.clone(),
+            pixels: pixels.clone(),
+            encoding: encoding.clone(),
         })
     }
-}
 
-fn view(parts: &[String]) -> Result<FileView, String> {
-    let [from, at, up, fov] = parts else {
-        return Err("expected FROM AT UP FOV".to_owned());
-    };
-    let position = |name: &str, text: &str| {
-        let [x, y, z] = doubles(text)?[..] else {
-            return Err(format!(
-                "expected three numbers for {name}, as in 0,1,5, not `{text}`"
-            ));
-        };
-        Ok(DVec3::new(x, y, z))
-    };
-    let view = FileView {
-        eye: position("FROM", from)?,
-        center: position("AT", at)?,
-        up: position("UP", up)?.as_vec3(),
-        fovy: number(fov)?,
-        ortho: None,
-    };
-    view.check().map_err(|error| error.to_string())?;
-    Ok(view)
-}
-
-fn parse_ortho(text: &str) -> Result<OrthoHeight, String> {
-    match text {
-        "fit" => Ok(OrthoHeight::Fitting),
-        _ => match doubles(text)?[..] {
-            [height] if height > 0.0 => Ok(OrthoHeight::Given(height)),
-            _ => Err("expected a height above 0, as in --ortho=3.5".into()),
-        },
-    }
-}
-
-fn parse_light(text: &str) -> Result<AddedLight, String> {
-    let (directional, rest) = match text.strip_prefix("dir:") {
-        Some(rest) => (true, rest),
-        None => (false, text),
-    };
-    let all = doubles(rest)?;
-    let (position, color) = match all[..] {
-        [x, y, z] => (DVec3::new(x, y, z), Vec3::ONE),
-        [x, y, z, r, g, b] => {
-            let color = [r, g, b].map(|part| part as f32);
-            (DVec3::new(x, y, z), color_of(color)?)
-        }
-        _ => {
-            return Err(
-                "expected X,Y,Z or X,Y,Z,R,G,B, with `dir:` before it for a direction".into(),
-            );
-        }
-    };
-    match directional {
-        true if position.as_vec3() == Vec3::ZERO => {
-            Err("the direction toward a light cannot be 0,0,0".into())
-        }
-        true => Ok(AddedLight::Directional {
-            toward: position.as_vec3(),
-            color,
-        }),
-        false => Ok(AddedLight::Point { position, color }),
-    }
-}
-
-fn parse_color(text: &str) -> Result<Vec3, String> {
-    match numbers(text)?[..] {
-        [grey] => color_of([grey; 3]),
-        [r, g, b] => color_of([r, g, b]),
-        _ => Err("expected R,G,B or one number".into()),
-    }
-}
-
-fn color_of(color: [f32; 3]) -> Result<Vec3, String> {
-    match color.iter().all(|&c| c >= 0.0) {
-        true => Ok(color.into()),
-        false => Err("a colour cannot be negative".into()),
-    }
-}
-
-const KEYS: &str = "ka, kd, ks, ke, kt, shininess, ior or gloss";
-
-fn parse_material(text: &str) -> Result<Material, String> {
-    let mut surface = Material {
-        ka: Vec3::ZERO,
-        ..Material::default()
-    };
-    let mut ambient = None;
-    let pairs = text.split(|c: char| c.is_whitespace() || c == ';');
-    for pair in pairs.filter(|pair| !pair.is_empty()) {
-        let pair = pair.split_once('=');
-        let (key, value) = pair.ok_or(format!("expected KEY=VALUE with {KEYS}"))?;
-        match key {
-            "ka" => ambient = Some(parse_color(value)?),
-            "kd" => surface.kd = parse_color(value)?,
-            "ks" => surface.ks = parse_color(value)?,
-            "ke" => surface.ke = parse_color(value)?,
-            "kt" => surface.kt = parse_color(value)?,
-            "shininess" => surface.shininess = at_least(key, value, |s| s >= 0.0)?,
-            "ior" => surface.ior = at_least(key, value, |n| n > 0.0)?,
-            "gloss" => surface.gloss = at_least(key, value, |n| n >= 0.0)?,
-            _ => return Err(format!("no material has `{key}`: expected {KEYS}")),
+    /// The options of a planned picture.
+    pub fn of_plan(plan: &RenderPlan) -> SceneArgs {
+        let format = plan.spec.format.iter();
+        SceneArgs {
+            overrides: plan.spec.overrides.clone(),
+            format: format.filter_map(|name| FormatName::named(name)).collect(),
+            max_memory: plan.work.max_memory,
         }
     }
-    surface.ka = ambient.unwrap_or(surface.kd * 0.2);
-    Ok(surface)
-}
 
-fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, String> {
-    let value = number(text)?;
-    match good(value) {
-        true => Ok(value),
-        false => Err(format!("{key} cannot be {text}")),
-    }
-}
-
-fn parse_origin(text: &str) -> Result<Origin, String> {
-    match text {
-        "auto" => Ok(Origin::Auto),
-        "none" => Ok(Origin::File),
-        _ => match doubles(text).as_deref() {
-            Ok(&[x, y, z]) => Ok(Origin::At([x, y, z])),
-            _ => Err("expected auto, none, or three numbers X,Y,Z".to_owned()),
-        },
-    }
-}
-
-/// Numbers within the range of single precision, in double precision.
-fn doubles(text: &str) -> Result<Vec<f64>, String> {
-    let double = |text: &str| {
-        number(text)?;
-        let parsed = text.trim().parse();
-        parsed.map_err(|_| format!("`{text}` is not a number"))
-    };
-    text.split(',').map(double).collect()
-}
-
-fn numbers(text: &str) -> Result<Vec<f32>, String> {
-    text.split(',').map(number).collect()
-}
-
-fn number(text: &str) -> Result<f32, String> {
-    let number = text.trim().parse().ok().filter(|n: &f32| n.is_finite());
-    number.ok_or_else(|| format!("`{text}` is not a number"))
-}
-
-fn parse_folder(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match std::fs::metadata(&path) {
-        Ok(folder) if folder.is_dir() => Ok(path),
-        Ok(_) => Err("it is not a folder".to_owned()),
-        Err(error) => Err(error.to_string()),
+    /// Options for the readers of a scene for this picture.
+    pub fn options(&self, wanted: WantedPicture, threads: usize) -> Result<Options, CliError> {
+        Ok(Options {
+            size: wanted.size,
+            turntable: wanted.turntable,
+            threads,
+            ..self.overrides.options().map_err(CliError::Usage)?
+        })
     }
 }
 
@@ -304,98 +106,6 @@ fn parse_memory(text: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lights_are_points_or_directions() {
-        let point = |position, color| Ok(AddedLight::Point { position, color });
-        assert_eq!(
-            parse_light("1,-2,.5"),
-            point(DVec3::new(1.0, -2.0, 0.5), Vec3::ONE)
-        );
-        assert_eq!(
-            parse_light("1,2,3,.5,0,1"),
-            point(DVec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 1.0))
-        );
-        let toward = AddedLight::Directional {
-            toward: Vec3::NEG_X,
-            color: Vec3::ONE,
-        };
-        assert_eq!(parse_light("dir:-1,0,0"), Ok(toward));
-        for bad in [
-            "",
-            "1,2",
-            "1,2,3,4",
-            "1,2,x",
-            "dir:0,0,0",
-            "1,2,3,-1,0,0",
-            "1,2,inf",
-            "nan,0,0",
-        ] {
-            assert!(parse_light(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn a_material_is_what_is_named_and_little_else() {
-        let surface = parse_material("kd=.5,.25,0 ks=.3; shininess=80 gloss=9").unwrap();
-        assert_eq!(surface.kd, Vec3::new(0.5, 0.25, 0.0));
-        assert_eq!(surface.ka, surface.kd * 0.2);
-        assert_eq!((surface.ks, surface.shininess), (Vec3::splat(0.3), 80.0));
-        assert_eq!(surface.gloss, 9.0);
-        assert_eq!((surface.kt, surface.ior), (Vec3::ZERO, 1.0));
-        assert_eq!(parse_material("ka=0 kd=1").unwrap().ka, Vec3::ZERO);
-        for bad in [
-            "kd",
-            "kd=",
-            "kd=1,2",
-            "kd=-1",
-            "colour=1",
-            "ior=0",
-            "shininess=-1",
-            "gloss=-1",
-            "kd=.1,.2,.3,.4",
-        ] {
-            assert!(parse_material(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn a_camera_is_three_places_and_an_angle() {
-        let of = |text: &str| view(&text.split(' ').map(str::to_owned).collect::<Vec<_>>());
-        let found = of("0,1,-5 0,0,0 0,1,0 45").unwrap();
-        assert_eq!((found.eye, found.fovy), (DVec3::new(0.0, 1.0, -5.0), 45.0));
-        for (bad, part) in [
-            ("0,1 0,0,0 0,1,0 45", "FROM"),
-            ("0,1,5 0,0,0 0,1,0 --json", "--json"),
-            ("0,1,5 0,0,0 0,1,0 180", "field of view"),
-            ("0,0,0 0,0,0 0,1,0 45", "stands on"),
-            ("0,1,0 0,0,0 0,1,0 45", "parallel"),
-        ] {
-            assert!(of(bad).unwrap_err().contains(part), "{bad}: {:?}", of(bad));
-        }
-    }
-
-    #[test]
-    fn places_keep_what_single_precision_would_round() {
-        let parts = ["500000.31,8,12", "500000.3,8,12", "0,1,0", "45"];
-        let view = view(&parts.map(str::to_owned)).unwrap();
-        assert_eq!(view.eye.x, 500_000.31);
-        let light = parse_light("-4012345.1,0,0");
-        assert!(
-            matches!(light, Ok(AddedLight::Point { position, .. }) if position.x == -4_012_345.1)
-        );
-    }
-
-    #[test]
-    fn an_origin_is_a_word_or_a_place() {
-        assert_eq!(parse_origin("auto"), Ok(Origin::Auto));
-        assert_eq!(parse_origin("none"), Ok(Origin::File));
-        let place = parse_origin("500000.1,0,-4e6");
-        assert_eq!(place, Ok(Origin::At([500_000.1, 0.0, -4e6])));
-        for bad in ["", "Auto", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
-            assert!(parse_origin(bad).is_err(), "{bad}");
-        }
-    }
 
     #[test]
     fn sizes_have_units() {

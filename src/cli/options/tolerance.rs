@@ -1,6 +1,6 @@
 //! Options for what still counts as equal where pictures are compared.
 
-use super::parsers::parse_number;
+use phalanx::jobs::spec::parse_number;
 
 /// Number of pixels that may differ.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,12 @@
 //! The options that say how a scene's tree is built, and who traces it.
 
-use super::headings::MACHINE;
-use super::parsers::{described_name_parser, name_parser, parse_number};
+use super::parsers::{described_name_parser, name_parser};
 use crate::cli::output;
-use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, value_parser};
 use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
+use phalanx::jobs::spec::headings::MACHINE;
+use phalanx::jobs::spec::parse_number;
 
 /// How the packet engine's tree is built.
 #[derive(Debug, Args)]
@@ -26,6 +27,26 @@ impl TreeArgs {
             quality: self.quality.unwrap_or_default(),
             threads,
         }
+    }
+}
+
+/// How the picture is cut for threads.
+#[derive(Debug, Args)]
+#[command(next_help_heading = MACHINE)]
+pub struct TileArgs {
+    /// Tile size in pixels [default: 32]
+    ///
+    /// Side of a tile, the part of a picture that a thread renders at a time, in pixels: 8 to 1024,
+    /// rounded up to a multiple of 8. No picture depends on it. [default: 32]
+    #[arg(long, value_name = "N", hide_short_help = true, value_parser = value_parser!(u32).range(8..=1024))]
+    pub tile: Option<u32>,
+}
+
+impl TileArgs {
+    /// Settings with these tiles.
+    pub fn apply(&self, settings: Settings) -> Settings {
+        let tile = self.tile.unwrap_or(settings.tile);
+        Settings { tile, ..settings }
     }
 }
 

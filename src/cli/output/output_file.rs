@@ -5,12 +5,11 @@ use super::destination::is_replaced;
 use super::error::CliError;
 use super::stdout::is_dash;
 use phalanx::files::shown_path;
-use phalanx::frame::{Aovs, Control, Tile};
-use phalanx::image::{
-    Crop, Depth, Exposure, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands,
-};
-use phalanx::jobs::BandsError;
+use phalanx::frame::{Control, Tile};
+use phalanx::image::{Crop, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands};
+use phalanx::jobs::{BandsError, PictureSpec, spec::set_header};
 use phalanx::render::Film;
+use phalanx::scene::OutputEncoding;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -30,16 +29,14 @@ pub fn format_of(
 ) -> Result<ImageFormat, CliError> {
     let plain = || path.extension().is_none() && !is_replaced(path);
     let format = asked.or_else(|| ImageFormat::of(path));
-    format
-        .or_else(|| plain().then_some(ImageFormat::Png))
-        .ok_or_else(|| {
-            let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
-            CliError::Usage(format!(
-                "{origin} {}: the name must end in one of {}, or --format must name the format",
-                shown_path(path),
-                endings.join(", ")
-            ))
-        })
+    format.or_else(|| plain().then_some(ImageFormat::Png)).ok_or_else(|| {
+        let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
+        CliError::Usage(format!(
+            "{origin} {}: the name must end in one of {}, which says what is written, or --format must",
+            shown_path(path),
+            endings.join(", ")
+        ))
+    })
 }
 
 /// A picture file to be written.
@@ -50,19 +47,18 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// The file of a window of a picture of size `of` with AOVs, of a scene with this origin, with
-    /// an empty header. The format must be able to hold the AOVs.
+    /// The file of a picture all of whose options are given, of a scene with this origin, with an
+    /// empty header. The format must be able to hold the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,
-        exposure: Exposure,
-        depth: Depth,
-        (window, of): (Tile, (u32, u32)),
-        (aovs, origin): (Aovs, [f64; 3]),
+        spec: &PictureSpec,
+        origin: [f64; 3],
     ) -> Result<OutputFile, CliError> {
+        let (aovs, of) = (spec.pixels.aovs(), spec.pixels.size.unwrap_or_default());
         if !aovs.is_empty() && format != ImageFormat::Exr {
             return Err(CliError::Usage(format!(
-                "--aov needs an OpenEXR file, not {}: name it .exr",
+                "--aov is for OpenEXR, and {} is none: name it .exr",
                 shown_path(path)
             )));
         }
@@ -71,12 +67,12 @@ impl OutputFile {
             y,
             width,
             height,
-        } = window;
+        } = spec.pixels.window();
         let crop = ((width, height) != of).then_some(Crop { corner: (x, y), of });
         let longest = width.max(height);
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
-                "{}: the sides of a JPEG are at most {JPEG_SIDE} pixels, not {longest}: write a PNG",
+                "{}: the sides of a JPEG are {JPEG_SIDE} pixels at most, not {longest}: write a PNG",
                 shown_path(path)
             )));
         }
@@ -87,11 +83,18 @@ impl OutputFile {
             format,
             aovs,
             origin,
-            exposure,
-            depth,
+            exposure: spec.encoding.exposure(OutputEncoding::LINEAR),
+            depth: spec.encoding.depth(),
             header: PictureHeader::NONE,
         };
         Ok(OutputFile { path, file })
+    }
+
+    /// The file with this header, whose command lacks the file's own options.
+    pub fn with_header(&self, header: PictureHeader) -> OutputFile {
+        let mut output = self.clone();
+        set_header(&mut output.file, header);
+        output
     }
 
     /// Returns true if the whole file is in memory before it is written: a file that is not

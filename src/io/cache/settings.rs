@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    MAX_TEXTURE_SIDE, DefaultedParts, OrthoHeight, OutputEncoding, Quantize, Scene, Sky, Texture,
+    DefaultedParts, MAX_TEXTURE_SIDE, OrthoHeight, OutputEncoding, Quantize, Scene, Sky, Texture,
     Transfer, UpAxis, View, Wrap,
 };
 
@@ -220,78 +220,5 @@ impl SettingsPass<'_> {
             }
         };
         Some(there.then(|| text.to_owned()))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn settings_survive_and_their_prefixes_do_not() {
-        let mut scene = Scene {
-            width: 7,
-            max_depth: 3,
-            output: Some("bild-ä.png".into()),
-            encoding: OutputEncoding::SRGB,
-            scale: 0.25,
-            origin: [500_000.1, -0.0, -4e6],
-            background: Vec3::new(0.1, -0.0, 3.0),
-            ..Scene::default()
-        };
-        scene.lights.add_directional(Vec3::Y, Vec3::ONE);
-        scene.lights.add_point(Vec3::Y, Vec3::ONE, Vec3::X);
-        scene.textures.push(Texture {
-            width: 2,
-            height: 9,
-            wrap: [Wrap::Mirror, Wrap::Clamp],
-            texels: Default::default(),
-            alpha: Default::default(),
-        });
-        scene.view.ortho = Some(7.0);
-        scene.defaulted = DefaultedParts {
-            light: true,
-            up: UpAxis::NegY,
-            ortho: Some(OrthoHeight::Given(2.5)),
-            ortho_size: Some([3.0, 0.1]),
-            made_for: Some((1.5, true)),
-            ..DefaultedParts::default()
-        };
-        scene.sky = Some(Sky {
-            up: Vec3::Y,
-            nadir: Vec3::ZERO,
-            zenith: Vec3::ONE,
-        });
-        let bytes = write(&scene, &Extra::of(&scene, 12.5));
-        let (back, extra) = read(&bytes).expect("settings");
-        assert_eq!(write(&back, &extra), bytes);
-        assert_eq!((back.view, back.sky), (scene.view, scene.sky));
-        assert_eq!(back.defaulted, scene.defaulted);
-        assert_eq!((back.width, back.output), (7, scene.output));
-        assert_eq!(back.textures, scene.textures);
-        assert_eq!(back.origin, scene.origin);
-        assert_eq!(*back.lights.directional, [true, false]);
-        for length in 0..bytes.len() {
-            assert!(read(&bytes[..length]).is_none(), "{length}");
-        }
-        assert!(read(&[&bytes[..], &[0]].concat()).is_none());
-        let spoiled = [
-            |s: &mut Scene| s.background.y = f32::NAN,
-            |s: &mut Scene| s.sky.as_mut().expect("a sky").zenith.x = f32::NAN,
-            |s: &mut Scene| s.scale = 0.75,
-            |s: &mut Scene| s.scale = 0.0,
-            |s: &mut Scene| s.scale = -1.0,
-            |s: &mut Scene| s.origin[1] = f64::NAN,
-            |s: &mut Scene| s.origin[2] = f64::INFINITY,
-            |s: &mut Scene| s.defaulted.ortho_size = Some([1.0, f64::NAN]),
-            |s: &mut Scene| s.defaulted.ortho = Some(OrthoHeight::Given(-1.0)),
-            |s: &mut Scene| s.textures[0].width = 0,
-            |s: &mut Scene| s.textures[0].height = u32::MAX,
-        ];
-        for (k, spoil) in spoiled.into_iter().enumerate() {
-            let (mut bad, extra) = read(&bytes).expect("settings");
-            spoil(&mut bad);
-            assert!(read(&write(&bad, &extra)).is_none(), "{k}");
-        }
     }
 }

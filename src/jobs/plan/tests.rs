@@ -1,5 +1,6 @@
 //! Tests of plans.
 
+use super::super::planned_frames::PlannedFrames;
 use super::*;
 use phalanx_render::frame::Settings;
 use phalanx_scene::Scene;
@@ -13,14 +14,11 @@ pub(super) fn plan(width: u32, height: u32, shards: u32) -> RenderPlan {
         ..Settings::of(&scene)
     };
     let key = RenderKey::of(&scene, &settings);
-    let developing = TileEncoding {
-        exposure: 0.5,
-        srgb: true,
-        round: false,
-        bits: 8,
+    let spec = PictureSpec {
+        scene: "a.test".to_owned(),
+        ..PictureSpec::default()
     };
-    let (scene, output) = ("a.test".into(), "a.png".into());
-    RenderPlan::new(scene, Vec::new(), output, developing, key, shards)
+    RenderPlan::new(spec.resolve(&scene), key, "a.png".into(), shards)
 }
 
 #[test]
@@ -56,7 +54,12 @@ fn every_pixel_is_of_one_shard_and_shares_are_alike() {
 #[test]
 fn shard_files_stand_beside_the_plan_in_order() {
     let plan = plan(640, 480, 64);
-    let file = |shard| plan.shard_file(Path::new("jobs/a.json"), shard).unwrap();
+    let frames = PlannedFrames::of(&plan);
+    let file = |shard| {
+        frames
+            .tile_file(Path::new("jobs/a.json"), shard, 0)
+            .unwrap()
+    };
     assert_eq!(file(3), Path::new("jobs/a.shard-03.tiles"));
     assert_eq!(file(63), Path::new("jobs/a.shard-63.tiles"));
 }
@@ -92,35 +95,60 @@ fn what_is_no_plan_is_refused() {
         // A side that tiles may have, but not in this plan: there would be more tiles than the
         // program ever assigns.
         ("/tile", json!(8), "tile"),
-        ("/scene", json!(""), "scene"),
-        ("/scene", json!("a\nb"), "scene"),
+        ("/spec/scene", json!(""), "scene"),
+        ("/spec/scene", json!("a\nb"), "scene"),
+        ("/spec/format", json!("a\r"), "format"),
         ("/output", json!(""), "output"),
         ("/output", json!("a\u{7}.png"), "output"),
-        ("/arguments", json!(["plan", "a\r"]), "arguments"),
+        ("/spec/overrides/allow_path", json!(["a\r"]), "allow_path"),
         ("/header/scene", json!("a\r"), "header.scene"),
         ("/header/command", json!("\u{1b}"), "header.command"),
-        ("/developing/bits", json!(7), "developing.bits"),
-        ("/developing/bits", json!(0), "developing.bits"),
-        ("/developing/exposure", json!(1e38), "developing.exposure"),
-        ("/developing/exposure", json!(-100.5), "developing.exposure"),
-        ("/picture/width", json!(0), "picture.width"),
-        ("/picture/height", json!(70_000), "picture.height"),
-        ("/picture/region", json!([0, 0, 641, 480]), "picture.region"),
-        ("/picture/region", json!([far, far, 9, 9]), "picture.region"),
-        ("/picture/region", json!([9, 9, 0, 9]), "picture.region"),
-        ("/picture/layers", json!(["x"]), "picture.layers"),
-        ("/picture/scene", json!("\u{1b}[2J"), "picture.scene"),
-        ("/picture/version", json!("\n"), "picture.version"),
+        ("/spec/encoding/bits", json!(7), "encoding.bits"),
+        ("/spec/encoding/bits", json!(0), "encoding.bits"),
+        ("/spec/encoding/exposure", json!(1e38), "encoding.exposure"),
+        (
+            "/spec/encoding/exposure",
+            json!(-100.5),
+            "encoding.exposure",
+        ),
+        ("/spec/encoding/tone/transfer", json!("x"), "encoding.tone"),
+        ("/spec/pixels/size", json!([0, 480]), "pixels.size"),
+        ("/spec/pixels/size", json!([640, 70_000]), "pixels.size"),
+        (
+            "/spec/pixels/region",
+            json!([0, 0, 641, 480]),
+            "pixels.region",
+        ),
+        (
+            "/spec/pixels/region",
+            json!([far, far, 9, 9]),
+            "pixels.region",
+        ),
+        ("/spec/pixels/region", json!([9, 9, 0, 9]), "pixels.region"),
+        ("/spec/pixels/region", json!([9, 9, 9]), "pixels.region"),
+        ("/spec/pixels/aov", json!(["x"]), "pixels.aov"),
+        ("/spec/pixels/spp", json!(0), "pixels.spp"),
+        ("/spec/pixels/spp", json!(null), "pixels.spp"),
+        ("/spec/pixels/max_depth", json!(1001), "pixels.max_depth"),
+        ("/spec/pixels/min_weight", json!(1e39), "pixels.min_weight"),
+        ("/spec/pixels/filter", json!("\u{1b}[2J"), "pixels.filter"),
+        ("/spec/pixels/threshold", json!(0.1), "pixels.threshold"),
+        ("/spec/pixels/aperture", json!(-1), "pixels.aperture"),
+        ("/stamp/scene", json!("\u{1b}[2J"), "stamp.scene"),
+        ("/stamp/version", json!("\n"), "stamp.version"),
     ] {
         assert_eq!(field(pointer, value), name);
     }
     for (pointer, value) in [
-        ("/picture/settings", json!("Settings { width: 0 }")),
-        ("/picture/region", json!([0, 0, 0.5, 1])),
-        ("/picture/width", json!(-1)),
-        ("/developing/bits", json!(264)),
-        ("/developing/exposure", json!(null)),
-        ("/arguments", json!("plan")),
+        ("/spec/pixels", json!("Settings { width: 0 }")),
+        ("/spec/pixels/region", json!([0, 0, 0.5, 1])),
+        ("/spec/pixels/size", json!([-1, 1])),
+        ("/spec/encoding/bits", json!(264)),
+        ("/spec/encoding/exposure", json!("1")),
+        ("/spec/overrides/light", json!("1,2,3")),
+        ("/spec/overrides/light", json!(["1,2"])),
+        ("/spec/overrides/camera", json!(["1,2,3"])),
+        ("/spec/overrides/origin", json!("\u{1b}[2J")),
     ] {
         let mut bad = good.clone();
         *bad.pointer_mut(pointer).unwrap() = value;
@@ -128,20 +156,13 @@ fn what_is_no_plan_is_refused() {
         assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
     }
     let mut more = good.clone();
-    more["picture"]["settings"]["\u{1b}[2J"] = json!(1);
-    for bad in [
-        "{}",
-        "",
-        "7",
-        "{\"schema_version\": 2}",
-        "{\"schema_version\": 3}",
-        &more.to_string(),
-    ] {
+    more["spec"]["pixels"]["\u{1b}[2J"] = json!(1);
+    for bad in ["{}", "", "7", "{\"schema_version\": 4}", &more.to_string()] {
         let refused = refused(bad);
         assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
     }
     // The version decides, whatever else is in the plan.
-    for version in [1u64, 4, u64::MAX] {
+    for version in [1u64, 2, 3, 5, u64::MAX] {
         let refused = refused(&json!({"schema_version": version, "x": 1}).to_string());
         let PlanError::Version { found, .. } = refused else {
             panic!("{refused}");

@@ -9,7 +9,7 @@ use std::mem::size_of;
 
 /// Counter of all or part of a traversal's work.
 pub trait Counters: Copy + Default {
-    /// True if every step is counted. Kernels that do so need not be fast: they find closest hits and
+    /// True if every step is counted. Such kernels need not be fast: they find closest hits and
     /// occlusion alone, by calls, and one traversal serves them for every tree.
     const COUNTS_STEPS: bool;
     /// Counts begun packets of eight lanes, of which `active` lanes carry rays.

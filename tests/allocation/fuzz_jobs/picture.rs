@@ -3,7 +3,7 @@
 
 use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
 use phalanx::jobs::{
-    PlannedCamera, RenderKey, RenderPlan, SequencePlan, ShardBy, TileEncoding, TileFile,
+    PictureSpec, PlannedCamera, RenderKey, RenderPlan, SequencePlan, ShardBy, TileFile,
     TileOutputs, merge_bands, render_bands, render_to_file,
 };
 use phalanx::render::Film;
@@ -75,17 +75,14 @@ impl FuzzedPicture {
     }
 
     pub fn plan(&self, shards: u32) -> RenderPlan {
-        let developing = TileEncoding {
-            exposure: 0.5,
-            srgb: true,
-            round: false,
-            bits: 8,
+        let mut spec = PictureSpec {
+            scene: "a.test".to_owned(),
+            ..PictureSpec::default()
         };
-        let words = "plan a.test --shards 1 -o a.png --plan a.json";
-        let arguments = words.split(' ').map(str::to_owned).collect();
-        let identity = self.identity.clone();
-        let (scene, output) = ("a.test".to_owned(), "a.png".into());
-        RenderPlan::new(scene, arguments, output, developing, identity, shards)
+        spec.encoding.exposure = Some(0.5);
+        spec.overrides.light = vec!["1,2,3,1,1,1".to_owned()];
+        let spec = spec.resolve(&self.scene);
+        RenderPlan::new(spec, self.identity.clone(), "a.png".into(), shards)
     }
 
     /// A plan for a few frames between two views.
@@ -135,12 +132,19 @@ pub fn merge(plan: &RenderPlan, file: TileFile) -> Option<Film> {
     if !plan.tiles().iter().all(|tile| file.has(*tile)) {
         return None;
     }
-    let window = plan.picture.window();
+    let window = plan.window();
     let mut all = None;
     let take = |film| {
         assert!(all.replace(film).is_none(), "one band is enough");
         true
     };
-    merge_bands(window, plan.aovs(), &[file], &Control::default(), take).unwrap();
+    merge_bands(
+        window,
+        plan.key().aovs(),
+        &[file],
+        &Control::default(),
+        take,
+    )
+    .unwrap();
     all
 }

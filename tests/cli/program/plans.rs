@@ -45,40 +45,28 @@ fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
     let plan = rendered(&room);
     let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
     let (head, records) = beginning(&tiles);
-    for (pointer, value, name) in [
-        (
-            "/picture/region",
-            json!([4294967290u32, 4294967290u32, 400, 300]),
-            "picture.region",
-        ),
-        (
-            "/picture/region",
-            json!([0, 0, 4294967295u32, 4294967295u32]),
-            "picture.region",
-        ),
-        (
-            "/picture/region",
-            json!([4294967295u32, 0, 4294967295u32, 1]),
-            "picture.region",
-        ),
-        ("/picture/region", json!([0, 0, 0, 0]), "picture.region"),
-        ("/picture/width", json!(4294967295u32), "picture.width"),
-        (
-            "/picture/height",
-            json!(0),
-            "picture.height is 0: expected 1 to 65536 pixels",
-        ),
-        ("/picture/layers", json!(["nothing"]), "picture.layers"),
-        ("/shards", json!(4294967295u32), "shards"),
-        ("/tile", json!(1), "tile"),
-        ("/developing/bits", json!(7), "developing.bits"),
-        ("/developing/exposure", json!(1e38), "developing.exposure"),
+    let (most, far) = (u32::MAX, u32::MAX - 5);
+    let sides = "pixels.size is 40x0: expected sides of 1 to 65536 pixels";
+    for (name, value) in [
+        ("pixels.region", json!([far, far, 400, 300])),
+        ("pixels.region", json!([0, 0, most, most])),
+        ("pixels.region", json!([most, 0, most, 1])),
+        ("pixels.region", json!([0, 0, 0, 0])),
+        ("pixels.size", json!([most, 24])),
+        (sides, json!([40, 0])),
+        ("pixels.aov", json!(["nothing"])),
+        ("shards", json!(most)),
+        ("tile", json!(1)),
+        ("encoding.bits", json!(7)),
+        ("encoding.exposure", json!(1e38)),
     ] {
-        forged(&room, &plan, pointer, value.clone());
+        let field = name.split(' ').next().unwrap().replace('.', "/");
+        let whole = if field.contains('/') { "/spec/" } else { "/" };
+        forged(&room, &plan, &format!("{whole}{field}"), value.clone());
         // Tiles that claim the same.
-        if let Some(field) = pointer.strip_prefix("/picture") {
+        if field.starts_with("pixels") {
             let mut head = head.clone();
-            *head["picture"].pointer_mut(field).unwrap() = value;
+            *head["picture"].pointer_mut(&format!("/{field}")).unwrap() = value;
             let tiles = tile_file(&head.to_string(), &tiles[records..]);
             fs::write(room.path().join("p.shard-0.tiles"), tiles).unwrap();
         }
@@ -100,7 +88,7 @@ fn a_large_picture_that_is_claimed_takes_no_memory() {
         let tiles = room.path().join(format!("p.shard-{shard:03}.tiles"));
         let plan = fs::read(room.path().join("p.json")).unwrap();
         let plan: Value = serde_json::from_slice(&plan).unwrap();
-        let head = json!({"layout_version": 2, "picture": plan["picture"]});
+        let head = json!({"layout_version": 3, "picture": {"stamp": plan["stamp"], "pixels": plan["spec"]["pixels"]}});
         fs::write(tiles, tile_file(&head.to_string(), &[])).unwrap();
     }
     let ran = room.run_in_400_mb("merge p.json");
@@ -280,20 +268,21 @@ fn files_of_other_layouts_are_refused_by_version() {
     room.write("old.json", &old.to_string());
     let parts = [
         "old.json: made by another version of phalanx",
-        "version 1, this program reads version 2",
+        "version 1, this program reads version 4",
     ];
     room.refused("merge old.json", 1, &parts);
     let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
     let (_, records) = beginning(&tiles);
     for (name, head) in [
         ("1", old["picture"].to_string()),
-        ("3", json!({"layout_version": 3, "colours": 7}).to_string()),
+        ("2", json!({"layout_version": 2, "picture": 7}).to_string()),
+        ("4", json!({"layout_version": 4, "colours": 7}).to_string()),
     ] {
         let old = tile_file(&head, &tiles[records..]);
         for file in ["c.tiles", "p.shard-0.tiles"] {
             fs::write(room.path().join(file), &old).unwrap();
         }
-        let version = format!("version {name}, this program reads version 2");
+        let version = format!("version {name}, this program reads version 3");
         room.refused(
             "render a.test -o a.png --checkpoint c.tiles",
             2,
@@ -303,7 +292,7 @@ fn files_of_other_layouts_are_refused_by_version() {
         room.refused("merge p.json", 2, &[&version]);
         assert_eq!(fs::read(room.path().join("c.tiles")).unwrap(), old);
     }
-    assert_eq!(plan["picture"]["settings"]["spp"], 1);
+    assert_eq!(plan["spec"]["pixels"]["spp"], 1);
 }
 
 #[test]

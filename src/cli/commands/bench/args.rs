@@ -179,7 +179,7 @@ pub struct RunArgs {
     #[arg(long, help_heading = BASELINE, hide_short_help = true, requires = "baseline")]
     pub force: bool,
     #[command(flatten)]
-    pub beside: SceneArgs,
+    pub scene_args: SceneArgs,
     /// Write the suite with the answers found, after a change of the scenes or of the rays
     #[arg(long, value_name = "SUITE.toml", hide = true)]
     pub update_suite: Option<PathBuf>,

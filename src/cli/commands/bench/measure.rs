@@ -27,7 +27,7 @@ pub fn measure_scene(
 ) -> Result<(Measured, SceneInput), CliError> {
     bar.scene(&scene.info.name);
     let start = Instant::now();
-    let scene_input = SceneInput::load(&scene.path, &args.beside, wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &args.scene_args, wanted(plan), 0)?;
     (scene_input.budget).for_tree(&scene_input.scene, Engine::Simd)?;
     let info = SceneInfo {
         load_seconds: start.elapsed().as_secs_f64(),

@@ -110,7 +110,7 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
             .map_or(Ok(()), |place| output::check_report_place(place, origin))?;
     }
     SceneInput::note_all(&args.scenes)?;
-    args.beside.no_picture()?;
+    args.scene_args.no_picture()?;
     let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
     match stdin && args.fail_above.is_some() {
         false => Ok(()),
@@ -159,7 +159,7 @@ fn dump_rays(
             "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
         ));
     };
-    let scene_input = SceneInput::load(&scene.path, &args.beside, measure::wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &args.scene_args, measure::wanted(plan), 0)?;
     let mut counts = Vec::new();
     interrupt::write_file(path, |file| {
         let dumped = dump(&scene_input.scene, &scene.info, plan, file);

@@ -1,7 +1,8 @@
-//! `phalanx merge`: joins the shards of a plan into its picture, or checks and joins its frames.
+//! `phalanx merge`: joins the shards of a plan into its picture or its frames, or checks the frames
+//! that shards have written.
 
 mod args;
-mod frames;
+mod missing;
 mod shard_files;
 
 pub use args::MergeArgs;
@@ -9,57 +10,136 @@ pub use shard_files::ranges;
 
 use super::plan;
 use crate::cli::output::{
-    self, CliError, Output, ProgressOptions, format_of, interrupt, lines, progress,
+    self, CliError, Output, OutputFile, ProgressOptions, format_of, interrupt, lines, progress,
 };
+use missing::{MissingShares, missing_frames, missing_tiles, shares, tile_files};
 use phalanx::files::shown_path;
-use phalanx::frame::Tile;
 use phalanx::jobs::{PlannedFrames, RenderPlan, TileFile, merge_bands};
 use serde::Serialize;
-use shard_files::{MAX_NAMED, describe_missing, whole};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Serialize)]
 struct MergeDocument<'a> {
     plan: &'a Path,
     shards: u32,
+    /// Meaning of a shard of a sequence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shard_by: Option<&'static str>,
+    /// The first and the last frame of a sequence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<[u32; 2]>,
     width: u32,
     height: u32,
-    path: &'a Path,
+    /// The file of the picture, or of the first frame.
+    path: PathBuf,
+    /// The file of the last frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    last_path: Option<PathBuf>,
 }
 
 /// Merges the rendered shards of a plan; exit code 6 if there is something missing.
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let plan = plan::read(&args.plan)?;
-    if let Some(frames) = PlannedFrames::of(&plan) {
-        return frames::run(args, &frames);
+    let frames = PlannedFrames::of(&plan);
+    let output = output_path(args, &frames)?;
+    if frames.is_by_frame() {
+        interrupt::listen()?;
+        missing_frames(&args.plan, &frames)?.refuse(&args.plan, &frames)?;
+    } else {
+        join(args, &frames, &output)?;
     }
-    let path = match &args.output {
-        Some(path) => path.clone(),
-        None => plan.picture_path(&args.plan)?,
-    };
-    let format = format_of(&path, args.format, "the picture")?;
-    output::check_picture_place(&path, Some("--output"))?;
-    interrupt::listen()?;
-    let output = plan::target(&plan, path, format)?;
-    let files = files(&args.plan, &plan)?;
-    let window = plan.picture.window();
-    progress::with_progress(
-        Some(&output.path),
-        ProgressOptions::of(window.pixels()),
-        |control| {
-            output.write_while(control, |take| {
-                merge_bands(window, plan.aovs(), &files, control, take)
-            })
-        },
-    )?;
+    let (window, sequence) = (plan.window(), frames.sequence());
+    let ends = sequence.map(|sequence| sequence.frames);
     let document = MergeDocument {
         plan: &args.plan,
         shards: plan.shards,
+        shard_by: sequence.map(|sequence| sequence.shard_by.name()),
+        frames: ends,
         width: window.width,
         height: window.height,
-        path: &output.path,
+        path: frames.name(&output, ends.map_or(0, |[first, _]| first)),
+        last_path: ends.map(|[_, last]| frames.name(&output, last)),
     };
     output::print_output(&document, args.json)
+}
+
+/// The path of the picture, or the one that frames get their numbers in.
+fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliError> {
+    let plan = frames.plan();
+    if frames.is_by_frame() {
+        if args.output.is_some() || args.format.is_some() {
+            return Err(CliError::Usage(
+                "the shards of this plan have written its frames, and merge checks them: leave out -o and --format"
+                    .to_owned(),
+            ));
+        }
+        return Ok(args.plan.with_file_name(&plan.output));
+    }
+    match &args.output {
+        Some(path) if frames.sequence().is_some() && output::is_dash(path) => Err(CliError::Usage(
+            "a sequence is a file for each frame, and stdout is one: name files".to_owned(),
+        )),
+        Some(path) => Ok(path.clone()),
+        None => Ok(plan.picture_path(&args.plan)?),
+    }
+}
+
+/// The numbers of the shards that have something left to render.
+pub fn missing_shards(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
+    let frames = PlannedFrames::of(plan);
+    let missing: MissingShares = match frames.is_by_frame() {
+        true => missing_frames(path, &frames)?,
+        false => missing_tiles(path, &frames, &shares(&frames))?.0,
+    };
+    Ok(missing.shards())
+}
+
+/// Joins the tiles of the picture, or of each frame, and writes it.
+fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), CliError> {
+    let plan = frames.plan();
+    let format = format_of(output, args.format, "the picture")?;
+    if frames.sequence().is_none() {
+        output::check_picture_place(output, Some("--output"))?;
+    }
+    interrupt::listen()?;
+    let target = plan::target(plan, output.into(), format)?;
+    let shares = shares(frames);
+    let (missing, files) = missing_tiles(&args.plan, frames, &shares)?;
+    missing.refuse(&args.plan, frames)?;
+    if frames.sequence().is_none() {
+        return write(frames, &target, &files);
+    }
+    // Headers of frames tell their cameras, in the coordinates of the scene's file.
+    let mut reopened = plan::reopen(&args.plan, plan, 0)?;
+    for frame in frames.all() {
+        let path = match args.output {
+            Some(_) => frames.name(output, frame),
+            None => frames.picture_path(&args.plan, frame)?,
+        };
+        output::check_picture_place(&path, Some("--output"))?;
+        let file = OutputFile {
+            path,
+            ..target.clone()
+        };
+        reopened.set_frame(frames, frame)?;
+        let file = reopened.with_frame_header(plan, &file);
+        let files: Result<Vec<TileFile>, String> = tile_files(&args.plan, frames, frame, &shares)?
+            .into_iter()
+            .collect();
+        write(frames, &file, &files.map_err(CliError::Missing)?)?;
+    }
+    Ok(())
+}
+
+/// Writes the picture that is in these files of tiles.
+fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Result<(), CliError> {
+    let (window, aovs) = (frames.plan().window(), frames.plan().key().aovs());
+    let options = ProgressOptions::of(window.pixels());
+    progress::with_progress(Some(&file.path), options, |control| {
+        file.write_while(control, |take| {
+            merge_bands(window, aovs, files, control, take)
+        })
+    })
 }
 
 impl Output for MergeDocument<'_> {
@@ -68,57 +148,18 @@ impl Output for MergeDocument<'_> {
             "{}x{}, from {} shards",
             self.width, self.height, self.shards
         );
-        let path = shown_path(self.path);
-        lines(&[("picture", size), ("written", path)])
-    }
-}
-
-/// A shard that cannot be merged yet, and the reason.
-struct IncompleteShard {
-    shard: u32,
-    why: String,
-}
-
-/// The files of all shards, each of which has all of its tiles.
-fn files(path: &Path, plan: &RenderPlan) -> Result<Vec<TileFile>, CliError> {
-    let (files, missing) = shards(path, plan)?;
-    match missing.is_empty() {
-        true => Ok(files),
-        false => {
-            let numbers: Vec<u32> = missing.iter().map(|m| m.shard).collect();
-            let count = (missing.len() as u64, u64::from(plan.shards), "shards");
-            let named = missing.into_iter().take(MAX_NAMED);
-            let named: Vec<_> = named
-                .map(|m| (format!("shard {}", m.shard), m.why))
-                .collect();
-            let text = describe_missing(path, count, &named, &numbers);
-            Err(CliError::Missing(text))
+        let mut path = shown_path(&self.path);
+        if let Some(last) = self.last_path.as_ref().filter(|last| **last != self.path) {
+            path.push_str(&format!(" to {}", shown_path(last)));
         }
+        let Some([first, last]) = self.frames else {
+            return lines(&[("picture", size), ("written", path)]);
+        };
+        let done = match self.shard_by {
+            Some("tile") => "put together",
+            _ => "checked",
+        };
+        let frames = format!("{first} to {last}, {size}, {done}");
+        lines(&[("frames", frames), ("written", path)])
     }
-}
-
-/// The numbers of the shards that have something left to render.
-pub fn missing(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
-    if let Some(frames) = PlannedFrames::of(plan) {
-        return Ok(frames::missing(path, &frames)?.shards());
-    }
-    let (_, missing) = shards(path, plan)?;
-    Ok(missing.iter().map(|missing| missing.shard).collect())
-}
-
-/// The files of the shards that can be merged, and the other shards.
-fn shards(
-    path: &Path,
-    plan: &RenderPlan,
-) -> Result<(Vec<TileFile>, Vec<IncompleteShard>), CliError> {
-    let (mut files, mut missing) = (Vec::new(), Vec::new());
-    let tiles = plan.tiles();
-    for shard in 0..plan.shards {
-        let share: Vec<Tile> = plan.share_of(&tiles, shard).collect();
-        match whole(&plan.shard_file(path, shard)?, &plan.picture, &share)? {
-            Ok(file) => files.push(file),
-            Err(why) => missing.push(IncompleteShard { shard, why }),
-        }
-    }
-    Ok((files, missing))
 }

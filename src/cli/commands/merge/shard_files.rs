@@ -1,37 +1,10 @@
-//! Files of shards: complete or not, and how the numbers of those that are not are told.
+//! Files of shards: complete or not, and the notation of their numbers.
 
 use crate::cli::output::{self, CliError};
 use phalanx::files::shown_path;
 use phalanx::frame::Tile;
 use phalanx::jobs::{BandsError, KeptFileError, RenderKey, TileFile};
 use std::path::Path;
-
-/// Most shards or frames that a message names one by one.
-pub const MAX_NAMED: usize = 10;
-
-/// Message that says how many of a plan's parts are missing, names the first of them with the
-/// reasons, and the shards that render them.
-pub fn describe_missing(
-    path: &Path,
-    (missing, of, what): (u64, u64, &str),
-    named: &[(String, String)],
-    shards: &[u32],
-) -> String {
-    let mut text = format!("{missing} of {of} {what} are missing");
-    for (name, why) in named {
-        text.push_str(&format!("\n  {name}: {why}"));
-    }
-    let more = missing - named.len() as u64;
-    if more > 0 {
-        text.push_str(&format!("\n  and {more} more"));
-    }
-    text.push_str(&format!(
-        "\n  help: render them, with phalanx render --plan {} --shard I, or as tasks of an array: --array={}",
-        shown_path(path),
-        ranges(shards)
-    ));
-    text
-}
 
 /// The file `name` of a shard's tiles, of a picture with this key, or the reason why it cannot be
 /// merged yet.

@@ -1,10 +1,11 @@
 //! The arguments of `phalanx render`.
 
 use crate::cli::options::{
-    FrameArgs, GradeArgs, LONG_RENDERS, OUTPUT, PictureArgs, SceneArgs, TreeArgs, WorkArgs,
+    FrameArgs, LONG_RENDERS, OUTPUT, SceneArgs, TileArgs, TreeArgs, WorkArgs,
 };
 use crate::cli::output::ProgressMode;
 use clap::Args;
+use phalanx::jobs::{EncodingSpec, PixelSpec};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -16,9 +17,11 @@ pub struct RenderArgs {
     )]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
-    pub beside: SceneArgs,
+    pub scene_args: SceneArgs,
     #[command(flatten)]
-    pub picture: PictureArgs,
+    pub pixels: PixelSpec,
+    #[command(flatten)]
+    pub tiles: TileArgs,
     /// PNG, JPEG, EXR, HDR or PFM; - for stdout
     ///
     /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for
@@ -27,7 +30,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT, display_order = 0)]
     pub output: Option<PathBuf>,
     #[command(flatten)]
-    pub grade: GradeArgs,
+    pub encoding: EncodingSpec,
     /// A second picture, of the cost of each pixel
     ///
     /// Write a second picture, of what each pixel's camera ray costs to trace. KIND is nodes (that
@@ -40,9 +43,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub frames: FrameArgs,
     #[command(flatten)]
-    pub keep: KeepArgs,
+    pub kept: CheckpointArgs,
     #[command(flatten)]
-    pub sight: SightArgs,
+    pub preview: PreviewArgs,
     /// Progress: auto (a bar on a terminal), bar, json, none
     ///
     /// How progress is told. [default: auto]
@@ -54,10 +57,10 @@ pub struct RenderArgs {
     pub work: WorkArgs,
 }
 
-/// Files that `render` keeps, and their readers.
+/// Files in which finished tiles are kept.
 #[derive(Debug, Args)]
 #[command(next_help_heading = LONG_RENDERS)]
-pub struct KeepArgs {
+pub struct CheckpointArgs {
     /// Keep finished tiles here, to resume
     ///
     /// Keep finished tiles in this file: after an interruption, the same command goes on where it
@@ -73,7 +76,7 @@ pub struct KeepArgs {
         hide_short_help = true,
         value_name = "PLAN.json",
         requires = "shard",
-        conflicts_with_all = ["scene", "output", "heat", "preview", "snapshot", "FrameArgs", "PictureArgs", "GradeArgs", "SceneArgs"]
+        conflicts_with_all = ["scene", "output", "heat", "preview", "snapshot", "FrameArgs", "PixelSpec", "EncodingSpec", "ToneSpec", "SceneArgs", "SceneOverrides"]
     )]
     pub plan: Option<PathBuf>,
     /// Which shard: a number from 0, or auto
@@ -85,7 +88,7 @@ pub struct KeepArgs {
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = LONG_RENDERS)]
-pub struct SightArgs {
+pub struct PreviewArgs {
     /// Draw the picture so far in the terminal
     #[arg(long)]
     pub preview: bool,

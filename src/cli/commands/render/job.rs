@@ -3,13 +3,15 @@
 use super::args::RenderArgs;
 use super::kept_tiles::{keep_tiles, open_tiles};
 use super::report::RenderSeconds;
-use crate::cli::options::{NamedScene, Sequence};
+use crate::cli::options::Sequence;
 use crate::cli::output::{
     self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, mrays_per_s, progress,
 };
 use phalanx::files::shown_path;
 use phalanx::frame::{Accel, Settings};
-use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands};
+use phalanx::jobs::{
+    BandStats, PictureSpec, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands,
+};
 use phalanx::render::RenderStats;
 use phalanx::scene::Scene;
 use std::path::Path;
@@ -56,11 +58,10 @@ pub fn print_frame(
 }
 
 impl Job<'_> {
-    /// Renders one frame after the other; each is finished before the next begins. `name` is the
-    /// scene's.
+    /// Renders one frame of the picture after the other; each is finished before the next begins.
     pub fn sequence(
         &self,
-        name: &Path,
+        spec: &PictureSpec,
         sequence: &Sequence,
         scene: &mut Scene,
         output: &OutputFile,
@@ -74,11 +75,11 @@ impl Job<'_> {
                 path,
                 ..output.clone()
             };
-            let checkpoint = self.args.keep.checkpoint.as_deref();
+            let checkpoint = self.args.kept.checkpoint.as_deref();
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
             let tiles = self.checkpoint(scene, checkpoint.as_deref())?;
-            let named = NamedScene::of_frame(name, &self.args.beside, scene, &start);
-            let output = named.with_header(&output, self.settings)?;
+            let is_moved = scene.view != start || scene.defaulted.view;
+            let output = output.with_header(spec.header(scene, is_moved));
             let work = self.render(scene, &output, tiles.as_ref())?;
             if !self.args.json {
                 print_frame(frame, &work.stats, work.seconds.render, &output.path)?;
@@ -115,8 +116,8 @@ impl Job<'_> {
             settings,
         } = *self;
         let preview = LivePreview::of(
-            args.sight.preview,
-            args.sight.snapshot.as_deref(),
+            args.preview.preview,
+            args.preview.snapshot.as_deref(),
             output.file.exposure,
             settings.window(),
         )?;

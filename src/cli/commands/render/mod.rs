@@ -7,12 +7,11 @@ mod job;
 mod kept_tiles;
 mod report;
 mod shard;
-mod shard_frames;
 mod shard_index;
 
 pub use args::RenderArgs;
 
-use crate::cli::options::{NamedScene, SceneInput, Sequence, film_bytes, stem};
+use crate::cli::options::{SceneInput, Sequence, film_bytes, picture_file, stem};
 use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
 use job::{Job, films_in_memory};
 use phalanx::files::{shown_path, shown_text};
@@ -27,7 +26,7 @@ use std::time::Instant;
 
 /// Renders a scene to a picture and prints a report; or renders a shard of one.
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
-    match (&args.keep.plan, &args.scene) {
+    match (&args.kept.plan, &args.scene) {
         (Some(plan), _) => shard::run(args, plan),
         (None, Some(scene)) => picture(args, scene),
         // Unreachable: the arguments' definition requires one of them.
@@ -36,13 +35,13 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
 }
 
 fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
-    args.picture.check()?;
+    args.pixels.check_use().map_err(CliError::Usage)?;
     check_places(args)?;
     interrupt::listen()?;
     output::advise();
     let start = Instant::now();
-    let (wanted, threads) = (args.frames.wanted(&args.picture), args.work.threads);
-    let mut scene_input = SceneInput::load(name, &args.beside, wanted, threads.unwrap_or(0))?;
+    let (wanted, threads) = (args.frames.wanted(&args.pixels), args.work.threads);
+    let mut scene_input = SceneInput::load(name, &args.scene_args, wanted, threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
     let sequence = args.frames.sequence(&scene_input.scene)?;
     let (mut path, format) = output_path(args, name, &scene_input.scene)?;
@@ -51,19 +50,25 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     }
     check_output(args, &path)?;
 
-    let settings = args.work.apply(args.picture.settings(&scene_input.scene));
-    args.picture.check_region(&settings)?;
+    let asked = args.tiles.apply(args.pixels.settings(&scene_input.scene));
+    let settings = args.work.apply(asked);
+    let region = args.pixels.check_region(&settings);
+    region.map_err(CliError::Usage)?;
     if settings.engine == Engine::Scalar && settings.aovs.has(Aov::Cost) {
         return Err(CliError::Usage(
             "--aov cost counts the packet engine's work: leave out --engine scalar".to_owned(),
         ));
     }
     let scene = &scene_input.scene;
-    if matches!(settings.integrator, Integrator::Occlusion { .. }) && !args.beside.light.is_empty()
+    if matches!(settings.integrator, Integrator::Occlusion { .. })
+        && !args.scene_args.overrides.light.is_empty()
     {
         output::note("ambient occlusion needs no lamps: --light changes nothing");
     }
-    let output = (args.grade).output_file(path, format, &args.picture, scene, &settings)?;
+    let name_text = name.to_string_lossy();
+    let spec = (args.scene_args).picture(name_text, &args.pixels, &args.encoding)?;
+    let output = picture_file(path, format, &spec, scene)?;
+    let spec = spec.resolve(scene);
     let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
     if let Some(sequence) = &sequence {
         check_frames(args, sequence, &output.path, scene)?;
@@ -83,17 +88,11 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let work = match &sequence {
         None => {
             let scene = &scene_input.scene;
-            let tiles = job.checkpoint(scene, args.keep.checkpoint.as_deref())?;
-            let named = NamedScene {
-                name,
-                args: &args.beside,
-                scene,
-                is_moved: false,
-            };
-            let output = named.with_header(&output, &settings)?;
+            let tiles = job.checkpoint(scene, args.kept.checkpoint.as_deref())?;
+            let output = output.with_header(spec.header(scene, false));
             job.render(scene, &output, tiles.as_ref())?
         }
-        Some(sequence) => job.sequence(name, sequence, &mut scene_input.scene, &output)?,
+        Some(sequence) => job.sequence(&spec, sequence, &mut scene_input.scene, &output)?,
     };
     let scene = &scene_input.scene;
     if let Some(heatmap) = heatmap {
@@ -111,7 +110,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let sizes = (tree, memory);
     let mut report =
         RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
-    let kept = args.keep.checkpoint.as_deref();
+    let kept = args.kept.checkpoint.as_deref();
     report.checkpoint = kept.map(|path| KeptTiles {
         path: path.to_string_lossy().into_owned(),
         bytes: work.kept_bytes,
@@ -124,16 +123,16 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     if let Some([_, path]) = args.heat.as_deref() {
         output::check_png_place(path.as_ref(), "--heat")?;
     }
-    if let Some(path) = &args.sight.snapshot {
+    if let Some(path) = &args.preview.snapshot {
         output::check_png_place(path, "--snapshot")?;
     }
-    if let Some(path) = &args.keep.checkpoint {
+    if let Some(path) = &args.kept.checkpoint {
         check_checkpoint(path, args.frames.origin("--checkpoint"))?;
     }
     let Some(path) = &args.output else {
         return Ok(());
     };
-    format_of(path, args.beside.picture_format()?, "--output")?;
+    format_of(path, args.scene_args.picture_format()?, "--output")?;
     if args.frames.are_given() && output::is_dash(path) {
         return Err(CliError::Usage(
             "a sequence is a file for each frame, and stdout is one file: name files".to_owned(),
@@ -197,11 +196,11 @@ fn check_frames(
     path: &Path,
     scene: &Scene,
 ) -> Result<(), CliError> {
-    args.frames.note_camera(&args.beside);
+    args.frames.note_camera(&args.scene_args);
     for frame in sequence.frames.clone() {
         sequence.view(frame, &scene.view)?;
         output::check_kind(&sequence.name(path, frame), "--output")?;
-        if let Some(path) = &args.keep.checkpoint {
+        if let Some(path) = &args.kept.checkpoint {
             check_checkpoint(&sequence.name(path, frame), Some("--checkpoint"))?;
         }
     }
@@ -215,7 +214,7 @@ fn output_path(
     name: &Path,
     scene: &Scene,
 ) -> Result<(PathBuf, ImageFormat), CliError> {
-    let asked = args.beside.picture_format()?;
+    let asked = args.scene_args.picture_format()?;
     if let Some(path) = &args.output {
         return Ok((path.clone(), format_of(path, asked, "--output")?));
     }

@@ -261,7 +261,8 @@ impl Output for RenderDocument {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::image::{Depth, Exposure, ImageFormat};
+    use phalanx::image::ImageFormat;
+    use phalanx::jobs::PictureSpec;
 
     fn report() -> RenderDocument {
         let scene = Scene::default();
@@ -294,18 +295,9 @@ mod tests {
             prim_bytes: 2,
             wide_bytes: 3,
         };
-        let exposure = Exposure {
-            stops: 0.0,
-            encoding: scene.encoding,
-        };
-        let output = OutputFile::for_picture(
-            "out.png".into(),
-            ImageFormat::Png,
-            exposure,
-            Depth::Eight,
-            (settings.window(), (settings.width, settings.height)),
-            (settings.aovs, scene.origin),
-        );
+        let spec = PictureSpec::default().resolve(&scene);
+        let output =
+            OutputFile::for_picture("out.png".into(), ImageFormat::Png, &spec, scene.origin);
         let image = RenderImage::new(&settings, &output.unwrap(), None);
         let sizes = (stats, MemoryStats::of(&scene, &stats, 1 << 20, 0));
         let name = Path::new("a.test");

@@ -1,35 +1,65 @@
-//! `phalanx render --plan --shard`: one shard of a plan, into a file beside it.
+//! `phalanx render --plan --shard`: one shard of a plan. It renders its tiles of the picture, or of
+//! every frame of a sequence, into files beside the plan; or whole frames into their pictures.
 
 use super::args::{RenderArgs, Shard};
-use super::kept_tiles::{keep_tiles, warn_damaged};
-use super::{shard_frames, shard_index};
-use crate::cli::commands::plan;
+use super::job::{Job, films_in_memory, print_frame};
+use super::kept_tiles::{keep_tiles, open_tiles, warn_damaged};
+use super::shard_index;
+use crate::cli::commands::plan::{self, ReopenedPicture};
 use crate::cli::output::{
-    self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress,
+    self, CliError, Output, OutputFile, ProgressOptions, format_of, grouped, interrupt, lines,
+    mrays_per_s, progress,
 };
 use phalanx::files::shown_path;
-use phalanx::jobs::{BandStats, PlannedFrames, TileFile, render_to_file};
+use phalanx::frame::{Accel, Tile};
+use phalanx::jobs::{
+    BandStats, FinishedFrames, FrameState, PlannedFrames, TileFile, render_to_file,
+};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-#[derive(Debug, Serialize)]
-struct ShardDocument<'a> {
+#[derive(Debug, Default, Serialize)]
+struct ShardDocument {
     shard: u32,
     shards: u32,
-    /// Tiles of the shard.
-    tiles: usize,
-    /// Tiles of the shard that had been rendered before.
+    /// Meaning of a shard of a sequence: whole frames, or tiles of each.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shard_by: Option<&'static str>,
+    /// Frames of a sequence that the shard has, or has tiles of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<usize>,
+    /// Tiles of a picture that the shard has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiles: Option<usize>,
+    /// Frames or tiles that had been rendered before.
     kept: usize,
     rays: u64,
     seconds: f64,
     mrays_per_s: f64,
-    path: &'a Path,
+    /// The file of the picture's tiles, or of the first frame.
+    path: PathBuf,
+    /// The file of the last frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    last_path: Option<PathBuf>,
 }
 
-/// Renders a shard of a plan. Tiles that an earlier try has finished are not rendered again.
+/// A shard of a plan, with its scene.
+struct PlanShard<'a> {
+    args: &'a RenderArgs,
+    /// File of the plan.
+    path: &'a Path,
+    frames: &'a PlannedFrames<'a>,
+    shard: u32,
+    picture: ReopenedPicture,
+    /// Built for the first frame that is not finished yet.
+    prepared: Option<Accel>,
+    done: ShardDocument,
+}
+
+/// Renders a shard of a plan. What an earlier try has finished is not rendered again.
 pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let plan = plan::read(path)?;
-    let asked = args.keep.shard.unwrap_or(Shard::Auto);
+    let asked = args.kept.shard.unwrap_or(Shard::Auto);
     let (shard, found) = shard_index::resolve(asked, plan.shards, |name| std::env::var(name).ok())?;
     plan.check_shard(shard)?;
     if let Some(name) = found {
@@ -37,54 +67,206 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     }
     interrupt::listen()?;
     output::advise();
-    if let Some(frames) = PlannedFrames::of(&plan) {
-        return shard_frames::run(args, path, &frames, shard);
-    }
-    let picture = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
-    let (mut scene_input, settings) = (picture.scene_input, args.work.apply(picture.settings));
-    let name = plan.shard_file(path, shard)?;
-    let file = TileFile::open(&name, &plan.picture)?;
-    warn_damaged(&file, &name);
-    let prepared = scene_input.prepare_render(&settings, &args.tree, 0)?;
-    let scene = &scene_input.scene;
-    let share = plan.share(shard)?;
-    let tiles = share.len();
-    let kept = share.iter().filter(|tile| file.has(**tile)).count();
-    let pixels = share.iter().map(|tile| tile.pixels()).sum();
-    let options = ProgressOptions {
-        mode: args.progress,
-        ..ProgressOptions::of(pixels)
-    };
-    let done = progress::with_progress(None, options, |control| {
-        let tree = prepared.accel();
-        render_to_file(scene, tree, &settings, control, share, &file)
-    });
-    let BandStats { stats, seconds } = keep_tiles(&file, done)?;
-    let rays = stats.rays.total();
-    let document = ShardDocument {
+    let frames = &PlannedFrames::of(&plan);
+    let mut picture = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
+    picture.settings = args.work.apply(args.tiles.apply(picture.settings));
+    let sequence = frames.sequence();
+    let mut work = PlanShard {
+        args,
+        path,
+        frames,
         shard,
-        shards: plan.shards,
-        tiles,
-        kept,
-        rays,
-        seconds,
-        mrays_per_s: mrays_per_s(rays, seconds),
-        path: &name,
+        picture,
+        prepared: None,
+        done: ShardDocument {
+            shard,
+            shards: plan.shards,
+            shard_by: sequence.map(|sequence| sequence.shard_by.name()),
+            ..ShardDocument::default()
+        },
     };
-    output::print_output(&document, args.json)
+    // Locked first, so that two processes do not render one shard.
+    let list = sequence.map(|_| {
+        let list = frames.list_file(path, shard)?;
+        let checksum = frames.path_checksum();
+        Ok::<_, CliError>(FinishedFrames::open(&list, &plan.key(), &checksum)?)
+    });
+    match list.transpose()? {
+        Some(list) if frames.is_by_frame() => work.whole_frames(list)?,
+        _list => work.tiles()?,
+    }
+    work.done.mrays_per_s = mrays_per_s(work.done.rays, work.done.seconds);
+    output::print_output(&work.done, args.json)
 }
 
-impl Output for ShardDocument<'_> {
+impl PlanShard<'_> {
+    /// Renders whole frames, each into its picture, and lists them.
+    fn whole_frames(&mut self, mut list: FinishedFrames) -> Result<(), CliError> {
+        let PlanShard { path, frames, .. } = *self;
+        let plan = frames.plan();
+        for frame in frames.of_shard(self.shard) {
+            let picture = plan::frame_path(frames, path, frame)?;
+            let identity = frames.identity(frame)?;
+            let tiles = frames.tile_file(path, self.shard, frame)?;
+            self.count(&picture);
+            if is_finished(list.state(identity, &picture), &picture)? {
+                self.done.kept += 1;
+                // A process that was killed may have left them.
+                let _ = std::fs::remove_file(tiles);
+                continue;
+            }
+            output::check_picture_place(&picture, Some("the picture"))?;
+            let format = format_of(&picture, None, "the frame")?;
+            let file = plan::target(plan, picture, format)?;
+            self.whole_frame(frame, &file, &tiles)?;
+            list.add(identity, &file.path)?;
+            std::fs::remove_file(&tiles).map_err(|e| CliError::cannot_write(&tiles, e))?;
+        }
+        Ok(())
+    }
+
+    /// Renders a frame into its picture; its tiles are kept in a file until that is written.
+    fn whole_frame(&mut self, frame: u32, file: &OutputFile, tiles: &Path) -> Result<(), CliError> {
+        self.set_frame(frame, films_in_memory(&self.picture.settings, file))?;
+        let Some(prepared) = &self.prepared else {
+            return Ok(());
+        };
+        let kept = open_tiles(
+            tiles,
+            &self.frames.key(frame)?,
+            self.picture.settings.pixels(),
+        )?;
+        let job = Job {
+            args: self.args,
+            prepared,
+            settings: &self.picture.settings,
+        };
+        let file = &self.picture.with_frame_header(self.frames.plan(), file);
+        let work = job.render(&self.picture.scene_input.scene, file, Some(&kept))?;
+        let seconds = work.seconds.render;
+        if !self.args.json {
+            print_frame(frame, &work.stats, seconds, &file.path)?;
+        }
+        self.done.rays += work.stats.rays.total();
+        self.done.seconds += seconds;
+        Ok(())
+    }
+
+    /// Renders the shard's tiles of the picture, or of every frame.
+    fn tiles(&mut self) -> Result<(), CliError> {
+        let share = self.frames.plan().share(self.shard)?;
+        for frame in self.frames.of_shard(self.shard) {
+            let name = self.frames.tile_file(self.path, self.shard, frame)?;
+            let file = TileFile::open(&name, &self.frames.key(frame)?)?;
+            warn_damaged(&file, &name);
+            let kept = share.iter().filter(|tile| file.has(**tile)).count();
+            match self.frames.sequence() {
+                Some(_) => {
+                    self.count(&name);
+                    self.done.kept += usize::from(kept == share.len());
+                }
+                None => {
+                    self.done.path = name;
+                    self.done.tiles = Some(share.len());
+                    self.done.kept = kept;
+                }
+            }
+            if kept < share.len() {
+                self.tiles_of(frame, &share, &file)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn tiles_of(&mut self, frame: u32, share: &[Tile], file: &TileFile) -> Result<(), CliError> {
+        self.set_frame(frame, 0)?;
+        let Some(prepared) = &self.prepared else {
+            return Ok(());
+        };
+        let options = ProgressOptions {
+            mode: self.args.progress,
+            ..ProgressOptions::of(share.iter().map(Tile::pixels).sum())
+        };
+        let (scene, settings) = (&self.picture.scene_input.scene, &self.picture.settings);
+        let done = progress::with_progress(None, options, |control| {
+            render_to_file(
+                scene,
+                prepared.accel(),
+                settings,
+                control,
+                share.to_vec(),
+                file,
+            )
+        });
+        let BandStats { stats, seconds } = keep_tiles(file, done)?;
+        if !self.args.json && self.frames.sequence().is_some() {
+            print_frame(frame, &stats, seconds, file.path())?;
+        }
+        self.done.rays += stats.rays.total();
+        self.done.seconds += seconds;
+        Ok(())
+    }
+
+    /// Turns the camera to a frame, and builds the tree for the first, with room for `films` films.
+    fn set_frame(&mut self, frame: u32, films: u64) -> Result<(), CliError> {
+        self.picture.set_frame(self.frames, frame)?;
+        if self.prepared.is_none() {
+            let prepared = (self.picture.scene_input).prepare_render(
+                &self.picture.settings,
+                &self.args.tree,
+                films,
+            )?;
+            self.prepared = Some(prepared);
+        }
+        Ok(())
+    }
+
+    /// Counts a frame whose file is at `path`.
+    fn count(&mut self, path: &Path) {
+        let counted = self.done.frames.unwrap_or(0);
+        if counted == 0 {
+            self.done.path = path.into();
+        }
+        self.done.frames = Some(counted + 1);
+        self.done.last_path = Some(path.into());
+    }
+}
+
+/// Returns true if a picture is there as the shard has written it, and warns of one that is not.
+fn is_finished(state: std::io::Result<FrameState>, picture: &Path) -> Result<bool, CliError> {
+    let name = shown_path(picture);
+    match state.map_err(|e| CliError::cannot_read(&name, e))? {
+        FrameState::Finished => return Ok(true),
+        FrameState::Absent => {}
+        FrameState::Unlisted => output::note(&format!(
+            "{name} is not listed as a frame of this plan, and is rendered again"
+        )),
+        FrameState::Changed => output::warning(&format!(
+            "{name} is not as it was written, and is rendered again"
+        )),
+    }
+    Ok(false)
+}
+
+impl Output for ShardDocument {
     fn table(&self) -> String {
         let before = match self.kept {
             0 => String::new(),
             kept => format!(", {} of them earlier", grouped(kept as u64)),
         };
-        let tiles = grouped(self.tiles as u64);
-        let shard = format!("{} of {}: {tiles} tiles{before}", self.shard, self.shards);
+        let count = grouped(self.tiles.or(self.frames).unwrap_or(0) as u64);
+        let parts = match self.shard_by {
+            None => format!("{count} tiles{before}"),
+            Some("tile") => format!("its tiles of {count} frames{before}"),
+            Some(_) => format!("{count} frames{before}"),
+        };
+        let shard = format!("{} of {}: {parts}", self.shard, self.shards);
         let (rays, speed, seconds) = (grouped(self.rays), self.mrays_per_s, self.seconds);
         let rays = format!("{rays}, {speed:.3} Mrays/s, {seconds:.3} seconds");
-        let path = shown_path(self.path);
+        let mut path = shown_path(&self.path);
+        if let Some(last) = self.last_path.as_ref().filter(|last| **last != self.path) {
+            path.push_str(&format!(" to {}", shown_path(last)));
+        }
         lines(&[("shard", shard), ("rays", rays), ("written", path)])
     }
 }

@@ -6,7 +6,7 @@ mod pixel_diff;
 mod pixel_hashes;
 
 use crate::cli::options::{
-    FrameArgs, KernelSet, MACHINE, OUTPUT, PictureArgs, SceneArgs, SceneInput, TreeArgs,
+    FrameArgs, KernelSet, MACHINE, OUTPUT, SceneArgs, SceneInput, TileArgs, TreeArgs,
     kernels_parser, parse_thread_count,
 };
 use crate::cli::output::{
@@ -17,6 +17,7 @@ use clap::Args;
 use phalanx::files::shown_path;
 use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
+use phalanx::jobs::{PixelSpec, ToneSpec};
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 use pixel_diff::{FilmDifference, first_difference};
@@ -34,9 +35,13 @@ pub struct VerifyArgs {
     )]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
-    pub picture: PictureArgs,
+    pub pixels: PixelSpec,
     #[command(flatten)]
-    pub beside: SceneArgs,
+    pub tone: ToneSpec,
+    #[command(flatten)]
+    pub tiles: TileArgs,
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
     #[command(flatten)]
@@ -115,8 +120,8 @@ struct Against {
 
 /// Verifies every scene; exit code 4 if any picture differs.
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
-    args.picture.check()?;
-    args.beside.no_picture()?;
+    args.pixels.check_use().map_err(CliError::Usage)?;
+    args.scene_args.no_picture()?;
     let record = args
         .against
         .as_deref()
@@ -129,11 +134,11 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     SceneInput::note_all(&args.scenes)?;
     interrupt::listen()?;
     output::advise();
-    let wanted = args.frames.wanted(&args.picture);
+    let wanted = args.frames.wanted(&args.pixels);
     let mut kept = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let mut scene_input = SceneInput::load(path, &args.beside, wanted, 0)?;
+        let mut scene_input = SceneInput::load(path, &args.scene_args, wanted, 0)?;
         let start = scene_input.scene.view;
         let sequence = args.frames.sequence(&scene_input.scene)?;
         let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());
@@ -180,7 +185,7 @@ fn verify(
     record: Option<&PixelHashFile>,
 ) -> Result<(SceneOutcome, PixelHashes), CliError> {
     let scene = &scene_input.scene;
-    let asked = args.picture.settings(scene);
+    let asked = args.tiles.apply(args.pixels.settings(scene));
     let settings = Settings {
         threads: 1,
         engine: Engine::Scalar,
@@ -189,14 +194,15 @@ fn verify(
         aovs: asked.aovs.without(Aov::Cost),
         ..asked
     };
-    args.picture.check_region(&settings)?;
+    let region = args.pixels.check_region(&settings);
+    region.map_err(CliError::Usage)?;
     if settings.pixels() > FILM_PIXELS {
         return Err(CliError::Usage(format!(
             "verify holds two whole pictures in memory: {} pixels are more than {FILM_PIXELS}; take a part, with --region",
             settings.pixels()
         )));
     }
-    let encoding = args.picture.tone(scene);
+    let encoding = args.tone.encoding(scene.encoding);
     // A record that does not fit is refused before anything is rendered.
     let expected = record
         .map(|r| r.find(path, &settings, encoding))

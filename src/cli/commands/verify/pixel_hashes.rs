@@ -8,8 +8,9 @@ use super::pixel_diff::PixelBits;
 use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::files::shown_path;
 use phalanx::frame::Settings;
+use phalanx::jobs::ToneSpec;
 use phalanx::render::Film;
-use phalanx::scene::{OutputEncoding, Quantize, Transfer};
+use phalanx::scene::OutputEncoding;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read};
@@ -144,21 +145,14 @@ const DIGITS: usize = 16;
 impl PixelHashes {
     /// A record without its pixels.
     fn heading(path: &Path, settings: &Settings, encoding: OutputEncoding) -> PixelHashes {
-        let transfer = match encoding.transfer {
-            Transfer::None => "none",
-            Transfer::Srgb => "srgb",
-        };
-        let quantize = match encoding.quantize {
-            Quantize::Floor => "floor",
-            Quantize::Round => "round",
-        };
+        let tone = ToneSpec::of(encoding);
         PixelHashes {
             scene: name_of(path),
             window: PictureWindow::of(settings),
             max_depth: settings.max_depth,
             summary: RenderSummary::of(settings),
-            transfer: transfer.to_owned(),
-            quantize: quantize.to_owned(),
+            transfer: tone.transfer.unwrap_or_default(),
+            quantize: tone.quantize.unwrap_or_default(),
             hits: Vec::new(),
             radiance: Vec::new(),
         }
@@ -232,7 +226,7 @@ mod tests {
     use super::super::fixture::film;
     use super::*;
     use phalanx::frame::{Filter, Integrator, Lens, Sampling};
-    use phalanx::scene::Scene;
+    use phalanx::scene::{Scene, Transfer};
 
     const PATH: &str = "folder/a.test";
 

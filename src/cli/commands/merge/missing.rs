@@ -1,0 +1,170 @@
+//! The parts of a plan's picture or frames that its shards have not rendered yet.
+
+use super::shard_files::{ranges, whole};
+use crate::cli::commands::plan;
+use crate::cli::output::CliError;
+use phalanx::files::shown_path;
+use phalanx::frame::Tile;
+use phalanx::jobs::{FinishedFrames, FrameState, KeptFileError, PlannedFrames, TileFile};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Most shards or frames that a message names one by one.
+const MAX_NAMED: usize = 10;
+
+/// A part of a frame that a shard has not rendered yet, and the reason.
+struct MissingShare {
+    frame: u32,
+    shard: u32,
+    why: String,
+}
+
+/// Parts of frames that are missing: their number, the first few, and all their shards.
+#[derive(Default)]
+pub struct MissingShares {
+    count: u64,
+    first: Vec<MissingShare>,
+    shards: BTreeSet<u32>,
+}
+
+impl MissingShares {
+    fn add(&mut self, frame: u32, shard: u32, why: String) {
+        self.count += 1;
+        self.shards.insert(shard);
+        let last = self.first.last().map_or(0, |last| last.frame);
+        if self.first.len() < MAX_NAMED || frame < last {
+            self.first.push(MissingShare { frame, shard, why });
+            self.first.sort_by_key(|missing| missing.frame);
+            self.first.truncate(MAX_NAMED);
+        }
+    }
+
+    /// Shards that something is missing of, in order.
+    pub fn shards(&self) -> Vec<u32> {
+        self.shards.iter().copied().collect()
+    }
+
+    /// Refuses to merge what is missing, and names the first parts with the reasons, and the shards
+    /// that render them.
+    pub fn refuse(&self, path: &Path, frames: &PlannedFrames) -> Result<(), CliError> {
+        if self.count == 0 {
+            return Ok(());
+        }
+        let (count, shards) = (frames.all().count() as u64, u64::from(frames.plan().shards));
+        let (of, what) = match (frames.sequence(), frames.is_by_frame()) {
+            (None, _) => (shards, "shards"),
+            (_, true) => (count, "frames"),
+            (_, false) => (count * shards, "parts of frames"),
+        };
+        let mut text = format!("{} of {of} {what} are missing", self.count);
+        for MissingShare { frame, shard, why } in &self.first {
+            let name = match frames.sequence() {
+                None => format!("shard {shard}"),
+                Some(_) => format!("frame {frame}, shard {shard}"),
+            };
+            text.push_str(&format!("\n  {name}: {why}"));
+        }
+        let more = self.count - self.first.len() as u64;
+        if more > 0 {
+            text.push_str(&format!("\n  and {more} more"));
+        }
+        text.push_str(&format!(
+            "\n  help: render them, with phalanx render --plan {} --shard I, or as tasks of an array: --array={}",
+            shown_path(path),
+            ranges(&self.shards())
+        ));
+        Err(CliError::Missing(text))
+    }
+}
+
+/// The whole frames that shards have not written.
+pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShares, CliError> {
+    let plan = frames.plan();
+    let mut missing = MissingShares::default();
+    for shard in 0..plan.shards {
+        let name = frames.list_file(path, shard)?;
+        let list = FinishedFrames::read(&name, &plan.key(), &frames.path_checksum());
+        let list = match list {
+            Ok(list) => Ok(list),
+            Err(KeptFileError::Io { source, .. })
+                if source.kind() == std::io::ErrorKind::NotFound =>
+            {
+                Err(format!("there is no {}", shown_path(&name)))
+            }
+            Err(KeptFileError::Other { .. }) => {
+                Err(format!("{} lists no frames", shown_path(&name)))
+            }
+            Err(error) => return Err(error.into()),
+        };
+        for frame in frames.of_shard(shard) {
+            let why = match &list {
+                Ok(list) => unfinished(path, frames, list, frame)?,
+                Err(why) => Some(why.clone()),
+            };
+            if let Some(why) = why {
+                missing.add(frame, shard, why);
+            }
+        }
+    }
+    Ok(missing)
+}
+
+/// The reason why a frame is not finished, if it is not.
+fn unfinished(
+    path: &Path,
+    frames: &PlannedFrames,
+    list: &FinishedFrames,
+    frame: u32,
+) -> Result<Option<String>, CliError> {
+    let picture = plan::frame_path(frames, path, frame)?;
+    let name = shown_path(&picture);
+    let state = list.state(frames.identity(frame)?, &picture);
+    Ok(match state.map_err(|e| CliError::cannot_read(&name, e))? {
+        FrameState::Finished => None,
+        FrameState::Absent => Some(format!("there is no {name}")),
+        FrameState::Unlisted => Some(format!("{name} is not listed as a frame of this plan")),
+        FrameState::Changed => Some(format!("{name} is not as it was written")),
+    })
+}
+
+/// The parts of frames whose tiles are not all there. Of a single picture, the files of the tiles
+/// that are there, too.
+pub fn missing_tiles(
+    path: &Path,
+    frames: &PlannedFrames,
+    shares: &[Vec<Tile>],
+) -> Result<(MissingShares, Vec<TileFile>), CliError> {
+    let (mut missing, mut found) = (MissingShares::default(), Vec::new());
+    for frame in frames.all() {
+        for (shard, file) in (0..).zip(tile_files(path, frames, frame, shares)?) {
+            match file {
+                Ok(file) if frames.sequence().is_none() => found.push(file),
+                Ok(_) => {}
+                Err(why) => missing.add(frame, shard, why),
+            }
+        }
+    }
+    Ok((missing, found))
+}
+
+/// The tiles of each shard.
+pub fn shares(frames: &PlannedFrames) -> Vec<Vec<Tile>> {
+    let (plan, tiles) = (frames.plan(), frames.plan().tiles());
+    let share = |shard| plan.share_of(&tiles, shard).collect();
+    (0..plan.shards).map(share).collect()
+}
+
+/// The files of a frame's tiles, one a shard, or the reasons why they cannot be merged yet.
+pub fn tile_files(
+    path: &Path,
+    frames: &PlannedFrames,
+    frame: u32,
+    shares: &[Vec<Tile>],
+) -> Result<Vec<Result<TileFile, String>>, CliError> {
+    let key = frames.key(frame)?;
+    let files = (0..).zip(shares).map(|(shard, share)| {
+        let name = frames.tile_file(path, shard, frame)?;
+        whole(&name, &key, share)
+    });
+    files.collect()
+}

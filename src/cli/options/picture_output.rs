@@ -1,0 +1,36 @@
+//! The file that a picture is written to, by its options.
+
+use crate::cli::output::{CliError, OutputFile};
+use phalanx::files::shown_path;
+use phalanx::image::ImageFormat;
+use phalanx::jobs::PictureSpec;
+use phalanx::scene::Scene;
+use std::path::PathBuf;
+
+/// The file that a picture is written to. Refuses options that the format does not use, so that
+/// none is silently ignored.
+pub fn picture_file(
+    path: PathBuf,
+    format: ImageFormat,
+    spec: &PictureSpec,
+    scene: &Scene,
+) -> Result<OutputFile, CliError> {
+    let name = shown_path(&path);
+    let (encoding, tone) = (&spec.encoding, &spec.encoding.tone);
+    let asked = [
+        ("--exposure", encoding.exposure.is_some()),
+        ("--transfer", tone.transfer.is_some()),
+        ("--quantize", tone.quantize.is_some()),
+    ];
+    if let (true, Some((option, _))) = (format.is_linear(), asked.iter().find(|(_, on)| *on)) {
+        return Err(CliError::Usage(format!(
+            "{option} is for PNG and JPEG: {name} holds radiance as it is"
+        )));
+    }
+    if encoding.bits.is_some() && format != ImageFormat::Png {
+        return Err(CliError::Usage(format!(
+            "--bits is for PNG, and {name} is none: leave it out"
+        )));
+    }
+    OutputFile::for_picture(path, format, &spec.resolve(scene), scene.origin)
+}

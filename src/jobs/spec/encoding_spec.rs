@@ -1,0 +1,162 @@
+//! Options that say how samples for a screen are made of radiance.
+
+#[cfg(feature = "clap")]
+use super::headings;
+#[cfg(feature = "clap")]
+use super::numbers::parse_number;
+#[cfg(feature = "clap")]
+use super::pixel_spec::described;
+use crate::field_error::FieldError;
+use phalanx_image::{Depth, Exposure, MAX_EXPOSURE};
+use phalanx_scene::{OutputEncoding, Quantize, Transfer};
+use serde::{Deserialize, Serialize};
+
+/// Names of `--transfer`, and their help.
+const TRANSFERS: [(&str, &str); 2] = [
+    ("none", "Linear values as they are"),
+    ("srgb", "The sRGB curve"),
+];
+
+/// Names of `--quantize`, and their help.
+const QUANTIZERS: [(&str, &str); 2] = [("floor", "floor(255 c)"), ("round", "Nearest")];
+
+/// The tone of samples for a screen. What is not given is the scene's.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::OUTPUT))]
+pub struct ToneSpec {
+    /// Transfer curve of the written samples [default: the scene format's]
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = described(&TRANSFERS)))]
+    pub transfer: Option<String>,
+    /// Quantisation of the written samples [default: the scene format's]
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = described(&QUANTIZERS)))]
+    pub quantize: Option<String>,
+}
+
+/// All that decides about samples for a screen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::OUTPUT))]
+pub struct EncodingSpec {
+    /// The tone.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub tone: ToneSpec,
+    /// Stops by which PNG and JPEG are lighter
+    ///
+    /// Stops by which PNG and JPEG pictures are lighter (or darker, as in --exposure=-1.5).
+    #[cfg_attr(feature = "clap", arg(long, value_name = "STOPS", hide_short_help = true, value_parser = parse_exposure))]
+    pub exposure: Option<f32>,
+    /// Bits of a PNG's samples: 8 or 16 [default: 8]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true, value_parser = parse_bits))]
+    pub bits: Option<u8>,
+}
+
+#[cfg(feature = "clap")]
+fn parse_exposure(text: &str) -> Result<f32, String> {
+    let expected = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, as in 0.5");
+    parse_number(text, |stops: &f32| stops.abs() <= MAX_EXPOSURE, expected)
+}
+
+#[cfg(feature = "clap")]
+fn parse_bits(text: &str) -> Result<u8, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("expected 8 or 16".to_owned()),
+    }
+}
+
+impl ToneSpec {
+    /// The tone of a scene with these changes.
+    pub fn encoding(&self, scene: OutputEncoding) -> OutputEncoding {
+        OutputEncoding {
+            transfer: match self.transfer.as_deref() {
+                Some("none") => Transfer::None,
+                Some("srgb") => Transfer::Srgb,
+                _ => scene.transfer,
+            },
+            quantize: match self.quantize.as_deref() {
+                Some("floor") => Quantize::Floor,
+                Some("round") => Quantize::Round,
+                _ => scene.quantize,
+            },
+        }
+    }
+
+    /// The options that give this tone.
+    pub fn of(encoding: OutputEncoding) -> ToneSpec {
+        let transfer = match encoding.transfer {
+            Transfer::None => "none",
+            Transfer::Srgb => "srgb",
+        };
+        let quantize = match encoding.quantize {
+            Quantize::Floor => "floor",
+            Quantize::Round => "round",
+        };
+        ToneSpec {
+            transfer: Some(transfer.to_owned()),
+            quantize: Some(quantize.to_owned()),
+        }
+    }
+}
+
+impl EncodingSpec {
+    /// The options that give this exposure and these bits a sample.
+    pub fn of(exposure: Exposure, depth: Depth) -> EncodingSpec {
+        EncodingSpec {
+            tone: ToneSpec::of(exposure.encoding),
+            exposure: Some(exposure.stops).filter(|stops| *stops != 0.0),
+            bits: (depth == Depth::Sixteen).then_some(16),
+        }
+    }
+
+    /// The exposure, of a picture of a scene with this tone.
+    pub fn exposure(&self, scene: OutputEncoding) -> Exposure {
+        Exposure {
+            stops: self.exposure.unwrap_or(0.0),
+            encoding: self.tone.encoding(scene),
+        }
+    }
+
+    /// Bits of a PNG's samples.
+    pub fn depth(&self) -> Depth {
+        match self.bits {
+            Some(16) => Depth::Sixteen,
+            _ => Depth::Eight,
+        }
+    }
+
+    /// The options of a picture of a scene with this tone, but for those that change nothing.
+    pub fn resolve(&self, scene: OutputEncoding) -> EncodingSpec {
+        EncodingSpec::of(self.exposure(scene), self.depth())
+    }
+
+    /// Checks that [`EncodingSpec::of`] could have made these options, which may come from anybody.
+    ///
+    /// # Errors
+    /// The first option that has a value that it may not have.
+    pub(crate) fn check(&self) -> Result<(), FieldError> {
+        let stops = self.exposure.unwrap_or(0.0);
+        if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&stops) {
+            let range = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
+            return Err(FieldError::new(
+                "encoding.exposure",
+                stops.to_string(),
+                range,
+            ));
+        }
+        let resolved = self.resolve(OutputEncoding::LINEAR);
+        if self.bits != resolved.bits {
+            let bits = self.bits.unwrap_or_default().to_string();
+            return Err(FieldError::new("encoding.bits", bits, "16, or none for 8"));
+        }
+        match self.tone == resolved.tone {
+            true => Ok(()),
+            false => Err(FieldError::new(
+                "encoding.tone",
+                format!("{:?}", self.tone),
+                "known names",
+            )),
+        }
+    }
+}

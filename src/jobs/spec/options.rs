@@ -1,0 +1,139 @@
+//! Options as words: the JSON of a struct of options has their names and values.
+
+use serde::Serialize;
+use serde_json::Value;
+
+/// Options in the order in which commands and messages name them; others follow.
+const ORDER: &str = "format camera ortho up light background material two_sided origin \
+    size region aov max_depth min_weight spp filter aa threshold aperture focus integrator \
+    ao_distance transfer quantize bits exposure";
+
+/// Values that commands need not name.
+const DEFAULTS: [(&str, &str); 5] = [
+    ("origin", "auto"),
+    ("spp", "1"),
+    ("filter", "box"),
+    ("aa", "uniform"),
+    ("integrator", "whitted"),
+];
+
+/// Text of an option that is not given.
+const NOT_GIVEN: &str = "not given";
+
+/// Fields of a struct of options, by name, those of structs within it included.
+pub(crate) fn fields(part: &impl Serialize) -> Vec<(String, Value)> {
+    let mut found = Vec::new();
+    collect(serde_json::to_value(part).unwrap_or_default(), &mut found);
+    let place = |name: &str| ORDER.split(' ').position(|known| known == name);
+    found.sort_by_key(|(name, _)| place(name).unwrap_or(usize::MAX));
+    found
+}
+
+fn collect(part: Value, found: &mut Vec<(String, Value)>) {
+    let Value::Object(fields) = part else {
+        return;
+    };
+    for (name, value) in fields {
+        match value.is_object() {
+            true => collect(value, found),
+            false => found.push((name, value)),
+        }
+    }
+}
+
+/// Texts of all fields, each with its name.
+pub(crate) fn texts(part: &impl Serialize) -> Vec<(String, String)> {
+    let parts = |value| match value {
+        Value::Array(parts) => parts,
+        value => vec![value],
+    };
+    let fields = fields(part).into_iter();
+    let fields = fields.flat_map(|(name, value)| {
+        let parts = parts(value).into_iter();
+        parts.filter_map(move |part| Some((name.clone(), part.as_str()?.to_owned())))
+    });
+    fields.collect()
+}
+
+/// The option of a field.
+pub(crate) fn option_name(field: &str) -> String {
+    format!("--{}", field.replace('_', "-"))
+}
+
+/// The value of an option for messages. Different values have different texts.
+pub(crate) fn option_text(field: &str, value: &Value) -> String {
+    match value {
+        Value::Null | Value::Bool(false) => NOT_GIVEN.to_owned(),
+        Value::Array(parts) if parts.is_empty() => NOT_GIVEN.to_owned(),
+        Value::Array(parts) => {
+            let parts: Vec<String> = parts.iter().map(|part| option_text(field, part)).collect();
+            parts.join(match field {
+                "size" => "x",
+                "aov" => ",",
+                _ => " ",
+            })
+        }
+        Value::String(text) => text.clone(),
+        Value::Number(number) => match (number.as_u64(), number.as_f64()) {
+            (Some(whole), _) => whole.to_string(),
+            (None, Some(number)) if field == "exposure" => (number as f32).to_string(),
+            // For very small and very large numbers `Debug` prints fewer digits than `Display`, and
+            // loses no bits.
+            (None, number) => format!("{:?}", number.unwrap_or_default() as f32),
+        },
+        other => other.to_string(),
+    }
+}
+
+/// Words of a command line that give these options, but for defaults.
+pub(super) fn words(part: &impl Serialize) -> Vec<String> {
+    let mut words = Vec::new();
+    for (field, value) in fields(part) {
+        let (option, text) = (option_name(&field), option_text(&field, &value));
+        if text == NOT_GIVEN || DEFAULTS.contains(&(&field, &text)) {
+            continue;
+        }
+        let values = match value {
+            Value::Array(parts) if ["camera", "region", "light"].contains(&field.as_str()) => parts,
+            value => vec![value],
+        };
+        let values = values.iter().map(|value| option_text(&field, value));
+        match field.as_str() {
+            "two_sided" => words.push(option),
+            "ortho" if text == "fit" => words.push(option),
+            // Their values may begin with a minus sign.
+            "ortho" | "up" | "exposure" => words.push(format!("{option}={text}")),
+            "light" => words.extend(values.flat_map(|light| [option.clone(), light])),
+            "size" | "aov" => words.extend([option, text]),
+            _ => words.extend([option].into_iter().chain(values)),
+        }
+    }
+    words
+}
+
+/// A command line of these words, as shells read it.
+pub(super) fn command_line(words: &[String]) -> String {
+    let words: Vec<String> = words.iter().map(|word| in_shell(word)).collect();
+    words.join(" ")
+}
+
+fn in_shell(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_.,:/=+".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_with_spaces_are_quoted() {
+        assert_eq!(in_shell("a-b.test"), "a-b.test");
+        assert_eq!(in_shell("kd=1 ks=.5"), "'kd=1 ks=.5'");
+        assert_eq!(in_shell("it's"), "'it'\\''s'");
+        assert_eq!(in_shell(""), "''");
+    }
+}

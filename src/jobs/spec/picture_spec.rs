@@ -1,0 +1,121 @@
+//! All that a picture is made of: its scene, and the options that change it.
+
+use super::encoding_spec::EncodingSpec;
+use super::options::{command_line, words};
+use super::pixel_spec::PixelSpec;
+use super::scene_overrides::SceneOverrides;
+use phalanx_files::shown_text;
+use phalanx_image::{ImageFormat, PictureFile, PictureHeader};
+use phalanx_io::open::standard_name;
+use phalanx_render::frame::Aov;
+use phalanx_scene::{CameraMatrices, Scene, material_names, object_names};
+use serde::{Deserialize, Serialize};
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// The description of a picture. Threads, tile sizes, kernels and engines are not in it, because no
+/// picture depends on them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PictureSpec {
+    /// The scene: the name of a file, or a standard scene.
+    pub scene: String,
+    /// Format of the scene's file; `None` for that of its name.
+    pub format: Option<String>,
+    /// Options beside the scene.
+    pub overrides: SceneOverrides,
+    /// Options that pixels depend on.
+    pub pixels: PixelSpec,
+    /// Options of the picture's file.
+    pub encoding: EncodingSpec,
+}
+
+impl PictureSpec {
+    /// The same picture with all options given that have a value, for the scene that is meant.
+    pub fn resolve(&self, scene: &Scene) -> PictureSpec {
+        PictureSpec {
+            pixels: PixelSpec::of(&self.pixels.settings(scene)),
+            encoding: self.encoding.resolve(scene.encoding),
+            ..self.clone()
+        }
+    }
+
+    /// The header of a file of this picture, whose command lacks the file's own options:
+    /// [`set_header`] adds them. It is made of what changes the picture, never of folders, so that
+    /// equal pictures are equal files.
+    ///
+    /// The scene has the view of the picture. `is_moved` is true if that is not the view that the
+    /// scene's name and the overrides give, so that the command has to name it.
+    pub fn header(&self, scene: &Scene, is_moved: bool) -> PictureHeader {
+        let name = self.shown_name();
+        let mut command = vec!["phalanx".to_owned(), "render".to_owned(), name.clone()];
+        command.extend(
+            self.format
+                .iter()
+                .flat_map(|f| ["--format".to_owned(), f.clone()]),
+        );
+        command.extend(words(&SceneOverrides {
+            allow_path: Vec::new(),
+            ..match is_moved {
+                true => self.overrides.with_view_of(scene),
+                false => self.overrides.clone(),
+            }
+        }));
+        command.extend(words(&self.pixels));
+        let size = self.pixels.size.unwrap_or((scene.width, scene.height));
+        let matrices = CameraMatrices::of(scene, size);
+        let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
+        let aovs = self.pixels.aovs();
+        PictureHeader {
+            scene: name,
+            command: command_line(&command),
+            matrices: matrices.ok(),
+            objects: match aovs.has(Aov::CryptoObject) {
+                true => manifest(object_names(scene)),
+                false => Vec::new(),
+            },
+            materials: match aovs.has(Aov::CryptoMaterial) {
+                true => manifest(material_names(scene)),
+                false => Vec::new(),
+            },
+        }
+    }
+
+    /// The scene's name without its folders, which differ between machines.
+    fn shown_name(&self) -> String {
+        let path = Path::new(&self.scene);
+        let name = match standard_name(path) {
+            Some(name) => OsStr::new(name),
+            None => path.file_name().unwrap_or(path.as_os_str()),
+        };
+        shown_text(&name.to_string_lossy())
+    }
+}
+
+/// Most names in a file: some megabytes.
+const MAX_NAMES: usize = 1 << 16;
+
+/// The names for a file, or none if they are too many.
+fn manifest(names: impl Iterator<Item = String>) -> Vec<String> {
+    let names: Vec<String> = names.take(MAX_NAMES + 1).collect();
+    match names.len() > MAX_NAMES {
+        true => Vec::new(),
+        false => names,
+    }
+}
+
+/// Sets the header of a file, and completes its command, if it has one, with the file's format and
+/// what becomes of radiance in it.
+pub fn set_header(file: &mut PictureFile, mut header: PictureHeader) {
+    let mut options = Vec::new();
+    if file.format != ImageFormat::Png {
+        options.extend(["--format", file.format.ending()].map(str::to_owned));
+    }
+    if !file.format.is_linear() {
+        options.extend(words(&EncodingSpec::of(file.exposure, file.depth)));
+    }
+    if !header.command.is_empty() && !options.is_empty() {
+        header.command = format!("{} {}", header.command, command_line(&options));
+    }
+    file.header = header;
+}
