@@ -29,14 +29,16 @@ pub fn format_of(
 ) -> Result<ImageFormat, CliError> {
     let plain = || path.extension().is_none() && !is_replaced(path);
     let format = asked.or_else(|| ImageFormat::of(path));
-    format.or_else(|| plain().then_some(ImageFormat::Png)).ok_or_else(|| {
-        let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
-        CliError::Usage(format!(
-            "{origin} {}: the name must end in one of {}, which says what is written, or --format must",
-            shown_path(path),
-            endings.join(", ")
-        ))
-    })
+    format
+        .or_else(|| plain().then_some(ImageFormat::Png))
+        .ok_or_else(|| {
+            let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
+            CliError::Usage(format!(
+                "{origin} {}: the name must end in one of {}, or --format must name the format",
+                shown_path(path),
+                endings.join(", ")
+            ))
+        })
 }
 
 /// A picture file to be written.
@@ -58,7 +60,7 @@ impl OutputFile {
         let (aovs, of) = (spec.pixels.aovs(), spec.pixels.size.unwrap_or_default());
         if !aovs.is_empty() && format != ImageFormat::Exr {
             return Err(CliError::Usage(format!(
-                "--aov is for OpenEXR, and {} is none: name it .exr",
+                "--aov needs an OpenEXR file, not {}: name it .exr",
                 shown_path(path)
             )));
         }
@@ -72,7 +74,7 @@ impl OutputFile {
         let longest = width.max(height);
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
-                "{}: the sides of a JPEG are {JPEG_SIDE} pixels at most, not {longest}: write a PNG",
+                "{}: the sides of a JPEG are at most {JPEG_SIDE} pixels, not {longest}: write a PNG",
                 shown_path(path)
             )));
         }

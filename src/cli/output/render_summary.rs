@@ -148,7 +148,7 @@ mod tests {
             max_depth: 11,
             ..default.clone()
         };
-        let words = "1 sample per pixel, rays of weight 0.00024414063 and more";
+        let words = "1 sample per pixel, rays of weight 0.00024414063 or more";
         assert_eq!(of(&deep).words(), words);
         assert_eq!(of(&default).words(), "1 sample per pixel");
         let pinhole = Lens {
