@@ -181,8 +181,8 @@ impl PixelSpec {
     pub fn settings(&self, scene: &Scene) -> Settings {
         let (width, height) = self.size.unwrap_or((scene.width, scene.height));
         let adaptive = self.aa.as_deref() == Some(ANTI_ALIASING[1].0);
-        let filter = Filter::ALL.iter();
-        let filter = filter.filter(|(name, _)| self.filter.as_deref() == Some(*name));
+        let mut filters = Filter::ALL.iter();
+        let filter = filters.find(|(name, _)| self.filter.as_deref() == Some(*name));
         let lens = self.aperture.zip(self.focus);
         Settings {
             width,
@@ -192,7 +192,7 @@ impl PixelSpec {
             min_weight: self.min_weight.or(Settings::of(scene).min_weight),
             sampling: Sampling {
                 spp: self.spp.unwrap_or(if adaptive { ADAPTIVE_SPP } else { 1 }),
-                filter: filter.last().map_or(Filter::Box, |(_, filter)| *filter),
+                filter: filter.map_or(Filter::Box, |(_, filter)| *filter),
                 adaptive: adaptive.then(|| Adaptive {
                     threshold: self.threshold.unwrap_or(THRESHOLD),
                 }),
