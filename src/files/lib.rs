@@ -2,7 +2,7 @@
 //!
 //! A result goes through [`replace_file`], which finds out what its path names ([`Destination`]):
 //! a regular file is written beside its place and renamed over it, a pipe or a device is written
-//! into. [`shown_path`] is how messages name files.
+//! into. [`shown_path()`] is how messages name files.
 
 #[cfg_attr(
     unix,
