@@ -138,9 +138,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// Descends a tree that may hold anything, by a call: the traversal is large, and the world and
-    /// the meshes of instances share one. The query goes in and comes back by value, so that it
-    /// stays in registers inside.
+    /// Descends a tree that may hold anything, by a call: the traversal is large, and every caller
+    /// shares it. The query goes in and comes back by value, so that it stays in registers inside.
     #[inline(never)]
     fn call_descend<G: Query<L>>(
         &mut self,
@@ -287,7 +286,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     ) -> bool {
         for slot in slots_of(&self.bvh.leaf_prims().instances, slots) {
             let interval = rays.slabs.intersect_box(&slot.prim_aabb);
-            let Some(inner) = query.enter_instance(&interval, slot.id_offset) else {
+            let Some(mut inner) = query.enter_instance(&interval, slot.id_offset) else {
                 continue;
             };
             let active = inner.limit().gt(inactive_t());
@@ -296,7 +295,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 root: slot.root,
                 floor,
             };
-            let inner = self.call_descend(&moved, inner, tree);
+            self.descend::<_, false>(&moved, &mut inner, tree);
             if query.exit_instance(inner, &interval, slot.id_offset) {
                 return true;
             }
