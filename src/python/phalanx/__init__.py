@@ -1,4 +1,4 @@
-"""Ray casting against triangles and spheres, from and to numpy arrays.
+"""Ray casting against triangles and spheres, on numpy arrays.
 
 Scene holds the geometry and casts rays at it: help(phalanx.Scene). Answers
 are the same bits on every CPU. phalanx.trimesh and phalanx.open3d have
