@@ -132,23 +132,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         if self.no_cones_or_instances && !T::COUNTS_STEPS {
             self.descend::<_, true>(rays, query, world);
         } else {
-            // A copy, so that no address of `rays` is passed on: it would stay in memory.
-            let copy = *rays;
-            *query = self.call_descend(&copy, *query, world);
+            self.descend::<_, false>(rays, query, world);
         }
-    }
-
-    /// Descends a tree that may hold anything, by a call: the traversal is large, and every caller
-    /// shares it. The query goes in and comes back by value, so that it stays in registers inside.
-    #[inline(never)]
-    fn call_descend<G: Query<L>>(
-        &mut self,
-        rays: &RaySetup<L>,
-        mut query: G,
-        tree: TraversalRoot,
-    ) -> G {
-        self.descend::<_, false>(rays, &mut query, tree);
-        query
     }
 
     #[inline(always)]
