@@ -1,5 +1,5 @@
-//! Shading: hits, grouped by material, become local radiance and outgoing rays. Emits queues; never
-//! traces.
+//! Shading: hits, grouped by material, become local radiance and outgoing rays, which the wavefront
+//! queues and traces.
 //!
 //! | file | design document |
 //! |---|---|
