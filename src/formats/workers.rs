@@ -19,19 +19,23 @@ pub(super) fn map<T: Send, R: Send>(
     work: impl Fn(T) -> R + Sync,
 ) -> Vec<R> {
     let threads = threads.min(items.len());
-    if threads <= 1 {
-        return items.into_iter().map(work).collect();
-    }
     let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
     // An idle thread takes the next item, together with the slot of its result.
     let queue = Mutex::new(items.into_iter().zip(&mut results));
     let next = || queue.lock().ok()?.next();
+    run_on(threads, &|| {
+        while let Some((item, slot)) = next() {
+            *slot = Some(work(item));
+        }
+    });
+    drop(queue);
+    results.into_iter().flatten().collect()
+}
+
+/// Runs a function on several threads, the present one among them. It is not generic, so that
+/// threads are compiled once for all maps.
+fn run_on(threads: usize, run: &(dyn Fn() + Sync)) {
     std::thread::scope(|scope| {
-        let run = || {
-            while let Some((item, slot)) = next() {
-                *slot = Some(work(item));
-            }
-        };
         for _ in 1..threads {
             // If the system has no more threads, the existing ones do the rest.
             if std::thread::Builder::new()
@@ -43,8 +47,6 @@ pub(super) fn map<T: Send, R: Send>(
         }
         run();
     });
-    drop(queue);
-    results.into_iter().flatten().collect()
 }
 
 /// Cuts a text of `range` into chunks of about `size` bytes. Each ends where `end_after` says: at
