@@ -7,8 +7,6 @@ use super::syntax;
 use crate::diagnostics::quoted_file;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
-use serde_path_to_error::{Path, Segment};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// An offset in the document, and a message.
@@ -57,40 +55,53 @@ fn read_strictly<'a, T: DeserializeOwned>(
     text: &'a str,
     rewritten: &str,
 ) -> Result<T, ValueFault<'a>> {
-    let mut strict = serde_json::Deserializer::from_str(rewritten);
-    serde_path_to_error::deserialize(&mut strict).map_err(|error| {
-        let value = value_at(text, error.path());
-        // Names come from the file, with any length and any characters.
-        let path = match error.path().iter().len() {
-            0 => DOCUMENT.to_owned(),
-            _ => quoted_file(&error.path().to_string())
-                .trim_matches('`')
-                .to_owned(),
-        };
-        let message = syntax::of_value(error.inner(), value);
-        ValueFault {
-            value,
-            path,
-            message,
-        }
-    })
+    // From bytes, like documents that keep the rules, so that the reader is compiled once.
+    serde_json::from_slice(rewritten.as_bytes()).map_err(|error| fault(text, rewritten, &error))
 }
 
-/// The text of the value at a path.
-fn value_at<'a>(text: &'a str, path: &Path) -> &'a str {
-    let step = |text: &'a str, segment: &Segment| match segment {
-        Segment::Seq { index } => {
-            let rows: Vec<&RawValue> = serde_json::from_str(text).ok()?;
-            rows.get(*index).map(|row| row.get())
-        }
-        Segment::Map { key } => {
-            let members: BTreeMap<Cow<str>, &RawValue> = serde_json::from_str(text).ok()?;
-            members.get(key.as_str()).map(|member| member.get())
-        }
-        Segment::Enum { .. } | Segment::Unknown => None,
+/// The value at which an error was found: the innermost one around its column in the rewritten
+/// text, which is a single line.
+fn fault<'a>(text: &'a str, rewritten: &str, error: &serde_json::Error) -> ValueFault<'a> {
+    let (mut value, mut inner, mut path) = (text, rewritten, String::new());
+    loop {
+        let encloses = |(_, child): &(String, &str)| {
+            let start = child.as_ptr() as usize - rewritten.as_ptr() as usize;
+            // The first row too many is where the fault of the list is found.
+            let ends_list = syntax::is_long_list(error) && start + 1 == error.column();
+            (start..=start + child.len()).contains(&error.column()) && !ends_list
+        };
+        let Some((step, child)) = children(inner).into_iter().find(encloses) else {
+            break;
+        };
+        let own = children(value).into_iter().find(|(name, _)| *name == step);
+        (value, inner) = (own.map_or(value, |(_, own)| own), child);
+        path += &step;
+    }
+    // Names come from the file, with any length and any characters.
+    let path = match path.trim_start_matches('.') {
+        "" => DOCUMENT.to_owned(),
+        path => quoted_file(path).trim_matches('`').to_owned(),
     };
-    let mut steps = path.iter();
-    steps.try_fold(text, step).unwrap_or(text)
+    let message = syntax::of_value(error, value);
+    ValueFault {
+        value,
+        path,
+        message,
+    }
+}
+
+/// The rows of a list or the members of an object, each with its step in a path.
+fn children(text: &str) -> Vec<(String, &str)> {
+    if let Ok(rows) = serde_json::from_slice::<Vec<&RawValue>>(text.as_bytes()) {
+        let rows = rows.iter().enumerate();
+        return rows.map(|(k, row)| (format!("[{k}]"), row.get())).collect();
+    }
+    let members: BTreeMap<String, &RawValue> =
+        serde_json::from_slice(text.as_bytes()).unwrap_or_default();
+    let members = members.iter();
+    members
+        .map(|(name, member)| (format!(".{name}"), member.get()))
+        .collect()
 }
 
 /// Members that are indices and may be left out.

@@ -10,7 +10,6 @@ use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::value::RawValue;
-use std::borrow::Cow;
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
@@ -213,11 +212,11 @@ impl<'a> GltfSource<'a> {
 
 /// Offsets of the rows of every list of a document.
 fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
-    let members: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(json).unwrap_or_default();
+    let members: BTreeMap<String, &RawValue> = serde_json::from_slice(json).unwrap_or_default();
     let offset = |row: &&RawValue| row.get().as_ptr() as usize - json.as_ptr() as usize;
     let lists = members.into_iter().filter_map(|(name, text)| {
-        let rows: Vec<&RawValue> = serde_json::from_str(text.get()).ok()?;
-        Some((name.into_owned(), rows.iter().map(offset).collect()))
+        let rows: Vec<&RawValue> = serde_json::from_slice(text.get().as_bytes()).ok()?;
+        Some((name, rows.iter().map(offset).collect()))
     });
     lists.collect()
 }

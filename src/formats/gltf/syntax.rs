@@ -51,10 +51,15 @@ fn plain(error: &serde_json::Error) -> String {
     words.to_owned()
 }
 
+/// Returns true for an error about a list that has too many rows.
+pub(super) fn is_long_list(error: &serde_json::Error) -> bool {
+    without_place(error) == "trailing characters"
+}
+
 /// Message for a fault of the value with this text.
 pub(super) fn of_value(error: &serde_json::Error, text: &str) -> String {
     let message = without_place(error);
-    if message == "trailing characters" {
+    if is_long_list(error) {
         return "it should be a shorter list".to_owned();
     }
     let Some((_, expected)) = message.rsplit_once(", expected ") else {

@@ -29,11 +29,11 @@ pub(super) fn check(json: &[u8]) -> Result<(), String> {
         return Ok(());
     };
     let asset = members.get("asset").map_or("", |asset| asset.get());
-    let asset: Members = serde_json::from_str(asset).unwrap_or_default();
+    let asset: Members = serde_json::from_slice(asset.as_bytes()).unwrap_or_default();
     let text = |name: &str| {
         let text = asset.get(name)?.get();
         // A version without quotes is taken as written.
-        let text = serde_json::from_str(text).unwrap_or_else(|_| text.to_owned());
+        let text = serde_json::from_slice(text.as_bytes()).unwrap_or_else(|_| text.to_owned());
         (text != "null").then_some(text)
     };
     let least = text("minVersion");
