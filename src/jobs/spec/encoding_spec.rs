@@ -1,4 +1,4 @@
-//! Options that say how samples for a screen are made of radiance.
+//! Options for converting radiance to the integer samples of PNG and JPEG.
 
 #[cfg(feature = "clap")]
 use super::headings;
@@ -12,28 +12,25 @@ use phalanx_scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
 
 /// Names of `--transfer`, and their help.
-const TRANSFERS: [(&str, &str); 2] = [
-    ("none", "Linear values as they are"),
-    ("srgb", "The sRGB curve"),
-];
+const TRANSFERS: [(&str, &str); 2] = [("none", "Linear values"), ("srgb", "sRGB curve")];
 
 /// Names of `--quantize`, and their help.
-const QUANTIZERS: [(&str, &str); 2] = [("floor", "floor(255 c)"), ("round", "Nearest")];
+const QUANTIZERS: [(&str, &str); 2] = [("floor", "Round down"), ("round", "Round to nearest")];
 
-/// The tone of samples for a screen. What is not given is the scene's.
+/// Transfer function and rounding of integer samples. Options not given are the scene's.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::OUTPUT))]
 pub struct ToneSpec {
-    /// Transfer curve of the written samples [default: the scene format's]
+    /// Transfer function of PNG and JPEG samples [default: the scene format's]
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = described(&TRANSFERS)))]
     pub transfer: Option<String>,
-    /// Quantisation of the written samples [default: the scene format's]
+    /// Rounding of PNG and JPEG samples [default: the scene format's]
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = described(&QUANTIZERS)))]
     pub quantize: Option<String>,
 }
 
-/// All that decides about samples for a screen.
+/// All options for integer samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::OUTPUT))]
@@ -41,12 +38,12 @@ pub struct EncodingSpec {
     /// The tone.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub tone: ToneSpec,
-    /// Stops by which PNG and JPEG are lighter
+    /// Exposure of PNG and JPEG output, in stops
     ///
-    /// Stops by which PNG and JPEG pictures are lighter (or darker, as in --exposure=-1.5).
+    /// Positive values brighten, negative ones darken, as in --exposure=-1.5. [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "STOPS", hide_short_help = true, value_parser = parse_exposure))]
     pub exposure: Option<f32>,
-    /// Bits of a PNG's samples: 8 or 16 [default: 8]
+    /// Bits per sample of PNG output: 8 or 16 [default: 8]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true, value_parser = parse_bits))]
     pub bits: Option<u8>,
 }
@@ -67,7 +64,7 @@ fn parse_bits(text: &str) -> Result<u8, String> {
 }
 
 impl ToneSpec {
-    /// The tone of a scene with these changes.
+    /// The scene's encoding with these options applied.
     pub fn encoding(&self, scene: OutputEncoding) -> OutputEncoding {
         OutputEncoding {
             transfer: match self.transfer.as_deref() {
@@ -83,7 +80,7 @@ impl ToneSpec {
         }
     }
 
-    /// The options that give this tone.
+    /// The options that give this encoding.
     pub fn of(encoding: OutputEncoding) -> ToneSpec {
         let transfer = match encoding.transfer {
             Transfer::None => "none",
@@ -101,7 +98,7 @@ impl ToneSpec {
 }
 
 impl EncodingSpec {
-    /// The options that give this exposure and these bits a sample.
+    /// The options that give this exposure and bit depth.
     pub fn of(exposure: Exposure, depth: Depth) -> EncodingSpec {
         EncodingSpec {
             tone: ToneSpec::of(exposure.encoding),
@@ -110,7 +107,7 @@ impl EncodingSpec {
         }
     }
 
-    /// The exposure, of a picture of a scene with this tone.
+    /// The exposure, for a scene with this encoding.
     pub fn exposure(&self, scene: OutputEncoding) -> Exposure {
         Exposure {
             stops: self.exposure.unwrap_or(0.0),
@@ -118,7 +115,7 @@ impl EncodingSpec {
         }
     }
 
-    /// Bits of a PNG's samples.
+    /// Bits per sample of PNG output.
     pub fn depth(&self) -> Depth {
         match self.bits {
             Some(16) => Depth::Sixteen,
@@ -126,15 +123,15 @@ impl EncodingSpec {
         }
     }
 
-    /// The options of a picture of a scene with this tone, but for those that change nothing.
+    /// The options resolved for a scene with this encoding; options without effect are left out.
     pub fn resolve(&self, scene: OutputEncoding) -> EncodingSpec {
         EncodingSpec::of(self.exposure(scene), self.depth())
     }
 
-    /// Checks that [`EncodingSpec::of`] could have made these options, which may come from anybody.
+    /// Checks that [`EncodingSpec::of`] could have made these options, which are not trusted.
     ///
     /// # Errors
-    /// The first option that has a value that it may not have.
+    /// The first option with an invalid value.
     pub(crate) fn check(&self) -> Result<(), FieldError> {
         let stops = self.exposure.unwrap_or(0.0);
         if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&stops) {

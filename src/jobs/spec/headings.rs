@@ -1,4 +1,4 @@
-//! Headings of options in help texts.
+//! Headings of options in help.
 
 /// Options about the scene and its file.
 pub const SCENE: &str = "Scene";
@@ -6,7 +6,7 @@ pub const SCENE: &str = "Scene";
 pub const CAMERA: &str = "Camera";
 /// Options that trade time for a better picture.
 pub const QUALITY: &str = "Quality";
-/// Options about the picture's file, and what is told.
+/// Options about the picture's file and the report.
 pub const OUTPUT: &str = "Output";
 /// Options for renders of many frames, hours or machines.
 pub const LONG_RENDERS: &str = "Long renders";

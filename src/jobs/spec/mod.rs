@@ -1,6 +1,6 @@
-//! The description of a picture, named for the options of the command line, which fills it. Plans
-//! store it, its JSON and the scene's fingerprint are the key of finished tiles, and a picture's
-//! header has the command that it prints.
+//! The description of a picture. Its fields are the options of the command line. Plans store it,
+//! its JSON and the scene's fingerprint form the key of finished tiles, and it prints the command
+//! in a picture's header.
 
 mod encoding_spec;
 #[cfg(feature = "clap")]

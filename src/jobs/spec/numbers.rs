@@ -1,10 +1,10 @@
-//! Numbers as options have them.
+//! Parsers for numeric options.
 
 use phalanx_scene::check_image_size;
 use std::fmt::Display;
 use std::str::FromStr;
 
-/// Parses a number for which `good` holds; the message otherwise says what was expected.
+/// Parses a number for which `good` holds; otherwise the message names the expected value.
 ///
 /// # Errors
 /// The message.
@@ -20,7 +20,7 @@ pub fn parse_number<T: FromStr>(
 /// Parses the size of a picture, `WIDTHxHEIGHT`.
 ///
 /// # Errors
-/// The reason why it is none.
+/// The reason why the text is not a valid size.
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']);
     let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
@@ -30,8 +30,8 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     Ok((width as u32, height as u32))
 }
 
-/// A side of any number of digits; one beyond u64 becomes the largest u64, which is out of range,
-/// too.
+/// Parses a side of any number of digits. Values beyond u64 become the largest u64, which is out of
+/// range as well.
 fn side(digits: &str) -> Option<u64> {
     let all_digits = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
     all_digits.then(|| digits.parse().unwrap_or(u64::MAX))

@@ -1,14 +1,14 @@
-//! Options as words: the JSON of a struct of options has their names and values.
+//! Options as words of a command line, from the JSON of their structs.
 
 use serde::Serialize;
 use serde_json::Value;
 
-/// Options in the order in which commands and messages name them; others follow.
+/// Order of options in commands and messages; all others come last.
 const ORDER: &str = "format camera ortho up light background material two_sided origin \
     size region aov max_depth min_weight spp filter aa threshold aperture focus integrator \
     ao_distance transfer quantize bits exposure";
 
-/// Values that commands need not name.
+/// Default values, which commands omit.
 const DEFAULTS: [(&str, &str); 5] = [
     ("origin", "auto"),
     ("spp", "1"),
@@ -17,10 +17,10 @@ const DEFAULTS: [(&str, &str); 5] = [
     ("integrator", "whitted"),
 ];
 
-/// Text of an option that is not given.
+/// Text for an option that is not given.
 const NOT_GIVEN: &str = "not given";
 
-/// Fields of a struct of options, by name, those of structs within it included.
+/// Fields of a struct of options by name, including those of nested structs.
 pub(crate) fn fields(part: &impl Serialize) -> Vec<(String, Value)> {
     let mut found = Vec::new();
     collect(serde_json::to_value(part).unwrap_or_default(), &mut found);
@@ -41,7 +41,7 @@ fn collect(part: Value, found: &mut Vec<(String, Value)>) {
     }
 }
 
-/// Texts of all fields, each with its name.
+/// All text values, each with the name of its field.
 pub(crate) fn texts(part: &impl Serialize) -> Vec<(String, String)> {
     let parts = |value| match value {
         Value::Array(parts) => parts,

@@ -1,4 +1,4 @@
-//! All that a picture is made of: its scene, and the options that change it.
+//! The complete description of a picture: its scene, and the options that change it.
 
 use super::encoding_spec::EncodingSpec;
 use super::options::{command_line, words};
@@ -13,25 +13,25 @@ use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// The description of a picture. Threads, tile sizes, kernels and engines are not in it, because no
-/// picture depends on them.
+/// The description of a picture. It has no threads, tile size, kernel or engine, because no picture
+/// depends on them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PictureSpec {
-    /// The scene: the name of a file, or a standard scene.
+    /// The scene: a file name or a standard scene.
     pub scene: String,
-    /// Format of the scene's file; `None` for that of its name.
+    /// Format of the scene file; `None` to use its extension.
     pub format: Option<String>,
-    /// Options beside the scene.
+    /// Options that override parts of the scene.
     pub overrides: SceneOverrides,
-    /// Options that pixels depend on.
+    /// Options that change pixels.
     pub pixels: PixelSpec,
     /// Options of the picture's file.
     pub encoding: EncodingSpec,
 }
 
 impl PictureSpec {
-    /// The same picture with all options given that have a value, for the scene that is meant.
+    /// The same picture with all options written out for this scene.
     pub fn resolve(&self, scene: &Scene) -> PictureSpec {
         PictureSpec {
             pixels: PixelSpec::of(&self.pixels.settings(scene)),

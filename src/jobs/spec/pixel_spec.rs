@@ -1,5 +1,5 @@
-//! Options that pixels depend on, beside the scene. `render` has them and `verify`, because all of
-//! them are verified.
+//! Options other than the scene that change pixels. Shared by `render` and `verify`, because
+//! `verify` covers all of them.
 
 #[cfg(feature = "clap")]
 use super::headings;
@@ -17,7 +17,7 @@ use phalanx_render::frame::{
 use phalanx_scene::{MAX_DEPTH_LIMIT, MAX_SIDE, Scene};
 use serde::{Deserialize, Serialize};
 
-/// Most camera rays a pixel with `--aa adaptive`, by default.
+/// Default of `--spp` with `--aa adaptive`.
 const ADAPTIVE_SPP: u32 = 256;
 
 /// Default of `--threshold`.
@@ -25,11 +25,8 @@ const THRESHOLD: f32 = 0.002;
 
 /// Names of `--aa`, and their help.
 const ANTI_ALIASING: [(&str, &str); 2] = [
-    ("uniform", "All pixels alike"),
-    (
-        "adaptive",
-        "Where more help most: edges, highlights, reflections",
-    ),
+    ("uniform", "The same number for every pixel"),
+    ("adaptive", "More at edges, highlights and reflections"),
 ];
 
 /// Names of `--integrator`, and their help.
@@ -38,93 +35,92 @@ const INTEGRATORS: [(&str, &str); 2] = [
     ("ao", "Ambient occlusion"),
 ];
 
-/// Options that change pixels. What is not given is the scene's, or has a default.
+/// Options that change pixels. Options not given have a default, or are taken from the scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::QUALITY))]
 pub struct PixelSpec {
     /// Samples per pixel (anti-aliasing) [default: 1]
     ///
-    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of
-    /// two): one goes through the pixel's centre, more are spread over the filter.
-    /// [default: 1; with --aa adaptive 256]
+    /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
+    /// single sample goes through the pixel's centre, several are spread over the filter. [default:
+    /// 1; 256 with --aa adaptive]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP))))]
     pub spp: Option<u32>,
-    /// Anti-aliasing: uniform (default), or adaptive
+    /// Anti-aliasing: uniform (default) or adaptive
     ///
-    /// Which pixels get the samples: all alike (uniform), or those where more help most (adaptive),
-    /// at edges, highlights and reflections.
+    /// Distribution of samples: the same number for every pixel (uniform), or more where they help
+    /// most (adaptive): at edges, highlights and reflections.
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", hide_possible_values = true, value_parser = described(&ANTI_ALIASING)))]
     pub aa: Option<String>,
     /// Noise at which --aa adaptive stops [default: 0.002]
     ///
-    /// With --aa adaptive, how much a sample must still help: less is better and takes longer,
-    /// 0.001 is about as good as 64 uniform samples per pixel. [default: 0.002]
+    /// Smallest worthwhile improvement by another sample, in radiance. Lower values are better and
+    /// slower; 0.001 is about as good as 64 uniform samples per pixel.
     #[cfg_attr(feature = "clap", arg(long, value_name = "T", hide_short_help = true, requires = "aa", value_parser = parse_threshold))]
     pub threshold: Option<f32>,
     /// Pixel filter: box (default), tent or mitchell
     ///
-    /// The weight of a pixel's samples: its square (box, the default), a tent over its neighbours,
-    /// or Mitchell's cubic, which is sharper.
+    /// Weighting of a pixel's samples: box covers the pixel's square, tent reaches into its
+    /// neighbours, and mitchell (Mitchell's cubic) is sharper.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = PossibleValuesParser::new(Filter::ALL.map(|(name, _)| name))))]
     pub filter: Option<String>,
-    /// Most bounces of a ray [default: the scene's]
+    /// Maximum number of bounces [default: the scene's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT))))]
     pub max_depth: Option<u32>,
-    /// Least weight of mirror and refracted rays
+    /// Minimum weight of mirror and refracted rays
     ///
-    /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt
-    /// along the path, each divided by Ks + Kt where that is more than 1, in its largest component.
-    /// 0 has all traced. [default: 0 for up to 10 bounces, 1/4096 for more, and where surfaces are
-    /// only partly there]
+    /// Mirror and refracted rays below this weight are not traced; 0 traces all. The weight is the
+    /// product of Ks and Kt along the path, each divided by Ks + Kt where that exceeds 1, in its
+    /// largest component. [default: 0 for a maximum depth of up to 10, else 1/4096; always 1/4096
+    /// for scenes with opacity below 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "W", hide_short_help = true, value_parser = parse_weight))]
     pub min_weight: Option<f32>,
-    /// Depth of field: diameter of the lens
+    /// Lens diameter, for depth of field
     ///
-    /// Diameter of the lens that camera rays come through, in the scene's units: what is not in
-    /// focus is blurred, with less noise the more --spp. [default: a pinhole]
+    /// In the scene's units. Anything out of focus is blurred; a higher --spp reduces the noise.
+    /// [default: pinhole]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIAMETER", help_heading = headings::CAMERA, requires = "focus", value_parser = parse_aperture))]
     pub aperture: Option<f32>,
-    /// Depth of field: distance that is in focus
+    /// Focus distance, for depth of field
     ///
-    /// Distance of the plane that is in focus, along the direction of view.
+    /// Distance of the plane in focus along the viewing direction, in the scene's units.
     #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", help_heading = headings::CAMERA, requires = "aperture", value_parser = parse_distance))]
     pub focus: Option<f32>,
-    /// whitted (default), or ao: ambient occlusion
+    /// whitted (default), or ao (ambient occlusion)
     ///
-    /// Radiance of what camera rays hit: whitted (the default), the light that falls on it, with
-    /// shadows, mirror and refracted rays; ao (ambient occlusion), how much of the sky is open
-    /// above it, for which --spp 64 and more is meant.
+    /// whitted: direct light with shadows, mirror and refracted rays. ao: ambient occlusion, the
+    /// fraction of open sky above each point; best with --spp 64 or more. [default: whitted]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = described(&INTEGRATORS)))]
     pub integrator: Option<String>,
-    /// Reach of --integrator ao
+    /// Maximum distance of occluders for --integrator ao
     ///
-    /// Reach of --integrator ao in the scene's units: hits beyond do not count.
-    /// [default: everything counts]
+    /// In the scene's units. [default: unlimited]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", hide_short_help = true, value_parser = parse_distance))]
     pub ao_distance: Option<f32>,
     /// Picture size in pixels [default: the scene's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WxH", help_heading = headings::OUTPUT, value_parser = parse_size))]
     pub size: Option<(u32, u32)>,
-    /// Only this part of the picture
+    /// Render only this part of the picture
     ///
-    /// Column and row of its upper left pixel, width and height.
+    /// Column and row of the region's top left pixel, then its width and height, all in pixels.
     #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"], help_heading = headings::OUTPUT, hide_short_help = true))]
     pub region: Option<Vec<u32>>,
-    /// AOVs in an EXR: Z, N, albedo, alpha, …, all
+    /// EXR layers: Z, N, albedo, alpha, …, or all
     ///
-    /// AOVs (arbitrary output variables) of each pixel, in an OpenEXR file, names separated by
-    /// commas: depth (or Z), position (P), ng (Ng), ns (N: normals), albedo, material, primitive,
-    /// direct, reflection, refraction, samples, crypto_object, crypto_material (Cryptomatte); or
-    /// all of these; or alpha (A), which makes the background black and transparent; or cost (nodes
-    /// that the first camera ray visits, by the build).
+    /// AOVs (arbitrary output variables) to write as layers of an OpenEXR file, separated by
+    /// commas: depth (Z), position (P), ng (Ng), ns (N: shading normals), albedo, material,
+    /// primitive, direct, reflection, refraction, samples, crypto_object, crypto_material
+    /// (Cryptomatte), or all of these. Not included in all: alpha (A), which makes the background
+    /// black and transparent, and cost (BVH nodes visited by the first camera ray; depends on the
+    /// build).
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", help_heading = headings::OUTPUT, value_delimiter = ',', hide_possible_values = true, value_parser = aov_parser()))]
     pub aov: Vec<String>,
 }
 
 impl PixelSpec {
-    /// The options that give these settings, all of which are given but where there is nothing to
-    /// give: settings that make the same pixels have the same options.
+    /// The options that give these settings, written out in full: settings that make the same
+    /// pixels have the same options.
     pub fn of(settings: &Settings) -> PixelSpec {
         let Settings {
             width,
@@ -177,7 +173,7 @@ impl PixelSpec {
         }
     }
 
-    /// The scene's settings with these changes, one thread, and the packet engine.
+    /// These options applied to the scene's settings, for the packet engine on one thread.
     pub fn settings(&self, scene: &Scene) -> Settings {
         let (width, height) = self.size.unwrap_or((scene.width, scene.height));
         let adaptive = self.aa.as_deref() == Some(ANTI_ALIASING[1].0);
@@ -213,7 +209,7 @@ impl PixelSpec {
         self.integrator.as_deref() == Some(INTEGRATORS[1].0)
     }
 
-    /// The requested part of the picture, wherever it lies; `None` for all of it.
+    /// The requested region, which may lie outside the picture; `None` for the whole picture.
     fn part(&self) -> Option<Tile> {
         match *self.region.as_deref()? {
             [x, y, width, height] => Some(Tile {
@@ -226,7 +222,7 @@ impl PixelSpec {
         }
     }
 
-    /// The part of the picture that is rendered, of options that name the size.
+    /// The part of the picture to render. The size must be given.
     pub fn window(&self) -> Tile {
         let (width, height) = self.size.unwrap_or_default();
         self.part().unwrap_or(Tile::whole(width, height))
@@ -236,7 +232,7 @@ impl PixelSpec {
     pub fn aovs(&self) -> Aovs {
         let named = self.aov.iter().map(|name| match Aov::named(name) {
             Some(aov) => Aovs::default().with(aov),
-            // Alpha changes radiance, so that it is there only if it is asked for by name.
+            // Alpha changes radiance, so it must be requested by name.
             None if name == ALL_AOVS => Aovs::all().without(Aov::Alpha),
             None => Aovs::default(),
         });
@@ -246,7 +242,7 @@ impl PixelSpec {
     /// Refuses options that would have no effect.
     ///
     /// # Errors
-    /// The option, and the one that it needs.
+    /// The option, and the one it requires.
     pub fn check_use(&self) -> Result<(), String> {
         match self.ao_distance {
             Some(_) if !self.is_occlusion() => {
@@ -256,25 +252,25 @@ impl PixelSpec {
         }
     }
 
-    /// Refuses a region that does not lie in the picture of these settings.
+    /// Refuses a region outside the picture of these settings.
     ///
     /// # Errors
     /// The region and the size of the picture.
     pub fn check_region(&self, settings: &Settings) -> Result<(), String> {
         match self.part() {
             Some(asked) if asked.pixels() == 0 || settings.window() != asked => Err(format!(
-                "--region {} {} {} {} does not lie in the picture, which is {}x{} pixels: columns and rows count from 0",
+                "--region {} {} {} {} is outside the picture of {}x{} pixels (columns and rows start at 0)",
                 asked.x, asked.y, asked.width, asked.height, settings.width, settings.height
             )),
             _ => Ok(()),
         }
     }
 
-    /// Checks that [`PixelSpec::of`] could have made these options. The file that they were read
-    /// from may come from anybody.
+    /// Checks that [`PixelSpec::of`] could have made these options. The file that they come from is
+    /// not trusted.
     ///
     /// # Errors
-    /// The first option that has a value that it may not have.
+    /// The first option with an invalid value.
     pub(crate) fn check(&self) -> Result<(), FieldError> {
         let wrong = |option: &str, text: &str, expected: String| {
             FieldError::new(format!("pixels.{option}"), shown_text(text), expected)
@@ -294,7 +290,7 @@ impl PixelSpec {
                 wrong(option, &text, expected.unwrap_or(&reason).to_owned())
             })?;
         }
-        // Names are those that are known, and everything is given.
+        // All names are known, and no option is missing.
         let resolved = fields(&PixelSpec::of(&settings));
         match given.iter().zip(&resolved).find(|(a, b)| a != b) {
             Some(((option, value), (_, good))) => {
@@ -329,7 +325,7 @@ fn check_number(option: &str, text: &str) -> Result<(), String> {
     }
 }
 
-/// Name of `--aov` for all layers but those that change a picture.
+/// Value of `--aov` for all layers except alpha and cost.
 const ALL_AOVS: &str = "all";
 
 #[cfg(feature = "clap")]
@@ -343,7 +339,7 @@ fn aov_parser() -> impl TypedValueParser<Value = String> {
     PossibleValuesParser::new(names.chain([PossibleValue::new(ALL_AOVS)]))
 }
 
-/// Takes one of some names, which have help.
+/// A parser for a fixed set of names with help texts.
 #[cfg(feature = "clap")]
 pub(super) fn described(names: &[(&'static str, &'static str)]) -> PossibleValuesParser {
     let names = names.iter();

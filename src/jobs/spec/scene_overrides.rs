@@ -1,6 +1,5 @@
-//! Options beside a scene: defaults for parts that a mesh lacks, and overrides of parts that its
-//! file has. Each is kept as its word on the command line, which is checked and put into one form
-//! where it is read.
+//! Options that override parts of a scene file, or supply what a mesh lacks. Each is stored as
+//! written on the command line, after it has been checked and normalised.
 
 #[cfg(feature = "clap")]
 use super::headings;
@@ -15,63 +14,61 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::SCENE))]
 pub struct SceneOverrides {
-    /// Light at X,Y,Z, or a sun from dir:X,Y,Z
+    /// Point light at X,Y,Z, or sun from dir:X,Y,Z
     ///
-    /// Light instead of the file's: a point light at X,Y,Z, or with `dir:` one from that direction;
-    /// X,Y,Z,R,G,B gives it a colour, else it is white. May be given several times, as in
-    /// --light 4,4,4 --light dir:-1,1,0,.2,.2,.3
+    /// Replaces the file's lights with a point light at X,Y,Z, or a directional light from
+    /// dir:X,Y,Z. Append ,R,G,B for a linear colour [default: white]. Repeatable, as in --light
+    /// 4,4,4 --light dir:-1,1,0,.2,.2,.3
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIGHT", value_parser = light_word, allow_hyphen_values = true))]
     pub light: Vec<String>,
-    /// Colour of the background, linear
+    /// Background colour, linear
     ///
-    /// Background instead of the file's: linear red, green and blue, or one number for a grey.
+    /// Replaces the file's background with a linear colour R,G,B, or a single number for grey.
     #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = color_word))]
     pub background: Option<String>,
-    /// As in "kd=.8,.2,.1 ks=.3 shininess=80"
+    /// Default material, as in "kd=.8,.2,.1 ks=.3"
     ///
-    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess,
-    /// ior, gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but
-    /// ka a fifth of kd, and shininess and ior 1.
+    /// Material of triangles for which the file names none. Keys: ka, kd, ks, ke and kt (colours),
+    /// shininess, ior and gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". Omitted keys
+    /// are 0, except ka (a fifth of kd), shininess (1) and ior (1).
     #[cfg_attr(feature = "clap", arg(long, value_name = "MATERIAL", value_parser = material_word))]
     pub material: Option<String>,
-    /// Show single-sided materials of glTF from behind, too
+    /// Show single-sided glTF materials from behind
     ///
-    /// Materials of glTF that are not doubleSided, and do not transmit light, are not seen from
-    /// behind: camera, mirror and refracted rays pass their backs. With this they do not. Shadows
-    /// are the same.
+    /// Without this option, camera, mirror and refracted rays pass through the backs of glTF
+    /// materials that are neither doubleSided nor transmissive. Shadows are the same either way.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub two_sided: bool,
     /// Origin of the scene's coordinates: auto, none or X,Y,Z
     ///
-    /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far
-    /// away (auto, the default), where the file's do (none), or at X,Y,Z. All places that are given
-    /// or told are in the file's coordinates whatever this is.
+    /// Point of the file that becomes the origin of the scene's own coordinates: near the geometry
+    /// if that is far from zero (auto, the default), the file's own origin (none), or X,Y,Z.
+    /// Positions in options and reports are always in the file's coordinates.
     #[cfg_attr(feature = "clap", arg(long, value_name = "ORIGIN", hide_short_help = true, value_parser = origin_word, allow_hyphen_values = true))]
     pub origin: Option<String>,
-    /// Another folder with files that the scene names
+    /// Additional folder for files that the scene refers to
     ///
-    /// A folder beside the scene's own in which material files, textures and buffers that the
-    /// scene names may lie, as in --allow-path ../textures. May be given several times; nothing
-    /// else outside the scene's folder is read.
+    /// Allow material files, textures and buffers in this folder as well as in the scene's own, as
+    /// in --allow-path ../textures. Repeatable. Nothing else outside the scene's folder is read.
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIR", hide_short_help = true, value_parser = parse_folder))]
     pub allow_path: Vec<PathBuf>,
-    /// FROM AT UP FOV, as in 0,1,5 0,0,0 0,1,0 45
+    /// Camera, as in 0,1,5 0,0,0 0,1,0 45
     ///
-    /// Camera instead of the file's, four values: where it stands, what it looks at, which way is
-    /// up, and its vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
-    #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_name = "V", help_heading = headings::CAMERA, allow_hyphen_values = true))]
+    /// Replaces the file's camera: position, target, up vector, and vertical field of view in
+    /// degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
+    #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], help_heading = headings::CAMERA, allow_hyphen_values = true))]
     pub camera: Option<Vec<String>>,
-    /// Axis that points up, where no camera says so
+    /// Up axis, if the file has no camera
     ///
-    /// Axis that points up where the file has no camera, and one that frames everything is used:
-    /// x, y, z, -x, -y or -z. [default: y; z for STL]
+    /// x, y, z, -x, -y or -z. Applies to the camera that frames the whole model if the file has
+    /// none. [default: y; z for STL]
     #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS", help_heading = headings::CAMERA, hide_possible_values = true, value_parser = clap::builder::PossibleValuesParser::new(UpAxis::ALL.map(|(name, _)| name)), allow_hyphen_values = true))]
     pub up: Option<String>,
-    /// Parallel camera rays, no perspective
+    /// Orthographic camera, HEIGHT units high
     ///
-    /// Parallel camera rays instead of a perspective: the visible height in the file's units, as in
-    /// --ortho=3.5. Without a height a camera that was made up shows everything, and with another
-    /// what it looks at keeps its size.
+    /// Orthographic instead of perspective projection. HEIGHT is the visible height in the file's
+    /// units, as in --ortho=3.5. Without it, the target keeps its apparent size; a camera that was
+    /// added to a file without one frames the whole model.
     #[cfg_attr(feature = "clap", arg(long, value_name = "HEIGHT", help_heading = headings::CAMERA, num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = ortho_word))]
     pub ortho: Option<String>,
 }
@@ -80,7 +77,7 @@ impl SceneOverrides {
     /// Options for the readers of a scene.
     ///
     /// # Errors
-    /// The option that is wrong, and the values that it may have.
+    /// The invalid option, and its valid values.
     pub fn options(&self) -> Result<Options, String> {
         let view = self.camera.as_deref().map(view).transpose();
         let lights: Result<_, _> = self.light.iter().map(|light| parse_light(light)).collect();
@@ -98,7 +95,7 @@ impl SceneOverrides {
         })
     }
 
-    /// The overrides that give a scene the view that it has now, wherever it came from.
+    /// These overrides with the scene's current view written out as its camera.
     pub(super) fn with_view_of(&self, scene: &Scene) -> SceneOverrides {
         let View {
             eye,
@@ -156,7 +153,7 @@ fn view(parts: &[String]) -> Result<FileView, String> {
     Ok(view)
 }
 
-/// The height of an orthographic view that shows everything.
+/// Value of `--ortho` without a height.
 const FITTING: &str = "fit";
 
 fn parse_up(text: &str) -> Result<UpAxis, String> {
@@ -197,7 +194,7 @@ fn parse_light(text: &str) -> Result<AddedLight, String> {
     };
     match directional {
         true if position.as_vec3() == Vec3::ZERO => {
-            Err("the direction toward a light cannot be 0,0,0".into())
+            Err("the direction of a light cannot be 0,0,0".into())
         }
         true => Ok(AddedLight::Directional {
             toward: position.as_vec3(),
@@ -211,7 +208,7 @@ fn parse_color(text: &str) -> Result<Vec3, String> {
     match numbers(text)?[..] {
         [grey] => color_of([grey; 3]),
         [r, g, b] => color_of([r, g, b]),
-        _ => Err("expected R,G,B or one number".into()),
+        _ => Err("expected R,G,B or a single number".into()),
     }
 }
 
@@ -243,7 +240,7 @@ fn parse_material(text: &str) -> Result<Material, String> {
             "shininess" => surface.shininess = at_least(key, value, |s| s >= 0.0)?,
             "ior" => surface.ior = at_least(key, value, |n| n > 0.0)?,
             "gloss" => surface.gloss = at_least(key, value, |n| n >= 0.0)?,
-            _ => return Err(format!("no material has `{key}`: expected {KEYS}")),
+            _ => return Err(format!("unknown material key `{key}`: expected {KEYS}")),
         }
     }
     surface.ka = ambient.unwrap_or(surface.kd * 0.2);
@@ -292,7 +289,7 @@ fn joined<T: ToString>(numbers: [T; 3]) -> String {
     numbers.map(|number| number.to_string()).join(",")
 }
 
-/// The value of `--light`, checked and in one form.
+/// The value of `--light`, checked and normalised.
 #[cfg(feature = "clap")]
 fn light_word(text: &str) -> Result<String, String> {
     Ok(match parse_light(text)? {
@@ -312,7 +309,7 @@ fn color_word(text: &str) -> Result<String, String> {
     Ok(joined(parse_color(text)?.to_array()))
 }
 
-/// The parts of a material that its option may name.
+/// The value of `--material`, checked and normalised.
 #[cfg(feature = "clap")]
 fn material_word(text: &str) -> Result<String, String> {
     let Material {
@@ -353,7 +350,7 @@ fn parse_folder(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match std::fs::metadata(&path) {
         Ok(folder) if folder.is_dir() => Ok(path),
-        Ok(_) => Err("it is not a folder".to_owned()),
+        Ok(_) => Err("not a folder".to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }
