@@ -224,17 +224,17 @@ fn make_up_light(scene: &mut Scene, bounds: Bounds) {
     scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
 }
 
-/// A note where the axis that points up was given and does nothing.
+/// A note if `--up` was given and has no effect.
 fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
     // A sky has an axis of its own.
     if options.up.is_none() || scene.defaulted.view || scene.sky.is_some() {
         return None;
     }
     let reason = match options.view.is_some() {
-        true => "--camera says what is up",
-        false => "the scene has its camera",
+        true => "with --camera",
+        false => "on a scene that has a camera",
     };
-    Some(format!("{reason}: --up changes nothing"))
+    Some(format!("--up has no effect {reason}"))
 }
 
 /// Replaces parts of a finished scene by those that the user gives, and makes those that are made

@@ -166,7 +166,7 @@ fn note_on_material(scene: &Scene, options: &Options) -> Option<String> {
         || scene.spheres.material.iter().any(used)
         || scene.ellipsoids.material.iter().any(used)
         || scene.cones.material.iter().any(used);
-    let note = "everything has a material of the file: --material changes nothing";
+    let note = "--material has no effect: everything has a material in the file";
     (!is_used).then(|| note.to_owned())
 }
 

@@ -128,10 +128,10 @@ fn amended(
     };
     notes.extend(phalanx_formats::origin_note(&scene));
     if options.origin != Origin::Auto {
-        notes.push("the scene has its origin: --origin changes nothing".to_owned());
+        notes.push("--origin has no effect on a scene cache".to_owned());
     }
     if options.material.is_some() {
-        notes.push("the scene has all its materials: --material changes nothing".to_owned());
+        notes.push("--material has no effect on a scene cache".to_owned());
     }
     Ok(Opened {
         scene,

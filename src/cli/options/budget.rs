@@ -1,4 +1,4 @@
-//! `--max-memory`: estimates of the memory of each step, made before the step.
+//! `--max-memory`: memory estimates, made before each step.
 //!
 //! | step | estimate |
 //! |---|---|
@@ -10,29 +10,26 @@
 //! | building a tree | the scene's columns, and for each primitive, by its kind (5) |
 //! | rendering | columns, trees, films, and the buffers of each thread (6) |
 //!
-//! 1. The bytes themselves, and the columns and tables made of them. For glTF it is the size of the
-//!    file, and what its reader counts. A pipe or device has no size: no more of it is read than
-//!    these factors allow.
-//! 2. Other files, materials, and textures as they are decoded; with glTF also the document, the
-//!    triangles of a mesh, and its columns.
-//! 3. 20 bytes a triangle, and 12 each for UVs, normals and colours of vertices, 36 for colours of
-//!    faces, less the bytes that the size of the face in the file accounts for. While the largest
-//!    polygon is cut, 300 bytes for each of its corners on each thread.
-//! 4. [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and
-//!    cone.
-//! 5. [`TRIANGLE_BYTES`] for each triangle, [`OTHER_BYTES`] for anything else; for the oracle's
-//!    tree [`ORACLE_BYTES`] for each primitive.
-//! 6. Columns and tree as they are, and [`WIDE_BYTES`] for each primitive if the wide tree is still
-//!    to be made. The films, of one band of the picture each, and the picture of it. For each
-//!    thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray
-//!    that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle,
-//!    [`PATH_BYTES`] for each bounce of a path). With adaptive samples, [`SAMPLE_BYTES`] for each
-//!    that a block of 8x8 pixels may get.
+//! 1. The bytes themselves, and the columns and tables made from them. For glTF: the file, plus
+//!    whatever its reader counts. A pipe or device has no size, so reading stops at the limit that
+//!    these factors imply.
+//! 2. Other files, materials, and decoded textures; for glTF also the document, the triangles of a
+//!    mesh, and its columns.
+//! 3. 20 bytes per triangle, 12 each for UVs, normals and colours of vertices, and 36 for colours
+//!    of faces, minus the bytes already covered by the size of the face in the file. While the
+//!    largest polygon is triangulated, 300 bytes per corner and thread.
+//! 4. [`COLUMN_BYTES`] per triangle, [`OTHER_COLUMN_BYTES`] per sphere or cone.
+//! 5. [`TRIANGLE_BYTES`] per triangle, [`OTHER_BYTES`] per other primitive; [`ORACLE_BYTES`] per
+//!    primitive for the oracle's tree.
+//! 6. The actual columns and tree, and [`WIDE_BYTES`] per primitive if the wide tree is not built
+//!    yet. The films, of one band each, and their encoded pictures. For each thread:
+//!    [`THREAD_BYTES`], [`PIXEL_BYTES`] per pixel of a tile, [`RAY_BYTES`] per ray of a wavefront,
+//!    and the queued bounces (`WaveSizes`; for the oracle, [`PATH_BYTES`] per bounce of a path).
+//!    With adaptive sampling, [`SAMPLE_BYTES`] per sample that a block of 8x8 pixels may get.
 //!
-//! Columns of standard scenes and trees are asked of the system before they are made, without a
-//! limit, too. [`PROGRAM_BYTES`] for the program are added to each. Memory that has been freed
-//! counts as free: see `heap`. Estimates are meant to be too high rather than too low;
-//! `perf/notes/memory.md` compares them with peaks.
+//! Memory for standard scenes and trees is requested from the system on trial first, even without a
+//! limit. [`PROGRAM_BYTES`] are added to each estimate. Freed memory counts as free: see `heap`.
+//! Estimates err on the high side; `perf/notes/memory.md` compares them with peaks.
 
 use crate::cli::output::{CliError, bytes, grouped};
 use phalanx::formats::LoadError;
@@ -43,47 +40,47 @@ use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
 use std::path::Path;
 
-/// Factor for text and binary meshes: their columns are about as large as the file, and are held
-/// twice while they are joined.
+/// Factor for text and binary meshes: columns are about as large as the file, and exist twice while
+/// they are joined.
 const FILE_TIMES: u64 = 3;
-/// Factor for PLY, text or binary: its columns may be twice as large as the rows of the file.
+/// Factor for PLY, text or binary: columns may be twice as large as the rows of the file.
 const PLY_TIMES: u64 = 6;
-/// Bytes of a generated triangle: its corners, a vertex or more, a material. Columns grow by
+/// Bytes per generated triangle: its corners, a vertex or more, and a material. Columns grow by
 /// doubling.
 const COLUMN_BYTES: u64 = 100;
-/// Bytes of a generated sphere or cone.
+/// Bytes per generated sphere or cone.
 const OTHER_COLUMN_BYTES: u64 = 80;
-/// Bytes of each triangle while the packet engine's tree is built.
+/// Bytes per triangle while the packet engine's BVH is built.
 const TRIANGLE_BYTES: u64 = 150;
-/// Bytes of each other primitive and each instance while the packet engine's tree is built.
+/// Bytes per other primitive or instance while the packet engine's BVH is built.
 const OTHER_BYTES: u64 = 270;
-/// Bytes of each primitive while the oracle's tree is built.
+/// Bytes per primitive while the oracle's tree is built.
 const ORACLE_BYTES: u64 = 100;
-/// Bytes of each primitive while the wide tree is made.
+/// Bytes per primitive while the wide tree is built.
 const WIDE_BYTES: u64 = 140;
-/// Bytes of a tile's pixel, with its camera rays.
+/// Bytes per pixel of a tile, with its camera rays.
 const PIXEL_BYTES: u64 = 400;
-/// Bytes of a ray of a wavefront, while it is shaded.
+/// Bytes per ray of a wavefront while it is shaded.
 const RAY_BYTES: u64 = 800;
-/// Bytes of a bounce of the oracle, while later ones are traced.
+/// Bytes per bounce of the oracle while later ones are traced.
 const PATH_BYTES: u64 = 256;
-/// Bytes of a sample that halves a cell, while its block is not finished: 110 were measured, to
-/// which AOVs of light are added.
+/// Bytes per sample that halves a cell until its block is finished: 110 were measured, plus AOVs of
+/// light.
 const SAMPLE_BYTES: u64 = 160;
-/// Least number of such samples that are held: several blocks keep them at once.
+/// Minimum number of such samples in memory: several blocks hold them at once.
 const SAMPLES: u64 = 1 << 16;
 /// Stack and buffers of a thread.
 const THREAD_BYTES: u64 = 4 << 20;
 /// Code, stacks and buffers of the program.
 const PROGRAM_BYTES: u64 = 24 << 20;
 
-/// Memory that may be used, in bytes; `None` for no limit.
+/// Memory limit in bytes; `None` for no limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget(pub Option<u64>);
 
 impl Budget {
-    /// Checks the memory before a scene file is read, or a cache mapped. Returns the bytes that are
-    /// left for files that the scene names and data that its reader makes, which the reader counts.
+    /// Checks the memory before a scene file is read or a cache mapped. Returns the bytes left for
+    /// files that the scene names and for data that its reader makes; the reader counts both.
     pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, CliError> {
         let what = format!("to read a file of {}", bytes(file_bytes));
         let needed = file_bytes.saturating_mul(times(name));
@@ -93,14 +90,14 @@ impl Budget {
             .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
     }
 
-    /// Most bytes of a file that [`Budget::beside_file`] accepts.
+    /// Largest file that [`Budget::beside_file`] accepts, in bytes.
     pub fn most_bytes(self, name: &Path) -> u64 {
         let left = |allowed: u64| allowed.saturating_sub(PROGRAM_BYTES) / times(name);
         self.0.map_or(u64::MAX, left)
     }
 
-    /// The error of a scene that was not opened. If memory was short, it names the limit that would
-    /// have been enough.
+    /// The error of a scene that could not be opened. If memory was the reason, it names the limit
+    /// that would have sufficed.
     pub fn explain(self, error: OpenError) -> CliError {
         let OpenError::Load(LoadError::Memory {
             what,
@@ -125,7 +122,7 @@ impl Budget {
         let primitives = grouped(counts.triangles + others);
         let what = format!("for the columns of {primitives} primitives");
         self.check(needed, &what)?;
-        grantable(needed, &what).map_err(|error| error.with_hint("a smaller size takes less"))
+        grantable(needed, &what).map_err(|error| error.with_hint("try a smaller size"))
     }
 
     /// Checks the memory before the tree of a scene is built.
@@ -138,12 +135,12 @@ impl Budget {
             }
             Engine::Scalar => objects * ORACLE_BYTES,
         };
-        let what = format!("to build the tree of {} primitives", grouped(objects));
+        let what = format!("to build the BVH of {} primitives", grouped(objects));
         self.check(scene.memory_bytes() as u64 + tree, &what)?;
         grantable(tree, &what)
     }
 
-    /// Checks the memory before a picture is rendered, `films` of which are held at once.
+    /// Checks the memory before a picture is rendered with `films` films in memory.
     pub fn for_render(
         self,
         scene: &Scene,
@@ -185,7 +182,7 @@ impl Budget {
         let needed = needed.saturating_add(PROGRAM_BYTES);
         match self.0 {
             Some(allowed) if needed > allowed => Err(CliError::Runtime(format!(
-                "about {} would be needed {what}, and --max-memory allows {}",
+                "about {} needed {what}, but --max-memory allows {}",
                 bytes(needed),
                 bytes(allowed)
             ))),
@@ -194,21 +191,22 @@ impl Budget {
     }
 }
 
-/// Refuses memory that the system does not give, because the process would end where it is used.
+/// Refuses an amount of memory that the system does not grant, because using it would end the
+/// process.
 fn grantable(needed: u64, what: &str) -> Result<(), CliError> {
     let mut probe: Vec<u8> = Vec::new();
     let given = probe.try_reserve_exact(usize::try_from(needed).unwrap_or(usize::MAX));
-    // Otherwise an allocation that nobody uses may be left out.
+    // Otherwise the compiler may remove the unused allocation.
     std::hint::black_box(&probe);
     given.map_err(|_| {
         let needed = bytes(needed);
         CliError::Runtime(format!(
-            "about {needed} would be needed {what}, and there is not so much memory"
+            "about {needed} needed {what}, but that much memory is not available"
         ))
     })
 }
 
-/// Factor of a scene file's size that is needed to read it.
+/// Memory needed to read a scene file, as a multiple of its size.
 fn times(name: &Path) -> u64 {
     let ends = |ending: &str| {
         name.extension()
@@ -224,8 +222,8 @@ fn times(name: &Path) -> u64 {
 }
 
 /// Bytes of one film in memory, which is a band of the picture unless hits are recorded: three
-/// floats a pixel, four more with hits, and the picture's samples, of 16 bits at most, once as they
-/// are and once encoded.
+/// floats per pixel, four more with hits, and the picture's samples of up to 16 bits, raw and
+/// encoded.
 pub fn film_bytes(settings: &Settings) -> u64 {
     let window = settings.window();
     let (pixels, floats) = match settings.record_hits {

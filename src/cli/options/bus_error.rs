@@ -1,7 +1,6 @@
-//! SIGBUS. The system sends it when a mapped file is read where it has no bytes any more: another
-//! program has shortened the file since, or its disk fails. That cannot be prevented, and no check
-//! can detect it in advance. So a handler ends the process with a message and an exit code, like
-//! other errors of files.
+//! SIGBUS. The system sends it when a mapped file is read beyond its current end: another program
+//! has truncated the file, or its disk has failed. This can neither be prevented nor detected in
+//! advance. So a handler ends the process with a message and an exit code, like other file errors.
 //!
 //! The handler replaces the default action for this case only. Any other cause of SIGBUS is left to
 //! the handler that was there before.
@@ -23,17 +22,17 @@ mod linux {
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::sync::{Mutex, OnceLock, PoisonError};
 
-    /// Exit code of errors of files.
+    /// Exit code of file errors.
     const CODE: c_int = 1;
 
-    /// Messages for one mapped file, for two, and so on; the last that is set names them all. The
+    /// Messages for one mapped file, for two, and so on; the last one set names them all. The
     /// handler reads them without a lock.
     static MESSAGES: [OnceLock<String>; 16] = [const { OnceLock::new() }; 16];
 
     /// The action for SIGBUS that was there before.
     static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
-    /// True once a thread has begun to write the message: only the first one writes it.
+    /// True once a thread has begun to write the message, which is written only once.
     static TELLING: AtomicBool = AtomicBool::new(false);
 
     /// Registers a file that is about to be mapped.
@@ -48,7 +47,7 @@ mod linux {
         if let Some(message) = MESSAGES.get(names.len() - 1) {
             message.get_or_init(|| {
                 format!(
-                    "error: cannot read {} any more: it has been shortened while it was in use, or its disk fails\n",
+                    "error: cannot read {} any more: it was truncated while in use, or its disk failed\n",
                     names.join(" or ")
                 )
             });

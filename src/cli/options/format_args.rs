@@ -1,21 +1,20 @@
-//! `--format`: the format of a file whose name does not show it.
+//! `--format`: overrides the format implied by a file name.
 
 use crate::cli::output::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::formats::endings;
 use phalanx::image::ImageFormat;
 
-/// A format by its name. No scene format has the name of a picture format, so that one option takes
-/// both.
+/// A format name. No scene format shares its name with a picture format, so one option takes both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FormatName {
-    /// A scene format, by the ending of its files.
+    /// A scene format, named for its file extension.
     Scene(&'static str),
     /// A picture format.
     Picture(ImageFormat),
 }
 
-/// Takes the names of all formats.
+/// A parser for the names of all formats.
 pub fn format_parser() -> impl TypedValueParser<Value = FormatName> {
     let pictures = ImageFormat::ENDINGS.map(|(name, _)| name);
     PossibleValuesParser::new(endings().chain(pictures))
@@ -37,7 +36,7 @@ impl FormatName {
 
 /// The scene format among names; at most one is allowed.
 pub fn scene_format(names: &[FormatName]) -> Result<Option<&'static str>, CliError> {
-    only(names, "scenes", |name| match name {
+    only(names, "the scene", |name| match name {
         FormatName::Scene(ending) => Some(*ending),
         FormatName::Picture(_) => None,
     })
@@ -45,7 +44,7 @@ pub fn scene_format(names: &[FormatName]) -> Result<Option<&'static str>, CliErr
 
 /// The picture format among names; at most one is allowed.
 pub fn picture_format(names: &[FormatName]) -> Result<Option<ImageFormat>, CliError> {
-    only(names, "pictures", |name| match name {
+    only(names, "the picture", |name| match name {
         FormatName::Picture(format) => Some(*format),
         FormatName::Scene(_) => None,
     })
@@ -61,7 +60,7 @@ fn only<T>(
     match picked.next() {
         None => Ok(first),
         Some(_) => Err(CliError::Usage(format!(
-            "--format names two formats of {what}: leave one of them out"
+            "--format names two formats for {what}: give only one"
         ))),
     }
 }

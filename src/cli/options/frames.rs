@@ -1,4 +1,4 @@
-//! Sequences: their frames, the camera's path, and the names of the files.
+//! Sequences: frames, the camera's path, and file names.
 
 use super::scene_args::{SceneArgs, WantedPicture};
 use crate::cli::output::{self, CliError, bytes};
@@ -16,22 +16,22 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(next_help_heading = LONG_RENDERS)]
 pub struct FrameArgs {
-    /// Frames A to B of a sequence, both included
+    /// Frames A to B of a sequence, inclusive
     ///
-    /// Render frames A to B, both included; the scene is read and its tree is built once. Each has
-    /// its number in its name, where `#`s stand, or before the ending. [default: once around, or
-    /// from the first to the last key frame]
+    /// The scene is read and its BVH built only once. Each file name contains the frame number, in
+    /// place of `#` characters or before the extension. [default: one full turn, or from the first
+    /// to the last key frame]
     #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "path")]
     pub frames: Option<RangeInclusive<u32>>,
-    /// A sequence: the camera goes around in N frames
+    /// Sequence of N frames, one turn around the target
     ///
-    /// The camera goes around what it looks at, once in N frames.
+    /// The camera circles its target once in N frames.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAME)), group = "path")]
     pub turntable: Option<u32>,
-    /// The camera goes through the views of this file
+    /// Move the camera through the views in this file
     ///
-    /// The camera goes through the views of this file, smoothly: a line each, of a frame's number,
-    /// from X Y Z, at X Y Z, up X Y Z, and the field of view.
+    /// Each line of the file holds a frame number, position X Y Z, target X Y Z, up vector X Y Z,
+    /// and vertical field of view in degrees. Views in between are interpolated smoothly.
     #[arg(long, value_name = "FILE", hide_short_help = true, group = "path")]
     pub keyframes: Option<PathBuf>,
 }
@@ -42,7 +42,7 @@ fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
     match ends {
         Some((a, b)) if a <= b && b <= MAX_FRAME => Ok(a..=b),
         _ => Err(format!(
-            "expected two frames, the first not after the second, of {MAX_FRAME} at most: 0..119"
+            "expected a range of frames A..B with A <= B <= {MAX_FRAME}, as in 0..119"
         )),
     }
 }
@@ -55,21 +55,19 @@ pub struct Sequence {
 }
 
 impl FrameArgs {
-    /// Returns true if these arguments ask for a sequence.
+    /// Returns true if these arguments describe a sequence.
     pub fn are_given(&self) -> bool {
         self.turntable.is_some() || self.keyframes.is_some()
     }
 
-    /// Notes that --camera is of no use, where that is so.
+    /// Prints a note if --camera has no effect.
     pub fn note_camera(&self, scene: &SceneArgs) {
         if scene.overrides.camera.is_some() && self.keyframes.is_some() {
-            output::note(
-                "the camera goes through the views of --keyframes: --camera changes nothing",
-            );
+            output::note("--camera has no effect with --keyframes");
         }
     }
 
-    /// The pictures that the scene is opened for.
+    /// The picture that the scene is opened for.
     pub fn wanted(&self, pixels: &PixelSpec) -> WantedPicture {
         WantedPicture {
             size: pixels.size,
@@ -77,7 +75,7 @@ impl FrameArgs {
         }
     }
 
-    /// The origin of a result in messages, unless it is a name that frames get their numbers in.
+    /// The origin of a result in messages; `None` if its name is a pattern for the names of frames.
     pub fn origin(&self, origin: &'static str) -> Option<&'static str> {
         (!self.are_given()).then_some(origin)
     }
@@ -116,7 +114,7 @@ impl Sequence {
     }
 }
 
-/// Most bytes of key frames that are read; each takes a hundred. A device never ends.
+/// Maximum size of a key frame file; a view takes about a hundred bytes. A device never ends.
 const MAX_KEYS: u64 = 16 << 20;
 
 /// Key frames of a file, for this scene.
@@ -128,13 +126,16 @@ pub fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError>
     let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));
     read.map_err(|e| CliError::cannot_read(&name, e))?;
     if text.len() as u64 > MAX_KEYS {
-        let message = format!("{name}: no keyframes: more than {}", bytes(MAX_KEYS));
+        let message = format!(
+            "{name}: not a key frame file: larger than {}",
+            bytes(MAX_KEYS)
+        );
         return Err(CliError::Usage(message));
     }
     parse_keys(&text, scene).map_err(|(line, what)| {
         CliError::Usage(format!(
-            "{name}:{line}: {what}; a line has a frame, from X Y Z, at X Y Z, up X Y Z, and the field of view: \
-             24 0 1 5 0 0 0 0 1 0 45"
+            "{name}:{line}: {what}; each line holds a frame number, position X Y Z, target X Y Z, up vector X Y Z, and \
+             field of view, as in 24 0 1 5 0 0 0 0 1 0 45"
         ))
     })
 }
@@ -151,12 +152,12 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
         let wrong = |what: &str| (number, what.to_owned());
         let frame = first
             .parse()
-            .map_err(|_| wrong(&format!("{first} is no number of a frame")))?;
+            .map_err(|_| wrong(&format!("{first} is not a frame number")))?;
         let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
-        let numbers = numbers.map_err(|_| wrong("there is something that is no number"))?;
+        let numbers = numbers.map_err(|_| wrong("not a number"))?;
         let &[ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy] = &numbers[..] else {
             return Err(wrong(&format!(
-                "{} numbers after the frame, not 10",
+                "expected 10 numbers after the frame, found {}",
                 numbers.len()
             )));
         };
@@ -169,15 +170,17 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
         });
         view.basis().map_err(|e| wrong(&e.to_string()))?;
         if frame > MAX_FRAME {
-            return Err(wrong(&format!("frame {frame} is beyond {MAX_FRAME}")));
+            return Err(wrong(&format!(
+                "frame {frame} is above the maximum, {MAX_FRAME}"
+            )));
         }
         if keys.last().is_some_and(|last| last.frame >= frame) {
-            return Err(wrong("frames have to rise"));
+            return Err(wrong("frame numbers must increase"));
         }
         keys.push(CameraKey { frame, view });
     }
     match keys.is_empty() {
-        true => Err((1, "there are no views".to_owned())),
+        true => Err((1, "no views".to_owned())),
         false => Ok(keys),
     }
 }
@@ -218,12 +221,16 @@ mod tests {
         assert_eq!((keys[0].view.eye.x, keys[0].view.center.x), (0.31, 0.0));
         for (bad, line, part) in [
             ("", 1, "no views"),
-            ("0 1 2 3", 1, "3 numbers"),
-            ("x 0 1 5 0 0 0 0 1 0 45", 1, "no number of a frame"),
-            ("0 0 1 5 0 0 0 0 1 0 45\n0 0 1 5 0 0 0 0 1 0 45", 2, "rise"),
+            ("0 1 2 3", 1, "found 3"),
+            ("x 0 1 5 0 0 0 0 1 0 45", 1, "not a frame number"),
+            (
+                "0 0 1 5 0 0 0 0 1 0 45\n0 0 1 5 0 0 0 0 1 0 45",
+                2,
+                "increase",
+            ),
             ("0 0 1 5 0 1 5 0 1 0 45", 1, "stands on the point"),
             ("0 0 1 5 0 0 0 0 1 0 nan", 1, "not finite"),
-            ("0 0 1 5 0 0 0 0 1 0 x", 1, "no number"),
+            ("0 0 1 5 0 0 0 0 1 0 x", 1, "not a number"),
         ] {
             let (at, what) = parse_keys(bad, &Scene::default()).unwrap_err();
             assert!(at == line && what.contains(part), "{bad}: {at}: {what}");

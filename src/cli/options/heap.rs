@@ -1,15 +1,15 @@
-//! Returns freed memory to the system, so that `--max-memory` can be kept.
+//! Returns freed memory to the system, so that `--max-memory` holds.
 //!
-//! glibc maps large blocks and unmaps them when they are freed. Its threshold for large adapts to
-//! the program: 128 KiB at first, and up to 32 MiB as soon as a block of that size has been freed.
-//! A reader's columns then come out of a heap for each thread, which keeps what was freed, and a
-//! peak may be twice the memory that is held. The threshold is therefore fixed once. That costs up
-//! to a sixth of the time of loading, so it is done only under a limit.
+//! glibc maps large blocks individually and unmaps them when they are freed. Its threshold adapts:
+//! 128 KiB at first, and up to 32 MiB once a block of that size has been freed. From then on a
+//! reader's columns come from per-thread heaps, which keep freed memory, and the peak may be twice
+//! the memory in use. So the threshold is fixed at the start. This costs up to a sixth of the
+//! loading time, and is done only under a limit.
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub use glibc::give_back;
 
-/// Does nothing, as other allocators have no such setting.
+/// Does nothing: other allocators have no such setting.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub fn give_back() {}
 
@@ -17,7 +17,7 @@ pub fn give_back() {}
 mod glibc {
     use std::ffi::c_int;
 
-    /// Size in bytes from which on a block is mapped on its own: glibc's first threshold.
+    /// Minimum size in bytes of an individually mapped block: glibc's initial threshold.
     const LARGE: c_int = 128 << 10;
 
     /// Fixes the threshold from now on.

@@ -1,4 +1,4 @@
-//! Options that several commands have, and the scene that they open.
+//! Options shared by several commands, and the scene that they open.
 
 mod budget;
 #[allow(unsafe_code, reason = "a signal handler has no safe name")]

@@ -1,8 +1,8 @@
-//! Parsers of options whose values are numbers, or have names.
+//! Parsers for options with named values.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-/// Takes one of the names in a table of names and values.
+/// A parser for the names in a table of names and values.
 pub fn name_parser<T: Copy + Send + Sync>(
     table: &'static [(&'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
@@ -11,7 +11,7 @@ pub fn name_parser<T: Copy + Send + Sync>(
     PossibleValuesParser::new(names).try_map(move |name| value(&name).ok_or("an unknown name"))
 }
 
-/// Takes one of the names in a table of names, their help and values.
+/// A parser for the names in a table of names, help texts and values.
 pub fn described_name_parser<T: Copy + Send + Sync>(
     table: &'static [(&'static str, &'static str, T)],
 ) -> impl TypedValueParser<Value = T> {

@@ -1,4 +1,4 @@
-//! The file that a picture is written to, by its options.
+//! The file that a picture is written to.
 
 use crate::cli::output::{CliError, OutputFile};
 use phalanx::files::shown_path;
@@ -7,7 +7,7 @@ use phalanx::jobs::PictureSpec;
 use phalanx::scene::Scene;
 use std::path::PathBuf;
 
-/// The file that a picture is written to. Refuses options that the format does not use, so that
+/// The file that a picture is written to. Refuses options that its format does not use, so that
 /// none is silently ignored.
 pub fn picture_file(
     path: PathBuf,
@@ -24,12 +24,12 @@ pub fn picture_file(
     ];
     if let (true, Some((option, _))) = (format.is_linear(), asked.iter().find(|(_, on)| *on)) {
         return Err(CliError::Usage(format!(
-            "{option} is for PNG and JPEG: {name} holds radiance as it is"
+            "{option} is for PNG and JPEG: {name} stores linear radiance"
         )));
     }
     if encoding.bits.is_some() && format != ImageFormat::Png {
         return Err(CliError::Usage(format!(
-            "--bits is for PNG, and {name} is none: leave it out"
+            "--bits is for PNG: {name} is not a PNG"
         )));
     }
     OutputFile::for_picture(path, format, &spec.resolve(scene), scene.origin)

@@ -1,4 +1,4 @@
-//! The scene of a command: how it is read, and what is changed of it.
+//! The scene of a command: its format, overrides and memory limit.
 
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
 use crate::cli::output::CliError;
@@ -16,21 +16,20 @@ pub struct SceneArgs {
     pub overrides: SceneOverrides,
     /// Format of the scene or the picture
     ///
-    /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it.
-    /// Where a picture is written, the name of a picture format says what is written, whatever the
-    /// picture's name ends in: one of each may be given, as in --format obj --format exr
+    /// Overrides the extension: a scene format that of the scene (required for stdin, -), a picture
+    /// format that of the picture. One of each may be given, as in --format obj --format exr
     #[arg(long, value_name = "NAME", hide_short_help = true, value_parser = format_parser())]
     pub format: Vec<FormatName>,
-    /// Refuse scenes that need more memory, as in 2G
+    /// Memory limit, as in 2G [default: none]
     ///
-    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or
-    /// 2GiB (powers of 1024): an estimate from the sizes of the named file and those it refers to,
-    /// the scene and the picture, no limit.
+    /// Stop with an error before a step that is likely to need more memory than this, as in 500M,
+    /// 2G (powers of 1000) or 2GiB (powers of 1024). Needs are estimated from the sizes of the
+    /// input files, the scene and the picture.
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
 }
 
-/// The picture that a scene is opened for, as far as a made-up camera depends on it.
+/// The properties of the picture that a default camera depends on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WantedPicture {
     /// Its size; `None` for the scene's.
@@ -50,13 +49,12 @@ impl SceneArgs {
         picture_format(&self.format)
     }
 
-    /// Refuses a picture format if no picture is written, or not by this command.
+    /// Refuses a picture format for a command that writes no picture.
     pub fn no_picture(&self) -> Result<(), CliError> {
         match self.picture_format()? {
             None => Ok(()),
             Some(_) => Err(CliError::Usage(
-                "--format names a format of pictures, and no picture is written here: leave it out"
-                    .to_owned(),
+                "--format names a picture format, but this command writes no picture".to_owned(),
             )),
         }
     }
@@ -77,7 +75,7 @@ impl SceneArgs {
         })
     }
 
-    /// The options of a planned picture.
+    /// The scene options of a planned picture.
     pub fn of_plan(plan: &RenderPlan) -> SceneArgs {
         let format = plan.spec.format.iter();
         SceneArgs {

@@ -1,4 +1,4 @@
-//! The scene argument of a command: opened and built within the memory that may be used.
+//! The scene argument of a command: opened and built within the memory limit.
 
 use super::budget::Budget;
 use super::scene_args::{SceneArgs, WantedPicture};
@@ -18,27 +18,27 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A scene, with its tree if it came with one.
+/// A scene, with the BVH that it was stored with, if any.
 pub struct SceneInput {
     /// The scene.
     pub scene: Scene,
-    /// Bytes of a mapped cache, or 0.
+    /// Size of the mapped cache; 0 if there is none.
     pub mapped_bytes: u64,
-    /// Memory that may be used.
+    /// Memory limit.
     pub budget: Budget,
     bvh: Option<Bvh>,
 }
 
 impl SceneInput {
-    /// Notes that scenes are read, so that no result replaces them.
+    /// Records scenes as inputs, so that no output replaces them.
     pub fn note_all(names: impl IntoIterator<Item = impl AsRef<Path>>) -> Result<(), CliError> {
         let is_file = |name: &Path| !is_dash(name) && standard_name(name).is_none();
         let mut names = names.into_iter().filter(|name| is_file(name.as_ref()));
         names.try_for_each(|name| output::reads("the scene", name.as_ref()))
     }
 
-    /// Opens the scene of this name for a picture, on `threads` threads (0: all). Its reader's
-    /// warnings and notes go to stderr.
+    /// Opens the scene of this name for a picture, on `threads` threads (0: one per CPU). The
+    /// reader's warnings and notes go to stderr.
     pub fn load(
         name: &Path,
         args: &SceneArgs,
@@ -104,8 +104,8 @@ impl SceneInput {
         })
     }
 
-    /// The tree of an engine: at the first call the one that came with the scene, if there is one,
-    /// else a new one.
+    /// The acceleration structure of an engine. The first call uses the BVH that was stored with
+    /// the scene, if any; later ones build a new one.
     pub fn prepare(
         &mut self,
         engine: Engine,
@@ -121,7 +121,7 @@ impl SceneInput {
         }
     }
 
-    /// The tree with all that a render needs, of which `films` films are in memory at once.
+    /// As [`SceneInput::prepare`], checked and completed for a render with `films` films in memory.
     pub fn prepare_render(
         &mut self,
         settings: &Settings,
@@ -134,13 +134,12 @@ impl SceneInput {
         Ok(prepared)
     }
 
-    /// The packet engine's tree.
+    /// The packet engine's BVH.
     pub fn tree(&mut self, tree: &TreeArgs, threads: usize) -> Result<Bvh, CliError> {
         if let Some(bvh) = self.bvh.take() {
             if tree.quality.is_some() {
                 output::note(
-                    "the scene cache has its tree: --quality changes nothing; give it to the phalanx build that \
-                     makes the cache",
+                    "--quality has no effect on a scene cache, which contains its BVH; pass it to phalanx build instead",
                 );
             }
             return Ok(bvh);
@@ -150,13 +149,13 @@ impl SceneInput {
     }
 }
 
-/// The scene format of a name's ending.
+/// The scene format of a file name's extension.
 fn ending_of(name: &Path) -> Option<&'static str> {
     let ending = name.extension()?;
     endings().find(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// All bytes of stdin, of a pipe or of a device, or one more than may be read.
+/// Reads stdin, a pipe or a device to its end, or one byte beyond `most`.
 fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
     let mut bytes = Vec::new();
     let most = most.saturating_add(1);
@@ -181,13 +180,13 @@ fn take_stdin() -> Result<(), CliError> {
     static READ: AtomicBool = AtomicBool::new(false);
     if READ.swap(true, Ordering::Relaxed) {
         return Err(CliError::Usage(
-            "stdin can be read once: name it once, as -".to_owned(),
+            "stdin can be read only once: give - only once".to_owned(),
         ));
     }
     Ok(())
 }
 
-/// Name, without an ending, of files that are made from a scene.
+/// File name, without extension, of outputs made from a scene.
 pub fn stem(name: &Path) -> &OsStr {
     let standard = standard_name(name).and_then(|text| text.split(':').nth(1));
     match standard {

@@ -1,4 +1,4 @@
-//! Options for what still counts as equal where pictures are compared.
+//! Tolerances for comparing pictures.
 
 use phalanx::jobs::spec::parse_number;
 
@@ -12,7 +12,7 @@ pub enum MaxDiffering {
 }
 
 impl MaxDiffering {
-    /// Number of pixels that may differ in a picture of this many.
+    /// Number of pixels that may differ in a picture of `all` pixels.
     pub fn pixels(self, all: u64) -> u64 {
         match self {
             MaxDiffering::Count(pixels) => pixels,
@@ -23,7 +23,7 @@ impl MaxDiffering {
 
 /// Parses a number of pixels, or a share in percent.
 pub fn parse_max_differing(text: &str) -> Result<MaxDiffering, String> {
-    let expected = "a number of pixels, or a share of them from 0% to 100%, as in 0.1%";
+    let expected = "a number of pixels, or a percentage from 0% to 100%, as in 0.1%";
     match text.strip_suffix('%') {
         Some(percent) => parse_number(percent.trim_end(), |p| (0.0..=100.0).contains(p), expected)
             .map(|percent: f64| MaxDiffering::Fraction(percent / 100.0)),
@@ -34,7 +34,7 @@ pub fn parse_max_differing(text: &str) -> Result<MaxDiffering, String> {
 /// Parses a difference of samples.
 pub fn parse_tolerance(text: &str) -> Result<f64, String> {
     let good = |tolerance: &f64| tolerance.is_finite() && *tolerance >= 0.0;
-    parse_number(text, good, "a difference of samples from 0 on, as in 0.5")
+    parse_number(text, good, "a difference of samples, 0 or more, as in 0.5")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The options that say how a scene's tree is built, and who traces it.
+//! Options for building the BVH, and for the threads and kernels that trace it.
 
 use super::parsers::{described_name_parser, name_parser};
 use crate::cli::output;
@@ -8,14 +8,14 @@ use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Setti
 use phalanx::jobs::spec::headings::MACHINE;
 use phalanx::jobs::spec::parse_number;
 
-/// How the packet engine's tree is built.
+/// Options for building the packet engine's BVH.
 #[derive(Debug, Args)]
 #[command(next_help_heading = MACHINE)]
 pub struct TreeArgs {
-    /// BVH quality: fast, medium (default), best
+    /// BVH quality: fast, medium (default) or best
     ///
-    /// BVH quality: better trees take longer to build and less time to trace. No picture depends on
-    /// it. [default: medium]
+    /// Better BVHs take longer to build and less time to trace. The picture does not depend on this
+    /// option.
     #[arg(long, value_name = "NAME", hide_possible_values = true, value_parser = name_parser(&Quality::ALL))]
     pub quality: Option<Quality>,
 }
@@ -30,20 +30,20 @@ impl TreeArgs {
     }
 }
 
-/// How the picture is cut for threads.
+/// Options for dividing the picture into tiles.
 #[derive(Debug, Args)]
 #[command(next_help_heading = MACHINE)]
 pub struct TileArgs {
     /// Tile size in pixels [default: 32]
     ///
-    /// Side of a tile, the part of a picture that a thread renders at a time, in pixels: 8 to 1024,
-    /// rounded up to a multiple of 8. No picture depends on it. [default: 32]
+    /// Side of the tiles that threads render: 8 to 1024, rounded up to a multiple of 8. The picture
+    /// does not depend on this option.
     #[arg(long, value_name = "N", hide_short_help = true, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: Option<u32>,
 }
 
 impl TileArgs {
-    /// Settings with these tiles.
+    /// Settings with these tiles applied.
     pub fn apply(&self, settings: Settings) -> Settings {
         let tile = self.tile.unwrap_or(settings.tile);
         Settings { tile, ..settings }
@@ -52,45 +52,47 @@ impl TileArgs {
 
 /// Names of `--pin`.
 const PINS: &[(&str, &str, CoreAffinity)] = &[
-    ("none", "The system places them", CoreAffinity::None),
-    ("cores", "One core each", CoreAffinity::Cores),
+    ("none", "Left to the system", CoreAffinity::None),
+    ("cores", "One core per thread", CoreAffinity::Cores),
 ];
 
 /// Names of `--engine`.
 const ENGINES: &[(&str, &str, Engine)] = &[
-    ("simd", "Eight-wide packets", Engine::Simd),
-    ("scalar", "The scalar oracle", Engine::Scalar),
+    ("simd", "SIMD packet engine", Engine::Simd),
+    (
+        "scalar",
+        "Scalar reference engine (the oracle)",
+        Engine::Scalar,
+    ),
 ];
 
-/// Who does the work.
+/// Threads, engine and kernel.
 #[derive(Debug, Args)]
 #[command(next_help_heading = MACHINE)]
 pub struct WorkArgs {
-    /// Worker threads [default: one per CPU]
-    ///
-    /// Worker threads [default: one per CPU that this process may use]
+    /// Number of threads [default: one per available CPU]
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
-    /// Bind workers to cores [default: cores if there is a worker for each, else none]
+    /// Pin threads to cores [default: cores if there is a thread for each, else none]
     #[arg(long, value_name = "MODE", hide_short_help = true, value_parser = described_name_parser(PINS))]
     pub pin: Option<CoreAffinity>,
-    /// Which tracer makes the picture; both give the same bits
+    /// Rendering engine; both produce the same bits
     #[arg(long, hide_short_help = true, default_value = "simd", value_parser = described_name_parser(ENGINES))]
     pub engine: Engine,
-    /// Traversal kernel of the packet engine
+    /// Traversal kernel of the simd engine
     #[arg(long, value_name = "NAME", hide_short_help = true, default_value = "auto", value_parser = name_parser(&Kernel::ALL))]
     pub kernel: Kernel,
 }
 
 impl WorkArgs {
-    /// Settings with these workers.
+    /// Settings with these options applied.
     pub fn apply(&self, settings: Settings) -> Settings {
-        // Number of CPUs of the process's affinity mask, not of the machine.
+        // CPUs in the affinity mask of the process, not of the machine.
         let available = std::thread::available_parallelism().map_or(1, |n| n.get());
         let threads = self.threads.unwrap_or(available);
         if threads > available {
             output::note(&format!(
-                "--threads {threads} is more than this process may use CPUs, {available}: they take turns"
+                "--threads {threads} is more than the {available} CPUs available to this process; threads will share them"
             ));
         }
         // With fewer workers than cores, several runs side by side would all be pinned to the first
@@ -125,7 +127,7 @@ pub fn kernels_parser() -> impl TypedValueParser<Value = KernelSet> {
     )
 }
 
-/// Most worker threads: a larger number is a typing error.
+/// Maximum number of threads; a larger one is a typing error.
 const MAX_THREADS: usize = 4096;
 
 pub fn parse_thread_count(text: &str) -> Result<usize, String> {

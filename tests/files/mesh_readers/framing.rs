@@ -142,7 +142,7 @@ fn an_axis_that_does_nothing_is_said_to() {
         .unwrap();
     assert_eq!(
         loaded.notes,
-        ["the scene has its camera: --up changes nothing"]
+        ["--up has no effect on a scene that has a camera"]
     );
     let stored = through_a_cache("note", &loaded.scene, &options);
     assert_eq!(stored.notes, loaded.notes);
