@@ -9,7 +9,7 @@ use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
-/// Refuses a picture's name that is not `*.png`; messages name the option by `origin`. Pipes and
+/// Refuses a name that does not end in `.png`; messages name the option by `origin`. Pipes and
 /// devices may have any name.
 fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     let ending = path.extension().and_then(OsStr::to_str);
@@ -17,7 +17,7 @@ fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::Usage(format!(
-        "{origin} {}: pictures are written as PNG, so the name must end in .png",
+        "{origin} {}: written as PNG, so the name must end in .png",
         shown_path(path)
     )))
 }
@@ -28,25 +28,25 @@ pub fn check_png_place(path: &Path, origin: &'static str) -> Result<(), CliError
     check_picture_place(path, Some(origin))
 }
 
-/// Refuses a path that cannot be written, before any work is done. If it is the path of a file
-/// itself, messages name its option by `origin`, and inputs and other results are refused, too.
+/// Refuses a path that cannot be written, before any work is done. With an `origin`, which names
+/// the option in messages, it also refuses inputs and other outputs.
 pub fn check_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     refuse_stdout(path, origin)?;
     place(path, origin).map(drop)
 }
 
-/// Refuses `-` where output to stdout is impossible; no file of that name is created.
+/// Refuses `-` where output to stdout is impossible, instead of creating a file of that name.
 pub fn refuse_stdout(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     match is_dash(path) {
         true => Err(CliError::Usage(format!(
-            "{} -: cannot be written to stdout, name a file",
+            "{} -: cannot be written to stdout: give a file name",
             origin.unwrap_or("the output")
         ))),
         false => Ok(()),
     }
 }
 
-/// As [`check_place`], for a report, which may be written to stdout.
+/// As [`check_place`], for a report, which may go to stdout.
 pub fn check_report_place(path: &Path, origin: &'static str) -> Result<(), CliError> {
     if !is_dash(path) {
         return check_place(path, Some(origin));
@@ -55,8 +55,8 @@ pub fn check_report_place(path: &Path, origin: &'static str) -> Result<(), CliEr
     ledger::writes(origin, path)
 }
 
-/// Refuses folders, any other kind of file that cannot be written, and inputs. Cheap enough to be
-/// called for every frame.
+/// Refuses folders, other kinds of files that cannot be written, and inputs. Cheap enough for every
+/// frame.
 pub fn check_kind(path: &Path, origin: &'static str) -> Result<(), CliError> {
     Destination::of(path).map_err(|e| CliError::cannot_write(path, e))?;
     ledger::writes(origin, path)
@@ -71,7 +71,7 @@ fn place(path: &Path, origin: Option<&'static str>) -> Result<Destination, CliEr
     Ok(place)
 }
 
-/// As [`check_place`], but refuses terminals, too.
+/// As [`check_place`], and refuses terminals.
 pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     let terminal = match is_dash(path) {
         true => {
@@ -83,23 +83,23 @@ pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<
     match terminal {
         false => Ok(()),
         true => Err(CliError::Usage(format!(
-            "{}: a picture cannot be shown by a terminal: name a file, or redirect with > or |",
+            "{}: a picture cannot be written to a terminal: give a file name, or redirect with > or |",
             shown_path(path)
         ))),
     }
 }
 
-/// The absolute path, for processes that run elsewhere.
+/// The absolute path, for processes with another working directory.
 pub fn absolute_path(path: &Path) -> Result<PathBuf, CliError> {
     std::path::absolute(path).map_err(|e| CliError::not_located(path, e))
 }
 
-/// Returns true if output to this name replaces the file by renaming, instead of writing into it.
+/// Returns true if output to this path replaces the file by a rename instead of writing into it.
 pub fn is_replaced(path: &Path) -> bool {
     !is_dash(path) && !is_stream(path)
 }
 
-/// Returns true if a name is that of a stream, which output is written into.
+/// Returns true if the path is a stream, such as a pipe or a device.
 fn is_stream(path: &Path) -> bool {
     matches!(
         Destination::of(path),

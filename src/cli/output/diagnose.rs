@@ -10,14 +10,14 @@ use phalanx::formats::{Diagnostic, LoadError, endings};
 use std::ops::Range;
 use std::path::Path;
 
-/// Prints the reason why a file gave no scene.
+/// Prints the error of a scene file that could not be read.
 pub fn print_error(error: &LoadError) {
     match error {
         LoadError::Io { .. } | LoadError::Memory { .. } => stderr::error(&error.to_string()),
         LoadError::UnknownFormat { .. } => {
             let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
             stderr::error(&format!(
-                "{error} (known: {}; --format chooses one)",
+                "{error} (known: {}; --format overrides the extension)",
                 known.join(", ")
             ));
         }
@@ -39,7 +39,7 @@ pub fn print_warnings(path: &Path, warnings: &[Diagnostic]) {
     }
 }
 
-/// Prints notes on what was added because the file has none.
+/// Prints notes on defaults for what the file lacks.
 pub fn print_notes(notes: &[String]) {
     for made_up in notes {
         stderr::note(&printable(made_up));
@@ -55,7 +55,7 @@ fn headline(path: &Path, d: &Diagnostic) -> String {
     }
 }
 
-/// Colours where stderr takes them.
+/// A renderer with colours if stderr supports them.
 fn renderer() -> Renderer {
     match takes_color() {
         true => Renderer::styled(),
@@ -63,8 +63,7 @@ fn renderer() -> Renderer {
     }
 }
 
-/// Longest line of source that is shown. A longer one was not written by hand, and may be the whole
-/// file.
+/// Longest source line to show. A longer one was not written by hand, and may be the whole file.
 const LONGEST_LINE: usize = 240;
 
 fn draw(
@@ -102,9 +101,9 @@ struct SourceLine {
 }
 
 impl SourceLine {
-    /// The line of a diagnostic; `None` for a binary file, and for a line too long to show.
-    /// Whatever the diagnostic's numbers are, the span is within the line, and on character
-    /// boundaries.
+    /// The line of a diagnostic; `None` for a binary file, or a line too long to show. The span is
+    /// always within the line and on character boundaries, even if the diagnostic's numbers are
+    /// not.
     fn of(text: &str, d: &Diagnostic) -> Option<SourceLine> {
         if d.line == 0 {
             return None;
@@ -139,7 +138,7 @@ fn boundary(text: &str, mut at: usize, step: impl Fn(usize) -> usize) -> usize {
     at
 }
 
-/// The text with characters that steer the terminal made visible, byte for byte as long as before.
+/// The text with terminal control characters replaced; its length in bytes does not change.
 fn printable(text: &str) -> String {
     let show = |c: char| match c {
         '\n' | '\r' | '\t' => (c, 1),

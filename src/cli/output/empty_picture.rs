@@ -4,8 +4,8 @@ use phalanx::camera::Camera;
 use phalanx::render::Film;
 use phalanx::scene::{Bounds, Scene};
 
-/// Minimum size, in pixels, of a picture that may be reported as empty: a small detail may well
-/// have one colour.
+/// Minimum size, in pixels, of a picture that may be reported as empty. A smaller one may show a
+/// detail of one colour.
 const MIN_PIXELS: usize = 64;
 
 /// The common colour of all pixels so far, if there is one.
@@ -38,8 +38,8 @@ impl EvenColor {
         };
     }
 
-    /// The reason why a scene's picture of this size shows only background or black. `None` if it
-    /// shows more, or if the scene is empty.
+    /// The reason why a picture of this size shows only background or black; `None` if it shows
+    /// more, or if the scene is empty.
     pub fn explain(self, scene: &Scene, size: (u32, u32)) -> Option<String> {
         let EvenColor::All(color, pixels) = self else {
             return None;
@@ -50,7 +50,7 @@ impl EvenColor {
         }
         let reason = reason(scene, background, size);
         Some(format!(
-            "the picture is empty, every pixel has the same colour: {reason}"
+            "the picture is empty (all pixels have the same colour): {reason}"
         ))
     }
 }
@@ -69,12 +69,12 @@ fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
     let inside = eye.cmpge(bounds.lo).all() && eye.cmple(bounds.hi).all();
     if background {
         return match inside {
-            true => "the camera is inside the scene and looks past all of it (see --camera)".into(),
-            false => "nothing of the scene is visible, or it has the background's colour (see --camera, --background)".into(),
+            true => "the camera is inside the scene, but nothing is in view (see --camera)".into(),
+            false => "nothing is visible, or it has the colour of the background (see --camera, --background)".into(),
         };
     }
     if scene.lights.is_empty() {
-        return "there is no light, and no surface emits any (see --light)".into();
+        return "the scene has no lights and no emissive surfaces (see --light)".into();
     }
     match inside {
         true => {
@@ -87,7 +87,7 @@ fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
 /// Position of the scene, if its box is completely outside a picture of this size.
 fn outside(scene: &Scene, bounds: Bounds, (width, height): (u32, u32)) -> Option<&'static str> {
     let camera = Camera::new(&scene.view, width, height).ok()?;
-    // Axes to the right, up and ahead of the eye, and the spacing of pixels there.
+    // Coordinates to the right, up and ahead of the eye, and the pixel spacing there.
     let corners = bounds.corners().map(|corner| {
         let to = corner - camera.eye;
         let ahead = -to.dot(camera.back);

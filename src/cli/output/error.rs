@@ -118,7 +118,7 @@ impl CliError {
             CliError::Cache(error) => report_cache(error),
             CliError::Mismatch | CliError::Slower => {}
             CliError::Bench(wrong) => stderr::error(&format!(
-                "{wrong}\n  help: rates are reported only for correct answers"
+                "{wrong}\n  help: rates are reported only if all answers are correct"
             )),
             CliError::Interrupted => message("interrupted"),
             CliError::Resumable(what) => message(&format!("interrupted: {what}")),
@@ -132,7 +132,7 @@ fn report_cache(error: &CacheError) {
     if let CacheError::Refused { path, .. } = error {
         let path = shown_path(path);
         message(&format!(
-            "  help: build it again from its scene: phalanx build SCENE -o {path}"
+            "  help: rebuild it from its scene: phalanx build SCENE -o {path}"
         ));
     }
 }
@@ -153,7 +153,7 @@ impl From<StandardError> for CliError {
         match error {
             StandardError::Scene(_) => CliError::Scene(error.to_string()),
             _ => CliError::Usage(format!(
-                "{error}\n\nTo see all standard scenes and their sizes: phalanx scenes"
+                "{error}\n\nTo list all standard scenes and their sizes: phalanx scenes"
             )),
         }
     }
@@ -203,12 +203,12 @@ impl From<KeptFileError> for CliError {
         match error {
             KeptFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
                 .with_hint(
-                    "finished work is kept: free some space, then run the same command again",
+                    "finished work is kept: free some disk space, then run the same command again",
                 ),
             KeptFileError::Different { .. }
             | KeptFileError::Other { .. }
             | KeptFileError::Layout { .. } => {
-                failure.with_hint("name another file, or remove this one")
+                failure.with_hint("choose another file, or delete this one")
             }
             _ => failure,
         }

@@ -3,8 +3,8 @@
 use glam::Vec3;
 use phalanx::scene::Scene;
 
-/// A scene position in the file's coordinates, with no more digits than single precision has near
-/// the scene's origin: a coordinate of 500000.31 in the file is displayed as such.
+/// A scene position in the file's coordinates, with the digits that single precision has near the
+/// scene's origin: a coordinate of 500000.31 in the file is displayed as such.
 pub fn to_file_coordinates(scene: &Scene, position: Vec3) -> [f64; 3] {
     let local = (position / scene.scale).to_array();
     let told = |axis: usize| match (scene.origin[axis], shortest(local[axis])) {

@@ -1,9 +1,9 @@
 //! SIGINT, SIGTERM and SIGHUP.
 //!
-//! During a render, a signal requests a stop, so that workers finish in order. A second signal ends
-//! the process at once, as does any signal while nothing stoppable runs (a scene is loading, a tree
-//! is being built). While a file is being written, no signal ends the process, because exiting
-//! would leave a temporary file behind: the signal waits, or requests the writing to stop. (Output
+//! During a render, a signal requests an orderly stop of the threads. A second signal ends the
+//! process immediately, as does any signal while nothing stoppable is running (a scene is loading,
+//! a BVH is being built). While a file is being written, no signal ends the process, because that
+//! would leave a temporary file behind: the signal is deferred, or asks the writer to stop. (Output
 //! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for SIGTERM
 //! and 129 for SIGHUP, by the convention of shells and schedulers. A SIGHUP disabled by `nohup`
 //! stays disabled.

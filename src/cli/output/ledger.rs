@@ -1,8 +1,8 @@
-//! The files that this process reads and writes. No result replaces an input or another result.
+//! The files that this process reads and writes. No output replaces an input or another output.
 //!
-//! Files are compared by device and inode on Unix, elsewhere by canonical name, so that names and
-//! links do not matter. Pipes and devices are written into, and are not compared. A file that a
-//! command resumes (finished tiles, a list of frames) is recorded only as written.
+//! Files are compared by device and inode on Unix, elsewhere by canonical name, so that different
+//! names and links are recognised. Pipes and devices are not compared. A file that a command
+//! resumes from (finished tiles, a list of frames) is recorded only as an output.
 
 use super::error::CliError;
 use super::stdout::is_dash;
@@ -43,7 +43,7 @@ fn identity(path: &Path) -> Option<PathBuf> {
     file.is_file().then_some(id)
 }
 
-/// Number of bytes needed to recognise a packed file or a placeholder for another file.
+/// Number of bytes needed to recognise a compressed file, or a placeholder for another file.
 const HEAD: u64 = 64;
 
 /// Up to `most` first bytes of a regular file; empty if it cannot be read.
@@ -55,8 +55,8 @@ pub fn first_bytes(path: &Path, most: u64) -> Vec<u8> {
     head
 }
 
-/// Records an input, with its purpose for messages; refuses one that a result would replace, and
-/// one that is packed or a placeholder.
+/// Records an input, with its purpose for messages. Refuses one that an output would replace, and
+/// one that is compressed or a placeholder.
 pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
     let Some(id) = identity(path) else {
         return Ok(());
@@ -75,7 +75,8 @@ pub fn reads(what: &str, path: &Path) -> Result<(), CliError> {
 }
 
 /// Records an output, named by the option `origin`; refuses one that replaces an input or another
-/// option's output. An option has one file at a time, so that frames may follow each other.
+/// option's output. An option has one file at a time, so that a sequence can write one after
+/// another.
 pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
     let id = match Destination::of(path) {
         _ if is_dash(path) => path.into(),
@@ -91,18 +92,20 @@ pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
     if let Some((first, _)) = ledger.written.iter().find(|(_, (other, _))| *other == id) {
         let shown = shown_path(path);
         return Err(CliError::Usage(format!(
-            "{first} and {origin} are the same file, {shown}: name another one"
+            "{first} and {origin} are the same file, {shown}: choose another"
         )));
     }
     ledger.written.insert(origin, (id, written));
     Ok(())
 }
 
-/// The input that a result at this path would replace, with its purpose.
+/// The input that an output at this path would replace, with its purpose.
 pub fn input_at(path: &Path) -> Option<String> {
     ledger().read.get(&identity(path)?).cloned()
 }
 
 fn refusal(written: &str, read: &str) -> CliError {
-    CliError::Usage(format!("{written} would replace {read}: name another file"))
+    CliError::Usage(format!(
+        "{written} would overwrite {read}: choose another file"
+    ))
 }

@@ -58,7 +58,7 @@ pub struct PreviewWriter<'a> {
     source: &'a LivePreview<'a>,
     preview: Option<Preview>,
     written: Instant,
-    /// Thread that writes the last snapshot to an output that may block on its reader.
+    /// Thread that writes the last snapshot to an output whose reader may block it.
     sent: Option<JoinHandle<()>>,
 }
 
@@ -77,7 +77,7 @@ impl<'a> PreviewWriter<'a> {
         self.preview.is_some()
     }
 
-    /// Shows the picture so far, with a status line. A file is written when it is due, and at the
+    /// Shows the unfinished picture with a status line. A file is written at intervals and at the
     /// end. A pipe without a reader blocks nothing, except at the end until `stop` is set.
     pub fn show(&mut self, words: &str, end: bool, stop: &AtomicBool) {
         let due = end || self.written.elapsed() >= SNAPSHOT_INTERVAL;
@@ -115,8 +115,8 @@ impl<'a> PreviewWriter<'a> {
     }
 }
 
-/// Writes a snapshot. Errors are not fatal: a temporarily full disk is no reason to give up a
-/// picture that takes hours.
+/// Writes a snapshot. Errors are not fatal: a temporarily full disk must not end a render that
+/// takes hours.
 fn save(path: &Path, picture: &Picture) {
     if let Err(error) = save_png(path, picture) {
         warning(&error.to_string());

@@ -7,18 +7,18 @@ use phalanx::scene::Scene;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Bytes of each part. Parts in a mapped cache are included, and counted again in `mapped_bytes`.
+/// Bytes by part. Parts in a mapped cache are included here and also in `mapped_bytes`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MemoryStats {
-    /// All columns of the scene.
+    /// Total of all scene columns.
     scene_bytes: u64,
-    /// Columns of the scene, by part.
+    /// Scene columns by part.
     scene_parts: BTreeMap<&'static str, u64>,
     bvh_node_bytes: u64,
     bvh_primitive_bytes: u64,
-    /// The tree with more children per node; 0 if none was built.
+    /// The wide tree; 0 if none was built.
     bvh_wide_bytes: u64,
-    /// The film and the picture made from it; 0 if none is made.
+    /// The film and its encoded picture; 0 if there is none.
     film_bytes: u64,
     /// Sum of all of the above.
     total_bytes: u64,
@@ -33,7 +33,7 @@ pub struct MemoryStats {
 }
 
 impl MemoryStats {
-    /// Figures of a scene and its tree, of a film of `film_bytes` bytes, and of a mapped file.
+    /// Figures of a scene with its BVH, a film of `film_bytes` bytes, and a mapped file.
     pub fn of(scene: &Scene, tree: &TreeStats, film_bytes: u64, mapped_bytes: u64) -> MemoryStats {
         let scene_bytes = scene.memory_bytes() as u64;
         let trees = [tree.node_bytes, tree.prim_bytes, tree.wide_bytes];
@@ -101,7 +101,7 @@ impl MemoryStats {
     }
 }
 
-/// Peak memory of this process, as reported by Linux.
+/// Peak memory of this process; only Linux reports it.
 fn peak_rss_bytes() -> Option<u64> {
     let peak = process_status("VmHWM")?;
     let kib: u64 = peak.strip_suffix("kB")?.trim().parse().ok()?;

@@ -1,4 +1,4 @@
-//! Results, progress, errors and output files.
+//! Results, progress, messages and output files.
 
 mod destination;
 mod diagnose;

@@ -1,5 +1,4 @@
-//! The file that a picture is written to: its format by its name, and the options that the format
-//! allows.
+//! The file that a picture is written to, its format, and the options that the format allows.
 
 use super::destination::is_replaced;
 use super::error::CliError;
@@ -19,9 +18,9 @@ use std::time::Duration;
 /// Longest side of a JPEG.
 const JPEG_SIDE: u32 = 65_535;
 
-/// The requested format, or that of a picture's name. Refuses an ending that no format has;
-/// `origin` names the option in the message. Stdout, and pipes and devices without an ending, get a
-/// PNG.
+/// The requested format, or that of a picture's name. Refuses an unknown extension; `origin` names
+/// the option in the message. The default is PNG for stdout, and for pipes and devices without an
+/// extension.
 pub fn format_of(
     path: &Path,
     asked: Option<ImageFormat>,
@@ -34,7 +33,7 @@ pub fn format_of(
         .ok_or_else(|| {
             let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
             CliError::Usage(format!(
-                "{origin} {}: the name must end in one of {}, or --format must name the format",
+                "{origin} {}: unknown picture format: use one of {} or --format",
                 shown_path(path),
                 endings.join(", ")
             ))
@@ -49,8 +48,8 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// The file of a picture all of whose options are given, of a scene with this origin, with an
-    /// empty header. The format must be able to hold the AOVs.
+    /// The file of a fully resolved picture, for a scene with this origin, with an empty header.
+    /// The format must be able to store the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,
@@ -60,7 +59,7 @@ impl OutputFile {
         let (aovs, of) = (spec.pixels.aovs(), spec.pixels.size.unwrap_or_default());
         if !aovs.is_empty() && format != ImageFormat::Exr {
             return Err(CliError::Usage(format!(
-                "--aov needs an OpenEXR file, not {}: name it .exr",
+                "--aov needs an OpenEXR file (.exr), not {}",
                 shown_path(path)
             )));
         }
@@ -74,7 +73,7 @@ impl OutputFile {
         let longest = width.max(height);
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
-                "{}: the sides of a JPEG are at most {JPEG_SIDE} pixels, not {longest}: write a PNG",
+                "{}: a JPEG is limited to at most {JPEG_SIDE} pixels per side, not {longest}: write a PNG",
                 shown_path(path)
             )));
         }
@@ -92,28 +91,28 @@ impl OutputFile {
         Ok(OutputFile { path, file })
     }
 
-    /// The file with this header, whose command lacks the file's own options.
+    /// The file with this header, completed with the file's own options.
     pub fn with_header(&self, header: PictureHeader) -> OutputFile {
         let mut output = self.clone();
         set_header(&mut output.file, header);
         output
     }
 
-    /// Returns true if the whole file is in memory before it is written: a file that is not
-    /// replaced cannot be sought in.
+    /// Returns true if the whole file is built in memory first, because its format seeks and its
+    /// destination cannot.
     pub fn is_in_memory(&self) -> bool {
         self.file.format.seeks() && !is_replaced(&self.path)
     }
 
-    /// Writes bands as they are made, on a thread of its own; `make` gets a function that takes
-    /// them. A pipe without a reader, or whose reader stops, is given up when the control says
-    /// stop.
+    /// Writes bands on a separate thread while `make` produces them and passes them to its
+    /// argument. A pipe whose reader is missing or stalled is abandoned once the control's `stop`
+    /// is set.
     pub fn write_while<T>(
         &self,
         control: &Control,
         make: impl FnOnce(&mut dyn FnMut(Film) -> bool) -> Result<T, BandsError>,
     ) -> Result<T, CliError> {
-        // No queue: one band is being made while one is being written.
+        // No queue: one band is rendered while the previous one is written.
         let (send, receive) = sync_channel::<io::Result<Film>>(0);
         let output = self.clone();
         let writer = std::thread::Builder::new()
@@ -122,7 +121,7 @@ impl OutputFile {
         let stopped = || control.stop.load(Ordering::SeqCst);
         let made = make(&mut |film| send_band(&send, film, stopped));
         drop(send);
-        // A thread that waits for a pipe's reader ends with the process, and leaves no unfinished
+        // A thread that waits for a pipe's reader ends with the process, and leaves no partial
         // file.
         while !writer.is_finished() && !is_replaced(&self.path) {
             match made {
@@ -136,7 +135,7 @@ impl OutputFile {
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         match (made, written) {
             (Err(BandsError::Abandoned), _) if stopped() => Err(CliError::Interrupted),
-            // The writer failed, so that no bands were taken.
+            // The writer failed, and took no more bands.
             (Err(BandsError::Abandoned), Err(failure)) => Err(failure),
             (Err(error), _) => Err(error.into()),
             (Ok(_), Err(failure)) => Err(failure),
@@ -148,7 +147,7 @@ impl OutputFile {
         if !is_dash(&self.path) {
             return Ok(save_bands(&self.path, &self.file, bands)?);
         }
-        // Buffered, because standard output searches for line ends, which samples do not have.
+        // Buffered, because standard output otherwise scans for line ends.
         let mut out = BufWriter::new(io::stdout().lock());
         write_bands(&mut out, &self.file, bands)
             .map_err(|e| CliError::Runtime(format!("cannot write the picture to stdout: {e}")))
@@ -158,8 +157,8 @@ impl OutputFile {
 /// Interval at which a waiting thread checks for a signal.
 const POLL: Duration = Duration::from_millis(1);
 
-/// Passes a band to the writing thread; `false` if that has ended, or if `stopped` says to wait no
-/// longer.
+/// Passes a band to the writing thread. Returns false if the thread has ended, or once `stopped`
+/// returns true.
 fn send_band(send: &SyncSender<io::Result<Film>>, film: Film, stopped: impl Fn() -> bool) -> bool {
     let mut waiting = Ok(film);
     loop {

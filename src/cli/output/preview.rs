@@ -1,4 +1,4 @@
-//! `--preview`: the picture so far in the terminal, two pixels per character.
+//! `--preview`: the unfinished picture in the terminal, two pixels per character.
 
 use super::error::CliError;
 use phalanx::image::Picture;
@@ -23,17 +23,17 @@ impl Preview {
             return Ok(());
         }
         Err(CliError::Usage(
-            "--preview needs a terminal on stderr; --snapshot FILE.png writes a file at intervals instead".to_owned(),
+            "--preview needs a terminal on stderr; use --snapshot FILE.png to write a file at intervals instead".to_owned(),
         ))
     }
 
-    /// The longest side of a picture that fits into the terminal at its current size.
+    /// Longest side, in pixels, of a picture that fits the terminal at its current size.
     pub fn side() -> u32 {
         let (columns, rows) = size();
         u32::min(columns.into(), 2 * u32::from(rows.saturating_sub(2)))
     }
 
-    /// Draws a picture, reduced to fit, and a line below it. A closed stderr is not an error.
+    /// Draws a picture, reduced to fit, with a status line below. A closed stderr is not an error.
     pub fn draw(&mut self, picture: &Picture, status: &str) {
         let mut text = String::new();
         if self.lines > 0 {
@@ -51,7 +51,7 @@ impl Preview {
     }
 }
 
-/// Every n-th pixel of a picture that is too large.
+/// The picture reduced to at most `side` pixels, by keeping every n-th pixel.
 fn thinned(picture: &Picture, side: u32) -> Picture {
     let step = picture
         .width

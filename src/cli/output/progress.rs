@@ -1,5 +1,5 @@
-//! Progress of a render: a bar, lines of JSON, or the picture so far. A polling loop runs alongside
-//! the render.
+//! Progress of a render: a bar, lines of JSON, or a preview. A polling loop runs alongside the
+//! render.
 
 use super::error::CliError;
 use super::interrupt;
@@ -28,7 +28,7 @@ pub struct ProgressOptions<'a> {
     /// Pixels of the picture.
     pub pixels: u64,
     pub mode: ProgressMode,
-    /// The picture so far, if it is to be shown.
+    /// Preview of the unfinished picture, if requested.
     pub live_preview: Option<&'a LivePreview<'a>>,
 }
 
@@ -45,14 +45,14 @@ impl ProgressOptions<'_> {
 /// Form of progress reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ProgressMode {
-    /// A bar if stderr is a terminal
+    /// Bar if stderr is a terminal
     #[default]
     Auto,
-    /// A bar
+    /// Bar
     Bar,
-    /// A line of JSON per second, on stderr
+    /// One line of JSON per second, on stderr
     Json,
-    /// No progress reports
+    /// No progress
     None,
 }
 
@@ -72,7 +72,7 @@ pub fn render(
     })
 }
 
-/// Runs `fill`, which fills a picture and may write a file, with signal handling and progress.
+/// Runs `fill`, which renders a picture and may write a file, with signal handling and progress.
 pub fn with_progress<T: Send, E: Into<CliError> + Send>(
     writes: Option<&Path>,
     options: ProgressOptions,
@@ -89,7 +89,7 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     std::thread::scope(|scope| {
         let (done, finished) = channel::<()>();
         let work = move || {
-            // Dropped when this thread ends, however it ends; the loop waits for that.
+            // Dropped when this thread ends, even by a panic; the loop waits for that.
             let _done = done;
             fill(control)
         };
@@ -105,7 +105,7 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     })
 }
 
-/// A bar in this style on stderr, if that is a terminal; with a length, if that is known.
+/// A bar in this style, shown only if stderr is a terminal; `length` is `None` if unknown.
 pub fn bar(length: Option<u64>, template: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -116,7 +116,7 @@ pub fn bar(length: Option<u64>, template: &str) -> ProgressBar {
 
 /// Interval between updates of the bar.
 const TICK: Duration = Duration::from_millis(100);
-/// Interval between lines and pictures.
+/// Interval between JSON lines and previews.
 const SECOND: Duration = Duration::from_secs(1);
 
 impl ProgressOptions<'_> {
@@ -155,8 +155,7 @@ pub struct ProgressState {
     rays: u64,
     mrays_per_s: f64,
     seconds: f64,
-    /// Estimate that assumes the rest to be like the part rendered so far; `None` if there is no
-    /// such part.
+    /// Estimate from the pixels that this run has rendered; `None` if there are none yet.
     seconds_left: Option<f64>,
 }
 
@@ -196,7 +195,7 @@ impl ProgressState {
     }
 }
 
-/// The outputs of progress.
+/// The outputs for progress.
 struct ProgressReporter<'a> {
     bar: Option<ProgressBar>,
     json: bool,
@@ -231,7 +230,7 @@ impl<'a> ProgressReporter<'a> {
         }
     }
 
-    /// Writes a line and shows the picture so far; at the end, waits for readers.
+    /// Writes a line and shows the preview; at the end, waits for readers.
     fn report(&mut self, state: &ProgressState, end: bool, stop: &AtomicBool) {
         if self.json
             && let Ok(line) = serde_json::to_string(state)

@@ -1,4 +1,4 @@
-//! A picture's settings beyond its size and depth, as they appear in reports and records.
+//! A picture's settings other than size and depth, as shown in reports and records.
 
 use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
@@ -33,8 +33,8 @@ impl PictureWindow {
     }
 }
 
-/// The settings that change the picture. A record that lacks one is older than the setting, and
-/// used the only value that existed then.
+/// The settings that change the picture. A record without one predates the setting, and used what
+/// is now its default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderSummary {
     /// Minimum weight of a traced ray. For older records, all rays were traced.
@@ -94,7 +94,7 @@ impl RenderSummary {
         }
     }
 
-    /// The samples in words; adaptive pictures have fewer in most pixels.
+    /// The samples per pixel in words; with adaptive sampling, the maximum.
     pub fn samples_words(&self) -> String {
         let most = if self.aa_threshold.is_some() {
             "up to "
@@ -105,7 +105,7 @@ impl RenderSummary {
         format!("{most}{} sample{plural} per pixel", self.spp)
     }
 
-    /// The settings in words; the filter only if it matters, and the minimum weight if any.
+    /// The settings in words, without the filter of a single sample and a minimum weight of 0.
     pub fn words(&self) -> String {
         let mut words = self.samples_words();
         if self.spp > 1 {

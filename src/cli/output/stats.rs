@@ -1,4 +1,4 @@
-//! Counts as the JSON documents and the tables give them: primitives, tree, rays.
+//! Counts of primitives, BVH nodes and rays, for JSON documents and tables.
 
 use super::table::grouped;
 use phalanx::frame::TreeStats;
@@ -6,7 +6,7 @@ use phalanx::render::RayCounts;
 use phalanx::scene::{PrimKind, Scene};
 use serde::{Serialize, Serializer};
 
-/// Primitives by kind, ellipsoids among the spheres.
+/// Primitives by kind; ellipsoids count as spheres.
 #[derive(Clone, Copy, Debug)]
 pub struct PrimitiveCounts([usize; PrimKind::COUNT]);
 
@@ -45,7 +45,7 @@ impl Serialize for PrimitiveCounts {
     }
 }
 
-/// Figures of the tree.
+/// Figures of the BVH.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct TreeFigures {
     /// Nodes, as [`TreeStats::nodes`] counts them.
@@ -73,7 +73,7 @@ impl From<TreeStats> for TreeFigures {
     }
 }
 
-/// Rays of each kind and of all kinds, under the names that documents and tables give them.
+/// Rays of each kind and in total, by their names in documents and tables.
 pub fn rays_by_kind(rays: &RayCounts) -> [(&'static str, u64); 5] {
     [
         ("primary", rays.primary),
@@ -97,7 +97,7 @@ pub fn serialize_rates<S: Serializer>(
     serializer.collect_map(*rates)
 }
 
-/// Millions of rays a second. Rates of the kinds, each for all of the time, add up to the total.
+/// Millions of rays per second. The rates of the kinds all use the total time, so they add up.
 pub fn mrays_per_s(rays: u64, seconds: f64) -> f64 {
     match seconds > 0.0 {
         true => rays as f64 / 1e6 / seconds,

@@ -12,31 +12,31 @@ const YELLOW: &str = "\u{1b}[1;33m";
 const CYAN: &str = "\u{1b}[1;36m";
 const RESET: &str = "\u{1b}[0m";
 
-/// Writes why a command fails.
+/// Writes the reason why a command failed.
 pub fn error(text: &str) {
     labelled("error", RED, text);
 }
 
-/// Writes that something is likely not as the user wants it.
+/// Writes about a result that is probably not what the user intended.
 pub fn warning(text: &str) {
     labelled("warning", YELLOW, text);
 }
 
-/// Writes that something is worth knowing. `--quiet` leaves it out.
+/// Writes a note; suppressed by `--quiet`.
 pub fn note(text: &str) {
     if verbosity() != Verbosity::Quiet {
         labelled("note", CYAN, text);
     }
 }
 
-/// Writes how work goes on. `--quiet` leaves it out.
+/// Writes a status line; suppressed by `--quiet`.
 pub fn status(line: &str) {
     if verbosity() != Verbosity::Quiet {
         message(line);
     }
 }
 
-/// Writes a line to stderr. A closed stderr is no error.
+/// Writes a line to stderr. A closed stderr is not an error.
 pub fn message(line: &str) {
     message_raw(&printable(line));
 }
@@ -50,7 +50,7 @@ fn labelled(label: &str, color: &str, text: &str) {
     message_raw(&format!("{} {}", colored(label, color), printable(text)));
 }
 
-/// A label and its colon, in colour where stderr takes it.
+/// A label and its colon, coloured if stderr supports it.
 fn colored(label: &str, color: &str) -> String {
     match takes_color() {
         true => format!("{color}{label}:{RESET}"),
@@ -63,15 +63,15 @@ pub fn error_label() -> String {
     colored("error", RED)
 }
 
-/// Returns true if stderr takes colours, by the rules of <https://bixense.com/clicolors>: NO_COLOR,
-/// then CLICOLOR_FORCE, then CLICOLOR and whether it is a terminal.
+/// Returns true if stderr gets colours, by the rules of <https://bixense.com/clicolors>: NO_COLOR,
+/// CLICOLOR_FORCE, CLICOLOR, and then whether it is a terminal.
 pub fn takes_color() -> bool {
     AutoStream::choice(&io::stderr()) != ColorChoice::Never
 }
 
-/// A text for people, with all characters escaped that steer, but those of lines and columns:
-/// foreign text must not control the terminal. All output for people goes through here. A file
-/// name also goes through [`shown_path`](phalanx::files::shown_path), which keeps it on its line.
+/// Text for people with control characters escaped, except line breaks and tabs: foreign text must
+/// not control the terminal. All output for people goes through here. File names also go through
+/// [`shown_path`](phalanx::files::shown_path), which keeps them on one line.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let steers = |c: char| steers(c) && !matches!(c, '\n' | '\t');
     match text.contains(steers) {
@@ -80,7 +80,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Prints a line on stderr if this build leaves instructions of this CPU unused.
+/// Prints a note if this build does not use all instructions of this CPU.
 pub fn advise() {
     if let Some(advice) = phalanx::isa::advice() {
         note(&advice.to_string());

@@ -16,27 +16,27 @@ const SCHEMA_VERSION: u32 = 1;
 /// Columns of a table if stdout is not a terminal.
 const COLUMNS: usize = 80;
 
-/// Columns of the terminal on which results appear; 80 if there is none, so that a pipe gets the
-/// same text everywhere.
+/// Columns of the terminal on stdout; 80 if there is none, so that a pipe gets the same text
+/// everywhere.
 pub fn stdout_columns() -> usize {
     terminal_size_of(io::stdout()).map_or(COLUMNS, |(Width(columns), _)| columns.max(20).into())
 }
 
-/// Returns true if a name stands for stdin, or for stdout.
+/// Returns true for `-`, which means stdin or stdout.
 pub fn is_dash(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// True if a file's bytes go to stdout, where other text would corrupt them.
+/// True if stdout carries a file's bytes, which other text would corrupt.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Keeps stdout free for a file's bytes.
+/// Reserves stdout for a file's bytes.
 pub fn reserve_stdout() {
     STDOUT_TAKEN.store(true, Ordering::Relaxed);
 }
 
-/// Writes results for people to stdout, or to stderr if stdout is one of the requested files;
-/// nothing with `--quiet`. A closed pipe (`phalanx info … | head -1`) is not an error.
+/// Writes results for people to stdout, or to stderr if stdout is reserved for a file; nothing with
+/// `--quiet`. A closed pipe (`phalanx info … | head -1`) is not an error.
 pub fn print(text: &str) -> Result<(), CliError> {
     match verbosity() {
         Verbosity::Quiet => Ok(()),
@@ -44,7 +44,7 @@ pub fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Writes text that is not for people, or that may contain control sequences, to the output of
+/// Writes text that is not for people, or that may contain control sequences, to the same place as
 /// results.
 pub fn print_raw(text: &str) -> Result<(), CliError> {
     if STDOUT_TAKEN.load(Ordering::Relaxed) {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 pub enum Verbosity {
     /// Warnings and errors only.
     Quiet,
-    /// The figures that most users want.
+    /// The most important figures.
     Normal,
     /// All figures.
     Verbose,
