@@ -1,8 +1,8 @@
 //! The command line: the table of commands, and their dispatch. It uses only the library's public
 //! API.
 //!
-//! Three floors: [`commands`] have a file or a folder each, [`options`] are shared by several of
-//! them, and [`output`] is what users are told. Each uses those after it, never one before.
+//! Three layers: [`commands`], each with its own file or folder; [`options`], shared by several
+//! commands; and [`output`], the reports and messages. Each layer uses only those after it.
 //!
 //! Results go to stdout; progress, warnings and errors go to stderr. The exit codes are in
 //! [`output::CliError`].
@@ -37,16 +37,16 @@ use std::sync::LazyLock;
 static VERSION: LazyLock<String> =
     LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), isa::compiled_level()));
 
-/// A SIMD packet ray tracer: renders scene files, and proves its pictures bit by bit.
+/// A SIMD packet ray tracer: renders scene files, and verifies its pictures bit by bit.
 #[derive(Debug, Parser)]
 #[command(
     name = "phalanx",
     version = VERSION.as_str(),
     arg_required_else_help = true,
     max_term_width = 100,
-    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower,\n\
-                  6 shards or frames missing, 129, 130 and 143 interrupted.\n\n\
-                  Example, which makes balls.png of a scene that needs no file:\n  phalanx render standard:balls"
+    after_help = "Exit codes: 0 success, 1 file or runtime error, 2 usage error, 3 scene error, 4 mismatch, \
+                  5 slower than the baseline, 6 shards or frames missing, 129, 130 and 143 interrupted.\n\n\
+                  Example (writes balls.png, needs no scene file):\n  phalanx render standard:balls"
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -55,11 +55,11 @@ pub struct Arguments {
     pub verbosity: VerbosityArgs,
 }
 
-/// How much every command tells.
+/// Amount of output, for every command.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = OUTPUT)]
 pub struct VerbosityArgs {
-    /// Only warnings and errors, no report
+    /// Print only warnings and errors
     #[arg(
         short,
         long,
@@ -68,7 +68,7 @@ pub struct VerbosityArgs {
         display_order = 901
     )]
     quiet: bool,
-    /// All figures: rays, tree, memory
+    /// Print all figures: rays, BVH, memory
     #[arg(short, long, global = true, display_order = 902)]
     verbose: bool,
 }
@@ -88,7 +88,7 @@ pub enum Command {
     /// Render a scene to a picture
     #[command(
         after_help = "Example: phalanx render standard:street -o street.png --size 1280x960 --spp 4",
-        after_long_help = "Mrays/s of a kind (--verbose) are the rays of that kind divided by the wall seconds of the whole render, \
+        after_long_help = "With --verbose, Mrays/s of a kind of ray is its count divided by the wall time of the whole render, \
                       so that the kinds add up to the total.\n\n\
                       Examples:\n  \
                       phalanx render standard:street -o street.png --size 1280x960 --spp 4\n  \
@@ -101,80 +101,80 @@ pub enum Command {
         after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
     )]
     Verify(VerifyArgs),
-    /// Cut a picture or a sequence into shards, which many machines render
+    /// Split a picture or a sequence into shards for several machines
     #[command(
         after_help = "Example: phalanx plan scene.test --shards 8 -o poster.png --plan poster.json",
-        after_long_help = "Every machine has to see the scene and the plan's folder under the same names.\n\n\
+        after_long_help = "Every machine must see the scene and the plan's folder at the same paths.\n\n\
                       Examples:\n  phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000\n  \
                       phalanx plan scene.test --shards 5 -o turn.png --plan turn.json --frames 0..119 --turntable 120"
     )]
     Plan(PlanArgs),
-    /// Hand a plan to a scheduler
+    /// Submit a plan to a scheduler
     #[command(subcommand, after_help = "Example: phalanx submit slurm poster.json")]
     Submit(SubmitTo),
-    /// Put the shards of a plan together, or check its frames
+    /// Merge a plan's shards, or check its frames
     #[command(
         after_help = "Example: phalanx merge poster.json",
-        after_long_help = "The picture is that of phalanx render to the last byte, and so is each frame. Exit code 6 if there are shards or \
-                      frames missing, which are named.\n\n\
+        after_long_help = "The picture, or each frame, is byte for byte the one that phalanx render writes. If shards or frames are missing, \
+                      they are listed, and the exit code is 6.\n\n\
                       Example: phalanx merge poster.json"
     )]
     Merge(MergeArgs),
-    /// Compare two pictures: PNG, JPEG, EXR layer by layer, HDR, PFM
+    /// Compare two pictures (PNG, JPEG, EXR with all layers, HDR, PFM)
     #[command(
         after_help = "Example: phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5%",
-        after_long_help = "Exit code 0 if the pictures are identical, or differ within --tolerance and --max-differing; 4 beyond these, and \
-                      if a layer of one EXR file is missing in the other. PNG and JPEG hold samples for a screen; EXR, HDR and PFM \
-                      hold linear radiance. Formats of one kind can be compared with each other; against HDR and PFM, which hold \
-                      colours only, other layers are left out.\n\n\
-                      PSNR is that of a peak of 255, or of the largest linear sample, at least 1. SSIM and FLIP (at 67 pixels a degree; \
-                      0 is equal) are those of red, green and blue as a screen shows them (sRGB). NaN equals NaN alone, and infinity \
-                      the same infinity; both are counted, and left out of the other figures.\n\n\
-                      Two pictures to try it on:\n  \
+        after_long_help = "The exit code is 0 if the pictures are identical, or differ within --tolerance and --max-differing; it is 4 if \
+                      they differ by more, or if an EXR file lacks a layer of the other. PNG and JPEG hold display values; EXR, HDR \
+                      and PFM hold linear radiance. Only formats of the same kind can be compared. HDR and PFM hold only colours; \
+                      other layers of an EXR file are ignored in comparisons with them.\n\n\
+                      PSNR uses a peak of 255, or the largest linear sample (at least 1). SSIM and FLIP (67 pixels per degree, 0 means \
+                      equal) use the red, green and blue that a screen shows (sRGB). NaN equals only NaN, and infinity only the same \
+                      infinity; both are counted, and excluded from the other figures.\n\n\
+                      To try it:\n  \
                       phalanx render standard:balls -o a.exr\n  \
                       phalanx render standard:balls -o b.exr --spp 4\n\n\
                       Example: phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5% --side-by-side both.png"
     )]
     Compare(CompareArgs),
-    /// Tell what is in a scene
+    /// Show what a scene contains
     #[command(after_help = "Example: phalanx info scene.test --json")]
     Info(InfoArgs),
-    /// List the standard scenes, which need no file
+    /// List the standard scenes (built in, no file needed)
     #[command(
-        after_help = "Example: phalanx scenes\n\nThen, for one of them: phalanx render standard:terrain:2M"
+        after_help = "Example: phalanx scenes\n\nTo render one of them: phalanx render standard:terrain:2M"
     )]
     Scenes(ScenesArgs),
     /// Write a standard scene to a file
     #[command(after_help = "Example: phalanx generate terrain --size 2M -o terrain.ply")]
     Generate(GenerateArgs),
-    /// Store a scene and its tree in a cache, which opens at once
+    /// Store a scene and its BVH in a cache that opens instantly
     #[command(
-        after_help = "A cache takes the place of the scene file in every command. It belongs to the version of phalanx \
-                      that wrote it, and is taken not to change while it is in use.\n\n\
+        after_help = "Every command accepts a cache in place of a scene file. Only the version of phalanx that wrote a cache \
+                      can open it, and it must not change while in use.\n\n\
                       Example: phalanx build dragon.ply -o dragon.phx --quality best"
     )]
     Build(BuildArgs),
-    /// Measure rays per second, beside other tracers, for the right answers only
+    /// Measure rays per second, and compare with other tracers
     #[command(
         after_help = "Example: phalanx bench --quick --against embree --html report.html",
-        after_long_help = "Rays of every kind but primary start where the primary rays hit, whatever the material there; see perf/README.md. \
-                      An answer that differs from the oracle's, or from the suite's, ends the run with exit code 4; a regression \
-                      beyond --fail-above with 5.\n\n\
+        after_long_help = "All rays but primary ones start at the primary hits, regardless of the material; see perf/README.md. \
+                      The exit code is 4 if an answer differs from the oracle's or the suite's, which ends the run, and 5 after a \
+                      regression beyond --fail-above.\n\n\
                       Example: phalanx bench --quick --against embree --html report.html"
     )]
     Bench(Box<BenchArgs>),
-    /// Print a script with which a shell completes arguments
+    /// Print a shell completion script
     #[command(
         after_help = "Example: phalanx completions bash > ~/.local/share/bash-completion/completions/phalanx"
     )]
     Completions(CompletionsArgs),
-    /// Print the manual's page, or write those of all commands
+    /// Print the man page, or write one for every command
     #[command(after_help = "Example: phalanx man | man -l -")]
     Man(ManArgs),
 }
 
-/// Runs the command of the arguments. Not inlined into `main`, which must contain no instructions
-/// that the guard checks for.
+/// Runs the command given by the arguments. Not inlined into `main`, which must contain no
+/// instructions that the guard checks for.
 #[inline(never)]
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
@@ -204,8 +204,8 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Ends the process with clap's message, without colours if an argument could contain its own:
-/// these are shown then.
+/// Ends the process with clap's message. If an argument contains control characters, they are
+/// escaped, and the message has no colours.
 fn refuse(error: &clap::Error) -> ! {
     let steer = |text: OsString| text.to_string_lossy().contains(steers);
     if error.use_stderr() && std::env::args_os().any(steer) {

@@ -20,22 +20,20 @@ use std::time::Instant;
 pub struct BuildArgs {
     #[arg(
         help = "Scene file, standard:NAME[:SIZE], or -",
-        long_help = "Scene file, standard scene as standard:NAME[:SIZE], or - for stdin (see --format)."
+        long_help = "Scene file, standard scene (standard:NAME[:SIZE]), or - for stdin (see --format)"
     )]
     pub scene: PathBuf,
-    /// Cache to write
+    /// Cache to write (.phx)
     #[arg(short, long, value_name = "OUT.phx", help_heading = OUTPUT)]
     pub output: PathBuf,
     #[command(flatten)]
     pub scene_args: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
-    /// Threads [default: one per CPU]
-    ///
-    /// Threads that read and build [default: one per CPU that this process may use]
+    /// Number of threads [default: one per available CPU]
     #[arg(long, value_name = "N", help_heading = MACHINE, value_parser = parse_thread_count)]
     pub threads: Option<usize>,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
@@ -58,7 +56,7 @@ struct BuildSeconds {
     write: f64,
 }
 
-/// Builds the tree of a scene and stores both.
+/// Builds the BVH of a scene and stores both.
 pub fn run(args: &BuildArgs) -> Result<(), CliError> {
     let path = &args.output;
     if !is_cache(path) {

@@ -14,36 +14,36 @@ use std::path::{Path, PathBuf};
 pub struct CompareArgs {
     /// First picture: PNG, JPEG, EXR, HDR or PFM
     pub a: PathBuf,
-    /// Second picture, also for a screen, or also linear
+    /// Second picture, of the same kind (display or linear)
     pub b: PathBuf,
-    /// Largest difference that still counts as equal
+    /// Largest difference that counts as equal
     ///
-    /// It is that of a channel: in steps of an 8-bit sample (0 to 255) for PNG and JPEG, also of 16
-    /// bits, and in the file's own numbers for EXR, HDR and PFM. Without it every bit counts.
+    /// Applies to each channel: in 8-bit steps (0 to 255) for PNG and JPEG, even with 16 bits per
+    /// sample, and in the file's own units for EXR, HDR and PFM. [default: exact equality]
     #[arg(long, value_name = "T", value_parser = parse_tolerance)]
     pub tolerance: Option<f64>,
-    /// Pixels that may differ beyond it
+    /// Pixels allowed to differ more
     ///
-    /// A number, or a share of all pixels as in 0.1%. A pixel differs if its difference is beyond
-    /// the tolerance in any layer.
+    /// A number of pixels, or a percentage such as 0.1%. A pixel differs if any of its layers
+    /// exceeds the tolerance.
     #[arg(long, value_name = "N|P%", value_parser = parse_max_differing, default_value = "0")]
     pub max_differing: MaxDiffering,
-    /// Write a picture of the differences
+    /// Write a heat map of the differences
     ///
-    /// It is of the colours, or of the first layer if there are none: black where they are equal,
-    /// then red, yellow, white, and cyan where only one of them is a finite number. White is 255
-    /// steps for a screen, 1 for linear colours, and the largest value of another layer.
+    /// Shows the colours, or the first layer if there are none: black for equal, through red and
+    /// yellow to white; cyan where only one of the values is finite. White is 255 steps for PNG and
+    /// JPEG, 1 for linear colours, and the largest value of any other layer.
     #[arg(long, value_name = "OUT.png")]
     pub heat: Option<PathBuf>,
-    /// Write both and their differences side by side
+    /// Write both pictures and their differences
     #[arg(long, value_name = "OUT.png")]
     pub side_by_side: Option<PathBuf>,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
+/// Compares two pictures. Different sizes count as a mismatch: exit code 4, with a message.
 pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     output::reads("the picture", &args.a)?;
     output::reads("the picture", &args.b)?;
@@ -71,7 +71,7 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     }
 }
 
-/// The error of pictures that were not compared.
+/// The error for pictures that cannot be compared.
 fn refusal(error: CompareError) -> CliError {
     match error {
         CompareError::Picture(error) => error.into(),
@@ -80,7 +80,7 @@ fn refusal(error: CompareError) -> CliError {
             CliError::Mismatch
         }
         CompareError::Meaning { .. } => CliError::Usage(error.to_string()).with_hint(
-            "compare PNG and JPEG with each other, and EXR, HDR and PFM with each other",
+            "compare PNG or JPEG with PNG or JPEG, and EXR, HDR or PFM with EXR, HDR or PFM",
         ),
         other => CliError::Runtime(other.to_string()),
     }
@@ -119,7 +119,7 @@ struct CompareDocument {
     max_differing: u64,
     /// Largest difference of all layers.
     largest_difference: f64,
-    /// That of the first layer: colours, if both have them.
+    /// Root mean square difference of the first layer: colours, if both pictures have them.
     rmse: f64,
     differing_pixels: u64,
     share: f64,
@@ -195,7 +195,7 @@ impl CompareDocument {
         }
     }
 
-    /// Lines about layers that only one picture has, and about samples that are not finite.
+    /// Rows on layers that only one picture has, and on samples that are not finite.
     fn remarks(&self) -> Vec<(&'static str, String)> {
         let mut rows = Vec::new();
         for (label, names) in [
@@ -257,7 +257,7 @@ impl LayerRow {
         })
     }
 
-    /// The pixel of the largest difference, and its channel.
+    /// Pixel and channel of the largest difference.
     fn place(&self) -> String {
         self.at.as_ref().map_or("-".to_owned(), |at| {
             format!("{},{} {}", at.x, at.y, at.channel)
@@ -292,7 +292,7 @@ impl LayerRow {
     }
 }
 
-/// Names in lines that fit a terminal beside their label.
+/// Names in lines short enough to fit a terminal next to their label.
 fn wrapped(names: &[String]) -> Vec<String> {
     const WIDTH: usize = 64;
     let mut lines: Vec<String> = Vec::new();

@@ -13,23 +13,22 @@ use std::sync::atomic::Ordering;
 
 #[derive(Debug, Args)]
 pub struct GenerateArgs {
-    /// Name of a standard scene, as `phalanx scenes` lists them
+    /// Name of a standard scene, as listed by `phalanx scenes`
     pub name: String,
-    /// Its size, as in 50k or 2M [default: the scene's]
+    /// Size, as in 50k or 2M [default: the scene's]
     ///
-    /// Its size, a whole number; k and M may follow for thousands and millions.
-    /// [default: the scene's]
+    /// A whole number, optionally followed by k (thousands) or M (millions).
     #[arg(long, value_name = "N")]
     pub size: Option<String>,
     /// File to write: .nff, .ply (binary) or .test
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Make spheres and cones of triangles first
+    /// Convert spheres and cones to triangles
     ///
-    /// Make spheres and cones of triangles first: 12 N² for a sphere, 8 N for a cone.
+    /// 12 N² triangles per sphere, 8 N per cone.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1000))]
     pub tessellate: Option<u32>,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long)]
     pub json: bool,
 }
@@ -40,7 +39,7 @@ struct GenerateDocument {
     size: u32,
     file: String,
     bytes: u64,
-    /// Features, beside the shapes, that the format could not hold.
+    /// Features other than shapes that the format cannot store.
     losses: DroppedFeatures,
 }
 
@@ -49,8 +48,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
     let spec = spec_of(args)?;
     let format = FileFormat::of(&args.output).ok_or_else(|| {
         CliError::Usage(format!(
-            "--output {}: standard scenes are written as NFF, PLY or the course's format, so the name must end in .nff, \
-             .ply or .test",
+            "--output {}: unknown scene format: use .nff, .ply or .test",
             shown_path(&args.output)
         ))
     })?;
@@ -60,7 +58,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
         true => interrupt::interruptible(Some(&args.output), |control| {
             write(args, spec, format, control)
         })?,
-        // Writing to a pipe that nobody reads can only be stopped by ending the process, which
+        // A write to a pipe without a reader can only be stopped by ending the process, which
         // leaves nothing behind.
         false => write(args, spec, format, &Control::default())?,
     };
@@ -85,13 +83,13 @@ impl Output for GenerateDocument {
     }
 }
 
-/// The requested scene; its name may have any form that other commands accept.
+/// The requested scene, by any name that other commands accept.
 fn spec_of(args: &GenerateArgs) -> Result<Spec, CliError> {
     let plain = args.name.strip_prefix(PREFIX).unwrap_or(&args.name);
     let name = match (&args.size, plain.contains(':')) {
         (Some(_), true) => {
             return Err(CliError::Usage(format!(
-                "{} has a size already: leave --size away",
+                "{} already has a size: omit --size",
                 args.name
             )));
         }
@@ -142,11 +140,11 @@ fn write(
     }
 }
 
-/// The reason why the format cannot hold the scene, with advice.
+/// The error for a scene that the format cannot store, with advice.
 fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
     let failure = CliError::Usage(format!("{}: {error}", shown_path(path)));
     match error {
-        SceneWriteError::CannotHold { .. } => failure.with_hint("give --tessellate 8, for example"),
+        SceneWriteError::CannotHold { .. } => failure.with_hint("try --tessellate 8"),
         _ => failure,
     }
 }

@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 pub struct InfoArgs {
     #[arg(
         help = "Scene file, cache (.phx), standard:NAME[:SIZE], or -",
-        long_help = "Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see --format)."
+        long_help = "Scene file, scene cache (.phx), standard scene (standard:NAME[:SIZE]), or - for stdin (see --format)"
     )]
     pub scene: PathBuf,
     #[command(flatten)]
     pub scene_args: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
@@ -50,12 +50,12 @@ struct ImageSize {
     height: u32,
 }
 
-/// Numbers of meshes and instances, and of the primitives that are visible.
+/// Numbers of meshes, instances and visible primitives.
 #[derive(Debug, Serialize)]
 struct InstanceCounts {
     meshes: usize,
     instances: usize,
-    /// Number of primitives; those of a mesh count for each of its instances.
+    /// Primitives, counting those of a mesh once per instance.
     visible_primitives: u64,
 }
 
@@ -82,7 +82,7 @@ impl LightCounts {
         count
     }
 
-    /// The counts in words. Area lights are named only if there are any.
+    /// The counts in words. Area lights are listed only if there are any.
     fn words(&self) -> String {
         let mut words = format!("{} point, {} directional", self.point, self.directional);
         for (count, name) in [(self.sphere, "sphere"), (self.rectangle, "rectangle")] {
@@ -165,7 +165,7 @@ impl Output for InfoDocument {
         let placed = &self.instances;
         if placed.meshes > 0 {
             let words = format!(
-                "{} of {} meshes: {} primitives to be seen",
+                "{} of {} meshes: {} visible primitives",
                 grouped(placed.instances as u64),
                 grouped(placed.meshes as u64),
                 grouped(placed.visible_primitives)
@@ -263,7 +263,11 @@ mod tests {
         }
         let document = InfoDocument::new(Path::new("a.test"), &scene, TREE, 0);
         assert_eq!(document.instances.visible_primitives, 7);
-        assert!(document.table().contains("2 of 1 meshes: 7 primitives"));
+        assert!(
+            document
+                .table()
+                .contains("2 of 1 meshes: 7 visible primitives")
+        );
         let hi = bounds(&scene).unwrap().hi[0];
         assert!((22.0..22.01).contains(&hi), "{hi}");
     }

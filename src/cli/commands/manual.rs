@@ -1,5 +1,5 @@
-//! `phalanx completions` and `phalanx man`: completion scripts and manual pages, made of the
-//! arguments' own definition.
+//! `phalanx completions` and `phalanx man`: completion scripts and man pages, generated from the
+//! definition of the arguments.
 
 use crate::cli::output::{self, CliError, interrupt};
 use clap::Args;
@@ -11,14 +11,14 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct CompletionsArgs {
-    /// Whose
+    /// Shell
     #[arg(value_enum)]
     pub shell: Shell,
 }
 
 #[derive(Debug, Args)]
 pub struct ManArgs {
-    /// Write the pages of all commands into this folder
+    /// Write a page for every command to this folder
     #[arg(long, value_name = "DIR")]
     pub dir: Option<PathBuf>,
 }
@@ -33,8 +33,8 @@ pub fn completions(args: &CompletionsArgs, mut program: clap::Command) -> Result
 /// Prints the program's page, or writes all pages.
 pub fn man(args: &ManArgs, program: &clap::Command) -> Result<(), CliError> {
     let Some(folder) = &args.dir else {
-        let page =
-            page(program).map_err(|e| CliError::Runtime(format!("cannot make the page: {e}")))?;
+        let page = page(program)
+            .map_err(|e| CliError::Runtime(format!("cannot generate the page: {e}")))?;
         return output::print_raw(&String::from_utf8_lossy(&page));
     };
     write(folder, program)?;
@@ -50,7 +50,10 @@ pub fn man(args: &ManArgs, program: &clap::Command) -> Result<(), CliError> {
         write(folder, &command.name(leaked(name)))?;
         written += 1;
     }
-    output::print(&format!("{written} pages in {}\n", shown_path(folder)))
+    output::print(&format!(
+        "{written} pages written to {}\n",
+        shown_path(folder)
+    ))
 }
 
 /// A name with the lifetime that clap requires; it is leaked. There are a dozen of them.

@@ -1,4 +1,4 @@
-//! `phalanx plan`: a picture or a sequence cut into shards, for many machines.
+//! `phalanx plan`: splits a picture or a sequence into shards for several machines.
 
 use crate::cli::options::{
     FrameArgs, LONG_RENDERS, OUTPUT, SceneArgs, SceneInput, Sequence, TileArgs, WantedPicture,
@@ -26,26 +26,24 @@ pub struct PlanArgs {
     #[arg(help = "Scene file, cache (.phx), or standard:NAME[:SIZE]")]
     pub scene: PathBuf,
     /// Number of shards
-    ///
-    /// How many shards to cut the picture or the sequence into.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
     pub shards: u32,
     /// Picture that the shards are merged into
     ///
-    /// Picture that the shards will be merged into; its ending says what is written. If it lies
-    /// outside the plan's folder, merge wants to be told again; whole frames, which shards write
-    /// themselves, have to lie in it.
+    /// The extension gives the format. If the picture is outside the plan's folder, merge needs -o
+    /// again. With --shard-by frame, it must be inside, because the shards write the frames
+    /// themselves.
     #[arg(short, long, value_name = "OUT", help_heading = OUTPUT, display_order = 0)]
     pub output: PathBuf,
-    /// Plan to write; shards become files beside it
+    /// Plan to write; shards are stored next to it
     #[arg(long, value_name = "PLAN", help_heading = OUTPUT, display_order = 1)]
     pub plan: PathBuf,
     #[command(flatten)]
     pub frames: FrameArgs,
-    /// Shards of whole frames (default), or of tiles
+    /// Split by frame (default) or by tile
     ///
-    /// Cut a sequence into whole frames, dealt out in turn (frame, the default), or into the tiles
-    /// of each frame, for few frames that take long (tile).
+    /// frame assigns whole frames to the shards in turn; tile splits each frame into tiles, for a
+    /// few frames that take long.
     #[arg(long, value_name = "BY", hide_possible_values = true, help_heading = LONG_RENDERS, value_parser = name_parser(&ShardBy::ALL), requires = "path")]
     pub shard_by: Option<ShardBy>,
     #[command(flatten)]
@@ -56,7 +54,7 @@ pub struct PlanArgs {
     pub tiles: TileArgs,
     #[command(flatten)]
     pub scene_args: SceneArgs,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long, help_heading = OUTPUT, display_order = 900)]
     pub json: bool,
 }
@@ -83,7 +81,8 @@ struct PlanDocument<'a> {
 pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     if output::is_dash(&args.scene) || output::is_dash(&args.output) {
         return Err(CliError::Usage(
-            "a plan is carried out later, elsewhere: stdin and stdout will not be there, name files".to_owned(),
+            "a plan cannot use stdin or stdout, because its shards run later: give file names"
+                .to_owned(),
         ));
     }
     args.scene_args.no_picture()?;
@@ -131,7 +130,7 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     print_plan(args, &plan, &target.path)
 }
 
-/// The sequence of the arguments, as it is kept in the plan.
+/// The sequence given by the arguments, in the form that the plan stores.
 fn sequence_plan(
     args: &PlanArgs,
     sequence: &Sequence,
@@ -148,7 +147,7 @@ fn sequence_plan(
     })
 }
 
-/// Refuses frames without a view, and names of frames that cannot be written as files.
+/// Refuses frames without a valid view, and frame names that cannot be written.
 fn check_frames(args: &PlanArgs, frames: &PlannedFrames) -> Result<(), CliError> {
     for frame in frames.all() {
         frames.view(frame)?;
@@ -161,21 +160,21 @@ fn check_frames(args: &PlanArgs, frames: &PlannedFrames) -> Result<(), CliError>
     Ok(())
 }
 
-/// The path of a frame that a shard writes, for a plan in the file `path`.
+/// Path of a frame that a shard writes, for the plan in the file `path`.
 pub fn frame_path(frames: &PlannedFrames, path: &Path, frame: u32) -> Result<PathBuf, CliError> {
     frames.picture_path(path, frame).map_err(|error| {
         CliError::Usage(format!(
-            "{error}; shards of whole frames write there and nowhere else: plan them with such a name, or --shard-by tile"
+            "{error}; shards of whole frames write only there: plan them with such a name, or use --shard-by tile"
         ))
     })
 }
 
-/// Refuses a scene that not every shard could read again.
+/// Refuses a scene that cannot be read more than once.
 fn refuse_special(scene: &Path) -> Result<(), CliError> {
     let file = standard_name(scene).is_none();
     match std::fs::metadata(scene) {
         Ok(found) if file && !found.is_file() && !found.is_dir() => Err(CliError::Usage(format!(
-            "{} is no regular file: every shard has to read the scene again",
+            "{} is not a regular file, but every shard must read the scene again",
             shown_path(scene)
         ))),
         _ => Ok(()),
@@ -189,7 +188,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
     if !by_frame && plan.picture_path(&args.plan).is_err() {
         let picture = shown_path(&args.output);
         output::note(&format!(
-            "{picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
+            "{picture} lies outside the plan's folder: pass -o to the merge, too"
         ));
         merge.push_str(&format!(" -o {picture}"));
     }
@@ -217,7 +216,7 @@ impl Output for PlanDocument<'_> {
         let mut rows = vec![("plan", format!("{path}, {} shards", self.shards))];
         if let Some([first, last]) = self.frames {
             let shard = match self.shard_by {
-                Some("tile") => "each shard renders tiles of all".to_owned(),
+                Some("tile") => "each shard renders tiles of every frame".to_owned(),
                 _ => format!("each shard renders every {}", ordinal(self.shards)),
             };
             rows.push(("frames", format!("{first} to {last}, {shard}")));
@@ -239,20 +238,20 @@ fn ordinal(shards: u32) -> String {
     format!("{shards}{ending}")
 }
 
-/// A name as it stands in plans, and in scripts that render them.
+/// A name in the form used by plans and by scripts that render them.
 fn text(path: &Path) -> Result<String, CliError> {
     let text = path
         .to_str()
         .filter(|text| !text.contains(char::is_control));
     text.map(str::to_owned).ok_or_else(|| {
         CliError::Usage(format!(
-            "{} cannot stand in a plan: it has control characters, or is no text; rename it",
+            "{} cannot be stored in a plan: the name has control characters, or is not valid UTF-8; rename the file",
             shown_path(path)
         ))
     })
 }
 
-/// Reads a plan; a result may replace neither it nor the scene that it names.
+/// Reads a plan. No output may replace it or its scene.
 pub fn read(path: &Path) -> Result<RenderPlan, CliError> {
     output::reads("the plan", path)?;
     let plan = RenderPlan::read(path)?;
@@ -269,13 +268,13 @@ pub struct ReopenedPicture {
 }
 
 impl ReopenedPicture {
-    /// Turns the camera to a frame.
+    /// Sets the camera of a frame.
     pub fn set_frame(&mut self, frames: &PlannedFrames, frame: u32) -> Result<(), CliError> {
         self.scene_input.scene.view = frames.view(frame)?.unwrap_or(self.start);
         Ok(())
     }
 
-    /// A file with the header of the frame of a sequence that the camera is turned to.
+    /// A file with the header of the current frame.
     pub fn with_frame_header(&self, plan: &RenderPlan, file: &OutputFile) -> OutputFile {
         let scene = &self.scene_input.scene;
         let is_moved = scene.view != self.start || scene.defaulted.view;
@@ -283,7 +282,7 @@ impl ReopenedPicture {
     }
 }
 
-/// Opens a plan's picture again: its scene, which must still be that of the plan, and its settings.
+/// Reopens a plan's picture: its scene, which must not have changed, and its settings.
 pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<ReopenedPicture, CliError> {
     let scene = PathBuf::from(&plan.spec.scene);
     refuse_special(&scene)?;
@@ -314,16 +313,16 @@ pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<Reopened
     })
 }
 
-/// Refuses a camera's path that is no longer the plan's. The plan's own key frames are rendered;
-/// the file that they came from need not be there.
+/// Refuses a camera path that differs from the plan's. The plan stores its key frames; their file
+/// need not exist any more.
 fn check_camera(path: &Path, sequence: &SequencePlan, scene: &Scene) -> Result<(), CliError> {
     if sequence.scene_view() != scene.view {
-        return Err(other_picture(path, "the scene's view has changed"));
+        return Err(other_picture(path, "the scene's camera has changed"));
     }
     let Some(file) = sequence.keyframes().map(Path::new) else {
         return Ok(());
     };
-    // Where others see the plan's folder alone, or where it was a pipe, nothing can have changed.
+    // Without the file (on another machine, or if it was a pipe), nothing can have changed.
     if !file.is_file() {
         return Ok(());
     }
@@ -341,15 +340,15 @@ fn check_camera(path: &Path, sequence: &SequencePlan, scene: &Scene) -> Result<(
     }
 }
 
-/// Error for a plan whose picture is not the one that its scene gives now.
+/// Error for a plan whose scene has changed.
 fn other_picture(path: &Path, differences: &str) -> CliError {
     CliError::Usage(format!(
-        "{}: the plan is of another picture: {differences}; make the plan again",
+        "{}: the plan is for another picture: {differences}; make the plan again",
         shown_path(path)
     ))
 }
 
-/// The picture of a plan as a file of this name.
+/// The file of this name for a plan's picture.
 pub fn target(
     plan: &RenderPlan,
     path: PathBuf,

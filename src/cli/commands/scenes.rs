@@ -7,7 +7,7 @@ use serde::Serialize;
 
 #[derive(Debug, Args)]
 pub struct ScenesArgs {
-    /// Print one JSON document instead of the table
+    /// Print the report as JSON
     #[arg(long)]
     pub json: bool,
 }
@@ -81,7 +81,7 @@ impl SceneListing {
     }
 }
 
-/// Heads of all columns but the last.
+/// Headings of all columns but the last.
 const HEADS: [&str; 8] = [
     "NAME",
     "SIZE",
@@ -105,8 +105,7 @@ impl Output for ScenesDocument {
     }
 }
 
-/// The rows in aligned columns, a heading before each family, and the meanings of the sizes after
-/// them.
+/// The rows in aligned columns, with a heading before each family and a note on sizes at the end.
 fn table(scenes: &[SceneListing]) -> String {
     let mut rows = vec![HEADS.map(str::to_owned).to_vec()];
     rows.extend(scenes.iter().map(SceneListing::cells));
@@ -120,14 +119,14 @@ fn table(scenes: &[SceneListing]) -> String {
         }
         text.push_str(&format!("{line}  {}\n", scene.purpose));
     }
-    text + "\nCounts are those of the default size. Take a scene as standard:NAME or standard:NAME:SIZE, where a command takes a\n\
-            scene file; SIZE is a whole number and may end in k or M, as in standard:terrain:20M.\n"
+    text + "\nCounts are for the default size. Commands accept standard:NAME or standard:NAME:SIZE in place of a scene file.\n\
+            SIZE is a whole number, optionally with k or M, as in standard:terrain:20M.\n"
 }
 
 fn heading(family: &str) -> &'static str {
     match family {
-        "spd" => "\nHaines' Standard Procedural Databases; SIZE is the databases' own factor\n",
-        _ => "\nModern triangle scenes; SIZE is the number of triangles, nearly\n",
+        "spd" => "\nHaines' Standard Procedural Databases; SIZE is their own size factor\n",
+        _ => "\nModern triangle scenes; SIZE is the approximate number of triangles\n",
     }
 }
 

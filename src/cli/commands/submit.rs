@@ -1,18 +1,17 @@
-//! `phalanx submit slurm`: a job array of the shards that a plan still lacks, and a job that merges
-//! them when all are done.
+//! `phalanx submit slurm`: a job array for the missing shards of a plan, and a job that merges them
+//! afterwards.
 //!
-//! Slurm does the following, which is not in its manual; it was tried out on a cluster
-//! (`tests/slurm`):
-//! - A signal of `scancel`, of the time limit and of `scontrol requeue` reaches every process of a
-//!   task. A shell that has no trap for it dies, and Slurm then kills the remaining processes at
-//!   once. So the script survives the signal, and phalanx has the time to save.
-//! - Before the time limit only the script gets a signal (`--signal=B:…`). It passes the signal on,
-//!   and requeues the task. The exit code alone would not do, because a task that the user
-//!   cancelled has the same.
-//! - A task must be named by array and index to be requeued; the job number of the last one is that
-//!   of the whole array.
-//! - A merge that waits for tasks to end well (`afterok`) is lost if one ever failed, even if it
-//!   was done again. `afterany` waits as well, and `phalanx merge` itself reports missing shards.
+//! Observed behaviour of Slurm that its manual does not describe (`tests/slurm`):
+//! - Signals from `scancel`, the time limit and `scontrol requeue` reach every process of a task. A
+//!   shell without a trap dies, and Slurm then kills the remaining processes immediately. So the
+//!   script survives the signal, and phalanx has time to save.
+//! - Before the time limit, only the script gets a signal (`--signal=B:…`). It forwards the signal
+//!   and requeues the task. The exit code alone is not enough, because it is the same for a task
+//!   that the user cancelled.
+//! - A task must be requeued by array and index; the last task's own job number is that of the
+//!   whole array.
+//! - A merge that waits for success (`afterok`) never starts if a task has ever failed, even if it
+//!   succeeded later. `afterany` waits, too, and `phalanx merge` itself reports missing shards.
 
 use super::{merge, plan};
 use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
@@ -24,12 +23,12 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Whom a plan is handed to.
+/// The scheduler that a plan is submitted to.
 #[derive(Debug, Subcommand)]
 pub enum SubmitTo {
-    /// Slurm: a job array of the shards that are missing, and a job that merges them
+    /// Slurm: a job array for the missing shards, and a job that merges them
     #[command(
-        after_help = "Two scripts are written beside the plan. What stands after -- is for sbatch, in both jobs.\n\n\
+        after_help = "Writes two scripts next to the plan. Options after -- are passed to sbatch for both jobs.\n\n\
                       Example: phalanx submit slurm poster.json --time 2:00:00 --cpus-per-task 16 -- --partition=long"
     )]
     Slurm(SubmitArgs),
@@ -37,40 +36,38 @@ pub enum SubmitTo {
 
 #[derive(Debug, Args)]
 pub struct SubmitArgs {
-    /// Plan to render and to merge
+    /// Plan to render and merge
     pub plan: PathBuf,
-    /// Time limit of a shard, as sbatch takes it
+    /// Time limit of a shard, in sbatch's format
     ///
-    /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and
-    /// goes back into the queue.
+    /// A shard that needs longer saves its finished tiles and is requeued. [default: Slurm's]
     #[arg(long, value_name = "TIME")]
     pub time: Option<String>,
     /// Picture that the merge writes [default: the plan's]
     ///
-    /// Picture that the merge writes, anywhere.
-    /// [default: the plan's, which has to lie in the plan's folder]
+    /// Any folder is allowed. The default is only available if the plan's picture is in the plan's
+    /// folder.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// CPUs of a shard [default: those that Slurm gives it]
+    /// CPUs per shard [default: Slurm's]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     pub cpus_per_task: Option<u32>,
-    /// Print the scripts and the calls, write nothing
+    /// Print the scripts and sbatch commands only
     ///
-    /// Print the scripts and the calls of sbatch, as a shell script that writes and calls them;
-    /// nothing is written.
+    /// Prints a shell script that writes the scripts and calls sbatch, and does neither.
     #[arg(long)]
     pub dry_run: bool,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long)]
     pub json: bool,
-    /// Further options for sbatch
+    /// Additional options for sbatch
     #[arg(last = true, value_name = "SBATCH OPTIONS")]
     pub sbatch: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct SubmitDocument<'a> {
-    /// The shards that were submitted, in Slurm's notation; `None` if none was missing.
+    /// The submitted shards in Slurm's notation; `None` if none were missing.
     array: Option<&'a str>,
     array_job: Option<String>,
     merge_job: String,
@@ -84,7 +81,7 @@ struct SubmitDocument<'a> {
     into: &'a Path,
 }
 
-/// Two calls of `sbatch`: the array, if there is anything left to render, and the merge.
+/// Two calls of `sbatch`: the array, if any shard is missing, and the merge.
 struct SbatchCalls {
     array: Option<Vec<OsString>>,
     merge: Vec<OsString>,
@@ -131,7 +128,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     }
     let merge_job = sbatch(&merge_call).map_err(|error| match &array_job {
         Some(job) => error.with_hint(&format!(
-            "the array is submitted, as job {job}: when it is done, phalanx merge {}",
+            "the array was submitted as job {job}: once it has finished, run phalanx merge {}",
             shown_path(path)
         )),
         None => error,
@@ -154,7 +151,7 @@ impl Output for SubmitDocument<'_> {
         let (missing, of) = (self.missing, self.shards);
         let shards = match (self.array, &self.array_job) {
             (Some(array), Some(job)) => format!("job {job}, {missing} of {of} shards: {array}"),
-            _ => format!("all {of} are rendered"),
+            _ => format!("all {of} already rendered"),
         };
         let merge = format!("job {}, into {}", self.merge_job, shown_path(self.into));
         lines(&[
@@ -169,18 +166,18 @@ impl Output for SubmitDocument<'_> {
 struct ScriptNames {
     program: String,
     plan: String,
-    /// The picture, if it is not the plan's own.
+    /// The picture, if it is not the plan's.
     output: Option<String>,
 }
 
-/// The picture that the arguments name for the merge, if they do. Otherwise the plan's own must be
-/// one that the merge will write by default.
+/// The merge's picture from the arguments, if given. Otherwise the plan's picture must be one that
+/// the merge writes by default.
 fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
     let frames = PlannedFrames::of(plan);
     if frames.is_by_frame() {
         if args.output.is_some() {
             return Err(CliError::Usage(
-                "the shards of this plan write its frames, and the merge checks them: leave out -o"
+                "-o cannot be used with this plan: its shards write the frames, and the merge only checks them"
                     .to_owned(),
             ));
         }
@@ -197,26 +194,26 @@ fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, 
     text(&absolute_path(path)?).map(Some)
 }
 
-/// A word in the form in which it goes into a script. Control characters are refused: a line break
-/// would end a comment, and begin a command.
+/// A word for use in a script. Control characters are refused: a line break would end a comment and
+/// begin a command.
 fn text(word: &Path) -> Result<String, CliError> {
     match word.to_str() {
         Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
         _ => Err(CliError::Usage(format!(
-            "{} cannot stand in a script: it has control characters, or is no text; rename it",
+            "{} cannot be used in a script: it has control characters, or is not valid UTF-8; rename it",
             quoted_text(&word.to_string_lossy())
         ))),
     }
 }
 
-/// The program that nodes start: a release's launcher (.ci/launcher.rs), which picks the build for
-/// each of them, or this very program.
+/// The program that nodes start: this one, or a release's launcher (.ci/launcher.rs), which selects
+/// the build for each node.
 fn program() -> Result<PathBuf, CliError> {
     if let Some(launcher) = std::env::var_os("PHALANX_LAUNCHER") {
         return Ok(launcher.into());
     }
     std::env::current_exe()
-        .map_err(|e| CliError::Runtime(format!("cannot tell where this program is: {e}")))
+        .map_err(|e| CliError::Runtime(format!("cannot locate this program: {e}")))
 }
 
 /// Builds both calls.
@@ -263,7 +260,7 @@ fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {
     let digits = (of.shards - 1).to_string().len();
     let [program, plan_text] = [&names.program, &names.plan].map(|name| shell_quoted(name));
     let stem = shell_quoted(&stem.to_string_lossy());
-    // The size of what is finished. A frame's tiles go when its picture is listed.
+    // The size of finished work. A frame's tiles are deleted once its picture is listed.
     let saved = match of.sequence {
         None => r#"saved() { stat -c %s "$shard.tiles" 2>/dev/null || echo 0; }"#,
         Some(_) => {
@@ -325,7 +322,7 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     }
     let output = command.output().map_err(|e| {
         CliError::Runtime(format!(
-            "cannot start sbatch: {e}; this is done where Slurm's commands are"
+            "cannot start sbatch: {e}; run this on a machine with Slurm's commands"
         ))
     })?;
     let said = String::from_utf8_lossy(&output.stdout);
@@ -336,7 +333,7 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     }
     let reason = String::from_utf8_lossy(&output.stderr);
     Err(CliError::Runtime(format!(
-        "sbatch did not take the job: {}",
+        "sbatch refused the job: {}",
         reason.trim()
     )))
 }

@@ -39,7 +39,7 @@ fn a_cache_that_is_shortened_under_a_render_ends_it_with_a_message() {
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(1), "{status:?}: {rest}");
     assert!(
-        rest.contains("error: cannot read b.phx any more: it has been shortened"),
+        rest.contains("error: cannot read b.phx any more: it was truncated"),
         "{rest}"
     );
     assert_eq!(rest.matches("error: ").count(), 1, "{rest}");

@@ -195,10 +195,10 @@ fn no_result_takes_the_place_of_an_input() {
             let link = room.path().join(format!("out{}", ending.replace('#', "7")));
             let line = line.replace("OUT", "./out");
             fs::hard_link(room.path().join(input), &link).unwrap();
-            room.refused(&line, 2, &[option, "would replace", input]);
+            room.refused(&line, 2, &[option, "would overwrite", input]);
             fs::remove_file(&link).unwrap();
             symlink(input, &link).unwrap();
-            room.refused(&line, 2, &[option, "would replace", input]);
+            room.refused(&line, 2, &[option, "would overwrite", input]);
             fs::remove_file(&link).unwrap();
             assert_eq!(files(&room), before, "{line} {input}");
         }
@@ -206,15 +206,15 @@ fn no_result_takes_the_place_of_an_input() {
     for (line, parts) in [
         (
             "compare a.png b.png --heat a.png",
-            "--heat a.png would replace the picture a.png",
+            "--heat a.png would overwrite the picture a.png",
         ),
         (
             "plan a.test --shards 2 -o x.png --plan a.test",
-            "--plan a.test would replace the scene a.test",
+            "--plan a.test would overwrite the scene a.test",
         ),
         (
             "bench compare r.json r.json --html ./r.json",
-            "--html ./r.json would replace the record r.json",
+            "--html ./r.json would overwrite the record r.json",
         ),
     ] {
         room.refused(line, 2, &[parts]);
@@ -229,7 +229,7 @@ fn a_default_name_that_an_input_has_is_left_to_it() {
     let said = room.run("render truck.obj --size 8x6");
     assert!(
         said.stderr
-            .contains("truck.png: the picture goes to truck-render.png"),
+            .contains("truck.png: writing truck-render.png instead"),
         "{}",
         said.stderr
     );
@@ -271,8 +271,7 @@ fn a_default_name_that_another_programs_picture_has_is_left_to_it() {
     // The second time, the first run's picture is there, which is our own.
     for _ in 0..2 {
         let said = room.run("render truck.phx --size 8x6");
-        let note =
-            "truck.png is a picture of another program: the picture goes to truck-render.png";
+        let note = "truck.png is a picture from another program: writing truck-render.png instead";
         assert!(said.stderr.contains(note), "{}", said.stderr);
         assert!(said.stdout.contains("truck-render.png: 8x6"));
     }

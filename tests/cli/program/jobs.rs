@@ -127,7 +127,10 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
         let output = child.wait_with_output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(code), "{said}");
-        assert!(said.contains("a.tiles; the same command goes on"), "{said}");
+        assert!(
+            said.contains("a.tiles; run the same command to resume"),
+            "{said}"
+        );
         assert_eq!(room.names(), ["a.tiles"]);
         let ran = room.run(&line);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
@@ -169,7 +172,7 @@ fn a_killed_render_goes_on_from_what_it_has() {
     fs::write(&tiles, file).unwrap();
     let ran = room.run(&line);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    assert!(ran.stderr.contains("1 tiles are damaged"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("1 damaged tiles"), "{}", ran.stderr);
     assert!(bytes(&room, "a.png") == whole);
 }
 
@@ -209,8 +212,9 @@ fn a_finished_checkpoint_stays_and_the_report_says_so() {
     for more in ["-o a.png", "-o b.png", "-o b.png --verbose"] {
         let said = room.ok(&format!("{line} {more}"));
         let size = bytes("c.ckpt").len() as f64 / 1024.0;
-        let kept =
-            format!("\nkept         c.ckpt: {size:.1} KiB of tiles, for the same command again\n");
+        let kept = format!(
+            "\nkept         c.ckpt: {size:.1} KiB of tiles, to resume or rewrite the picture\n"
+        );
         assert!(said.contains(&kept), "{more}: {said}");
     }
     assert!(bytes("a.png") == bytes("b.png"));
@@ -240,7 +244,7 @@ fn a_checkpoint_of_another_picture_is_refused() {
         "--size 41x24",
         &[
             "another picture: --size is 40x24 there and 41x24 here; ",
-            "name another file",
+            "choose another file",
         ],
     );
     refused(
@@ -321,7 +325,7 @@ fn shards_that_are_missing_are_named() {
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
         assert!(
             ran.stderr
-                .contains(&format!("shard {shard} of 9, by {variable}"))
+                .contains(&format!("shard {shard} of 9, from {variable}"))
         );
     }
     for shard in [0, 1, 2, 5, 7] {
@@ -330,7 +334,7 @@ fn shards_that_are_missing_are_named() {
     room.refused(
         "merge p.json",
         6,
-        &["2 of 9", "--array=6,8", "there is no p.shard-6.tiles"],
+        &["2 of 9", "--array=6,8", "p.shard-6.tiles does not exist"],
     );
     for shard in [6, 8] {
         room.ok(&format!("render --plan p.json --shard {shard}"));
@@ -432,7 +436,7 @@ fn a_sequence_is_its_frames_one_by_one() {
     room.refused(
         "render a.test -o k.png --frames 5..6 --keyframes bad",
         2,
-        &["bad:1: 3 numbers"],
+        &["bad:1: expected 10 numbers"],
     );
     room.refused("render a.test -o k.png --frames 5..6", 2, &["--turntable"]);
     // Without --frames, all of them: once around, and from the first to the last key frame.

@@ -200,7 +200,7 @@ fn devices_are_neither_pictures_nor_records_nor_keyframes() {
         (
             "render a.test -o c.png --frames 0..1 --keyframes /dev/zero",
             2,
-            "no keyframes: more than 16.0 MiB",
+            "not a key frame file: larger than 16.0 MiB",
         ),
     ] {
         refused_in_400_mb(&room, line, code, &[part]);
@@ -220,17 +220,17 @@ fn standard_scenes_beyond_memory_are_errors() {
         ("build standard:menger:40M -o x.phx", "for the columns of "),
         ("bench standard:atrium:100M", "for the columns of "),
         ("info standard:teapot:300", "for the columns of "),
-        ("info standard:cornell:2500k", "to build the tree of 2,5"),
+        ("info standard:cornell:2500k", "to build the BVH of 2,5"),
         (
             "bench standard:cornell:2500k --rays primary",
-            "to build the tree of 2,5",
+            "to build the BVH of 2,5",
         ),
     ] {
         refused_in_400_mb(
             &room,
             line,
             1,
-            &["error: about ", what, "not so much memory"],
+            &["error: about ", what, "that much memory is not available"],
         );
     }
     assert!(room.names().is_empty());

@@ -153,7 +153,7 @@ fn a_cache_keeps_the_origin() {
     }
     let ran = room.run("info far.phx --origin none");
     assert!(
-        ran.stderr.contains("--origin changes nothing"),
+        ran.stderr.contains("--origin has no effect"),
         "{}",
         ran.stderr
     );

@@ -281,14 +281,10 @@ fn a_scene_does_not_send_its_picture_to_stdout() {
     room.refused(
         "render dash.test",
         2,
-        &["the scene asks for the output ./-", "with -o"],
+        &["the scene's output ./-", "with -o"],
     );
     room.ok("build dash.test -o dash.phx");
-    room.refused(
-        "render dash.phx",
-        2,
-        &["the scene asks for the output ./-", "with -o"],
-    );
+    room.refused("render dash.phx", 2, &["the scene's output ./-", "with -o"]);
     assert!(room.ok("render dash.test --format png").contains("./-"));
     assert!(
         fs::read(room.path().join("-"))

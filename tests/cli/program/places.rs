@@ -391,7 +391,7 @@ fn a_scene_does_not_choose_the_folder_of_its_picture() {
         room.write("p.test", &format!("size 8 6\noutput {name}\n{scene}"));
         room.ok("info p.test");
         room.ok("render p.test -o x.png");
-        let parts = ["is not a bare file name", "choose the picture with -o"];
+        let parts = ["is not a bare file name", "choose a file with -o"];
         room.refused("render p.test", 2, &parts);
     }
 }

@@ -251,7 +251,7 @@ fn links_beside_a_plan_lead_nowhere_else() {
     room.ok("render --plan job/p.json --shard 0");
     assert!(fs::metadata(at("job/kept")).unwrap().len() > 0);
     std::os::unix::fs::symlink("p.json", at("job/p.merge.sh")).unwrap();
-    room.refused("submit slurm job/p.json", 2, &["would replace the plan"]);
+    room.refused("submit slurm job/p.json", 2, &["would overwrite the plan"]);
     assert!(!at("job/p.shards.sh").exists());
 }
 
@@ -322,7 +322,7 @@ fn a_pipe_in_the_place_of_tiles_is_no_file_to_wait_for() {
     room.refused(
         "plan b.test --shards 1 -o a.png --plan q.json",
         2,
-        &["b.test is no regular file"],
+        &["b.test is not a regular file"],
     );
 }
 

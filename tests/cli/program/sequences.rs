@@ -76,7 +76,7 @@ fn frames_of_two_nodes_are_those_of_one_machine_though_one_is_killed() {
         6,
         &[
             " of 24 frames are missing",
-            "frame 2, shard 2: there is no p.shard-2.frames",
+            "frame 2, shard 2: p.shard-2.frames does not exist",
             "--array=1-4",
         ],
     );
@@ -84,7 +84,7 @@ fn frames_of_two_nodes_are_those_of_one_machine_though_one_is_killed() {
         room.ok(&node(shard));
     }
     // The other one finishes its first shard from where it stopped.
-    let last = "frame 21, shard 1: there is no m.0021.png";
+    let last = "frame 21, shard 1: m.0021.png does not exist";
     room.refused(
         "merge p.json",
         6,
@@ -171,7 +171,7 @@ fn tiles_of_each_frame_are_put_together() {
             (&json!(3), &json!("tile"))
         );
     }
-    let missing = "frame 5, shard 1: there is no p.shard-1.frame-0005.tiles";
+    let missing = "frame 5, shard 1: p.shard-1.frame-0005.tiles does not exist";
     room.refused(
         "merge p.json",
         6,
@@ -192,14 +192,14 @@ fn tiles_of_each_frame_are_put_together() {
     assert_eq!(done["kept"], 2);
     let said = room.ok("merge p.json");
     assert!(
-        said.contains("5 to 7, 100x80, from 3 shards, put together"),
+        said.contains("5 to 7, 100x80, from 3 shards, merged"),
         "{said}"
     );
     let frames: Vec<String> = (5..8).map(|k| format!("m.000{k}.exr")).collect();
     same_frames(&room, &frames);
     room.ok("merge p.json -o other-#.exr");
     assert!(bytes(&room, "other-7.exr") == bytes(&room, "m.0007.exr"));
-    room.refused("merge p.json -o -", 2, &["a file for each frame"]);
+    room.refused("merge p.json -o -", 2, &["cannot be written to stdout"]);
     // A plan by tile may put its frames elsewhere, if the merge is given the destination.
     let line = "plan a.test --shards 2 --shard-by tile --frames 0..1 --turntable 4";
     fs::create_dir(room.path().join("job")).unwrap();
@@ -223,7 +223,7 @@ fn pictures_are_taken_for_frames_only_as_they_were_written() {
     // An earlier picture has the name of a frame, but is not one.
     room.write("m.0002.png", "of somebody else");
     let ran = room.run("render --plan p.json --shard 0");
-    let note = "m.0002.png is not listed as a frame of this plan, and is rendered again";
+    let note = "m.0002.png is not listed as a frame of this plan: rendering it again";
     assert!(
         ran.code == Some(0) && ran.stderr.contains(note),
         "{}",
@@ -241,7 +241,7 @@ fn pictures_are_taken_for_frames_only_as_they_were_written() {
         bytes(&room, "m.0002.png"),
     ] {
         fs::write(room.path().join("m.0003.png"), changed).unwrap();
-        let why = "frame 3, shard 1: m.0003.png is not as it was written";
+        let why = "frame 3, shard 1: m.0003.png has changed since it was written";
         room.refused(
             "merge p.json",
             6,
@@ -250,7 +250,7 @@ fn pictures_are_taken_for_frames_only_as_they_were_written() {
         let ran = room.run("render --plan p.json --shard 1 --json");
         assert!(
             ran.stderr
-                .contains("not as it was written, and is rendered again"),
+                .contains("has changed since it was written: rendering it again"),
             "{}",
             ran.stderr
         );
@@ -400,7 +400,7 @@ fn sequences_that_cannot_be_planned_are_refused() {
     room.write("bad", "0 1 2 3\n");
     refused(
         "--shards 2 -o job/m.png --frames 0..3 --keyframes bad",
-        &["bad:1: 3 numbers"],
+        &["bad:1: expected 10 numbers"],
     );
     room.write(
         "through",
@@ -420,11 +420,15 @@ fn sequences_that_cannot_be_planned_are_refused() {
         2,
         &["there is no shard 2"],
     );
-    room.refused("merge job/p.json -o x.png", 2, &["leave out -o"]);
+    room.refused(
+        "merge job/p.json -o x.png",
+        2,
+        &["-o and --format cannot be used"],
+    );
     room.refused(
         "submit slurm job/p.json -o x.png --dry-run",
         2,
-        &["leave out -o"],
+        &["-o cannot be used"],
     );
 }
 

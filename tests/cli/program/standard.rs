@@ -117,7 +117,7 @@ fn what_generate_cannot_do_is_said_before_anything_is_written() {
         ("generate bals -o a.nff", "did you mean `balls`"),
         ("generate balls --size many -o a.nff", "`many` of balls"),
         ("generate balls --size 99 -o a.nff", "comes in sizes"),
-        ("generate balls:3 --size 3 -o a.nff", "leave --size away"),
+        ("generate balls:3 --size 3 -o a.nff", "omit --size"),
         ("generate balls -o a.obj", ".nff, .ply or .test"),
         ("generate balls -o a", ".nff, .ply or .test"),
         ("generate balls -o a.ply --tessellate 0", "1..=1000"),

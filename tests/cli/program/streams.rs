@@ -52,21 +52,21 @@ fn a_picture_to_stdout_is_that_of_the_file() {
 fn pictures_to_stdout_are_refused_where_they_make_no_sense() {
     let room = furnished();
     let frames = "render a.test -o - --frames 0..1 --turntable 2";
-    room.refused(frames, 2, &["a file for each frame"]);
+    room.refused(frames, 2, &["cannot be written to stdout"]);
     let twice = "render a.test -o - --format png --format exr";
-    room.refused(twice, 2, &["two formats of pictures"]);
+    room.refused(twice, 2, &["two formats for the picture"]);
     room.refused(
         "info a.test --format png",
         2,
-        &["no picture is written here"],
+        &["this command writes no picture"],
     );
     room.refused(
         "verify a.test --format exr",
         2,
-        &["no picture is written here"],
+        &["this command writes no picture"],
     );
     let plan = "plan a.test --shards 2 -o - --plan p.json";
-    room.refused(plan, 2, &["name files"]);
+    room.refused(plan, 2, &["give file names"]);
     room.refused(
         "merge plan.json -o - --format obj",
         2,
@@ -91,7 +91,7 @@ fn pictures_to_stdout_are_refused_where_they_make_no_sense() {
             .read_to_string(&mut told)
             .unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(2), "{told}");
-        assert!(told.contains("cannot be shown by a terminal"), "{told}");
+        assert!(told.contains("cannot be written to a terminal"), "{told}");
     }
 }
 
@@ -170,24 +170,24 @@ fn scenes_from_stdin_are_refused_where_they_make_no_sense() {
         (
             "info - --format obj --format ply",
             2,
-            "two formats of scenes",
+            "two formats for the scene",
         ),
         ("render - --format bmp", 2, "possible values"),
         (
             "verify - - --format test --threads 1",
             2,
-            "stdin can be read once",
+            "stdin can be read only once",
         ),
         (
             "plan - --format test --shards 2 -o x.png --plan p.json",
             2,
-            "name files",
+            "give file names",
         ),
         ("info - --format test --max-memory 1", 1, "--max-memory"),
         (
             "bench - --format test --baseline a.test --fail-above 3%",
             2,
-            "stdin can be read once",
+            "stdin can be read only once",
         ),
         ("info - --format stl", 3, "error: -"),
     ] {

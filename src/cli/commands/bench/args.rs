@@ -22,15 +22,15 @@ pub struct BenchArgs {
 
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// Compare records: ranks, geometric means, and the rates that differ
+    /// Compare records: ranks, geometric means and changed rates
     #[command(
         after_help = "Example: phalanx bench compare perf/records/*-quick.json --filter 'primary|frame'"
     )]
     Compare(RecordCompareArgs),
-    /// Make a page of records that were saved before
+    /// Write an HTML report of saved records
     #[command(
         name = "report",
-        after_help = "One record gets the page that bench --html writes. Several are shown side by side; the first is the baseline.\n\n\
+        after_help = "One record gives the page that bench --html writes. Several are shown side by side; the first is the baseline.\n\n\
                       Example: phalanx bench report perf/records/*-quick.json -o machines.html"
     )]
     Page(RecordReportArgs),
@@ -41,27 +41,26 @@ pub struct RecordCompareArgs {
     /// Records of bench --json; the first is the baseline
     #[arg(required = true, num_args = 2.., value_name = "RECORD.json")]
     pub records: Vec<PathBuf>,
-    /// Only rates whose name matches, as in room.*primary
+    /// Compare only matching rates, as in room.*primary
     ///
-    /// Compare only rates whose name matches: scene, kind of rays, engine, kernel, in this order,
-    /// with a blank between them.
+    /// The name of a rate consists of scene, kind of rays, engine and kernel, separated by spaces.
     #[arg(long, value_name = "REGEX", value_parser = parse_pattern)]
     pub filter: Option<Regex>,
-    /// Change that counts as one [default: 3%]
+    /// Smallest change to report [default: 3%]
     ///
-    /// Rates differ where the whole interval of the difference is beyond this. [default: 3%]
+    /// A change counts if its whole confidence interval is beyond this.
     #[arg(long, value_name = "PERCENT", default_value = "3%", hide_default_value = true, value_parser = parse_percent)]
     pub threshold: f64,
-    /// Every rate of every kernel, not just changes
+    /// Show every rate of every kernel, not only changes
     #[arg(long)]
     pub all: bool,
-    /// Write a page with charts and tables, too
+    /// Also write an HTML page with charts and tables
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Print one JSON document
+    /// Print the comparison as JSON
     #[arg(long)]
     pub json: bool,
-    /// Print Markdown
+    /// Print the comparison as Markdown
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
 }
@@ -71,15 +70,15 @@ pub struct RecordReportArgs {
     /// Records of bench --json
     #[arg(required = true, value_name = "RECORD.json")]
     pub records: Vec<PathBuf>,
-    /// The page
+    /// HTML page to write
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 }
 
-/// Heading of the options that say what is measured.
+/// Heading of the options that select what to measure.
 const MEASUREMENT: &str = "Measurement";
 
-/// Heading of the options that compare a run with an earlier one.
+/// Heading of the options for comparing with an earlier run.
 const BASELINE: &str = "Baseline";
 
 #[derive(Debug, Args)]
@@ -87,82 +86,77 @@ pub struct RunArgs {
     #[arg(
         value_name = "SCENE",
         help = "Scene files, caches, standard:NAME[:SIZE], or -",
-        long_help = "Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin. [default: the standard suite]"
+        long_help = "Scene files, scene caches (.phx), standard scenes (standard:NAME[:SIZE]), or - for stdin [default: the standard suite]"
     )]
     pub scenes: Vec<PathBuf>,
-    /// About a minute: seven scenes of the suite
+    /// Measure only seven scenes (about a minute)
     ///
-    /// Seven scenes of the suite and fewer samples of each rate, which takes about a minute on two
-    /// cores with one other tracer.
+    /// Also takes fewer samples per rate. A minute is the time on two cores with one other tracer.
     #[arg(long, help_heading = MEASUREMENT)]
     pub quick: bool,
-    /// Only scenes of the suite with this in their name
+    /// Measure only scenes whose name contains TEXT
     #[arg(long, value_name = "TEXT", help_heading = MEASUREMENT, conflicts_with = "scenes")]
     pub filter: Option<String>,
     /// primary, shadow, diffuse, …, frame [default: all]
     ///
-    /// Kinds of rays, separated by commas. [default: all]
+    /// Kinds of rays to measure, separated by commas.
     #[arg(long, value_name = "KIND,…", help_heading = MEASUREMENT, value_delimiter = ',', hide_possible_values = true, value_parser = PossibleValuesParser::new(RayKind::names()))]
     pub rays: Vec<String>,
     /// Other tracers, as in embree,obvhs
     ///
-    /// Other tracers to measure on the same rays, separated by commas.
+    /// They are measured on the same rays.
     #[arg(long, value_enum, value_name = "PEER,…", help_heading = MEASUREMENT, value_delimiter = ',', hide_possible_values = true)]
     pub against: Vec<PeerArg>,
-    /// Embree's library, or a folder with it [default: looked for]
+    /// Embree library, or a folder with it [default: search for it]
     #[arg(long, value_name = "PATH", help_heading = MEASUREMENT, hide_short_help = true)]
     pub embree: Option<PathBuf>,
-    /// Kernel beside auto, as in beam16, or all
+    /// Additional kernel, as in beam16, or all
     ///
-    /// Traversal kernel to measure beside `auto`: packet8, packet16, beam8, beam16, single, or all.
-    /// [default: packets as wide as this build's; all with --counters-only]
+    /// Traversal kernel to measure in addition to auto: packet8, packet16, beam8, beam16, single,
+    /// or all. [default: packets of this build's width; all with --counters-only]
     #[arg(long, value_name = "NAME", help_heading = MEASUREMENT, hide_possible_values = true, value_parser = kernels_parser())]
     pub kernel: Option<KernelSet>,
-    /// Quality of our BVH [default: best]
+    /// BVH quality: fast, medium, best [default: best]
     ///
-    /// Quality of our BVH; peers build the best that they can. [default: best]
+    /// Other tracers always build their best BVH.
     #[arg(long, value_name = "NAME", help_heading = MEASUREMENT, default_value = "best", hide_default_value = true, hide_possible_values = true, value_parser = name_parser(&Quality::ALL))]
     pub quality: Quality,
     /// Picture size of the rays [default: 512x512]
     ///
-    /// Picture size that the rays are of; frames have half its sides. [default: the suite's,
-    /// 512x512]
+    /// Frames are rendered at half this width and height.
     #[arg(long, value_name = "WxH", help_heading = MEASUREMENT, hide_short_help = true, value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Samples of a rate [default: 11; 5 with --quick]
-    ///
-    /// Samples of every row. [default: the suite's: 11, and 5 with --quick]
+    /// Samples per rate [default: 11; 5 with --quick]
     #[arg(long, value_name = "N", help_heading = MEASUREMENT, hide_short_help = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub repeat: Option<u32>,
-    /// Seconds that the samples of a row take together at least [default: the suite's, 0.03]
+    /// Minimum total time of the samples of a rate, in seconds [default: 0.03]
     #[arg(long, value_name = "SECONDS", help_heading = MEASUREMENT, hide_short_help = true, value_parser = parse_seconds)]
     pub min_time: Option<f64>,
-    /// Count work and time nothing
+    /// Count work instead of measuring time
     ///
-    /// Count work and time nothing; with --baseline, compare the counts.
+    /// With --baseline, compares the counts.
     #[arg(long, help_heading = MEASUREMENT)]
     pub counters_only: bool,
     /// Thread counts [default: 1,all]
     ///
-    /// Thread counts, separated by commas; `all` is one per CPU this process may use. [default:
-    /// 1,all]
+    /// Separated by commas; all means one per available CPU.
     #[arg(long, value_name = "N,…", help_heading = MEASUREMENT, value_delimiter = ',', default_value = "1,all", hide_default_value = true, value_parser = parse_threads)]
     pub threads: Vec<ThreadCount>,
-    /// Bind workers to cores even where there are fewer of them than cores
+    /// Pin threads to cores even if there are fewer threads than cores
     #[arg(long, help_heading = MEASUREMENT, hide_short_help = true)]
     pub pin: bool,
-    /// Record of the run, for compare and report
+    /// Write a record, for bench compare and report
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub json: Option<PathBuf>,
-    /// Comma-separated values, one sample a line
+    /// Write comma-separated values, one sample per line
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub csv: Option<PathBuf>,
-    /// Page with charts, pictures and tables
+    /// Write an HTML page with charts, pictures and tables
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub html: Option<PathBuf>,
-    /// Rays for other tracers to replay
+    /// Write the rays, for other tracers to replay
     ///
-    /// Write the rays, for other tracers to replay; takes one scene. Nothing is measured.
+    /// Takes a single scene, and measures nothing.
     #[arg(long, value_name = "FILE", help_heading = OUTPUT, hide_short_help = true)]
     pub dump_rays: Option<PathBuf>,
     /// Compare with an earlier record
@@ -170,17 +164,16 @@ pub struct RunArgs {
     pub baseline: Option<PathBuf>,
     /// Exit with 5 if slower by more, as in 3%
     ///
-    /// Exit with 5 if anything is slower than the baseline by more than this, as in 3%.
+    /// Compares rates with the baseline's, or counts with --counters-only. Rates that look slower
+    /// are measured again first.
     #[arg(long, value_name = "PERCENT", help_heading = BASELINE, requires = "baseline", value_parser = parse_percent)]
     pub fail_above: Option<f64>,
-    /// Compare with another machine's baseline, too
-    ///
-    /// Compare with a baseline of another machine or instruction set, too.
+    /// Accept a baseline of another machine or instruction set
     #[arg(long, help_heading = BASELINE, hide_short_help = true, requires = "baseline")]
     pub force: bool,
     #[command(flatten)]
     pub scene_args: SceneArgs,
-    /// Write the suite with the answers found, after a change of the scenes or of the rays
+    /// Write the suite with the answers of this run, after a change of its scenes or rays
     #[arg(long, value_name = "SUITE.toml", hide = true)]
     pub update_suite: Option<PathBuf>,
 }
@@ -205,19 +198,23 @@ fn parse_threads(text: &str) -> Result<ThreadCount, String> {
 }
 
 fn parse_pattern(text: &str) -> Result<Regex, String> {
-    let help = "a pattern such as 'room.*primary'; \\ before a sign that is meant as it is";
+    let help = "a regular expression such as 'room.*primary'";
     Regex::new(text).map_err(|error| format!("{error}: expected {help}"))
 }
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let good = |seconds: &f64| (0.0..=3600.0).contains(seconds);
-    parse_number(text, good, "seconds, from 0 to 3600")
+    parse_number(text, good, "a time from 0 to 3600 seconds")
 }
 
 fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').unwrap_or(text).trim_end();
     let good = |percent: &f64| (0.0..100.0).contains(percent);
-    let percent = parse_number(number, good, "a percentage from 0 to below 100, as in 3%")?;
+    let percent = parse_number(
+        number,
+        good,
+        "a percentage from 0 to less than 100, as in 3%",
+    )?;
     Ok(percent / 100.0)
 }
 

@@ -7,7 +7,7 @@ use phalanx::bench::ProgressListener;
 /// Steps of the bar for each scene.
 const STEPS: u64 = 1000;
 
-/// Drawn on stderr where that is a terminal.
+/// A progress bar on stderr, shown only if that is a terminal.
 pub struct BenchProgressBar {
     bar: ProgressBar,
     scenes: u64,

@@ -1,4 +1,4 @@
-//! `bench --baseline`: this run against an earlier one.
+//! `bench --baseline`: compares this run with an earlier one.
 
 use super::args::RunArgs;
 use super::bar::BenchProgressBar;
@@ -24,18 +24,17 @@ pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
     })
 }
 
-/// A refusal, with the way around it if there is one.
+/// The error for incompatible records, with a hint if `--force` allows them.
 fn refused(refusal: IncompatibleRecords) -> CliError {
     let error = CliError::Usage(refusal.to_string());
     match refusal.can_be_forced() {
-        true => error.with_hint("compare all the same with --force"),
+        true => error.with_hint("use --force to compare anyway"),
         false => error,
     }
 }
 
 impl Baseline {
-    /// Refuses a baseline that no run of this plan can be compared with, before anything is
-    /// measured.
+    /// Refuses a baseline that is incompatible with this plan, before anything is measured.
     pub fn check(
         &self,
         args: &RunArgs,
@@ -56,14 +55,14 @@ impl Baseline {
         load(path).map(Baseline)
     }
 
-    /// The changes to a run, for its page; `None` where they cannot be compared, which
-    /// [`Baseline::judge`] says.
+    /// The changes to a run, for its page; `None` if the records are incompatible, which
+    /// [`Baseline::judge`] reports.
     pub fn changes(&self, args: &RunArgs, now: &BenchRecord) -> Option<Changes> {
         phalanx::report::compare(&self.0, now, args.force).ok()
     }
 
-    /// Prints the changes; exit code 5 if something is slower (or more work) than `--fail-above`
-    /// allows. Rows that look slower are measured again first: see
+    /// Prints the changes. Exit code 5 if a rate is lower, or a count higher, than `--fail-above`
+    /// allows. Rates that look slower are measured again first: see
     /// [`phalanx::report::Changes::regressions`].
     pub fn judge(
         &self,
@@ -98,7 +97,7 @@ impl Baseline {
         }
     }
 
-    /// Measures the scenes and kinds of rays of the suspects again.
+    /// Measures the scenes and kinds of rays of suspected regressions again.
     fn again(
         &self,
         args: &RunArgs,
@@ -135,7 +134,7 @@ impl Baseline {
         let [old, new] = [&self.0, now].map(|record| &record.run.quality);
         if old != new {
             output::note(&format!(
-                "the baseline counts trees of quality {old}, this run of {new}: see --quality"
+                "the baseline used BVH quality {old}, this run {new} (see --quality)"
             ));
         }
         let changes = counters(&self.0, now);
@@ -146,7 +145,7 @@ impl Baseline {
             .filter(|change| scene(&change.scene))
             .collect();
         if changes.is_empty() {
-            return output::print("work: the baseline's, count by count\n");
+            return output::print("work: all counts equal to the baseline\n");
         }
         output::print(&counters_table(&changes))?;
         let allowed = |old: u64| old as f64 * (1.0 + args.fail_above.unwrap_or(f64::INFINITY));
@@ -161,5 +160,5 @@ impl Baseline {
     }
 }
 
-/// Smallest change that the table marks, if there is no `--fail-above`.
+/// Smallest change that the table marks without `--fail-above`.
 const DEFAULT_THRESHOLD: f64 = 0.03;

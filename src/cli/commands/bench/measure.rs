@@ -1,4 +1,4 @@
-//! Measurement of one scene, and the record of all.
+//! Measures a scene, and makes the record of a run.
 
 use super::args::RunArgs;
 use super::bar::BenchProgressBar;
@@ -12,7 +12,7 @@ use phalanx::report::BenchRecord;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// A scene to be measured.
+/// A scene to measure.
 pub struct BenchScene {
     pub path: PathBuf,
     pub info: SceneInfo,
@@ -43,7 +43,7 @@ pub fn measure_scene(
     Ok((measured, scene_input))
 }
 
-/// The picture that a plan's rays are of.
+/// The picture whose rays a plan measures.
 pub fn wanted(plan: &BenchPlan) -> WantedPicture {
     WantedPicture {
         size: Some(plan.size.into()),
@@ -62,7 +62,7 @@ pub fn record(
     let arguments = std::env::args().skip(1).collect();
     let run = plan.run_info(started, arguments, seconds);
     let mut record = phalanx::bench::record(this_program(), run, all);
-    // Measured only for the files, where they are shown, because they take seconds.
+    // Measured only for the files that show them, because they take seconds.
     if plan.timed && (args.json.is_some() || args.html.is_some()) {
         let limits = measure_limits(plan.max_threads(), &record.machine.caches);
         record.limits = Some(limits);

@@ -1,4 +1,4 @@
-//! `phalanx bench`: rates of our kernels, the oracle and other tracers on the same rays.
+//! `phalanx bench`: measures our kernels, the oracle and other tracers on the same rays.
 
 mod args;
 mod bar;
@@ -28,7 +28,7 @@ use saved::save;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-/// The standard suite, as it stands in the repository.
+/// The standard suite, from the repository.
 const SUITE: &str = include_str!("../../../../perf/suite.toml");
 
 /// Measures, or compares records.
@@ -85,17 +85,17 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     }
 }
 
-/// Statement of the part of the suite that a quick run measures.
+/// A line on the part of the suite that a quick run measures.
 fn coverage(suite: &Suite, plan: &BenchPlan, scenes: usize) -> String {
     format!(
-        "quick: {scenes} of the suite's {} scenes, {} samples a rate (the suite has {})\n\n",
+        "quick: {scenes} of the suite's {} scenes, {} samples per rate (full suite: {})\n\n",
         suite.scene.len(),
         plan.repeat,
         suite.repeat
     )
 }
 
-/// Refuses files that cannot be written, and scenes that cannot be read as often as needed.
+/// Refuses files that cannot be written, and scenes that cannot be read again if necessary.
 fn check_places(args: &RunArgs) -> Result<(), CliError> {
     let places = [
         ("--json", &args.json),
@@ -115,13 +115,13 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
     match stdin && args.fail_above.is_some() {
         false => Ok(()),
         true => Err(CliError::Usage(
-            "--fail-above may measure a scene again, and stdin can be read once: name a file"
+            "--fail-above may measure a scene again, but stdin can be read only once: give a file name"
                 .to_owned(),
         )),
     }
 }
 
-/// Writes the files that were requested beside the tables.
+/// Writes the requested files.
 fn write_files(
     args: &RunArgs,
     record: &BenchRecord,
@@ -207,12 +207,11 @@ fn kernels(args: &RunArgs) -> Vec<Kernel> {
     }
 }
 
-/// The peers to measure, ready to build.
+/// The peers to measure.
 fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     if args.embree.is_some() && !args.against.contains(&PeerArg::Embree) {
         return Err(CliError::Usage(
-            "--embree names a library that nothing is measured against: add --against embree"
-                .to_owned(),
+            "--embree needs --against embree".to_owned(),
         ));
     }
     let open = |peer: &PeerArg| match peer {
@@ -231,8 +230,8 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     Ok(peers)
 }
 
-/// The scenes that the arguments name, or those of the suite. The answers of a scene of the suite
-/// are checked even if the arguments name it.
+/// The scenes given by the arguments, or those of the suite. The answers of a suite scene are
+/// checked even if it comes from the arguments.
 fn bench_scenes(
     args: &RunArgs,
     suite: &Suite,
@@ -273,7 +272,7 @@ fn bench_scenes(
     Ok(args.scenes.iter().map(named).collect())
 }
 
-/// Writes the suite with the answers found in place of the expected ones.
+/// Writes the suite with this run's answers as the expected ones.
 fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), CliError> {
     for scene in &mut suite.scene {
         let found = all.iter().find(|m| m.scene.name == scene.name);

@@ -1,4 +1,4 @@
-//! Small pictures of a scene for the page: the scene, and its cost per pixel.
+//! Small pictures of a scene for the page: the render, and the heat map of its cost.
 
 use crate::cli::commands::render::heatmap;
 use crate::cli::output::CliError;
@@ -8,7 +8,7 @@ use phalanx::image::{encode, false_color, png_bytes};
 use phalanx::report::html::ScenePictures;
 use phalanx::scene::Scene;
 
-/// Size of the pictures: the page shows them no wider.
+/// Size of the pictures, the maximum at which the page shows them.
 const SIZE: [u32; 2] = [360, 270];
 
 /// Both pictures.

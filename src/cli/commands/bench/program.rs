@@ -3,7 +3,7 @@
 use phalanx::isa;
 use phalanx::report::Program;
 
-/// This program. Facts that `build.rs` could not find out are `None`.
+/// This program. Facts unknown to `build.rs` are `None`.
 pub fn this_program() -> Program {
     let known = |value: Option<&str>| value.filter(|v| !v.is_empty()).map(str::to_owned);
     Program {

@@ -1,4 +1,4 @@
-//! `bench compare` and `bench report`: records that were saved before, side by side.
+//! `bench compare` and `bench report`: saved records, side by side.
 
 use super::args::{RecordCompareArgs, RecordReportArgs};
 use super::baseline::load;
@@ -10,7 +10,7 @@ use phalanx::report::{
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Change from which on rates count as different in a report.
+/// Smallest change that counts as a difference in a report.
 const REPORT_THRESHOLD: f64 = 0.03;
 
 /// Prints a comparison, and writes its page.
@@ -60,14 +60,15 @@ pub fn report(args: &RecordReportArgs) -> Result<(), CliError> {
 }
 
 fn nothing_in_common(filtered: bool) -> CliError {
-    let error = CliError::Usage("no rate stands in all of these records".to_owned());
+    let error = CliError::Usage("these records have no rates in common".to_owned());
     match filtered {
-        true => error.with_hint("--filter matches against SCENE RAYS ENGINE KERNEL, such as: standard:room:200k primary phalanx auto"),
+        true => error
+            .with_hint("--filter matches names such as: standard:room:200k primary phalanx auto"),
         false => error,
     }
 }
 
-/// Records, and the names that they have on the command line.
+/// Records, with their names on the command line.
 type NamedRecords = Vec<(String, BenchRecord)>;
 
 fn load_all(paths: &[PathBuf]) -> Result<NamedRecords, CliError> {
@@ -80,7 +81,7 @@ fn pairs(records: &[(String, BenchRecord)]) -> Vec<(&str, &BenchRecord)> {
     pairs.collect()
 }
 
-/// A comparison as a result of the program.
+/// A comparison, as the output of a command.
 #[derive(Serialize)]
 struct ComparisonDocument(RecordComparison);
 
@@ -90,7 +91,7 @@ impl Output for ComparisonDocument {
     }
 }
 
-/// Writes a text to a file.
+/// Writes text to a file.
 pub fn save(path: &Path, text: &str) -> Result<(), CliError> {
     interrupt::write_file(path, |file| file.write_all(text.as_bytes()))
 }

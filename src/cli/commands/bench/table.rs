@@ -1,4 +1,4 @@
-//! Rates for the terminal: of one scene, and of all of them together.
+//! Tables of rates for the terminal: for each scene, and over all scenes.
 
 use crate::cli::output::grouped;
 use phalanx::bench::Measured;
@@ -6,10 +6,10 @@ use phalanx::report::{
     AUTO, BenchRecord, RateRow, RecordIndex, ReportTable, SceneRecord, quotable_line, rate, wrapped,
 };
 
-/// Width from which on the peers' own rates and modes are shown, too.
+/// Minimum width for showing the peers' own rates and modes.
 const WIDE: usize = 120;
 
-/// Words between a ratio and the number of scenes that it is over, where it is not over all.
+/// Text between a ratio and its number of scenes, if that is not all of them.
 const OF: &str = " of ";
 
 /// The heading and the table of a scene's rates, or of its work if nothing was timed, in `width`
@@ -22,7 +22,7 @@ pub fn scene(measured: &Measured, width: usize) -> String {
     heading(&measured.scene, width) + &table + "\n"
 }
 
-/// Geometric means over several scenes, the machine, and a line to quote. Empty where nothing was
+/// Geometric means over several scenes, the machine, and a line to quote. Empty if nothing was
 /// timed.
 pub fn summary(record: &BenchRecord, width: usize) -> String {
     let Some(line) = quotable_line(record) else {
@@ -34,7 +34,7 @@ pub fn summary(record: &BenchRecord, width: usize) -> String {
         let means = rates(&record.rows, width);
         text += &means;
         if means.contains(OF) {
-            text += "  of N: over the N scenes that this tracer traces, too\n";
+            text += "  of N: mean over the N scenes that this tracer supports\n";
         }
         text.push('\n');
     }
@@ -72,8 +72,8 @@ fn short_time(seconds: f64) -> String {
     }
 }
 
-/// Rates of `auto` by kind of rays and threads, whole frames first, and how many times as fast it
-/// is as each other entrant. Over several scenes these are geometric means.
+/// Rates of `auto` by kind of rays and threads, whole frames first, and its speedup over each other
+/// entrant. Over several scenes, these are geometric means.
 fn rates(rows: &[RateRow], width: usize) -> String {
     let best = RecordIndex::of(rows);
     let wide = width >= WIDE && best.scenes.len() == 1;
@@ -97,7 +97,7 @@ fn rates(rows: &[RateRow], width: usize) -> String {
     table.with(rows).fitted(width)
 }
 
-/// The rate of `auto`; of one scene with half its interval.
+/// The rate of `auto`; for a single scene with half its interval.
 fn ours(best: &RecordIndex, kind: &str, threads: u32) -> Option<String> {
     let mean = best.mean(AUTO, kind, threads)?;
     let spread = |scene: &str| {
@@ -124,7 +124,7 @@ fn ratio(best: &RecordIndex, name: &str, kind: &str, threads: u32) -> String {
     format!("{:.2}{of}", over.mean)
 }
 
-/// A peer's own rate in a scene, and the mode it was reached by.
+/// A peer's own rate in a scene, and the mode that reached it.
 fn best_mode(best: &RecordIndex, peer: &str, kind: &str, threads: u32) -> String {
     let row = best
         .scenes
@@ -135,7 +135,7 @@ fn best_mode(best: &RecordIndex, peer: &str, kind: &str, threads: u32) -> String
     })
 }
 
-/// Counted work of every kernel by kind of rays.
+/// Counted work per kernel and kind of rays.
 fn work(measured: &Measured, width: usize) -> String {
     let rows = measured.counters.iter().map(|row| {
         let (work, rays) = (&row.work, row.ray_count.max(1) as f64);

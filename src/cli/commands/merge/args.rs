@@ -11,18 +11,17 @@ pub struct MergeArgs {
     pub plan: PathBuf,
     /// Picture to write [default: the plan's]
     ///
-    /// Picture to write, anywhere, by its ending, or - for stdout; of a sequence, the name that
-    /// frames get their numbers in.
-    /// [default: the plan's, which has to lie in the plan's folder]
+    /// Any folder is allowed, and - for stdout; the extension gives the format. For a sequence, it
+    /// is the pattern for the names of the frames. The default is only available if the plan's
+    /// picture is in the plan's folder.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// Format of the picture: png, jpg, exr, hdr, pfm
+    /// Picture format: png, jpg, exr, hdr, pfm
     ///
-    /// Format of the picture, whatever its name ends in: png, jpg, jpeg, exr, hdr or pfm.
-    /// [default for stdout: png]
+    /// Overrides the extension. [default for stdout: png]
     #[arg(long, value_name = "NAME", hide_possible_values = true, value_parser = name_parser(&ImageFormat::ENDINGS))]
     pub format: Option<ImageFormat>,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long)]
     pub json: bool,
 }

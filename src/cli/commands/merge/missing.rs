@@ -9,7 +9,7 @@ use phalanx::jobs::{FinishedFrames, FrameState, KeptFileError, PlannedFrames, Ti
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Most shards or frames that a message names one by one.
+/// Maximum number of shards or frames that a message lists individually.
 const MAX_NAMED: usize = 10;
 
 /// A part of a frame that a shard has not rendered yet, and the reason.
@@ -19,7 +19,7 @@ struct MissingShare {
     why: String,
 }
 
-/// Parts of frames that are missing: their number, the first few, and all their shards.
+/// Missing parts of frames: their number, the first few, and all their shards.
 #[derive(Default)]
 pub struct MissingShares {
     count: u64,
@@ -39,13 +39,13 @@ impl MissingShares {
         }
     }
 
-    /// Shards that something is missing of, in order.
+    /// Shards with missing parts, in order.
     pub fn shards(&self) -> Vec<u32> {
         self.shards.iter().copied().collect()
     }
 
-    /// Refuses to merge what is missing, and names the first parts with the reasons, and the shards
-    /// that render them.
+    /// Refuses a merge with missing parts. The message lists the first ones with reasons, and the
+    /// shards to render.
     pub fn refuse(&self, path: &Path, frames: &PlannedFrames) -> Result<(), CliError> {
         if self.count == 0 {
             return Ok(());
@@ -69,7 +69,7 @@ impl MissingShares {
             text.push_str(&format!("\n  and {more} more"));
         }
         text.push_str(&format!(
-            "\n  help: render them, with phalanx render --plan {} --shard I, or as tasks of an array: --array={}",
+            "\n  help: render them with phalanx render --plan {} --shard I, or as a job array with --array={}",
             shown_path(path),
             ranges(&self.shards())
         ));
@@ -77,7 +77,7 @@ impl MissingShares {
     }
 }
 
-/// The whole frames that shards have not written.
+/// Whole frames that shards have not written yet.
 pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShares, CliError> {
     let plan = frames.plan();
     let mut missing = MissingShares::default();
@@ -89,10 +89,10 @@ pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShar
             Err(KeptFileError::Io { source, .. })
                 if source.kind() == std::io::ErrorKind::NotFound =>
             {
-                Err(format!("there is no {}", shown_path(&name)))
+                Err(format!("{} does not exist", shown_path(&name)))
             }
             Err(KeptFileError::Other { .. }) => {
-                Err(format!("{} lists no frames", shown_path(&name)))
+                Err(format!("{} is not a list of frames", shown_path(&name)))
             }
             Err(error) => return Err(error.into()),
         };
@@ -109,7 +109,7 @@ pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShar
     Ok(missing)
 }
 
-/// The reason why a frame is not finished, if it is not.
+/// The reason why a frame is not finished; `None` if it is.
 fn unfinished(
     path: &Path,
     frames: &PlannedFrames,
@@ -121,14 +121,13 @@ fn unfinished(
     let state = list.state(frames.identity(frame)?, &picture);
     Ok(match state.map_err(|e| CliError::cannot_read(&name, e))? {
         FrameState::Finished => None,
-        FrameState::Absent => Some(format!("there is no {name}")),
+        FrameState::Absent => Some(format!("{name} does not exist")),
         FrameState::Unlisted => Some(format!("{name} is not listed as a frame of this plan")),
-        FrameState::Changed => Some(format!("{name} is not as it was written")),
+        FrameState::Changed => Some(format!("{name} has changed since it was written")),
     })
 }
 
-/// The parts of frames whose tiles are not all there. Of a single picture, the files of the tiles
-/// that are there, too.
+/// Parts of frames with missing tiles. For a single picture, also the complete files of tiles.
 pub fn missing_tiles(
     path: &Path,
     frames: &PlannedFrames,

@@ -1,5 +1,5 @@
-//! `phalanx merge`: joins the shards of a plan into its picture or its frames, or checks the frames
-//! that shards have written.
+//! `phalanx merge`: merges the shards of a plan into its picture or its frames, or checks the
+//! frames that shards have written.
 
 mod args;
 mod missing;
@@ -37,7 +37,7 @@ struct MergeDocument<'a> {
     last_path: Option<PathBuf>,
 }
 
-/// Merges the rendered shards of a plan; exit code 6 if there is something missing.
+/// Merges the shards of a plan; exit code 6 if any are missing.
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let plan = plan::read(&args.plan)?;
     let frames = PlannedFrames::of(&plan);
@@ -63,13 +63,13 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     output::print_output(&document, args.json)
 }
 
-/// The path of the picture, or the one that frames get their numbers in.
+/// The path of the picture, or the pattern for the names of frames.
 fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliError> {
     let plan = frames.plan();
     if frames.is_by_frame() {
         if args.output.is_some() || args.format.is_some() {
             return Err(CliError::Usage(
-                "the shards of this plan have written its frames, and merge checks them: leave out -o and --format"
+                "-o and --format cannot be used with this plan: its shards wrote the frames, and merge only checks them"
                     .to_owned(),
             ));
         }
@@ -77,14 +77,14 @@ fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliE
     }
     match &args.output {
         Some(path) if frames.sequence().is_some() && output::is_dash(path) => Err(CliError::Usage(
-            "a sequence is a file for each frame, and stdout is one: name files".to_owned(),
+            "a sequence cannot be written to stdout: give a file name".to_owned(),
         )),
         Some(path) => Ok(path.clone()),
         None => Ok(plan.picture_path(&args.plan)?),
     }
 }
 
-/// The numbers of the shards that have something left to render.
+/// The shards that are not finished.
 pub fn missing_shards(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
     let frames = PlannedFrames::of(plan);
     let missing: MissingShares = match frames.is_by_frame() {
@@ -94,7 +94,7 @@ pub fn missing_shards(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliErr
     Ok(missing.shards())
 }
 
-/// Joins the tiles of the picture, or of each frame, and writes it.
+/// Merges the tiles of the picture, or of each frame, and writes it.
 fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), CliError> {
     let plan = frames.plan();
     let format = format_of(output, args.format, "the picture")?;
@@ -109,7 +109,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
     if frames.sequence().is_none() {
         return write(frames, &target, &files);
     }
-    // Headers of frames tell their cameras, in the coordinates of the scene's file.
+    // The headers of frames contain their cameras, in the coordinates of the scene's file.
     let mut reopened = plan::reopen(&args.plan, plan, 0)?;
     for frame in frames.all() {
         let path = match args.output {
@@ -131,7 +131,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
     Ok(())
 }
 
-/// Writes the picture that is in these files of tiles.
+/// Writes the picture from these files of tiles.
 fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Result<(), CliError> {
     let (window, aovs) = (frames.plan().window(), frames.plan().key().aovs());
     let options = ProgressOptions::of(window.pixels());
@@ -156,7 +156,7 @@ impl Output for MergeDocument<'_> {
             return lines(&[("picture", size), ("written", path)]);
         };
         let done = match self.shard_by {
-            Some("tile") => "put together",
+            Some("tile") => "merged",
             _ => "checked",
         };
         let frames = format!("{first} to {last}, {size}, {done}");

@@ -1,4 +1,4 @@
-//! Files of shards: complete or not, and the notation of their numbers.
+//! Files of shards, complete or not, and ranges of shard numbers.
 
 use crate::cli::output::{self, CliError};
 use phalanx::files::shown_path;
@@ -17,10 +17,10 @@ pub fn whole(
     let file = match TileFile::read(name, key) {
         Ok(file) => file,
         Err(KeptFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
-            return Ok(Err(format!("there is no {}", shown_path(name))));
+            return Ok(Err(format!("{} does not exist", shown_path(name))));
         }
         Err(KeptFileError::Other { .. }) => {
-            return Ok(Err(format!("{} holds no tiles", shown_path(name))));
+            return Ok(Err(format!("{} is not a file of tiles", shown_path(name))));
         }
         Err(error) => return Err(BandsError::from(error).into()),
     };

@@ -13,7 +13,7 @@ pub struct RenderArgs {
     #[arg(
         required_unless_present = "plan",
         help = "Scene file, cache (.phx), standard:NAME[:SIZE], or -",
-        long_help = "Scene file, scene cache (.phx), standard scene as standard:NAME[:SIZE], or - for stdin (see --format)."
+        long_help = "Scene file, scene cache (.phx), standard scene (standard:NAME[:SIZE]), or - for stdin (see --format)"
     )]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
@@ -22,22 +22,22 @@ pub struct RenderArgs {
     pub pixels: PixelSpec,
     #[command(flatten)]
     pub tiles: TileArgs,
-    /// PNG, JPEG, EXR, HDR or PFM; - for stdout
+    /// PNG, JPEG, EXR, HDR or PFM file; - for stdout
     ///
-    /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for
-    /// stdout (a PNG, if --format does not say otherwise; the report then goes to stderr).
-    /// [default: the scene's `output`, else its stem + .png, in the current folder]
+    /// Picture to write: PNG, JPEG, OpenEXR, Radiance HDR or PFM, by its extension; or - for
+    /// stdout, as PNG unless --format is given (the report then goes to stderr). [default: the
+    /// scene's `output`, else the scene's name with .png, in the current folder]
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT, display_order = 0)]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub encoding: EncodingSpec,
-    /// A second picture, of the cost of each pixel
+    /// Also write a heat map of the cost of each pixel
     ///
-    /// Write a second picture, of what each pixel's camera ray costs to trace. KIND is nodes (that
-    /// are visited), prims (that are tested), or time.
+    /// Shows the cost of tracing each pixel's camera ray. KIND is nodes (BVH nodes visited), prims
+    /// (primitives tested) or time.
     #[arg(long, num_args = 2, value_names = ["KIND", "OUT.png"], help_heading = OUTPUT, hide_short_help = true, conflicts_with = "path")]
     pub heat: Option<Vec<String>>,
-    /// Print one JSON document, not three lines
+    /// Print the report as JSON
     #[arg(long, help_heading = OUTPUT, display_order = 900)]
     pub json: bool,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub struct RenderArgs {
     pub preview: PreviewArgs,
     /// Progress: auto (a bar on a terminal), bar, json, none
     ///
-    /// How progress is told. [default: auto]
+    /// Type of progress display. [default: auto]
     #[arg(long, value_enum, value_name = "MODE", help_heading = LONG_RENDERS, hide_short_help = true, default_value_t = ProgressMode::Auto, hide_default_value = true)]
     pub progress: ProgressMode,
     #[command(flatten)]
@@ -57,20 +57,20 @@ pub struct RenderArgs {
     pub work: WorkArgs,
 }
 
-/// Files in which finished tiles are kept.
+/// Options for files of finished tiles.
 #[derive(Debug, Args)]
 #[command(next_help_heading = LONG_RENDERS)]
 pub struct CheckpointArgs {
-    /// Keep finished tiles here, to resume
+    /// Keep finished tiles in this file, to resume
     ///
-    /// Keep finished tiles in this file: after an interruption, the same command goes on where it
-    /// was. The file stays when the picture is written, 12 bytes a pixel and more: the same
-    /// picture in another format or exposure then traces nothing.
+    /// Takes 12 bytes per pixel or more. After an interruption, the same command resumes from the
+    /// file. It remains after the render, so that writing the picture in another format or exposure
+    /// traces nothing.
     #[arg(long, value_name = "FILE", conflicts_with = "plan")]
     pub checkpoint: Option<PathBuf>,
     /// Render a shard of a plan
     ///
-    /// Render one shard of a plan, as `phalanx plan` has written it, into a file beside it.
+    /// The plan is a file made by `phalanx plan`; the shard is written next to it.
     #[arg(
         long,
         hide_short_help = true,
@@ -79,9 +79,9 @@ pub struct CheckpointArgs {
         conflicts_with_all = ["scene", "output", "heat", "preview", "snapshot", "FrameArgs", "PixelSpec", "EncodingSpec", "ToneSpec", "SceneArgs", "SceneOverrides"]
     )]
     pub plan: Option<PathBuf>,
-    /// Which shard: a number from 0, or auto
+    /// Shard to render: a number from 0, or auto
     ///
-    /// Which shard: a number from 0, or auto, which asks Slurm, Kubernetes, AWS Batch or MPI.
+    /// With auto, the number is the task index set by Slurm, Kubernetes, AWS Batch or MPI.
     #[arg(long, value_name = "I|auto", hide_short_help = true, requires = "plan", value_parser = parse_shard)]
     pub shard: Option<Shard>,
 }
@@ -89,13 +89,12 @@ pub struct CheckpointArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = LONG_RENDERS)]
 pub struct PreviewArgs {
-    /// Draw the picture so far in the terminal
+    /// Show the unfinished picture in the terminal
     #[arg(long)]
     pub preview: bool,
-    /// Write the picture so far here, now and then
+    /// Write the unfinished picture to this file at intervals
     ///
-    /// Write the picture so far to this file, every ten seconds and at the end, 2048 pixels wide or
-    /// high at most.
+    /// Every ten seconds and at the end, at most 2048 pixels wide or high.
     #[arg(long, value_name = "FILE.png", hide_short_help = true)]
     pub snapshot: Option<PathBuf>,
 }
@@ -103,7 +102,7 @@ pub struct PreviewArgs {
 /// A shard of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shard {
-    /// The one that the scheduler has given to this process.
+    /// The one that the scheduler assigned to this process.
     Auto,
     Number(u32),
 }

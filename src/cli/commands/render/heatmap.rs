@@ -6,23 +6,23 @@ use phalanx::image::{false_color, save_png};
 use phalanx::scene::Scene;
 use std::path::PathBuf;
 
-/// The cost to count, and the path of its picture.
+/// The cost to count, and the file to write.
 pub struct HeatmapOutput {
     cost: RayCost,
     path: PathBuf,
 }
 
-/// Most pixels of the picture.
+/// Maximum number of pixels.
 const PIXELS: u64 = 1 << 28;
 
-/// Names of the costs that can be counted, and their titles in the legend.
+/// Names of the costs, and their titles in the legend.
 const COSTS: [(&str, RayCost, &str); 3] = [
     ("nodes", RayCost::Nodes, "nodes visited by a camera ray"),
     ("prims", RayCost::Prims, "primitives tested by a camera ray"),
     ("time", RayCost::Time, "nanoseconds a camera ray"),
 ];
 
-/// The picture that `--heat` asks for.
+/// The heat map requested by `--heat`.
 pub fn from_args(
     heat: Option<&[String]>,
     settings: &Settings,
@@ -32,17 +32,15 @@ pub fn from_args(
     };
     let Some((_, cost, _)) = COSTS.iter().find(|(known, ..)| known == name) else {
         return Err(CliError::Usage(format!(
-            "--heat {name}: expected nodes, prims or time, then the picture's name"
+            "--heat {name}: expected nodes, prims or time, and then a file name"
         )));
     };
     if settings.engine != phalanx::frame::Engine::Simd {
-        return Err(CliError::Usage(
-            "--heat shows the packet engine's work: leave out --engine scalar".to_owned(),
-        ));
+        return Err(CliError::Usage("--heat needs --engine simd".to_owned()));
     }
     if settings.pixels() > PIXELS {
         return Err(CliError::Usage(format!(
-            "--heat holds a whole picture in memory: {} pixels are more than {PIXELS}; take a part, with --region",
+            "--heat keeps the whole picture in memory, at most {PIXELS} pixels, not {}: choose a part with --region",
             settings.pixels()
         )));
     }

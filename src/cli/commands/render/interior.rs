@@ -1,4 +1,4 @@
-//! A hint for rooms: a camera that frames a whole model shows a room's outer walls.
+//! A hint for rooms: the default camera, which frames the whole model, shows only outer walls.
 
 use crate::cli::output::to_file_coordinates;
 use glam::Vec3;
@@ -7,18 +7,18 @@ use phalanx::scene::{Scene, View};
 use phalanx::{Bvh, Ray};
 use std::collections::HashSet;
 
-/// Side of the small picture that is looked at, in pixels.
+/// Side of the small test picture, in pixels.
 const SIDE: u32 = 32;
-/// Fewest primitives of a furnished room.
+/// Minimum number of primitives of a furnished room.
 const MIN_PRIMS: usize = 1000;
-/// Hits for each primitive that is seen, from which on a few large faces hide all others.
+/// Hits per visible primitive above which a few large faces are taken to hide the rest.
 const HITS_PER_PRIM: usize = 16;
 
 /// Vertical field of view of the suggested camera, in degrees.
 const FOVY: f32 = 60.0;
 
-/// Suggests a camera inside if the framing camera sees a few large faces and a model surrounds its
-/// middle; `None` if the scene has its own camera or is no such model.
+/// Suggests a camera inside the model if the default camera sees only a few large faces and the
+/// centre of the model is enclosed; `None` otherwise, or if the scene has a camera.
 pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     if !scene.defaulted.view || scene.prim_count() < MIN_PRIMS {
         return None;
@@ -45,18 +45,18 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     let level = directions().filter(|direction| direction.dot(up) == 0.0);
     let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
     let [eye, center] = [eye, richest.center].map(|at| words(scene, at, size / scene.scale));
-    // The made-up light stands outside, too.
+    // The default light is outside, too.
     let light = match scene.defaulted.light {
         true => format!(" --light {eye}"),
         false => String::new(),
     };
     Some(format!(
-        "a few large faces hide the rest; if this is a room, look from inside: --camera {eye} {center} {},{},{} {FOVY}{light}",
+        "a few large faces hide the rest; if this is a room, try a camera inside it: --camera {eye} {center} {},{},{} {FOVY}{light}",
         up.x, up.y, up.z
     ))
 }
 
-/// The number of hits in a small picture of this view, and of the primitives that are hit.
+/// Numbers of hits and of different primitives hit in a small picture of this view.
 fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
     let Ok(camera) = Camera::new(view, SIDE, SIDE) else {
         return (0, 0);
@@ -70,7 +70,7 @@ fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
     (hits.len(), prims.len())
 }
 
-/// Unit vectors all around: from the middle of a cube to a grid on its faces.
+/// Unit vectors in all directions: from the centre of a cube to a grid on its faces.
 fn directions() -> impl Iterator<Item = Vec3> {
     let cell = |k: i32| {
         Vec3::new(

@@ -1,4 +1,4 @@
-//! Rendering of the pictures of a scene, one after the other, each written as it is made.
+//! Renders the pictures of a scene one after the other, and writes each while it is rendered.
 
 use super::args::RenderArgs;
 use super::kept_tiles::{keep_tiles, open_tiles};
@@ -29,7 +29,7 @@ pub struct Job<'a> {
 pub struct RenderTotals {
     pub stats: RenderStats,
     pub seconds: RenderSeconds,
-    /// Bytes of finished tiles that stay in files.
+    /// Bytes of finished tiles that are kept in files.
     pub kept_bytes: u64,
 }
 
@@ -43,7 +43,7 @@ impl RenderTotals {
     }
 }
 
-/// Prints what a frame took, and its file.
+/// Prints the time, the rate and the file of a frame.
 pub fn print_frame(
     frame: u32,
     stats: &RenderStats,
@@ -58,7 +58,7 @@ pub fn print_frame(
 }
 
 impl Job<'_> {
-    /// Renders one frame of the picture after the other; each is finished before the next begins.
+    /// Renders the frames of a sequence one after the other.
     pub fn sequence(
         &self,
         spec: &PictureSpec,
@@ -89,7 +89,7 @@ impl Job<'_> {
         Ok(all)
     }
 
-    /// The file of a checkpoint, if there is to be one.
+    /// Opens the checkpoint file, if one was requested.
     pub fn checkpoint(
         &self,
         scene: &Scene,
@@ -102,8 +102,8 @@ impl Job<'_> {
         path.map(open).transpose()
     }
 
-    /// Renders a picture, and writes it as it is made; finished tiles are kept in a file, if there
-    /// is one.
+    /// Renders a picture and writes it at the same time. Finished tiles are kept in a file, if one
+    /// is given.
     pub fn render(
         &self,
         scene: &Scene,

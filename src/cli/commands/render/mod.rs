@@ -24,13 +24,13 @@ use report::{KeptTiles, RenderDocument, RenderImage, RenderSeconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Renders a scene to a picture and prints a report; or renders a shard of one.
+/// Renders a scene to a picture and prints a report, or renders a shard of a plan.
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     match (&args.kept.plan, &args.scene) {
         (Some(plan), _) => shard::run(args, plan),
         (None, Some(scene)) => picture(args, scene),
         // Unreachable: the arguments' definition requires one of them.
-        (None, None) => Err(CliError::Usage("name a scene".to_owned())),
+        (None, None) => Err(CliError::Usage("no scene given".to_owned())),
     }
 }
 
@@ -55,15 +55,13 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let region = args.pixels.check_region(&settings);
     region.map_err(CliError::Usage)?;
     if settings.engine == Engine::Scalar && settings.aovs.has(Aov::Cost) {
-        return Err(CliError::Usage(
-            "--aov cost counts the packet engine's work: leave out --engine scalar".to_owned(),
-        ));
+        return Err(CliError::Usage("--aov cost needs --engine simd".to_owned()));
     }
     let scene = &scene_input.scene;
     if matches!(settings.integrator, Integrator::Occlusion { .. })
         && !args.scene_args.overrides.light.is_empty()
     {
-        output::note("ambient occlusion needs no lamps: --light changes nothing");
+        output::note("--light has no effect with --integrator ao");
     }
     let name_text = name.to_string_lossy();
     let spec = (args.scene_args).picture(name_text, &args.pixels, &args.encoding)?;
@@ -118,7 +116,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     output::print_output(&report, args.json)
 }
 
-/// Refuses files that cannot be written, before the scene is read.
+/// Refuses output files that cannot be written, before the scene is read.
 fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     if let Some([_, path]) = args.heat.as_deref() {
         output::check_png_place(path.as_ref(), "--heat")?;
@@ -135,26 +133,26 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     format_of(path, args.scene_args.picture_format()?, "--output")?;
     if args.frames.are_given() && output::is_dash(path) {
         return Err(CliError::Usage(
-            "a sequence is a file for each frame, and stdout is one file: name files".to_owned(),
+            "a sequence cannot be written to stdout: give a file name".to_owned(),
         ));
     }
     check_output(args, path)
 }
 
-/// Refuses a path that the picture cannot be written to, or that is another file's.
+/// Refuses a path that the picture cannot be written to, or that is already in use.
 fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     output::check_picture_place(path, args.frames.origin("--output"))
 }
 
-/// Refuses a path that finished tiles cannot be kept at, or that is another file's.
+/// Refuses a path that finished tiles cannot be kept at, or that is already in use.
 fn check_checkpoint(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
     output::refuse_stdout(path, Some("--checkpoint"))?;
     TileFile::check_place(path)?;
     origin.map_or(Ok(()), |origin| output::writes(origin, path))
 }
 
-/// A path in place of one that the user has not chosen: the same, or while an input or another
-/// program's picture is there, one with `-render` behind its stem.
+/// The default path, with `-render` appended to its stem until it replaces neither an input nor
+/// another program's picture.
 fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
     let taken = |path: &Path| output::input_at(path).or_else(|| foreign_picture(path));
     let input = |path: &Path| match sequence {
@@ -173,23 +171,23 @@ fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
         free = format!("{}-render.{}", stem.display(), ending.display()).into();
     }
     output::note(&format!(
-        "{} is {taken}: the picture goes to {}",
+        "{} is {taken}: writing {} instead",
         shown_path(&path),
         shown_path(&free)
     ));
     free
 }
 
-/// Words for a PNG that another program has made: the texture of a scene that was cached, say, of
-/// which the cache knows no name. Ours name this program before their pixels.
+/// A description of a PNG at this path that another program wrote, such as a texture whose name a
+/// cache does not record. PNGs of this program name it before their pixels.
 fn foreign_picture(path: &Path) -> Option<String> {
     let head = output::first_bytes(path, 4096);
     let ours = head.windows(8).any(|word| word == b"phalanx ");
-    (head.starts_with(b"\x89PNG") && !ours).then(|| "a picture of another program".to_owned())
+    (head.starts_with(b"\x89PNG") && !ours).then(|| "a picture from another program".to_owned())
 }
 
-/// Refuses frames without a view, and names of frames that cannot be written as files or are those
-/// of another result, before the first is rendered.
+/// Refuses frames without a valid view, and frame names that cannot be written or are already in
+/// use, before the first frame is rendered.
 fn check_frames(
     args: &RenderArgs,
     sequence: &Sequence,
@@ -207,8 +205,8 @@ fn check_frames(
     Ok(())
 }
 
-/// The picture's path: that of the arguments, else that of the scene, else one named like the
-/// scene. The latter two are in the current folder, whatever folders the scene names.
+/// The picture's path: from the arguments, else from the scene, else named after the scene. The
+/// latter two are always in the current folder.
 fn output_path(
     args: &RenderArgs,
     name: &Path,
@@ -222,9 +220,9 @@ fn output_path(
         Some(name) if !is_bare_name(name) => {
             let name = shown_text(name);
             let message = format!(
-                "the scene's output `{name}` is not a bare file name: a scene does not choose the folder"
+                "the scene's output `{name}` is not a bare file name: a scene may not choose the folder"
             );
-            Err(CliError::Usage(message).with_hint("choose the picture with -o"))
+            Err(CliError::Usage(message).with_hint("choose a file with -o"))
         }
         Some(name) => {
             // Only the command line may choose stdout: a scene's `-` is the file `./-`.
@@ -232,8 +230,8 @@ fn output_path(
                 true => Path::new(".").join(name),
                 false => PathBuf::from(name),
             };
-            let format = format_of(&path, asked, "the scene asks for the output")
-                .map_err(|error| error.with_hint("choose another with -o"))?;
+            let format = format_of(&path, asked, "the scene's output")
+                .map_err(|error| error.with_hint("choose another file with -o"))?;
             Ok((path, format))
         }
         None => {

@@ -44,8 +44,8 @@ pub struct RenderDocument {
     pub checkpoint: Option<KeptTiles>,
 }
 
-/// Finished tiles that stay when the picture is written: the same command, and one that writes the
-/// picture otherwise, traces nothing anew.
+/// Finished tiles that remain after the picture is written. The same command, or one that changes
+/// only the file format or the exposure, then traces nothing.
 #[derive(Debug, Serialize)]
 pub struct KeptTiles {
     /// The file, or the name that frames get their numbers in.
@@ -57,7 +57,7 @@ impl KeptTiles {
     fn row(&self) -> (&'static str, String) {
         let KeptTiles { path, bytes } = self;
         let size = output::bytes(*bytes);
-        let words = format!("{path}: {size} of tiles, for the same command again");
+        let words = format!("{path}: {size} of tiles, to resume or rewrite the picture");
         ("kept", words)
     }
 }
@@ -162,7 +162,7 @@ impl RenderDocument {
     /// A row on backs that were not shown, if there were any.
     fn backs_row(&self) -> Option<(&'static str, String)> {
         let backs = grouped(self.unseen_backs);
-        let words = format!("{backs} not shown, of single-sided materials (see --two-sided)");
+        let words = format!("{backs} hidden, of single-sided materials (see --two-sided)");
         (self.unseen_backs > 0).then_some(("backs", words))
     }
 

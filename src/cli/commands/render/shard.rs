@@ -1,5 +1,5 @@
 //! `phalanx render --plan --shard`: one shard of a plan. It renders its tiles of the picture, or of
-//! every frame of a sequence, into files beside the plan; or whole frames into their pictures.
+//! every frame of a sequence, into files next to the plan; or whole frames, into their pictures.
 
 use super::args::{RenderArgs, Shard};
 use super::job::{Job, films_in_memory, print_frame};
@@ -25,18 +25,18 @@ struct ShardDocument {
     /// Meaning of a shard of a sequence: whole frames, or tiles of each.
     #[serde(skip_serializing_if = "Option::is_none")]
     shard_by: Option<&'static str>,
-    /// Frames of a sequence that the shard has, or has tiles of.
+    /// Frames of a sequence in this shard, whole or in part.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
-    /// Tiles of a picture that the shard has.
+    /// Tiles of a picture in this shard.
     #[serde(skip_serializing_if = "Option::is_none")]
     tiles: Option<usize>,
-    /// Frames or tiles that had been rendered before.
+    /// Frames or tiles rendered by earlier runs.
     kept: usize,
     rays: u64,
     seconds: f64,
     mrays_per_s: f64,
-    /// The file of the picture's tiles, or of the first frame.
+    /// File of the picture's tiles, or of the first frame.
     path: PathBuf,
     /// The file of the last frame.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -56,14 +56,14 @@ struct PlanShard<'a> {
     done: ShardDocument,
 }
 
-/// Renders a shard of a plan. What an earlier try has finished is not rendered again.
+/// Renders a shard of a plan, except parts that an earlier run has finished.
 pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let plan = plan::read(path)?;
     let asked = args.kept.shard.unwrap_or(Shard::Auto);
     let (shard, found) = shard_index::resolve(asked, plan.shards, |name| std::env::var(name).ok())?;
     plan.check_shard(shard)?;
     if let Some(name) = found {
-        output::status(&format!("shard {shard} of {}, by {name}", plan.shards));
+        output::status(&format!("shard {shard} of {}, from {name}", plan.shards));
     }
     interrupt::listen()?;
     output::advise();
@@ -125,7 +125,7 @@ impl PlanShard<'_> {
         Ok(())
     }
 
-    /// Renders a frame into its picture; its tiles are kept in a file until that is written.
+    /// Renders a frame into its picture; its tiles are kept in a file until the picture is written.
     fn whole_frame(&mut self, frame: u32, file: &OutputFile, tiles: &Path) -> Result<(), CliError> {
         self.set_frame(frame, films_in_memory(&self.picture.settings, file))?;
         let Some(prepared) = &self.prepared else {
@@ -207,7 +207,7 @@ impl PlanShard<'_> {
         Ok(())
     }
 
-    /// Turns the camera to a frame, and builds the tree for the first, with room for `films` films.
+    /// Sets the camera of a frame; builds the BVH on the first call, with memory for `films` films.
     fn set_frame(&mut self, frame: u32, films: u64) -> Result<(), CliError> {
         self.picture.set_frame(self.frames, frame)?;
         if self.prepared.is_none() {
@@ -232,17 +232,17 @@ impl PlanShard<'_> {
     }
 }
 
-/// Returns true if a picture is there as the shard has written it, and warns of one that is not.
+/// Returns true if a picture exists as the shard wrote it. Warns of one that has changed.
 fn is_finished(state: std::io::Result<FrameState>, picture: &Path) -> Result<bool, CliError> {
     let name = shown_path(picture);
     match state.map_err(|e| CliError::cannot_read(&name, e))? {
         FrameState::Finished => return Ok(true),
         FrameState::Absent => {}
         FrameState::Unlisted => output::note(&format!(
-            "{name} is not listed as a frame of this plan, and is rendered again"
+            "{name} is not listed as a frame of this plan: rendering it again"
         )),
         FrameState::Changed => output::warning(&format!(
-            "{name} is not as it was written, and is rendered again"
+            "{name} has changed since it was written: rendering it again"
         )),
     }
     Ok(false)

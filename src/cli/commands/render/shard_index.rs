@@ -9,8 +9,8 @@ use phalanx::files::quoted_text;
 
 const SLURM_TASK: &str = "SLURM_ARRAY_TASK_ID";
 
-/// Variables that hold a task's index, from 0, and their schedulers. The first that is set counts:
-/// an array's index is more specific than a rank within one of its tasks.
+/// Variables that hold a task's index, from 0, and their schedulers. The first one that is set
+/// wins: an array's index is more specific than a rank within one of its tasks.
 const VARIABLES: [(&str, &str); 7] = [
     (SLURM_TASK, "Slurm, --array"),
     ("JOB_COMPLETION_INDEX", "Kubernetes, indexed jobs"),
@@ -21,7 +21,7 @@ const VARIABLES: [(&str, &str); 7] = [
     ("SLURM_PROCID", "Slurm, srun"),
 ];
 
-/// The number of a shard of a plan with `shards`, and the name of its source if it was looked up.
+/// The shard number, for a plan with `shards` shards, and the variable that it came from, if any.
 pub fn resolve(
     shard: Shard,
     shards: u32,
@@ -36,14 +36,14 @@ pub fn resolve(
     let Some((name, value)) = set else {
         let names = VARIABLES.map(|(name, whose)| format!("  {name} ({whose})"));
         return Err(CliError::Usage(format!(
-            "--shard auto: none of the variables is set that tell a task's index:\n{}\nGive the number: --shard 0",
+            "--shard auto: no task index found in the environment; none of these variables is set:\n{}\nGive a number instead, as in --shard 0",
             names.join("\n")
         )));
     };
     let number = value.trim().parse().map_err(|_| {
         let value = quoted_text(&value);
         CliError::Usage(format!(
-            "--shard auto: {name} is {value}, which is no index"
+            "--shard auto: {name} is {value}, which is not an index"
         ))
     })?;
     let of_array = |end: &str| variable(&format!("SLURM_ARRAY_TASK_{end}"))?.parse().ok();
@@ -53,14 +53,14 @@ pub fn resolve(
     Ok((number, Some(name)))
 }
 
-/// Refuses an array with a task that no shard belongs to: all its tasks are likely to be one off.
+/// Refuses an array with more indices than shards: all its tasks are probably off by one.
 fn check_array(first: u32, last: u32, shards: u32) -> Result<(), CliError> {
     if last < shards {
         return Ok(());
     }
     let all = shards - 1;
     Err(CliError::Usage(format!(
-        "--shard auto: the Slurm array runs from {first} to {last}, the plan's shards from 0 to {all}: submit it with --array=0-{all}"
+        "--shard auto: the Slurm array runs from {first} to {last}, but the plan's shards from 0 to {all}: submit it with --array=0-{all}"
     )))
 }
 

@@ -2,7 +2,7 @@
 
 use phalanx::render::{Film, Hits, NO_HIT};
 
-/// Six pixels, of which the first has hit nothing.
+/// Six pixels; the first has no hit.
 pub fn film() -> Film {
     Film {
         width: 3,

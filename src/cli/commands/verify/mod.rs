@@ -1,4 +1,4 @@
-//! `phalanx verify`: compares every picture with that of the scalar tracer, bit by bit.
+//! `phalanx verify`: compares every picture with the scalar engine's, bit by bit.
 
 #[cfg(test)]
 mod fixture;
@@ -31,7 +31,7 @@ pub struct VerifyArgs {
         required = true,
         value_name = "SCENE",
         help = "Scene files, caches (.phx), standard:NAME[:SIZE], or -",
-        long_help = "Scene files, scene caches (.phx), standard scenes as standard:NAME[:SIZE], or - for stdin (see --format)."
+        long_help = "Scene files, scene caches (.phx), standard scenes (standard:NAME[:SIZE]), or - for stdin (see --format)"
     )]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -48,32 +48,32 @@ pub struct VerifyArgs {
     pub frames: FrameArgs,
     /// Thread counts to render with
     ///
-    /// Thread counts to render with, one after the other, separated by commas.
+    /// One render per count, separated by commas.
     #[arg(long, value_name = "N,…", help_heading = MACHINE, value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
     pub threads: Vec<usize>,
-    /// Traversal kernel, or all of them in turn
+    /// Traversal kernel, or all of them
     ///
-    /// Traversal kernel of the packet engine, or all of them in turn: auto (the default), packet8,
-    /// packet16, beam8, beam16, single, or all.
+    /// Traversal kernel of the simd engine: auto, packet8, packet16, beam8, beam16, single, or all
+    /// of them in turn. [default: auto]
     #[arg(long, value_name = "NAME", help_heading = MACHINE, hide_possible_values = true, hide_default_value = true, default_value = "auto", value_parser = kernels_parser())]
     pub kernel: KernelSet,
-    /// Keep hashes of hits and radiance in this file
+    /// Write hashes of hits and radiance to this file
     ///
-    /// Keep the hashes of each pixel's hit and radiance in this file, for --against.
+    /// One hash each per pixel, for --against.
     #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "path")]
     pub record: Option<PathBuf>,
-    /// Compare with the hashes kept in this file
+    /// Compare with the hashes in this file
     #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with = "path")]
     pub against: Option<PathBuf>,
-    /// How progress is told
+    /// Type of progress display
     #[arg(long, value_enum, value_name = "MODE", help_heading = OUTPUT, hide_short_help = true, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
-    /// Print one JSON document instead of lines
+    /// Print the report as JSON
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
-/// Most pixels of a picture that is verified: 7 GiB a film, with its hits.
+/// Maximum number of pixels of a verified picture: 7 GiB per film with hits.
 const FILM_PIXELS: u64 = 1 << 28;
 
 #[derive(Debug, Serialize)]
@@ -99,7 +99,7 @@ struct SceneOutcome {
     against: Option<Against>,
 }
 
-/// One render of the packet engine against the scalar one.
+/// One render of the packet engine, compared with the scalar one.
 #[derive(Debug, Serialize)]
 struct KernelRun {
     kernel: &'static str,
@@ -177,7 +177,7 @@ impl SceneOutcome {
     }
 }
 
-/// Verifies one scene, and returns the hashes that a record keeps of it.
+/// Verifies one scene, and returns its hashes for a record.
 fn verify(
     args: &VerifyArgs,
     path: &Path,
@@ -198,12 +198,12 @@ fn verify(
     region.map_err(CliError::Usage)?;
     if settings.pixels() > FILM_PIXELS {
         return Err(CliError::Usage(format!(
-            "verify holds two whole pictures in memory: {} pixels are more than {FILM_PIXELS}; take a part, with --region",
+            "verify keeps two whole pictures in memory, at most {FILM_PIXELS} pixels, not {}: choose a part with --region",
             settings.pixels()
         )));
     }
     let encoding = args.tone.encoding(scene.encoding);
-    // A record that does not fit is refused before anything is rendered.
+    // A record of other settings is refused before anything is rendered.
     let expected = record
         .map(|r| r.find(path, &settings, encoding))
         .transpose()?;
@@ -289,15 +289,15 @@ fn render(
     settings: &Settings,
 ) -> Result<Frame, CliError> {
     let scene = &scene_input.scene;
-    // Two films: the scalar engine's is kept for the comparison.
+    // Two films: one is the scalar engine's.
     scene_input
         .budget
         .for_render(scene, prepared, settings, 2)?;
     let frame = progress::render(scene, prepared, settings, args.progress)?;
     if frame.film.hits.is_none() {
-        // Without hits, half of the promise would go untested unnoticed.
+        // Without hits, half of the comparison would be skipped silently.
         return Err(CliError::Runtime(
-            "the engine kept no hits to compare".to_owned(),
+            "the engine recorded no hits to compare".to_owned(),
         ));
     }
     Ok(frame)
@@ -334,7 +334,7 @@ impl KernelRun {
     }
 }
 
-/// Kinds of rays of which the engines traced different numbers.
+/// Kinds of rays whose counts differ between the engines.
 fn differing_counts(scalar: &RayCounts, simd: &RayCounts) -> String {
     let pairs = rays_by_kind(scalar).into_iter().zip(rays_by_kind(simd));
     let different = pairs.filter(|((_, scalar), (_, simd))| scalar != simd);

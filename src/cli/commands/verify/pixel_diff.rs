@@ -1,4 +1,4 @@
-//! The first difference of two films, and the values of both engines at that pixel.
+//! The first difference between two films, and the values of both engines at that pixel.
 
 use crate::cli::output::to_file_coordinates;
 use phalanx::frame::Settings;
@@ -141,7 +141,7 @@ impl fmt::Display for PixelBits {
 }
 
 impl Serialize for PixelBits {
-    /// Writes the bits as hexadecimal strings, and the numbers beside them for people.
+    /// Writes the bits as hexadecimal strings, with the numbers next to them for people.
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         struct Shown {

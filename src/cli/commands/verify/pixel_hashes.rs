@@ -1,8 +1,8 @@
 //! `verify --record` and `--against`: hashes of a picture, small enough to keep.
 //!
-//! For every pixel there are two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v),
-//! one of its radiance, little-endian bits in that order. A row of the picture is one string of 16
-//! hexadecimal digits a pixel.
+//! Each pixel has two 64-bit FNV-1a hashes over little-endian bits: one of its primary hit
+//! (prim_id, t, u, v), and one of its radiance. A row of the picture is one string, with 16
+//! hexadecimal digits per pixel.
 
 use super::pixel_diff::PixelBits;
 use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
@@ -19,8 +19,7 @@ use std::path::{Path, PathBuf};
 /// Version of the record's layout and of the values that are hashed.
 const SCHEMA_VERSION: u32 = 1;
 
-/// Most bytes of a record that are read from a pipe or device: 32 digits for each of 30 million
-/// pixels.
+/// Maximum size of a record read from a pipe or device: 32 digits for each of 30 million pixels.
 const MAX_PIPED: u64 = 1 << 30;
 
 /// A record file.
@@ -33,7 +32,7 @@ pub struct PixelHashFile {
 /// Hashes of one scene's picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PixelHashes {
-    /// The scene's file name, without folders, so that a record can travel.
+    /// The scene's file name without folders, so that a record works on other machines.
     scene: String,
     #[serde(flatten)]
     window: PictureWindow,
@@ -67,8 +66,7 @@ impl PixelHashFile {
         let name = shown_path(path);
         output::reads("the record", path)?;
         let file = File::open(path).map_err(|e| CliError::cannot_read(&name, e))?;
-        // A regular file ends. A device may not, so reading it stops at the first byte that is
-        // wrong, or one too many.
+        // A device may never end, so reading stops at the first invalid byte, or at the limit.
         let most = match file.metadata().is_ok_and(|file| file.is_file()) {
             true => u64::MAX,
             false => MAX_PIPED,
@@ -81,20 +79,20 @@ impl PixelHashFile {
             })?;
         if record.schema_version != SCHEMA_VERSION {
             return Err(CliError::Usage(format!(
-                "{name}: a record of version {}, but this program reads version {SCHEMA_VERSION}",
+                "{name}: record version {} is not supported, only version {SCHEMA_VERSION}",
                 record.schema_version
             )));
         }
         Ok(record)
     }
 
-    /// Refuses scenes whose names a record could not distinguish.
+    /// Refuses scenes that a record could not distinguish by name.
     pub fn check_names(paths: &[PathBuf]) -> Result<(), CliError> {
         let mut names: Vec<_> = paths.iter().map(|path| name_of(path)).collect();
         names.sort();
         match names.windows(2).find(|pair| pair[0] == pair[1]) {
             Some(pair) => Err(CliError::Usage(format!(
-                "two scenes are named {}: a record keeps file names only, so record them separately",
+                "two scenes are named {}: a record stores only file names, so record them separately",
                 pair[0]
             ))),
             None => Ok(()),
@@ -110,12 +108,13 @@ impl PixelHashFile {
     ) -> Result<&PixelHashes, CliError> {
         let name = name_of(path);
         let kept = self.scenes.iter().find(|kept| kept.scene == name);
-        let kept =
-            kept.ok_or_else(|| CliError::Usage(format!("the record holds no scene {name}")))?;
+        let kept = kept.ok_or_else(|| {
+            CliError::Usage(format!("the record does not contain the scene {name}"))
+        })?;
         let asked = PixelHashes::heading(path, settings, encoding);
         if kept.describe() != asked.describe() {
             return Err(CliError::Usage(format!(
-                "the record of {name} is of {}, not of {}",
+                "the record of {name} was made with {}, not with {}",
                 kept.describe(),
                 asked.describe()
             )));
