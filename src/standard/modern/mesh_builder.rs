@@ -17,7 +17,16 @@ pub(super) struct MeshBuilder<'a> {
     material: usize,
     triangles: u64,
     row: Vec<DVec3>,
-    scatter: BucketSort,
+    scatter: ScatterBuffers,
+}
+
+/// Buffers of [`MeshBuilder::facets`].
+#[derive(Default)]
+struct ScatterBuffers {
+    /// Numbers of the triangles, by material.
+    sorted: Vec<u32>,
+    /// The vertex of a material's buffer for each vertex; `u32::MAX` if there is none.
+    slots: Vec<u32>,
 }
 
 /// Triangles of one material that have not been passed on yet.
@@ -91,7 +100,7 @@ impl<'a> MeshBuilder<'a> {
             material: 0,
             triangles: 0,
             row: Vec::new(),
-            scatter: BucketSort::default(),
+            scatter: ScatterBuffers::default(),
         }
     }
 
@@ -220,7 +229,9 @@ impl<'a> MeshBuilder<'a> {
             return;
         }
         let mut scatter = std::mem::take(&mut self.scatter);
-        scatter.order(triangles, self.buffers.len());
+        scatter.sorted.clear();
+        scatter.sorted.extend(0..triangles.len() as u32);
+        scatter.sorted.sort_by_key(|&t| triangles[t as usize].0);
         for run in scatter
             .sorted
             .chunk_by(|&a, &b| triangles[a as usize].0 == triangles[b as usize].0)
@@ -265,35 +276,6 @@ impl<'a> MeshBuilder<'a> {
         }
         for material in 0..self.buffers.len() {
             self.flush(material);
-        }
-    }
-}
-
-/// Buffers for sorting triangles by material.
-#[derive(Default)]
-struct BucketSort {
-    sorted: Vec<u32>,
-    starts: Vec<u32>,
-    slots: Vec<u32>,
-}
-
-impl BucketSort {
-    /// Sorts the triangles' numbers by material, keeping their order within each.
-    fn order(&mut self, triangles: &[(usize, [u32; 3])], materials: usize) {
-        self.starts.clear();
-        self.starts.resize(materials + 1, 0);
-        for (material, _) in triangles {
-            self.starts[material + 1] += 1;
-        }
-        for material in 0..materials {
-            self.starts[material + 1] += self.starts[material];
-        }
-        self.sorted.clear();
-        self.sorted.resize(triangles.len(), 0);
-        for (number, (material, _)) in triangles.iter().enumerate() {
-            let next = &mut self.starts[*material];
-            self.sorted[*next as usize] = number as u32;
-            *next += 1;
         }
     }
 }
