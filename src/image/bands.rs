@@ -8,7 +8,7 @@ use super::exr::write_exr;
 use super::format::ImageFormat;
 use super::hdr_pfm::{write_hdr, write_pfm};
 use super::jpeg::write_jpeg;
-use super::png::{PngInfo, write_png, write_png_16};
+use super::png::write_png;
 use phalanx_files::{WriteSeek, in_memory, replace_file, replace_file_seeking};
 use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
@@ -77,25 +77,25 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
     /// Writes a format that needs no seeking.
     fn write(&mut self, out: &mut dyn Write, file: &PictureFile) -> io::Result<()> {
         let encoder = Encoder::new(file.exposure);
-        let (width, height) = (file.width, file.height);
-        let info = PngInfo {
-            transfer: file.exposure.encoding.transfer,
-            header: &file.header,
-        };
+        let size = (file.width, file.height);
         let bands = self.by_ref();
-        match (file.format, file.depth) {
-            (ImageFormat::Jpeg, _) => {
+        match file.format {
+            ImageFormat::Jpeg => {
                 let rows = bands.map(|film| Ok(encoder.encode(&film?)));
-                write_jpeg(out, (width, height), &file.header, rows)?;
+                write_jpeg(out, size, &file.header, rows)?;
             }
-            (ImageFormat::Hdr, _) => write_hdr(out, (width, height), &file.header, bands)?,
-            (_, Depth::Eight) => {
-                let rows = bands.map(|film| Ok(encoder.encode(&film?).rgb));
-                write_png(out, (width, height), info, rows)?;
-            }
-            (_, Depth::Sixteen) => {
-                let rows = bands.map(|film| Ok(encoder.encode_16(&film?).rgb));
-                write_png_16(out, (width, height), info, rows)?;
+            ImageFormat::Hdr => write_hdr(out, size, &file.header, bands)?,
+            _ => {
+                let rows = bands.map(|film| {
+                    Ok(match file.depth {
+                        Depth::Eight => encoder.encode(&film?).rgb,
+                        Depth::Sixteen => {
+                            let samples = encoder.encode_16(&film?).rgb;
+                            samples.iter().flat_map(|s| s.to_be_bytes()).collect()
+                        }
+                    })
+                });
+                write_png(out, size, Some(file), rows)?;
             }
         }
         self.end()

@@ -77,7 +77,9 @@ impl Encoder {
     pub(super) fn encode(&self, film: &Film) -> Picture {
         let OutputEncoding { transfer, quantize } = self.exposure.encoding;
         match transfer {
-            Transfer::None => interleave(film, self.exposure, |c| linear_sample(c, quantize)),
+            Transfer::None => interleave(film, self.exposure, |c| {
+                linear_sample(c, 255.0, quantize) as u8
+            }),
             Transfer::Srgb => interleave(film, self.exposure, |c| self.eight.sample(c)),
         }
     }
@@ -86,7 +88,9 @@ impl Encoder {
     pub(super) fn encode_16(&self, film: &Film) -> Picture<u16> {
         let OutputEncoding { transfer, quantize } = self.exposure.encoding;
         match transfer {
-            Transfer::None => interleave(film, self.exposure, |c| linear_sample_16(c, quantize)),
+            Transfer::None => interleave(film, self.exposure, |c| {
+                linear_sample(c, 65_535.0, quantize) as u16
+            }),
             Transfer::Srgb => {
                 let table = &*self.sixteen;
                 interleave(film, self.exposure, |c| table.sample(c))
@@ -122,21 +126,13 @@ fn unit(c: f32) -> f32 {
     if c > 0.0 { c.min(1.0) } else { 0.0 }
 }
 
+/// The value of which the integer part is the sample of `c`, out of `most`.
 #[inline(always)]
-fn linear_sample(c: f32, quantize: Quantize) -> u8 {
-    let scaled = 255.0 * unit(c);
-    // The cast truncates, which is floor for what is not negative.
+fn linear_sample(c: f32, most: f32, quantize: Quantize) -> f32 {
+    let scaled = most * unit(c);
     match quantize {
-        Quantize::Floor => scaled as u8,
-        Quantize::Round => (scaled + 0.5) as u8,
-    }
-}
-
-fn linear_sample_16(c: f32, quantize: Quantize) -> u16 {
-    let scaled = 65_535.0 * unit(c);
-    match quantize {
-        Quantize::Floor => scaled as u16,
-        Quantize::Round => (scaled + 0.5) as u16,
+        Quantize::Floor => scaled,
+        Quantize::Round => scaled + 0.5,
     }
 }
 

@@ -1,8 +1,8 @@
 //! PNG files, for output.
 
+use super::description::{Depth, PictureFile};
 use super::encoder::Picture;
 use super::error::PictureError;
-use super::header::PictureHeader;
 use ::png::{
     BitDepth, ColorType, DeflateCompression, EncodingError, Filter, ScaledFloat,
     SrgbRenderingIntent,
@@ -42,63 +42,30 @@ pub fn png_bytes(picture: &Picture) -> Vec<u8> {
 fn write_picture(out: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
     let Picture { width, height, rgb } = picture;
     let samples = [Ok(rgb.clone())].into_iter();
-    write_samples(out, (*width, *height), BitDepth::Eight, None, samples)
-}
-
-/// Writes samples of a picture that is not a render, as they arrive.
-pub(super) fn write_plain_png(
-    out: &mut dyn io::Write,
-    size: (u32, u32),
-    bands: impl Iterator<Item = io::Result<Vec<u8>>>,
-) -> io::Result<()> {
-    write_samples(out, size, BitDepth::Eight, None, bands)
-}
-
-/// Facts about samples in a file: their transfer curve, and texts.
-#[derive(Clone, Copy)]
-pub(super) struct PngInfo<'a> {
-    pub(super) transfer: Transfer,
-    pub(super) header: &'a PictureHeader,
-}
-
-/// Writes samples as they arrive, in chunks of whole rows.
-pub(super) fn write_png(
-    out: &mut dyn io::Write,
-    size: (u32, u32),
-    info: PngInfo,
-    bands: impl Iterator<Item = io::Result<Vec<u8>>>,
-) -> io::Result<()> {
-    write_samples(out, size, BitDepth::Eight, Some(info), bands)
-}
-
-/// Writes like [`write_png`], with 16 bits per sample.
-pub(super) fn write_png_16(
-    out: &mut dyn io::Write,
-    size: (u32, u32),
-    info: PngInfo,
-    bands: impl Iterator<Item = io::Result<Vec<u16>>>,
-) -> io::Result<()> {
-    let bytes = bands.map(|band| Ok(band?.iter().flat_map(|s| s.to_be_bytes()).collect()));
-    write_samples(out, size, BitDepth::Sixteen, Some(info), bytes)
+    write_png(out, (*width, *height), None, samples)
 }
 
 /// Bytes of a chunk of the file.
 const CHUNK: usize = 1 << 20;
 
-fn write_samples(
+/// Writes the samples of a picture as they arrive, in chunks of whole rows. Without a description,
+/// they have 8 bits, and the file has no texts.
+pub(super) fn write_png(
     out: &mut dyn io::Write,
     (width, height): (u32, u32),
-    depth: BitDepth,
-    info: Option<PngInfo>,
+    file: Option<&PictureFile>,
     bands: impl Iterator<Item = io::Result<Vec<u8>>>,
 ) -> io::Result<()> {
     let mut encoder = ::png::Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(depth);
+    encoder.set_depth(match file.map(|file| file.depth) {
+        Some(Depth::Sixteen) => BitDepth::Sixteen,
+        _ => BitDepth::Eight,
+    });
     encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
     encoder.set_filter(Filter::Paeth);
-    if let Some(info) = info {
-        describe(&mut encoder, info).map_err(png_error)?;
+    if let Some(file) = file {
+        describe(&mut encoder, file).map_err(png_error)?;
     }
     let mut writer = encoder.write_header().map_err(png_error)?;
     let mut rows = writer.stream_writer_with_size(CHUNK).map_err(png_error)?;
@@ -119,9 +86,9 @@ const LINEAR_GAMMA: u32 = 100_000;
 /// gAMA, for programs that only support that.
 fn describe<W: io::Write>(
     encoder: &mut ::png::Encoder<W>,
-    PngInfo { transfer, header }: PngInfo,
+    file: &PictureFile,
 ) -> Result<(), EncodingError> {
-    let gamma = match transfer {
+    let gamma = match file.exposure.encoding.transfer {
         Transfer::Srgb => {
             encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
             SRGB_GAMMA
@@ -129,7 +96,7 @@ fn describe<W: io::Write>(
         Transfer::None => LINEAR_GAMMA,
     };
     encoder.set_source_gamma(ScaledFloat::from_scaled(gamma));
-    for (keyword, text) in header.texts() {
+    for (keyword, text) in file.header.texts() {
         match text.is_ascii() {
             true => encoder.add_text_chunk(keyword.to_owned(), text)?,
             false => encoder.add_itxt_chunk(keyword.to_owned(), text)?,
@@ -156,7 +123,10 @@ pub(super) fn io_error(error: ::image::ImageError) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::super::read::load;
+    use super::super::test_film::PLAIN_EXR;
     use super::*;
+    use crate::PictureHeader;
+    use phalanx_scene::{OutputEncoding, Quantize};
     use std::fs;
 
     fn ramp() -> Picture {
@@ -195,12 +165,20 @@ mod tests {
             (Transfer::None, 100_000u32, None),
             (Transfer::Srgb, 45_455, Some(vec![1u8])),
         ] {
-            let info = PngInfo {
-                transfer,
-                header: &header,
+            let quantize = Quantize::Floor;
+            let file = PictureFile {
+                exposure: OutputEncoding { transfer, quantize }.into(),
+                header: header.clone(),
+                ..PLAIN_EXR
             };
             let mut bytes = Vec::new();
-            write_png(&mut bytes, (7, 5), info, [Ok(ramp().rgb)].into_iter()).unwrap();
+            write_png(
+                &mut bytes,
+                (7, 5),
+                Some(&file),
+                [Ok(ramp().rgb)].into_iter(),
+            )
+            .unwrap();
             let chunks = chunks(&bytes);
             let all = |kind: &str| -> Vec<&[u8]> {
                 let those = chunks.iter().filter(|(other, _)| other == kind);

@@ -3,11 +3,13 @@
 use super::super::read::SampleKind;
 use super::band_pairs::BandPair;
 use super::layer_pairs::{COLOR, LayerPair};
+use serde::Serialize;
 
 /// Largest difference of a sample.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LargestDifference {
-    /// The difference, in the unit of the samples.
+    /// The difference, in the unit of the samples; not part of its place in documents.
+    #[serde(skip)]
     pub value: f64,
     /// Column of the pixel; the first one from the top left, if there are several.
     pub x: u32,

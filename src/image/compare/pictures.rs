@@ -1,7 +1,7 @@
 //! Difference pictures, of the colours or of the first layer that both pictures have.
 
 use super::super::error::{CompareError, PictureError};
-use super::super::png::write_plain_png;
+use super::super::png::write_png;
 use super::super::read::{PictureReader, SampleKind};
 use super::band_pairs::{BandPair, BandPairs};
 use super::comparison::PictureComparison;
@@ -31,17 +31,7 @@ pub fn save_heat(
     b: &mut PictureReader,
     comparison: &PictureComparison,
 ) -> Result<(), CompareError> {
-    let columns = comparison.width;
-    save(
-        path,
-        columns,
-        [a, b],
-        comparison,
-        |drawing, band, row, rgb| {
-            let pixels = (0..drawing.width).map(|x| drawing.heat(band, row, x));
-            rgb.extend(pixels.flatten());
-        },
-    )
+    save(path, [a, b], comparison, false)
 }
 
 /// Writes a PNG of the first picture, the second, and their differences as in [`save_heat`], side
@@ -56,50 +46,38 @@ pub fn save_side_by_side(
     b: &mut PictureReader,
     comparison: &PictureComparison,
 ) -> Result<(), CompareError> {
-    let columns = 3 * comparison.width + 2 * GAP as u32;
-    save(
-        path,
-        columns,
-        [a, b],
-        comparison,
-        |drawing, band, row, rgb| {
-            for side in 0..2 {
-                let pixels = (0..drawing.width).map(|x| drawing.pixel(band, side, row, x));
-                rgb.extend(pixels.flatten());
-                rgb.extend([GAP_COLOR; GAP].as_flattened());
-            }
-            let pixels = (0..drawing.width).map(|x| drawing.heat(band, row, x));
-            rgb.extend(pixels.flatten());
-        },
-    )
+    save(path, [a, b], comparison, true)
 }
 
-/// Writes a PNG row by row. The function adds a row of a band to the samples.
+/// Writes a PNG of the differences row by row, to the right of both pictures if `beside` is set.
 fn save(
     path: &Path,
-    columns: u32,
     [a, b]: [&mut PictureReader; 2],
     comparison: &PictureComparison,
-    draw: impl Fn(&Drawing, &BandPair, usize, &mut Vec<u8>),
+    beside: bool,
 ) -> Result<(), CompareError> {
     let pairs = pair_layers(a, b)?;
     let first = pairs.common.first().zip(comparison.layers.first());
     let (layer, found) =
         first.ok_or_else(|| CompareError::NothingInCommon(pairs.only_in.clone()))?;
-    let height = a.layout().height;
+    let (width, height) = (a.layout().width, a.layout().height);
+    let columns = match beside {
+        true => 3 * width + 2 * GAP as u32,
+        false => width,
+    };
     let drawing = Drawing {
         layer,
-        width: a.layout().width as usize,
+        width: width as usize,
         color: layer.rgb().is_some(),
         peak: found.peak,
     };
     let bands = BandPairs::new(a, b)?.map(|band| {
         let band = band.map_err(io::Error::other)?;
         let mut rgb = Vec::with_capacity(3 * columns as usize * band.rows as usize);
-        (0..band.rows as usize).for_each(|row| draw(&drawing, &band, row, &mut rgb));
+        (0..band.rows as usize).for_each(|row| drawing.row(&band, row, beside, &mut rgb));
         Ok(rgb)
     });
-    let written = replace_file(path, |out| write_plain_png(out, (columns, height), bands));
+    let written = replace_file(path, |out| write_png(out, (columns, height), None, bands));
     written.map_err(|source| {
         CompareError::Picture(PictureError::Write {
             path: path.to_path_buf(),
@@ -119,6 +97,16 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
+    /// Adds a row of the differences to the samples, to the right of both pictures if `beside` is
+    /// set.
+    fn row(&self, band: &BandPair, row: usize, beside: bool, rgb: &mut Vec<u8>) {
+        for side in 0..if beside { 2 } else { 0 } {
+            rgb.extend((0..self.width).flat_map(|x| self.pixel(band, side, row, x)));
+            rgb.extend([GAP_COLOR; GAP].as_flattened());
+        }
+        rgb.extend((0..self.width).flat_map(|x| self.heat(band, row, x)));
+    }
+
     /// The sample of a channel of one picture.
     fn bits(&self, band: &BandPair, side: usize, channel: usize, row: usize, x: usize) -> u32 {
         let index = self.layer.channels[channel].index[side];
