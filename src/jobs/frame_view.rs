@@ -1,7 +1,6 @@
 //! The camera's view of a frame, as plans and keys store it.
 
 use super::field_error::FieldError;
-use glam::Vec3;
 use phalanx_scene::View;
 use serde::{Deserialize, Serialize};
 
@@ -38,38 +37,24 @@ impl FrameView {
 
 impl From<View> for FrameView {
     fn from(view: View) -> FrameView {
-        let View {
-            eye,
-            center,
-            up,
-            fovy,
-            ortho,
-        } = view;
         FrameView {
-            eye: eye.to_array(),
-            center: center.to_array(),
-            up: up.to_array(),
-            fovy,
-            ortho,
+            eye: view.eye.to_array(),
+            center: view.center.to_array(),
+            up: view.up.to_array(),
+            fovy: view.fovy,
+            ortho: view.ortho,
         }
     }
 }
 
 impl From<FrameView> for View {
     fn from(view: FrameView) -> View {
-        let FrameView {
-            eye,
-            center,
-            up,
-            fovy,
-            ortho,
-        } = view;
         View {
-            eye: Vec3::from_array(eye),
-            center: Vec3::from_array(center),
-            up: Vec3::from_array(up),
-            fovy,
-            ortho,
+            eye: view.eye.into(),
+            center: view.center.into(),
+            up: view.up.into(),
+            fovy: view.fovy,
+            ortho: view.ortho,
         }
     }
 }
@@ -77,6 +62,7 @@ impl From<FrameView> for View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn json_gives_a_view_back_to_the_bit() {

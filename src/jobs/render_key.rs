@@ -148,19 +148,12 @@ impl RenderKey {
     }
 
     fn describe(&self) -> Vec<(String, String)> {
-        let SceneStamp {
-            version,
-            scene,
-            origin,
-        } = &self.stamp;
+        let origin = self.stamp.origin.map(|x| x.to_string()).join(",");
         let view = self.view.map_or("not given".to_owned(), describe_view);
         let own = [
-            ("the version of phalanx", version.clone()),
-            (
-                "the scene's local origin",
-                origin.map(|x| x.to_string()).join(","),
-            ),
-            ("the scene's fingerprint", scene.clone()),
+            ("the version of phalanx", self.stamp.version.clone()),
+            ("the scene's local origin", origin),
+            ("the scene's fingerprint", self.stamp.scene.clone()),
             ("the frame's view", view),
         ];
         let options = fields(&self.pixels).into_iter();
@@ -173,16 +166,12 @@ impl RenderKey {
 /// A view in the words of `--camera`, in the scene's coordinates. Different views have different
 /// words.
 fn describe_view(view: FrameView) -> String {
-    let FrameView {
-        eye,
-        center,
-        up,
-        fovy,
-        ortho,
-    } = view;
     let triple = |v: [f32; 3]| v.map(|x| format!("{x:?}")).join(",");
-    let [eye, center, up] = [eye, center, up].map(triple);
-    let ortho = ortho.map_or(String::new(), |height| format!(" --ortho={height:?}"));
+    let [eye, center, up] = [view.eye, view.center, view.up].map(triple);
+    let fovy = view.fovy;
+    let ortho = view
+        .ortho
+        .map_or(String::new(), |height| format!(" --ortho={height:?}"));
     format!("{eye} {center} {up} {fovy:?}{ortho}")
 }
 

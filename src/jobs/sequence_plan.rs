@@ -138,35 +138,30 @@ impl SequencePlan {
     /// # Errors
     /// The first field with an invalid value.
     pub(super) fn check(&self, shards: u32) -> Result<(), FieldError> {
+        let wrong = |field: &str, value: String, expected: String| {
+            Err(FieldError::new(field, value, expected))
+        };
         let [first, last] = self.frames;
         if first > last || last > MAX_FRAME {
             let expected = format!("two frames in order, of {MAX_FRAME} at most");
-            return Err(FieldError::new(
-                "sequence.frames",
-                format!("{first} {last}"),
-                expected,
-            ));
+            return wrong("sequence.frames", format!("{first} {last}"), expected);
         }
         if self.shard_by == ShardBy::Frame && shards > self.count() {
             let count = self.count();
             let expected = format!("no more than the {count} frames, or shards by tile");
-            return Err(FieldError::new("shards", shards.to_string(), expected));
+            return wrong("shards", shards.to_string(), expected);
         }
         let files = u64::from(self.count()) * u64::from(shards);
         if self.shard_by == ShardBy::Tile && files > u64::from(MAX_FRAME) {
             let value = format!("{shards} by tile of {} frames", self.count());
             let expected = format!("no more than {MAX_FRAME} files of tiles in all");
-            return Err(FieldError::new("shards", value, expected));
+            return wrong("shards", value, expected);
         }
         self.view.check("sequence.view")?;
         let keys = match &self.camera {
             PlannedCamera::Turntable { frames: 0 } => {
                 let expected = "a number of frames above 0".to_owned();
-                return Err(FieldError::new(
-                    "sequence.camera.turntable",
-                    "0".to_owned(),
-                    expected,
-                ));
+                return wrong("sequence.camera.turntable", "0".to_owned(), expected);
             }
             PlannedCamera::Turntable { .. } => return Ok(()),
             PlannedCamera::Keyframes { keys, .. } => keys,
@@ -175,11 +170,7 @@ impl SequencePlan {
         if keys.is_empty() || keys.len() > MAX_KEYFRAMES || !rise {
             let value = format!("a list of {}", keys.len());
             let expected = format!("1 to {MAX_KEYFRAMES} views, of frames that rise");
-            return Err(FieldError::new(
-                "sequence.camera.keyframes",
-                value,
-                expected,
-            ));
+            return wrong("sequence.camera.keyframes", value, expected);
         }
         let mut keys = keys.iter();
         keys.try_for_each(|key| key.view.check("sequence.camera.keyframes"))

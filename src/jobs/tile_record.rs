@@ -48,21 +48,10 @@ impl RecordHeader {
     }
 
     fn bytes(&self) -> [u8; HEADER_BYTES] {
-        let Tile {
-            x,
-            y,
-            width,
-            height,
-        } = self.tile;
-        let words = [
-            x,
-            y,
-            width,
-            height,
-            self.planes,
-            self.identity,
-            self.content,
-        ];
+        let place = [self.tile.x, self.tile.y, self.tile.width, self.tile.height];
+        let words = place
+            .into_iter()
+            .chain([self.planes, self.identity, self.content]);
         let mut bytes = [0; HEADER_BYTES];
         bytes[..8].copy_from_slice(&MAGIC);
         for (place, word) in bytes[8..36].chunks_exact_mut(4).zip(words) {

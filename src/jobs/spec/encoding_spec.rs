@@ -133,27 +133,23 @@ impl EncodingSpec {
     /// # Errors
     /// The first option with an invalid value.
     pub(crate) fn check(&self) -> Result<(), FieldError> {
+        let wrong = |option: &str, value: String, expected: &str| {
+            let field = format!("encoding.{option}");
+            Err(FieldError::new(field, value, expected))
+        };
         let stops = self.exposure.unwrap_or(0.0);
         if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&stops) {
             let range = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
-            return Err(FieldError::new(
-                "encoding.exposure",
-                stops.to_string(),
-                range,
-            ));
+            return wrong("exposure", stops.to_string(), &range);
         }
         let resolved = self.resolve(OutputEncoding::LINEAR);
         if self.bits != resolved.bits {
             let bits = self.bits.unwrap_or_default().to_string();
-            return Err(FieldError::new("encoding.bits", bits, "16, or none for 8"));
+            return wrong("bits", bits, "16, or none for 8");
         }
         match self.tone == resolved.tone {
             true => Ok(()),
-            false => Err(FieldError::new(
-                "encoding.tone",
-                format!("{:?}", self.tone),
-                "known names",
-            )),
+            false => wrong("tone", format!("{:?}", self.tone), "known names"),
         }
     }
 }

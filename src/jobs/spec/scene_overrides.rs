@@ -5,7 +5,7 @@
 use super::headings;
 use glam::{DVec3, Vec3};
 use phalanx_formats::{AddedLight, Options, Origin};
-use phalanx_scene::{FileView, Material, OrthoHeight, Scene, UpAxis, View};
+use phalanx_scene::{FileView, Material, OrthoHeight, Scene, UpAxis};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -97,22 +97,16 @@ impl SceneOverrides {
 
     /// These overrides with the scene's current view written out as its camera.
     pub(super) fn with_view_of(&self, scene: &Scene) -> SceneOverrides {
-        let View {
-            eye,
-            center,
-            up,
-            fovy,
-            ortho,
-        } = scene.view;
+        let view = scene.view;
         let place = |at| joined(scene.file_position(at).to_array());
-        let height = ortho.map(|height| f64::from(height) / f64::from(scene.scale));
+        let (eye, center, up) = (
+            place(view.eye),
+            place(view.center),
+            joined(view.up.to_array()),
+        );
+        let height = (view.ortho).map(|height| f64::from(height) / f64::from(scene.scale));
         SceneOverrides {
-            camera: Some(vec![
-                place(eye),
-                place(center),
-                joined(up.to_array()),
-                fovy.to_string(),
-            ]),
+            camera: Some(vec![eye, center, up, view.fovy.to_string()]),
             ortho: height.map(|height| height.to_string()),
             up: None,
             ..self.clone()
@@ -312,20 +306,11 @@ fn color_word(text: &str) -> Result<String, String> {
 /// The value of `--material`, checked and normalised.
 #[cfg(feature = "clap")]
 fn material_word(text: &str) -> Result<String, String> {
-    let Material {
-        ka,
-        ke,
-        kd,
-        ks,
-        kt,
-        shininess,
-        ior,
-        gloss,
-        ..
-    } = parse_material(text)?;
-    let [a, d, s, e, t] = [ka, kd, ks, ke, kt].map(|color| joined(color.to_array()));
+    let m = parse_material(text)?;
+    let [a, d, s, e, t] = [m.ka, m.kd, m.ks, m.ke, m.kt].map(|color| joined(color.to_array()));
     Ok(format!(
-        "ka={a} kd={d} ks={s} ke={e} kt={t} shininess={shininess} ior={ior} gloss={gloss}"
+        "ka={a} kd={d} ks={s} ke={e} kt={t} shininess={} ior={} gloss={}",
+        m.shininess, m.ior, m.gloss
     ))
 }
 
