@@ -4,7 +4,7 @@ use crate::cli::options::{MaxDiffering, parse_max_differing, parse_tolerance};
 use crate::cli::output::{self, CliError, Output, aligned, grouped, lines};
 use clap::Args;
 use phalanx::image::{
-    CompareError, LayerComparison, NotFiniteCounts, PictureComparison, PictureReader,
+    CompareError, LargestDifference, LayerComparison, PictureComparison, PictureReader,
     compare_pictures, save_heat, save_side_by_side,
 };
 use serde::Serialize;
@@ -140,7 +140,7 @@ struct LayerRow {
     exact: bool,
     largest_difference: f64,
     /// The first sample with the largest difference.
-    at: Option<SamplePlace>,
+    at: Option<LargestDifference>,
     rmse: f64,
     psnr: Option<f64>,
     ssim: Option<f64>,
@@ -150,13 +150,6 @@ struct LayerRow {
     nan: [u64; 2],
     infinite: [u64; 2],
     differing_not_finite: u64,
-}
-
-#[derive(Debug, Serialize)]
-struct SamplePlace {
-    x: u32,
-    y: u32,
-    channel: String,
 }
 
 impl CompareDocument {
@@ -175,10 +168,9 @@ impl CompareDocument {
             exact: verdict == Verdict::Identical,
             width: found.width,
             height: found.height,
-            unit: if found.display {
-                "8-bit steps"
-            } else {
-                "linear"
+            unit: match found.display {
+                true => "8-bit steps",
+                false => "linear",
             },
             tolerance: args.tolerance,
             max_differing: args.max_differing.pixels(found.pixels()),
@@ -214,30 +206,22 @@ impl CompareDocument {
 
 impl LayerRow {
     fn of(layer: &LayerComparison, share: f64) -> LayerRow {
-        let NotFiniteCounts {
-            nan,
-            infinite,
-            different,
-        } = layer.not_finite;
+        let largest = layer.largest.clone();
         LayerRow {
             name: layer.name.clone(),
             channels: layer.channels.clone(),
             exact: layer.identical,
-            largest_difference: layer.largest.as_ref().map_or(0.0, |largest| largest.value),
-            at: layer.largest.as_ref().map(|largest| SamplePlace {
-                x: largest.x,
-                y: largest.y,
-                channel: largest.channel.clone(),
-            }),
+            largest_difference: largest.as_ref().map_or(0.0, |largest| largest.value),
+            at: largest,
             rmse: layer.rmse,
             psnr: layer.psnr,
             ssim: layer.ssim,
             flip: layer.flip,
             differing_pixels: layer.differing,
             share,
-            nan,
-            infinite,
-            differing_not_finite: different,
+            nan: layer.not_finite.nan,
+            infinite: layer.not_finite.infinite,
+            differing_not_finite: layer.not_finite.different,
         }
     }
 
@@ -326,12 +310,9 @@ impl Output for CompareDocument {
             _ if self.exact => {}
             [layer] => text.push_str(&self.figures(layer)),
             layers => {
-                let head = [
-                    "layer", "largest", "at", "RMS", "PSNR", "SSIM", "FLIP", "pixels",
-                ];
-                let head = head.map(str::to_owned).to_vec();
-                let rows = layers.iter().map(LayerRow::cells);
-                let rows: Vec<_> = std::iter::once(head).chain(rows).collect();
+                let head = "layer largest at RMS PSNR SSIM FLIP pixels".split(' ');
+                let mut rows = vec![head.map(str::to_owned).collect()];
+                rows.extend(layers.iter().map(LayerRow::cells));
                 let rows = aligned(&rows);
                 rows.iter().for_each(|row| text.extend([row, "\n"]));
             }

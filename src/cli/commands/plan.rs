@@ -8,7 +8,7 @@ use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
 use clap::{Args, value_parser};
-use phalanx::files::shown_path;
+use phalanx::files::{quoted_text, shown_path};
 use phalanx::frame::Settings;
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{
@@ -240,15 +240,18 @@ fn ordinal(shards: u32) -> String {
 
 /// A name in the form used by plans and by scripts that render them.
 fn text(path: &Path) -> Result<String, CliError> {
-    let text = path
-        .to_str()
-        .filter(|text| !text.contains(char::is_control));
-    text.map(str::to_owned).ok_or_else(|| {
-        CliError::Usage(format!(
-            "{} cannot be stored in a plan: the name has control characters, or is not valid UTF-8; rename the file",
-            shown_path(path)
-        ))
-    })
+    text_for("a plan", path)
+}
+
+/// A word for use in a plan or a script (`file`). Control characters are refused.
+pub fn text_for(file: &str, word: &Path) -> Result<String, CliError> {
+    match word.to_str() {
+        Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
+        _ => Err(CliError::Usage(format!(
+            "{} cannot be used in {file}: it has control characters, or is not valid UTF-8; rename it",
+            quoted_text(&word.to_string_lossy())
+        ))),
+    }
 }
 
 /// Reads a plan. No output may replace it or its scene.

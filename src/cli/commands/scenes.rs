@@ -67,31 +67,17 @@ impl SceneListing {
             0 => "-".to_owned(),
             n => grouped(n),
         };
-        let [least, most] = self.sizes;
-        vec![
-            self.name.to_owned(),
-            short(self.default_size),
-            format!("{}..{}", short(least), short(most)),
-            number(self.spheres),
-            number(self.cones),
-            number(self.polygons),
-            number(self.triangles),
-            number(self.lights),
-        ]
+        let [least, most] = self.sizes.map(short);
+        let mut cells = vec![self.name.to_owned(), short(self.default_size)];
+        cells.push(format!("{least}..{most}"));
+        let shapes = [self.spheres, self.cones, self.polygons, self.triangles];
+        cells.extend(shapes.into_iter().chain([self.lights]).map(number));
+        cells
     }
 }
 
 /// Headings of all columns but the last.
-const HEADS: [&str; 8] = [
-    "NAME",
-    "SIZE",
-    "SIZES",
-    "SPHERES",
-    "CONES",
-    "POLYGONS",
-    "TRIANGLES",
-    "LIGHTS",
-];
+const HEADS: &str = "NAME SIZE SIZES SPHERES CONES POLYGONS TRIANGLES LIGHTS";
 
 /// Lists the standard scenes.
 pub fn run(args: &ScenesArgs) -> Result<(), CliError> {
@@ -107,7 +93,7 @@ impl Output for ScenesDocument {
 
 /// The rows in aligned columns, with a heading before each family and a note on sizes at the end.
 fn table(scenes: &[SceneListing]) -> String {
-    let mut rows = vec![HEADS.map(str::to_owned).to_vec()];
+    let mut rows = vec![HEADS.split(' ').map(str::to_owned).collect()];
     rows.extend(scenes.iter().map(SceneListing::cells));
     let lines = aligned(&rows);
     let mut text = format!("{}  PURPOSE\n", lines[0]);

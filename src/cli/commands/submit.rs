@@ -16,7 +16,7 @@
 use super::{merge, plan};
 use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
 use clap::{Args, Subcommand, value_parser};
-use phalanx::files::{quoted_text, shown_path};
+use phalanx::files::shown_path;
 use phalanx::jobs::{PlannedFrames, RenderPlan};
 use serde::Serialize;
 use std::ffi::OsString;
@@ -197,13 +197,7 @@ fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, 
 /// A word for use in a script. Control characters are refused: a line break would end a comment and
 /// begin a command.
 fn text(word: &Path) -> Result<String, CliError> {
-    match word.to_str() {
-        Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
-        _ => Err(CliError::Usage(format!(
-            "{} cannot be used in a script: it has control characters, or is not valid UTF-8; rename it",
-            quoted_text(&word.to_string_lossy())
-        ))),
-    }
+    plan::text_for("a script", word)
 }
 
 /// The program that nodes start: this one, or a release's launcher (.ci/launcher.rs), which selects

@@ -1,11 +1,11 @@
 //! The parts of a plan's picture or frames that its shards have not rendered yet.
 
-use super::shard_files::{ranges, whole};
+use super::shard_files::{found, ranges, whole};
 use crate::cli::commands::plan;
 use crate::cli::output::CliError;
 use phalanx::files::shown_path;
 use phalanx::frame::Tile;
-use phalanx::jobs::{FinishedFrames, FrameState, KeptFileError, PlannedFrames, TileFile};
+use phalanx::jobs::{FinishedFrames, FrameState, PlannedFrames, TileFile};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -84,18 +84,7 @@ pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShar
     for shard in 0..plan.shards {
         let name = frames.list_file(path, shard)?;
         let list = FinishedFrames::read(&name, &plan.key(), &frames.path_checksum());
-        let list = match list {
-            Ok(list) => Ok(list),
-            Err(KeptFileError::Io { source, .. })
-                if source.kind() == std::io::ErrorKind::NotFound =>
-            {
-                Err(format!("{} does not exist", shown_path(&name)))
-            }
-            Err(KeptFileError::Other { .. }) => {
-                Err(format!("{} is not a list of frames", shown_path(&name)))
-            }
-            Err(error) => return Err(error.into()),
-        };
+        let list = found(list, &name, "is not a list of frames")?;
         for frame in frames.of_shard(shard) {
             let why = match &list {
                 Ok(list) => unfinished(path, frames, list, frame)?,

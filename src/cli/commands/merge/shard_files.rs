@@ -3,8 +3,27 @@
 use crate::cli::output::{self, CliError};
 use phalanx::files::shown_path;
 use phalanx::frame::Tile;
-use phalanx::jobs::{BandsError, KeptFileError, RenderKey, TileFile};
+use phalanx::jobs::{KeptFileError, RenderKey, TileFile};
+use std::io::ErrorKind;
 use std::path::Path;
+
+/// A shard's file, or the reason why it cannot be merged yet: it does not exist, or is of another
+/// kind, which `lacks` says.
+pub fn found<T>(
+    file: Result<T, KeptFileError>,
+    name: &Path,
+    lacks: &str,
+) -> Result<Result<T, String>, CliError> {
+    let name = shown_path(name);
+    match file {
+        Ok(file) => Ok(Ok(file)),
+        Err(KeptFileError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            Ok(Err(format!("{name} does not exist")))
+        }
+        Err(KeptFileError::Other { .. }) => Ok(Err(format!("{name} {lacks}"))),
+        Err(error) => Err(error.into()),
+    }
+}
 
 /// The file `name` of a shard's tiles, of a picture with this key, or the reason why it cannot be
 /// merged yet.
@@ -14,15 +33,9 @@ pub fn whole(
     share: &[Tile],
 ) -> Result<Result<TileFile, String>, CliError> {
     output::reads("the tiles", name)?;
-    let file = match TileFile::read(name, key) {
+    let file = match found(TileFile::read(name, key), name, "is not a file of tiles")? {
         Ok(file) => file,
-        Err(KeptFileError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
-            return Ok(Err(format!("{} does not exist", shown_path(name))));
-        }
-        Err(KeptFileError::Other { .. }) => {
-            return Ok(Err(format!("{} is not a file of tiles", shown_path(name))));
-        }
-        Err(error) => return Err(BandsError::from(error).into()),
+        Err(why) => return Ok(Err(why)),
     };
     let lacks = share.iter().filter(|tile| !file.has(**tile)).count();
     let share = share.len();
