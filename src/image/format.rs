@@ -19,7 +19,7 @@ pub enum ImageFormat {
 }
 
 impl ImageFormat {
-    /// All formats, by ending.
+    /// All formats, by ending; the usual ending of a format comes first.
     pub const ENDINGS: [(&'static str, ImageFormat); 6] = [
         ("png", ImageFormat::Png),
         ("jpg", ImageFormat::Jpeg),
@@ -39,13 +39,9 @@ impl ImageFormat {
 
     /// The ending of its files.
     pub fn ending(self) -> &'static str {
-        match self {
-            ImageFormat::Png => "png",
-            ImageFormat::Jpeg => "jpg",
-            ImageFormat::Exr => "exr",
-            ImageFormat::Hdr => "hdr",
-            ImageFormat::Pfm => "pfm",
-        }
+        let mut all = ImageFormat::ENDINGS.iter();
+        let usual = all.find(|(_, format)| *format == self);
+        usual.map_or("", |(ending, _)| ending)
     }
 
     /// Returns true if it holds linear radiance rather than samples for a screen.

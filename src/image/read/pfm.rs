@@ -8,7 +8,7 @@ use std::io::{Read, SeekFrom};
 use std::ops::Range;
 
 /// Maximum number of bytes of a header.
-const MAX_HEADER: usize = 256;
+const MAX_HEADER: u64 = 256;
 
 /// Reads the rows of a portable float map.
 pub(super) struct PfmRows {
@@ -25,19 +25,9 @@ pub(super) struct PfmRows {
 /// Reads the header of a portable float map: its kind, width, height and scale, whose sign gives
 /// the byte order.
 pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), String> {
-    let mut head = vec![0; MAX_HEADER];
-    let mut reader = bytes.reader()?;
-    let mut length = 0;
-    loop {
-        match reader
-            .read(&mut head[length..])
-            .map_err(|e| e.to_string())?
-        {
-            0 => break,
-            more => length += more,
-        }
-    }
-    head.truncate(length);
+    let mut head = Vec::new();
+    let read = bytes.reader()?.take(MAX_HEADER).read_to_end(&mut head);
+    read.map_err(|e| e.to_string())?;
     let mut at = 0;
     let mut word = || {
         let space = |b: &u8| b.is_ascii_whitespace();
