@@ -153,7 +153,7 @@ impl RenderPlan {
     pub fn new(spec: PictureSpec, key: RenderKey, output: PathBuf, shards: u32) -> RenderPlan {
         RenderPlan {
             schema_version: SCHEMA_VERSION,
-            tile: side(key.window(), shards),
+            tile: side(key.pixels.window(), shards),
             spec: PictureSpec {
                 pixels: key.pixels,
                 ..spec
@@ -208,27 +208,19 @@ impl RenderPlan {
         if read.map_err(io)? as u64 > MAX_BYTES {
             return Err(malformed("it is longer than any"));
         }
-        match serde_json::from_slice::<Version>(&bytes) {
-            Ok(version) if version.schema_version == u64::from(SCHEMA_VERSION) => {}
-            Ok(version) => {
-                return Err(PlanError::Version {
-                    path: path.into(),
-                    found: version.schema_version,
-                });
-            }
-            Err(error) => return Err(malformed(&error.to_string())),
+        let no_json = |error: serde_json::Error| malformed(&error.to_string());
+        let version: Version = serde_json::from_slice(&bytes).map_err(no_json)?;
+        let found = version.schema_version;
+        if found != u64::from(SCHEMA_VERSION) {
+            let path = path.into();
+            return Err(PlanError::Version { path, found });
         }
-        let plan: RenderPlan =
-            serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
+        let plan: RenderPlan = serde_json::from_slice(&bytes).map_err(no_json)?;
         let options = plan.spec.overrides.options();
         options.map_err(|reason| malformed(&reason))?;
-        match plan.check() {
-            Ok(()) => Ok(plan),
-            Err(error) => Err(PlanError::Field {
-                path: path.into(),
-                error,
-            }),
-        }
+        let checked = plan.check().map(|()| plan);
+        let path = path.into();
+        checked.map_err(|error| PlanError::Field { path, error })
     }
 
     /// Checks every field that is not free to hold anything.
@@ -243,14 +235,12 @@ impl RenderPlan {
         self.spec.encoding.check()?;
         let output = self.output.to_str().unwrap_or("\0").to_owned();
         let keyframes = self.sequence.as_ref().and_then(SequencePlan::keyframes);
+        let keyframes = keyframes.unwrap_or("none").to_owned();
         let named = [
             ("output", output),
             ("header.scene", self.header.scene.clone()),
             ("header.command", self.header.command.clone()),
-            (
-                "sequence.camera.keyframes",
-                keyframes.unwrap_or("none").to_owned(),
-            ),
+            ("sequence.camera.keyframes", keyframes),
         ];
         let named = named.map(|(field, text)| (field.to_owned(), text));
         for (field, text) in named.into_iter().chain(texts(&self.spec)) {
@@ -272,10 +262,8 @@ impl RenderPlan {
         // memory has room for.
         let side = side(self.window(), self.shards);
         if self.tile != side {
-            let picture = format!(
-                "{side} for a picture of this size in {} shards",
-                self.shards
-            );
+            let shards = self.shards;
+            let picture = format!("{side} for a picture of this size in {shards} shards");
             return wrong("tile", self.tile.to_string(), &picture);
         }
         Ok(())
@@ -349,12 +337,10 @@ impl RenderPlan {
     /// # Errors
     /// [`PlanError::NoShard`].
     pub fn check_shard(&self, shard: u32) -> Result<(), PlanError> {
-        match shard < self.shards {
+        let shards = self.shards;
+        match shard < shards {
             true => Ok(()),
-            false => Err(PlanError::NoShard {
-                shard,
-                shards: self.shards,
-            }),
+            false => Err(PlanError::NoShard { shard, shards }),
         }
     }
 }
@@ -372,11 +358,7 @@ fn side(window: Tile, shards: u32) -> u32 {
         let cells = u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side));
         cells >= MIN_TILES_PER_SHARD * u64::from(shards)
     };
-    let sides = [
-        DEFAULT_TILE_SIDE,
-        DEFAULT_TILE_SIDE / 2,
-        DEFAULT_TILE_SIDE / 4,
-    ];
+    let sides = [1, 2, 4].map(|part| DEFAULT_TILE_SIDE / part);
     sides.into_iter().find(|&side| enough(side)).unwrap_or(8)
 }
 

@@ -12,8 +12,10 @@ use std::path::{Path, PathBuf};
 /// The frames of a plan: those of its sequence, or its one picture, as frame 0.
 #[derive(Clone, Debug)]
 pub struct PlannedFrames<'a> {
-    plan: &'a RenderPlan,
-    sequence: Option<&'a SequencePlan>,
+    /// The plan that they are of.
+    pub plan: &'a RenderPlan,
+    /// The sequence, if it is one.
+    pub sequence: Option<&'a SequencePlan>,
     path: Option<CameraPath>,
     /// The first and the last.
     ends: [u32; 2],
@@ -29,16 +31,6 @@ impl<'a> PlannedFrames<'a> {
             path: sequence.map(|sequence| sequence.camera.path()),
             ends: sequence.map_or([0; 2], |sequence| sequence.frames),
         }
-    }
-
-    /// The plan that they are of.
-    pub fn plan(&self) -> &'a RenderPlan {
-        self.plan
-    }
-
-    /// The sequence, if it is one.
-    pub fn sequence(&self) -> Option<&'a SequencePlan> {
-        self.sequence
     }
 
     /// Returns true if a shard has whole frames.
@@ -76,7 +68,7 @@ impl<'a> PlannedFrames<'a> {
         let (Some(path), Some(sequence)) = (&self.path, self.sequence) else {
             return Ok(None);
         };
-        let view = path.view(frame, &sequence.scene_view());
+        let view = path.view(frame, &sequence.view.into());
         match view.basis() {
             Ok(_) => Ok(Some(view)),
             Err(error) => Err(PlanError::Frame { frame, error }),

@@ -118,7 +118,7 @@ impl RecordProperties {
     fn of(key: &RenderKey) -> RecordProperties {
         RecordProperties {
             identity: key.checksum(),
-            window: key.window(),
+            window: key.pixels.window(),
             planes: tile_record::planes(key),
         }
     }

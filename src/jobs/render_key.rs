@@ -6,7 +6,7 @@ use crate::frame_view::FrameView;
 use crate::spec::{PixelSpec, fields, option_name, option_text};
 use phalanx_files::quoted_text;
 use phalanx_io::cache::fingerprint;
-use phalanx_render::frame::{Aovs, Settings, Tile};
+use phalanx_render::frame::Settings;
 use phalanx_scene::{Scene, View};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -119,16 +119,6 @@ impl RenderKey {
         self.view.map_or(Ok(()), |view| view.check("view"))
     }
 
-    /// The part of the picture that is rendered.
-    pub fn window(&self) -> Tile {
-        self.pixels.window()
-    }
-
-    /// The layers of the picture.
-    pub fn aovs(&self) -> Aovs {
-        self.pixels.aovs()
-    }
-
     /// Checksum of the whole key, which is stored beside every tile.
     pub fn checksum(&self) -> u32 {
         crc32fast::hash(self.json().as_bytes())
@@ -179,7 +169,7 @@ fn describe_view(view: FrameView) -> String {
 mod tests {
     use super::*;
     use glam::Vec3;
-    use phalanx_render::frame::{Adaptive, Engine, Integrator, Kernel, Lens, Sampling};
+    use phalanx_render::frame::{Adaptive, Aovs, Engine, Integrator, Kernel, Lens, Sampling, Tile};
 
     fn differing(here: &RenderKey, there: &RenderKey) -> Vec<String> {
         let differences = there.differences(here);

@@ -2,7 +2,7 @@
 
 use super::field_error::FieldError;
 use super::frame_view::FrameView;
-use phalanx_scene::{CameraKey, CameraPath, View};
+use phalanx_scene::{CameraKey, CameraPath};
 use serde::{Deserialize, Serialize};
 
 /// Maximum number of a frame.
@@ -126,11 +126,6 @@ impl SequencePlan {
             PlannedCamera::Keyframes { file, .. } => Some(file),
             PlannedCamera::Turntable { .. } => None,
         }
-    }
-
-    /// The scene's own view.
-    pub fn scene_view(&self) -> View {
-        self.view.into()
     }
 
     /// Checks every field; the plan is for this number of shards.

@@ -198,7 +198,7 @@ impl TileFile {
     /// Reads every record.
     fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, KeptFileError> {
         let found = Recovery::run(path, &file, key)?;
-        let mut coverage = Coverage::new(key.window());
+        let mut coverage = Coverage::new(key.pixels.window());
         let pixels = found
             .tiles
             .iter()

@@ -27,7 +27,7 @@ const MAX_PLANES: u32 = 64;
 
 /// Planes of every tile of a picture: red, green, blue, and the channels of its layers.
 pub(super) fn planes(key: &RenderKey) -> u32 {
-    3 + key.aovs().channels().count() as u32
+    3 + key.pixels.aovs().channels().count() as u32
 }
 
 /// The header of a record.

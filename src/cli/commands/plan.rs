@@ -319,7 +319,7 @@ pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<Reopened
 /// Refuses a camera path that differs from the plan's. The plan stores its key frames; their file
 /// need not exist any more.
 fn check_camera(path: &Path, sequence: &SequencePlan, scene: &Scene) -> Result<(), CliError> {
-    if sequence.scene_view() != scene.view {
+    if View::from(sequence.view) != scene.view {
         return Err(other_picture(path, "the scene's camera has changed"));
     }
     let Some(file) = sequence.keyframes().map(Path::new) else {

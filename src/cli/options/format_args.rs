@@ -34,23 +34,8 @@ impl FormatName {
     }
 }
 
-/// The scene format among names; at most one is allowed.
-pub fn scene_format(names: &[FormatName]) -> Result<Option<&'static str>, CliError> {
-    only(names, "the scene", |name| match name {
-        FormatName::Scene(ending) => Some(*ending),
-        FormatName::Picture(_) => None,
-    })
-}
-
-/// The picture format among names; at most one is allowed.
-pub fn picture_format(names: &[FormatName]) -> Result<Option<ImageFormat>, CliError> {
-    only(names, "the picture", |name| match name {
-        FormatName::Picture(format) => Some(*format),
-        FormatName::Scene(_) => None,
-    })
-}
-
-fn only<T>(
+/// The format that `pick` finds among names; at most one is allowed.
+pub fn only<T>(
     names: &[FormatName],
     what: &str,
     pick: impl Fn(&FormatName) -> Option<T>,
@@ -67,6 +52,7 @@ fn only<T>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::scene_args::SceneArgs;
     use super::*;
 
     /// Checks that the names differ, because one option takes both.
@@ -84,9 +70,14 @@ mod tests {
             FormatName::Picture(ImageFormat::Exr),
             FormatName::Scene("ply"),
         ];
-        assert_eq!(scene_format(&names[..2]).unwrap(), Some("obj"));
-        assert_eq!(picture_format(&names).unwrap(), Some(ImageFormat::Exr));
-        assert_eq!(picture_format(&names[2..]).unwrap(), None);
-        assert!(scene_format(&names).is_err());
+        let of = |names: &[FormatName]| SceneArgs {
+            format: names.to_vec(),
+            ..SceneArgs::default()
+        };
+        assert_eq!(of(&names[..2]).scene_format().unwrap(), Some("obj"));
+        let picture = of(&names).picture_format().unwrap();
+        assert_eq!(picture, Some(ImageFormat::Exr));
+        assert_eq!(of(&names[2..]).picture_format().unwrap(), None);
+        assert!(of(&names).scene_format().is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! The scene of a command: its format, overrides and memory limit.
 
-use super::format_args::{FormatName, format_parser, picture_format, scene_format};
+use super::format_args::{FormatName, format_parser, only};
 use crate::cli::output::CliError;
 use clap::Args;
 use phalanx::formats::Options;
@@ -41,12 +41,18 @@ pub struct WantedPicture {
 impl SceneArgs {
     /// The requested format of the scene.
     pub fn scene_format(&self) -> Result<Option<&'static str>, CliError> {
-        scene_format(&self.format)
+        only(&self.format, "the scene", |name| match name {
+            FormatName::Scene(ending) => Some(*ending),
+            FormatName::Picture(_) => None,
+        })
     }
 
     /// The requested format of the picture.
     pub fn picture_format(&self) -> Result<Option<ImageFormat>, CliError> {
-        picture_format(&self.format)
+        only(&self.format, "the picture", |name| match name {
+            FormatName::Picture(format) => Some(*format),
+            FormatName::Scene(_) => None,
+        })
     }
 
     /// Refuses a picture format for a command that writes no picture.

@@ -44,7 +44,7 @@ fn add(file: &TileFile, tile: Tile) {
 }
 
 fn all() -> Vec<Tile> {
-    tiles(ours().window(), SIDE)
+    tiles(ours().pixels.window(), SIDE)
 }
 
 /// Writes a file of these tiles.
@@ -56,7 +56,7 @@ fn write(path: &Path, tiles: &[Tile]) {
 
 /// The tiles that a file has, after asserting that all of their pixels are unchanged.
 fn held(file: &TileFile) -> Vec<Tile> {
-    let window = ours().window();
+    let window = ours().pixels.window();
     let mut film = Film::new(window.width, window.height, false);
     file.restore(window, &mut film).unwrap();
     let (has, hasnt): (Vec<Tile>, Vec<Tile>) = all().iter().partition(|t| file.has(**t));

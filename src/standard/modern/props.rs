@@ -147,6 +147,14 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         self.at(self.frame.moved(x, y, z))
     }
 
+    /// The same mesh and frame, in another detail.
+    pub(super) fn with_detail(&mut self, detail: f64) -> PartBuilder<'_, 'b> {
+        PartBuilder {
+            detail,
+            ..self.at(self.frame)
+        }
+    }
+
     /// Chooses a material of the palette.
     pub(super) fn material(&mut self, material: usize) {
         self.mesh.material(material);

@@ -166,7 +166,7 @@ fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) ->
 
 /// Processes a plan's frames as `render --plan` and `merge` do before they render or write.
 fn used_frames(frames: &PlannedFrames, path: &Path) {
-    let plan = frames.plan();
+    let plan = frames.plan;
     for frame in frames.all().take(9) {
         if let (Ok(view), Ok(key)) = (frames.view(frame), frames.key(frame)) {
             let sound = view.is_none_or(|view| view.basis().is_ok());

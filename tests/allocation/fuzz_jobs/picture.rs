@@ -140,7 +140,7 @@ pub fn merge(plan: &RenderPlan, file: TileFile) -> Option<Film> {
     };
     merge_bands(
         window,
-        plan.key().aovs(),
+        plan.spec.pixels.aovs(),
         &[file],
         &Control::default(),
         take,

@@ -50,15 +50,15 @@ impl MissingShares {
         if self.count == 0 {
             return Ok(());
         }
-        let (count, shards) = (frames.all().count() as u64, u64::from(frames.plan().shards));
-        let (of, what) = match (frames.sequence(), frames.is_by_frame()) {
+        let (count, shards) = (frames.all().count() as u64, u64::from(frames.plan.shards));
+        let (of, what) = match (frames.sequence, frames.is_by_frame()) {
             (None, _) => (shards, "shards"),
             (_, true) => (count, "frames"),
             (_, false) => (count * shards, "parts of frames"),
         };
         let mut text = format!("{} of {of} {what} are missing", self.count);
         for MissingShare { frame, shard, why } in &self.first {
-            let name = match frames.sequence() {
+            let name = match frames.sequence {
                 None => format!("shard {shard}"),
                 Some(_) => format!("frame {frame}, shard {shard}"),
             };
@@ -79,7 +79,7 @@ impl MissingShares {
 
 /// Whole frames that shards have not written yet.
 pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShares, CliError> {
-    let plan = frames.plan();
+    let plan = frames.plan;
     let mut missing = MissingShares::default();
     for shard in 0..plan.shards {
         let name = frames.list_file(path, shard)?;
@@ -126,7 +126,7 @@ pub fn missing_tiles(
     for frame in frames.all() {
         for (shard, file) in (0..).zip(tile_files(path, frames, frame, shares)?) {
             match file {
-                Ok(file) if frames.sequence().is_none() => found.push(file),
+                Ok(file) if frames.sequence.is_none() => found.push(file),
                 Ok(_) => {}
                 Err(why) => missing.add(frame, shard, why),
             }
@@ -137,7 +137,7 @@ pub fn missing_tiles(
 
 /// The tiles of each shard.
 pub fn shares(frames: &PlannedFrames) -> Vec<Vec<Tile>> {
-    let (plan, tiles) = (frames.plan(), frames.plan().tiles());
+    let (plan, tiles) = (frames.plan, frames.plan.tiles());
     let share = |shard| plan.share_of(&tiles, shard).collect();
     (0..plan.shards).map(share).collect()
 }

@@ -48,7 +48,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     } else {
         join(args, &frames, &output)?;
     }
-    let (window, sequence) = (plan.window(), frames.sequence());
+    let (window, sequence) = (plan.window(), frames.sequence);
     let ends = sequence.map(|sequence| sequence.frames);
     let document = MergeDocument {
         plan: &args.plan,
@@ -65,7 +65,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
 
 /// The path of the picture, or the pattern for the names of frames.
 fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliError> {
-    let plan = frames.plan();
+    let plan = frames.plan;
     if frames.is_by_frame() {
         if args.output.is_some() || args.format.is_some() {
             return Err(CliError::Usage(
@@ -76,7 +76,7 @@ fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliE
         return Ok(args.plan.with_file_name(&plan.output));
     }
     match &args.output {
-        Some(path) if frames.sequence().is_some() && output::is_dash(path) => Err(CliError::Usage(
+        Some(path) if frames.sequence.is_some() && output::is_dash(path) => Err(CliError::Usage(
             "a sequence cannot be written to stdout: give a file name".to_owned(),
         )),
         Some(path) => Ok(path.clone()),
@@ -96,9 +96,9 @@ pub fn missing_shards(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliErr
 
 /// Merges the tiles of the picture, or of each frame, and writes it.
 fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), CliError> {
-    let plan = frames.plan();
+    let plan = frames.plan;
     let format = format_of(output, args.format, "the picture")?;
-    if frames.sequence().is_none() {
+    if frames.sequence.is_none() {
         output::check_picture_place(output, Some("--output"))?;
     }
     interrupt::listen()?;
@@ -106,7 +106,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
     let shares = shares(frames);
     let (missing, files) = missing_tiles(&args.plan, frames, &shares)?;
     missing.refuse(&args.plan, frames)?;
-    if frames.sequence().is_none() {
+    if frames.sequence.is_none() {
         return write(frames, &target, &files);
     }
     // The headers of frames contain their cameras, in the coordinates of the scene's file.
@@ -133,7 +133,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
 
 /// Writes the picture from these files of tiles.
 fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Result<(), CliError> {
-    let (window, aovs) = (frames.plan().window(), frames.plan().key().aovs());
+    let (window, aovs) = (frames.plan.window(), frames.plan.spec.pixels.aovs());
     let options = ProgressOptions::of(window.pixels());
     progress::with_progress(Some(&file.path), options, |control| {
         file.write_while(control, |take| {

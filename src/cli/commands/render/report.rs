@@ -187,34 +187,20 @@ impl Output for RenderDocument {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
         let samples = self.summary.samples_words();
-        let linear = if self.image.linear {
-            ", linear (see --transfer)"
-        } else {
-            ""
+        let linear = match self.image.linear {
+            true => ", linear (see --transfer)",
+            false => "",
         };
         let (render, all) = (self.seconds.render, self.seconds.total());
         let rays = self.rays.total() as f64 / 1e6;
         let speed = mrays_per_s(self.rays.total(), render);
-        let mut rows = vec![
-            (
-                "scene",
-                format!("{}: {}", self.scene, self.primitives.words()),
-            ),
-            (
-                "speed",
-                format!(
-                    "{speed:.1} Mrays/s, {rays:.1} million rays in {render:.2} s of {all:.2} s, {}",
-                    self.threads_words()
-                ),
-            ),
-            (
-                "written",
-                format!(
-                    "{}: {width}x{height}{region}, {samples}{linear}",
-                    self.image.written()
-                ),
-            ),
-        ];
+        let (threads, written) = (self.threads_words(), self.image.written());
+        let scene = format!("{}: {}", self.scene, self.primitives.words());
+        let speed = format!(
+            "{speed:.1} Mrays/s, {rays:.1} million rays in {render:.2} s of {all:.2} s, {threads}"
+        );
+        let written = format!("{written}: {width}x{height}{region}, {samples}{linear}");
+        let mut rows = vec![("scene", scene), ("speed", speed), ("written", written)];
         rows.extend(self.backs_row());
         rows.extend(self.checkpoint.as_ref().map(KeptTiles::row));
         lines(&rows)
@@ -232,18 +218,15 @@ impl Output for RenderDocument {
             render,
             write,
         } = self.seconds;
+        let scene = format!("{}, {width}x{height}{region}, {asked}", self.scene);
+        let seconds =
+            format!("load {load:.3}, build {build:.3}, render {render:.3}, write {write:.3}");
         let mut rows = vec![
-            (
-                "scene",
-                format!("{}, {width}x{height}{region}, {asked}", self.scene),
-            ),
+            ("scene", scene),
             ("engine", format!("{engine}{kernel} on {isa}, {threads}")),
             ("primitives", self.primitives.words()),
             ("tree", self.bvh.words()),
-            (
-                "seconds",
-                format!("load {load:.3}, build {build:.3}, render {render:.3}, write {write:.3}"),
-            ),
+            ("seconds", seconds),
         ];
         if let Some(row) = origin_row(self.origin) {
             rows.insert(1, row);

@@ -70,7 +70,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let frames = &PlannedFrames::of(&plan);
     let mut picture = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
     picture.settings = args.work.apply(args.tiles.apply(picture.settings));
-    let sequence = frames.sequence();
+    let sequence = frames.sequence;
     let mut work = PlanShard {
         args,
         path,
@@ -103,7 +103,7 @@ impl PlanShard<'_> {
     /// Renders whole frames, each into its picture, and lists them.
     fn whole_frames(&mut self, mut list: FinishedFrames) -> Result<(), CliError> {
         let PlanShard { path, frames, .. } = *self;
-        let plan = frames.plan();
+        let plan = frames.plan;
         for frame in frames.of_shard(self.shard) {
             let picture = plan::frame_path(frames, path, frame)?;
             let identity = frames.identity(frame)?;
@@ -141,7 +141,7 @@ impl PlanShard<'_> {
             prepared,
             settings: &self.picture.settings,
         };
-        let file = &self.picture.with_frame_header(self.frames.plan(), file);
+        let file = &self.picture.with_frame_header(self.frames.plan, file);
         let work = job.render(&self.picture.scene_input.scene, file, Some(&kept))?;
         let seconds = work.seconds.render;
         if !self.args.json {
@@ -154,13 +154,13 @@ impl PlanShard<'_> {
 
     /// Renders the shard's tiles of the picture, or of every frame.
     fn tiles(&mut self) -> Result<(), CliError> {
-        let share = self.frames.plan().share(self.shard)?;
+        let share = self.frames.plan.share(self.shard)?;
         for frame in self.frames.of_shard(self.shard) {
             let name = self.frames.tile_file(self.path, self.shard, frame)?;
             let file = TileFile::open(&name, &self.frames.key(frame)?)?;
             warn_damaged(&file, &name);
             let kept = share.iter().filter(|tile| file.has(**tile)).count();
-            match self.frames.sequence() {
+            match self.frames.sequence {
                 Some(_) => {
                     self.count(&name);
                     self.done.kept += usize::from(kept == share.len());
@@ -199,7 +199,7 @@ impl PlanShard<'_> {
             )
         });
         let BandStats { stats, seconds } = keep_tiles(file, done)?;
-        if !self.args.json && self.frames.sequence().is_some() {
+        if !self.args.json && self.frames.sequence.is_some() {
             print_frame(frame, &stats, seconds, file.path())?;
         }
         self.done.rays += stats.rays.total();

@@ -7,9 +7,7 @@ use std::f64::consts::TAU;
 
 /// The same mesh and frame without detail: walls and boxes have two triangles per side.
 pub(super) fn flat<'a, 'b>(parts: &'a mut PartBuilder<'_, 'b>) -> PartBuilder<'a, 'b> {
-    let mut flat = parts.at(parts.frame);
-    flat.detail = 0.0;
-    flat
+    parts.with_detail(0.0)
 }
 
 /// A radius that is not carved.

@@ -70,10 +70,7 @@ impl House {
         let (frame, width, top) = (parts.frame, self.width, self.height());
         parts.material(self.wall);
         let from = if self.cafe { GROUND } else { 0.0 };
-        let mut walls = PartBuilder {
-            detail: parts.detail * 0.25,
-            ..parts.at(frame)
-        };
+        let mut walls = parts.with_detail(parts.detail * 0.25);
         let sides = [true, true, self.cafe, true, true, true];
         walls.cuboid((0.0, from, -7.0), (width, top, -REVEAL), sides);
         parts.material(ROOF);
