@@ -79,9 +79,8 @@ fn refusal(error: CompareError) -> CliError {
             output::error(&error.to_string());
             CliError::Mismatch
         }
-        CompareError::Meaning { .. } => CliError::Usage(error.to_string()).with_hint(
-            "compare PNG or JPEG with PNG or JPEG, and EXR, HDR or PFM with EXR, HDR or PFM",
-        ),
+        CompareError::Meaning { .. } => CliError::Usage(error.to_string())
+            .with_hint("compare only PNG and JPEG, or only EXR, HDR and PFM"),
         other => CliError::Runtime(other.to_string()),
     }
 }

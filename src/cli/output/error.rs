@@ -222,10 +222,10 @@ impl From<PlanError> for CliError {
                 CliError::Usage(error.to_string())
             }
             PlanError::Output { .. } => {
-                CliError::Usage(error.to_string()).with_hint("choose the output yourself with -o")
+                CliError::Usage(error.to_string()).with_hint("choose a file with -o")
             }
             PlanError::Version { .. } => {
-                CliError::Runtime(error.to_string()).with_hint("create the plan again")
+                CliError::Runtime(error.to_string()).with_hint("make the plan again")
             }
             _ => CliError::Runtime(error.to_string()),
         }

@@ -73,7 +73,7 @@ impl OutputFile {
         let longest = width.max(height);
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
-                "{}: a JPEG is limited to at most {JPEG_SIDE} pixels per side, not {longest}: write a PNG",
+                "{}: a JPEG has at most {JPEG_SIDE} pixels per side, not {longest}: write a PNG",
                 shown_path(path)
             )));
         }

@@ -77,7 +77,7 @@ fn every_format_is_compared_with_those_of_its_kind() {
     assert_eq!(room.ok("compare a.exr a.pfm"), "identical\n");
     assert_eq!(document(&room, "a.png a.jpg --tolerance 255").1, Some(0));
     assert_eq!(document(&room, "a.hdr a.exr --tolerance 0.02").1, Some(0));
-    let help = "compare PNG or JPEG with PNG or JPEG, and EXR, HDR or PFM with EXR, HDR or PFM";
+    let help = "compare only PNG and JPEG, or only EXR, HDR and PFM";
     let parts = [
         "a.exr holds linear radiance, and a.png samples for a screen",
         help,

@@ -249,7 +249,7 @@ fn bench_scenes(
         let scenes: Vec<BenchScene> = suite.scene.iter().filter(wanted).map(of_suite).collect();
         if scenes.is_empty() {
             return Err(CliError::Usage(format!(
-                "no scene of the suite{} contains `{text}`",
+                "no scene of the suite{} has `{text}` in its name",
                 if args.quick { "'s quick part" } else { "" }
             )));
         }
