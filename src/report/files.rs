@@ -82,16 +82,27 @@ pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
     }) {
         return Err(RecordError::Io { path, source });
     }
-    // The version is checked first: other mistakes in a record of another version do not matter.
-    let document: Value = match serde_json::from_slice(&bytes) {
+    match serde_json::from_slice::<BenchRecord>(&bytes) {
+        Ok(record) if record.schema_version == SCHEMA_VERSION => Ok(record),
+        Ok(record) => Err(RecordError::Version {
+            path,
+            version: Some(record.schema_version.into()),
+        }),
+        Err(error) => Err(mistake(path, &bytes, error)),
+    }
+}
+
+/// The mistake in a file that is no record. Mistakes in a record of another version do not matter.
+fn mistake(path: PathBuf, bytes: &[u8], error: serde_json::Error) -> RecordError {
+    let document: Value = match serde_json::from_slice(bytes) {
         Ok(document) => document,
-        Err(error) => return Err(RecordError::NotJson { path, error }),
+        Err(error) => return RecordError::NotJson { path, error },
     };
     let version = document.get("schema_version").and_then(Value::as_u64);
-    if version != Some(u64::from(SCHEMA_VERSION)) {
-        return Err(RecordError::Version { path, version });
+    match version == Some(u64::from(SCHEMA_VERSION)) {
+        true => RecordError::Layout { path, error },
+        false => RecordError::Version { path, version },
     }
-    serde_json::from_slice(&bytes).map_err(|error| RecordError::Layout { path, error })
 }
 
 /// A record as JSON, indented, with a line break at its end. Numbers that JSON cannot express

@@ -32,6 +32,7 @@ impl Estimate {
     /// mirrored at the median, since a draw cannot be quieter than all rounds but another run can.
     /// It is 2.5 % wider at both ends, for the differences that all rounds of a run have in common.
     /// From one round, nothing is known of chance.
+    #[inline]
     pub fn of_fastest(rounds: &[Vec<f64>], work: f64) -> Estimate {
         if rounds.is_empty() {
             return Estimate::default();
@@ -51,6 +52,7 @@ impl Estimate {
 }
 
 /// The middle value, or the mean of the two middle ones; 0 for an empty slice. Sorts.
+#[inline]
 pub fn median(samples: &mut [f64]) -> f64 {
     samples.sort_unstable_by(f64::total_cmp);
     let half = samples.len() / 2;
@@ -75,6 +77,7 @@ pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 }
 
 /// A statistic of [`RESAMPLES`] resamples, sorted. The statistic draws its resample itself.
+#[inline]
 fn resamples(seed: u64, mut statistic: impl FnMut(&mut Draw) -> f64) -> Vec<f64> {
     let mut draw = Draw(seed);
     let mut values: Vec<f64> = (0..RESAMPLES).map(|_| statistic(&mut draw)).collect();
@@ -106,7 +109,9 @@ pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
 pub(super) struct Draw(pub u64);
 
 impl Draw {
-    fn bits(&mut self) -> u64 {
+    /// 64 random bits.
+    #[inline]
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -115,12 +120,14 @@ impl Draw {
     }
 
     /// A random index below `count`, which is not 0.
+    #[inline]
     pub fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 
     /// Seconds of a pass, each piece as fast as in the fastest of as many rounds as there are,
     /// drawn with replacement.
+    #[inline]
     fn pass(&mut self, rounds: &[Vec<f64>], fastest: &mut Vec<f64>) -> f64 {
         fastest.clone_from(&rounds[self.below(rounds.len())]);
         for _ in 1..rounds.len() {
@@ -133,22 +140,8 @@ impl Draw {
     }
 }
 
-/// Noise for tests.
-#[cfg(test)]
-impl Draw {
-    /// A uniform number in (0, 1).
-    pub fn unit(&mut self) -> f64 {
-        ((self.bits() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    /// A normally distributed number, by Box and Muller.
-    pub fn normal(&mut self) -> f64 {
-        let (a, b) = (self.unit(), self.unit());
-        (-2.0 * libm::log(a)).sqrt() * libm::cos(std::f64::consts::TAU * b)
-    }
-}
-
 /// A seed from the rounds themselves, so that the same rounds always have the same interval.
+#[inline]
 fn seed(rounds: &[Vec<f64>]) -> u64 {
     let fold = |hash: u64, seconds: &f64| Draw(hash ^ seconds.to_bits()).bits();
     rounds.iter().flatten().fold(rounds.len() as u64, fold)

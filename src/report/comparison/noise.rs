@@ -19,6 +19,19 @@ const SCENES: usize = 24;
 const KERNELS: usize = 3;
 const KINDS: usize = 14;
 
+impl Draw {
+    /// A uniform number in (0, 1).
+    pub fn unit(&mut self) -> f64 {
+        ((self.bits() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    /// A normally distributed number, by Box and Muller.
+    pub fn normal(&mut self) -> f64 {
+        let (a, b) = (self.unit(), self.unit());
+        (-2.0 * libm::log(a)).sqrt() * libm::cos(std::f64::consts::TAU * b)
+    }
+}
+
 /// A rate that is measured now.
 fn measured(speed: f64, draw: &mut Draw) -> LogRate {
     let error = match draw.below(8) {
