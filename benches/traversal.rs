@@ -11,14 +11,13 @@ use common::{SMALL, STANDARD, brief};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use phalanx::bench::{Answer, MAX_DIFFERING_SHARE, RayKind, RaySet};
-use phalanx::peers::BenchEngine;
-use phalanx::peers::obvhs::ObvhsScene;
+use phalanx::peers::{BenchEngine, obvhs};
 use phalanx::trace::Kernel;
 
 fn traversal(c: &mut Criterion) {
     for name in STANDARD {
         let traced = TracedScene::new(name);
-        let peer = ObvhsScene::build(&traced.scene);
+        let peer = obvhs::build(&traced.scene);
         if let Err(reason) = &peer {
             println!("skipped on {name}: {reason}");
         }
@@ -42,7 +41,7 @@ fn traversal(c: &mut Criterion) {
                 &set,
                 right,
             );
-            let modes = peer.as_ref().map(|p| p.engines(set.rays()));
+            let modes = peer.as_ref().map(|build| build(set.rays()));
             for (mode, engine) in modes.into_iter().flatten() {
                 // A peer may round differently; one whose results differ more is not timed.
                 let theirs = answer(&*engine, &set);

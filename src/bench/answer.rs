@@ -31,21 +31,13 @@ impl Answer {
 
     /// Number of hits among the first `rays` rays.
     pub fn hits(&self, rays: usize) -> usize {
-        let packets = rays.div_ceil(LANES);
-        let lanes = |packet| live(packet, rays).bits();
-        match self {
-            Answer::Closest(hits) => {
-                let hits = hits[..packets].iter().enumerate();
-                let count =
-                    hits.map(|(k, hit)| (lanes(k) & found(hit).bits()).count_ones() as usize);
-                count.sum()
-            }
-            Answer::Occluded(blocked) => {
-                let blocked = blocked[..packets].iter().enumerate();
-                let count = blocked.map(|(k, &b)| (lanes(k) & u32::from(b)).count_ones() as usize);
-                count.sum()
-            }
-        }
+        let hit = |packet| match self {
+            Answer::Closest(hits) => found(&hits[packet]).bits(),
+            Answer::Occluded(blocked) => u32::from(blocked[packet]),
+        };
+        let packets = 0..rays.div_ceil(LANES);
+        let counts = packets.map(|k| (live(k, rays).bits() & hit(k)).count_ones() as usize);
+        counts.sum()
     }
 
     /// CRC-32 over the results of the first `rays` rays. For each ray these are its `prim_id` and

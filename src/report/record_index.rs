@@ -75,16 +75,17 @@ impl<'a> RecordIndex<'a> {
         let ours = || best.keys().filter(|key| key.0 == AUTO);
         let threads: BTreeSet<u32> = ours().map(|key| key.3).collect();
         let measured: BTreeSet<&str> = ours().map(|key| key.2).collect();
-        let mut seen = BTreeSet::new();
         let scenes = rows.iter().map(|row| row.scene.as_str());
+        let engines = rows.iter().map(|row| (&*row.engine, &*row.engine));
+        let ours_first = &[PHALANX, ORACLE];
         RecordIndex {
             kinds: kinds_frame_first()
                 .filter(|kind| measured.contains(kind))
                 .collect(),
             threads: threads.into_iter().collect(),
-            scenes: scenes.filter(|scene| seen.insert(*scene)).collect(),
-            others: ours_first(others.map(|(key, row)| (key.0, &*row.engine))),
-            engines: ours_first(rows.iter().map(|row| (&*row.engine, &*row.engine))),
+            scenes: first_of_each(scenes),
+            others: in_order(others.map(|(key, row)| (key.0, &*row.engine)), ours_first),
+            engines: in_order(engines, ours_first),
             rows,
             by_key: rows.iter().map(|row| (kernel_key(row), row)).collect(),
             best,
@@ -194,10 +195,20 @@ impl<'a> RecordIndex<'a> {
     }
 }
 
-/// Names in the order of their engines: ours, the oracle, then peers.
-fn ours_first<'a>(named: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<&'a str> {
-    let rank = |engine| [PHALANX, ORACLE].iter().position(|of| *of == engine);
-    let ranked = named.map(|(name, engine)| (rank(engine).unwrap_or(2), name));
+/// Each name once, where it occurs first.
+pub(super) fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut seen = BTreeSet::new();
+    names.filter(|name| seen.insert(*name)).collect()
+}
+
+/// Each name once, which comes with the word that it is ranked by: in the order of these words,
+/// then the rest, by name.
+pub(super) fn in_order<'a>(
+    named: impl Iterator<Item = (&'a str, &'a str)>,
+    order: &[&str],
+) -> Vec<&'a str> {
+    let rank = |word| order.iter().position(|of| *of == word);
+    let ranked = named.map(|(name, word)| (rank(word).unwrap_or(usize::MAX), name));
     let ranked: BTreeSet<(usize, &str)> = ranked.collect();
     ranked.into_iter().map(|(_, name)| name).collect()
 }

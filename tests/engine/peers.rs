@@ -12,9 +12,8 @@ use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8, Vec3x8};
 use phalanx::oracle::OracleRay;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
-use phalanx::peers::embree::{EmbreeError, EmbreeLibrary, EmbreeScene};
-use phalanx::peers::obvhs::ObvhsScene;
-use phalanx::peers::{BenchEngine, NamedEngines, RaySetRef};
+use phalanx::peers::embree::{EmbreeError, EmbreeLibrary};
+use phalanx::peers::{BenchEngine, PeerScene, RaySetRef, obvhs};
 use phalanx::scene::{Cone, Scene};
 use phalanx::trace::{Kernel, Traversal};
 use std::path::Path;
@@ -149,7 +148,7 @@ fn differences(ours: &Answers, theirs: &Answers) -> [usize; 2] {
 }
 
 /// Traces with every engine; prints and checks the differences.
-fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: impl Fn(RaySetRef) -> NamedEngines) {
+fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: PeerScene) {
     scene.validate().expect("a valid scene");
     let (arena, bvh, tmax) = (Bump::new(), Bvh::build(scene), 0.9);
     let rays = random_rays(rng);
@@ -185,10 +184,10 @@ fn flushing_is_over() {
 
 fn compare_embree(scene: &Scene, rng: &mut Rng) {
     for library in libraries() {
-        let built = EmbreeScene::build(&library, scene, 2).expect("a scene it has all of");
+        let built = library.build(scene, 2).expect("a scene it has all of");
         flushing_is_over();
         let peer = format!("Embree {}", library.version());
-        compare(scene, rng, &peer, |rays| built.engines(rays));
+        compare(scene, rng, &peer, built);
     }
 }
 
@@ -245,8 +244,8 @@ fn obvhs_agrees() {
         triangles.add_triangle([0; 3].map(|_| center + rng.point(0.1)), None, 0);
     }
     for scene in [mixed, triangles] {
-        let built = ObvhsScene::build(&scene).expect("a scene it has all of");
-        compare(&scene, &mut rng, "obvhs", |rays| built.engines(rays));
+        let built = obvhs::build(&scene).expect("a scene it has all of");
+        compare(&scene, &mut rng, "obvhs", built);
     }
 }
 
@@ -260,12 +259,10 @@ fn nothing_is_hit_where_there_is_nothing() {
         queue: &queue,
         tmax: 1.0,
     };
-    let mut all = ObvhsScene::build(&scene)
-        .expect("an empty scene")
-        .engines(rays);
+    let mut all = obvhs::build(&scene).expect("an empty scene")(rays);
     for library in libraries() {
-        let built = EmbreeScene::build(&library, &scene, 1).expect("an empty scene");
-        all.extend(built.engines(rays));
+        let built = library.build(&scene, 1).expect("an empty scene");
+        all.extend(built(rays));
     }
     for (name, engine) in &all {
         let theirs = Answers::theirs(&**engine, &**engine);
@@ -288,10 +285,10 @@ fn what_a_peer_has_not_is_said() {
         inside: false,
     };
     scene.add_cone(cone, 0);
-    let error = ObvhsScene::build(&scene).err().expect("no cones there");
+    let error = obvhs::build(&scene).err().expect("no cones there");
     assert!(error.to_string().contains("cones"), "{error}");
     for library in libraries() {
-        let error = EmbreeScene::build(&library, &scene, 1).err();
+        let error = library.build(&scene, 1).err();
         let error = error.expect("no such cones there").to_string();
         assert!(error.contains("cones"), "{error}");
     }

@@ -34,6 +34,10 @@ pub trait BenchEngine: Sync {
 /// The modes of a tracer on a set of rays, by name.
 pub type NamedEngines = Vec<(String, Box<dyn BenchEngine>)>;
 
+/// A scene in another tracer's own form: the function from a set of rays to the peer's modes by
+/// name, each with the rays laid out as it wants them.
+pub type PeerScene = Box<dyn Fn(RaySetRef) -> NamedEngines>;
+
 /// One thread's share of an engine. Packets are the set's, eight rays each; a range starts at an
 /// even packet.
 pub trait BenchEngineThread {

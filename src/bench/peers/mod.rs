@@ -5,7 +5,7 @@ pub mod embree;
 mod engine;
 pub mod obvhs;
 
-pub use engine::{BenchEngine, BenchEngineThread, NamedEngines, RaySetRef, Unsupported};
+pub use engine::{BenchEngine, BenchEngineThread, NamedEngines, PeerScene, RaySetRef, Unsupported};
 
 use phalanx_scene::Scene;
 
@@ -39,19 +39,9 @@ impl Peer {
     /// # Errors
     /// [`Unsupported`] where the scene holds primitives that the peer cannot trace.
     pub fn build(&self, scene: &Scene, threads: usize) -> Result<PeerScene, Unsupported> {
-        Ok(match self {
-            Peer::Embree(library) => {
-                let scene = embree::EmbreeScene::build(library, scene, threads)?;
-                Box::new(move |rays| scene.engines(rays))
-            }
-            Peer::Obvhs => {
-                let scene = obvhs::ObvhsScene::build(scene)?;
-                Box::new(move |rays| scene.engines(rays))
-            }
-        })
+        match self {
+            Peer::Embree(library) => library.build(scene, threads),
+            Peer::Obvhs => obvhs::build(scene),
+        }
     }
 }
-
-/// A scene in another tracer's own form: the function from a set of rays to the peer's modes by
-/// name, each with the rays laid out as it wants them.
-pub type PeerScene = Box<dyn Fn(RaySetRef) -> NamedEngines>;

@@ -6,7 +6,7 @@
 //! `ray_traverse_anyhit` is for transparency, and visits all). It has no spheres: they are
 //! intersected by the plain formula, which users of the crate must supply themselves.
 
-use super::engine::{BenchEngine, BenchEngineThread, NamedEngines, RaySetRef, Unsupported};
+use super::engine::{BenchEngine, BenchEngineThread, PeerScene, RaySetRef, Unsupported};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -28,69 +28,51 @@ use std::time::Duration;
 /// 40 times slower than these, and those of `slow_build` no better.
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
-/// A scene in obvhs's trees, as a function that creates the modes for tracing some rays.
-pub struct ObvhsScene(Box<dyn Fn(RaySetRef) -> NamedEngines>);
-
-impl ObvhsScene {
-    /// Copies a scene and builds both trees, on one thread. Supports triangles and spheres, without
-    /// instances.
-    ///
-    /// # Errors
-    /// [`Unsupported`]: primitives or instances that it does not have.
-    pub fn build(scene: &Scene) -> Result<ObvhsScene, Unsupported> {
-        let unsupported = |reason: &str| Unsupported {
-            peer: "obvhs",
-            reason: reason.to_owned(),
-        };
-        let lacking = |prim: &Prim| !matches!(prim.kind(), PrimKind::Triangle | PrimKind::Sphere);
-        if scene.prims.iter().any(lacking) {
-            return Err(unsupported("it has neither ellipsoids nor cones"));
-        }
-        if !scene.meshes.is_empty() {
-            return Err(unsupported("its binary tree has no instances"));
-        }
-        let triangles = || scene.prims.iter().map(|prim| triangle(scene, prim.index()));
-        let spheres = || {
-            scene
-                .prims
-                .iter()
-                .map(|prim| Sphere::of(scene, prim.index()))
-        };
-        let both = || {
-            scene.prims.iter().map(|prim| match prim.kind() {
-                PrimKind::Triangle => MixedShape::Triangle(triangle(scene, prim.index())),
-                _ => MixedShape::Sphere(Sphere::of(scene, prim.index())),
-            })
-        };
-        Ok(if scene.spheres.is_empty() {
-            ObvhsScene::of(triangles().collect())
-        } else if scene.triangles.is_empty() {
-            ObvhsScene::of(spheres().collect())
-        } else {
-            ObvhsScene::of(both().collect())
-        })
+/// Copies a scene and builds both trees, on one thread. Supports triangles and spheres, without
+/// instances.
+///
+/// # Errors
+/// [`Unsupported`]: primitives or instances that obvhs does not have.
+pub fn build(scene: &Scene) -> Result<PeerScene, Unsupported> {
+    let unsupported = |reason: &str| Unsupported {
+        peer: "obvhs",
+        reason: reason.to_owned(),
+    };
+    let lacking = |prim: &Prim| !matches!(prim.kind(), PrimKind::Triangle | PrimKind::Sphere);
+    if scene.prims.iter().any(lacking) {
+        return Err(unsupported("it has neither ellipsoids nor cones"));
     }
-
-    fn of<S: ObvhsShape>(shapes: Vec<S>) -> ObvhsScene {
-        let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2));
-        let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh));
-        ObvhsScene(Box::new(move |rays| {
-            let rays = Arc::new(ObvhsRays::new(rays));
-            vec![
-                ("bvh2".to_owned(), ObvhsEngine::boxed(&bvh2, &rays)),
-                ("cwbvh".to_owned(), ObvhsEngine::boxed(&cwbvh, &rays)),
-            ]
-        }))
+    if !scene.meshes.is_empty() {
+        return Err(unsupported("its binary tree has no instances"));
     }
+    Ok(if scene.spheres.is_empty() {
+        built_of::<Triangle>(scene)
+    } else if scene.triangles.is_empty() {
+        built_of::<Sphere>(scene)
+    } else {
+        built_of::<MixedShape>(scene)
+    })
+}
 
-    /// The modes of tracing a set of rays, by name.
-    pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
-        (self.0)(rays)
-    }
+fn built_of<S: ObvhsShape>(scene: &Scene) -> PeerScene {
+    let shapes = scene.prims.iter().map(|&prim| S::of(scene, prim));
+    let shapes: Vec<S> = shapes.collect();
+    let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2));
+    let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh));
+    Box::new(move |rays| {
+        let rays = Arc::new(ObvhsRays::new(rays));
+        vec![
+            ("bvh2".to_owned(), ObvhsEngine::boxed(&bvh2, &rays)),
+            ("cwbvh".to_owned(), ObvhsEngine::boxed(&cwbvh, &rays)),
+        ]
+    })
 }
 
 /// A shape in obvhs's leaves.
 trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
+    /// The shape of a primitive, which is of a kind that it can be.
+    fn of(scene: &Scene, prim: Prim) -> Self;
+
     /// Distance along a ray, or infinity.
     fn intersect(&self, ray: &Ray) -> f32;
 
@@ -104,6 +86,11 @@ trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
 }
 
 impl ObvhsShape for Triangle {
+    fn of(scene: &Scene, prim: Prim) -> Triangle {
+        let [v0, v1, v2] = scene.triangles.corners(prim.index()).map(Vec3A::from);
+        Triangle { v0, v1, v2 }
+    }
+
     #[inline(always)]
     fn intersect(&self, ray: &Ray) -> f32 {
         self.intersect(ray)
@@ -119,24 +106,10 @@ impl ObvhsShape for Triangle {
     }
 }
 
-fn triangle(scene: &Scene, index: usize) -> Triangle {
-    let [v0, v1, v2] = scene.triangles.corners(index).map(Vec3A::from);
-    Triangle { v0, v1, v2 }
-}
-
 #[derive(Clone, Copy)]
 struct Sphere {
     center: Vec3A,
     radius: f32,
-}
-
-impl Sphere {
-    fn of(scene: &Scene, index: usize) -> Sphere {
-        Sphere {
-            center: scene.spheres.center.get(index).into(),
-            radius: scene.spheres.radius[index],
-        }
-    }
 }
 
 impl Boundable for Sphere {
@@ -146,6 +119,13 @@ impl Boundable for Sphere {
 }
 
 impl ObvhsShape for Sphere {
+    fn of(scene: &Scene, prim: Prim) -> Sphere {
+        Sphere {
+            center: scene.spheres.center.get(prim.index()).into(),
+            radius: scene.spheres.radius[prim.index()],
+        }
+    }
+
     #[inline(always)]
     fn intersect(&self, ray: &Ray) -> f32 {
         let to_center = self.center - ray.origin;
@@ -179,6 +159,13 @@ impl Boundable for MixedShape {
 }
 
 impl ObvhsShape for MixedShape {
+    fn of(scene: &Scene, prim: Prim) -> MixedShape {
+        match prim.kind() {
+            PrimKind::Triangle => MixedShape::Triangle(Triangle::of(scene, prim)),
+            _ => MixedShape::Sphere(Sphere::of(scene, prim)),
+        }
+    }
+
     #[inline(always)]
     fn intersect(&self, ray: &Ray) -> f32 {
         match self {
@@ -192,8 +179,10 @@ impl ObvhsShape for MixedShape {
 trait ObvhsTraversal: Send + Sync + 'static {
     /// The primitive at each position in leaf order; some primitives have several positions.
     fn order(&self) -> &[u32];
-    fn closest(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> RayHit;
-    fn occluded(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool;
+    /// Finds the closest hit.
+    fn closest(&self, ray: Ray, hit: &mut RayHit, intersect: impl FnMut(&Ray, usize) -> f32);
+    /// Tests that nothing is hit.
+    fn misses(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool;
 }
 
 impl ObvhsTraversal for Bvh2 {
@@ -202,15 +191,13 @@ impl ObvhsTraversal for Bvh2 {
     }
 
     #[inline(always)]
-    fn closest(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> RayHit {
-        let mut hit = RayHit::none();
-        self.ray_traverse(ray, &mut hit, intersect);
-        hit
+    fn closest(&self, ray: Ray, hit: &mut RayHit, intersect: impl FnMut(&Ray, usize) -> f32) {
+        self.ray_traverse(ray, hit, intersect);
     }
 
     #[inline(always)]
-    fn occluded(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool {
-        !self.ray_traverse_miss(ray, intersect)
+    fn misses(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool {
+        self.ray_traverse_miss(ray, intersect)
     }
 }
 
@@ -220,15 +207,13 @@ impl ObvhsTraversal for CwBvh {
     }
 
     #[inline(always)]
-    fn closest(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> RayHit {
-        let mut hit = RayHit::none();
-        self.ray_traverse(ray, &mut hit, intersect);
-        hit
+    fn closest(&self, ray: Ray, hit: &mut RayHit, intersect: impl FnMut(&Ray, usize) -> f32) {
+        self.ray_traverse(ray, hit, intersect);
     }
 
     #[inline(always)]
-    fn occluded(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool {
-        !self.ray_traverse_miss(ray, intersect)
+    fn misses(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool {
+        self.ray_traverse_miss(ray, intersect)
     }
 }
 
@@ -308,7 +293,8 @@ impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for &ObvhsEngine<T, S> 
         for (packet, hit) in packets.zip(hits) {
             let (mut t, mut prim_id) = ([self.rays.tmax; LANES], [NO_PRIM; LANES]);
             for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
-                let found = tree.closest(ray, |ray, i| shapes[i].intersect(ray));
+                let mut found = RayHit::none();
+                tree.closest(ray, &mut found, |ray, i| shapes[i].intersect(ray));
                 if found.primitive_id != INVALID_ID {
                     t[lane] = found.t;
                     prim_id[lane] = prim_ids[found.primitive_id as usize];
@@ -327,8 +313,8 @@ impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for &ObvhsEngine<T, S> 
         for (packet, blocked) in packets.zip(blocked) {
             *blocked = 0;
             for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
-                let hit = tree.occluded(ray, |ray, i| shapes[i].intersect(ray));
-                *blocked |= u8::from(hit) << lane;
+                let free = tree.misses(ray, |ray, i| shapes[i].intersect(ray));
+                *blocked |= u8::from(!free) << lane;
             }
         }
     }

@@ -1,7 +1,6 @@
 //! Compatibility of two records: the reasons why they may not be compared.
 
 use crate::{BenchRecord, Cache, RateRow, SceneRecord};
-use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
 /// One reason why the rates of two records do not measure the same thing.
@@ -130,9 +129,9 @@ pub fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, Inco
 
 /// Differences in the scenes and rays that both records have.
 pub fn of_rays(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
-    let before: BTreeMap<&str, _> = old.scenes.iter().map(|s| (s.name.as_str(), s)).collect();
+    let before = |name: &str| old.scenes.iter().rfind(|scene| scene.name == name);
     let scenes = new.scenes.iter();
-    let both = scenes.filter_map(|new| Some((*before.get(new.name.as_str())?, new)));
+    let both = scenes.filter_map(|new| Some((before(&new.name)?, new)));
     both.flat_map(|(old, new)| of_scene(old, new)).collect()
 }
 

@@ -55,34 +55,27 @@ pub(super) struct Ranking {
 /// Ranks the engines of all records on the measurements that all of them have, as rebar does for
 /// regex engines.
 pub(super) fn ranking(records: &[RecordIndex]) -> Ranking {
-    type SharedRate<'a> = (&'a str, &'a str, u32);
     let best: Vec<_> = records.iter().map(RecordIndex::by_engine).collect();
-    let mut entrants: Vec<(usize, &str)> = Vec::new();
-    let mut shared: Option<BTreeSet<SharedRate>> = None;
-    for (record, rows) in best.iter().enumerate() {
-        let engines: BTreeSet<&str> = rows.keys().map(|key| key.2).collect();
-        if engines.is_empty() {
-            return Ranking::default();
-        }
-        for engine in engines {
-            let own = rows.keys().filter(|key| key.2 == engine);
-            let own: BTreeSet<SharedRate> = own.map(|key| (key.0, key.1, key.3)).collect();
-            shared = Some(match shared {
-                None => own,
-                Some(shared) => shared.intersection(&own).copied().collect(),
-            });
-            entrants.push((record, engine));
-        }
-    }
-    let shared = shared.unwrap_or_default();
-    if shared.is_empty() {
-        return Ranking::default();
-    }
-    let rate = |&(record, engine): &(usize, &str), of: &SharedRate| {
+    let engines = best
+        .iter()
+        .map(|rows| rows.keys().map(|key| key.2).collect());
+    let engines: Vec<BTreeSet<&str>> = engines.collect();
+    let entrants = engines.iter().enumerate();
+    let entrants = entrants.flat_map(|(record, of)| of.iter().map(move |engine| (record, *engine)));
+    let entrants: Vec<(usize, &str)> = entrants.collect();
+    let rate = |&(record, engine): &(usize, &str), of: &(&str, &str, u32)| {
         let row = best[record].get(&(of.0, of.1, engine, of.2));
         row.map_or(f64::NAN, |row| row.mrays_per_s.median)
     };
-    let fastest = |of: &SharedRate| entrants.iter().map(|e| rate(e, of)).fold(0.0, f64::max);
+    let rates = best
+        .iter()
+        .flat_map(|rows| rows.keys().map(|key| (key.0, key.1, key.3)));
+    let mut shared: BTreeSet<(&str, &str, u32)> = rates.collect();
+    shared.retain(|of| entrants.iter().all(|entrant| !rate(entrant, of).is_nan()));
+    if engines.iter().any(BTreeSet::is_empty) || shared.is_empty() {
+        return Ranking::default();
+    }
+    let fastest = |of| entrants.iter().map(|e| rate(e, of)).fold(0.0, f64::max);
     let rank = |entrant: &(usize, &str)| {
         let slowdown = geometric_mean(shared.iter().map(|of| fastest(of) / rate(entrant, of)))?;
         Some(EngineRank {

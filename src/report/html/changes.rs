@@ -9,17 +9,8 @@ use crate::{AUTO, BenchRecord, Changes, GroupChange, Grouping, RateChange};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
-/// An earlier run, and the changes from it to the run of the page.
-pub struct PageBaseline<'a> {
-    /// The earlier run.
-    pub record: &'a BenchRecord,
-    /// The changes.
-    pub changes: &'a Changes,
-}
-
-/// The section.
-pub(super) fn section(baseline: &PageBaseline<'_>) -> Markup {
-    let (record, changes) = (baseline.record, baseline.changes);
+/// The section: the earlier run, and the changes from it to the run of the page.
+pub(super) fn section(record: &BenchRecord, changes: &Changes) -> Markup {
     html! {
         p {
             "Against the run of " (day(record)) " on " (record.machine.cpu) ", phalanx " (record.program.version)

@@ -19,11 +19,10 @@ mod tables;
 mod threads;
 mod view;
 
-pub use changes::PageBaseline;
 pub use scenes::ScenePictures;
 
 use crate::numbers::plural;
-use crate::{BenchRecord, RecordComparison};
+use crate::{BenchRecord, Changes, RecordComparison};
 use comparison::ComparedRecords;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use view::{RecordView, day};
@@ -36,30 +35,32 @@ pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
     page_against(record, pictures, None)
 }
 
-/// The page of a record, with the changes from a baseline where there is one.
+/// The page of a record, with the changes from an earlier one where it is given with them.
 pub fn page_against(
     record: &BenchRecord,
     pictures: &[ScenePictures],
-    baseline: Option<&PageBaseline<'_>>,
+    baseline: Option<(&BenchRecord, &Changes)>,
 ) -> String {
     let view = RecordView::new(record);
     let mut sections = vec![
-        section("headline", "In short", summary::headline(&view)),
-        section("rates", "Rates", rates::section(&view)),
-        PageSection {
-            title: "Scaling over threads",
-            ..section("threads", "Threads", threads::section(&view))
-        },
-        PageSection {
-            title: "Scaling over scene size",
-            ..section("sizes", "Sizes", sizes::section(&view))
-        },
-        section("roofline", "Roofline", roofline::section(&view)),
-        section("scenes", "Scenes", scenes::section(&view, pictures)),
+        ("headline", ["In short"; 2], summary::headline(&view)),
+        ("rates", ["Rates"; 2], rates::section(&view)),
+        (
+            "threads",
+            ["Threads", "Scaling over threads"],
+            threads::section(&view),
+        ),
+        (
+            "sizes",
+            ["Sizes", "Scaling over scene size"],
+            sizes::section(&view),
+        ),
+        ("roofline", ["Roofline"; 2], roofline::section(&view)),
+        ("scenes", ["Scenes"; 2], scenes::section(&view, pictures)),
     ];
-    if let Some(baseline) = baseline {
-        let changes = changes::section(baseline);
-        sections.insert(1, section("baseline", "Baseline", changes));
+    if let Some((earlier, changes)) = baseline {
+        let changes = changes::section(earlier, changes);
+        sections.insert(1, ("baseline", ["Baseline"; 2], changes));
     }
     let header = html! {
         h1 { "phalanx bench " span.day { (day(record)) } }
@@ -72,34 +73,20 @@ pub fn page_against(
 pub fn comparison_page(records: &[(&str, &BenchRecord)], comparison: &RecordComparison) -> String {
     let of = ComparedRecords::new(records, comparison);
     let sections = [
-        section("headline", "In short", comparison::headline(&of)),
-        section("machines", "Machines", comparison::machines(&of)),
-        section("rates", "Rates", comparison::rates(&of)),
-        section("tracers", "Other tracers", comparison::ratios(&of)),
-        section("scenes", "Scenes", comparison::scenes(&of)),
-        section("baseline", "Baseline", comparison::baseline(&of)),
+        ("headline", ["In short"; 2], comparison::headline(&of)),
+        ("machines", ["Machines"; 2], comparison::machines(&of)),
+        ("rates", ["Rates"; 2], comparison::rates(&of)),
+        ("tracers", ["Other tracers"; 2], comparison::ratios(&of)),
+        ("scenes", ["Scenes"; 2], comparison::scenes(&of)),
+        ("baseline", ["Baseline"; 2], comparison::baseline(&of)),
     ];
     let count = plural(records.len(), "record");
     let header = html! { h1 { "phalanx bench " span.day { (count) } } };
     document(&count, header, html! {}, &sections)
 }
 
-/// A section, and its name in the navigation.
-struct PageSection {
-    id: &'static str,
-    name: &'static str,
-    title: &'static str,
-    content: Markup,
-}
-
-fn section(id: &'static str, name: &'static str, content: Markup) -> PageSection {
-    PageSection {
-        id,
-        name,
-        title: name,
-        content,
-    }
-}
+/// A section: its id, its name in the navigation and its title, and its content.
+type PageSection = (&'static str, [&'static str; 2], Markup);
 
 fn document(title: &str, header: Markup, before: Markup, sections: &[PageSection]) -> String {
     let markup = html! {
@@ -118,13 +105,13 @@ fn document(title: &str, header: Markup, before: Markup, sections: &[PageSection
                 header {
                     (header)
                     nav aria-label="Sections" {
-                        @for section in sections { a href={ "#" (section.id) } { (section.name) } }
+                        @for (id, [name, _], _) in sections { a href={ "#" (id) } { (name) } }
                     }
                 }
                 main {
                     (before)
-                    @for section in sections {
-                        section id=(section.id) { h2 { (section.title) } (section.content) }
+                    @for (id, [_, title], content) in sections {
+                        section id=(id) { h2 { (title) } (content) }
                     }
                 }
             }

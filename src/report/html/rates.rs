@@ -35,7 +35,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
             @if view.index.has_peers() { "† marks a mode that answers too many rays otherwise to count as exact." }
         }
         @for kind in &view.kinds {
-            @for threads in view.threads_from_most() {
+            @for &threads in view.threads.iter().rev() {
                 (table(view, kind, threads).folded())
             }
         }

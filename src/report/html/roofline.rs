@@ -26,8 +26,13 @@ const LEVELS: [(&str, &str); 4] = [
     ("memory", "memory"),
 ];
 
-/// Sizes of scenes in the suite, in the order of their colours; scenes without one come last.
-const STEPS: [&str; 3] = ["small", "medium", "large"];
+/// Sizes of scenes in the suite with their looks; scenes without one come last.
+const STEPS: [(&str, MarkerStyle); 4] = [
+    ("small", (Tint::Series(3), MarkerShape::Triangle)),
+    ("medium", (Tint::Series(2), MarkerShape::Square)),
+    ("large", (Tint::Series(0), MarkerShape::Disc)),
+    ("other scenes", (Tint::Series(4), MarkerShape::Diamond)),
+];
 
 /// A scene's point in the roofline.
 struct Spot<'a> {
@@ -42,8 +47,8 @@ struct Spot<'a> {
     intensity: f64,
     /// 10⁹ operations a second.
     rate: f64,
-    /// Index of its colour and shape.
-    style: usize,
+    /// Index of its step.
+    step: usize,
 }
 
 /// The section; a note where limits or counters are missing.
@@ -61,7 +66,11 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
     if spots.is_empty() || levels.is_empty() {
         return html! { p.note { "No row of this run has both a rate and counted work, so there is no roofline." } };
     }
-    let styles = styles(&spots);
+    let steps = STEPS.iter().enumerate();
+    let steps = steps.filter(|(step, _)| spots.iter().any(|spot| spot.step == *step));
+    let keys: Vec<_> = steps
+        .map(|(_, &(name, look))| (look, name.to_owned()))
+        .collect();
     html! {
         p {
             "What " code { "auto" } " does on " (threads_text(limits.threads)) ", each marker a scene. Slanted rules are "
@@ -71,9 +80,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
             "of each test, as a lower bound: " (short(operations::BOX)) " a box, " (short(operations::TRIANGLE))
             " a triangle, " (short(operations::SPHERE)) " a sphere."
         }
-        @if styles.len() > 1 {
-            (legend(styles.iter().map(|&style| (look(style), style_name(style).to_owned())), html! {}))
-        }
+        @if keys.len() > 1 { (legend(keys, html! {})) }
         div.grid {
             @for kind in &view.kinds { (chart(kind, &spots, limits, &levels)) }
         }
@@ -89,13 +96,11 @@ fn levels(limits: &ThreadLimits) -> Vec<(&'static str, f64)> {
 }
 
 fn spots<'a>(view: &RecordView<'a>, threads: u32) -> Vec<Spot<'a>> {
-    let mut spots = Vec::new();
-    for kind in &view.kinds {
-        for scene in &view.scenes {
-            spots.extend(spot(view, scene, kind, threads));
-        }
-    }
-    spots
+    let of = |kind| {
+        let scenes = view.scenes.iter();
+        scenes.filter_map(move |scene| spot(view, scene, kind, threads))
+    };
+    view.kinds.iter().flat_map(|kind| of(*kind)).collect()
 }
 
 fn spot<'a>(
@@ -104,7 +109,7 @@ fn spot<'a>(
     kind: &'a str,
     threads: u32,
 ) -> Option<Spot<'a>> {
-    let row = view.auto(scene, kind, threads)?;
+    let row = view.index.get(AUTO, scene, kind, threads)?;
     let counters = counters_of(view, scene, kind, row.same_as.as_deref())?;
     let rays = counters.ray_count as f64;
     let known = view.scene(scene);
@@ -118,7 +123,7 @@ fn spot<'a>(
         bytes,
         intensity: operations / bytes,
         rate: row.mrays_per_s.median * operations * 1e-3,
-        style: step_style(known.and_then(|s| s.step.as_deref())),
+        step: step_index(known.and_then(|s| s.step.as_deref())),
     };
     let good = [spot.intensity, spot.rate]
         .iter()
@@ -140,32 +145,10 @@ fn counters_of<'a>(
     find(AUTO).or_else(|| find(same_as?))
 }
 
-/// Indices of the colours and shapes of small, medium and large scenes, and of scenes that are none
-/// of them.
-fn step_style(step: Option<&str>) -> usize {
-    let position = |step| STEPS.iter().position(|s| *s == step);
-    step.and_then(position).unwrap_or(STEPS.len())
-}
-
-fn look(style: usize) -> MarkerStyle {
-    const LOOKS: [MarkerStyle; 4] = [
-        (Tint::Series(3), MarkerShape::Triangle),
-        (Tint::Series(2), MarkerShape::Square),
-        (Tint::Series(0), MarkerShape::Disc),
-        (Tint::Series(4), MarkerShape::Diamond),
-    ];
-    LOOKS[style % LOOKS.len()]
-}
-
-fn style_name(style: usize) -> &'static str {
-    STEPS.get(style).copied().unwrap_or("other scenes")
-}
-
-fn styles(spots: &[Spot<'_>]) -> Vec<usize> {
-    let mut styles: Vec<usize> = spots.iter().map(|s| s.style).collect();
-    styles.sort_unstable();
-    styles.dedup();
-    styles
+/// Index of a scene's step in [`STEPS`].
+fn step_index(step: Option<&str>) -> usize {
+    let position = |step| STEPS.iter().position(|of| of.0 == step);
+    step.and_then(position).unwrap_or(STEPS.len() - 1)
 }
 
 /// One kind of rays; all kinds have the same axes, so that they can be compared.
@@ -194,7 +177,7 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
         (paint_axes((&x, &y), "operations per byte", FLOOR))
         (paint_roofs((&x, &y), limits.gflops, levels))
         @for (spot, &point) in spots.iter().zip(&points) {
-            (named(&spot.name(), marker(point, look(spot.style), 3.4)))
+            (named(&spot.name(), marker(point, STEPS[spot.step].1, 3.4)))
         }
         @for (spot, position) in spots.iter().zip(name_positions(&spots, &points)) {
             @if let Some((at, anchor)) = position {

@@ -6,26 +6,16 @@ use super::svg::{MarkerShape, Point, Tint, draw, figure, line, marker, named, te
 use super::view::{RecordView, kind_text, threads_text};
 use crate::numbers::{measured, short};
 use crate::text::shortened;
+use crate::{AUTO, SceneRecord};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// A family's rates by number of primitives.
-struct FamilyCurve<'a> {
-    family: &'a str,
-    points: Vec<SizePoint<'a>>,
-}
-
-/// A scene: its number of primitives, and its rate.
-#[derive(Clone, Copy)]
-struct SizePoint<'a> {
-    scene: &'a str,
-    primitives: f64,
-    rate: f64,
-}
+/// A scene of a family and its rate.
+type SizePoint<'a> = (&'a SceneRecord, f64);
 
 /// The section; a note where the record has no data for it.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
-    let threads = view.most_threads().unwrap_or(1);
+    let threads = view.threads.last().copied().unwrap_or(1);
     let charts = view.kinds.iter().filter_map(|kind| {
         let curves = family_curves(view, kind, threads);
         (!curves.is_empty()).then(|| size_chart(kind, &curves))
@@ -43,57 +33,51 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
     }
 }
 
-/// Families with two sizes at least, fastest at the largest size first.
-fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<FamilyCurve<'a>> {
+/// The scenes of each family with two sizes at least, smallest first; fastest at the largest size
+/// first.
+fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<Vec<SizePoint<'a>>> {
     let mut families: BTreeMap<&str, Vec<SizePoint<'a>>> = BTreeMap::new();
-    for scene in &view.record.scenes {
-        let Some(family) = &scene.family else {
-            continue;
-        };
-        let Some(row) = view.auto(&scene.name, kind, threads) else {
-            continue;
-        };
-        if scene.primitive_count > 0 {
-            let point = SizePoint {
-                scene: &scene.name,
-                primitives: scene.primitive_count as f64,
-                rate: row.mrays_per_s.median,
-            };
-            families.entry(family).or_default().push(point);
+    for scene in view.record.scenes.iter().filter(|s| s.primitive_count > 0) {
+        let rate = view.index.rate(AUTO, &scene.name, kind, threads);
+        if let (Some(family), Some(rate)) = (&scene.family, rate) {
+            families.entry(family).or_default().push((scene, rate));
         }
     }
-    let curves = families.into_iter().map(|(family, mut points)| {
-        points.sort_by(|a, b| a.primitives.total_cmp(&b.primitives));
-        points.dedup_by_key(|p| p.primitives);
-        FamilyCurve { family, points }
-    });
-    let mut curves: Vec<_> = curves.filter(|c| c.points.len() > 1).collect();
-    curves.sort_by(|a, b| b.end_rate().total_cmp(&a.end_rate()));
+    let mut curves: Vec<Vec<SizePoint<'a>>> = families.into_values().collect();
+    for points in &mut curves {
+        points.sort_by_key(|point| point.0.primitive_count);
+        points.dedup_by_key(|point| point.0.primitive_count);
+    }
+    curves.retain(|points| points.len() > 1);
+    curves.sort_by(|a, b| end_rate(b).total_cmp(&end_rate(a)));
     curves
 }
 
-impl SizePoint<'_> {
-    fn name(&self) -> String {
-        let (primitives, rate) = (short(self.primitives), measured(self.rate));
-        format!("{}, {primitives} primitives: {rate} Mrays/s", self.scene)
-    }
+fn point_name((scene, rate): SizePoint<'_>) -> String {
+    let (primitives, rate) = (short(scene.primitive_count as f64), measured(rate));
+    format!("{}, {primitives} primitives: {rate} Mrays/s", scene.name)
 }
 
-impl FamilyCurve<'_> {
-    /// Rate of the largest scene.
-    fn end_rate(&self) -> f64 {
-        self.points.last().map_or(0.0, |point| point.rate)
-    }
+fn family<'a>(curve: &[SizePoint<'a>]) -> &'a str {
+    curve
+        .first()
+        .and_then(|point| point.0.family.as_deref())
+        .unwrap_or_default()
 }
 
-fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
+/// Rate of the largest scene.
+fn end_rate(curve: &[SizePoint<'_>]) -> f64 {
+    curve.last().map_or(0.0, |point| point.1)
+}
+
+fn size_chart(kind: &str, curves: &[Vec<SizePoint<'_>>]) -> Markup {
     const LEFT: f64 = 38.0;
     const RIGHT: f64 = WIDTH - 92.0;
     // Every label needs its line of text.
     let floor = (14.0 * curves.len() as f64 + 20.0).max(200.0);
-    let points = || curves.iter().flat_map(|c| &c.points);
-    let x = Axis::log(points().map(|p| p.primitives), LEFT, RIGHT);
-    let y = Axis::log(points().map(|p| p.rate), floor, 12.0);
+    let points = || curves.iter().flatten();
+    let x = Axis::log(points().map(|p| p.0.primitive_count as f64), LEFT, RIGHT);
+    let y = Axis::log(points().map(|p| p.1), floor, 12.0);
     let (Some(x), Some(y)) = (x, y) else {
         return html! {};
     };
@@ -101,20 +85,20 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
         "{}: rate against number of primitives, a line for each family of scenes.",
         kind_text(kind)
     );
-    let heights = curves.iter().map(|c| y.at(c.end_rate())).collect();
+    let heights = curves.iter().map(|c| y.at(end_rate(c))).collect();
     let heights = apart(heights, 13.0, (12.0, floor));
     let content = html! {
         (paint_axes((&x, &y), "primitives", floor))
         @for (i, (curve, &height)) in curves.iter().zip(&heights).enumerate() {
             @let tint = Tint::Series([0, 2, 3, 4][i % 4]);
-            @let points: Vec<Point> = curve.points.iter().map(|p| (x.at(p.primitives), y.at(p.rate))).collect();
+            @let points: Vec<Point> = curve.iter().map(|p| (x.at(p.0.primitive_count as f64), y.at(p.1))).collect();
             @let end = points.last().copied().unwrap_or_default();
             (line(&points, tint, 1.25))
-            @for (point, of) in points.iter().zip(&curve.points) {
-                (named(&of.name(), marker(*point, (tint, MarkerShape::Disc), 2.8)))
+            @for (point, of) in points.iter().zip(curve) {
+                (named(&point_name(*of), marker(*point, (tint, MarkerShape::Disc), 2.8)))
             }
             (line(&[(end.0 + 3.0, end.1), (RIGHT + 12.0, height)], Tint::Grid, 1.0))
-            (text((RIGHT + 15.0, height), "start", (tint, 11.0), &shortened(curve.family, 13)))
+            (text((RIGHT + 15.0, height), "start", (tint, 11.0), &shortened(family(curve), 13)))
         }
     };
     figure(

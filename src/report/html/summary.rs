@@ -160,7 +160,7 @@ pub(super) fn headline(view: &RecordView<'_>) -> Markup {
             p.note { "Neither the oracle nor a peer took part, so there is nothing to compare with." }
         } @else {
             div.grid {
-                @for threads in view.threads_from_most() { (chart(view, threads)) }
+                @for &threads in view.threads.iter().rev() { (chart(view, threads)) }
                 (ratio_table(view, most).page())
             }
             (engines(view))

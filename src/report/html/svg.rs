@@ -12,21 +12,16 @@ pub(super) enum Tint {
     Series(usize),
 }
 
-const SERIES: [&str; 5] = [
-    "var(--s0)",
-    "var(--s1)",
-    "var(--s2)",
-    "var(--s3)",
-    "var(--s4)",
-];
+/// Number of colours of [`Tint::Series`].
+const SERIES: usize = 5;
 
 impl Tint {
-    fn property(self) -> &'static str {
+    fn property(self) -> String {
         match self {
-            Tint::Ink => "var(--ink)",
-            Tint::Muted => "var(--muted)",
-            Tint::Grid => "var(--grid)",
-            Tint::Series(number) => SERIES[number % SERIES.len()],
+            Tint::Ink => "var(--ink)".to_owned(),
+            Tint::Muted => "var(--muted)".to_owned(),
+            Tint::Grid => "var(--grid)".to_owned(),
+            Tint::Series(number) => format!("var(--s{})", number % SERIES),
         }
     }
 }

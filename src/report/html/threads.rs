@@ -4,20 +4,17 @@ use super::axis::Axis;
 use super::dots::WIDTH;
 use super::svg::{Tint, draw, figure, line, look, marker, named, text};
 use super::view::{RecordView, threads_text};
-use crate::geometric_mean;
 use crate::numbers::{count, times};
 use crate::report_table::ReportTable;
+use crate::{AUTO, geometric_mean};
 use maud::{Markup, html};
-use std::collections::BTreeMap;
 
-/// A scene and its speedup.
-type SceneSpeedup<'a> = (&'a str, f64);
-
-/// Speedups of one kind: of every scene at every thread count, against the fewest threads.
-struct Speedups<'a> {
+/// The speedup of a scene against the fewest threads.
+struct Speedup<'a> {
     kind: &'a str,
-    /// Scenes and their speedups, by thread count.
-    of: BTreeMap<u32, Vec<SceneSpeedup<'a>>>,
+    threads: u32,
+    scene: &'a str,
+    value: f64,
 }
 
 /// The section; a note where the record has no data for it.
@@ -25,12 +22,8 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
     let Some((&base, more)) = view.threads.split_first() else {
         return html! { p.note { "The record has no rates." } };
     };
-    let kinds = view.kinds.iter().map(|kind| Speedups {
-        kind,
-        of: speedups(view, kind, base, more),
-    });
-    let kinds: Vec<Speedups<'_>> = kinds.filter(|k| !k.of.is_empty()).collect();
-    if kinds.is_empty() {
+    let all = speedups(view, base, more);
+    if all.is_empty() {
         let only = threads_text(base);
         return html! { p.note { "Rates were taken on " (only) " alone, so there is nothing to compare." } };
     }
@@ -40,28 +33,30 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
             "bar is the geometric mean; the rule is what as many times the threads could give at most."
         }
         div.grid {
-            @for threads in more.iter().rev() { (strip(&kinds, base, *threads)) }
+            @for threads in more.iter().rev() { (strip(&all, base, *threads)) }
         }
-        (speedup_table(&kinds, base).folded())
+        (speedup_table(&all, base).folded())
     }
 }
 
-fn speedups<'a>(
-    view: &RecordView<'a>,
-    kind: &str,
-    base: u32,
-    more: &[u32],
-) -> BTreeMap<u32, Vec<SceneSpeedup<'a>>> {
-    let mut of: BTreeMap<u32, Vec<SceneSpeedup<'a>>> = BTreeMap::new();
-    for &threads in more {
-        for scene in &view.scenes {
-            let rate = |threads| Some(view.auto(scene, kind, threads)?.mrays_per_s.median);
-            if let (Some(one), Some(all)) = (rate(base), rate(threads)) {
-                of.entry(threads).or_default().push((*scene, all / one));
-            }
+/// All speedups, by kind and number of threads.
+fn speedups<'a>(view: &RecordView<'a>, base: u32, more: &[u32]) -> Vec<Speedup<'a>> {
+    let mut all = Vec::new();
+    for &kind in &view.kinds {
+        for &threads in more {
+            all.extend(view.scenes.iter().filter_map(|&scene| {
+                let rate = |threads| view.index.rate(AUTO, scene, kind, threads);
+                let value = rate(threads)? / rate(base)?;
+                Some(Speedup {
+                    kind,
+                    threads,
+                    scene,
+                    value,
+                })
+            }));
         }
     }
-    of
+    all
 }
 
 const LEFT: f64 = 82.0;
@@ -70,12 +65,12 @@ const TOP: f64 = 12.0;
 const STEP: f64 = 24.0;
 
 /// One line per kind, a dot per scene.
-fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
+fn strip(all: &[Speedup<'_>], base: u32, threads: u32) -> Markup {
     let ideal = f64::from(threads) / f64::from(base.max(1));
-    let all = kinds.iter().filter_map(|k| k.of.get(&threads)).flatten();
-    let marks = [1.0, ideal];
-    let all = all.map(|speedup| speedup.1);
-    let Some(axis) = Axis::linear(all.chain(marks), LEFT, RIGHT) else {
+    let kinds: Vec<_> = all.chunk_by(|a, b| a.kind == b.kind).collect();
+    let is_on = |speedup: &&Speedup<'_>| speedup.threads == threads;
+    let values = all.iter().filter(is_on).map(|speedup| speedup.value);
+    let Some(axis) = Axis::linear(values.chain([1.0, ideal]), LEFT, RIGHT) else {
         return html! {};
     };
     let label = format!(
@@ -88,10 +83,10 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
     let content = html! {
         (axis.paint(&axis.steps(), (top, floor), "times as fast"))
         (line(&[(ideal, top), (ideal, floor)], Tint::Ink, 1.0))
-        @for (i, speedups) in kinds.iter().enumerate() {
+        @for (i, of_kind) in kinds.iter().enumerate() {
             @let y = TOP + STEP * (i as f64 + 0.5);
-            (text((LEFT - 8.0, y), "end", (Tint::Ink, 11.0), speedups.kind))
-            (paint_strip(&axis, speedups.of.get(&threads).map_or(&[], Vec::as_slice), y))
+            (text((LEFT - 8.0, y), "end", (Tint::Ink, 11.0), of_kind[0].kind))
+            (paint_strip(&axis, of_kind.iter().filter(is_on), y))
         }
     };
     let against = format!(" against {base}");
@@ -100,13 +95,17 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
 }
 
 /// Scenes as dots in three tracks, so that few hide each other, and their geometric mean as a bar.
-fn paint_strip(axis: &Axis, speedups: &[SceneSpeedup<'_>], y: f64) -> Markup {
+fn paint_strip<'s>(
+    axis: &Axis,
+    speedups: impl Iterator<Item = &'s Speedup<'s>> + Clone,
+    y: f64,
+) -> Markup {
     html! {
-        @for (i, (scene, value)) in speedups.iter().enumerate() {
+        @for (i, Speedup { scene, value, .. }) in speedups.clone().enumerate() {
             @let dot = marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), look(0), 2.0);
             (named(&format!("{scene}: {}", times(*value)), dot))
         }
-        @if let Some(mean) = geometric_mean(speedups.iter().map(|speedup| speedup.1)) {
+        @if let Some(mean) = geometric_mean(speedups.map(|speedup| speedup.value)) {
             @let x = axis.at(mean);
             @let bar = line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5);
             (named(&format!("geometric mean: {}", times(mean)), bar))
@@ -114,19 +113,17 @@ fn paint_strip(axis: &Axis, speedups: &[SceneSpeedup<'_>], y: f64) -> Markup {
     }
 }
 
-fn speedup_table(kinds: &[Speedups<'_>], base: u32) -> ReportTable {
-    let row = |kind: &str, threads: u32, speedups: &[SceneSpeedup<'_>]| {
-        let values = || speedups.iter().map(|speedup| speedup.1);
-        let ends = [values().reduce(f64::min), values().reduce(f64::max)];
-        let mut cells = vec![kind.to_owned(), threads.to_string()];
-        cells.push(count(speedups.len() as u64));
-        let numbers = [geometric_mean(values())].into_iter().chain(ends);
-        cells.extend(numbers.map(|value| times(value.unwrap_or(f64::NAN))));
+fn speedup_table(all: &[Speedup<'_>], base: u32) -> ReportTable {
+    let groups = all.chunk_by(|a, b| (a.kind, a.threads) == (b.kind, b.threads));
+    let rows = groups.map(|of| {
+        let values = || of.iter().map(|speedup| speedup.value);
+        let mean = geometric_mean(values()).unwrap_or(f64::NAN);
+        let least = values().fold(f64::INFINITY, f64::min);
+        let most = values().fold(0.0, f64::max);
+        let mut cells = vec![of[0].kind.to_owned(), of[0].threads.to_string()];
+        cells.push(count(of.len() as u64));
+        cells.extend([mean, least, most].map(times));
         cells
-    };
-    let rows = kinds.iter().flat_map(|kind| {
-        let of = kind.of.iter();
-        of.map(|(threads, speedups)| row(kind.kind, *threads, speedups))
     });
     let head = "rays | threads | scenes | geometric mean | least | most";
     let title = format!("Speedup of auto over {}", threads_text(base));

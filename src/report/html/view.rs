@@ -2,8 +2,9 @@
 //! together.
 
 use crate::numbers::plural;
+use crate::record_index::{first_of_each, in_order};
 use crate::text::{self, commit};
-use crate::{AUTO, BenchRecord, FRAME, Program, RateRow, RayKind, RecordIndex, SceneRecord};
+use crate::{BenchRecord, FRAME, Program, RayKind, RecordIndex, SceneRecord};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
@@ -28,32 +29,16 @@ impl<'a> RecordView<'a> {
             .chain(rows.iter().map(|r| r.scene.as_str()))
             .chain(counters.iter().map(|c| c.scene.as_str()));
         let kinds = rows.iter().map(|r| r.rays.as_str());
-        let kinds: BTreeSet<&str> = kinds
-            .chain(counters.iter().map(|c| c.rays.as_str()))
-            .collect();
+        let kinds = kinds.chain(counters.iter().map(|c| c.rays.as_str()));
+        let order: Vec<&str> = RayKind::names().collect();
         let threads: BTreeSet<u32> = rows.iter().map(|r| r.threads).collect();
         RecordView {
             record,
             scenes: first_of_each(scenes),
-            kinds: in_order(kinds, &RayKind::names().collect::<Vec<_>>()),
+            kinds: in_order(kinds.map(|kind| (kind, kind)), &order),
             threads: threads.into_iter().collect(),
             index: RecordIndex::of(rows),
         }
-    }
-
-    /// The row of the kernel that `render` would use, if it has a rate.
-    pub(super) fn auto(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a RateRow> {
-        self.index.get(AUTO, scene, kind, threads)
-    }
-
-    /// The most threads of any row.
-    pub(super) fn most_threads(&self) -> Option<u32> {
-        self.threads.last().copied()
-    }
-
-    /// Thread counts, most first, which is what a frame is rendered with.
-    pub(super) fn threads_from_most(&self) -> impl Iterator<Item = u32> + '_ {
-        self.threads.iter().rev().copied()
     }
 
     /// The record's data of a scene.
@@ -95,17 +80,4 @@ pub(super) fn commit_text(program: &Program) -> String {
 /// `2 threads` or `1 thread`.
 pub(super) fn threads_text(threads: u32) -> String {
     plural(threads as usize, "thread")
-}
-
-fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut seen = BTreeSet::new();
-    names.filter(|name| seen.insert(*name)).collect()
-}
-
-/// The names that are in the list, in its order, then the rest by name.
-fn in_order<'a>(names: BTreeSet<&'a str>, order: &[&str]) -> Vec<&'a str> {
-    let rank = |name: &&str| order.iter().position(|o| o == name).unwrap_or(order.len());
-    let mut names: Vec<&str> = names.into_iter().collect();
-    names.sort_by_key(rank);
-    names
 }

@@ -8,7 +8,7 @@ use crate::report::fixture;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use devtools::Browser;
-use phalanx::report::html::{PageBaseline, comparison_page, page, page_against};
+use phalanx::report::html::{comparison_page, page, page_against};
 use phalanx::report::{BenchRecord, ComparisonOptions, RecordComparison, compare};
 use serde_json::{Value, json};
 use std::fs;
@@ -158,14 +158,11 @@ fn the_page_is_readable_narrow_and_wide_light_and_dark() {
     );
     let (old, new) = (fixture::few(), fixture::few());
     let changes = compare(&old, &new, false).expect("comparable");
-    let baseline = PageBaseline {
-        record: &old,
-        changes: &changes,
-    };
+    let baseline = (&old, &changes);
     look_at(
         &mut browser,
         "baseline",
-        &page_against(&new, &[], Some(&baseline)),
+        &page_against(&new, &[], Some(baseline)),
     );
 }
 

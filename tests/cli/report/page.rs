@@ -2,7 +2,7 @@
 
 use super::fixture::{self, FAMILIES};
 use super::parsed::{Parsed, parse};
-use phalanx::report::html::{PageBaseline, ScenePictures, comparison_page, page, page_against};
+use phalanx::report::html::{ScenePictures, comparison_page, page, page_against};
 use phalanx::report::{BenchRecord, ComparisonOptions, RecordComparison, compare};
 use std::sync::LazyLock;
 
@@ -201,11 +201,7 @@ fn a_baseline_has_a_section() {
         }
     }
     let changes = compare(&earlier, &record, false).expect("comparable");
-    let baseline = PageBaseline {
-        record: &earlier,
-        changes: &changes,
-    };
-    let page = parse(&page_against(&record, &[], Some(&baseline)));
+    let page = parse(&page_against(&record, &[], Some((&earlier, &changes))));
     assert_eq!(page.named("a").count(), 7);
     assert!(page.text.contains("-20.0\u{202f}%"), "{}", page.text);
     assert!(!SUITE.text.contains("Against the run"));

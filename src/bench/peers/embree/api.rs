@@ -137,10 +137,47 @@ impl EmbreeFault {
     }
 }
 
-/// An Embree device, which creates scenes.
-pub(super) struct Device {
+/// A reference to an object of the library, which is returned when this is dropped.
+struct Owned {
     api: Arc<Api>,
     handle: NonNull<c_void>,
+    release: unsafe extern "C" fn(Handle),
+}
+
+impl Owned {
+    /// The object that the library made; where it made none, the error of the device, or of the
+    /// thread for a null device.
+    fn new(
+        api: &Arc<Api>,
+        handle: Handle,
+        release: unsafe extern "C" fn(Handle),
+        device: Handle,
+    ) -> Result<Owned, EmbreeFault> {
+        // SAFETY: the device exists or is null.
+        let fault = || EmbreeFault(unsafe { (api.device_error)(device) });
+        Ok(Owned {
+            api: Arc::clone(api),
+            handle: NonNull::new(handle).ok_or_else(fault)?,
+            release,
+        })
+    }
+
+    fn get(&self) -> Handle {
+        self.handle.as_ptr()
+    }
+}
+
+impl Drop for Owned {
+    fn drop(&mut self) {
+        // SAFETY: the function is that of the object's kind, and the one reference that its maker
+        // was given is returned; objects that depend on it hold references of their own.
+        unsafe { (self.release)(self.handle.as_ptr()) }
+    }
+}
+
+/// An Embree device, which creates scenes.
+pub(super) struct Device {
+    owned: Owned,
     /// Major, minor and patch version.
     pub(super) version: [u32; 3],
     /// True if one call with sixteen rays does more than two calls with eight.
@@ -158,58 +195,48 @@ impl Device {
     pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Device, EmbreeFault> {
         let config = CString::new(format!("threads={threads},verbose=0")).unwrap_or_default();
         // SAFETY: the string ends with a zero and outlives the call.
-        let handle = NonNull::new(unsafe { (api.new_device)(config.as_ptr()) });
-        let Some(handle) = handle else {
-            // SAFETY: without a device the call returns the thread's last error.
-            return Err(EmbreeFault(unsafe { (api.device_error)(null_mut()) }));
-        };
+        let handle = unsafe { (api.new_device)(config.as_ptr()) };
+        let owned = Owned::new(api, handle, api.release_device, null_mut())?;
         // SAFETY: the device exists, the properties are known to both versions.
-        let property = |p: c_int| unsafe { (api.device_property)(handle.as_ptr(), p) };
+        let property = |p: c_int| unsafe { (api.device_property)(handle, p) };
         Ok(Device {
             version: VERSION_PARTS.map(|part| property(part) as u32),
             sixteen: property(NATIVE_RAY16_SUPPORTED) != 0,
-            api: Arc::clone(api),
-            handle,
+            owned,
         })
+    }
+
+    fn api(&self) -> &Arc<Api> {
+        &self.owned.api
     }
 
     /// Returns the error since the last call of this function, if there is one.
     fn check(&self) -> Result<(), EmbreeFault> {
         // SAFETY: the device exists.
-        match unsafe { (self.api.device_error)(self.handle.as_ptr()) } {
+        match unsafe { (self.api().device_error)(self.owned.get()) } {
             0 => Ok(()),
             code => Err(EmbreeFault(code)),
         }
     }
 }
-
-impl Drop for Device {
-    fn drop(&mut self) {
-        // SAFETY: the one reference that `new` was given is returned; scenes hold references of
-        // their own.
-        unsafe { (self.api.release_device)(self.handle.as_ptr()) }
-    }
-}
-
 /// A scene under construction.
 pub(super) struct EmbreeSceneDraft {
     device: Arc<Device>,
-    handle: NonNull<c_void>,
+    scene: Owned,
 }
 
 impl EmbreeSceneDraft {
     /// Creates a scene of high build quality, without flags.
     pub(super) fn new(device: &Arc<Device>) -> Result<EmbreeSceneDraft, EmbreeFault> {
-        // SAFETY: the device exists. A quality may be set on a scene that was made.
-        let handle = unsafe { (device.api.new_scene)(device.handle.as_ptr()) };
-        let Some(handle) = NonNull::new(handle) else {
-            return Err(device.check().err().unwrap_or(EmbreeFault(1)));
-        };
+        let api = device.api();
+        // SAFETY: the device exists.
+        let handle = unsafe { (api.new_scene)(device.owned.get()) };
+        let scene = Owned::new(api, handle, api.release_scene, device.owned.get())?;
         // SAFETY: the scene exists and is not committed yet.
-        unsafe { (device.api.set_quality)(handle.as_ptr(), HIGH_QUALITY) };
+        unsafe { (api.set_quality)(handle, HIGH_QUALITY) };
         Ok(EmbreeSceneDraft {
             device: Arc::clone(device),
-            handle,
+            scene,
         })
     }
 
@@ -221,16 +248,16 @@ impl EmbreeSceneDraft {
         vertices: &[[f32; 3]],
         corners: &[[u32; 3]],
     ) -> Result<(), EmbreeFault> {
-        let geometry = EmbreeGeometry::new(&self.device, TRIANGLES)?;
-        geometry.fill(VERTEX_BUFFER, FLOAT3, vertices)?;
-        geometry.fill(INDEX_BUFFER, UINT3, corners)?;
+        let geometry = self.geometry(TRIANGLES)?;
+        self.fill(&geometry, VERTEX_BUFFER, FLOAT3, vertices)?;
+        self.fill(&geometry, INDEX_BUFFER, UINT3, corners)?;
         self.attach(geometry, id)
     }
 
     /// Adds spheres, (x, y, z, radius) each, as the geometry with that id.
     pub(super) fn spheres(&mut self, id: u32, spheres: &[[f32; 4]]) -> Result<(), EmbreeFault> {
-        let geometry = EmbreeGeometry::new(&self.device, SPHERES)?;
-        geometry.fill(VERTEX_BUFFER, FLOAT4, spheres)?;
+        let geometry = self.geometry(SPHERES)?;
+        self.fill(&geometry, VERTEX_BUFFER, FLOAT4, spheres)?;
         self.attach(geometry, id)
     }
 
@@ -242,74 +269,37 @@ impl EmbreeSceneDraft {
         of: &CommittedScene,
         columns: &[[f32; 3]; 4],
     ) -> Result<(), EmbreeFault> {
-        let geometry = EmbreeGeometry::new(&self.device, INSTANCE)?;
-        let api = &self.device.api;
+        let geometry = self.geometry(INSTANCE)?;
+        let api = self.device.api();
         // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene.
         // The map is twelve floats, column by column, as the format demands, and is copied.
         unsafe {
-            (api.set_instanced)(geometry.handle.as_ptr(), of.0.handle.as_ptr());
+            (api.set_instanced)(geometry.get(), of.0.scene.get());
             let map = columns.as_ptr().cast();
-            (api.set_transform)(geometry.handle.as_ptr(), 0, FLOAT3X4_COLUMN_MAJOR, map);
+            (api.set_transform)(geometry.get(), 0, FLOAT3X4_COLUMN_MAJOR, map);
         }
         self.attach(geometry, id)
     }
 
-    fn attach(&mut self, geometry: EmbreeGeometry, id: u32) -> Result<(), EmbreeFault> {
-        let api = &self.device.api;
-        // SAFETY: both exist; the scene takes a reference of its own, so that ours ends here.
-        unsafe {
-            (api.commit_geometry)(geometry.handle.as_ptr());
-            (api.attach)(self.handle.as_ptr(), geometry.handle.as_ptr(), id);
-        }
-        self.device.check()
-    }
-
-    /// Builds the trees.
-    pub(super) fn build(self) -> Result<CommittedScene, EmbreeFault> {
-        // SAFETY: the scene exists, and no other thread has it.
-        unsafe { (self.device.api.commit_scene)(self.handle.as_ptr()) };
-        self.device.check()?;
-        Ok(CommittedScene(self))
-    }
-}
-
-impl Drop for EmbreeSceneDraft {
-    fn drop(&mut self) {
-        // SAFETY: the one reference that `new` was given is returned.
-        unsafe { (self.device.api.release_scene)(self.handle.as_ptr()) }
-    }
-}
-
-struct EmbreeGeometry {
-    device: Arc<Device>,
-    handle: NonNull<c_void>,
-}
-
-impl EmbreeGeometry {
-    fn new(device: &Arc<Device>, kind: c_int) -> Result<EmbreeGeometry, EmbreeFault> {
+    fn geometry(&self, kind: c_int) -> Result<Owned, EmbreeFault> {
+        let (api, device) = (self.device.api(), self.device.owned.get());
         // SAFETY: the device exists.
-        let handle = unsafe { (device.api.new_geometry)(device.handle.as_ptr(), kind) };
-        match NonNull::new(handle) {
-            Some(handle) => Ok(EmbreeGeometry {
-                device: Arc::clone(device),
-                handle,
-            }),
-            None => Err(device.check().err().unwrap_or(EmbreeFault(1))),
-        }
+        let handle = unsafe { (api.new_geometry)(device, kind) };
+        Owned::new(api, handle, api.release_geometry, device)
     }
 
-    /// Copies rows into a new buffer, which Embree pads as it needs.
+    /// Copies rows into a new buffer of a geometry, which Embree pads as it needs.
     fn fill<const W: usize, T: Copy>(
         &self,
+        geometry: &Owned,
         buffer: c_int,
         format: c_int,
         rows: &[[T; W]],
     ) -> Result<(), EmbreeFault> {
         let (width, count) = (size_of::<[T; W]>(), rows.len());
+        let new_buffer = self.device.api().new_buffer;
         // SAFETY: the geometry exists and has no such buffer yet.
-        let room = unsafe {
-            (self.device.api.new_buffer)(self.handle.as_ptr(), buffer, 0, format, width, count)
-        };
+        let room = unsafe { new_buffer(geometry.get(), buffer, 0, format, width, count) };
         self.device.check()?;
         let room = NonNull::new(room).ok_or(EmbreeFault(4))?;
         // SAFETY: Embree allocated `count` rows of `width` bytes, aligned to 16 bytes at least, and
@@ -317,12 +307,23 @@ impl EmbreeGeometry {
         unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), room.as_ptr().cast(), count) };
         Ok(())
     }
-}
 
-impl Drop for EmbreeGeometry {
-    fn drop(&mut self) {
-        // SAFETY: the one reference that `new` was given is returned.
-        unsafe { (self.device.api.release_geometry)(self.handle.as_ptr()) }
+    fn attach(&mut self, geometry: Owned, id: u32) -> Result<(), EmbreeFault> {
+        let api = self.device.api();
+        // SAFETY: both exist; the scene takes a reference of its own, so that ours ends here.
+        unsafe {
+            (api.commit_geometry)(geometry.get());
+            (api.attach)(self.scene.get(), geometry.get(), id);
+        }
+        self.device.check()
+    }
+
+    /// Builds the trees.
+    pub(super) fn build(self) -> Result<CommittedScene, EmbreeFault> {
+        // SAFETY: the scene exists, and no other thread has it.
+        unsafe { (self.device.api().commit_scene)(self.scene.get()) };
+        self.device.check()?;
+        Ok(CommittedScene(self))
     }
 }
 
@@ -364,9 +365,9 @@ impl CommittedScene {
             many: if N == 16 { query.sixteen } else { query.eight },
         };
         QueryCaller {
-            scene: self.0.handle.as_ptr(),
-            intersect: entry(&device.api.intersect),
-            occluded: entry(&device.api.occluded),
+            scene: self.0.scene.get(),
+            intersect: entry(&device.api().intersect),
+            occluded: entry(&device.api().occluded),
             query_last: device.version[0] >= 4,
             query: QueryArguments::new(coherent),
             built: PhantomData,

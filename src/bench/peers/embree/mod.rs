@@ -31,7 +31,7 @@ mod scene;
 
 pub use api::EmbreeFault;
 
-use crate::peers::engine::{NamedEngines, RaySetRef, Unsupported};
+use crate::peers::engine::{NamedEngines, PeerScene, RaySetRef, Unsupported};
 use api::{Api, Device};
 use engines::{EmbreeEngine, RayLayout};
 use mxcsr::RestoreMxcsr;
@@ -174,22 +174,13 @@ impl EmbreeLibrary {
     pub fn path(&self) -> &Path {
         &self.path
     }
-}
 
-/// A scene in Embree's trees.
-pub struct EmbreeScene(Arc<EmbreeSceneData>);
-
-impl EmbreeScene {
     /// Copies a scene and builds its trees on the given number of threads; 0 for one per CPU.
     /// Supports triangles and spheres in the world and in meshes, and instances of meshes.
     ///
     /// # Errors
     /// [`Unsupported`]: primitives that Embree does not have, or an error that it reports.
-    pub fn build(
-        library: &EmbreeLibrary,
-        scene: &Scene,
-        threads: usize,
-    ) -> Result<EmbreeScene, Unsupported> {
+    pub fn build(&self, scene: &Scene, threads: usize) -> Result<PeerScene, Unsupported> {
         let unsupported = |reason: String| Unsupported {
             peer: "Embree",
             reason,
@@ -206,34 +197,33 @@ impl EmbreeScene {
         }
         // Builders may change floating-point modes.
         let _restore = RestoreMxcsr::later();
-        let device = Device::new(&library.api, threads).map(Arc::new);
-        match device.and_then(|device| EmbreeSceneData::build(&device, scene)) {
-            Ok(data) => Ok(EmbreeScene(Arc::new(data))),
-            Err(fault) => Err(unsupported(fault.to_string())),
-        }
+        let device = Device::new(&self.api, threads).map(Arc::new);
+        let built = device.and_then(|device| EmbreeSceneData::build(&device, scene));
+        let built = Arc::new(built.map_err(|fault| unsupported(fault.to_string()))?);
+        Ok(Box::new(move |rays| modes(&built, rays)))
     }
+}
 
-    /// The modes of tracing a set of rays, by name. Sixteen rays per call are included only if the
-    /// library has instructions for them.
-    pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
-        let mut modes = NamedEngines::new();
-        let single = EmbreeEngine::new(&self.0, &Arc::new(RayLayout::<1>::new(rays)), false);
-        modes.push(("single".to_owned(), Box::new(single)));
-        let layout = Arc::new(RayLayout::<8>::new(rays));
-        for (name, coherent) in COHERENCE {
-            let mode = EmbreeEngine::new(&self.0, &layout, coherent);
-            modes.push((format!("packet8 {name}"), Box::new(mode)));
-        }
-        if self.0.sixteen[0] {
-            let layout = Arc::new(RayLayout::<16>::new(rays));
-            let usable = |&(_, coherent): &(&str, bool)| self.0.sixteen[usize::from(coherent)];
-            for (name, coherent) in COHERENCE.into_iter().filter(usable) {
-                let mode = EmbreeEngine::new(&self.0, &layout, coherent);
-                modes.push((format!("packet16 {name}"), Box::new(mode)));
-            }
-        }
-        modes
+/// The modes of tracing a set of rays, by name. Sixteen rays per call are included only if the
+/// library has instructions for them.
+fn modes(scene: &Arc<EmbreeSceneData>, rays: RaySetRef) -> NamedEngines {
+    let mut modes = NamedEngines::new();
+    let single = EmbreeEngine::new(scene, &Arc::new(RayLayout::<1>::new(rays)), false);
+    modes.push(("single".to_owned(), Box::new(single)));
+    let layout = Arc::new(RayLayout::<8>::new(rays));
+    for (name, coherent) in COHERENCE {
+        let mode = EmbreeEngine::new(scene, &layout, coherent);
+        modes.push((format!("packet8 {name}"), Box::new(mode)));
     }
+    if scene.sixteen[0] {
+        let layout = Arc::new(RayLayout::<16>::new(rays));
+        let usable = |&(_, coherent): &(&str, bool)| scene.sixteen[usize::from(coherent)];
+        for (name, coherent) in COHERENCE.into_iter().filter(usable) {
+            let mode = EmbreeEngine::new(scene, &layout, coherent);
+            modes.push((format!("packet16 {name}"), Box::new(mode)));
+        }
+    }
+    modes
 }
 
 /// Coherence flags of packets. For single rays Embree has one mode only.

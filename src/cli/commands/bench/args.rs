@@ -6,7 +6,7 @@ use crate::cli::options::{
 };
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueEnum};
-use phalanx::bench::{FRAME, RayKind};
+use phalanx::bench::{BenchPlan, FRAME, RayKind};
 use phalanx::bvh::Quality;
 use regex_lite::Regex;
 use std::path::PathBuf;
@@ -141,7 +141,7 @@ pub struct RunArgs {
     ///
     /// Separated by commas; all means one per available CPU.
     #[arg(long, value_name = "N,…", help_heading = MEASUREMENT, value_delimiter = ',', default_value = "1,all", hide_default_value = true, value_parser = parse_threads)]
-    pub threads: Vec<ThreadCount>,
+    pub threads: Vec<usize>,
     /// Pin threads to cores even if there are fewer threads than cores
     #[arg(long, help_heading = MEASUREMENT, hide_short_help = true)]
     pub pin: bool,
@@ -178,22 +178,10 @@ pub struct RunArgs {
     pub update_suite: Option<PathBuf>,
 }
 
-/// A number of threads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ThreadCount {
-    /// Exactly this number.
-    Exactly(usize),
-    /// One per CPU.
-    All,
-}
-
-fn parse_threads(text: &str) -> Result<ThreadCount, String> {
+fn parse_threads(text: &str) -> Result<usize, String> {
     match text {
-        "all" => Ok(ThreadCount::All),
-        _ => match parse_thread_count(text) {
-            Ok(count) => Ok(ThreadCount::Exactly(count)),
-            Err(error) => Err(format!("{error}, or `all`")),
-        },
+        "all" => Ok(BenchPlan::all_threads()),
+        _ => parse_thread_count(text).map_err(|error| format!("{error}, or `all`")),
     }
 }
 
@@ -229,12 +217,7 @@ pub enum PeerArg {
 impl RunArgs {
     /// Numbers of threads, each once, ascending.
     pub fn thread_counts(&self) -> Vec<usize> {
-        let all = std::thread::available_parallelism().map_or(1, |n| n.get());
-        let count = |threads: &ThreadCount| match threads {
-            ThreadCount::Exactly(count) => *count,
-            ThreadCount::All => all,
-        };
-        let mut counts: Vec<usize> = self.threads.iter().map(count).collect();
+        let mut counts = self.threads.clone();
         counts.sort_unstable();
         counts.dedup();
         counts
@@ -271,8 +254,8 @@ mod tests {
 
     #[test]
     fn threads_are_numbers_or_all() {
-        assert_eq!(parse_threads("2"), Ok(ThreadCount::Exactly(2)));
-        assert_eq!(parse_threads("all"), Ok(ThreadCount::All));
+        assert_eq!(parse_threads("2"), Ok(2));
+        assert_eq!(parse_threads("all"), Ok(BenchPlan::all_threads()));
         assert!(parse_threads("0").unwrap_err().contains("`all`"));
     }
 }

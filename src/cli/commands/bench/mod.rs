@@ -21,7 +21,7 @@ use phalanx::bench::{BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScen
 use phalanx::files::shown_path;
 use phalanx::peers::Peer;
 use phalanx::peers::embree::EmbreeLibrary;
-use phalanx::report::html::{PageBaseline, ScenePictures, page_against};
+use phalanx::report::html::{ScenePictures, page_against};
 use phalanx::report::{BenchRecord, to_csv, to_json};
 use phalanx::trace::Kernel;
 use saved::save;
@@ -136,13 +136,9 @@ fn write_files(
     }
     if let Some(path) = &args.html {
         let changes = baseline.and_then(|baseline| baseline.changes(args, record));
-        let baseline = baseline
-            .zip(changes.as_ref())
-            .map(|(baseline, changes)| PageBaseline {
-                record: &baseline.0,
-                changes,
-            });
-        save(path, &page_against(record, pictures, baseline.as_ref()))?;
+        let earlier = baseline.map(|baseline| &baseline.0);
+        let baseline = earlier.zip(changes.as_ref());
+        save(path, &page_against(record, pictures, baseline))?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use crate::cli::commands::render::heatmap;
 use crate::cli::output::CliError;
+use phalanx::bench::BenchPlan;
 use phalanx::bvh::Bvh;
 use phalanx::frame::{AccelRef, Control, RayCost, Settings, render_heatmap, render_with};
 use phalanx::image::{encode, false_color, png_bytes};
@@ -14,11 +15,10 @@ const SIZE: [u32; 2] = [360, 270];
 /// Both pictures.
 pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, CliError> {
     let bvh = Bvh::build(scene);
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
     let settings = Settings {
         width: SIZE[0],
         height: SIZE[1],
-        threads,
+        threads: BenchPlan::all_threads(),
         ..Settings::of(scene)
     };
     let control = Control::default();
