@@ -11,9 +11,7 @@ impl TestReader<'_> {
     pub(super) fn vertex(&mut self, statement: &Statement<'_>) {
         // A faulty vertex still gets its number, so that indices of later vertices stay correct.
         let position = self.coordinates(statement).map(DVec3::from_array);
-        self.vertices.items.push(position.unwrap_or_default());
-        let count = self.vertices.items.len();
-        if let Some(promised) = exceeded(&mut self.vertices.promised, count) {
+        if let Some(promised) = self.vertices.push(position.unwrap_or_default()) {
             self.too_many(statement.span(), "maxverts", promised);
         }
     }
@@ -29,9 +27,7 @@ impl TestReader<'_> {
                 normal => vertex.normal = normal,
             }
         }
-        self.normal_vertices.items.push(vertex);
-        let count = self.normal_vertices.items.len();
-        if let Some(promised) = exceeded(&mut self.normal_vertices.promised, count) {
+        if let Some(promised) = self.normal_vertices.push(vertex) {
             self.too_many(statement.span(), "maxvertnorms", promised);
         }
     }
@@ -207,12 +203,6 @@ impl TestReader<'_> {
     fn material(&mut self) -> u32 {
         self.table.intern(&self.surface, &mut self.scene.materials)
     }
-}
-
-/// The announced count if `count` is the first beyond it. It is cleared then, as one error is
-/// enough.
-fn exceeded(promised: &mut Option<u64>, count: usize) -> Option<u64> {
-    promised.take_if(|promised| count as u64 > *promised)
 }
 
 /// Normals under the inverse transpose of a matrix, as unit vectors. A file or a transform may give

@@ -48,6 +48,14 @@ impl<T> VertexPool<T> {
         items: Vec::new(),
         promised: None,
     };
+
+    /// Adds a vertex. Returns the announced number at the first vertex beyond it, and only there,
+    /// as one error is enough.
+    pub(super) fn push(&mut self, item: T) -> Option<u64> {
+        self.items.push(item);
+        let count = self.items.len() as u64;
+        self.promised.take_if(|promised| count > *promised)
+    }
 }
 
 #[derive(Clone, Copy)]

@@ -74,27 +74,12 @@ impl TestReader<'_> {
         }
     }
 
-    pub(super) fn ambient(&mut self, statement: &Statement<'_>) {
-        self.color(statement, |surface| &mut surface.ka);
-    }
-
-    pub(super) fn diffuse(&mut self, statement: &Statement<'_>) {
-        self.color(statement, |surface| &mut surface.kd);
-    }
-
-    pub(super) fn specular(&mut self, statement: &Statement<'_>) {
-        self.color(statement, |surface| &mut surface.ks);
-    }
-
-    pub(super) fn emission(&mut self, statement: &Statement<'_>) {
-        self.color(statement, |surface| &mut surface.ke);
-    }
-
-    pub(super) fn transmission(&mut self, statement: &Statement<'_>) {
-        self.color(statement, |surface| &mut surface.kt);
-    }
-
-    fn color(&mut self, statement: &Statement<'_>, column: fn(&mut Material) -> &mut Vec3) {
+    /// Sets a colour of the surfaces that follow.
+    pub(super) fn color(
+        &mut self,
+        statement: &Statement<'_>,
+        column: fn(&mut Material) -> &mut Vec3,
+    ) {
         if let Some(rgb) = self.numbers(statement) {
             *column(&mut self.surface) = Vec3::from_array(rgb);
         }
