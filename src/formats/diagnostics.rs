@@ -163,8 +163,7 @@ impl<'a> DiagnosticSink<'a> {
     /// The warnings in file order if nothing is wrong, else the errors.
     pub(super) fn finish(mut self) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
         if !self.errors.is_empty() {
-            self.errors.sort_by_key(|error| error.offset);
-            return Err(self.errors);
+            return Err(in_order(self.errors));
         }
         for (reason, span, names) in std::mem::take(&mut self.left_out) {
             let message = match &names[..] {
@@ -178,8 +177,7 @@ impl<'a> DiagnosticSink<'a> {
             };
             self.warning(span, message);
         }
-        self.warnings.sort_by_key(|warning| warning.offset);
-        Ok(self.warnings)
+        Ok(in_order(self.warnings))
     }
 
     /// The errors, of which there are some.
@@ -242,6 +240,11 @@ impl<'a> DiagnosticSink<'a> {
         let characters = before.iter().filter(|&b| b & 0xc0 != 0x80).count();
         (line, characters + 1)
     }
+}
+
+fn in_order(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    diagnostics.sort_by_key(|diagnostic| diagnostic.offset);
+    diagnostics
 }
 
 /// A file's name for the beginning of a message, without characters that a terminal would obey.

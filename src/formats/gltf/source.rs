@@ -23,7 +23,7 @@ pub(super) struct GltfSource<'a> {
     pub(super) minus_one: Option<ContainerFault>,
     buffers: Vec<Option<BufferBytes<'a>>>,
     /// Offsets of the rows of each list in `json`, found when a message first needs one.
-    rows: OnceCell<BTreeMap<String, Vec<usize>>>,
+    rows: OnceCell<Vec<(String, Vec<usize>)>>,
     /// Accessors whose sparse indices have been checked.
     checked: RefCell<HashSet<usize>>,
 }
@@ -100,7 +100,8 @@ impl<'a> GltfSource<'a> {
     /// for messages only.
     pub(super) fn span_of(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
-        match rows.get(list).and_then(|offsets| offsets.get(row)) {
+        let offsets = rows.iter().find(|(name, _)| name == list);
+        match offsets.and_then(|(_, offsets)| offsets.get(row)) {
             Some(offset) => Span::new(self.json_offset + offset, 1),
             None => Span::START,
         }
@@ -211,7 +212,7 @@ impl<'a> GltfSource<'a> {
 }
 
 /// Offsets of the rows of every list of a document.
-fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
+fn row_offsets(json: &[u8]) -> Vec<(String, Vec<usize>)> {
     let members: BTreeMap<String, &RawValue> = serde_json::from_slice(json).unwrap_or_default();
     let offset = |row: &&RawValue| row.get().as_ptr() as usize - json.as_ptr() as usize;
     let lists = members.into_iter().filter_map(|(name, text)| {
