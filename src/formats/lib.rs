@@ -4,9 +4,9 @@
 //! that reader on the bytes of a file, and once more if the geometry lies far away; `utf16` makes
 //! text in UTF-16 UTF-8 before. A format's folder has its grammar and its meaning; the rest is
 //! shared: `text`, `command`, `number` and `decimal` for operands, `chunk_remarks` for what the
-//! workers found wrong, `mesh` and `faces` for triangles, `texture` and `picture` for images,
-//! `folder` and `memory` for what a file may name and take, and `defaults` for the last step, with
-//! `framing` for its camera, which shows the `visible_vertices`.
+//! workers found wrong, `mesh_chunk`, `mesh` and `faces` for triangles, `texture` and `picture` for
+//! images, `folder` and `memory` for what a file may name and take, and `defaults` for the last
+//! step, with `framing` for its camera, which shows the `visible_vertices`.
 
 mod bytes;
 mod chunk_remarks;
@@ -24,6 +24,7 @@ mod load;
 mod loaded;
 mod memory;
 mod mesh;
+mod mesh_chunk;
 mod mesh_defaults;
 mod nff;
 mod number;

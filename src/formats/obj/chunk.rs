@@ -5,9 +5,9 @@ use super::cursor::{Cursor, KEYWORD_BYTES};
 use crate::chunk_remarks::{ChunkRemarks, ParseError, WarningTally};
 use crate::decimal;
 use crate::diagnostics::Span;
-use crate::faces::{FaceCorner, Faces};
+use crate::faces::FaceCorner;
 use crate::memory::LedgerShare;
-use crate::mesh::{self, NotFinite};
+use crate::mesh_chunk::{MeshChunk, push};
 use crate::text::mark_length;
 use glam::DVec3;
 
@@ -37,19 +37,13 @@ impl IndexLimits {
 /// Contents of a chunk.
 #[derive(Debug, Default)]
 pub(super) struct ObjChunk {
-    pub(super) vertices: [Vec<f32>; 3],
-    pub(super) normals: [Vec<f32>; 3],
-    pub(super) uvs: [Vec<f32>; 2],
-    pub(super) faces: Faces,
+    /// The vertices and faces. Faulty rows have their numbers in the chunk.
+    pub(super) mesh: MeshChunk,
     /// Changes of the material by `usemtl`: the first triangle with the new one, and the span of
     /// its name.
     pub(super) switches: Vec<(usize, Span)>,
     /// The operands of each `mtllib`.
     pub(super) libraries: Vec<Span>,
-    /// Vertices that are out of reach, by their numbers in the chunk.
-    pub(super) not_finite: Vec<NotFinite>,
-    /// Normals that are not finite or zero.
-    pub(super) bad_normals: Vec<NotFinite>,
     /// Numbers of UVs and normals that the file does not have.
     pub(super) bad_references: [WarningTally; 3],
     pub(super) colors: ChunkColors,
@@ -67,11 +61,13 @@ pub(super) struct ObjChunk {
 impl ObjChunk {
     /// Rows of each attribute.
     pub(super) fn counts(&self) -> [usize; 3] {
-        [
-            self.vertices[0].len(),
-            self.uvs[0].len(),
-            self.normals[0].len(),
-        ]
+        let MeshChunk {
+            vertices,
+            uvs,
+            normals,
+            ..
+        } = &self.mesh;
+        [vertices[0].len(), uvs[0].len(), normals[0].len()]
     }
 }
 
@@ -163,7 +159,9 @@ impl ObjReader<'_> {
             b"f" | b"fo" => return self.face(),
             b"usemtl" => {
                 let material = self.cursor.rest_of_line();
-                self.chunk.switches.push((self.chunk.faces.len(), material));
+                self.chunk
+                    .switches
+                    .push((self.chunk.mesh.faces.len(), material));
             }
             b"mtllib" => {
                 let files = self.cursor.rest_of_line();
@@ -194,7 +192,7 @@ impl ObjReader<'_> {
             b"on" => 1,
             text => decimal::integer(text, 0).0.clamp(0, i64::from(u32::MAX)) as u32,
         };
-        let first = self.chunk.faces.len();
+        let first = self.chunk.mesh.faces.len();
         match self.chunk.smoothing.last_mut() {
             Some(last) if last.0 == first => last.1 = group,
             Some(last) if last.1 == group => {}
@@ -213,15 +211,10 @@ impl ObjReader<'_> {
         };
         // A faulty vertex still gets its row, so that later numbers, and the faces that use them,
         // stay right.
-        let [x, y, z] = *position.as_ref().unwrap_or(&[0.0; 3]);
-        let mut row = [x, y, z];
-        if !mesh::is_in_reach(row) {
-            row = mesh::stored(row);
-            let number = self.chunk.vertices[0].len() as u32;
-            let span = Span::between(start, self.cursor.at);
-            self.chunk.not_finite.push(NotFinite { number, span });
-        }
-        push(&mut self.chunk.vertices, row);
+        let row = *position.as_ref().unwrap_or(&[0.0; 3]);
+        let number = self.chunk.mesh.vertices[0].len() as u32;
+        let span = Span::between(start, self.cursor.at);
+        self.chunk.mesh.add_vertex(row, number, span);
         position?;
         if self.cursor.at_statement_end() {
             return Ok(());
@@ -234,18 +227,10 @@ impl ObjReader<'_> {
         self.cursor.skip_blanks();
         let start = self.cursor.at;
         let vector = self.vector::<3>();
-        let [x, y, z] = *vector.as_ref().unwrap_or(&[0.0, 0.0, 1.0]);
-        let usable =
-            x.is_finite() && y.is_finite() && z.is_finite() && (x != 0.0 || y != 0.0 || z != 0.0);
-        if !usable {
-            let number = self.chunk.normals[0].len() as u32;
-            let span = Span::between(start, self.cursor.at);
-            self.chunk.bad_normals.push(NotFinite { number, span });
-        }
-        push(
-            &mut self.chunk.normals,
-            if usable { [x, y, z] } else { [0.0, 0.0, 1.0] },
-        );
+        let row = *vector.as_ref().unwrap_or(&[0.0, 0.0, 1.0]);
+        let number = self.chunk.mesh.normals[0].len() as u32;
+        let span = Span::between(start, self.cursor.at);
+        self.chunk.mesh.add_normal(row, number, span);
         vector?;
         self.no_more()
     }
@@ -267,7 +252,7 @@ impl ObjReader<'_> {
             );
         }
         push(
-            &mut self.chunk.uvs,
+            &mut self.chunk.mesh.uvs,
             if finite { [u, 1.0 - v] } else { [0.0; 2] },
         );
         position?;
@@ -333,12 +318,5 @@ impl ObjReader<'_> {
             "this face of two corners, line or point is skipped",
             "faces of two corners, lines or points are skipped, this one first",
         );
-    }
-}
-
-#[inline]
-fn push<const N: usize>(columns: &mut [Vec<f32>; N], row: [f32; N]) {
-    for (column, number) in columns.iter_mut().zip(row) {
-        column.push(number);
     }
 }

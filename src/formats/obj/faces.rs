@@ -41,7 +41,7 @@ impl ObjReader<'_> {
                 let paid = 2 * span.length as u64;
                 let bytes = extra_bytes(count, attributes as u64, paid);
                 if self.share.take(bytes) {
-                    self.chunk.faces.add(&self.corners);
+                    self.chunk.mesh.faces.add(&self.corners);
                 }
                 Ok(())
             }

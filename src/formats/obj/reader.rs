@@ -8,13 +8,14 @@ use crate::folder::Folder;
 use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh::{self, NotFinite, PolygonMesh};
+use crate::mesh_chunk;
 use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
 use crate::text::HEAD_BYTES;
 use crate::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
 use crate::workers;
 use glam::DVec3;
-use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
+use phalanx_scene::MaterialTable;
 use std::ops::Range;
 
 /// Bytes of a chunk: large enough to be worth a task, small enough to keep all threads busy to the
@@ -65,7 +66,7 @@ fn read_in_chunks(
         .first()
         .map_or([0; 3], |limits| limits.total);
     remarks::emit(bytes, &mut chunks, total, &mut report);
-    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
+    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.mesh.faces), threads);
     memory.lend(cutting, faces::PURPOSE)?;
     if !report.is_clean() {
         return Err(ReadStop::of(report));
@@ -186,60 +187,26 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
     });
     let colors = colors::merge(colors.collect(), threads);
     let limits = limits_of(&chunks);
-    let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
-    let mut mesh = PolygonMesh {
-        vertices,
-        vertex_normals,
-        vertex_uvs,
-        ..PolygonMesh::default()
-    };
+    let (mut meshes, mut triangles) = (Vec::new(), 0);
     let mut changes = StateChanges::default();
-    let mut triangles = 0;
-    for (mut chunk, IndexLimits { before, .. }) in chunks.into_iter().zip(limits) {
-        (mesh.not_finite).extend(shifted(&chunk.not_finite, before[VERTEX]));
-        (mesh.bad_normals).extend(shifted(&chunk.bad_normals, before[NORMAL]));
-        chunk.faces.resolve(before.map(|count| count as u32));
+    for (chunk, IndexLimits { before, .. }) in chunks.into_iter().zip(limits) {
+        let mut mesh = chunk.mesh;
+        shift(&mut mesh.not_finite, before[VERTEX]);
+        shift(&mut mesh.bad_normals, before[NORMAL]);
+        mesh.faces.resolve(before.map(|count| count as u32));
         let switches = chunk.switches.iter();
         (changes.materials).extend(switches.map(|&(first, name)| (triangles + first, name)));
         let groups = chunk.smoothing.iter();
         (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
         changes.libraries.extend(chunk.libraries);
-        triangles += chunk.faces.len();
-        mesh.faces.push(chunk.faces);
+        triangles += mesh.faces.len();
+        meshes.push(mesh);
     }
-    (mesh, colors, changes)
+    (mesh_chunk::merge(meshes, threads), colors, changes)
 }
 
-fn shifted(rows: &[NotFinite], before: i64) -> impl Iterator<Item = NotFinite> {
-    let shift = move |row: &NotFinite| NotFinite {
-        number: row.number + before as u32,
-        ..*row
-    };
-    rows.iter().map(shift)
-}
-
-fn join_vertices(chunks: &mut [ObjChunk], threads: usize) -> (Vec3s, Vec3s, Vec2s) {
-    let mut columns: [Vec<Vec<f32>>; 8] = Default::default();
-    for chunk in chunks {
-        let parts = chunk
-            .vertices
-            .iter_mut()
-            .chain(&mut chunk.normals)
-            .chain(&mut chunk.uvs);
-        for (column, part) in columns.iter_mut().zip(parts) {
-            column.push(std::mem::take(part));
-        }
-    }
-    let [x, y, z, nx, ny, nz, u, v] = mesh::merge_floats(threads, columns);
-    (
-        Vec3s { x, y, z },
-        Vec3s {
-            x: nx,
-            y: ny,
-            z: nz,
-        },
-        Vec2s { x: u, y: v },
-    )
+fn shift(rows: &mut [NotFinite], before: i64) {
+    rows.iter_mut().for_each(|row| row.number += before as u32);
 }
 
 #[cfg(test)]

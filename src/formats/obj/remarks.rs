@@ -23,7 +23,7 @@ pub(super) fn emit(
             all.merge(chunk);
         }
     }
-    let nothing = total == [0; 3] && chunks.iter().all(|chunk| chunk.faces.len() == 0);
+    let nothing = total == [0; 3] && chunks.iter().all(|chunk| chunk.mesh.faces.len() == 0);
     if let (true, Some(span)) = (nothing, remarks.tally(UNKNOWN[0]).first) {
         report.error(
             span,

@@ -3,16 +3,17 @@
 //! Rows without lists, and faces that are all triangles, have a fixed length. Several threads
 //! extract their numbers at once. Rows that are less regular, or faulty, are read one by one.
 
-use super::columns::{RowChunk, TriangleRowLayout, checked, columns, fill, source};
+use super::columns::{ColumnSource, TriangleRowLayout, checked, columns, fill, source};
 use super::header::{Element, Encoding, PropertyKind, Type};
 use super::lexer::whole;
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::row_reader::{PlyRowReader, RowWords};
-use super::rows::{PlyChunk, checked_normal, checked_position, too_short};
+use super::rows::{PlyChunk, too_short};
 use crate::chunk_remarks::ParseError;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::faces::VERTEX;
 use crate::mesh::NotFinite;
+use crate::mesh_chunk::{checked_normal, checked_position};
 use crate::workers;
 use glam::DVec3;
 
@@ -210,17 +211,17 @@ impl<'a> PlyBinaryReader<'a> {
         let VertexPlan {
             position, origin, ..
         } = self.plan.vertices;
-        (chunk.vertices, chunk.not_finite) =
+        (chunk.mesh.vertices, chunk.mesh.not_finite) =
             self.vectors(element, count, (position, origin), checked_position);
         if let Some(normal) = self.plan.vertices.normal {
-            (chunk.normals, chunk.bad_normals) =
+            (chunk.mesh.normals, chunk.mesh.bad_normals) =
                 self.vectors(element, count, (normal, DVec3::ZERO), checked_normal);
         }
         if let Some(color) = self.plan.vertices.color {
             chunk.colors = self.numbers(element, count, color.numbers);
         }
         if let Some(uv) = self.plan.vertices.uv {
-            chunk.uvs = self.numbers(element, count, uv);
+            chunk.mesh.uvs = self.numbers(element, count, uv);
         }
     }
 
@@ -231,16 +232,9 @@ impl<'a> PlyBinaryReader<'a> {
         count: usize,
         properties: [usize; N],
     ) -> [Vec<f32>; N] {
-        let stride = element.least_bytes();
-        let rows = &self.bytes[self.at..self.at + count * stride];
         let sources = properties.map(|index| source(element, index, 0));
-        let blocks = self.blocks(stride);
-        columns(rows, stride, sources, self.big_endian, blocks)
-    }
-
-    /// The number of threads, and of rows of this length that one takes at a time.
-    fn blocks(&self, stride: usize) -> (usize, usize) {
-        (self.threads, (self.chunk_bytes / stride).max(1))
+        let stride = element.least_bytes();
+        self.columns(count, stride, sources, |_, _| Vec::new()).0
     }
 
     /// Three properties of each row, less an origin, replaced by `check` if they are unusable.
@@ -252,31 +246,31 @@ impl<'a> PlyBinaryReader<'a> {
         check: impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3] + Sync,
     ) -> ([Vec<f32>; 3], Vec<NotFinite>) {
         let stride = element.least_bytes();
+        let span = |row: usize| Span::new(self.at + row * stride, stride);
+        let sources = [0, 1, 2].map(|axis| {
+            let (offset, kind, _) = source(element, properties[axis], 0);
+            (offset, kind, origin[axis])
+        });
+        self.columns(count, stride, sources, |first, block| {
+            checked(first, block, span, &check)
+        })
+    }
+
+    fn columns<const N: usize>(
+        &self,
+        count: usize,
+        stride: usize,
+        sources: [ColumnSource; N],
+        check: impl Fn(usize, [&mut [f32]; N]) -> Vec<NotFinite> + Sync,
+    ) -> ([Vec<f32>; N], Vec<NotFinite>) {
         let rows = &self.bytes[self.at..self.at + count * stride];
-        let sources = properties.map(|index| source(element, index, 0));
-        let mut columns = [(); 3].map(|()| vec![0.0f32; count]);
-        let (threads, size) = self.blocks(stride);
-        let [x, y, z] = &mut columns;
-        let outs = x
-            .chunks_mut(size)
-            .zip(y.chunks_mut(size))
-            .zip(z.chunks_mut(size));
-        let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
-        let blocks = blocks.map(|(k, (((x, y), z), rows))| RowChunk {
-            first: k * size,
-            out: [x, y, z],
-            rows,
-        });
-        let bad = workers::map(threads, blocks.collect(), |mut block| {
-            let sources = sources.into_iter().zip(origin.to_array());
-            for (out, ((offset, kind), origin)) in block.out.iter_mut().zip(sources) {
-                let kind = (kind, origin);
-                fill(out, block.rows, stride, offset, kind, self.big_endian);
-            }
-            let span = |row: usize| Span::new(self.at + row * stride, stride);
-            checked(&mut block, span, &check)
-        });
-        (columns, bad.into_iter().flatten().collect())
+        let blocks = self.blocks(stride);
+        columns(rows, stride, sources, self.big_endian, blocks, check)
+    }
+
+    /// The number of threads, and of rows of this length that one takes at a time.
+    fn blocks(&self, stride: usize) -> (usize, usize) {
+        (self.threads, (self.chunk_bytes / stride).max(1))
     }
 
     /// Reads faces that are all correct and have three corners; returns their length in bytes.
@@ -326,27 +320,20 @@ impl<'a> PlyBinaryReader<'a> {
         // Zeroed pages of the system, which are first touched when they are written to.
         let mut corners = vec![[0; 3]; count];
         let (threads, size) = self.blocks(stride);
-        let outs = corners.chunks_mut(size);
-        let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
-        let blocks = blocks.map(|(k, (out, rows))| RowChunk {
-            first: k * size,
-            out,
-            rows,
-        });
+        let blocks = corners.chunks_mut(size).zip(rows.chunks(size * stride));
         let vertices = self.plan.vertices.count;
-        let right = workers::map(threads, blocks.collect(), |block| {
-            layout
-                .triangles(block.out, block.rows)
-                .is_some_and(|highest| u64::from(highest) < vertices)
+        let right = workers::map(threads, blocks.collect(), |(out, rows)| {
+            let highest = layout.triangles(out, rows);
+            highest.is_some_and(|highest| u64::from(highest) < vertices)
         });
         if !right.into_iter().all(|right| right) {
             return None;
         }
-        chunk.faces.columns[VERTEX] = corners;
+        chunk.mesh.faces.columns[VERTEX] = corners;
         if let Some(color) = self.plan.face_color {
             let sources = color.numbers.map(|index| source(element, index, 3));
-            let blocks = self.blocks(stride);
-            chunk.face_colors.rgb = columns(rows, stride, sources, self.big_endian, blocks);
+            let rgb = self.columns(count, stride, sources, |_, _| Vec::new()).0;
+            chunk.face_colors.rgb = rgb;
             chunk.face_colors.numbers = (0..count as u32).collect();
         }
         Some(length)

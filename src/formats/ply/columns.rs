@@ -39,27 +39,33 @@ pub(super) fn fill(
     }
 }
 
-/// Numbers out of each row, given by their offsets and types, on several threads.
+/// Source of a column: the offset and type of its number in each row, and the origin to subtract.
+pub(super) type ColumnSource = (usize, Type, f64);
+
+/// Columns out of rows, on several threads. `check` gets each block of them, with the number of its
+/// first row, and returns the rows that it replaced.
 pub(super) fn columns<const N: usize>(
     rows: &[u8],
     stride: usize,
-    sources: [(usize, Type); N],
+    sources: [ColumnSource; N],
     big: bool,
     (threads, rows_per_block): (usize, usize),
-) -> [Vec<f32>; N] {
+    check: impl Fn(usize, [&mut [f32]; N]) -> Vec<NotFinite> + Sync,
+) -> ([Vec<f32>; N], Vec<NotFinite>) {
     let mut columns = [(); N].map(|()| vec![0.0f32; rows.len() / stride]);
-    let jobs = columns
-        .iter_mut()
-        .zip(sources)
-        .flat_map(|(column, source)| {
-            let blocks = rows.chunks(rows_per_block * stride);
-            let outs = column.chunks_mut(rows_per_block);
-            outs.zip(blocks).map(move |(out, rows)| (out, rows, source))
-        });
-    workers::map(threads, jobs.collect(), |(out, rows, (offset, kind))| {
-        fill(out, rows, stride, offset, (kind, 0.0), big);
+    let mut parts = columns.each_mut().map(|c| c.chunks_mut(rows_per_block));
+    let blocks = rows.chunks(rows_per_block * stride).enumerate();
+    let blocks = blocks.map(|(k, rows)| {
+        let outs = parts.each_mut().map(|p| p.next().unwrap_or_default());
+        (k * rows_per_block, rows, outs)
     });
-    columns
+    let bad = workers::map(threads, blocks.collect(), |(first, rows, mut outs)| {
+        for (out, (offset, kind, origin)) in outs.iter_mut().zip(sources) {
+            fill(out, rows, stride, offset, (kind, origin), big);
+        }
+        check(first, outs)
+    });
+    (columns, bad.into_iter().flatten().collect())
 }
 
 struct PropertyColumn<'a> {
@@ -141,34 +147,26 @@ impl TriangleRowLayout {
     }
 }
 
-/// Offset and type of a number in rows whose lists have `items` items each.
-pub(super) fn source(element: &Element, index: usize, items: usize) -> (usize, Type) {
+/// Source of a property in rows whose lists have `items` items each.
+pub(super) fn source(element: &Element, index: usize, items: usize) -> ColumnSource {
     let size = |kind| match kind {
         PropertyKind::One(kind) => kind.size(),
         PropertyKind::List { count, item } => count.size() + items * item.size(),
     };
     let before = &element.properties[..index];
     let offset = before.iter().map(|p| size(p.kind)).sum::<usize>();
-    (offset, element.properties[index].kind.number_type())
-}
-
-/// Consecutive rows, and the output for them.
-pub(super) struct RowChunk<'a, T> {
-    pub(super) first: usize,
-    pub(super) out: T,
-    pub(super) rows: &'a [u8],
+    (offset, element.properties[index].kind.number_type(), 0.0)
 }
 
 /// Replaces unusable vectors of a block; returns those that were replaced.
 pub(super) fn checked(
-    block: &mut RowChunk<[&mut [f32]; 3]>,
+    first: usize,
+    [x, y, z]: [&mut [f32]; 3],
     span: impl Fn(usize) -> Span,
     check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
 ) -> Vec<NotFinite> {
     let mut bad = Vec::new();
-    let [x, y, z] = &mut block.out;
-    for (k, ((x, y), z)) in x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).enumerate() {
-        let row = block.first + k;
+    for (row, ((x, y), z)) in (first..).zip(x.iter_mut().zip(y).zip(z)) {
         [*x, *y, *z] = check([*x, *y, *z], row as u32, span(row), &mut bad);
     }
     bad

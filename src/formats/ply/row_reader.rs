@@ -3,11 +3,12 @@
 
 use super::header::{Element, Property, PropertyKind, Type};
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
-use super::rows::{FaceRow, PlyChunk, check_corners, checked_normal, checked_position};
+use super::rows::{FaceRow, PlyChunk, check_corners};
 use super::uvs::MAX_UVS;
 use crate::chunk_remarks::ParseError;
 use crate::diagnostics::Span;
 use crate::memory::LedgerShare;
+use crate::mesh_chunk::push;
 
 /// Numbers of rows, one after the other, in one of the encodings.
 pub(super) trait RowWords {
@@ -147,17 +148,15 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
         } = numbers;
         // A faulty vertex is stored, too, so that later ones keep their numbers.
         let span = Span::between(start, self.words.at());
-        let position = checked_position(position, number, span, &mut self.chunk.not_finite);
-        push(&mut self.chunk.vertices, position);
+        self.chunk.mesh.add_vertex(position, number, span);
         if self.plan.vertices.normal.is_some() {
-            let normal = checked_normal(normal, number, span, &mut self.chunk.bad_normals);
-            push(&mut self.chunk.normals, normal);
+            self.chunk.mesh.add_normal(normal, number, span);
         }
         if self.plan.vertices.color.is_some() {
             push(&mut self.chunk.colors, color);
         }
         if self.plan.vertices.uv.is_some() {
-            push(&mut self.chunk.uvs, uv);
+            push(&mut self.chunk.mesh.uvs, uv);
         }
         read
     }
@@ -280,12 +279,5 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
             },
         }
         Ok(())
-    }
-}
-
-#[inline]
-fn push<const N: usize>(columns: &mut [Vec<f32>; N], row: [f32; N]) {
-    for (column, number) in columns.iter_mut().zip(row) {
-        column.push(number);
     }
 }

@@ -5,26 +5,20 @@ use super::header::Element;
 use super::uvs::FaceUvs;
 use crate::chunk_remarks::{ChunkRemarks, ParseError};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{Faces, MAX_CORNERS};
-use crate::mesh::{self, NotFinite, PolygonMesh};
-use phalanx_scene::{Vec2s, Vec3s};
+use crate::faces::MAX_CORNERS;
+use crate::mesh::{self, PolygonMesh};
+use crate::mesh_chunk::{self, MeshChunk};
+use phalanx_scene::Vec3s;
 
 /// Contents of some rows.
 #[derive(Default)]
 pub(super) struct PlyChunk {
-    pub(super) vertices: [Vec<f32>; 3],
-    pub(super) normals: [Vec<f32>; 3],
+    /// The vertices and faces, with texture coordinates as in the file.
+    pub(super) mesh: MeshChunk,
     /// Colours of vertices, as in the file.
     pub(super) colors: [Vec<f32>; 3],
-    /// Texture coordinates of vertices, as in the file.
-    pub(super) uvs: [Vec<f32>; 2],
-    pub(super) faces: Faces,
     pub(super) face_colors: FaceColors,
     pub(super) face_uvs: FaceUvs,
-    /// Vertices that are out of reach, ascending.
-    pub(super) not_finite: Vec<NotFinite>,
-    /// Normals that are zero or not finite, ascending.
-    pub(super) bad_normals: Vec<NotFinite>,
     /// The first line after the last row, if it is in this chunk.
     pub(super) surplus: Option<Span>,
     /// True if a row has more operands than the header announces.
@@ -66,7 +60,7 @@ impl PlyChunk {
     ) -> Result<(), ParseError> {
         let corners = face.corners;
         check_range(corners.iter().copied(), vertices, span)?;
-        let start = self.faces.len();
+        let start = self.mesh.faces.len();
         match (corners, face.uvs) {
             ([] | [_] | [_, _], _) => {
                 self.remarks.warn(
@@ -78,16 +72,17 @@ impl PlyChunk {
             }
             (_, Some(uvs)) => {
                 self.note_incomplete(corners, uvs, span);
-                self.face_uvs.add(corners, uvs, &mut self.faces);
+                self.face_uvs.add(corners, uvs, &mut self.mesh.faces);
             }
-            (&[a, b, c], _) => self.faces.add_plain([a as u32, b as u32, c as u32]),
-            _ => self.faces.add_plain_polygon(corners),
+            (&[a, b, c], _) => self.mesh.faces.add_plain([a as u32, b as u32, c as u32]),
+            _ => self.mesh.faces.add_plain_polygon(corners),
         }
         if let Some(rgb) = face.color {
-            self.face_colors.add(rgb, self.faces.len());
+            self.face_colors.add(rgb, self.mesh.faces.len());
         }
         if let Some(picture) = face.picture {
-            self.face_uvs.set_picture(picture, start, self.faces.len());
+            self.face_uvs
+                .set_picture(picture, start, self.mesh.faces.len());
         }
         Ok(())
     }
@@ -116,7 +111,8 @@ impl PlyChunk {
             for (k, t) in strip.windows(3).enumerate() {
                 let [a, b, c] = [t[0] as u32, t[1] as u32, t[2] as u32];
                 let turned = k % 2 == 1;
-                self.faces
+                self.mesh
+                    .faces
                     .add_plain(if turned { [b, a, c] } else { [a, b, c] });
             }
         }
@@ -125,53 +121,37 @@ impl PlyChunk {
 }
 
 /// Joins chunks, and reports their errors.
-pub(super) fn merge(
-    mut chunks: Vec<PlyChunk>,
-    threads: usize,
-    report: &mut DiagnosticSink,
-) -> Body {
-    let mut columns: [Vec<Vec<f32>>; 11] = Default::default();
-    for chunk in &mut chunks {
-        let parts = chunk.vertices.iter_mut().chain(&mut chunk.normals);
-        let parts = parts.chain(&mut chunk.colors).chain(&mut chunk.uvs);
-        for (column, part) in columns.iter_mut().zip(parts) {
-            column.push(std::mem::take(part));
-        }
-    }
-    let [x, y, z, nx, ny, nz, r, g, b, u, v] = mesh::merge_floats(threads, columns);
-    let vectors = |x, y, z| Vec3s { x, y, z };
-    let mut body = Body {
-        mesh: PolygonMesh {
-            vertices: vectors(x, y, z),
-            vertex_normals: vectors(nx, ny, nz),
-            vertex_uvs: Vec2s { x: u, y: v },
-            ..PolygonMesh::default()
-        },
-        colors: vectors(r, g, b),
-        face_colors: Vec::new(),
-        face_uvs: Vec::new(),
-    };
+pub(super) fn merge(chunks: Vec<PlyChunk>, threads: usize, report: &mut DiagnosticSink) -> Body {
+    let mut colors: [Vec<Vec<f32>>; 3] = Default::default();
+    let (mut meshes, mut face_colors, mut face_uvs) = (Vec::new(), Vec::new(), Vec::new());
     let (mut surplus, mut surplus_operands) = (None, false);
     let mut remarks = ChunkRemarks::default();
     for chunk in chunks {
+        for (column, part) in colors.iter_mut().zip(chunk.colors) {
+            column.push(part);
+        }
         remarks.merge(chunk.remarks);
-        body.mesh.not_finite.extend(chunk.not_finite);
-        body.mesh.bad_normals.extend(chunk.bad_normals);
-        body.mesh.faces.push(chunk.faces);
-        body.face_colors.push(chunk.face_colors);
-        body.face_uvs.push(chunk.face_uvs);
+        meshes.push(chunk.mesh);
+        face_colors.push(chunk.face_colors);
+        face_uvs.push(chunk.face_uvs);
         surplus = surplus.or(chunk.surplus);
         surplus_operands |= chunk.surplus_operands;
     }
     if surplus_operands {
         // MeshLab writes colours of corners where it announces those of faces.
-        body.face_colors.clear();
+        face_colors.clear();
     }
     remarks.emit(report);
     if let Some(span) = surplus {
         report.warning(span, "this line and what follows the last row is ignored");
     }
-    body
+    let [x, y, z] = mesh::merge_floats(threads, colors);
+    Body {
+        mesh: mesh_chunk::merge(meshes, threads),
+        colors: Vec3s { x, y, z },
+        face_colors,
+        face_uvs,
+    }
 }
 
 fn check_range(
@@ -207,34 +187,4 @@ pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
         span,
         format!("the file ends after {row} of the {count} rows of {name}"),
     )
-}
-
-/// Replaces a position that is not finite, and notes one that is out of reach.
-#[inline]
-pub(super) fn checked_position(
-    row: [f32; 3],
-    number: u32,
-    span: Span,
-    bad: &mut Vec<NotFinite>,
-) -> [f32; 3] {
-    if mesh::is_in_reach(row) {
-        return row;
-    }
-    bad.push(NotFinite { number, span });
-    mesh::stored(row)
-}
-
-/// Replaces a normal that is zero or not finite, and notes it.
-#[inline]
-pub(super) fn checked_normal(
-    row: [f32; 3],
-    number: u32,
-    span: Span,
-    bad: &mut Vec<NotFinite>,
-) -> [f32; 3] {
-    if row.iter().all(|c| c.is_finite()) && row != [0.0; 3] {
-        return row;
-    }
-    bad.push(NotFinite { number, span });
-    [0.0, 0.0, 1.0]
 }

@@ -1,0 +1,93 @@
+//! Rows of a mesh that one worker has read, and their join.
+
+use super::diagnostics::Span;
+use super::faces::Faces;
+use super::mesh::{self, NotFinite, PolygonMesh};
+use phalanx_scene::{Vec2s, Vec3s};
+
+#[derive(Debug, Default)]
+pub(super) struct MeshChunk {
+    pub(super) vertices: [Vec<f32>; 3],
+    pub(super) normals: [Vec<f32>; 3],
+    pub(super) uvs: [Vec<f32>; 2],
+    pub(super) faces: Faces,
+    /// Vertices that are out of reach, ascending.
+    pub(super) not_finite: Vec<NotFinite>,
+    /// Normals that are zero or not finite, ascending.
+    pub(super) bad_normals: Vec<NotFinite>,
+}
+
+impl MeshChunk {
+    /// Adds a vertex. One that is out of reach is noted under its number.
+    #[inline]
+    pub(super) fn add_vertex(&mut self, position: [f32; 3], number: u32, span: Span) {
+        let position = checked_position(position, number, span, &mut self.not_finite);
+        push(&mut self.vertices, position);
+    }
+
+    /// Adds a normal. One that is zero or not finite is noted under its number.
+    #[inline]
+    pub(super) fn add_normal(&mut self, normal: [f32; 3], number: u32, span: Span) {
+        let normal = checked_normal(normal, number, span, &mut self.bad_normals);
+        push(&mut self.normals, normal);
+    }
+}
+
+/// Joins chunks to one mesh, in their order.
+pub(super) fn merge(chunks: Vec<MeshChunk>, threads: usize) -> PolygonMesh {
+    let mut columns: [Vec<Vec<f32>>; 8] = Default::default();
+    let mut mesh = PolygonMesh::default();
+    for chunk in chunks {
+        let vectors = chunk.vertices.into_iter().chain(chunk.normals);
+        for (column, part) in columns.iter_mut().zip(vectors.chain(chunk.uvs)) {
+            column.push(part);
+        }
+        mesh.not_finite.extend(chunk.not_finite);
+        mesh.bad_normals.extend(chunk.bad_normals);
+        mesh.faces.push(chunk.faces);
+    }
+    let [x, y, z, nx, ny, nz, u, v] = mesh::merge_floats(threads, columns);
+    let vectors = |x, y, z| Vec3s { x, y, z };
+    mesh.vertices = vectors(x, y, z);
+    mesh.vertex_normals = vectors(nx, ny, nz);
+    mesh.vertex_uvs = Vec2s { x: u, y: v };
+    mesh
+}
+
+/// A position as it is stored, and a note if it is out of reach.
+#[inline]
+pub(super) fn checked_position(
+    row: [f32; 3],
+    number: u32,
+    span: Span,
+    bad: &mut Vec<NotFinite>,
+) -> [f32; 3] {
+    if mesh::is_in_reach(row) {
+        return row;
+    }
+    bad.push(NotFinite { number, span });
+    mesh::stored(row)
+}
+
+/// A normal, or +z and a note if it is zero or not finite.
+#[inline]
+pub(super) fn checked_normal(
+    row: [f32; 3],
+    number: u32,
+    span: Span,
+    bad: &mut Vec<NotFinite>,
+) -> [f32; 3] {
+    if row.iter().all(|c| c.is_finite()) && row != [0.0; 3] {
+        return row;
+    }
+    bad.push(NotFinite { number, span });
+    [0.0, 0.0, 1.0]
+}
+
+/// Adds a row to columns.
+#[inline]
+pub(super) fn push<const N: usize>(columns: &mut [Vec<f32>; N], row: [f32; N]) {
+    for (column, number) in columns.iter_mut().zip(row) {
+        column.push(number);
+    }
+}
