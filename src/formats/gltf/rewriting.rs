@@ -59,26 +59,22 @@ fn read_strictly<'a, T: DeserializeOwned>(
     serde_json::from_slice(rewritten.as_bytes()).map_err(|error| fault(text, rewritten, &error))
 }
 
-/// The value at which an error was found: the innermost one around its column in the rewritten
-/// text, which is a single line.
+/// The value at which an error was found. The rewritten text is a single line, so that a column is
+/// an offset.
 fn fault<'a>(text: &'a str, rewritten: &str, error: &serde_json::Error) -> ValueFault<'a> {
-    let (mut value, mut inner, mut path) = (text, rewritten, String::new());
-    loop {
-        let encloses = |(_, child): &(String, &str)| {
-            let start = child.as_ptr() as usize - rewritten.as_ptr() as usize;
-            // The first row too many is where the fault of the list is found.
-            let ends_list = syntax::is_long_list(error) && start + 1 == error.column();
-            (start..=start + child.len()).contains(&error.column()) && !ends_list
-        };
-        let Some((step, child)) = children(inner).into_iter().find(encloses) else {
-            break;
-        };
-        let own = children(value).into_iter().find(|(name, _)| *name == step);
-        (value, inner) = (own.map_or(value, |(_, own)| own), child);
-        path += &step;
+    // The first row too many, or the name of a second member: the fault is that of the whole.
+    let is_inside = syntax::is_inside_value(error);
+    let mut path = path_to(rewritten, error.column().saturating_sub(is_inside.into()));
+    if is_inside {
+        path.pop();
     }
+    let child = |value: &'a str, step: &String| {
+        let mut all = children(value).into_iter();
+        all.find(|(name, _)| name == step).map(|(_, child)| child)
+    };
+    let value = path.iter().try_fold(text, child).unwrap_or(text);
     // Names come from the file, with any length and any characters.
-    let path = match path.trim_start_matches('.') {
+    let path = match path.concat().trim_start_matches('.') {
         "" => DOCUMENT.to_owned(),
         path => quoted_file(path).trim_matches('`').to_owned(),
     };
@@ -88,6 +84,32 @@ fn fault<'a>(text: &'a str, rewritten: &str, error: &serde_json::Error) -> Value
         path,
         message,
     }
+}
+
+/// Steps to the value that begins or ends at an offset of JSON without blanks.
+fn path_to(json: &str, offset: usize) -> Vec<String> {
+    // The current step into each open list or object, and its number in a list.
+    let mut path = Vec::new();
+    let mut at = 0;
+    while at < offset {
+        let (token, rest) = json[at..].split_at(token_length(&json.as_bytes()[at..]));
+        at += token.len();
+        match (token, path.last_mut()) {
+            ("{", _) => path.push((String::new(), None)),
+            ("[", _) => path.push(("[0]".to_owned(), Some(0))),
+            ("}" | "]", _) => _ = path.pop(),
+            (",", Some((step, Some(row)))) => {
+                *row += 1;
+                *step = format!("[{row}]");
+            }
+            (_, Some((step, _))) if rest.starts_with(':') => {
+                let name: String = serde_json::from_slice(token.as_bytes()).unwrap_or_default();
+                *step = format!(".{name}");
+            }
+            _ => {}
+        }
+    }
+    path.into_iter().map(|(step, _)| step).collect()
 }
 
 /// The rows of a list or the members of an object, each with its step in a path.

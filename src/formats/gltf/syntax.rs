@@ -5,6 +5,11 @@ use crate::diagnostics::quoted;
 const TRAILING_COMMA: &str = "a comma stands before the end of a list or an object";
 const TOO_LARGE: &str = "the number is too large";
 
+/// The library's message for a list with rows behind the last one that is read.
+const LONG_LIST: &str = "trailing characters";
+/// Start of the library's message for a member that an object has twice.
+const SECOND_MEMBER: &str = "duplicate field ";
+
 /// The library's message without its line and column.
 fn without_place(error: &serde_json::Error) -> String {
     let message = error.to_string();
@@ -18,7 +23,7 @@ fn plain(error: &serde_json::Error) -> String {
     if let Some(member) = message.strip_prefix("missing field ") {
         return format!("it has no {member}");
     }
-    if let Some(member) = message.strip_prefix("duplicate field ") {
+    if let Some(member) = message.strip_prefix(SECOND_MEMBER) {
         return format!("it has two members {member}");
     }
     let words = match &message[..] {
@@ -38,7 +43,7 @@ fn plain(error: &serde_json::Error) -> String {
         "number out of range" => TOO_LARGE,
         "invalid unicode code point" => "a text is not UTF-8",
         "trailing comma" => TRAILING_COMMA,
-        "trailing characters" => "something stands behind the end of the document",
+        LONG_LIST => "something stands behind the end of the document",
         "lone leading surrogate in hex escape" | "unexpected end of hex escape" => {
             "a text has half a letter, as two escapes `\\u` should name it"
         }
@@ -51,15 +56,17 @@ fn plain(error: &serde_json::Error) -> String {
     words.to_owned()
 }
 
-/// Returns true for an error about a list that has too many rows.
-pub(super) fn is_long_list(error: &serde_json::Error) -> bool {
-    without_place(error) == "trailing characters"
+/// Returns true for an error that is found within the value that is at fault: a list has too many
+/// rows, or an object two members of a name.
+pub(super) fn is_inside_value(error: &serde_json::Error) -> bool {
+    let message = without_place(error);
+    message == LONG_LIST || message.starts_with(SECOND_MEMBER)
 }
 
 /// Message for a fault of the value with this text.
 pub(super) fn of_value(error: &serde_json::Error, text: &str) -> String {
     let message = without_place(error);
-    if is_long_list(error) {
+    if message == LONG_LIST {
         return "it should be a shorter list".to_owned();
     }
     let Some((_, expected)) = message.rsplit_once(", expected ") else {
