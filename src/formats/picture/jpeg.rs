@@ -1,11 +1,13 @@
 //! JPEG, decoded at once.
 
-use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides};
+use super::pixels::{
+    DecodedImage, EncodedImage, PictureDecoder, PixelLayout, TABLES, checked_sides,
+};
 use jpeg_decoder::CodingProcess;
 use phalanx_image::decoders::jpeg::{self, JpegDecoder};
 
 /// Reads the header of a JPEG.
-pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<JpegDecoder<'_>>, String> {
+pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let (decoder, info) = jpeg::open(bytes, checked_sides)?;
     let (width, height) = (u32::from(info.width), u32::from(info.height));
     let pixels = u64::from(width) * u64::from(height);
@@ -16,22 +18,27 @@ pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<JpegDecoder<'_>>, String>
         CodingProcess::DctProgressive => 3,
         CodingProcess::DctSequential | CodingProcess::Lossless => 1,
     };
-    Ok(ImageHeader {
+    Ok(EncodedImage {
         width,
         height,
         scratch: TABLES + blocks * components * kept + pixels * components,
-        decoder,
+        decoder: Box::new(decoder),
     })
 }
 
-/// Decodes a picture.
-pub(super) fn decode(decoder: JpegDecoder, image: &mut DecodedImage) -> Result<(), String> {
-    let (samples, of_pixel) = jpeg::decode(decoder)?;
-    image.reserve(samples.len() / of_pixel)?;
-    let layout = PixelLayout {
-        samples: of_pixel,
-        wide: false,
-    };
-    layout.each(&samples, |color, alpha| image.push(color, alpha));
-    Ok(())
+impl PictureDecoder for JpegDecoder<'_> {
+    fn has_alpha(&self) -> bool {
+        false
+    }
+
+    fn decode(self: Box<Self>, _: [usize; 2], image: &mut DecodedImage) -> Result<(), String> {
+        let (samples, of_pixel) = jpeg::decode(*self)?;
+        image.reserve(samples.len() / of_pixel)?;
+        let layout = PixelLayout {
+            samples: of_pixel,
+            wide: false,
+        };
+        layout.each(&samples, |color, alpha| image.push(color, alpha));
+        Ok(())
+    }
 }

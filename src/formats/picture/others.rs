@@ -1,13 +1,15 @@
 //! TGA, BMP and WebP, decoded at once by the crate `image`.
 
-use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides, too_short};
+use super::pixels::{
+    DecodedImage, EncodedImage, PictureDecoder, PixelLayout, TABLES, checked_sides, too_short,
+};
 use image::codecs::{bmp::BmpDecoder, tga::TgaDecoder, webp::WebPDecoder};
 use image::{ImageDecoder, ImageError};
 use std::error::Error;
 use std::io::{Cursor, ErrorKind};
 
 /// A decoder that has read the header.
-pub(super) struct WholeImageDecoder<'a> {
+struct WholeImageDecoder<'a> {
     decoder: Box<dyn ImageDecoder + 'a>,
     format: &'static str,
 }
@@ -18,20 +20,20 @@ const WEBP: &str = "WebP";
 const MAX_RUN: u64 = 128;
 
 /// Reads the header of a BMP.
-pub(super) fn open_bmp(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
+pub(super) fn open_bmp(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let decoder = BmpDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, "BMP"))?;
     opened(Box::new(decoder), "BMP", Some(bytes.len()), 4)
 }
 
 /// Reads the header of a TGA.
-pub(super) fn open_tga(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
+pub(super) fn open_tga(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let decoder = TgaDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, "TGA"))?;
     opened(Box::new(decoder), "TGA", Some(bytes.len()), 4)
 }
 
 /// Reads the header of a WebP. Its decoder keeps a frame of four bytes per pixel, and tables of a
 /// sixteenth of a frame each.
-pub(super) fn open_webp(bytes: &[u8]) -> Result<ImageHeader<WholeImageDecoder<'_>>, String> {
+pub(super) fn open_webp(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(|e| plain(e, WEBP))?;
     if decoder.has_animation() {
         return Err("it is an animated WebP picture, which is not read: convert it to PNG".into());
@@ -46,32 +48,37 @@ fn opened<'a>(
     format: &'static str,
     length: Option<usize>,
     bytes_per_pixel: u64,
-) -> Result<ImageHeader<WholeImageDecoder<'a>>, String> {
+) -> Result<EncodedImage<'a>, String> {
     let (width, height) = decoder.dimensions();
     let (width, height) = checked_sides(width.into(), height.into())?;
     let pixels = u64::from(width) * u64::from(height);
     if length.is_some_and(|length| pixels > length as u64 * MAX_RUN) {
         return Err(too_short(width, height));
     }
-    Ok(ImageHeader {
+    Ok(EncodedImage {
         width,
         height,
         scratch: TABLES + decoder.total_bytes() + pixels * bytes_per_pixel,
-        decoder: WholeImageDecoder { decoder, format },
+        decoder: Box::new(WholeImageDecoder { decoder, format }),
     })
 }
 
 impl WholeImageDecoder<'_> {
     /// Layout of the decoder's output.
-    pub(super) fn layout(&self) -> PixelLayout {
+    fn layout(&self) -> PixelLayout {
         PixelLayout {
             samples: self.decoder.color_type().channel_count().into(),
             wide: false,
         }
     }
+}
 
-    /// Decodes a picture.
-    pub(super) fn decode(self, image: &mut DecodedImage) -> Result<(), String> {
+impl PictureDecoder for WholeImageDecoder<'_> {
+    fn has_alpha(&self) -> bool {
+        self.layout().has_alpha()
+    }
+
+    fn decode(self: Box<Self>, _: [usize; 2], image: &mut DecodedImage) -> Result<(), String> {
         let (layout, format) = (self.layout(), self.format);
         let mut bytes = Vec::new();
         let size = self.decoder.total_bytes() as usize;

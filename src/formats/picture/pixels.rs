@@ -2,15 +2,56 @@
 
 use phalanx_scene::MAX_TEXTURE_SIDE;
 
-/// The header of a picture, and the decoder that has read it.
-pub(super) struct ImageHeader<D> {
+/// A picture of which the header has been read.
+pub(crate) struct EncodedImage<'a> {
     /// Pixels in a row, 1 to [`MAX_TEXTURE_SIDE`].
-    pub(super) width: u32,
+    pub(crate) width: u32,
     /// Rows, 1 to [`MAX_TEXTURE_SIDE`].
-    pub(super) height: u32,
+    pub(crate) height: u32,
     /// Bytes that decoding takes beyond the pixels.
-    pub(super) scratch: u64,
-    pub(super) decoder: D,
+    pub(crate) scratch: u64,
+    pub(super) decoder: Box<dyn PictureDecoder + 'a>,
+}
+
+/// The decoder of a picture's format, which has read the header.
+pub(super) trait PictureDecoder {
+    fn has_alpha(&self) -> bool;
+
+    /// Decodes all pixels of a picture of this width and height, the uppermost row first.
+    fn decode(self: Box<Self>, size: [usize; 2], image: &mut DecodedImage) -> Result<(), String>;
+}
+
+impl EncodedImage<'_> {
+    /// Number of pixels.
+    pub(crate) fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Bytes for alpha, unless all pixels turn out to be opaque.
+    pub(crate) fn alpha_bytes(&self) -> u64 {
+        if self.decoder.has_alpha() {
+            self.pixels()
+        } else {
+            0
+        }
+    }
+
+    /// All pixels, the uppermost row first. Grey becomes equal components, 16 bits become the
+    /// nearest 8, and colour profiles are ignored.
+    pub(crate) fn decode(self) -> Result<DecodedImage, String> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let mut image = DecodedImage::default();
+        self.decoder.decode([width, height], &mut image)?;
+        if image.colors.len() != width * height {
+            return Err("it decodes to another size than it claims".into());
+        }
+        if !image.alpha.is_empty() {
+            image.alpha.resize(width * height, 255);
+        }
+        image.colors.shrink_to_fit();
+        image.alpha.shrink_to_fit();
+        Ok(image)
+    }
 }
 
 /// Bytes of a decoder's tables and rows.

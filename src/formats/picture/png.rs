@@ -1,29 +1,31 @@
 //! PNG, row by row: memory is touched only as far as rows have been decoded.
 
-use super::pixels::{DecodedImage, ImageHeader, PixelLayout, TABLES, checked_sides};
+use super::pixels::{
+    DecodedImage, EncodedImage, PictureDecoder, PixelLayout, TABLES, checked_sides,
+};
 use ::png::BitDepth;
 use phalanx_image::decoders::png::{self, finish, plain};
 use std::io::Cursor;
 
 /// A decoder that has read all before the first row.
-pub(super) type PngReader<'a> = ::png::Reader<Cursor<&'a [u8]>>;
+type PngReader<'a> = ::png::Reader<Cursor<&'a [u8]>>;
 
 /// Reads the header of a PNG. Neither faults outside of the rows nor the length of the file lead to
 /// rejection: a picture of one colour takes a thousandth of the bytes of its rows, and a row an
 /// eighth of those of its pixels.
-pub(super) fn open(bytes: &[u8]) -> Result<ImageHeader<PngReader<'_>>, String> {
+pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let reader = png::open(Cursor::new(bytes), checked_sides)?;
     let info = reader.info();
-    Ok(ImageHeader {
+    Ok(EncodedImage {
         width: info.width,
         height: info.height,
         scratch: TABLES,
-        decoder: reader,
+        decoder: Box::new(reader),
     })
 }
 
 /// Layout of the decoder's output.
-pub(super) fn layout(reader: &PngReader) -> PixelLayout {
+fn layout(reader: &PngReader) -> PixelLayout {
     let (color, depth) = reader.output_color_type();
     PixelLayout {
         samples: color.samples(),
@@ -31,23 +33,28 @@ pub(super) fn layout(reader: &PngReader) -> PixelLayout {
     }
 }
 
-/// Decodes all rows of a picture.
-pub(super) fn decode(
-    mut reader: PngReader,
-    [width, height]: [usize; 2],
-    image: &mut DecodedImage,
-) -> Result<(), String> {
-    let layout = layout(&reader);
-    if reader.info().interlaced {
-        return decode_interlaced(reader, [width, height], image);
+impl PictureDecoder for PngReader<'_> {
+    fn has_alpha(&self) -> bool {
+        layout(self).has_alpha()
     }
-    for _ in 0..height {
-        let row = reader.next_row().map_err(plain)?;
-        let row = row.ok_or(TOO_FEW_ROWS)?;
-        image.reserve(width)?;
-        layout.each(row.data(), |color, alpha| image.push(color, alpha));
+
+    fn decode(
+        mut self: Box<Self>,
+        [width, height]: [usize; 2],
+        image: &mut DecodedImage,
+    ) -> Result<(), String> {
+        let layout = layout(&self);
+        if self.info().interlaced {
+            return decode_interlaced(*self, [width, height], image);
+        }
+        for _ in 0..height {
+            let row = self.next_row().map_err(plain)?;
+            let row = row.ok_or(TOO_FEW_ROWS)?;
+            image.reserve(width)?;
+            layout.each(row.data(), |color, alpha| image.push(color, alpha));
+        }
+        finish(&mut self)
     }
-    finish(&mut reader)
 }
 
 const TOO_FEW_ROWS: &str = "it has too few rows";
@@ -106,8 +113,7 @@ mod tests {
         let sum = data + 4 + usize::from(bytes[data - 1]);
         broken[sum] ^= 1;
         let reason = |bytes: &[u8]| {
-            let decoded = open(bytes)
-                .and_then(|header| decode(header.decoder, [1, 1], &mut DecodedImage::default()));
+            let decoded = open(bytes).and_then(EncodedImage::decode);
             decoded.map(|_| ()).expect_err("broken")
         };
         let told = reason(&broken);
