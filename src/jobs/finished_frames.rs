@@ -171,10 +171,7 @@ impl FinishedFrames {
             KeptHeader::new(key, Some(camera_path)).check(&line, path, &LIST)?;
             end += line.len() as u64;
         } else if !header(key, camera_path).as_bytes().starts_with(&line) {
-            return Err(KeptFileError::Other {
-                path: path.into(),
-                expected: LIST.name,
-            });
+            return Err(KeptFileError::other(path, LIST.name));
         }
         while end > 0 && next(&mut line)? {
             end += line.len() as u64;

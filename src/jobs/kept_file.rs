@@ -62,6 +62,11 @@ impl KeptFileError {
         let path = path.into();
         KeptFileError::Io { path, source }
     }
+
+    pub(super) fn other(path: &Path, expected: &'static str) -> KeptFileError {
+        let path = path.into();
+        KeptFileError::Other { path, expected }
+    }
 }
 
 /// Rejects a path that cannot be such a file, without opening it: opening a pipe would block.

@@ -58,10 +58,7 @@ impl KeptHeader {
         path: &Path,
         kind: &KeptKind,
     ) -> Result<(), KeptFileError> {
-        let other = || KeptFileError::Other {
-            path: path.into(),
-            expected: kind.name,
-        };
+        let other = || KeptFileError::other(path, kind.name);
         let named: LayoutVersion = serde_json::from_slice(text).map_err(|_| other())?;
         let found = named.layout_version.or(kind.unnamed_version);
         let found = found.ok_or_else(other)?;

@@ -55,11 +55,6 @@ impl<'a> PlannedFrames<'a> {
         (first.saturating_add(skipped)..=last).step_by(step as usize)
     }
 
-    /// The shard of a whole frame.
-    pub fn shard_of(&self, frame: u32) -> u32 {
-        (frame - self.ends[0]) % self.plan.shards.max(1)
-    }
-
     /// The view of a frame of a sequence; `None` for the scene's own.
     ///
     /// # Errors

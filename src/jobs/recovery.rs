@@ -52,10 +52,7 @@ impl Recovery {
         read.map_err(io)?;
         let nothing = recovery.tiles.is_empty() && recovery.damaged == 0;
         match header {
-            FileHeader::Unknown if nothing => Err(KeptFileError::Other {
-                path: path.into(),
-                expected: TILES.name,
-            }),
+            FileHeader::Unknown if nothing => Err(KeptFileError::other(path, TILES.name)),
             _ => Ok(recovery),
         }
     }

@@ -195,22 +195,19 @@ impl From<BandsError> for CliError {
 
 impl From<KeptFileError> for CliError {
     fn from(error: KeptFileError) -> CliError {
-        let failure = match error {
-            KeptFileError::Io { .. } | KeptFileError::InUse { .. } => CliError::Runtime,
-            _ => CliError::Usage,
-        };
-        let failure = failure(error.to_string());
+        let text = error.to_string();
         match error {
-            KeptFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
-                .with_hint(
+            KeptFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => {
+                CliError::Runtime(text).with_hint(
                     "finished work is kept: free some disk space, then run the same command again",
-                ),
+                )
+            }
+            KeptFileError::Io { .. } | KeptFileError::InUse { .. } => CliError::Runtime(text),
             KeptFileError::Different { .. }
             | KeptFileError::Other { .. }
             | KeptFileError::Layout { .. } => {
-                failure.with_hint("choose another file, or delete this one")
+                CliError::Usage(text).with_hint("choose another file, or delete this one")
             }
-            _ => failure,
         }
     }
 }
