@@ -229,6 +229,7 @@ impl<'a> Accessor<'a> {
     }
 
     /// The bytes of a row below `count`; `None` stands for zeros.
+    #[inline]
     fn row(&self, row: usize) -> Option<&'a [u8]> {
         let replacement = self.replaced.and_then(|replaced| replaced.row(row));
         replacement.or_else(|| self.rows.map(|rows| rows.get(row)))
@@ -247,6 +248,7 @@ impl<'a> Accessor<'a> {
     }
 
     /// A row below `count` as a colour and its alpha, which is `alpha` if it has none.
+    #[inline]
     pub(super) fn color(&self, row: usize, alpha: f32) -> [f32; 4] {
         match self.width {
             4 => self.get(row),
@@ -298,6 +300,7 @@ impl<'a> StridedRows<'a> {
         }
     }
 
+    #[inline]
     fn get(&self, row: usize) -> &'a [u8] {
         &self.bytes[row * self.stride..]
     }
@@ -361,6 +364,7 @@ impl<'a> SparseOverride<'a> {
     }
 
     /// The replacement of a row.
+    #[inline]
     fn row(&self, row: usize) -> Option<&'a [u8]> {
         let (mut from, mut to) = (0, self.count);
         while from < to {

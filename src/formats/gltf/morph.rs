@@ -61,6 +61,7 @@ impl<'a> MorphTarget<'a> {
 }
 
 /// A position after all displacements.
+#[inline]
 pub(super) fn position(targets: &[MorphTarget], row: usize, start: DVec3) -> DVec3 {
     targets.iter().fold(start, |sum, target| {
         sum + displacement(target.weight, target.position, row)
@@ -68,18 +69,21 @@ pub(super) fn position(targets: &[MorphTarget], row: usize, start: DVec3) -> DVe
 }
 
 /// A normal after all displacements, of any length.
+#[inline]
 pub(super) fn normal(targets: &[MorphTarget], row: usize, start: DVec3) -> DVec3 {
     targets.iter().fold(start, |sum, target| {
         sum + displacement(target.weight, target.normal, row)
     })
 }
 
+#[inline]
 fn displacement(weight: f64, rows: Option<Accessor>, row: usize) -> DVec3 {
     let moved = rows.map(|rows| DVec3::from_array(rows.get(row).map(f64::from)));
     weight * moved.unwrap_or_default()
 }
 
 /// Texture coordinates after all displacements.
+#[inline]
 pub(super) fn uv(targets: &[MorphTarget], row: usize, start: [f32; 2]) -> [f32; 2] {
     targets.iter().fold(start, |sum, target| {
         let moved = target.uv.map_or([0.0; 2], |rows| rows.get(row));
@@ -88,6 +92,7 @@ pub(super) fn uv(targets: &[MorphTarget], row: usize, start: [f32; 2]) -> [f32; 
 }
 
 /// A colour and its alpha after all displacements.
+#[inline]
 pub(super) fn color(targets: &[MorphTarget], row: usize, start: [f32; 4]) -> [f32; 4] {
     targets.iter().fold(start, |sum, target| {
         let moved = target.color.map_or([0.0; 4], |rows| rows.color(row, 0.0));

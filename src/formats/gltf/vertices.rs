@@ -118,27 +118,32 @@ impl<'a> PrimitiveVertices<'a> {
     }
 
     /// A position in the accessor itself.
+    #[inline]
     pub(super) fn stored_position(&self, row: usize) -> [f32; 3] {
         self.positions.get(row)
     }
 
+    #[inline]
     pub(super) fn position(&self, row: usize) -> DVec3 {
         let own = DVec3::from_array(self.stored_position(row).map(f64::from));
         morph::position(&self.targets, row, own)
     }
 
     /// A normal of any length, if there are any.
+    #[inline]
     pub(super) fn normal(&self, row: usize) -> Option<DVec3> {
         let own = DVec3::from_array(self.normals?.get(row).map(f64::from));
         Some(morph::normal(&self.targets, row, own))
     }
 
+    #[inline]
     pub(super) fn uv(&self, row: usize) -> Option<Vec2> {
         let (uvs, map) = self.uvs.as_ref()?;
         Some(map.apply(morph::uv(&self.targets, row, uvs.get(row))))
     }
 
     /// A colour and its opacity, all within 0 to 1, or NaN.
+    #[inline]
     pub(super) fn color(&self, row: usize) -> Option<[f32; 4]> {
         let own = self.colors?.color(row, 1.0);
         let color = morph::color(&self.targets, row, own);
