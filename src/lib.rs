@@ -148,9 +148,22 @@ pub use glam;
 #[doc(inline)]
 pub use phalanx_oracle as oracle;
 #[doc(inline)]
-pub use phalanx_scene as scene;
-#[doc(inline)]
-pub use phalanx_scene::camera;
+pub use phalanx_scene::{camera, film};
+
+/// Scenes: one column per attribute of primitives, instances, materials, textures and lights, and
+/// the camera. Units are the scene's own, angles degrees, colours linear RGB.
+pub mod scene {
+    #[doc(inline)]
+    pub use phalanx_scene::{
+        AnyColumn, Basis, Bounds, CameraKey, CameraMatrices, CameraPath, Column, Cone, Cones,
+        DefaultedParts, Ellipsoids, FileView, GeomId, Geometries, GeometryError, Instances,
+        LightShape, Lights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, Material, MaterialTable,
+        Materials, MatteIds, Mesh, MeshMaterial, Meshes, NO_COLORS, NO_GEOM, NO_NORMALS, NO_PRIM,
+        NO_TEXTURE, NO_UVS, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim,
+        Scene, SceneError, Sky, Spheres, Texture, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View,
+        ViewError, Wrap, check_image_size, material_names, matte_id, object_names,
+    };
+}
 #[doc(inline)]
 pub use phalanx_trace::bvh;
 
@@ -184,7 +197,7 @@ pub use phalanx_render as render;
 #[doc(hidden)]
 pub use phalanx_render::shade;
 #[doc(hidden)]
-pub use phalanx_scene::sampling;
+pub use phalanx_scene::{PAD, sampling};
 #[doc(hidden)]
 pub use phalanx_trace as trace;
 #[doc(hidden)]

@@ -8,8 +8,9 @@ use crate::common::rng::Rng;
 use crate::common::scenes;
 use exact::{Exact, exact, undecided};
 use glam::Vec3;
+use phalanx::PAD;
 use phalanx::oracle::{Oracle, OracleHit, OracleRay, OracleSearch, TwoLevelBvh};
-use phalanx::scene::{PAD, Scene};
+use phalanx::scene::Scene;
 
 const SCALES: [f32; 5] = [1e-3, 0.1, 1.0, 1e3, 1e6];
 
