@@ -11,7 +11,7 @@
 //! | `file_header` | the header of such a file |
 //! | `tile_record` | one tile of it, as bytes |
 //! | `recovery` | reading such a file, damaged or not |
-//! | `coverage` | the set of finished pixels |
+//! | `finished_pixels` | the set of finished pixels |
 //! | `bands` | a window of the picture, band by band |
 //! | `open_bands` | bands that workers fill while those above them are taken |
 //! | `stored_tiles` | finished tiles on their way into the file and the thumbnail |
@@ -38,10 +38,11 @@
 //! spent on it. A plan cannot choose which files are written.
 
 mod bands;
-mod coverage;
+
 mod field_error;
 mod file_header;
 mod finished_frames;
+mod finished_pixels;
 mod frame_name;
 mod frame_view;
 mod kept_file;

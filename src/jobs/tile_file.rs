@@ -6,8 +6,8 @@
 //! checksum, too, so that a file with a damaged header can still be identified. If a byte changes,
 //! its tile is rendered again.
 
-use super::coverage::Coverage;
 use super::file_header;
+use super::finished_pixels::FinishedPixels;
 use super::kept_file::{KeptFileError, check_regular, open_exclusive};
 use super::recovery::Recovery;
 use super::render_key::RenderKey;
@@ -32,7 +32,7 @@ pub struct TileFile {
     planes: u32,
     /// Tiles that were present when the file was opened, by row of their upper border.
     tiles: Vec<(Tile, u64)>,
-    coverage: Coverage,
+    finished: FinishedPixels,
     pixels: u64,
     /// Tiles that are present, but damaged.
     damaged: usize,
@@ -112,7 +112,7 @@ impl TileFile {
 
     /// Returns true if all of a tile was finished when the file was opened.
     pub fn has(&self, tile: Tile) -> bool {
-        self.coverage.has(tile)
+        self.finished.has(tile)
     }
 
     /// Copies finished pixels of a window onto its film; the other pixels do not change.
@@ -198,11 +198,11 @@ impl TileFile {
     /// Reads every record.
     fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, KeptFileError> {
         let found = Recovery::run(path, &file, key)?;
-        let mut coverage = Coverage::new(key.pixels.window());
+        let mut finished = FinishedPixels::new(key.pixels.window());
         let pixels = found
             .tiles
             .iter()
-            .map(|(tile, _)| coverage.add(*tile))
+            .map(|(tile, _)| finished.add(*tile))
             .sum();
         let mut tiles = found.tiles;
         tiles.sort_by_key(|(tile, at)| (tile.y, tile.x, *at));
@@ -211,7 +211,7 @@ impl TileFile {
             identity: key.checksum(),
             planes: tile_record::planes(key),
             tiles,
-            coverage,
+            finished,
             pixels,
             damaged: found.damaged,
             append: Mutex::new(AppendPosition {

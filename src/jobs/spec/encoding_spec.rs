@@ -12,9 +12,11 @@ use phalanx_scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
 
 /// Names of `--transfer`, and their help.
+#[cfg(feature = "clap")]
 const TRANSFERS: [(&str, &str); 2] = [("none", "Linear values"), ("srgb", "sRGB curve")];
 
 /// Names of `--quantize`, and their help.
+#[cfg(feature = "clap")]
 const QUANTIZERS: [(&str, &str); 2] = [("floor", "Round down"), ("round", "Round to nearest")];
 
 /// Transfer function and rounding of integer samples. Options not given are the scene's.

@@ -302,7 +302,7 @@ impl PixelSpec {
     }
 }
 
-/// Checks the number of an option.
+/// Checks the number of an option. Names are checked by what they resolve to.
 fn check_number(option: &str, text: &str) -> Result<(), String> {
     match option {
         "size" => match parse_size(text) {
@@ -321,7 +321,9 @@ fn check_number(option: &str, text: &str) -> Result<(), String> {
         "threshold" => parse_threshold(text).map(drop),
         "aperture" => parse_aperture(text).map(drop),
         "focus" | "ao_distance" => parse_distance(text).map(drop),
-        _ => Ok(()),
+        "aa" | "filter" | "integrator" | "aov" => Ok(()),
+        // Refuses every plan until a new number has its limits above.
+        _ => Err("an option with limits".to_owned()),
     }
 }
 

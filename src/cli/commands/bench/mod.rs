@@ -57,7 +57,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         return dump_rays(path, args, &plan, &scenes);
     }
     if args.quick && plan.timed {
-        output::print(&coverage(&suite, &plan, scenes.len()))?;
+        output::print(&quick_note(&suite, &plan, scenes.len()))?;
     }
     let start = Instant::now();
     // A clock before 1970 has no such text.
@@ -86,7 +86,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
 }
 
 /// A line on the part of the suite that a quick run measures.
-fn coverage(suite: &Suite, plan: &BenchPlan, scenes: usize) -> String {
+fn quick_note(suite: &Suite, plan: &BenchPlan, scenes: usize) -> String {
     format!(
         "quick: {scenes} of the suite's {} scenes, {} samples per rate (full suite: {})\n\n",
         suite.scene.len(),

@@ -16,23 +16,23 @@ const SQUARE: u32 = 8;
 /// Only squares with finished blocks take memory, so a file of few tiles takes little, however
 /// large its claimed picture is.
 #[derive(Clone, Debug)]
-pub(super) struct Coverage {
+pub(super) struct FinishedPixels {
     window: Tile,
     /// Finished blocks of a square, by its column and row.
     finished: HashMap<(u32, u32), u64>,
 }
 
 /// A block, as the square that it lies in and its bit there.
-struct CoverageBlock {
+struct PixelBlock {
     square: (u32, u32),
     bit: u64,
     pixels: Tile,
 }
 
-impl Coverage {
+impl FinishedPixels {
     /// An empty set for a window: none of it is finished.
-    pub(super) fn new(window: Tile) -> Coverage {
-        Coverage {
+    pub(super) fn new(window: Tile) -> FinishedPixels {
+        FinishedPixels {
             window,
             finished: HashMap::new(),
         }
@@ -64,7 +64,7 @@ impl Coverage {
     }
 
     /// The blocks that a tile touches.
-    fn blocks(&self, tile: Tile) -> impl Iterator<Item = CoverageBlock> + use<> {
+    fn blocks(&self, tile: Tile) -> impl Iterator<Item = PixelBlock> + use<> {
         let window = self.window;
         let tile = tile.within(window);
         let columns = tile.x / BLOCK..(tile.x + tile.width).div_ceil(BLOCK);
@@ -79,7 +79,7 @@ impl Coverage {
                     width: BLOCK,
                     height: BLOCK,
                 };
-                CoverageBlock {
+                PixelBlock {
                     square: (column / SQUARE, row / SQUARE),
                     bit: 1 << (row % SQUARE * SQUARE + column % SQUARE),
                     pixels: block.within(window),
@@ -104,34 +104,34 @@ mod tests {
 
     #[test]
     fn a_tile_is_finished_when_all_its_blocks_are() {
-        let mut coverage = Coverage::new(tile(13, 5, 40, 30));
-        assert!(!coverage.has(tile(13, 5, 3, 3)));
+        let mut finished = FinishedPixels::new(tile(13, 5, 40, 30));
+        assert!(!finished.has(tile(13, 5, 3, 3)));
         // Cut by the window to 3x3, then to 8x3 and 3x8.
-        assert_eq!(coverage.add(tile(8, 0, 16, 16)), 9 + 24 + 24 + 64);
-        assert_eq!(coverage.add(tile(13, 5, 11, 11)), 0);
-        assert!(coverage.has(tile(13, 5, 11, 11)));
-        assert!(!coverage.has(tile(13, 5, 12, 11)));
-        assert!(!coverage.has(tile(13, 5, 11, 12)));
+        assert_eq!(finished.add(tile(8, 0, 16, 16)), 9 + 24 + 24 + 64);
+        assert_eq!(finished.add(tile(13, 5, 11, 11)), 0);
+        assert!(finished.has(tile(13, 5, 11, 11)));
+        assert!(!finished.has(tile(13, 5, 12, 11)));
+        assert!(!finished.has(tile(13, 5, 11, 12)));
         // A part of a block finishes nothing.
-        assert_eq!(coverage.add(tile(24, 8, 8, 7)), 0);
-        assert!(!coverage.has(tile(24, 8, 8, 7)));
-        assert_eq!(coverage.add(tile(24, 8, 8, 8)), 64);
-        assert!(coverage.has(tile(24, 8, 8, 7)));
+        assert_eq!(finished.add(tile(24, 8, 8, 7)), 0);
+        assert!(!finished.has(tile(24, 8, 8, 7)));
+        assert_eq!(finished.add(tile(24, 8, 8, 8)), 64);
+        assert!(finished.has(tile(24, 8, 8, 7)));
         // The lower right corner, which the window cuts.
-        assert_eq!(coverage.add(tile(48, 32, 5, 3)), 15);
-        assert!(coverage.has(tile(48, 32, 100, 100)));
-        assert_eq!(coverage.add(tile(100, 100, 8, 8)), 0);
+        assert_eq!(finished.add(tile(48, 32, 5, 3)), 15);
+        assert!(finished.has(tile(48, 32, 100, 100)));
+        assert_eq!(finished.add(tile(100, 100, 8, 8)), 0);
     }
 
     #[test]
     fn a_large_window_takes_memory_for_what_is_finished_alone() {
         let end = u32::MAX - 100;
-        let mut coverage = Coverage::new(tile(0, 0, u32::MAX, u32::MAX));
-        assert_eq!(coverage.add(tile(end - end % 8, 64, 80, 16)), 80 * 16);
-        assert!(coverage.has(tile(end - end % 8 + 8, 64, 72, 8)));
-        assert!(coverage.finished.len() <= 3);
+        let mut finished = FinishedPixels::new(tile(0, 0, u32::MAX, u32::MAX));
+        assert_eq!(finished.add(tile(end - end % 8, 64, 80, 16)), 80 * 16);
+        assert!(finished.has(tile(end - end % 8 + 8, 64, 72, 8)));
+        assert!(finished.finished.len() <= 3);
         // The window may be anywhere, and as large as it claims.
-        let mut far = Coverage::new(tile(u32::MAX - 5, u32::MAX - 5, 400, 300));
+        let mut far = FinishedPixels::new(tile(u32::MAX - 5, u32::MAX - 5, 400, 300));
         assert_eq!(far.add(tile(u32::MAX - 7, u32::MAX - 7, 1024, 1024)), 25);
         assert_eq!(far.add(tile(0, 0, 1024, 1024)), 0);
     }
