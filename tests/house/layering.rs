@@ -236,9 +236,9 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
 ];
 
-/// Operations that may give different bits on different machines, the files that may use them
-/// nevertheless, and their replacements.
-const BANNED: [(&str, &[&str], &str); 13] = [
+/// Operations that may give different bits on different machines, and a second index of a record's
+/// rows; the files that may have them nevertheless, and their replacements.
+const BANNED: [(&str, &[&str], &str); 14] = [
     ("mul_add", &[], "fuses or not by build: write a * b + c"),
     ("mul_sub", &BOUNDS, "fuses or not by build: write a * b - c"),
     (
@@ -264,6 +264,11 @@ const BANNED: [(&str, &[&str], &str); 13] = [
         "fuses or not by build for SIMD-backed types: write it out",
     ),
     ("algebraic_", &[], "may be reassociated"),
+    (
+        ", &'a RateRow>",
+        &["report/record_index.rs"],
+        "rows by their keys: RecordIndex",
+    ),
 ];
 
 /// The lane types, and code that only computes bounds.
@@ -388,7 +393,7 @@ fn crates_have_one_owner() {
 }
 
 #[test]
-fn nothing_that_differs_between_machines() {
+fn banned_code_stands_in_the_files_that_own_it() {
     let mut wrong = Vec::new();
     for source in &sources() {
         for (word, owners, instead) in BANNED {
