@@ -280,7 +280,7 @@ const BOUNDS: [&str; 4] = [
 ];
 
 /// Files that may contain `unsafe`.
-const UNSAFE_FILES: [&str; 17] = [
+const UNSAFE_FILES: [&str; 18] = [
     "trace/simd/compact.rs",
     "trace/bvh/huge_pages.rs",
     "io/cache/mapping.rs",
@@ -298,6 +298,7 @@ const UNSAFE_FILES: [&str; 17] = [
     "trace/traverse/packet.rs",
     "trace/traverse/prefetch.rs",
     "trace/traverse/single_ray/mod.rs",
+    "trace/traverse/single_ray/one_ray.rs",
     // A C interface, and the control register that it wants otherwise.
     "bench/peers/embree/api.rs",
     "bench/peers/embree/mxcsr.rs",

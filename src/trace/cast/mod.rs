@@ -32,8 +32,7 @@ pub use rows::{RayBatch, RayRows};
 pub use columns::{BatchError, HitBuffer, HitColumns, RayBuffer, RayColumns, TMax};
 
 use crate::bvh::Bvh;
-use crate::packet::NO_PRIM;
-use crate::traverse::packet_pairs;
+use crate::traverse::single_ray;
 use phalanx_scene::GeomId;
 
 /// A ray: hits at `origin` + t · `direction` count if 0 < t < `tmax`.
@@ -155,8 +154,8 @@ impl Bvh {
     /// are hit from both sides, regardless of their material: only pictures treat any as
     /// single-sided.
     ///
-    /// Allocates a stack of a few KiB per call. For more than a handful of rays,
-    /// [`Bvh::intersect_batch`] is many times as fast and gives the same bits.
+    /// The first call makes the wide tree: see [`Bvh::build_wide`]. For many rays,
+    /// [`Bvh::intersect_batch`] is faster and gives the same bits.
     ///
     /// ```
     /// use phalanx_trace::{Ray, bvh::Bvh};
@@ -178,12 +177,12 @@ impl Bvh {
         if !ray.can_hit() {
             return None;
         }
-        let found = packet_pairs::closest_one(self, ray.origin, ray.direction, ray.tmax);
-        let prim_id = found.prim_id.to_array()[0];
-        (prim_id != NO_PRIM).then(|| Hit {
-            t: found.t.to_array()[0],
-            u: found.u.to_array()[0],
-            v: found.v.to_array()[0],
+        let ([t, u, v], prim_id) =
+            single_ray::closest_one(self, ray.origin, ray.direction, ray.tmax)?;
+        Some(Hit {
+            t,
+            u,
+            v,
             prim_id,
             geom_id: self.geometries().find(prim_id),
         })
@@ -204,7 +203,7 @@ impl Bvh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn occluded(&self, ray: &Ray) -> bool {
-        ray.can_hit() && packet_pairs::occluded_one(self, ray.origin, ray.direction, ray.tmax)
+        ray.can_hit() && single_ray::occluded_one(self, ray.origin, ray.direction, ray.tmax)
     }
 
     /// The `prim_id` of a geometry's first primitive: `hit.prim_id` minus this is the row of the

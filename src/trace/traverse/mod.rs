@@ -45,7 +45,7 @@ mod next_hit;
 mod packet;
 #[cfg(feature = "counters")]
 mod packet_lanes;
-pub(crate) mod packet_pairs;
+mod packet_pairs;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 mod query;
@@ -54,7 +54,7 @@ pub(crate) mod queue_kernel;
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
-mod single_ray;
+pub(crate) mod single_ray;
 #[cfg(feature = "counters")]
 mod tracer;
 mod traversal;

@@ -1,5 +1,4 @@
-//! Packets of a queue through the packet kernel, two side by side for sixteen lanes; and single
-//! rays as packets of one.
+//! Packets of a queue through the packet kernel, two side by side for sixteen lanes.
 //!
 //! Packets keep search limits in lanes, so each ray may have its own. Beams and single rays of a
 //! queue share one.
@@ -12,7 +11,7 @@ use super::packet::PacketKernel;
 use super::queue_kernel::{QueueKernel, TMaxOf};
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
-use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8};
 use std::cell::RefCell;
 use std::ops::Range;
 
@@ -208,26 +207,4 @@ fn every_hit<L: Lanes, T: Counters>(
 ) {
     let (rays, active) = tmax.packet(rays, packet);
     kernel.every_hit(&rays, active, packet * LANES, found);
-}
-
-/// The closest hit of one ray below `tmax`, in lane 0.
-pub(crate) fn closest_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> HitPacket {
-    let (rays, active) = packet_of_one(org, dir, tmax);
-    PacketKernel::<F32x8, PacketCount>::counting(bvh).call_closest(&rays, active)
-}
-
-/// Returns true if one ray hits anything before `tmax`.
-pub(crate) fn occluded_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> bool {
-    let (rays, active) = packet_of_one(org, dir, tmax);
-    let mut kernel = PacketKernel::<F32x8, PacketCount>::counting(bvh);
-    kernel.call_occluded(&rays, active).any()
-}
-
-fn packet_of_one(org: [f32; 3], dir: [f32; 3], tmax: f32) -> (RayPacket, Mask8) {
-    let rays = RayPacket {
-        org: Vec3x8::splat(org[0], org[1], org[2]),
-        dir: Vec3x8::splat(dir[0], dir[1], dir[2]),
-        tmax: F32x8::splat(tmax),
-    };
-    (rays, Mask8::first(1))
 }

@@ -24,6 +24,20 @@ pub(super) struct WideStack {
 }
 
 impl WideStack {
+    /// A stack without room.
+    pub(super) const EMPTY: WideStack = WideStack {
+        tnear: Vec::new(),
+        code: Vec::new(),
+    };
+
+    /// Makes room for at least `room` entries.
+    #[inline(always)]
+    pub(super) fn reserve(&mut self, room: usize) {
+        if self.code.len() < room {
+            *self = WideStack::with_capacity(room);
+        }
+    }
+
     /// A stack with room for `room` entries, which may be divided into several stacks.
     pub(super) fn with_capacity(room: usize) -> WideStack {
         WideStack {
@@ -92,6 +106,16 @@ impl WideStack {
     pub(super) unsafe fn code(&self, at: usize) -> u32 {
         // SAFETY: the caller's promise.
         unsafe { *self.code.get_unchecked(at) }
+    }
+
+    /// The distance at which an entry begins, if it was written by [`WideStack::push_hits`].
+    ///
+    /// # Safety
+    /// `at` must be below the stack's room.
+    #[inline(always)]
+    pub(super) unsafe fn tnear(&self, at: usize) -> f32 {
+        // SAFETY: the caller's promise.
+        unsafe { *self.tnear.get_unchecked(at) }
     }
 
     /// Keeps the entries of a stack that begin at a distance of at most `limit`, and returns its

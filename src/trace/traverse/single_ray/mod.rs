@@ -10,6 +10,7 @@
 //! their number.
 
 mod entry_node;
+mod one_ray;
 mod ray_state;
 mod ray_stream;
 mod single_query;
@@ -21,12 +22,13 @@ use super::packet::PacketKernel;
 use super::prefetch::PrefetchTable;
 use super::queue_kernel::{QueueKernel, TMaxOf};
 use super::wide_stack::WideStack;
-use crate::bvh::{Bvh, ChildRef, LeafKind, WideBvh, WideNode};
+use crate::bvh::{Bvh, ChildRef, LeafKind, OtherLeaf, WideBvh, WideNode};
 use crate::intersect::ray_setup::RaySetup;
 use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use entry_node::{EntryNode, ROOT, SegmentBox};
+pub(crate) use one_ray::{closest_one, occluded_one};
 use ray_state::RayState;
 use ray_stream::RayStream;
 use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleQuery};
@@ -59,6 +61,11 @@ const MIN_ENTRY_PACKETS: usize = 16;
 /// fetch all their rows at once, more than a core has buffers for.
 const PIPELINE_DELAY: usize = 2;
 
+/// Entries of a ray's stack: a node pops one and pushes one per child.
+fn stack_room(wide: &WideBvh) -> usize {
+    wide.depth() * (NATIVE - 1) + NATIVE + 1
+}
+
 /// Traces single rays of a queue, and counts by `T`.
 pub(super) struct SingleRays<'a, T = PacketCount> {
     wide: &'a WideBvh,
@@ -78,8 +85,7 @@ pub(super) struct SingleRays<'a, T = PacketCount> {
 impl<'a, T: Counters> SingleRays<'a, T> {
     pub(super) fn new(bvh: &'a Bvh) -> SingleRays<'a, T> {
         let wide = bvh.wide();
-        // A node pops one entry and pushes one per child.
-        let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
+        let room = stack_room(wide);
         let state = |k: usize| RayState::idle(k * room);
         SingleRays {
             wide,
@@ -146,7 +152,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// Pushes the children of the ray's current node that it hits, farthest first.
+    /// Pushes the hit children of the ray's current node.
     #[inline(always)]
     fn visit_node<S: SingleQuery>(&mut self, k: usize) {
         let state = &mut self.states[k];
@@ -158,25 +164,11 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             // node 0 exists.
             unsafe { self.wide.nodes().get_unchecked(state.current as usize) }
         };
-        let planes = node.boxes.as_ptr().cast::<[f32; NATIVE]>();
-        // SAFETY: a ray's rows are offsets of rows of planes of a node: its sides are 0 or 1.
-        let crossing =
-            state.intersect_children(|row| Native::new(unsafe { *planes.byte_add(row) }));
-        let best = state.best.t;
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack. So
         // each level above this node's left at most `NATIVE - 1` entries, and there is room for
         // `NATIVE` more. An entry node is in the root's place, and has children of its level or
         // below.
-        state.top += unsafe {
-            if S::FRONT_TO_BACK {
-                // The last child is visited first: the nearest, which is the first if the ray goes
-                // up.
-                let up = state.goes_up(node.axis);
-                (self.stacks).push_hits(state.top, up, &crossing, best, &node.children)
-            } else {
-                (self.stacks).push_any(state.top, &crossing, best, &node.children)
-            }
-        };
+        unsafe { push_children::<S>(state, node, &mut self.stacks) };
     }
 
     /// Code of the node where rays that end at `tmax` begin; none if they hit nothing.
@@ -233,25 +225,68 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// Tests a leaf of a kind without blocks, by the packet's tests, in one lane; true if the ray's
-    /// limit is nearer than before.
     #[inline(never)]
     fn other(&mut self, query: impl SingleQuery, k: usize, index: u32) -> bool {
         let leaf = self.wide.others()[index as usize];
-        let state = &mut self.states[k];
-        let splat = |[x, y, z]: [f32; 3]| Vec3x8::splat(x, y, z);
-        let ray = RayPacket {
-            org: splat(state.ray.org),
-            dir: splat(state.ray.dir),
-            tmax: F32x8::splat(f32::INFINITY),
-        };
-        let leaf = LoneLeaf {
-            packets: &mut self.packets,
-            ray: RaySetup::new(&ray, Mask8::first(1)),
-            kind: leaf.kind,
-            slots: leaf.first as usize..(leaf.first + leaf.count) as usize,
-        };
-        query.other(state, leaf)
+        test_other(query, &mut self.states[k], &mut self.packets, leaf)
+    }
+}
+
+/// Pushes the children of a node that the ray hits, farthest first.
+///
+/// # Safety
+/// There must be room for [`NATIVE`] entries from the ray's `top` on.
+#[inline(always)]
+unsafe fn push_children<S: SingleQuery>(
+    state: &mut RayState,
+    node: &WideNode,
+    stack: &mut WideStack,
+) {
+    let planes = node.boxes.as_ptr().cast::<[f32; NATIVE]>();
+    // SAFETY: a ray's rows are offsets of rows of planes of a node: its sides are 0 or 1.
+    let crossing = state.intersect_children(|row| Native::new(unsafe { *planes.byte_add(row) }));
+    let best = state.best.t;
+    // SAFETY: the caller's promise.
+    state.top += unsafe {
+        if S::FRONT_TO_BACK {
+            // The last child is visited first: the nearest, which is the first if the ray goes up.
+            let up = state.goes_up(node.axis);
+            stack.push_hits(state.top, up, &crossing, best, &node.children)
+        } else {
+            stack.push_any(state.top, &crossing, best, &node.children)
+        }
+    };
+}
+
+/// Tests a leaf of a kind without blocks, by the packet's tests, in one lane; true if the ray's
+/// limit is nearer than before.
+#[inline(always)]
+fn test_other<T: Counters>(
+    query: impl SingleQuery,
+    state: &mut RayState,
+    packets: &mut PacketKernel<F32x8, T>,
+    leaf: OtherLeaf,
+) -> bool {
+    let leaf = LoneLeaf {
+        packets,
+        ray: RaySetup::new(
+            &packet_of_one(state.ray.org, state.ray.dir),
+            Mask8::first(1),
+        ),
+        kind: leaf.kind,
+        slots: leaf.first as usize..(leaf.first + leaf.count) as usize,
+    };
+    query.other(state, leaf)
+}
+
+/// A ray in all lanes of a packet.
+#[inline(always)]
+fn packet_of_one(org: [f32; 3], dir: [f32; 3]) -> RayPacket<F32x8> {
+    let splat = |[x, y, z]: [f32; 3]| Vec3x8::splat(x, y, z);
+    RayPacket {
+        org: splat(org),
+        dir: splat(dir),
+        tmax: F32x8::splat(f32::INFINITY),
     }
 }
 
