@@ -57,11 +57,6 @@ impl LocalFrame {
 /// A point of a frame: x, y, z.
 pub(super) type FramePoint = (f64, f64, f64);
 
-/// The points of a profile, from their distances from an axis or a wall and their heights.
-pub(super) fn contour<const N: usize>(out: [f64; N], up: [f64; N]) -> [(f64, f64); N] {
-    std::array::from_fn(|k| (out[k], up[k]))
-}
-
 /// Number of quads along this length: at least one, and about `density` per unit.
 pub(super) fn cells(length: f64, density: f64) -> usize {
     (length * density).round().clamp(1.0, 1e6) as usize

@@ -6,7 +6,7 @@
 use super::knot::knot;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
-use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells, contour, draw_fitted};
+use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells, draw_fitted};
 use super::setup::{hd, lamp};
 use crate::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
@@ -121,10 +121,13 @@ fn panels(wall: &mut PartBuilder) {
     wall.material(WOOD);
     let whole = (-HALF, HALF);
     let base = [(0.06, 0.0), (0.06, 0.13), (0.045, 0.16), (0.03, 0.17)];
-    let rail = contour(
-        [0.03, 0.07, 0.075, 0.055, 0.0],
-        [0.84, 0.87, 0.91, 0.94, 0.945],
-    );
+    let rail = [
+        (0.03, 0.84),
+        (0.07, 0.87),
+        (0.075, 0.91),
+        (0.055, 0.94),
+        (0.0, 0.945),
+    ];
     wall.moulding(whole, &[(0.03, 0.0), (0.03, 0.86)]);
     wall.moulding(whole, &base);
     wall.moulding(whole, &rail);
@@ -156,30 +159,42 @@ fn pedestal(parts: &mut PartBuilder) {
     for (half, from, to) in [(0.34, 0.0, 0.12), (0.30, 0.64, 0.72)] {
         turned.slab((-half, from, -half), (half, to, half));
     }
-    let profile = contour(
-        [
-            0.31, 0.325, 0.31, 0.25, 0.235, 0.215, 0.205, 0.21, 0.23, 0.27, 0.285, 0.27,
-        ],
-        [
-            0.12, 0.15, 0.19, 0.21, 0.24, 0.30, 0.42, 0.52, 0.575, 0.60, 0.625, 0.64,
-        ],
-    );
+    let profile = [
+        (0.31, 0.12),
+        (0.325, 0.15),
+        (0.31, 0.19),
+        (0.25, 0.21),
+        (0.235, 0.24),
+        (0.215, 0.30),
+        (0.205, 0.42),
+        (0.21, 0.52),
+        (0.23, 0.575),
+        (0.27, 0.60),
+        (0.285, 0.625),
+        (0.27, 0.64),
+    ];
     parts.lathe(&profile, around(0.25, parts.detail));
     parts.material(GOLD);
-    let foot = contour(
-        [0.16, 0.16, 0.07, 0.055, 0.0],
-        [0.72, 0.735, 0.76, 0.97, 0.98],
-    );
+    let foot = [
+        (0.16, 0.72),
+        (0.16, 0.735),
+        (0.07, 0.76),
+        (0.055, 0.97),
+        (0.0, 0.98),
+    ];
     parts.lathe(&foot, around(0.16, parts.detail));
 }
 
 /// The lamp over the statue: a shade open downward, a bulb, a cord.
 fn pendant(parts: &mut PartBuilder) {
     parts.material(SHADE);
-    let shade = contour(
-        [0.27, 0.22, 0.10, 0.03, 0.012],
-        [2.46, 2.56, 2.66, 2.70, 2.74],
-    );
+    let shade = [
+        (0.27, 2.46),
+        (0.22, 2.56),
+        (0.10, 2.66),
+        (0.03, 2.70),
+        (0.012, 2.74),
+    ];
     parts.lathe(&shade, around(0.25, parts.detail));
     parts.material(DARK_WOOD);
     let cord = [(0.008, 2.70), (0.008, 3.22), (0.05, 3.28), (0.05, HEIGHT)];
@@ -193,10 +208,13 @@ fn sconce(wall: &mut PartBuilder) {
     wall.material(DARK_WOOD);
     wall.slab((-0.05, -0.12, 0.0), (0.05, 0.12, 0.03));
     wall.slab((-0.012, -0.03, 0.03), (0.012, -0.006, 0.38));
-    let candle = contour(
-        [0.035, 0.04, 0.015, 0.015, 0.0],
-        [-0.03, 0.0, 0.012, 0.08, 0.082],
-    );
+    let candle = [
+        (0.035, -0.03),
+        (0.04, 0.0),
+        (0.015, 0.012),
+        (0.015, 0.08),
+        (0.0, 0.082),
+    ];
     let mut arm = wall.moved(0.0, 0.0, 0.38);
     arm.lathe(&candle, around(0.03, arm.detail));
     arm.material(SHADE);
@@ -228,14 +246,22 @@ fn mirror(wall: &mut PartBuilder) {
 /// A round table with a sphere of glass on it.
 fn table(parts: &mut PartBuilder) {
     parts.material(DARK_WOOD);
-    let profile = contour(
-        [
-            0.24, 0.23, 0.06, 0.04, 0.055, 0.035, 0.05, 0.03, 0.12, 0.38, 0.4, 0.4, 0.38, 0.0,
-        ],
-        [
-            0.0, 0.03, 0.07, 0.12, 0.24, 0.36, 0.52, 0.6, 0.655, 0.665, 0.675, 0.695, 0.705, 0.705,
-        ],
-    );
+    let profile = [
+        (0.24, 0.0),
+        (0.23, 0.03),
+        (0.06, 0.07),
+        (0.04, 0.12),
+        (0.055, 0.24),
+        (0.035, 0.36),
+        (0.05, 0.52),
+        (0.03, 0.6),
+        (0.12, 0.655),
+        (0.38, 0.665),
+        (0.4, 0.675),
+        (0.4, 0.695),
+        (0.38, 0.705),
+        (0.0, 0.705),
+    ];
     parts.lathe(&profile, around(0.4, parts.detail));
     parts.material(GLASS);
     parts.sphere((0.0, 0.875, 0.0), 0.17, parts.cells(0.5).max(5));

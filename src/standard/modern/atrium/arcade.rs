@@ -5,7 +5,7 @@ use super::palette::{BOARDS, BRASS, CARVED, PLASTER, STONE, TERRACOTTA, TIMBER, 
 use super::relief::{lion, rosette};
 use super::turning::{flat, length, long_moulding, plain, revolve, smooth};
 use crate::modern::mesh_builder::Grid;
-use crate::modern::props::{LocalFrame, ON_WALL, PartBuilder, contour};
+use crate::modern::props::{LocalFrame, ON_WALL, PartBuilder};
 use glam::{DVec2, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::PI;
@@ -62,14 +62,20 @@ fn arch_wall(parts: &mut PartBuilder, storey: &Storey) {
 
 /// The moulding around an arch, toward the court.
 fn archivolt(parts: &mut PartBuilder, storey: &Storey) {
-    let outline = contour(
-        [
-            0.0, 0.0, 0.0, 0.07, 0.07, 0.07, 0.14, 0.14, 0.16, 0.215, 0.24, 0.24,
-        ],
-        [
-            0.0, 0.05, 0.05, 0.05, 0.05, 0.085, 0.085, 0.085, 0.13, 0.13, 0.07, 0.0,
-        ],
-    );
+    let outline = [
+        (0.0, 0.0),
+        (0.0, 0.05),
+        (0.0, 0.05),
+        (0.07, 0.05),
+        (0.07, 0.05),
+        (0.07, 0.085),
+        (0.14, 0.085),
+        (0.14, 0.085),
+        (0.16, 0.13),
+        (0.215, 0.13),
+        (0.24, 0.07),
+        (0.24, 0.0),
+    ];
     let rows = parts.cells(length(&outline)).max(3);
     let segments = 2 * parts.cells(PI * storey.arch / 3.0).max(4);
     parts.material(CARVED);
@@ -113,15 +119,24 @@ fn spandrel_ornament(parts: &mut PartBuilder, storey: &Storey, k: u32) {
 
 /// A cornice over a storey on small blocks; its strips are as long as the wing.
 fn cornice(parts: &mut PartBuilder, wing: &Wing, top: f64) {
-    let outline = contour(
-        [
-            0.0, 0.05, 0.05, 0.05, 0.1, 0.1, 0.1, 0.26, 0.26, 0.26, 0.26, 0.29, 0.3, 0.36, 0.36,
-            -0.3,
-        ],
-        [
-            0.0, 0.0, 0.0, 0.05, 0.07, 0.13, 0.13, 0.13, 0.13, 0.19, 0.19, 0.2, 0.26, 0.3, 0.3, 0.3,
-        ],
-    )
+    let outline = [
+        (0.0, 0.0),
+        (0.05, 0.0),
+        (0.05, 0.0),
+        (0.05, 0.05),
+        (0.1, 0.07),
+        (0.1, 0.13),
+        (0.1, 0.13),
+        (0.26, 0.13),
+        (0.26, 0.13),
+        (0.26, 0.19),
+        (0.26, 0.19),
+        (0.29, 0.2),
+        (0.3, 0.26),
+        (0.36, 0.3),
+        (0.36, 0.3),
+        (-0.3, 0.3),
+    ]
     .map(|(out, up)| (THICK + out, top + up));
     parts.material(CARVED);
     long_moulding(parts, (0.0, wing.length()), &outline, 4);
@@ -158,8 +173,20 @@ pub(super) fn aisle(parts: &mut PartBuilder, wing: &Wing) {
         }
     }
     parts.material(CARVED);
-    let skirting = contour([0.05, 0.05, 0.05, 0.02, 0.0], [0.0, 0.22, 0.22, 0.25, 0.26]);
-    let rail = contour([0.0, 0.04, 0.09, 0.09, 0.0], [2.96, 2.98, 3.02, 3.08, 3.1]);
+    let skirting = [
+        (0.05, 0.0),
+        (0.05, 0.22),
+        (0.05, 0.22),
+        (0.02, 0.25),
+        (0.0, 0.26),
+    ];
+    let rail = [
+        (0.0, 2.96),
+        (0.04, 2.98),
+        (0.09, 3.02),
+        (0.09, 3.08),
+        (0.0, 3.1),
+    ];
     let mut back = parts.moved(0.0, 0.0, -AISLE);
     long_moulding(&mut back, (0.0, long), &skirting, 2);
     long_moulding(&mut back, (0.0, long), &rail, 3);
@@ -225,6 +252,11 @@ fn stud(parts: &mut PartBuilder, (x, y, z): (f64, f64, f64), r: f64) {
         axes: [up, out, right],
         ..parts.frame.moved(x, y, z)
     };
-    let dome = contour([r, r, 0.6 * r, 0.12 * r], [0.0, 0.5 * r, 0.9 * r, 0.95 * r]);
+    let dome = [
+        (r, 0.0),
+        (r, 0.5 * r),
+        (0.6 * r, 0.9 * r),
+        (0.12 * r, 0.95 * r),
+    ];
     revolve(&mut parts.at(frame), &dome, (6, 2), plain);
 }

@@ -4,7 +4,7 @@ use super::layout::{BASES, BAY, Storey, THICK, Wing};
 use super::palette::{CARVED, STONE};
 use super::turning::{flat, plain, revolve, ring};
 use crate::modern::noise::smoothstep;
-use crate::modern::props::{PartBuilder, STANDING, contour};
+use crate::modern::props::{PartBuilder, STANDING};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -57,22 +57,35 @@ fn column(parts: &mut PartBuilder, storey: &Storey) {
 
 /// A base of two tori with a hollow between them, one radius high.
 fn base(parts: &mut PartBuilder, r: f64) {
-    let outline = contour(
-        [
-            1.34, 1.44, 1.44, 1.34, 1.22, 1.22, 1.1, 1.1, 1.2, 1.2, 1.3, 1.3, 1.2, 1.0, 1.0,
-        ],
-        [
-            0.0, 0.08, 0.28, 0.38, 0.38, 0.38, 0.44, 0.62, 0.66, 0.66, 0.7, 0.86, 0.92, 0.92, 1.0,
-        ],
-    )
+    let outline = [
+        (1.34, 0.0),
+        (1.44, 0.08),
+        (1.44, 0.28),
+        (1.34, 0.38),
+        (1.22, 0.38),
+        (1.22, 0.38),
+        (1.1, 0.44),
+        (1.1, 0.62),
+        (1.2, 0.66),
+        (1.2, 0.66),
+        (1.3, 0.7),
+        (1.3, 0.86),
+        (1.2, 0.92),
+        (1.0, 0.92),
+        (1.0, 1.0),
+    ]
     .map(|(x, y)| (x * r, y * r));
     revolve(parts, &outline, (8, 2), plain);
 }
 
 /// A shaft that swells a little; its flutes appear when there are quads enough to show them.
 fn shaft(parts: &mut PartBuilder, r: f64, high: f64) {
-    let outline = contour([1.0, 1.01, 0.97, 0.86], [0.0, 0.3, 0.65, 1.0]);
-    let outline = outline.map(|(x, y)| (x * r, y * high));
+    let outline = [
+        (r, 0.0),
+        (1.01 * r, 0.3 * high),
+        (0.97 * r, 0.65 * high),
+        (0.86 * r, high),
+    ];
     let around = parts.cells(TAU * r);
     let depth = if around >= 80 { 0.09 * r } else { 0.0 };
     // Straight along its axis: fewer rows than quads around.
@@ -85,11 +98,16 @@ fn shaft(parts: &mut PartBuilder, r: f64, high: f64) {
 
 /// A bell with two rows of leaves and four scrolls under the corners of its abacus.
 fn capital(parts: &mut PartBuilder, r: f64, high: f64) {
-    let outline = contour(
-        [0.86, 1.02, 1.02, 0.88, 0.92, 1.05, 1.5, 1.5],
-        [0.0, 0.03, 0.07, 0.1, 0.45, 0.75, 0.96, 1.0],
-    )
-    .map(|(x, y)| (x * r, y * high));
+    let outline = [
+        (0.86 * r, 0.0),
+        (1.02 * r, 0.03 * high),
+        (1.02 * r, 0.07 * high),
+        (0.88 * r, 0.1 * high),
+        (0.92 * r, 0.45 * high),
+        (1.05 * r, 0.75 * high),
+        (1.5 * r, 0.96 * high),
+        (1.5 * r, high),
+    ];
     let carved = parts.cells(TAU * r) >= 32;
     let leaf = |from: f64, to: f64, t: f64| {
         let t = (t - from) / (to - from);

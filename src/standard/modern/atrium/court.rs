@@ -4,7 +4,7 @@ use super::layout::{BAY, HALF, SEED, VASES};
 use super::palette::{CARVED, FRUIT, LEAVES, SLABS, STONE, TIMBER, URN, WATER};
 use super::turning::{flat, plain, revolve};
 use crate::modern::noise::Dice;
-use crate::modern::props::{PartBuilder, STANDING, contour};
+use crate::modern::props::{PartBuilder, STANDING};
 use glam::{DVec3, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
@@ -81,16 +81,27 @@ fn basin(parts: &mut PartBuilder, long: f64) {
 /// Two bowls on a turned shaft in the middle of the basin.
 fn fountain(parts: &mut PartBuilder) {
     parts.material(CARVED);
-    let shaft = contour(
-        [0.34, 0.34, 0.34, 0.2, 0.13, 0.2, 0.2, 0.12, 0.12],
-        [0.2, 0.5, 0.5, 0.56, 0.7, 0.84, 0.92, 1.0, 1.14],
-    );
+    let shaft = [
+        (0.34, 0.2),
+        (0.34, 0.5),
+        (0.34, 0.5),
+        (0.2, 0.56),
+        (0.13, 0.7),
+        (0.2, 0.84),
+        (0.2, 0.92),
+        (0.12, 1.0),
+        (0.12, 1.14),
+    ];
     revolve(parts, &shaft, (6, 5), plain);
     bowl(&mut parts.moved(0.0, 1.12, 0.0), 0.78);
-    let upper = contour(
-        [0.1, 0.06, 0.1, 0.1, 0.06, 0.06],
-        [1.2, 1.4, 1.55, 1.6, 1.66, 1.8],
-    );
+    let upper = [
+        (0.1, 1.2),
+        (0.06, 1.4),
+        (0.1, 1.55),
+        (0.1, 1.6),
+        (0.06, 1.66),
+        (0.06, 1.8),
+    ];
     revolve(parts, &upper, (6, 3), plain);
     bowl(&mut parts.moved(0.0, 1.78, 0.0), 0.4);
     finial(&mut parts.moved(0.0, 1.84, 0.0));
@@ -99,10 +110,16 @@ fn fountain(parts: &mut PartBuilder) {
 /// A bowl with godroons beneath, and water in it.
 fn bowl(parts: &mut PartBuilder, r: f64) {
     parts.material(CARVED);
-    let outline = contour(
-        [0.14, 0.5, 0.85, 0.97, 1.04, 1.04, 0.96, 0.9],
-        [0.0, 0.02, 0.16, 0.27, 0.29, 0.34, 0.34, 0.25],
-    )
+    let outline = [
+        (0.14, 0.0),
+        (0.5, 0.02),
+        (0.85, 0.16),
+        (0.97, 0.27),
+        (1.04, 0.29),
+        (1.04, 0.34),
+        (0.96, 0.34),
+        (0.9, 0.25),
+    ]
     .map(|(x, y)| (x * r, y * r));
     revolve(parts, &outline, (8, 4), |turn, t| {
         if t < 0.6 {
@@ -119,10 +136,15 @@ fn bowl(parts: &mut PartBuilder, r: f64) {
 
 /// A pine cone on a short neck.
 fn finial(parts: &mut PartBuilder) {
-    let outline = contour(
-        [0.05, 0.04, 0.09, 0.125, 0.1, 0.05, 0.008],
-        [0.0, 0.12, 0.16, 0.26, 0.38, 0.48, 0.5],
-    );
+    let outline = [
+        (0.05, 0.0),
+        (0.04, 0.12),
+        (0.09, 0.16),
+        (0.125, 0.26),
+        (0.1, 0.38),
+        (0.05, 0.48),
+        (0.008, 0.5),
+    ];
     revolve(parts, &outline, (6, 3), |turn, t| {
         let scales = sin(6.0 * turn + 40.0 * t) * sin(6.0 * turn - 40.0 * t);
         0.012 * scales * (1.0 - t)
@@ -132,15 +154,23 @@ fn finial(parts: &mut PartBuilder) {
 /// A vase with a lid.
 fn vase(parts: &mut PartBuilder) {
     parts.material(URN);
-    let outline = contour(
-        [
-            0.13, 0.13, 0.13, 0.05, 0.06, 0.19, 0.22, 0.16, 0.12, 0.17, 0.17, 0.1, 0.03, 0.04,
-            0.006,
-        ],
-        [
-            0.0, 0.04, 0.04, 0.08, 0.12, 0.24, 0.4, 0.52, 0.58, 0.64, 0.66, 0.7, 0.76, 0.8, 0.84,
-        ],
-    );
+    let outline = [
+        (0.13, 0.0),
+        (0.13, 0.04),
+        (0.13, 0.04),
+        (0.05, 0.08),
+        (0.06, 0.12),
+        (0.19, 0.24),
+        (0.22, 0.4),
+        (0.16, 0.52),
+        (0.12, 0.58),
+        (0.17, 0.64),
+        (0.17, 0.66),
+        (0.1, 0.7),
+        (0.03, 0.76),
+        (0.04, 0.8),
+        (0.006, 0.84),
+    ];
     revolve(parts, &outline, (6, 6), |turn, t| {
         let belly = (1.0 - (t - 0.42).abs() / 0.16).max(0.0);
         0.016 * belly * sin(10.0 * turn).abs()
@@ -150,14 +180,20 @@ fn vase(parts: &mut PartBuilder) {
 /// An orange tree, cut round, in an urn.
 fn tree(parts: &mut PartBuilder, number: u64) {
     parts.material(URN);
-    let urn = contour(
-        [
-            0.26, 0.26, 0.26, 0.2, 0.33, 0.37, 0.34, 0.41, 0.41, 0.41, 0.35, 0.34,
-        ],
-        [
-            0.0, 0.06, 0.06, 0.08, 0.3, 0.5, 0.56, 0.58, 0.65, 0.65, 0.65, 0.58,
-        ],
-    );
+    let urn = [
+        (0.26, 0.0),
+        (0.26, 0.06),
+        (0.26, 0.06),
+        (0.2, 0.08),
+        (0.33, 0.3),
+        (0.37, 0.5),
+        (0.34, 0.56),
+        (0.41, 0.58),
+        (0.41, 0.65),
+        (0.41, 0.65),
+        (0.35, 0.65),
+        (0.34, 0.58),
+    ];
     revolve(parts, &urn, (8, 4), |turn, t| {
         let belly = (1.0 - (t - 0.45).abs() / 0.14).max(0.0);
         0.02 * belly * (cos(14.0 * turn) + 0.5 * cos(7.0 * turn))

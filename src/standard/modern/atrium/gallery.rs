@@ -3,7 +3,7 @@
 use super::layout::{AISLE, BALUSTERS, BAY, EAVE, RAFTERS, ROOF, THICK, UPPER, Wing};
 use super::palette::{BOARDS, CARVED, PLASTER, STONE, TERRACOTTA, TIMBER};
 use super::turning::{beam, flat, plain, revolve};
-use crate::modern::props::{FramePoint, PartBuilder, contour};
+use crate::modern::props::{FramePoint, PartBuilder};
 
 /// Floor, outer wall and balustrade of a wing.
 pub(super) fn gallery(parts: &mut PartBuilder, wing: &Wing) {
@@ -43,16 +43,26 @@ fn balustrade(parts: &mut PartBuilder) {
 }
 
 fn baluster(parts: &mut PartBuilder) {
-    let outline = contour(
-        [
-            0.062, 0.062, 0.062, 0.04, 0.03, 0.045, 0.08, 0.086, 0.05, 0.028, 0.027, 0.05, 0.05,
-            0.032, 0.032, 0.062, 0.062, 0.062,
-        ],
-        [
-            0.0, 0.05, 0.05, 0.06, 0.1, 0.13, 0.2, 0.29, 0.4, 0.52, 0.6, 0.62, 0.65, 0.66, 0.68,
-            0.71, 0.71, 0.78,
-        ],
-    );
+    let outline = [
+        (0.062, 0.0),
+        (0.062, 0.05),
+        (0.062, 0.05),
+        (0.04, 0.06),
+        (0.03, 0.1),
+        (0.045, 0.13),
+        (0.08, 0.2),
+        (0.086, 0.29),
+        (0.05, 0.4),
+        (0.028, 0.52),
+        (0.027, 0.6),
+        (0.05, 0.62),
+        (0.05, 0.65),
+        (0.032, 0.66),
+        (0.032, 0.68),
+        (0.062, 0.71),
+        (0.062, 0.71),
+        (0.062, 0.78),
+    ];
     revolve(parts, &outline, (4, 2), plain);
 }
 

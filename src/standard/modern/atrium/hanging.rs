@@ -5,7 +5,7 @@ use super::palette::{BRASS, FLAME, IRON, ROPE};
 use super::turning::{beam, flat, plain, revolve, ring};
 use crate::builder::StandardLight;
 use crate::modern::materials::rgb;
-use crate::modern::props::{FramePoint, PartBuilder, contour};
+use crate::modern::props::{FramePoint, PartBuilder};
 use crate::modern::setup::lamp;
 use glam::{DVec3, dvec3};
 use std::f64::consts::TAU;
@@ -37,15 +37,21 @@ fn lantern(parts: &mut PartBuilder) {
     parts.material(IRON);
     chain(parts, 0.3, crown);
     parts.material(BRASS);
-    let roof = contour(
-        [0.17, 0.15, 0.06, 0.05, 0.01],
-        [0.16, 0.2, 0.24, 0.29, 0.32],
-    );
+    let roof = [
+        (0.17, 0.16),
+        (0.15, 0.2),
+        (0.06, 0.24),
+        (0.05, 0.29),
+        (0.01, 0.32),
+    ];
     revolve(parts, &roof, (6, 2), plain);
-    let foot = contour(
-        [0.02, 0.05, 0.1, 0.15, 0.13],
-        [-0.24, -0.2, -0.17, -0.16, -0.14],
-    );
+    let foot = [
+        (0.02, -0.24),
+        (0.05, -0.2),
+        (0.1, -0.17),
+        (0.15, -0.16),
+        (0.13, -0.14),
+    ];
     revolve(parts, &foot, (6, 2), plain);
     let mut cage = flat(parts);
     for k in 0..6 {

@@ -9,7 +9,7 @@ use super::palette::{
 use crate::builder::StandardLight;
 use crate::modern::materials::rgb;
 use crate::modern::noise::Dice;
-use crate::modern::props::{LocalFrame, PartBuilder, STANDING, cells, contour};
+use crate::modern::props::{LocalFrame, PartBuilder, STANDING, cells};
 use crate::modern::setup::lamp;
 use glam::dvec3;
 use std::f64::consts::TAU;
@@ -68,10 +68,13 @@ fn awning(parts: &mut PartBuilder) {
     let stripes = 16;
     let (from, to) = (WINDOW.x0 - 0.15, WINDOW.x1 + 0.15);
     let wide = (to - from) / f64::from(stripes);
-    let cloth = contour(
-        [0.86, 0.86, 0.62, 0.35, 0.1],
-        [2.22, 2.36, 2.48, 2.60, 2.74],
-    );
+    let cloth = [
+        (0.86, 2.22),
+        (0.86, 2.36),
+        (0.62, 2.48),
+        (0.35, 2.60),
+        (0.1, 2.74),
+    ];
     for k in 0..stripes {
         parts.material(if k % 2 == 0 { TRIM } else { SHUTTER + 2 });
         let x = from + wide * f64::from(k);
@@ -127,10 +130,12 @@ fn room(house: &mut PartBuilder) {
         );
     }
     house.material(TABLE);
-    let skirting = contour(
-        [0.03, 0.03, 0.06, 0.0],
-        [FLOOR, FLOOR + 1.0, FLOOR + 1.03, FLOOR + 1.06],
-    );
+    let skirting = [
+        (0.03, FLOOR),
+        (0.03, FLOOR + 1.0),
+        (0.06, FLOOR + 1.03),
+        (0.0, FLOOR + 1.06),
+    ];
     let mut back = house.moved(0.0, 0.0, BACK);
     back.moulding(ROOM, &skirting);
     for (k, x) in (0..).zip([0.7, 2.0, 3.3]) {
@@ -149,10 +154,12 @@ fn around(radius: f64, detail: f64) -> usize {
 
 fn hanging_lamp(parts: &mut PartBuilder) {
     parts.material(SHADE);
-    let shade = contour(
-        [0.22, 0.2, 0.12, 0.03],
-        [LAMP, LAMP + 0.06, LAMP + 0.17, LAMP + 0.22],
-    );
+    let shade = [
+        (0.22, LAMP),
+        (0.2, LAMP + 0.06),
+        (0.12, LAMP + 0.17),
+        (0.03, LAMP + 0.22),
+    ];
     parts.lathe(&shade, around(0.2, parts.detail));
     parts.material(IRON);
     let cord = [(0.0, LAMP + 0.2, 0.0), (0.0, CEILING, 0.0)];
@@ -163,24 +170,34 @@ fn hanging_lamp(parts: &mut PartBuilder) {
 
 fn table(parts: &mut PartBuilder) {
     parts.material(TABLE);
-    let profile = contour(
-        [
-            0.22, 0.21, 0.05, 0.035, 0.045, 0.03, 0.04, 0.1, 0.36, 0.37, 0.36, 0.0,
-        ],
-        [
-            0.0, 0.025, 0.06, 0.12, 0.3, 0.45, 0.66, 0.70, 0.705, 0.72, 0.735, 0.736,
-        ],
-    );
+    let profile = [
+        (0.22, 0.0),
+        (0.21, 0.025),
+        (0.05, 0.06),
+        (0.035, 0.12),
+        (0.045, 0.3),
+        (0.03, 0.45),
+        (0.04, 0.66),
+        (0.1, 0.70),
+        (0.36, 0.705),
+        (0.37, 0.72),
+        (0.36, 0.735),
+        (0.0, 0.736),
+    ];
     parts.lathe(&profile, around(0.36, parts.detail));
     if parts.detail < 0.6 {
         return;
     }
     parts.material(CHINA);
     let saucer = [(0.03, 0.0), (0.075, 0.012), (0.072, 0.016), (0.0, 0.006)];
-    let bowl = contour(
-        [0.018, 0.032, 0.042, 0.039, 0.028, 0.0],
-        [0.006, 0.02, 0.065, 0.065, 0.022, 0.014],
-    );
+    let bowl = [
+        (0.018, 0.006),
+        (0.032, 0.02),
+        (0.042, 0.065),
+        (0.039, 0.065),
+        (0.028, 0.022),
+        (0.0, 0.014),
+    ];
     for (x, z) in [(0.14, 0.12), (-0.15, 0.05)] {
         let mut cup = parts.moved(x, 0.737, z);
         cup.lathe(&saucer, around(0.07, cup.detail));
@@ -231,10 +248,14 @@ fn bar(parts: &mut PartBuilder) {
         for k in 0..18 {
             parts.material(BOTTLE + dice.below(3));
             let (r, h) = (dice.range(0.03, 0.045), dice.range(0.26, 0.36));
-            let bottle = contour(
-                [0.0, r, r, 0.012, 0.012, 0.0],
-                [0.0, 0.004, h * 0.6, h * 0.75, h, h],
-            );
+            let bottle = [
+                (0.0, 0.0),
+                (r, 0.004),
+                (r, h * 0.6),
+                (0.012, h * 0.75),
+                (0.012, h),
+                (0.0, h),
+            ];
             let sides = around(0.05, parts.detail);
             let mut bottom = parts.moved(4.5 + 0.135 * f64::from(k), y, BACK + 0.14);
             bottom.lathe(&bottle, sides);

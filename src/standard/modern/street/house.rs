@@ -6,7 +6,7 @@ use super::palette::{BRICK, IRON, ROOF, SHUTTER, SHUTTERS, STUCCO, STUCCOS, TRIM
 use super::stone::{stone, stone_triangles};
 use crate::modern::mesh_builder::Grid;
 use crate::modern::noise::{Dice, fractal2};
-use crate::modern::props::{LocalFrame, ON_WALL, PartBuilder, cells, contour};
+use crate::modern::props::{LocalFrame, ON_WALL, PartBuilder, cells};
 use glam::{dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
@@ -176,10 +176,14 @@ impl House {
     fn ledges(&self, parts: &mut PartBuilder) {
         parts.material(TRIM);
         let whole = (0.0, self.width);
-        let ledge = contour(
-            [0.0, 0.05, 0.055, 0.09, 0.09, 0.0],
-            [-0.11, -0.09, -0.03, 0.0, 0.05, 0.07],
-        );
+        let ledge = [
+            (0.0, -0.11),
+            (0.05, -0.09),
+            (0.055, -0.03),
+            (0.09, 0.0),
+            (0.09, 0.05),
+            (0.0, 0.07),
+        ];
         for floor in 0..self.floors - 1 {
             parts.moved(0.0, top(floor), 0.0).moulding(whole, &ledge);
         }

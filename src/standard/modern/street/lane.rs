@@ -6,7 +6,7 @@ use super::stone::{leaf, stone, stone_triangles};
 use crate::builder::StandardLight;
 use crate::modern::materials::rgb;
 use crate::modern::noise::{Dice, fractal2};
-use crate::modern::props::{LocalFrame, PartBuilder, STANDING, cells, contour};
+use crate::modern::props::{LocalFrame, PartBuilder, STANDING, cells};
 use crate::modern::setup::lamp;
 use glam::{DVec3, dvec2, dvec3};
 
@@ -27,16 +27,30 @@ pub(super) fn light((x, z): (f64, f64)) -> StandardLight {
 
 fn lamp_post(parts: &mut PartBuilder) {
     parts.material(IRON);
-    let profile = contour(
-        [
-            0.16, 0.16, 0.11, 0.1, 0.13, 0.06, 0.05, 0.075, 0.045, 0.035, 0.06, 0.03, 0.03, 0.11,
-        ],
-        [
-            0.0, 0.1, 0.16, 0.5, 0.54, 0.62, 1.4, 1.44, 1.5, 2.7, 2.75, 2.8, 2.95, 3.02,
-        ],
-    );
+    let profile = [
+        (0.16, 0.0),
+        (0.16, 0.1),
+        (0.11, 0.16),
+        (0.1, 0.5),
+        (0.13, 0.54),
+        (0.06, 0.62),
+        (0.05, 1.4),
+        (0.075, 1.44),
+        (0.045, 1.5),
+        (0.035, 2.7),
+        (0.06, 2.75),
+        (0.03, 2.8),
+        (0.03, 2.95),
+        (0.11, 3.02),
+    ];
     parts.lathe(&profile, parts.cells(0.8).clamp(6, 96));
-    let roof = contour([0.24, 0.18, 0.06, 0.03, 0.0], [3.42, 3.5, 3.56, 3.66, 3.68]);
+    let roof = [
+        (0.24, 3.42),
+        (0.18, 3.5),
+        (0.06, 3.56),
+        (0.03, 3.66),
+        (0.0, 3.68),
+    ];
     parts.lathe(&roof, 6);
     let rows = parts.cells(0.4);
     for k in 0..6 {
@@ -136,10 +150,15 @@ fn bench(parts: &mut PartBuilder) {
 /// A round bush in a tub.
 fn shrub(parts: &mut PartBuilder) {
     parts.material(TABLE);
-    let tub = contour(
-        [0.17, 0.23, 0.25, 0.25, 0.21, 0.21, 0.0],
-        [0.0, 0.4, 0.4, 0.45, 0.45, 0.41, 0.4],
-    );
+    let tub = [
+        (0.17, 0.0),
+        (0.23, 0.4),
+        (0.25, 0.4),
+        (0.25, 0.45),
+        (0.21, 0.45),
+        (0.21, 0.41),
+        (0.0, 0.4),
+    ];
     parts.lathe(&tub, parts.cells(1.5).clamp(8, 96));
     let mut dice = Dice::of(SEED + 5, (parts.frame.origin.z * 16.0) as i64 as u64);
     for _ in 0..parts.cells(260.0) {

@@ -4,7 +4,7 @@ use super::layout::{Area, REVEAL};
 use super::palette::{IRON, LEAF, LIT, PANE, SHUTTER, TRIM, WOOD};
 use super::stone::leaf;
 use crate::modern::noise::Dice;
-use crate::modern::props::{ON_WALL, PartBuilder, STANDING, contour};
+use crate::modern::props::{ON_WALL, PartBuilder, STANDING};
 use glam::dvec3;
 
 /// The four sides of a hole in the wall.
@@ -85,10 +85,13 @@ fn surround(parts: &mut PartBuilder, hole: Area) {
     slab(x0, y1, x1, y1 + 0.13, 0.04);
     let middle = (x0 + x1) / 2.0;
     slab(middle - 0.08, y1 - 0.02, middle + 0.08, y1 + 0.2, 0.075);
-    let cap = contour(
-        [0.04, 0.06, 0.11, 0.12, 0.0],
-        [0.13, 0.15, 0.19, 0.22, 0.235],
-    );
+    let cap = [
+        (0.04, 0.13),
+        (0.06, 0.15),
+        (0.11, 0.19),
+        (0.12, 0.22),
+        (0.0, 0.235),
+    ];
     let mut top = parts.moved(0.0, y1, 0.0);
     top.moulding((x0 - 0.16, x1 + 0.16), &cap);
 }
@@ -122,10 +125,12 @@ fn slats(parts: &mut PartBuilder, width: (f64, f64), (y0, y1): (f64, f64)) {
     let count = ((y1 - y0) / 0.055) as usize;
     for k in 0..count {
         let y = y0 + 0.055 * k as f64;
-        let slat = contour(
-            [0.055, 0.058, 0.03, 0.026],
-            [y, y + 0.006, y + 0.05, y + 0.046],
-        );
+        let slat = [
+            (0.055, y),
+            (0.058, y + 0.006),
+            (0.03, y + 0.05),
+            (0.026, y + 0.046),
+        ];
         parts.moulding(width, &slat);
     }
 }
@@ -183,14 +188,20 @@ pub(super) fn balcony(parts: &mut PartBuilder, hole: Area) {
 }
 
 fn baluster(parts: &mut PartBuilder) {
-    let profile = contour(
-        [
-            0.045, 0.045, 0.025, 0.04, 0.05, 0.042, 0.02, 0.022, 0.035, 0.025, 0.045, 0.045,
-        ],
-        [
-            0.0, 0.06, 0.09, 0.18, 0.27, 0.36, 0.5, 0.66, 0.72, 0.76, 0.8, 0.86,
-        ],
-    );
+    let profile = [
+        (0.045, 0.0),
+        (0.045, 0.06),
+        (0.025, 0.09),
+        (0.04, 0.18),
+        (0.05, 0.27),
+        (0.042, 0.36),
+        (0.02, 0.5),
+        (0.022, 0.66),
+        (0.035, 0.72),
+        (0.025, 0.76),
+        (0.045, 0.8),
+        (0.045, 0.86),
+    ];
     parts.lathe(&profile, parts.cells(0.8).clamp(6, 64));
 }
 
