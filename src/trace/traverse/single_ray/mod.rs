@@ -201,22 +201,8 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     fn leaf(&mut self, query: impl SingleQuery, k: usize) {
         let state = &mut self.states[k];
         let closer = match ChildRef::of_code(state.current) {
-            ChildRef::Triangles(index) => {
-                self.counters.block(LeafKind::TRIANGLE, NATIVE as u64);
-                // SAFETY: a code of the tree refers to an existing row.
-                let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
-                let hit = state.triangles(block);
-                hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
-            }
-            ChildRef::Spheres(index) => {
-                self.counters.block(LeafKind::SPHERE, NATIVE as u64);
-                // SAFETY: as above.
-                let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
-                let hit = state.spheres(block);
-                hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
-            }
             ChildRef::Other(index) => self.other(query, k, index),
-            ChildRef::Node(_) => false,
+            block => test_block(query, state, self.wide, block, &mut self.counters),
         };
         if closer {
             let state = &mut self.states[k];
@@ -256,6 +242,34 @@ unsafe fn push_children<S: SingleQuery>(
             stack.push_any(state.top, &crossing, best, &node.children)
         }
     };
+}
+
+/// Tests a block; true if the ray's limit is nearer than before.
+#[inline(always)]
+fn test_block(
+    query: impl SingleQuery,
+    state: &mut RayState,
+    wide: &WideBvh,
+    block: ChildRef,
+    counters: &mut impl Counters,
+) -> bool {
+    match block {
+        ChildRef::Triangles(index) => {
+            counters.block(LeafKind::TRIANGLE, NATIVE as u64);
+            // SAFETY: a code of the tree refers to an existing row.
+            let block = unsafe { wide.triangles().get_unchecked(index as usize) };
+            let hit = state.triangles(block);
+            hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
+        }
+        ChildRef::Spheres(index) => {
+            counters.block(LeafKind::SPHERE, NATIVE as u64);
+            // SAFETY: as above.
+            let block = unsafe { wide.spheres().get_unchecked(index as usize) };
+            let hit = state.spheres(block);
+            hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
+        }
+        ChildRef::Node(_) | ChildRef::Other(_) => false,
+    }
 }
 
 /// Tests a leaf of a kind without blocks, by the packet's tests, in one lane; true if the ray's

@@ -7,8 +7,8 @@
 use super::ray_state::{RayState, SingleHit};
 use super::ray_stream::ready_first;
 use super::single_query::{SingleAny, SingleClosest, SingleQuery};
-use super::{ROOT, packet_of_one, push_children, stack_room, test_other};
-use crate::bvh::{Bvh, ChildRef};
+use super::{ROOT, packet_of_one, push_children, stack_room, test_block, test_other};
+use crate::bvh::{Bvh, ChildRef, OtherLeaf};
 use crate::packet::NO_PRIM;
 use crate::simd::F32x8;
 use crate::traverse::counters::PacketCount;
@@ -60,6 +60,8 @@ fn trace<S: SingleQuery>(
 fn descend<S: SingleQuery>(bvh: &Bvh, query: S, state: &mut RayState, stack: &mut WideStack) {
     let wide = bvh.wide();
     stack.reserve(stack_room(wide));
+    // For leaves without blocks, which most scenes lack; it has a stack of its own.
+    let mut packets = None;
     loop {
         match ChildRef::of_code(state.current) {
             ChildRef::Node(index) => {
@@ -68,21 +70,13 @@ fn descend<S: SingleQuery>(bvh: &Bvh, query: S, state: &mut RayState, stack: &mu
                 // SAFETY: each level above this node's left at most `NATIVE - 1` entries.
                 unsafe { push_children::<S>(state, node, stack) };
             }
-            ChildRef::Triangles(index) => {
-                // SAFETY: a code of the tree refers to an existing row.
-                let block = unsafe { wide.triangles().get_unchecked(index as usize) };
-                if let Some(hit) = state.triangles(block) {
-                    query.update(state, &hit, &block.prim_id);
-                }
+            ChildRef::Other(index) => {
+                let packets = packets.get_or_insert_with(|| PacketKernel::counting(bvh));
+                other(query, state, packets, wide.others()[index as usize]);
             }
-            ChildRef::Spheres(index) => {
-                // SAFETY: as above.
-                let block = unsafe { wide.spheres().get_unchecked(index as usize) };
-                if let Some(hit) = state.spheres(block) {
-                    query.update(state, &hit, &block.prim_id);
-                }
+            block => {
+                test_block(query, state, wide, block, &mut PacketCount::default());
             }
-            ChildRef::Other(index) => other(bvh, query, state, index),
         }
         if !pop::<S>(state, stack) {
             return;
@@ -106,8 +100,11 @@ fn pop<S: SingleQuery>(state: &mut RayState, stack: &WideStack) -> bool {
 }
 
 #[inline(never)]
-fn other(bvh: &Bvh, query: impl SingleQuery, state: &mut RayState, index: u32) {
-    let mut packets = PacketKernel::<F32x8, PacketCount>::counting(bvh);
-    let leaf = bvh.wide().others()[index as usize];
-    test_other(query, state, &mut packets, leaf);
+fn other(
+    query: impl SingleQuery,
+    state: &mut RayState,
+    packets: &mut PacketKernel<F32x8, PacketCount>,
+    leaf: OtherLeaf,
+) {
+    test_other(query, state, packets, leaf);
 }
