@@ -219,6 +219,7 @@ impl Device {
         }
     }
 }
+
 /// A scene under construction.
 pub(super) struct EmbreeSceneDraft {
     device: Arc<Device>,
