@@ -10,6 +10,7 @@ use common::traced::{TracedScene, answer, room, same, trace};
 use common::{SMALL, STANDARD, brief};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use phalanx::Quality;
 use phalanx::bench::{Answer, MAX_DIFFERING_SHARE, RayKind, RaySet};
 use phalanx::peers::{BenchEngine, obvhs};
 use phalanx::trace::Kernel;
@@ -17,7 +18,7 @@ use phalanx::trace::Kernel;
 fn traversal(c: &mut Criterion) {
     for name in STANDARD {
         let traced = TracedScene::new(name);
-        let peer = obvhs::build(&traced.scene);
+        let peer = obvhs::build(&traced.scene, Quality::Best);
         if let Err(reason) = &peer {
             println!("skipped on {name}: {reason}");
         }

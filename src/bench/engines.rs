@@ -4,9 +4,9 @@ use crate::peers::{BenchEngine, BenchEngineThread, RaySetRef};
 use phalanx_oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::Bvh;
-use phalanx_trace::packet::{HitPacket, NO_PRIM};
-use phalanx_trace::simd::{F32x8, LANES, LaneMask, U32x8};
-use phalanx_trace::{Kernel, Traversal};
+use phalanx_trace::packet::HitPacket;
+use phalanx_trace::simd::LaneMask;
+use phalanx_trace::{Kernel, Ray, Traversal};
 use std::ops::Range;
 
 /// A kernel of the packet engine on a set of rays.
@@ -44,6 +44,40 @@ impl BenchEngineThread for KernelEngineThread<'_> {
     }
 }
 
+/// [`Bvh::intersect`] and [`Bvh::occluded`], one ray a call.
+pub struct OneRayEngine<'a> {
+    /// The tree.
+    pub bvh: &'a Bvh,
+    /// The rays.
+    pub rays: RaySetRef<'a>,
+}
+
+impl BenchEngine for OneRayEngine<'_> {
+    fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
+        Box::new(OneRayEngine { ..*self })
+    }
+}
+
+impl BenchEngineThread for OneRayEngine<'_> {
+    fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
+        closest_each(self.rays, packets, hits, |[origin, direction]| {
+            let hit = self.bvh.intersect(&Ray::new(origin, direction))?;
+            Some(([hit.t, hit.u, hit.v], hit.prim_id))
+        });
+    }
+
+    fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
+        let tmax = self.rays.tmax;
+        occluded_each(self.rays, packets, blocked, |[origin, direction]| {
+            let ray = Ray {
+                tmax,
+                ..Ray::new(origin, direction)
+            };
+            self.bvh.occluded(&ray)
+        });
+    }
+}
+
 /// The oracle on a set of rays.
 pub struct OracleEngine<'a> {
     /// The scene.
@@ -68,41 +102,58 @@ struct OracleEngineThread<'a> {
     rays: RaySetRef<'a>,
 }
 
-impl OracleEngineThread<'_> {
-    fn ray(&self, packet: usize, lane: usize) -> OracleRay {
-        let (org, dir) = self.rays.queue.ray(packet, lane);
-        OracleRay::new(org.into(), dir.into())
-    }
-}
-
 impl BenchEngineThread for OracleEngineThread<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
-        for (packet, out) in packets.zip(hits) {
-            let (mut t, mut u, mut v) = ([f32::INFINITY; LANES], [0.0f32; LANES], [0.0f32; LANES]);
-            let mut prim_id = [NO_PRIM; LANES];
-            for lane in self.rays.queue.active(packet).lanes() {
-                if let Some(hit) = self.oracle.closest(&self.ray(packet, lane)) {
-                    (t[lane], u[lane], v[lane]) = (hit.t, hit.u, hit.v);
-                    prim_id[lane] = hit.prim_id;
-                }
-            }
-            *out = HitPacket {
-                t: F32x8::new(t),
-                u: F32x8::new(u),
-                v: F32x8::new(v),
-                prim_id: U32x8::new(prim_id),
-            };
-        }
+        closest_each(self.rays, packets, hits, |[org, dir]| {
+            let hit = self
+                .oracle
+                .closest(&OracleRay::new(org.into(), dir.into()))?;
+            Some(([hit.t, hit.u, hit.v], hit.prim_id))
+        });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        for (packet, out) in packets.zip(blocked) {
-            let stopped = |lane: &usize| {
-                let ray = self.ray(packet, *lane);
-                self.oracle.occluded(&ray, self.rays.tmax)
-            };
-            let lanes = self.rays.queue.active(packet).lanes().filter(stopped);
-            *out = lanes.fold(0, |bits, lane| bits | 1 << lane);
+        let tmax = self.rays.tmax;
+        occluded_each(self.rays, packets, blocked, |[org, dir]| {
+            let ray = OracleRay::new(org.into(), dir.into());
+            self.oracle.occluded(&ray, tmax)
+        });
+    }
+}
+
+/// Origin and direction of a ray.
+type OrgDir = [[f32; 3]; 2];
+
+/// Closest hits of some packets, ray by ray: t, u and v, and the number of the primitive.
+#[inline(always)]
+fn closest_each(
+    rays: RaySetRef,
+    packets: Range<usize>,
+    hits: &mut [HitPacket],
+    mut closest: impl FnMut(OrgDir) -> Option<([f32; 3], u32)>,
+) {
+    for (packet, out) in packets.zip(hits) {
+        *out = HitPacket::miss();
+        for lane in rays.queue.active(packet).lanes() {
+            if let Some((weights, prim_id)) = closest(rays.queue.ray(packet, lane).into()) {
+                out.set(lane, weights, prim_id);
+            }
+        }
+    }
+}
+
+/// Occluded rays of some packets, ray by ray.
+#[inline(always)]
+fn occluded_each(
+    rays: RaySetRef,
+    packets: Range<usize>,
+    blocked: &mut [u8],
+    mut occluded: impl FnMut(OrgDir) -> bool,
+) {
+    for (packet, out) in packets.zip(blocked) {
+        *out = 0;
+        for lane in rays.queue.active(packet).lanes() {
+            *out |= u8::from(occluded(rays.queue.ray(packet, lane).into())) << lane;
         }
     }
 }

@@ -6,7 +6,7 @@ use super::plan::{BenchPlan, SceneInfo};
 use super::rounds::SampleFn;
 use super::timer::{self, Chunks};
 use super::workload::{BenchTrees, Workload};
-use crate::peers::{BenchEngine, PeerScene};
+use crate::peers::{BenchEngine, ONE, PeerScene};
 use phalanx_render::Cores;
 use phalanx_report::{ORACLE, PHALANX, RateRow};
 use phalanx_trace::Kernel;
@@ -54,6 +54,7 @@ pub(super) fn entrants<'a>(
     let kernels = kernels(plan).into_iter();
     let kernels = kernels.map(|k| checked(PHALANX, k.name(), Box::new(trees.kernel(k, rays))));
     entrants.extend(kernels);
+    entrants.push(checked(PHALANX, ONE, Box::new(trees.one(rays))));
     let (query, all) = (workload.kind().query(), Chunks::all(workload.packets()));
     for (name, peer_scene) in peers {
         for (kernel, engine) in peer_scene(rays) {

@@ -4,7 +4,7 @@ use crate::peers::Peer;
 use phalanx_render::frame::CoreAffinity;
 use phalanx_report::{RayKind, RaySetRecord, RunInfo};
 use phalanx_trace::Kernel;
-use phalanx_trace::bvh::Quality;
+use phalanx_trace::bvh::{BuildSettings, Quality};
 use std::collections::BTreeMap;
 
 /// The measurements of every scene.
@@ -56,9 +56,12 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// The largest number of threads, used to build trees.
-    pub fn max_threads(&self) -> usize {
-        self.threads.iter().copied().max().unwrap_or(1)
+    /// How trees are built: on the largest number of threads.
+    pub fn build_settings(&self) -> BuildSettings {
+        BuildSettings {
+            quality: self.quality,
+            threads: self.threads.iter().copied().max().unwrap_or(1),
+        }
     }
 
     /// Settings and time of a run of this plan, for its record.

@@ -98,9 +98,8 @@ fn build_peers(
     trees: &mut BenchTrees,
 ) -> (Vec<NamedPeerScene>, Vec<String>) {
     let (mut peers, mut notes) = (Vec::new(), Vec::new());
-    let threads = plan.max_threads();
     for peer in plan.peers.iter().filter(|_| plan.timed) {
-        let (built, seconds) = timed(|| peer.build(scene, threads));
+        let (built, seconds) = timed(|| peer.build(scene, &plan.build_settings()));
         match built {
             Ok(peer_scene) => {
                 trees.seconds.insert(peer.name().to_owned(), seconds);

@@ -1,19 +1,19 @@
 //! A scene, ready for measurement: both trees, the rays, and their right results.
 
 use super::answer::Answer;
-use super::engines::{KernelEngine, OracleEngine};
+use super::engines::{KernelEngine, OneRayEngine, OracleEngine};
 use super::error::BenchError;
 use super::fingerprint::fingerprint;
 use super::plan::{BenchPlan, SceneInfo};
 use super::rays::{RaySet, primary, secondary};
 use super::timer::{self, CHUNK_PACKETS, Chunks};
-use crate::peers::{BenchEngine, RaySetRef};
+use crate::peers::{BenchEngine, ONE, RaySetRef};
 use bumpalo::Bump;
 use phalanx_oracle::TwoLevelBvh;
 use phalanx_report::{ORACLE, PHALANX, RayKind, RaySetRecord, SceneRecord};
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::Kernel;
-use phalanx_trace::bvh::{BuildSettings, Bvh};
+use phalanx_trace::bvh::Bvh;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -27,11 +27,7 @@ pub(super) struct BenchTrees<'a> {
 
 impl<'a> BenchTrees<'a> {
     pub(super) fn build(scene: &'a Scene, plan: &BenchPlan) -> BenchTrees<'a> {
-        let settings = BuildSettings {
-            quality: plan.quality,
-            threads: plan.max_threads(),
-        };
-        let (bvh, bvh_seconds) = timed(|| Bvh::build_with(scene, &settings));
+        let (bvh, bvh_seconds) = timed(|| Bvh::build_with(scene, &plan.build_settings()));
         let (oracle_bvh, oracle_seconds) = timed(|| TwoLevelBvh::build(scene));
         let seconds = [(PHALANX, bvh_seconds), (ORACLE, oracle_seconds)];
         let seconds = seconds.map(|(engine, s)| (engine.to_owned(), s));
@@ -47,6 +43,12 @@ impl<'a> BenchTrees<'a> {
     pub(super) fn kernel<'r>(&'r self, kernel: Kernel, rays: RaySetRef<'r>) -> KernelEngine<'r> {
         let bvh = &self.bvh;
         KernelEngine { bvh, kernel, rays }
+    }
+
+    /// One ray of a set a call.
+    pub(super) fn one<'r>(&'r self, rays: RaySetRef<'r>) -> OneRayEngine<'r> {
+        let bvh = &self.bvh;
+        OneRayEngine { bvh, rays }
     }
 
     /// The oracle on some rays.
@@ -180,6 +182,10 @@ pub(super) fn check(
             workload,
             info,
         )?;
+    }
+    if plan.timed {
+        let all = Chunks::all(workload.packets());
+        check_one(&trees.one(rays), ONE, all, workload, info)?;
     }
     let chunks = Chunks::some(workload.packets(), CHUNK_PACKETS, ORACLE_CHECKED_RAYS);
     check_one(&trees.oracle(rays), ORACLE, chunks, workload, info)?;

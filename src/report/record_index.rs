@@ -1,7 +1,7 @@
 //! The rows of a record by what they measure, the row that stands for each engine, and means and
 //! ratios of such rows.
 
-use super::numbers::{counted, rate};
+use super::numbers::{counted, percent, rate};
 use super::{BenchRecord, ORACLE, PHALANX, RateRow, geometric_mean};
 use crate::ray_kind::{FRAME, RayKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -136,6 +136,13 @@ impl<'a> RecordIndex<'a> {
         Some(row.mrays_per_s.median)
     }
 
+    /// The largest share of rays in a row of a peer that it answers otherwise than we do.
+    fn most_different(&self, name: &str) -> f64 {
+        let rows = self.best.iter().filter(|(key, _)| key.0 == name);
+        let shares = rows.filter_map(|(_, row)| row.difference);
+        shares.fold(0.0, f64::max)
+    }
+
     /// The row that stands for each engine: ours is `auto`.
     pub(super) fn by_engine(&self) -> BTreeMap<RateKey<'a>, &'a RateRow> {
         let rows = self.best.iter();
@@ -244,7 +251,13 @@ pub fn quotable_line(record: &BenchRecord) -> Option<String> {
         let ratio = best.over(name, kind, threads)?;
         Some(format!("{:.2} × {shown}", ratio.mean))
     };
-    parts.extend(best.peers().filter_map(|name| over(name, name)));
+    parts.extend(best.peers().filter_map(|name| {
+        let part = over(name, name)?;
+        Some(match best.most_different(name) {
+            0.0 => part,
+            share => format!("{part} (up to {} of its rays differ)", percent(share)),
+        })
+    }));
     if parts.len() == 1 {
         parts.extend(over(ORACLE, "its scalar oracle"));
     }

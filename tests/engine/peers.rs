@@ -8,7 +8,7 @@ use crate::common::rng::Rng;
 use crate::common::scenes;
 use bumpalo::Bump;
 use glam::Vec3;
-use phalanx::bvh::Bvh;
+use phalanx::bvh::{BuildSettings, Bvh, Quality};
 use phalanx::lanes::{LANES, LaneMask, Mask8, Vec3x8};
 use phalanx::oracle::OracleRay;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
@@ -182,12 +182,22 @@ fn flushing_is_over() {
     assert!(least / 2.0 > 0.0, "denormals are flushed");
 }
 
+/// The best trees, on some threads.
+fn settings(threads: usize) -> BuildSettings {
+    BuildSettings {
+        quality: Quality::Best,
+        threads,
+    }
+}
+
 fn compare_embree(scene: &Scene, rng: &mut Rng) {
     for library in libraries() {
-        let built = library.build(scene, 2).expect("a scene it has all of");
-        flushing_is_over();
-        let peer = format!("Embree {}", library.version());
-        compare(scene, rng, &peer, built);
+        for robust in [false, true] {
+            let built = library.build(scene, &settings(2), robust);
+            flushing_is_over();
+            let peer = format!("Embree {}, robust {robust}", library.version());
+            compare(scene, rng, &peer, built.expect("a scene it has all of"));
+        }
     }
 }
 
@@ -244,7 +254,7 @@ fn obvhs_agrees() {
         triangles.add_triangle([0; 3].map(|_| center + rng.point(0.1)), None, 0);
     }
     for scene in [mixed, triangles] {
-        let built = obvhs::build(&scene).expect("a scene it has all of");
+        let built = obvhs::build(&scene, Quality::Best).expect("a scene it has all of");
         compare(&scene, &mut rng, "obvhs", built);
     }
 }
@@ -259,9 +269,11 @@ fn nothing_is_hit_where_there_is_nothing() {
         queue: &queue,
         tmax: 1.0,
     };
-    let mut all = obvhs::build(&scene).expect("an empty scene")(rays);
+    let mut all = obvhs::build(&scene, Quality::Best).expect("an empty scene")(rays);
     for library in libraries() {
-        let built = library.build(&scene, 1).expect("an empty scene");
+        let built = library
+            .build(&scene, &settings(1), true)
+            .expect("an empty scene");
         all.extend(built(rays));
     }
     for (name, engine) in &all {
@@ -285,10 +297,12 @@ fn what_a_peer_has_not_is_said() {
         inside: false,
     };
     scene.add_cone(cone, 0);
-    let error = obvhs::build(&scene).err().expect("no cones there");
+    let error = obvhs::build(&scene, Quality::Best)
+        .err()
+        .expect("no cones there");
     assert!(error.to_string().contains("cones"), "{error}");
     for library in libraries() {
-        let error = library.build(&scene, 1).err();
+        let error = library.build(&scene, &settings(1), false).err();
         let error = error.expect("no such cones there").to_string();
         assert!(error.contains("cones"), "{error}");
     }

@@ -31,6 +31,9 @@ pub trait BenchEngine: Sync {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
 }
 
+/// Name of the mode that traces one ray a call, ours as Embree's.
+pub const ONE: &str = "one";
+
 /// The modes of a tracer on a set of rays, by name.
 pub type NamedEngines = Vec<(String, Box<dyn BenchEngine>)>;
 

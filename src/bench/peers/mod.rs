@@ -5,14 +5,20 @@ pub mod embree;
 mod engine;
 pub mod obvhs;
 
-pub use engine::{BenchEngine, BenchEngineThread, NamedEngines, PeerScene, RaySetRef, Unsupported};
+pub use engine::{
+    BenchEngine, BenchEngineThread, NamedEngines, ONE, PeerScene, RaySetRef, Unsupported,
+};
 
 use phalanx_scene::Scene;
+use phalanx_trace::bvh::BuildSettings;
+use std::sync::Arc;
 
 /// Another tracer.
 pub enum Peer {
-    /// Embree, from its library.
-    Embree(embree::EmbreeLibrary),
+    /// Embree at its fastest, from its library.
+    Embree(Arc<embree::EmbreeLibrary>),
+    /// The same, in scenes whose queries lose no ray at an edge.
+    EmbreeRobust(Arc<embree::EmbreeLibrary>),
     /// The traversals of obvhs.
     Obvhs,
 }
@@ -22,6 +28,7 @@ impl Peer {
     pub fn name(&self) -> &'static str {
         match self {
             Peer::Embree(_) => "embree",
+            Peer::EmbreeRobust(_) => "embree robust",
             Peer::Obvhs => "obvhs",
         }
     }
@@ -29,19 +36,22 @@ impl Peer {
     /// Name of the peer with its version, if it has one.
     pub fn describe(&self) -> String {
         match self {
-            Peer::Embree(library) => format!("embree {}", library.version()),
-            Peer::Obvhs => "obvhs".to_owned(),
+            Peer::Embree(library) | Peer::EmbreeRobust(library) => {
+                format!("{} {}", self.name(), library.version())
+            }
+            Peer::Obvhs => self.name().to_owned(),
         }
     }
 
-    /// Builds the peer's own trees over a scene, on the given number of threads if it can.
+    /// Builds the peer's own trees over a scene, by the nearest settings that it has.
     ///
     /// # Errors
     /// [`Unsupported`] where the scene holds primitives that the peer cannot trace.
-    pub fn build(&self, scene: &Scene, threads: usize) -> Result<PeerScene, Unsupported> {
+    pub fn build(&self, scene: &Scene, settings: &BuildSettings) -> Result<PeerScene, Unsupported> {
         match self {
-            Peer::Embree(library) => library.build(scene, threads),
-            Peer::Obvhs => obvhs::build(scene),
+            Peer::Embree(library) => library.build(scene, settings, false),
+            Peer::EmbreeRobust(library) => library.build(scene, settings, true),
+            Peer::Obvhs => obvhs::build(scene, settings.quality),
         }
     }
 }

@@ -17,23 +17,30 @@ use obvhs::ray::{INVALID_ID, Ray, RayHit};
 use obvhs::triangle::Triangle;
 use obvhs::{Boundable, BvhBuildParams};
 use phalanx_scene::{Prim, PrimKind, Scene};
+use phalanx_trace::bvh::Quality;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{F32x8, LANES, U32x8};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Preset for its trees, the slowest available: 3.7 s per tree for a million triangles, seven times
-/// the time of medium, for 7 to 23 % more rays on the terrain. In the room medium's trees are 20 to
-/// 40 times slower than these, and those of `slow_build` no better.
-const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
+/// Preset for its trees. The best quality is the slowest preset: 3.7 s per tree for a million
+/// triangles, seven times the time of medium, for 7 to 23 % more rays on the terrain. In the room
+/// medium's trees are 20 to 40 times slower than these, and those of `slow_build` no better.
+fn preset(quality: Quality) -> BvhBuildParams {
+    match quality {
+        Quality::Fast => BvhBuildParams::fast_build(),
+        Quality::Medium => BvhBuildParams::medium_build(),
+        Quality::Best => BvhBuildParams::very_slow_build(),
+    }
+}
 
 /// Copies a scene and builds both trees, on one thread. Supports triangles and spheres, without
 /// instances.
 ///
 /// # Errors
 /// [`Unsupported`]: primitives or instances that obvhs does not have.
-pub fn build(scene: &Scene) -> Result<PeerScene, Unsupported> {
+pub fn build(scene: &Scene, quality: Quality) -> Result<PeerScene, Unsupported> {
     let unsupported = |reason: &str| Unsupported {
         peer: "obvhs",
         reason: reason.to_owned(),
@@ -45,20 +52,21 @@ pub fn build(scene: &Scene) -> Result<PeerScene, Unsupported> {
     if !scene.meshes.is_empty() {
         return Err(unsupported("its binary tree has no instances"));
     }
+    let preset = preset(quality);
     Ok(if scene.spheres.is_empty() {
-        built_of::<Triangle>(scene)
+        built_of::<Triangle>(scene, preset)
     } else if scene.triangles.is_empty() {
-        built_of::<Sphere>(scene)
+        built_of::<Sphere>(scene, preset)
     } else {
-        built_of::<MixedShape>(scene)
+        built_of::<MixedShape>(scene, preset)
     })
 }
 
-fn built_of<S: ObvhsShape>(scene: &Scene) -> PeerScene {
+fn built_of<S: ObvhsShape>(scene: &Scene, preset: BvhBuildParams) -> PeerScene {
     let shapes = scene.prims.iter().map(|&prim| S::of(scene, prim));
     let shapes: Vec<S> = shapes.collect();
-    let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2));
-    let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh));
+    let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2(&shapes, preset)));
+    let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh(&shapes, preset)));
     Box::new(move |rays| {
         let rays = Arc::new(ObvhsRays::new(rays));
         vec![
@@ -76,12 +84,12 @@ trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
     /// Distance along a ray, or infinity.
     fn intersect(&self, ray: &Ray) -> f32;
 
-    fn bvh2(shapes: &[Self]) -> Bvh2 {
-        build_bvh2(shapes, PRESET, &mut Duration::default())
+    fn bvh2(shapes: &[Self], preset: BvhBuildParams) -> Bvh2 {
+        build_bvh2(shapes, preset, &mut Duration::default())
     }
 
-    fn cwbvh(shapes: &[Self]) -> CwBvh {
-        build_cwbvh(shapes, PRESET, &mut Duration::default())
+    fn cwbvh(shapes: &[Self], preset: BvhBuildParams) -> CwBvh {
+        build_cwbvh(shapes, preset, &mut Duration::default())
     }
 }
 
@@ -97,12 +105,12 @@ impl ObvhsShape for Triangle {
     }
 
     // Only large triangles are split beforehand.
-    fn bvh2(shapes: &[Triangle]) -> Bvh2 {
-        build_bvh2_from_tris(shapes, PRESET, &mut Duration::default())
+    fn bvh2(shapes: &[Triangle], preset: BvhBuildParams) -> Bvh2 {
+        build_bvh2_from_tris(shapes, preset, &mut Duration::default())
     }
 
-    fn cwbvh(shapes: &[Triangle]) -> CwBvh {
-        build_cwbvh_from_tris(shapes, PRESET, &mut Duration::default())
+    fn cwbvh(shapes: &[Triangle], preset: BvhBuildParams) -> CwBvh {
+        build_cwbvh_from_tris(shapes, preset, &mut Duration::default())
     }
 }
 
@@ -226,8 +234,7 @@ struct PeerTree<T, S> {
 
 impl<T: ObvhsTraversal, S: ObvhsShape> PeerTree<T, S> {
     /// Shapes are numbered as the scene's primitives.
-    fn new(shapes: &[S], build: fn(&[S]) -> T) -> PeerTree<T, S> {
-        let tree = build(shapes);
+    fn new(shapes: &[S], tree: T) -> PeerTree<T, S> {
         let prim_ids = tree.order().to_vec();
         PeerTree {
             shapes: prim_ids.iter().map(|&id| shapes[id as usize]).collect(),

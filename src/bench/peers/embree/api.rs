@@ -7,6 +7,7 @@
 //! Version 3 passes an `RTCIntersectContext` before them.
 
 use super::layout::{QueryArguments, RayHit, Valid};
+use phalanx_trace::bvh::Quality;
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::marker::PhantomData;
 use std::mem::ManuallyDrop;
@@ -22,7 +23,7 @@ const UINT3: c_int = 0x5003;
 const FLOAT3: c_int = 0x9003;
 const FLOAT4: c_int = 0x9004;
 const FLOAT3X4_COLUMN_MAJOR: c_int = 0x9234;
-const HIGH_QUALITY: c_int = 2;
+const ROBUST: c_int = 1 << 2;
 const VERSION_PARTS: [c_int; 3] = [1, 2, 3];
 const NATIVE_RAY16_SUPPORTED: c_int = 34;
 
@@ -47,6 +48,7 @@ pub(super) struct Api {
     new_scene: unsafe extern "C" fn(Handle) -> Handle,
     release_scene: unsafe extern "C" fn(Handle),
     set_quality: unsafe extern "C" fn(Handle, c_int),
+    set_flags: unsafe extern "C" fn(Handle, c_int),
     attach: unsafe extern "C" fn(Handle, Handle, c_uint),
     commit_scene: unsafe extern "C" fn(Handle),
     new_geometry: unsafe extern "C" fn(Handle, c_int) -> Handle,
@@ -82,6 +84,7 @@ impl Api {
                 new_scene: symbol(&library, "rtcNewScene")?,
                 release_scene: symbol(&library, "rtcReleaseScene")?,
                 set_quality: symbol(&library, "rtcSetSceneBuildQuality")?,
+                set_flags: symbol(&library, "rtcSetSceneFlags")?,
                 attach: symbol(&library, "rtcAttachGeometryByID")?,
                 commit_scene: symbol(&library, "rtcCommitScene")?,
                 new_geometry: symbol(&library, "rtcNewGeometry")?,
@@ -220,6 +223,25 @@ impl Device {
     }
 }
 
+/// How a scene's trees are built and queried.
+#[derive(Clone, Copy)]
+pub(super) struct SceneOptions {
+    pub(super) quality: Quality,
+    /// True if no ray may be lost at an edge.
+    pub(super) robust: bool,
+}
+
+impl SceneOptions {
+    /// Embree's number of the quality.
+    fn quality(self) -> c_int {
+        match self.quality {
+            Quality::Fast => 0,
+            Quality::Medium => 1,
+            Quality::Best => 2,
+        }
+    }
+}
+
 /// A scene under construction.
 pub(super) struct EmbreeSceneDraft {
     device: Arc<Device>,
@@ -227,14 +249,20 @@ pub(super) struct EmbreeSceneDraft {
 }
 
 impl EmbreeSceneDraft {
-    /// Creates a scene of high build quality, without flags.
-    pub(super) fn new(device: &Arc<Device>) -> Result<EmbreeSceneDraft, EmbreeFault> {
+    /// Creates an empty scene.
+    pub(super) fn new(
+        device: &Arc<Device>,
+        options: SceneOptions,
+    ) -> Result<EmbreeSceneDraft, EmbreeFault> {
         let api = device.api();
         // SAFETY: the device exists.
         let handle = unsafe { (api.new_scene)(device.owned.get()) };
         let scene = Owned::new(api, handle, api.release_scene, device.owned.get())?;
         // SAFETY: the scene exists and is not committed yet.
-        unsafe { (api.set_quality)(handle, HIGH_QUALITY) };
+        unsafe {
+            (api.set_quality)(handle, options.quality());
+            (api.set_flags)(handle, if options.robust { ROBUST } else { 0 });
+        }
         Ok(EmbreeSceneDraft {
             device: Arc::clone(device),
             scene,

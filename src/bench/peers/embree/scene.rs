@@ -4,11 +4,11 @@
 //! triangles with number 0, spheres with number 1. An instance of a mesh is an instance of the
 //! mesh's scene; in the world's, instance k is number k + 2.
 //!
-//! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15
-//! to 24 % more primary rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9
-//! %; Embree 4.4.0, one thread).
+//! The best quality is Embree's high one, which adds spatial splits to medium: over twice the time
+//! to build, and 15 to 24 % more primary rays on the terrain (1 to 6 % in the room; shadow and
+//! diffuse rays −5 to 9 %; Embree 4.4.0, one thread). Robust scenes are not split.
 
-use super::api::{CommittedScene, Device, EmbreeFault, EmbreeSceneDraft};
+use super::api::{CommittedScene, Device, EmbreeFault, EmbreeSceneDraft, SceneOptions};
 use super::layout::INVALID;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::packet::NO_PRIM;
@@ -32,9 +32,10 @@ impl EmbreeSceneData {
     pub(super) fn build(
         device: &Arc<Device>,
         scene: &Scene,
+        options: SceneOptions,
     ) -> Result<EmbreeSceneData, EmbreeFault> {
         let mesh = |mesh| {
-            let mut draft = EmbreeSceneDraft::new(device)?;
+            let mut draft = EmbreeSceneDraft::new(device, options)?;
             let run = scene.meshes.prims(mesh);
             let first = run.start;
             let prim_ids = GeometryPrimIds::add(&mut draft, scene, &[run], first)?;
@@ -42,7 +43,7 @@ impl EmbreeSceneData {
         };
         let meshes = (0..scene.meshes.len()).map(mesh);
         let meshes: Vec<(CommittedScene, GeometryPrimIds)> = meshes.collect::<Result<_, _>>()?;
-        let mut draft = EmbreeSceneDraft::new(device)?;
+        let mut draft = EmbreeSceneDraft::new(device, options)?;
         let world = GeometryPrimIds::add(&mut draft, scene, &scene.world_runs(), 0)?;
         let mut instances = Vec::with_capacity(scene.instances.len());
         for k in 0..scene.instances.len() {

@@ -26,6 +26,7 @@ use phalanx::report::{BenchRecord, to_csv, to_json};
 use phalanx::trace::Kernel;
 use saved::save;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Instant, SystemTime};
 
 /// The standard suite, from the repository.
@@ -210,18 +211,15 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
             "--embree needs --against embree".to_owned(),
         ));
     }
-    let open = |peer: &PeerArg| match peer {
-        PeerArg::Obvhs => Ok(Peer::Obvhs),
-        PeerArg::Embree => match EmbreeLibrary::open(args.embree.as_deref()) {
-            Ok(library) => Ok(Peer::Embree(library)),
-            Err(error) => Err(CliError::Usage(error.to_string())),
-        },
-    };
     let mut peers = Vec::new();
-    for peer in [PeerArg::Embree, PeerArg::Obvhs] {
-        if args.against.contains(&peer) {
-            peers.push(open(&peer)?);
-        }
+    if args.against.contains(&PeerArg::Embree) {
+        let library = EmbreeLibrary::open(args.embree.as_deref());
+        let library = Arc::new(library.map_err(|error| CliError::Usage(error.to_string()))?);
+        peers.push(Peer::Embree(Arc::clone(&library)));
+        peers.push(Peer::EmbreeRobust(library));
+    }
+    if args.against.contains(&PeerArg::Obvhs) {
+        peers.push(Peer::Obvhs);
     }
     Ok(peers)
 }
