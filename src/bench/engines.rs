@@ -4,8 +4,8 @@ use crate::peers::{BenchEngine, BenchEngineThread, RaySetRef};
 use phalanx_oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::Bvh;
-use phalanx_trace::packet::HitPacket;
-use phalanx_trace::simd::LaneMask;
+use phalanx_trace::packet::{HitPacket, NO_PRIM};
+use phalanx_trace::simd::{F32x8, LANES, U32x8};
 use phalanx_trace::{Kernel, Ray, Traversal};
 use std::ops::Range;
 
@@ -46,35 +46,46 @@ impl BenchEngineThread for KernelEngineThread<'_> {
 
 /// [`Bvh::intersect`] and [`Bvh::occluded`], one ray a call.
 pub struct OneRayEngine<'a> {
-    /// The tree.
-    pub bvh: &'a Bvh,
-    /// The rays.
-    pub rays: RaySetRef<'a>,
+    bvh: &'a Bvh,
+    rays: Vec<Ray>,
+}
+
+impl<'a> OneRayEngine<'a> {
+    /// Lays the rays out as users have them.
+    pub fn new(bvh: &'a Bvh, RaySetRef { queue, tmax }: RaySetRef) -> OneRayEngine<'a> {
+        let ray = |k: usize| {
+            let (origin, direction) = queue.ray(k / LANES, k % LANES);
+            Ray {
+                origin,
+                direction,
+                tmax,
+            }
+        };
+        let rays = (0..queue.len()).map(ray).collect();
+        OneRayEngine { bvh, rays }
+    }
 }
 
 impl BenchEngine for OneRayEngine<'_> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
-        Box::new(OneRayEngine { ..*self })
+        Box::new(OneRayEngineThread(self))
     }
 }
 
-impl BenchEngineThread for OneRayEngine<'_> {
+struct OneRayEngineThread<'a>(&'a OneRayEngine<'a>);
+
+impl BenchEngineThread for OneRayEngineThread<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
-        closest_each(self.rays, packets, hits, |[origin, direction]| {
-            let hit = self.bvh.intersect(&Ray::new(origin, direction))?;
+        let OneRayEngine { bvh, rays } = self.0;
+        closest_each(packets, rays.len(), hits, |ray| {
+            let hit = bvh.intersect(&rays[ray])?;
             Some(([hit.t, hit.u, hit.v], hit.prim_id))
         });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let tmax = self.rays.tmax;
-        occluded_each(self.rays, packets, blocked, |[origin, direction]| {
-            let ray = Ray {
-                tmax,
-                ..Ray::new(origin, direction)
-            };
-            self.bvh.occluded(&ray)
-        });
+        let OneRayEngine { bvh, rays } = self.0;
+        occluded_each(packets, rays.len(), blocked, |ray| bvh.occluded(&rays[ray]));
     }
 }
 
@@ -102,58 +113,68 @@ struct OracleEngineThread<'a> {
     rays: RaySetRef<'a>,
 }
 
+impl OracleEngineThread<'_> {
+    fn ray(&self, ray: usize) -> OracleRay {
+        let (org, dir) = self.rays.queue.ray(ray / LANES, ray % LANES);
+        OracleRay::new(org.into(), dir.into())
+    }
+}
+
 impl BenchEngineThread for OracleEngineThread<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
-        closest_each(self.rays, packets, hits, |[org, dir]| {
-            let hit = self
-                .oracle
-                .closest(&OracleRay::new(org.into(), dir.into()))?;
+        closest_each(packets, self.rays.queue.len(), hits, |ray| {
+            let hit = self.oracle.closest(&self.ray(ray))?;
             Some(([hit.t, hit.u, hit.v], hit.prim_id))
         });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let tmax = self.rays.tmax;
-        occluded_each(self.rays, packets, blocked, |[org, dir]| {
-            let ray = OracleRay::new(org.into(), dir.into());
-            self.oracle.occluded(&ray, tmax)
+        occluded_each(packets, self.rays.queue.len(), blocked, |ray| {
+            self.oracle.occluded(&self.ray(ray), self.rays.tmax)
         });
     }
 }
 
-/// Origin and direction of a ray.
-type OrgDir = [[f32; 3]; 2];
-
-/// Closest hits of some packets, ray by ray: t, u and v, and the number of the primitive.
+/// Closest hits of some packets of `rays` rays, ray by ray: t, u and v, and the number of the
+/// primitive.
 #[inline(always)]
 fn closest_each(
-    rays: RaySetRef,
     packets: Range<usize>,
+    rays: usize,
     hits: &mut [HitPacket],
-    mut closest: impl FnMut(OrgDir) -> Option<([f32; 3], u32)>,
+    mut closest: impl FnMut(usize) -> Option<([f32; 3], u32)>,
 ) {
     for (packet, out) in packets.zip(hits) {
-        *out = HitPacket::miss();
-        for lane in rays.queue.active(packet).lanes() {
-            if let Some((weights, prim_id)) = closest(rays.queue.ray(packet, lane).into()) {
-                out.set(lane, weights, prim_id);
+        let (mut t, mut u, mut v) = ([f32::INFINITY; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut prim_id = [NO_PRIM; LANES];
+        let first = packet * LANES;
+        for lane in 0..LANES.min(rays - first) {
+            if let Some((hit, id)) = closest(first + lane) {
+                ([t[lane], u[lane], v[lane]], prim_id[lane]) = (hit, id);
             }
         }
+        *out = HitPacket {
+            t: F32x8::new(t),
+            u: F32x8::new(u),
+            v: F32x8::new(v),
+            prim_id: U32x8::new(prim_id),
+        };
     }
 }
 
-/// Occluded rays of some packets, ray by ray.
+/// Occluded rays of some packets of `rays` rays, ray by ray.
 #[inline(always)]
 fn occluded_each(
-    rays: RaySetRef,
     packets: Range<usize>,
+    rays: usize,
     blocked: &mut [u8],
-    mut occluded: impl FnMut(OrgDir) -> bool,
+    mut occluded: impl FnMut(usize) -> bool,
 ) {
     for (packet, out) in packets.zip(blocked) {
-        *out = 0;
-        for lane in rays.queue.active(packet).lanes() {
-            *out |= u8::from(occluded(rays.queue.ray(packet, lane).into())) << lane;
-        }
+        let first = packet * LANES;
+        let lanes = 0..LANES.min(rays - first);
+        *out = lanes.fold(0, |bits, lane| {
+            bits | u8::from(occluded(first + lane)) << lane
+        });
     }
 }

@@ -46,9 +46,8 @@ impl<'a> BenchTrees<'a> {
     }
 
     /// One ray of a set a call.
-    pub(super) fn one<'r>(&'r self, rays: RaySetRef<'r>) -> OneRayEngine<'r> {
-        let bvh = &self.bvh;
-        OneRayEngine { bvh, rays }
+    pub(super) fn one(&self, rays: RaySetRef) -> OneRayEngine<'_> {
+        OneRayEngine::new(&self.bvh, rays)
     }
 
     /// The oracle on some rays.

@@ -178,7 +178,7 @@ impl Bvh {
             return None;
         }
         let ([t, u, v], prim_id) =
-            single_ray::closest_one(self, ray.origin, ray.direction, ray.tmax)?;
+            single_ray::closest_one(self, [&ray.origin, &ray.direction], ray.tmax)?;
         Some(Hit {
             t,
             u,
@@ -203,7 +203,7 @@ impl Bvh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn occluded(&self, ray: &Ray) -> bool {
-        ray.can_hit() && single_ray::occluded_one(self, ray.origin, ray.direction, ray.tmax)
+        ray.can_hit() && single_ray::occluded_one(self, [&ray.origin, &ray.direction], ray.tmax)
     }
 
     /// The `prim_id` of a geometry's first primitive: `hit.prim_id` minus this is the row of the

@@ -67,7 +67,7 @@ fn in_frame<L: Lanes>(
 }
 
 /// Orders (kx, ky, kz) by dominant axis; x, y, z if the lanes' axes differ.
-const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+pub(crate) const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// Value of [`Shear::axis`] if the lanes' dominant axes differ.
 pub(crate) const MIXED: usize = 3;
@@ -199,4 +199,10 @@ fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
     let (most, least) = (L::splat(SAFE_RANGE), L::splat(1.0 / SAFE_RANGE));
     let size = along.abs();
     org.max_abs().le(most) & size.le(most) & size.ge(least)
+}
+
+/// [`usual`] of one ray, by the largest components of its origin and of its direction.
+#[inline(always)]
+pub(crate) fn is_usual(org: f32, along: f32) -> bool {
+    org <= SAFE_RANGE && (1.0 / SAFE_RANGE..=SAFE_RANGE).contains(&along)
 }

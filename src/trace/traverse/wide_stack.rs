@@ -5,7 +5,6 @@
 //! But a network that sorts these is half of the instructions of a node, and saves no more than 4 %
 //! of the nodes (`perf/notes/single-rays.md`).
 
-use crate::intersect::aabb::TInterval;
 #[cfg(all(
     target_arch = "x86_64",
     target_feature = "avx2",
@@ -14,7 +13,7 @@ use crate::intersect::aabb::TInterval;
 use crate::simd::COMPACT_LUT;
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f")))]
 use crate::simd::LaneMove;
-use crate::simd::{LaneMask, Lanes, NATIVE, Native};
+use crate::simd::{NATIVE, Native};
 use std::ops::Range;
 
 /// Children waiting to be visited, as columns: the distance at which each begins, and its code.
@@ -46,10 +45,8 @@ impl WideStack {
         }
     }
 
-    /// Writes the children that a ray hits between 0 and `best` from `at` on, in their stored order
-    /// or `reversed`, and arbitrary entries behind them. Returns the number of hit children.
-    /// `crossing` gives the intervals of the ray's line in their boxes, which may begin behind its
-    /// origin.
+    /// Writes some children of a node, those `met` as bits, from `at` on, in their stored order or
+    /// `reversed`, and arbitrary entries behind them. Returns their number.
     ///
     /// # Safety
     /// There must be room for [`NATIVE`] entries from `at` on.
@@ -58,8 +55,8 @@ impl WideStack {
         &mut self,
         at: usize,
         reversed: bool,
-        crossing: &TInterval<Native>,
-        best: f32,
+        met: u32,
+        enter: Native,
         codes: &[u32; NATIVE],
     ) -> usize {
         debug_assert!(at + NATIVE <= self.code.len());
@@ -71,27 +68,20 @@ impl WideStack {
                 &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>(),
             )
         };
-        push_simd(reversed, crossing, best, codes, to)
+        push_simd(reversed, met, enter, codes, to);
+        met.count_ones() as usize
     }
 
-    /// Writes the children that a ray hits, as [`WideStack::push_hits`] does, in their stored order
-    /// and without their distances. Any hit needs no more: its limit does not change, and rays that
-    /// hit nothing visit the same nodes in any order. The others visit 1 % fewer in the mean of
-    /// seven scenes (`perf/notes/single-rays.md`).
+    /// Writes some children as [`WideStack::push_hits`] does, but in their stored order and without
+    /// their distances. Any hit needs no more: its limit does not change, and rays that hit nothing
+    /// visit the same nodes in any order. The others visit 1 % fewer in the mean of seven scenes
+    /// (`perf/notes/single-rays.md`).
     ///
     /// # Safety
     /// There must be room for [`NATIVE`] entries from `at` on.
     #[inline(always)]
-    pub(super) unsafe fn push_any(
-        &mut self,
-        at: usize,
-        crossing: &TInterval<Native>,
-        limit: f32,
-        codes: &[u32; NATIVE],
-    ) -> usize {
+    pub(super) unsafe fn push_any(&mut self, at: usize, met: u32, codes: &[u32; NATIVE]) -> usize {
         debug_assert!(at + NATIVE <= self.code.len());
-        let enter = crossing.tnear.max(Native::ZERO);
-        let met = enter.le(crossing.tfar.min(Native::splat(limit))).bits();
         // SAFETY: there is room for as many entries from `at` on: the caller's promise.
         let to = unsafe { &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>() };
         compact(met, codes, to);
@@ -163,14 +153,12 @@ fn compact(lanes: u32, from: &[u32; NATIVE], to: &mut [u32; NATIVE]) {
 #[inline(always)]
 fn push_scalar(
     reversed: bool,
-    crossing: &TInterval<Native>,
-    best: f32,
+    met: u32,
+    enter: Native,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
-) -> usize {
-    let enter = crossing.tnear.max(Native::ZERO);
-    let limit = crossing.tfar.min(Native::splat(best));
-    let (met, enter) = (enter.le(limit).bits(), enter.to_array());
+) {
+    let enter = enter.to_array();
     let mut count = 0;
     for k in 0..NATIVE {
         let lane = if reversed { NATIVE - 1 - k } else { k };
@@ -179,7 +167,6 @@ fn push_scalar(
         (to_enter[count % NATIVE], to_code[count % NATIVE]) = (enter[lane], codes[lane]);
         count += (met >> lane & 1) as usize;
     }
-    count
 }
 
 #[cfg(not(any(
@@ -192,18 +179,14 @@ use push_scalar as push_simd;
 #[inline(always)]
 fn push_simd(
     reversed: bool,
-    crossing: &TInterval<Native>,
-    best: f32,
+    met: u32,
+    enter: Native,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
-) -> usize {
-    let enter = crossing.tnear.max(Native::ZERO);
-    let limit = crossing.tfar.min(Native::splat(best));
-    let met = enter.le(limit).bits();
+) {
     let to_front = LaneMove::to_front(met, reversed);
     *to_enter = to_front.floats(enter).to_array();
     *to_code = to_front.numbers(codes);
-    met.count_ones() as usize
 }
 
 #[cfg(all(
@@ -214,15 +197,12 @@ fn push_simd(
 #[inline(always)]
 fn push_simd(
     reversed: bool,
-    crossing: &TInterval<Native>,
-    best: f32,
+    met: u32,
+    enter: Native,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
-) -> usize {
+) {
     use std::arch::x86_64::*;
-    let enter = crossing.tnear.max(Native::ZERO);
-    let limit = crossing.tfar.min(Native::splat(best));
-    let met = enter.le(limit).bits();
     let lanes = &COMPACT_LUT[usize::from(reversed)][met as usize % 256];
     let enter = enter.to_array();
     // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
@@ -237,56 +217,46 @@ fn push_simd(
         _mm256_storeu_ps(to_enter.as_mut_ptr(), enter);
         _mm256_storeu_si256(to_code.as_mut_ptr().cast(), codes);
     }
-    met.count_ones() as usize
 }
-
-/// Indices in order, and in reverse.
-#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
-static REVERSE: [[u32; NATIVE]; 2] = {
-    let mut turned = [[0; NATIVE]; 2];
-    let mut k = 0;
-    while k < NATIVE {
-        turned[0][k] = k as u32;
-        turned[1][k] = (NATIVE - 1 - k) as u32;
-        k += 1;
-    }
-    turned
-};
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
 #[inline(always)]
 fn push_simd(
     reversed: bool,
-    crossing: &TInterval<Native>,
-    best: f32,
+    met: u32,
+    enter: Native,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
-) -> usize {
+) {
     use std::arch::x86_64::*;
-    let (enter, leave) = (crossing.tnear.to_array(), crossing.tfar.to_array());
+    let enter = enter.to_array();
+    // Lane k takes lane k, or the last met one less k: both as (k ^ flip) + first.
+    let (flip, first) = match reversed {
+        true => (-1, met.count_ones() as i32),
+        false => (0, 0),
+    };
     // SAFETY: the build has the instructions, see the attribute; and the arrays are sixteen long.
     unsafe {
-        let order = _mm512_loadu_si512(REVERSE[usize::from(reversed)].as_ptr().cast());
-        let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
-        let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
-        // Values equal in all lanes are applied after the permutation: before it, the compiler
-        // would permute them, too.
-        let enter = _mm512_max_ps(enter, _mm512_setzero_ps());
-        let limit = _mm512_min_ps(leave, _mm512_set1_ps(best));
-        let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));
-        let met = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, limit);
+        let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+        let flipped = _mm512_xor_si512(lanes, _mm512_set1_epi32(flip));
+        let order = _mm512_add_epi32(flipped, _mm512_set1_epi32(first));
+        let enter = _mm512_loadu_ps(enter.as_ptr());
+        let codes = _mm512_loadu_si512(codes.as_ptr().cast());
         // Compressed in a register and stored whole: compression to memory takes a hundred cycles
         // on some processors.
-        _mm512_storeu_ps(to_enter.as_mut_ptr(), _mm512_maskz_compress_ps(met, enter));
-        let codes = _mm512_maskz_compress_epi32(met, codes);
+        let enter = _mm512_maskz_compress_ps(met as u16, enter);
+        let codes = _mm512_maskz_compress_epi32(met as u16, codes);
+        _mm512_storeu_ps(to_enter.as_mut_ptr(), _mm512_permutexvar_ps(order, enter));
+        let codes = _mm512_permutexvar_epi32(order, codes);
         _mm512_storeu_si512(to_code.as_mut_ptr().cast(), codes);
-        met.count_ones() as usize
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::intersect::aabb::TInterval;
+    use crate::simd::{LaneMask, Lanes};
 
     fn random(seed: u32) -> impl FnMut() -> u32 {
         let mut state = seed;
@@ -323,13 +293,15 @@ mod tests {
                 tnear: Native::new(enter),
                 tfar: Native::new(leave),
             };
+            let enter = crossing.tnear.max(Native::ZERO);
+            let met = enter.le(crossing.tfar.min(Native::splat(best))).bits();
             // SAFETY: there is room for as many entries from 22 on.
-            let count = unsafe { waiting.push_hits(at, reversed, &crossing, best, &codes) };
+            let count = unsafe { waiting.push_hits(at, reversed, met, enter, &codes) };
             let places = at..at + count;
             let found = places.map(|k| (waiting.tnear[k], waiting.code[k]));
             assert_eq!(found.collect::<Vec<_>>(), want);
             // SAFETY: as above.
-            let any = unsafe { waiting.push_any(at, &crossing, best, &codes) };
+            let any = unsafe { waiting.push_any(at, met, &codes) };
             let codes_of = |all: &[(f32, u32)]| all.iter().map(|one| one.1).collect::<Vec<_>>();
             let mut stored = codes_of(&want);
             if reversed {
@@ -338,7 +310,7 @@ mod tests {
             assert_eq!(waiting.code[at..at + any], stored);
             let (mut enters, mut found) = ([0.0; NATIVE], [0; NATIVE]);
             let to = (&mut enters, &mut found);
-            let count = push_scalar(reversed, &crossing, best, &codes, to);
+            push_scalar(reversed, met, enter, &codes, to);
             let found = enters.into_iter().zip(found).take(count);
             assert_eq!(found.collect::<Vec<_>>(), want);
         }

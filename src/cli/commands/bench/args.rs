@@ -112,13 +112,13 @@ pub struct RunArgs {
     pub embree: Option<PathBuf>,
     /// Additional kernel, as in beam16, or all
     ///
-    /// Traversal kernel to measure in addition to auto: packet8, packet16, beam8, beam16, single,
-    /// or all. [default: packets of this build's width; all with --counters-only]
+    /// Traversal kernel to measure in addition to auto and to one ray a call: packet8, packet16,
+    /// beam8, beam16, single, or all. [default: packets of this build's width; all with --counters-only]
     #[arg(long, value_name = "NAME", help_heading = MEASUREMENT, hide_possible_values = true, value_parser = kernels_parser())]
     pub kernel: Option<KernelSet>,
     /// BVH quality: fast, medium, best [default: best]
     ///
-    /// Other tracers always build their best BVH.
+    /// Other tracers build theirs alike.
     #[arg(long, value_name = "NAME", help_heading = MEASUREMENT, default_value = "best", hide_default_value = true, hide_possible_values = true, value_parser = name_parser(&Quality::ALL))]
     pub quality: Quality,
     /// Picture size of the rays [default: 512x512]
@@ -208,7 +208,7 @@ fn parse_percent(text: &str) -> Result<f64, String> {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PeerArg {
-    /// Intel's Embree, from its shared library
+    /// Intel's Embree, from its shared library: its fastest mode and its robust one
     Embree,
     /// The traversal of obvhs
     Obvhs,

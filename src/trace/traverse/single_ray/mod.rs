@@ -168,7 +168,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         // each level above this node's left at most `NATIVE - 1` entries, and there is room for
         // `NATIVE` more. An entry node is in the root's place, and has children of its level or
         // below.
-        unsafe { push_children::<S>(state, node, &mut self.stacks) };
+        unsafe { push_children::<S>(state, node, children_met(state, node), &mut self.stacks) };
     }
 
     /// Code of the node where rays that end at `tmax` begin; none if they hit nothing.
@@ -218,7 +218,19 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 }
 
-/// Pushes the children of a node that the ray hits, farthest first.
+/// The children of a node that a ray hits between 0 and its limit, as bits, and the distances at
+/// which all of them begin.
+#[inline(always)]
+fn children_met(state: &RayState, node: &WideNode) -> (u32, Native) {
+    let planes = node.boxes.as_ptr().cast::<[f32; NATIVE]>();
+    // SAFETY: a ray's rows are offsets of rows of planes of a node: its sides are 0 or 1.
+    let crossing = state.intersect_children(|row| Native::new(unsafe { *planes.byte_add(row) }));
+    let enter = crossing.tnear.max(Native::ZERO);
+    let met = enter.le(crossing.tfar.min(Native::splat(state.best.t)));
+    (met.bits(), enter)
+}
+
+/// Pushes some children of a node, those `met` as bits, farthest first.
 ///
 /// # Safety
 /// There must be room for [`NATIVE`] entries from the ray's `top` on.
@@ -226,20 +238,17 @@ impl<'a, T: Counters> SingleRays<'a, T> {
 unsafe fn push_children<S: SingleQuery>(
     state: &mut RayState,
     node: &WideNode,
+    (met, enter): (u32, Native),
     stack: &mut WideStack,
 ) {
-    let planes = node.boxes.as_ptr().cast::<[f32; NATIVE]>();
-    // SAFETY: a ray's rows are offsets of rows of planes of a node: its sides are 0 or 1.
-    let crossing = state.intersect_children(|row| Native::new(unsafe { *planes.byte_add(row) }));
-    let best = state.best.t;
     // SAFETY: the caller's promise.
     state.top += unsafe {
         if S::FRONT_TO_BACK {
             // The last child is visited first: the nearest, which is the first if the ray goes up.
             let up = state.goes_up(node.axis);
-            stack.push_hits(state.top, up, &crossing, best, &node.children)
+            stack.push_hits(state.top, up, met, enter, &node.children)
         } else {
-            stack.push_any(state.top, &crossing, best, &node.children)
+            stack.push_any(state.top, met, &node.children)
         }
     };
 }

@@ -1,19 +1,23 @@
 //! One ray, from the root to its answer, while nothing else is in flight.
 //!
-//! There are no turns to take and no state to store between them. Entries that begin behind the
-//! closest hit are skipped when they are popped, which is cheaper for one ray than
-//! [`WideStack::prune`].
+//! There are no turns to take and no state to store between them. The nearest child of a node stays
+//! in hand, so that its row is not looked up on the stack, and a node without hit children costs a
+//! branch that is mostly foreseen. Entries that begin behind the closest hit are skipped when they
+//! are popped, which is cheaper for one ray than [`WideStack::prune`]
+//! (`perf/notes/single-rays.md`, one ray a call).
 
-use super::ray_state::{RayState, SingleHit};
-use super::ray_stream::ready_first;
+use super::ray_state::{RayState, SingleHit, SingleRaySetup, row_offset};
 use super::single_query::{SingleAny, SingleClosest, SingleQuery};
-use super::{ROOT, packet_of_one, push_children, stack_room, test_block, test_other};
+use super::{ROOT, children_met, push_children, stack_room, test_block, test_other};
 use crate::bvh::{Bvh, ChildRef, OtherLeaf};
+use crate::intersect::aabb::reciprocal_of_one;
+use crate::intersect::shear::{FRAMES, is_usual};
 use crate::packet::NO_PRIM;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, NATIVE};
 use crate::traverse::counters::PacketCount;
 use crate::traverse::packet::PacketKernel;
 use crate::traverse::wide_stack::WideStack;
+use phalanx_scene::PAD;
 use std::cell::RefCell;
 
 thread_local! {
@@ -21,33 +25,23 @@ thread_local! {
     static STACK: RefCell<WideStack> = const { RefCell::new(WideStack::EMPTY) };
 }
 
-/// Distance, barycentric weights and number of the closest hit of one ray below `tmax`.
-pub(crate) fn closest_one(
-    bvh: &Bvh,
-    org: [f32; 3],
-    dir: [f32; 3],
-    tmax: f32,
-) -> Option<([f32; 3], u32)> {
-    let found = trace(bvh, SingleClosest, org, dir, tmax);
+/// Distance, barycentric weights and number of the closest hit below `tmax` of one ray: origin and
+/// direction.
+pub(crate) fn closest_one(bvh: &Bvh, ray: [&[f32; 3]; 2], tmax: f32) -> Option<([f32; 3], u32)> {
+    let found = trace(bvh, SingleClosest, ray, tmax);
     let weights = [found.t, found.v / found.det, found.w / found.det];
     (found.t < tmax).then_some((weights, found.prim_id))
 }
 
 /// Returns true if one ray hits anything before `tmax`.
-pub(crate) fn occluded_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> bool {
-    trace(bvh, SingleAny, org, dir, tmax).prim_id != NO_PRIM
+pub(crate) fn occluded_one(bvh: &Bvh, ray: [&[f32; 3]; 2], tmax: f32) -> bool {
+    trace(bvh, SingleAny, ray, tmax).prim_id != NO_PRIM
 }
 
 #[inline(always)]
-fn trace<S: SingleQuery>(
-    bvh: &Bvh,
-    query: S,
-    org: [f32; 3],
-    dir: [f32; 3],
-    tmax: f32,
-) -> SingleHit {
+fn trace<S: SingleQuery>(bvh: &Bvh, query: S, ray: [&[f32; 3]; 2], tmax: f32) -> SingleHit {
     let mut state = RayState {
-        ray: ready_first(&packet_of_one(org, dir)),
+        ray: setup(ray),
         best: SingleHit::none_before(tmax),
         current: ROOT,
         ..RayState::idle(0)
@@ -67,8 +61,21 @@ fn descend<S: SingleQuery>(bvh: &Bvh, query: S, state: &mut RayState, stack: &mu
             ChildRef::Node(index) => {
                 // SAFETY: a code of the tree refers to an existing row, and node 0 exists.
                 let node = unsafe { wide.nodes().get_unchecked(index as usize) };
-                // SAFETY: each level above this node's left at most `NATIVE - 1` entries.
-                unsafe { push_children::<S>(state, node, stack) };
+                let (met, enter) = children_met(state, node);
+                if met != 0 {
+                    // The child that would be pushed last stays in hand.
+                    let nearest = match S::FRONT_TO_BACK && state.goes_up(node.axis) {
+                        true => met.trailing_zeros(),
+                        false => u32::BITS - 1 - met.leading_zeros(),
+                    };
+                    let rest = met & !(1 << nearest);
+                    if rest != 0 {
+                        // SAFETY: each level above this node's left at most `NATIVE - 1` entries.
+                        unsafe { push_children::<S>(state, node, (rest, enter), stack) };
+                    }
+                    state.current = node.children[nearest as usize % NATIVE];
+                    continue;
+                }
             }
             ChildRef::Other(index) => {
                 let packets = packets.get_or_insert_with(|| PacketKernel::counting(bvh));
@@ -107,4 +114,87 @@ fn other(
     leaf: OtherLeaf,
 ) {
     test_other(query, state, packets, leaf);
+}
+
+/// Test data of one ray, with the bits that a packet's ray has: eight lanes would take twice as
+/// long for one.
+#[inline(always)]
+fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
+    const SIDES: u32 = row_offset(1, 0);
+    // 1 along axes on which the ray goes down; the sum of −0 and 0 is 0.
+    let down = dir.map(|d| (d + 0.0).to_bits() >> 31);
+    let size = org.map(f32::abs).into_iter().fold(0.0, f32::max);
+    let pad = [0, 1, 2].map(|axis| f32::from_bits((size * PAD).to_bits() | down[axis] << 31));
+    let near = [0, 1, 2].map(|axis| row_offset(0, axis) + down[axis] * SIDES);
+    let axes = FRAMES[major_axis(dir)];
+    let along = dir[axes[2]];
+    let scale = 1.0 / along;
+    SingleRaySetup {
+        rdir: dir.map(reciprocal_of_one),
+        first: [0, 1, 2].map(|axis| org[axis] + pad[axis]),
+        last: [0, 1, 2].map(|axis| org[axis] - pad[axis]),
+        near,
+        far: [0, 1, 2].map(|axis| 2 * row_offset(0, axis) + SIDES - near[axis]),
+        axes: axes.map(|axis| axis as u32),
+        frame_org: axes.map(|axis| org[axis]),
+        slopes: [dir[axes[0]] * scale, dir[axes[1]] * scale, scale],
+        org: *org,
+        dir: *dir,
+        in_safe_range: u32::from(is_usual(size, along.abs())),
+        up: 0b1111 - (down[0] | down[1] << 1 | down[2] << 2),
+    }
+}
+
+/// The axis of a direction's largest component.
+#[inline(always)]
+fn major_axis(dir: &[f32; 3]) -> usize {
+    let [x, y, z] = dir.map(f32::abs);
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::intersect::random::RandomSource;
+    use crate::simd::{LaneMask, Mask8};
+    use crate::traverse::single_ray::packet_of_one;
+    use crate::traverse::single_ray::ray_stream::ready;
+    use glam::Vec3;
+
+    #[test]
+    fn one_ray_is_set_up_as_in_a_packet() {
+        let mut from = RandomSource(3);
+        for round in 0..200_000 {
+            let (org, mut dir) = (
+                from.position() * from.scale(60.0),
+                from.position() * from.scale(90.0),
+            );
+            for axis in 0..3 {
+                dir[axis] = match round >> (3 * axis) & 7 {
+                    0 => 0.0,
+                    1 => -0.0,
+                    2 => dir[0],
+                    3 => -dir[2],
+                    _ => dir[axis],
+                };
+            }
+            if dir == Vec3::ZERO {
+                continue;
+            }
+            let (org, dir) = (org.to_array(), dir.to_array());
+            let [want, ..] = ready(&packet_of_one(org, dir), Mask8::first(1));
+            let found = setup([&org, &dir]);
+            assert_eq!(
+                bytemuck::bytes_of(&found),
+                bytemuck::bytes_of(&want),
+                "{org:?} {dir:?}"
+            );
+        }
+    }
 }

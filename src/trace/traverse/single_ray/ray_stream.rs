@@ -77,16 +77,9 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
 
 /// Test data of a packet's rays: their columns, transposed to rows.
 #[inline(always)]
-fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
+pub(super) fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
     let rows = columns(rays, active).map(F32x8::transposed);
     std::array::from_fn(|lane| bytemuck::cast(rows.each_ref().map(|run| run[lane])))
-}
-
-/// Test data of the ray in a packet's first lane.
-#[inline(always)]
-pub(super) fn ready_first(rays: &RayPacket<F32x8>) -> SingleRaySetup {
-    let columns = columns(rays, Mask8::first(1));
-    bytemuck::cast(columns.map(|run| run.map(|column| column.lane(0))))
 }
 
 /// Test data of a packet's rays, in the order of the fields of a [`SingleRaySetup`].
