@@ -1,7 +1,7 @@
 //! The rows of a record by what they measure, the row that stands for each engine, and means and
 //! ratios of such rows.
 
-use super::numbers::{counted, percent, rate};
+use super::numbers::{counted, rate};
 use super::{BenchRecord, ORACLE, PHALANX, RateRow, geometric_mean};
 use crate::ray_kind::{FRAME, RayKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -255,7 +255,7 @@ pub fn quotable_line(record: &BenchRecord) -> Option<String> {
         let part = over(name, name)?;
         Some(match best.most_different(name) {
             0.0 => part,
-            share => format!("{part} (up to {} of its rays differ)", percent(share)),
+            share => format!("{part} (up to {:.1} of a million rays differ)", 1e6 * share),
         })
     }));
     if parts.len() == 1 {
