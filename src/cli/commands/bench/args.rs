@@ -113,7 +113,8 @@ pub struct RunArgs {
     /// Additional kernel, as in beam16, or all
     ///
     /// Traversal kernel to measure in addition to auto and to one ray a call: packet8, packet16,
-    /// beam8, beam16, single, or all. [default: packets of this build's width; all with --counters-only]
+    /// beam8, beam16, single, or all. [default: packets of this build's width; all with
+    /// --counters-only]
     #[arg(long, value_name = "NAME", help_heading = MEASUREMENT, hide_possible_values = true, value_parser = kernels_parser())]
     pub kernel: Option<KernelSet>,
     /// BVH quality: fast, medium, best [default: best]
