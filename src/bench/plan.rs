@@ -56,11 +56,16 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// How trees are built: on the largest number of threads.
+    /// The largest number of threads.
+    pub fn max_threads(&self) -> usize {
+        self.threads.iter().copied().max().unwrap_or(1)
+    }
+
+    /// How trees are built, on the largest number of threads.
     pub fn build_settings(&self) -> BuildSettings {
         BuildSettings {
             quality: self.quality,
-            threads: self.threads.iter().copied().max().unwrap_or(1),
+            threads: self.max_threads(),
         }
     }
 

@@ -98,8 +98,9 @@ fn build_peers(
     trees: &mut BenchTrees,
 ) -> (Vec<NamedPeerScene>, Vec<String>) {
     let (mut peers, mut notes) = (Vec::new(), Vec::new());
+    let settings = plan.build_settings();
     for peer in plan.peers.iter().filter(|_| plan.timed) {
-        let (built, seconds) = timed(|| peer.build(scene, &plan.build_settings()));
+        let (built, seconds) = timed(|| peer.build(scene, &settings));
         match built {
             Ok(peer_scene) => {
                 trees.seconds.insert(peer.name().to_owned(), seconds);

@@ -27,7 +27,8 @@ pub(super) struct BenchTrees<'a> {
 
 impl<'a> BenchTrees<'a> {
     pub(super) fn build(scene: &'a Scene, plan: &BenchPlan) -> BenchTrees<'a> {
-        let (bvh, bvh_seconds) = timed(|| Bvh::build_with(scene, &plan.build_settings()));
+        let settings = plan.build_settings();
+        let (bvh, bvh_seconds) = timed(|| Bvh::build_with(scene, &settings));
         let (oracle_bvh, oracle_seconds) = timed(|| TwoLevelBvh::build(scene));
         let seconds = [(PHALANX, bvh_seconds), (ORACLE, oracle_seconds)];
         let seconds = seconds.map(|(engine, s)| (engine.to_owned(), s));

@@ -15,10 +15,13 @@ use std::sync::Arc;
 
 /// Another tracer.
 pub enum Peer {
-    /// Embree at its fastest, from its library.
-    Embree(Arc<embree::EmbreeLibrary>),
-    /// The same, in scenes whose queries lose no ray at an edge.
-    EmbreeRobust(Arc<embree::EmbreeLibrary>),
+    /// Embree, from its library: at its fastest, or in scenes whose queries lose no ray at an edge.
+    Embree {
+        /// The library.
+        library: Arc<embree::EmbreeLibrary>,
+        /// True if no ray may be lost.
+        robust: bool,
+    },
     /// The traversals of obvhs.
     Obvhs,
 }
@@ -27,8 +30,8 @@ impl Peer {
     /// Name of the peer in records.
     pub fn name(&self) -> &'static str {
         match self {
-            Peer::Embree(_) => "embree",
-            Peer::EmbreeRobust(_) => "embree robust",
+            Peer::Embree { robust: false, .. } => "embree",
+            Peer::Embree { robust: true, .. } => "embree robust",
             Peer::Obvhs => "obvhs",
         }
     }
@@ -36,9 +39,7 @@ impl Peer {
     /// Name of the peer with its version, if it has one.
     pub fn describe(&self) -> String {
         match self {
-            Peer::Embree(library) | Peer::EmbreeRobust(library) => {
-                format!("{} {}", self.name(), library.version())
-            }
+            Peer::Embree { library, .. } => format!("{} {}", self.name(), library.version()),
             Peer::Obvhs => self.name().to_owned(),
         }
     }
@@ -49,8 +50,7 @@ impl Peer {
     /// [`Unsupported`] where the scene holds primitives that the peer cannot trace.
     pub fn build(&self, scene: &Scene, settings: &BuildSettings) -> Result<PeerScene, Unsupported> {
         match self {
-            Peer::Embree(library) => library.build(scene, settings, false),
-            Peer::EmbreeRobust(library) => library.build(scene, settings, true),
+            Peer::Embree { library, robust } => library.build(scene, settings, *robust),
             Peer::Obvhs => obvhs::build(scene, settings.quality),
         }
     }

@@ -255,7 +255,6 @@ fn push_simd(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::intersect::aabb::TInterval;
     use crate::simd::{LaneMask, Lanes};
 
     fn random(seed: u32) -> impl FnMut() -> u32 {
@@ -289,12 +288,8 @@ mod tests {
             if reversed {
                 want.reverse();
             }
-            let crossing = TInterval {
-                tnear: Native::new(enter),
-                tfar: Native::new(leave),
-            };
-            let enter = crossing.tnear.max(Native::ZERO);
-            let met = enter.le(crossing.tfar.min(Native::splat(best))).bits();
+            let enter = Native::new(enter).max(Native::ZERO);
+            let met = enter.le(Native::new(leave).min(Native::splat(best))).bits();
             // SAFETY: there is room for as many entries from 22 on.
             let count = unsafe { waiting.push_hits(at, reversed, met, enter, &codes) };
             let places = at..at + count;

@@ -64,7 +64,7 @@ pub fn record(
     let mut record = phalanx::bench::record(this_program(), run, all);
     // Measured only for the files that show them, because they take seconds.
     if plan.timed && (args.json.is_some() || args.html.is_some()) {
-        let limits = measure_limits(plan.build_settings().threads, &record.machine.caches);
+        let limits = measure_limits(plan.max_threads(), &record.machine.caches);
         record.limits = Some(limits);
     }
     record

@@ -215,8 +215,10 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     if args.against.contains(&PeerArg::Embree) {
         let library = EmbreeLibrary::open(args.embree.as_deref());
         let library = Arc::new(library.map_err(|error| CliError::Usage(error.to_string()))?);
-        peers.push(Peer::Embree(Arc::clone(&library)));
-        peers.push(Peer::EmbreeRobust(library));
+        peers.extend([false, true].map(|robust| Peer::Embree {
+            library: Arc::clone(&library),
+            robust,
+        }));
     }
     if args.against.contains(&PeerArg::Obvhs) {
         peers.push(Peer::Obvhs);

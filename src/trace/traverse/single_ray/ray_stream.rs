@@ -78,13 +78,6 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
 /// Test data of a packet's rays: their columns, transposed to rows.
 #[inline(always)]
 pub(super) fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
-    let rows = columns(rays, active).map(F32x8::transposed);
-    std::array::from_fn(|lane| bytemuck::cast(rows.each_ref().map(|run| run[lane])))
-}
-
-/// Test data of a packet's rays, in the order of the fields of a [`SingleRaySetup`].
-#[inline(always)]
-fn columns(rays: &RayPacket<F32x8>, active: Mask8) -> [[F32x8; LANES]; 4] {
     let (org, dir) = (rays.org, rays.dir);
     let [rdir, lo, hi] = RaySlabs::columns(org, dir);
     let down = [dir.x, dir.y, dir.z].map(|d| d.lt(F32x8::ZERO));
@@ -108,7 +101,8 @@ fn columns(rays: &RayPacket<F32x8>, active: Mask8) -> [[F32x8; LANES]; 4] {
     let (axes, [frame_org, slopes]) = shear.columns();
     let [kx, ky, kz] = axes.map(F32x8::from_bits);
     let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.in_safe_range)));
-    [
+    // The order is that of the fields of a `SingleRaySetup`.
+    let columns = [
         [
             rdir.x, rdir.y, rdir.z, first.x, first.y, first.z, last.x, last.y,
         ],
@@ -133,5 +127,7 @@ fn columns(rays: &RayPacket<F32x8>, active: Mask8) -> [[F32x8; LANES]; 4] {
             slopes.z,
         ],
         [org.x, org.y, org.z, dir.x, dir.y, dir.z, usual, up],
-    ]
+    ];
+    let rows = columns.map(F32x8::transposed);
+    std::array::from_fn(|lane| bytemuck::cast(rows.each_ref().map(|run| run[lane])))
 }
