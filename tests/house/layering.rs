@@ -280,8 +280,9 @@ const BOUNDS: [&str; 4] = [
 ];
 
 /// Files that may contain `unsafe`.
-const UNSAFE_FILES: [&str; 18] = [
+const UNSAFE_FILES: [&str; 19] = [
     "trace/simd/compact.rs",
+    "trace/simd/mask_bits.rs",
     "trace/bvh/huge_pages.rs",
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.

@@ -12,6 +12,9 @@
 
 #[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
 mod compact;
+#[allow(unsafe_code, reason = "the one instruction that has no safe name")]
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512vl"))]
+mod mask_bits;
 mod types;
 mod vec3;
 

@@ -29,7 +29,7 @@ const HAS_ORDERED_MIN_MAX: bool = cfg!(target_arch = "x86_64");
 /// Defines the types of one lane count. A macro instead of a generic, because `wide`'s types share
 /// no trait.
 macro_rules! lane_types {
-    ($count:literal, $F:ident($f:ident), $U:ident($u:ident), $M:ident) => {
+    ($count:literal, $F:ident($f:ident), $U:ident($u:ident), $M:ident, $bits:expr) => {
         #[doc = concat!(stringify!($count), " floats.")]
         #[derive(Clone, Copy, Debug)]
         #[repr(transparent)]
@@ -367,12 +367,12 @@ macro_rules! lane_types {
 
             #[inline(always)]
             fn bits(self) -> u32 {
-                self.0.to_bitmask()
+                $bits(self.0)
             }
 
             #[inline(always)]
             fn any(self) -> bool {
-                self.0.to_bitmask() != 0
+                $bits(self.0) != 0
             }
 
             #[inline(always)]
@@ -388,8 +388,26 @@ macro_rules! lane_types {
     };
 }
 
-lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8);
-lane_types!(16, F32x16(f32x16), U32x16(u32x16), Mask16);
+lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8, bits_of_eight);
+lane_types!(
+    16,
+    F32x16(f32x16),
+    U32x16(u32x16),
+    Mask16,
+    f32x16::to_bitmask
+);
+
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx512vl")))]
+#[inline(always)]
+fn bits_of_eight(mask: f32x8) -> u32 {
+    mask.to_bitmask()
+}
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512vl"))]
+#[inline(always)]
+fn bits_of_eight(mask: f32x8) -> u32 {
+    super::mask_bits::bits(bytemuck::cast(mask))
+}
 
 impl F32x8 {
     /// Lanes by index. The calls are written out, so that lanes are assembled in a register: a
