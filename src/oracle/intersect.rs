@@ -92,7 +92,14 @@ pub(super) struct OracleRaySetup {
     pub(super) slope_x: f32,
     pub(super) slope_y: f32,
     pub(super) scale: f32,
+    /// The larger slope; infinite if the ray is so large or so small that intermediate numbers may
+    /// overflow or vanish.
+    pub(super) steepness: f32,
 }
+
+/// Factor on the distance up to which boxes are searched: a triangle's hit may be outside the ray's
+/// interval in its box by half as much.
+pub(super) const REACH: f32 = 1.0 + 1.0 / 4096.0;
 
 /// The distances at which a ray enters (not before 0) and leaves a box.
 #[derive(Clone, Copy)]
@@ -102,9 +109,14 @@ pub(super) struct OracleInterval {
 }
 
 impl OracleInterval {
-    /// Returns true if the ray is in the box somewhere between 0 and `best`.
+    /// Returns true if the ray is in the box somewhere between 0 and `best`, or a little beyond.
     pub(super) fn overlaps(self, best: f32) -> bool {
-        self.tnear <= min(self.tfar, best)
+        self.tnear <= min(self.tfar, best * REACH)
+    }
+
+    /// Returns true if the ray has left the box well before `start`.
+    pub(super) fn ends_before(self, start: f32) -> bool {
+        self.tfar * REACH < start
     }
 
     /// Clamps a distance to this interval of the primitive's own box; none if it is not ahead of
@@ -117,6 +129,10 @@ impl OracleInterval {
 
 /// Least size of a direction's component when it is inverted; smaller ones count as this.
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
+
+/// Limit on the coordinates of an origin, on the largest component of a direction, and on its
+/// reciprocal.
+const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 fn reciprocal(x: f32) -> f32 {
     let safe = if x.abs() < MIN_DIRECTION {
@@ -145,6 +161,9 @@ impl OracleRaySetup {
         };
         let d = axes.map(|k| dir[k]);
         let scale = 1.0 / d[2];
+        let (slope_x, slope_y) = (d[0] * scale, d[1] * scale);
+        let usual =
+            max_abs(org) <= SAFE_RANGE && (1.0 / SAFE_RANGE..=SAFE_RANGE).contains(&d[2].abs());
         OracleRaySetup {
             ray: *ray,
             rdir: Vec3::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z)),
@@ -152,9 +171,13 @@ impl OracleRaySetup {
             org_hi: org + pad,
             axes,
             sheared_org: Vec3::from_array(axes.map(|k| org[k])),
-            slope_x: d[0] * scale,
-            slope_y: d[1] * scale,
+            slope_x,
+            slope_y,
             scale,
+            steepness: match usual {
+                true => max(slope_x.abs(), slope_y.abs()),
+                false => f32::INFINITY,
+            },
         }
     }
 

@@ -12,6 +12,9 @@ use phalanx_scene::{
     PLANE_ROUNDING, PrimKind, Scene,
 };
 
+/// Share of the largest depth that is added to the difference of depths.
+const MIN_SPREAD: f32 = 1.0 / 1024.0;
+
 /// Term that is added to the bound on a distance's error before it is compared.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
@@ -62,20 +65,23 @@ impl OracleRaySetup {
         }
         let sum = (u * a.z + v * b.z) + w * c.z;
         let by_edges = (sum * self.scale) / det;
-        let size = [ax, ay, bx, by, cx, cy]
-            .map(f32::abs)
-            .into_iter()
-            .fold(0.0, max);
+        let most = |[a, b, c]: [f32; 3]| max(max(a.abs(), b.abs()), c.abs());
         let (far, near) = (max(max(a.z, b.z), c.z), min(min(a.z, b.z), c.z));
         let (depth, spread) = (max(far.abs(), near.abs()), far - near);
-        let bound = size * (size * spread + depth * spread) + depth * det.abs();
-        let times = if by_edges > 0.0 { 24.0 } else { 262_144.0 };
-        let accurate = bound + MIN_DETERMINANT < times * sum.abs() && by_edges < f32::INFINITY;
-        let raw = match accurate {
-            true => by_edges,
-            false => self.plane_distance(stored, by_edges),
+        let beside = most([ax, bx, cx]) + most([ay, by, cy]);
+        let bound = (beside + self.steepness * depth) * (beside * (spread + depth * MIN_SPREAD))
+            + (depth * det.abs() + MIN_DETERMINANT);
+        let weight = sum.abs();
+        let most = if by_edges > 0.0 { 32.0 } else { 1_048_576.0 };
+        let t = if bound < weight * most && by_edges < f32::INFINITY {
+            (by_edges > 0.0).then_some(by_edges)?
+        } else {
+            let t = self.plane_distance(stored, by_edges);
+            match bound < weight * 128.0 {
+                true => (t > 0.0 && t < f32::INFINITY).then_some(t)?,
+                false => self.clamp(t, scene, prim_id)?,
+            }
         };
-        let t = self.clamp(raw, scene, prim_id)?;
         Some(OracleHit {
             t,
             u: v / det,

@@ -3,7 +3,7 @@
 //! It differs from the packet engine's tree on purpose, as part of the proof that no picture
 //! depends on the tree.
 
-use super::intersect::{OracleHit, OracleInterval, OracleRaySetup, min};
+use super::intersect::{OracleHit, OracleInterval, OracleRaySetup, REACH, min};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
 use std::ops::Range;
@@ -210,8 +210,8 @@ impl OracleTree {
     }
 
     /// Visits the leaves that a ray may meet within `reach`, nearer ones first, until `leaf`
-    /// returns true. `leaf` may lower the end. A box that the ray leaves before the start cannot
-    /// contain a hit: no hit in a box comes after the ray leaves it.
+    /// returns true. `leaf` may lower the end. A box that the ray leaves well before the start
+    /// holds no hit beyond it.
     fn walk(
         &self,
         setup: &OracleRaySetup,
@@ -220,8 +220,7 @@ impl OracleTree {
     ) {
         let mut limit = reach.end;
         let crosses = |interval: OracleInterval, limit: f32| {
-            let left = interval.tfar < reach.start;
-            interval.overlaps(limit) && !left
+            interval.overlaps(limit) && !interval.ends_before(reach.start)
         };
         let Some(root) = self.nodes.first() else {
             return;
@@ -267,7 +266,7 @@ impl OracleTree {
                     }
                     top -= 1;
                     let (waiting, enter) = stack[top];
-                    if enter <= limit {
+                    if enter <= limit * REACH {
                         break waiting as usize;
                     }
                 },

@@ -13,14 +13,20 @@
 //!
 //! # Why no tree can lose a hit
 //!
-//! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and
-//! its distance is clamped to the ray's interval in that box. The slab test is monotone:
+//! A hit's ray passes the slab test of the primitive's *own* padded box. The slab test is monotone:
 //! subtraction, multiplication by a constant, min and max all preserve order under rounding. So a
-//! ray that passes a box passes every box around it, with no later entry and no earlier exit. Hence
-//! every ancestor of the primitive is visited with an entry distance not beyond the hit, regardless
-//! of the tree: the closest hit is the brute-force one bit for bit. This replaces an argument about
-//! error bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order. The padding only
-//! has to make sure that genuine hits pass, and the clamp only ever makes a distance more accurate.
+//! ray that passes a box passes every box around it, with no later entry and no earlier exit. What
+//! remains is the distance:
+//!
+//! - The distance of a triangle that is not seen at a very grazing angle is within
+//!   [`ENTRY_SLACK`](aabb::ENTRY_SLACK) of the ray's interval in its box, as is proven in
+//!   [`triangle::distance`].
+//! - All others are clamped to that interval, and are hits only if there is one.
+//!
+//! Boxes are entered if they begin before the closest hit so far and twice that slack. So every
+//! ancestor of the primitive is visited, regardless of the tree: the closest hit is the brute-force
+//! one bit for bit. An argument about error bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) is
+//! needed once, for a triangle and its own box. For all boxes around it, order is enough.
 //!
 //! Through instances the argument holds twice, with a clamp to the interval in the instance's own
 //! box outside: see `instance`.

@@ -14,14 +14,14 @@ pub(crate) struct Shear<L: Lanes> {
     y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(crate) axis: usize,
-    /// True if every ray is within [`SAFE_RANGE`]: else every distance is clamped.
-    pub(crate) in_safe_range: bool,
     /// Origin with its components in the order of the frame.
     org: Vec3Lanes<L>,
     /// Slopes d_kx · scale and d_ky · scale, and scale = 1/d_kz.
     slope_x: L,
     slope_y: L,
     scale: L,
+    /// The larger slope; infinite for rays beyond [`SAFE_RANGE`].
+    steepness: L,
 }
 
 /// The triangles of a block by vertex, by axis; the fourth axis makes an index check unnecessary.
@@ -96,29 +96,29 @@ impl<L: Lanes> Shear<L> {
         };
         let d = frame(dir);
         let scale = L::ONE / d.z;
+        let (slope_x, slope_y) = (d.x * scale, d.y * scale);
+        let steepness = slope_x.abs().max(slope_y.abs());
         Shear {
             x_major,
             y_major,
             axis,
-            in_safe_range: usual(org, d.z).bits() & live == live,
             org: frame(org),
-            slope_x: d.x * scale,
-            slope_y: d.y * scale,
+            slope_x,
+            slope_y,
             scale,
+            steepness: usual(org, d.z).select(steepness, L::splat(f32::INFINITY)),
         }
     }
 
-    /// The axes in the order of the frame, by lane; and the origins in that order, with slopes and
-    /// scale.
+    /// The axes in the order of the frame, and the origins in that order.
     #[inline(always)]
-    pub(crate) fn columns(&self) -> ([L::U32; 3], [Vec3Lanes<L>; 2]) {
+    pub(crate) fn columns(&self) -> ([L::U32; 3], Vec3Lanes<L>) {
         let [by_x, by_y, by_z] = [0, 1, 2].map(|major| FRAMES[major]);
         let axis = |k: usize| {
             let [x, y, z] = [by_x[k], by_y[k], by_z[k]].map(|axis| L::U32::splat(axis as u32));
             self.x_major.select_u32(x, self.y_major.select_u32(y, z))
         };
-        let slopes = Vec3Lanes::new(self.slope_x, self.slope_y, self.scale);
-        ([axis(0), axis(1), axis(2)], [self.org, slopes])
+        ([axis(0), axis(1), axis(2)], self.org)
     }
 
     /// A triangle's vertices, with their components in the order of the frames. `APART` is true if
@@ -153,10 +153,10 @@ impl<L: Lanes> Shear<L> {
         permute(self.x_major, self.y_major, v)
     }
 
-    /// Slopes and scale, for [`intersect`](super::triangle::intersect).
+    /// Slopes, scale and steepness, for [`intersect`](super::triangle::intersect).
     #[inline(always)]
-    pub(crate) fn slopes(&self) -> [L; 3] {
-        [self.slope_x, self.slope_y, self.scale]
+    pub(crate) fn slopes(&self) -> [L; 4] {
+        [self.slope_x, self.slope_y, self.scale, self.steepness]
     }
 
     /// A vertex relative to the origin, with its components in the order of the frame whose z is
@@ -191,7 +191,7 @@ fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec
 
 /// Limit on the coordinates of an origin, on the largest component of a direction, and on its
 /// reciprocal: 2⁴⁰. Beyond it, intermediate numbers of a distance may overflow or vanish, and the
-/// reciprocals of the slab test are not those of the directions.
+/// reciprocals of the slab test are not those of the directions: no distance counts as accurate.
 const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 #[inline(always)]

@@ -12,9 +12,9 @@
 //!   instead.
 //! - There is no culling, and no swap of axes for winding.
 //! - Slopes are products with the reciprocal that the distance needs anyway.
-//! - The distance is that to the plane if the edge functions are not accurate enough (see
-//!   [`distance`]). It is clamped to the ray's interval in the triangle's own box (see
-//!   [`crate::traverse`]), if that may change it.
+//! - Where the edge functions are not accurate enough, the distance is that to the plane, and where
+//!   that may be far from the triangle's own box, it is clamped to the ray's interval in it (see
+//!   [`distance`]).
 //!
 //! The design notes proposed edge functions (a − o) × (b − o) · d. Those have exact signs along an
 //! edge. But at a vertex shared by n triangles their n rounding errors are independent, and all can
@@ -94,8 +94,6 @@ pub(crate) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
 pub(crate) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
     fn interval(&self) -> TInterval<L>;
-    /// Returns true if every ray is in the safe range: see [`shear`](super::shear).
-    fn in_safe_range(&self) -> bool;
     /// Origins and directions.
     fn rays(&self) -> [Vec3Lanes<L>; 2];
     /// The stored triangles, and the index of the triangle if all lanes share one.
@@ -124,11 +122,6 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     }
 
     #[inline(always)]
-    fn in_safe_range(&self) -> bool {
-        self.rays.shear.in_safe_range
-    }
-
-    #[inline(always)]
     fn rays(&self) -> [Vec3Lanes<L>; 2] {
         [self.rays.rays.org, self.rays.rays.dir]
     }
@@ -140,11 +133,12 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
 }
 
 /// Lanes in which a ray hits a triangle at a positive distance, and the hits. The vertices are
-/// relative to the origin, in the order of the ray's frame, and its slopes and scale are given.
+/// relative to the origin, in the order of the ray's frame, and its
+/// [slopes](super::shear::Shear::slopes) are given.
 #[inline(always)]
 pub(crate) fn intersect<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
-    slopes: [L; 3],
+    slopes: [L; 4],
     pairs: &impl Pairing<L>,
 ) -> Option<HitCandidate<L>> {
     let edges = edges(&corners, slopes);
@@ -159,7 +153,7 @@ pub(crate) fn intersect<L: Lanes>(
 #[inline(always)]
 pub(crate) fn intersect_branchless<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
-    slopes: [L; 3],
+    slopes: [L; 4],
     pairs: &impl Pairing<L>,
 ) -> HitCandidate<L> {
     resolve_hit(edges(&corners, slopes), corners, slopes, pairs)
@@ -170,11 +164,11 @@ pub(crate) fn intersect_branchless<L: Lanes>(
 fn resolve_hit<L: Lanes>(
     edges: EdgeFunctions<L>,
     corners: [Vec3Lanes<L>; 3],
-    slopes: [L; 3],
+    slopes: [L; 4],
     pairs: &impl Pairing<L>,
 ) -> HitCandidate<L> {
     let [a, b, c] = corners;
-    let by_edges = EdgeDistance::new(&edges, [a.z, b.z, c.z], slopes[2]);
+    let by_edges = EdgeDistance::new(&edges, [a.z, b.z, c.z], slopes);
     let (raw, det) = (by_edges.t, by_edges.det);
     // A NaN anywhere above leaves the sum NaN and fails here; so does a triangle seen edge-on.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
@@ -186,18 +180,26 @@ fn resolve_hit<L: Lanes>(
         w: edges.w,
         det,
     };
-    if pairs.in_safe_range() && !(within & !by_edges.clamp_not_needed()).any() {
+    let vague = within & !by_edges.accurate;
+    if !vague.any() {
         return found;
     }
-    let vague = within & !by_edges.accurate();
-    let t = if vague.any() {
-        pairs.to_planes(raw, vague)
-    } else {
-        raw
+    let t = pairs.to_planes(raw, vague);
+    let found = HitCandidate {
+        valid: within & t.gt(L::ZERO) & t.lt(L::splat(f32::INFINITY)),
+        t,
+        ..found
     };
+    let far = vague & !by_edges.in_box();
+    if !far.any() {
+        return found;
+    }
     let (ahead, t) = pairs.interval().clamp(t);
-    let valid = within & ahead;
-    HitCandidate { valid, t, ..found }
+    HitCandidate {
+        valid: (far & ahead) | (found.valid & !far),
+        t: far.select(t, found.t),
+        ..found
+    }
 }
 
 #[cfg(test)]

@@ -5,12 +5,12 @@
 //! (see [`instance`]). So the hits of a ray are found one after another, each primitive once, even
 //! at equal distances and for any tree.
 //!
-//! Boxes that a ray has left before the hit `after` are not entered: no box is left before the hits
-//! in it ([`slab_conservative`](crate::intersect::slab_conservative)).
+//! Boxes that a ray has left well before the hit `after` are not entered: none is left before the
+//! hits in it, but for [`ENTRY_SLACK`](crate::intersect::aabb::ENTRY_SLACK).
 
 use super::every_hit::FoundHit;
 use super::query::Query;
-use crate::intersect::aabb::TInterval;
+use crate::intersect::aabb::{REACH, TInterval};
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::intersect::instance;
 use crate::packet::HitPacket;
@@ -73,7 +73,8 @@ impl<L: Lanes> Query<L> for NextHit<L> {
 
     #[inline(always)]
     fn overlaps(&self, interval: &TInterval<L>) -> L::Mask {
-        interval.overlaps(self.limit()) & !interval.tfar.lt(self.near)
+        let left = (interval.tfar * L::splat(REACH)).lt(self.near);
+        interval.overlaps(self.reach()) & !left
     }
 
     #[inline(always)]

@@ -237,7 +237,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 top -= 1;
                 // SAFETY: `top` entries were written above, and one was just taken off that count.
                 let entry = unsafe { self.stack.get_unchecked(top) };
-                if entry.enter.le(query.limit()).any() {
+                if entry.enter.le(query.reach()).any() {
                     break Child::unpack(entry.first, entry.tag);
                 }
             };

@@ -2,7 +2,7 @@
 
 use super::leaf_slots::slots_of;
 use crate::bvh::{Bvh, LeafKind};
-use crate::intersect::aabb::TInterval;
+use crate::intersect::aabb::{REACH, TInterval};
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::intersect::instance;
 use crate::intersect::leaf_prim::LeafPrim;
@@ -21,10 +21,15 @@ pub(super) trait Query<L: Lanes>: Copy {
     const FRONT_TO_BACK: bool;
     /// Limit of each ray's search.
     fn limit(&self) -> L;
+    /// Distance up to which each ray enters boxes.
+    #[inline(always)]
+    fn reach(&self) -> L {
+        self.limit() * L::splat(REACH)
+    }
     /// Lanes whose ray may find something in a box that it crosses in `interval`.
     #[inline(always)]
     fn overlaps(&self, interval: &TInterval<L>) -> L::Mask {
-        interval.overlaps(self.limit())
+        interval.overlaps(self.reach())
     }
     /// The query within an instance, whose box the rays cross in `interval`, and whose primitives'
     /// numbers are larger by `id_offset`; none if nothing inside can matter.

@@ -8,42 +8,73 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | u | 2⁻²⁴ |
-//! | S | the largest of the positions beside the ray |
+//! | Q | the largest \|x\| and the largest \|y\| of the vertices beside the ray, added up |
 //! | Z | the largest depth |
 //! | H | the largest difference between depths |
+//! | σ | the ray's larger slope, `steepness` |
+//! | R | the largest component of a vertex less the origin |
 //! | D | the magnitude of the sum of the edge functions |
 //! | s | the sum of the depths weighted by them: the depth is s/D |
+//! | F | (Q + σZ)·Q·(H + 2⁻¹⁰Z) + ZD |
 //!
-//! | error | at most | because |
-//! |---|---|---|
-//! | of a vertex relative to the origin | u(S + Z) | one subtraction (1) |
-//! | of a position beside the ray | 4u(S + Z) | that, slope and product |
-//! | of an edge function | 20u(S + Z)S | two products of those (2) |
-//! | of the depth from these, times D | 60u(S + Z)SH | a common shift of all depths divides out |
-//! | of the depth from its own rounding, times D | 6uZD | weights are of one sign |
+//! | condition | distance |
+//! |---|---|
+//! | F < 32\|s\| | accurate: by the edge functions |
+//! | F < 128\|s\| | to the plane |
+//! | else | to the plane, clamped to the ray's interval in the triangle's own box |
 //!
-//! (1) Slopes are at most 1, so no component is larger. (2) Each other's errors are included.
+//! # How accurate
 //!
-//! With F = (S + Z)SH + ZD the error is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin
-//! for certain, and the relative error is below 24 · 60u = 9·10⁻⁵ if F < 24|s|. The bound is for
-//! errors that all add up: the worst measured is 4·10⁻⁶ (tests/engine/distance.rs,
-//! `perf/notes/distances.md`).
+//! Relative to the origin, a component of a vertex is wrong by u of itself, and beside the ray by
+//! 2uQ + 5uσZ: one subtraction, slope and product. The depth of the plane changes by that times its
+//! gradient, and |n_x| + |n_y| ≤ 2QH of the normal: (4Q + 10σZ)uQH/D in all. The products of an
+//! edge function are at most Q²/4. So rounding makes it wrong by uQ²/2, and the depth by 1.5uQ²H/D.
+//! The weighted sum and the quotient add 8uZ. So the error is below 10uF/D. If F < 2²⁰|s|, that is
+//! less than the depth, and a depth behind the origin certainly is. If F < 32|s|, it is a share of
+//! at most 1.9·10⁻⁵. The bound is for errors that all add up: the worst measured is 3.9·10⁻⁶
+//! (tests/engine/distance.rs, `perf/notes/distances.md`).
+//!
+//! # Why a hit is in the triangle's own box without a clamp
+//!
+//! Let F < 128|s|. As |s| ≤ ZD, D > 128u(Q + σZ)Q. Take the vertices beside the ray as they were
+//! computed. The origin is in that triangle if the edge functions agree in sign. A computed sign is
+//! never wrong, at worst zero; then the exact function is below u times the product of the
+//! distances of the edge's ends from the origin. Say that the origin is outside.
+//!
+//! - If an edge is nearest, the origin is within 1.1u of the edge's length of it; or the edge is
+//!   below 1.1u of the distance, so that D < 3uQ².
+//! - If a vertex is nearest, the edges that meet there and have the origin outside point away from
+//!   it, within an angle of u(1 + distance/length). Then D < 12uQ².
+//!
+//! So the origin is inside or within 1.1u of an edge's length. The point of the stored triangle
+//! that has the weights of the nearest point, P, is beside the ray by no more: 6.3uR, and 7uR for
+//! the vertices. Padding leaves 27uK between the exact box and that of the slab test, where K ≥ R
+//! is the sum of the largest coordinates of box and origin. So the ray passes the slab test of the
+//! triangle's own box, and is in it at the depth of P. The distance is that of P but for
+//!
+//! - 8uF/D by the edge functions: the weights differ by rounding, and by 1.1u of a length;
+//! - 13uF/D to the plane: its gradient, times the way from P to the ray. D is wrong by a sixth at
+//!   most.
+//!
+//! That is a share of 13u · 128 = 10⁻⁴, less than
+//! [`ENTRY_SLACK`](crate::intersect::aabb::ENTRY_SLACK).
 
 use super::edges::EdgeFunctions;
 use crate::intersect::shear::Vertices;
 use crate::simd::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 
-/// Largest F, in units of |s|: for a depth ahead of the origin, and for one behind it.
-const MAX_DEPTH_RATIO_AHEAD: f32 = 24.0;
-const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
+/// Largest F, in units of |s|, of a distance that is accurate, of one in the triangle's own box,
+/// and of one that is certainly behind the origin.
+const ACCURATE: f32 = 32.0;
+const IN_BOX: f32 = 128.0;
+const BEHIND: f32 = 1_048_576.0;
 
-/// Smallest ZD, in units of S³, of a hit that is certainly in its triangle's own box: 1.34, plus an
-/// eighth for rounding.
-const MIN_DEPTH_RATIO: f32 = 1.5;
+/// Share of Z that is added to H: 2⁻¹⁰.
+const MIN_SPREAD: f32 = 1.0 / 1024.0;
 
-/// Term added to the bound that |s| must exceed, and to the one that ZD must, so that losses below
-/// the smallest numbers do not matter: 2⁻⁷⁵.
+/// Term added to the bound that |s| must exceed, so that losses below the smallest numbers do not
+/// matter: 2⁻⁷⁵.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 /// A distance by the edge functions, with the data that bound its error.
@@ -51,20 +82,22 @@ pub(crate) struct EdgeDistance<L: Lanes> {
     pub(crate) t: L,
     /// The sum of the edge functions.
     pub(crate) det: L,
-    /// Largest allowed F: |s| times [`MAX_DEPTH_RATIO_AHEAD`] or [`MAX_DEPTH_RATIO_BEHIND`].
-    reach: L,
-    /// The terms S, H, Z · H and Z · D of F.
-    size: L,
-    spread: L,
-    depth_by_spread: L,
-    depth_by_det: L,
+    /// Lanes whose distance is accurate, or certainly behind the origin.
+    pub(crate) accurate: L::Mask,
+    /// F, and |s|.
+    bound: L,
+    weight: L,
 }
 
 impl<L: Lanes> EdgeDistance<L> {
-    /// Computes distances by the vertices' depths; `scale` is one over the direction's largest
-    /// component.
+    /// Computes distances by the vertices' depths, and the rays'
+    /// [slopes](crate::intersect::shear::Shear::slopes).
     #[inline(always)]
-    pub(crate) fn new(edges: &EdgeFunctions<L>, [a, b, c]: [L; 3], scale: L) -> EdgeDistance<L> {
+    pub(crate) fn new(
+        edges: &EdgeFunctions<L>,
+        [a, b, c]: [L; 3],
+        [_, _, scale, steepness]: [L; 4],
+    ) -> EdgeDistance<L> {
         let EdgeFunctions { u, v, w, .. } = *edges;
         let det = (u + v) + w;
         let sum = (u * a + v * b) + w * c;
@@ -72,50 +105,27 @@ impl<L: Lanes> EdgeDistance<L> {
         let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
         let (far, near) = (a.max(b).max(c), a.min(b).min(c));
         let (depth, spread) = (far.abs().max(near.abs()), far - near);
-        let times = t.gt(L::ZERO).select(
-            L::splat(MAX_DEPTH_RATIO_AHEAD),
-            L::splat(MAX_DEPTH_RATIO_BEHIND),
-        );
+        let beside = most(edges.x) + most(edges.y);
+        let bound = (beside + steepness * depth)
+            * (beside * (spread + depth * L::splat(MIN_SPREAD)))
+            + (depth * det.abs() + L::splat(MIN_DETERMINANT));
+        let weight = sum.abs();
+        let most = (t.gt(L::ZERO)).select(L::splat(ACCURATE), L::splat(BEHIND));
+        // A NaN compares false; a product that overflowed is not a distance.
+        let accurate = bound.lt(weight * most) & t.lt(L::splat(f32::INFINITY));
         EdgeDistance {
             t,
             det,
-            reach: times * sum.abs(),
-            size: most(edges.x).max(most(edges.y)),
-            spread,
-            depth_by_spread: depth * spread,
-            depth_by_det: depth * det.abs(),
+            accurate,
+            bound,
+            weight,
         }
     }
 
-    /// Lanes whose distance is accurate, or certainly behind the origin: F is within its limit.
+    /// Lanes in which the distance to the plane is in the triangle's own box.
     #[inline(always)]
-    pub(crate) fn accurate(&self) -> L::Mask {
-        let bound =
-            self.size * (self.size * self.spread + self.depth_by_spread) + self.depth_by_det;
-        // A NaN compares false; a product that overflowed is not a distance.
-        (bound + L::splat(MIN_DETERMINANT)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
-    }
-
-    /// Lanes whose distance is [`EdgeDistance::accurate`] and need not be clamped. If it is ahead
-    /// and the ray is in the safe range ([`shear`](crate::intersect::shear)), it is known to be
-    /// within the ray's interval in the triangle's own box: clamping would not change it.
-    ///
-    /// Let R be the largest component of a vertex less the origin, and K the sum of the largest
-    /// coordinates of the own box and of the origin. Padding leaves 27uK between the exact box and
-    /// the box of the slab test. The weights w_i, as computed, are of one sign, so P = Σ w_i
-    /// vertex_i / Σ w_i is in the triangle. The computed distance t is that of P along the dominant
-    /// axis, within 10uR. Along another axis the ray at t and P are apart by
-    ///
-    /// - 18uR from rounding, and
-    /// - Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Their errors are below
-    ///   4uS², so it is at most 12uS³ / D.
-    ///
-    /// The latter is below 9uR ≤ 9uK if 1.34 S³ < RD, so if 1.5 S³ < ZD, as Z ≤ R.
-    #[inline(always)]
-    pub(crate) fn clamp_not_needed(&self) -> L::Mask {
-        let cube = self.size * self.size * (self.size * L::splat(MIN_DEPTH_RATIO));
-        let inside = (cube + L::splat(MIN_DETERMINANT)).lt(self.depth_by_det);
-        self.accurate() & (inside | self.t.le(L::ZERO))
+    pub(crate) fn in_box(&self) -> L::Mask {
+        self.bound.lt(self.weight * L::splat(IN_BOX))
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) struct EdgeFunctions<L: Lanes> {
 #[inline(always)]
 pub(super) fn edges<L: Lanes>(
     [a, b, c]: &[Vec3Lanes<L>; 3],
-    [slope_x, slope_y, _]: [L; 3],
+    [slope_x, slope_y, ..]: [L; 4],
 ) -> EdgeFunctions<L> {
     let (ax, ay) = (a.x - slope_x * a.z, a.y - slope_y * a.z);
     let (bx, by) = (b.x - slope_x * b.z, b.y - slope_y * b.z);

@@ -107,11 +107,6 @@ impl<L: Lanes> Pairing<L> for RayTrianglePair<'_, L> {
     }
 
     #[inline(always)]
-    fn in_safe_range(&self) -> bool {
-        self.rays.shear.in_safe_range
-    }
-
-    #[inline(always)]
     fn rays(&self) -> [Vec3Lanes<L>; 2] {
         [self.rays.rays.org, self.rays.rays.dir]
     }

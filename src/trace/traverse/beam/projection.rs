@@ -20,7 +20,7 @@
 //!
 //! # Why culled boxes and triangles are not hit
 //!
-//! A hit needs two things (see [`crate::traverse`]). Its ray passes the slab test of the
+//! A hit has two properties (see [`crate::intersect`]). Its ray passes the slab test of the
 //! primitive's own box, and with that of every box around it. And a triangle's three edge
 //! functions, as computed, do not differ in sign. All bounds err to the other side.
 //!
@@ -73,6 +73,10 @@
 //! | W, wrong by 2u | 2u in p | 24u·a |
 //! | covered by | ε, `rect_epsilon` = 64u | ε ≥ 1.02·PAD·O + (30S + 24a)u + 2δa |
 //!
+//! A ray may hit something before its light, and enter the box of that behind it. So boxes grow by
+//! [`ENTRY_SLACK`] of L as well, more than the way between, unless the light is far outside of the
+//! scene.
+//!
 //! Depths count from `min_depth` on, before the light: near, an eighth of ε without its
 //! 2·`min_depth`; local, 4uS − D. Moving a point to that depth along its line moves it by no more
 //! than 2·`min_depth`, because slopes are below 2. So boxes are grown by that as well, and smaller
@@ -107,6 +111,7 @@
 //! triangle is kept for a sub-beam if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
+use crate::intersect::aabb::ENTRY_SLACK;
 use crate::intersect::triangle::prim_aabbs;
 use crate::packet::RayPacket;
 use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
@@ -208,8 +213,15 @@ impl BeamSpace {
                 let way = std::array::from_fn(|k| position[k] - rays.center[k]);
                 let distance = max_abs(way);
                 let useful = |slack: f32, way: f32| slack * MIN_LIGHT_DISTANCE_RATIO <= way;
+                // Nothing is close behind a light that is far outside of the scene.
+                let behind = ENTRY_SLACK * rays.longest;
+                let in_scene = max_abs(*position) <= extent + rays.blur + behind;
+                let grown = |space: BeamSpace| BeamSpace {
+                    box_epsilon: space.box_epsilon + if in_scene { behind } else { 0.0 },
+                    ..space
+                };
                 if rays.around <= MAX_LATERAL_RATIO * distance {
-                    let local = BeamSpace::local(rays, way, Some(distance), extent);
+                    let local = grown(BeamSpace::local(rays, way, Some(distance), extent));
                     if useful(local.box_epsilon, distance) {
                         return Some(local);
                     }
@@ -218,7 +230,7 @@ impl BeamSpace {
                 let slack = 2.0 * (PAD * rays.farthest + 8.0 * ULP * rays.longest);
                 let slack = slack + 1.01 * rays.blur;
                 let (along, sizes) = ([rays.longest, rays.blur], [extent, extent + rays.farthest]);
-                let space = BeamSpace::near(*position, outward, slack, along, sizes);
+                let space = grown(BeamSpace::near(*position, outward, slack, along, sizes));
                 useful(space.box_epsilon, rays.longest).then_some(BeamSpace {
                     ahead: true,
                     ..space

@@ -94,7 +94,7 @@ pub(super) fn directions_by<L: Lanes>(
         return directions(space, rays);
     }
     let [forward, _, _] = rays.dir.from_axis(axis);
-    let [p, q, _] = shear.slopes();
+    let [p, q, ..] = shear.slopes();
     let along = L::splat(space.sign);
     [
         forward * L::splat(space.depth_per_t()),

@@ -29,16 +29,17 @@
 //!
 //! | inequality | because |
 //! |---|---|
-//! | e ≤ 18uR + 12u(2H)³/\|det\| | `clamp_not_needed`; vertices are within 2H of the ray (1) |
+//! | e ≤ 18uR + 12u(2H)³/\|det\| | vertices are within 2H of the ray, weights wrong by 4u(2H)² (1) |
 //! | \|det\| ≥ D/2 | the frames' scales |
 //! | z ≥ −10uR | the distance is computed as positive |
-//! | R ≤ \|z\| + 2H + e | the ray passes the own box |
+//! | R ≤ \|z\| + 2H + e | P is at z, within e, and vertices are within 2H of P |
 //! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
 //! | N as computed: 24uH²R ≤ 48uH³ | 8uH² each (2) |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
 //!
-//! (1) The method is that of `EdgeDistance` in `crate::intersect::triangle`. (2) D > 3 · 448uRH, so
-//! terms in z > 0 are again below z N·d.
+//! (1) e is Σ w_i x_i / det beside rounding, where x_i is the position of a vertex beside the ray.
+//! It would be 0 for weights w_i without error. (2) D > 3 · 448uRH, so terms in z > 0 are again
+//! below z N·d.
 //!
 //! No ray with N·(o − a) above the sum of these has a hit. All bounds in the code except the last
 //! are larger by a quarter or more, which covers their own rounding.

@@ -4,6 +4,7 @@
 use super::projection::{BeamSpace, BoxView, MAX_RECT, TriangleView};
 use super::ray_extent::{MIN_DEPTH_PER_T, meets};
 use super::shadow_cull::ShadowCull;
+use crate::intersect::aabb::REACH;
 use crate::simd::{COLUMN_LANES, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 
 /// Maximum number of sub-beams in a beam: one bit each.
@@ -240,7 +241,7 @@ impl SubBeams {
         }
         for run in 0..runs {
             let column = |column: &SubBeamColumn| F32x8::load_run(column, run);
-            let depth_per_t = column(&self.depth_per_t) * F32x8::splat(1.000_001);
+            let depth_per_t = column(&self.depth_per_t) * F32x8::splat(REACH);
             if space.near {
                 let far = column(&self.far) * depth_per_t + F32x8::splat(space.min_depth);
                 put(&mut self.depth_per_t, run, depth_per_t);

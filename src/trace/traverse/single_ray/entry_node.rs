@@ -4,6 +4,7 @@
 //! children, of any level, whose boxes meet the rays' common box).
 
 use crate::bvh::{ChildRef, WideBvh, WideNode};
+use crate::intersect::aabb::REACH;
 use crate::packet::RayQueue;
 use crate::simd::{F32x8, LaneMask, Lanes, Mask8, NATIVE, Native};
 use crate::traverse::counters::Counters;
@@ -13,11 +14,12 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SegmentBox([[f32; 3]; 2]);
 
-/// Padding of a box around segments, as a share of its coordinates and of its extents. A hit counts
-/// only within the ray's interval in the primitive's own box. So its exact point lies in that box
-/// up to a few roundings of the distance to it, and in this box up to a few roundings of the ray's
-/// end: each of them 2⁻²⁴ of a coordinate or of an extent. This is 160 of them.
+/// Padding of a box around segments, as a share of its coordinates: 160 roundings of them. A ray
+/// passes the own box of what it hits, up to a few of them.
 const PADDING: f32 = 1e-5;
+
+/// The same as a share of its extents: a ray passes that box no later than [`REACH`] of its end.
+const END_PADDING: f32 = REACH - 1.0;
 
 impl SegmentBox {
     /// The box around the rays of the given packets, from their origins to `tmax`; none if it is
@@ -44,7 +46,7 @@ impl SegmentBox {
         let [low, high] = [low.map(F32x8::min_element), high.map(F32x8::max_element)];
         let padding = |axis: usize| {
             let (low, high): (f32, f32) = (low[axis], high[axis]);
-            PADDING * (low.abs().max(high.abs()) + (high - low))
+            PADDING * low.abs().max(high.abs()) + END_PADDING * (high - low)
         };
         Some(SegmentBox([
             std::array::from_fn(|axis| low[axis] - padding(axis)),

@@ -207,7 +207,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         if closer {
             let state = &mut self.states[k];
             let stack = state.bottom..state.top;
-            state.top = self.stacks.prune(stack, state.best.t);
+            state.top = self.stacks.prune(stack, state.best.reach());
         }
     }
 
@@ -218,7 +218,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 }
 
-/// The children of a node that a ray hits between 0 and its limit, as bits, and the distances at
+/// The children of a node that a ray enters between 0 and its reach, as bits, and the distances at
 /// which all of them begin.
 #[inline(always)]
 fn children_met(state: &RayState, node: &WideNode) -> (u32, Native) {
@@ -226,7 +226,7 @@ fn children_met(state: &RayState, node: &WideNode) -> (u32, Native) {
     // SAFETY: a ray's rows are offsets of rows of planes of a node: its sides are 0 or 1.
     let crossing = state.intersect_children(|row| Native::new(unsafe { *planes.byte_add(row) }));
     let enter = crossing.tnear.max(Native::ZERO);
-    let met = enter.le(crossing.tfar.min(Native::splat(state.best.t)));
+    let met = enter.le(crossing.tfar.min(Native::splat(state.best.reach())));
     (met.bits(), enter)
 }
 

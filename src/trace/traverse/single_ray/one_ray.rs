@@ -91,13 +91,13 @@ fn descend<S: SingleQuery>(bvh: &Bvh, query: S, state: &mut RayState, stack: &mu
     }
 }
 
-/// Takes the next entry that begins before the closest hit; returns false if there is none.
+/// Takes the next entry that begins within reach; returns false if there is none.
 #[inline(always)]
 fn pop<S: SingleQuery>(state: &mut RayState, stack: &WideStack) -> bool {
     while state.top > state.bottom {
         state.top -= 1;
         // SAFETY: `top` entries were written.
-        if !S::FRONT_TO_BACK || unsafe { stack.tnear(state.top) } <= state.best.t {
+        if !S::FRONT_TO_BACK || unsafe { stack.tnear(state.top) } <= state.best.reach() {
             // SAFETY: as above.
             state.current = unsafe { stack.code(state.top) };
             return true;
@@ -129,6 +129,11 @@ fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
     let axes = FRAMES[major_axis(dir)];
     let along = dir[axes[2]];
     let scale = 1.0 / along;
+    let [slope_x, slope_y] = [0, 1].map(|k| dir[axes[k]] * scale);
+    let steepness = match is_usual(size, along.abs()) {
+        true => slope_x.abs().max(slope_y.abs()),
+        false => f32::INFINITY,
+    };
     SingleRaySetup {
         rdir: dir.map(reciprocal_of_one),
         first: [0, 1, 2].map(|axis| org[axis] + pad[axis]),
@@ -137,10 +142,9 @@ fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
         far: [0, 1, 2].map(|axis| 2 * row_offset(0, axis) + SIDES - near[axis]),
         axes: axes.map(|axis| axis as u32),
         frame_org: axes.map(|axis| org[axis]),
-        slopes: [dir[axes[0]] * scale, dir[axes[1]] * scale, scale],
+        slopes: [slope_x, slope_y, scale, steepness],
         org: *org,
         dir: *dir,
-        in_safe_range: u32::from(is_usual(size, along.abs())),
         up: 0b1111 - (down[0] | down[1] << 1 | down[2] << 2),
     }
 }

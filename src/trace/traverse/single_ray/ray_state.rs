@@ -1,7 +1,7 @@
 //! One ray in flight, against all boxes of a node or all primitives of a block at once.
 
 use crate::bvh::{SphereBlock, TriangleBlock};
-use crate::intersect::aabb::TInterval;
+use crate::intersect::aabb::{REACH, TInterval};
 use crate::intersect::hit::{HitCandidate, HitRecord};
 use crate::intersect::shear::Vertices;
 use crate::intersect::sphere;
@@ -25,15 +25,12 @@ pub(super) struct SingleRaySetup {
     pub(super) near: [u32; 3],
     pub(super) far: [u32; 3],
     /// Data of the triangle test: the axes in the order of the ray's frame, the origin in that
-    /// order, slopes and scale. See [`crate::intersect::triangle`].
+    /// order, and [`Shear::slopes`](crate::intersect::shear::Shear::slopes).
     pub(super) axes: [u32; 3],
     pub(super) frame_org: [f32; 3],
-    pub(super) slopes: [f32; 3],
+    pub(super) slopes: [f32; 4],
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
-    /// 1 if the ray's packet is [`in_safe_range`](crate::intersect::shear::Shear::in_safe_range),
-    /// else 0.
-    pub(super) in_safe_range: u32,
     /// Bits of the axes along which the ray goes toward larger coordinates; the fourth bit is
     /// always set, for rows without an axis.
     pub(super) up: u32,
@@ -190,11 +187,6 @@ impl Pairing<Native> for RayAndBlock<'_> {
     }
 
     #[inline(always)]
-    fn in_safe_range(&self) -> bool {
-        self.context.ray.in_safe_range != 0
-    }
-
-    #[inline(always)]
     fn rays(&self) -> [Vec3Native; 2] {
         let ray = &self.context.ray;
         [ray.org, ray.dir].map(|[x, y, z]| Vec3Native::splat(x, y, z))
@@ -223,6 +215,12 @@ impl SingleHit {
             det: 1.0,
             prim_id: NO_PRIM,
         }
+    }
+
+    /// Distance up to which boxes are entered.
+    #[inline(always)]
+    pub(super) fn reach(&self) -> f32 {
+        self.t * REACH
     }
 
     /// The hit in every lane, with `limit` as its distance.

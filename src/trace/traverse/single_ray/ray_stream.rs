@@ -98,9 +98,9 @@ pub(super) fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; 
     let up = |axis: usize| by_way(axis, [0, 1 << axis]);
     let up = F32x8::from_bits(up(0).or(up(1)).or(up(2)).or(U32x8::splat(1 << 3)));
     let shear = Shear::new(org, dir, active);
-    let (axes, [frame_org, slopes]) = shear.columns();
+    let (axes, frame_org) = shear.columns();
+    let [slope_x, slope_y, scale, steepness] = shear.slopes();
     let [kx, ky, kz] = axes.map(F32x8::from_bits);
-    let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.in_safe_range)));
     // The order is that of the fields of a `SingleRaySetup`.
     let columns = [
         [
@@ -122,11 +122,11 @@ pub(super) fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; 
             frame_org.x,
             frame_org.y,
             frame_org.z,
-            slopes.x,
-            slopes.y,
-            slopes.z,
+            slope_x,
+            slope_y,
+            scale,
         ],
-        [org.x, org.y, org.z, dir.x, dir.y, dir.z, usual, up],
+        [steepness, org.x, org.y, org.z, dir.x, dir.y, dir.z, up],
     ];
     let rows = columns.map(F32x8::transposed);
     std::array::from_fn(|lane| bytemuck::cast(rows.each_ref().map(|run| run[lane])))
