@@ -15,7 +15,7 @@ const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
 /// Share of a hit's distance by which its ray may at most enter the primitive's own box after it,
 /// or leave it before: 2⁻¹³. It is 0 for all but triangles
-/// ([`distance`](super::triangle::distance)).
+/// (`triangle/distance.rs`).
 pub(crate) const ENTRY_SLACK: f32 = 1.0 / 8192.0;
 
 /// Factor on the distance up to which hits count: boxes are entered up to there.

@@ -20,7 +20,7 @@
 //!
 //! - The distance of a triangle that is not seen at a very grazing angle is within
 //!   [`ENTRY_SLACK`](aabb::ENTRY_SLACK) of the ray's interval in its box, as is proven in
-//!   [`triangle::distance`].
+//!   `triangle/distance.rs`.
 //! - All others are clamped to that interval, and are hits only if there is one.
 //!
 //! Boxes are entered if they begin before the closest hit so far and twice that slack. So every
