@@ -4,7 +4,7 @@ use crate::cli::output::to_file_coordinates;
 use glam::Vec3;
 use phalanx::camera::Camera;
 use phalanx::scene::{Scene, View};
-use phalanx::{Bvh, Ray};
+use phalanx::{Bvh, HitBuffer, Ray, RayBuffer};
 use std::collections::HashSet;
 
 /// Side of the small test picture, in pixels.
@@ -29,8 +29,7 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     }
     let bounds = scene.bounds();
     let eye = (bounds.lo + bounds.hi) / 2.0;
-    let meets = |direction: &Vec3| bvh.occluded(&Ray::new(eye, *direction));
-    if directions().filter(meets).count() * 20 < directions().count() * 19 {
+    if prims_hit(bvh, directions().map(|way| (eye, way))).len() * 20 < directions().count() * 19 {
         return None;
     }
     let up = scene.view.up;
@@ -62,12 +61,19 @@ fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
         return (0, 0);
     };
     let ray = |k: u32| camera.ray((k / SIDE) as f32 + 0.5, (k % SIDE) as f32 + 0.5);
-    let hit = |(origin, direction): (Vec3, Vec3)| bvh.intersect(&Ray::new(origin, direction));
-    let hits: Vec<u32> = (0..SIDE * SIDE)
-        .filter_map(|k| Some(hit(ray(k))?.prim_id))
-        .collect();
+    let hits = prims_hit(bvh, (0..SIDE * SIDE).map(ray));
     let prims: HashSet<_> = hits.iter().collect();
     (hits.len(), prims.len())
+}
+
+/// The primitives that rays hit, given by origin and direction. They are a batch, because the first
+/// single ray builds the wide tree, which a frame of few pixels does not need.
+fn prims_hit(bvh: &Bvh, rays: impl Iterator<Item = (Vec3, Vec3)>) -> Vec<u32> {
+    let rays: RayBuffer = rays.map(|(origin, way)| Ray::new(origin, way)).collect();
+    let mut hits = HitBuffer::new(rays.len());
+    let columns = (&rays.columns(), &mut hits.columns());
+    (bvh.intersect_batch(columns.0, columns.1, 1)).expect("columns of one length");
+    hits.iter().flatten().map(|hit| hit.prim_id).collect()
 }
 
 /// Unit vectors in all directions: from the centre of a cube to a grid on its faces.
