@@ -72,8 +72,8 @@ impl OracleRaySetup {
         let bound = (beside + self.steepness * depth) * (beside * (spread + depth * MIN_SPREAD))
             + (depth * det.abs() + MIN_DETERMINANT);
         let weight = sum.abs();
-        let most = if by_edges > 0.0 { 32.0 } else { 1_048_576.0 };
-        let t = if bound < weight * most && by_edges < f32::INFINITY {
+        let times = if by_edges > 0.0 { 32.0 } else { 1_048_576.0 };
+        let t = if bound < weight * times && by_edges < f32::INFINITY {
             (by_edges > 0.0).then_some(by_edges)?
         } else {
             let t = self.plane_distance(stored, by_edges);

@@ -14,8 +14,7 @@ use phalanx_scene::PAD;
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
 /// Share of a hit's distance by which its ray may at most enter the primitive's own box after it,
-/// or leave it before: 2⁻¹³. It is 0 for all but triangles
-/// (`triangle/distance.rs`).
+/// or leave it before: 2⁻¹³. Only triangles need it (`triangle/distance.rs`).
 pub(crate) const ENTRY_SLACK: f32 = 1.0 / 8192.0;
 
 /// Factor on the distance up to which hits count: boxes are entered up to there.

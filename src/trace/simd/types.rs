@@ -372,7 +372,7 @@ macro_rules! lane_types {
 
             #[inline(always)]
             fn any(self) -> bool {
-                $bits(self.0) != 0
+                self.bits() != 0
             }
 
             #[inline(always)]

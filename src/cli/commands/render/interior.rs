@@ -71,8 +71,8 @@ fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
 fn prims_hit(bvh: &Bvh, rays: impl Iterator<Item = (Vec3, Vec3)>) -> Vec<u32> {
     let rays: RayBuffer = rays.map(|(origin, way)| Ray::new(origin, way)).collect();
     let mut hits = HitBuffer::new(rays.len());
-    let columns = (&rays.columns(), &mut hits.columns());
-    (bvh.intersect_batch(columns.0, columns.1, 1)).expect("columns of one length");
+    bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 1)
+        .expect("columns of one length");
     hits.iter().flatten().map(|hit| hit.prim_id).collect()
 }
 

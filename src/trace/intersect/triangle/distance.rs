@@ -110,9 +110,9 @@ impl<L: Lanes> EdgeDistance<L> {
             * (beside * (spread + depth * L::splat(MIN_SPREAD)))
             + (depth * det.abs() + L::splat(MIN_DETERMINANT));
         let weight = sum.abs();
-        let most = (t.gt(L::ZERO)).select(L::splat(ACCURATE), L::splat(BEHIND));
+        let times = (t.gt(L::ZERO)).select(L::splat(ACCURATE), L::splat(BEHIND));
         // A NaN compares false; a product that overflowed is not a distance.
-        let accurate = bound.lt(weight * most) & t.lt(L::splat(f32::INFINITY));
+        let accurate = bound.lt(weight * times) & t.lt(L::splat(f32::INFINITY));
         EdgeDistance {
             t,
             det,

@@ -135,11 +135,11 @@ fn hits_are_in_the_box_of_their_triangle() {
     for round in 0..400_000 {
         let size = from.scale(10.0);
         let corners = from.corners(size);
-        let (corners, rays) = match round {
-            0 => overflowing(),
-            _ if round % 4 == 0 => needle_ahead(size, &mut from),
-            _ if round % 4 == 1 => speck_beside(&mut from),
-            _ if round % 4 == 2 => grazed(size, &mut from),
+        let (corners, rays) = match (round, round % 4) {
+            (0, _) => overflowing(),
+            (_, 0) => needle_ahead(size, &mut from),
+            (_, 1) => speck_beside(&mut from),
+            (_, 2) => grazed(size, &mut from),
             _ => (corners, rays(corners, &mut from)),
         };
         let prepared = RaySetup::new(&rays, Mask8::splat(true));
