@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -206,6 +208,33 @@ def test_it_can_be_copied_and_pickled(mesh):
         assert ray is not mesh.ray
         np.testing.assert_array_equal(ray.intersects_id(*down), first)
     assert copy.deepcopy(mesh.ray).mesh is not mesh
+
+
+def test_threads_of_a_pool_share_one_scene(mesh, monkeypatch):
+    origins, directions = rays()
+    wanted = mesh.ray.intersects_first(origins, directions)
+    made = []
+    make = RayMeshIntersector._make
+
+    def slowly_make(ray):
+        made.append(ray)
+        time.sleep(0.05)
+        return make(ray)
+
+    monkeypatch.setattr(RayMeshIntersector, "_make", slowly_make)
+    ray = RayMeshIntersector(mesh, threads=1)
+    with ThreadPoolExecutor(8) as pool:
+        found = pool.map(lambda _: ray.intersects_first(origins, directions), range(64))
+        for first in found:
+            np.testing.assert_array_equal(first, wanted)
+    assert made == [ray]
+
+
+@pytest.mark.parametrize("module", ["ray_pyembree", "ray_triangle"])
+def test_all_that_is_public_in_trimeshs_own_is_here(mesh, module):
+    own = pytest.importorskip(f"trimesh.ray.{module}")
+    names = {name for name in dir(own.RayMeshIntersector(mesh)) if not name.startswith("_")}
+    assert "intersects_id" in names and names <= set(dir(mesh.ray))
 
 
 def test_no_rays_have_no_hits(mesh):

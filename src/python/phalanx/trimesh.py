@@ -10,15 +10,14 @@ Methods, arguments and results are those of trimesh.ray.ray_pyembree, with three
 
 from __future__ import annotations
 
-import copy
 import math
+import threading
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from trimesh import caching
 
-from . import AllHits, Scene
+from . import AllHits, Hits, Scene
 from ._crossings import crossings, on_edge
 
 __all__ = ["RayMeshIntersector"]
@@ -64,7 +63,13 @@ class RayMeshIntersector:
         self.mesh = mesh
         self._scale_to_box = scale_to_box
         self._threads = threads
-        self._cache = caching.Cache(id_function=self.mesh.__hash__)
+        # The mesh's hash when the scene was made, the scene, and the power of two that scales it.
+        self._made: tuple[int, Scene, float] | None = None
+        # Held while the scene is made, so that threads share one.
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.mesh, self._scale_to_box, self._threads)
 
     def intersects_location(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
@@ -96,11 +101,12 @@ class RayMeshIntersector:
         A ray that crosses the surface at an edge or a vertex hits one of the triangles there: the
         one with the nearest hit.
         """
-        origins, directions = self._rays(ray_origins, ray_directions)
-        scene, scale = self._scene
+        scene, scale = self._scene()
+        origins, directions = _rays(ray_origins, ray_directions, scale)
+        hits: AllHits | Hits
         if multiple_hits:
             hits = scene.all_hits(origins, directions, threads=self._threads)
-            rows = self._crossings(hits, directions)
+            rows = self._crossings(hits, directions, scale)
             rank = np.arange(len(rows)) - np.searchsorted(hits.ray_id[rows], hits.ray_id[rows])
             rows = rows[rank < max_hits]
             rays = hits.ray_id[rows]
@@ -116,16 +122,18 @@ class RayMeshIntersector:
         self, ray_origins: ArrayLike, ray_directions: ArrayLike
     ) -> NDArray[np.int64]:
         """The first triangle of each ray: int64, (n,), rows of mesh.faces; -1 for a miss."""
-        origins, directions = self._rays(ray_origins, ray_directions)
-        hits = self._scene[0].intersect(origins, directions, threads=self._threads)
+        scene, scale = self._scene()
+        origins, directions = _rays(ray_origins, ray_directions, scale)
+        hits = scene.intersect(origins, directions, threads=self._threads)
         return hits.prim_id.astype(np.int64)
 
     def intersects_any(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike
     ) -> NDArray[np.bool_]:
         """Whether each ray hits the mesh: bool, (n,)."""
-        origins, directions = self._rays(ray_origins, ray_directions)
-        return self._scene[0].occluded(origins, directions, threads=self._threads)
+        scene, scale = self._scene()
+        origins, directions = _rays(ray_origins, ray_directions, scale)
+        return scene.occluded(origins, directions, threads=self._threads)
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether points, (n, 3), lie inside the mesh: bool, (n,). On its surface, either.
@@ -148,16 +156,16 @@ class RayMeshIntersector:
             inside[part] = self._within(points[part])
         return inside
 
-    def _crossings(self, hits: AllHits, directions: NDArray) -> NDArray[np.int64]:
+    def _crossings(self, hits: AllHits, directions: NDArray, scale: float) -> NDArray[np.int64]:
         def normals(rows: NDArray[np.int64]) -> NDArray[np.float64]:
             faces = np.asarray(self.mesh.faces)[hits.prim_id[rows]]
             a, b, c = np.moveaxis(np.asarray(self.mesh.vertices)[faces], 1, 0)
             return np.cross(b - a, c - a)
 
-        return crossings(hits, directions, normals, self._size() * self._scene[1])
+        return crossings(hits, directions, normals, self._size() * scale)
 
     def _within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        scene, scale = self._scene
+        scene, scale = self._scene()
         inside = np.zeros(len(points), dtype=bool)
         left = np.arange(len(points))
         for line in _LINES:
@@ -175,9 +183,15 @@ class RayMeshIntersector:
                 break
         return inside
 
-    @caching.cache_decorator
     def _scene(self) -> tuple[Scene, float]:
-        """The scene, and the power of two by which it is scaled."""
+        """The scene of the mesh as it is now, and the power of two by which it is scaled."""
+        now = hash(self.mesh)
+        with self._lock:
+            if self._made is None or self._made[0] != now:
+                self._made = (now, *self._make())
+            return self._made[1:]
+
+    def _make(self) -> tuple[Scene, float]:
         scale, center = 1.0, np.zeros(3)
         if len(self.mesh.faces) > 0:
             center = self.mesh.bounds.mean(axis=0)
@@ -192,37 +206,21 @@ class RayMeshIntersector:
         """Longest side of the mesh's box; trimesh's own scale is 1 for the smallest meshes."""
         return float(np.ptp(self.mesh.bounds, axis=0).max())
 
-    def _rays(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray, NDArray]:
-        """The rays in the scene's coordinates."""
-        starts, along = np.asarray(origins), np.asarray(directions)
-        if starts.shape != along.shape:
-            raise ValueError(f"rays differ in shape: {starts.shape} and {along.shape}")
-        if starts.size == 0:
-            starts, along = np.zeros((0, 3)), np.zeros((0, 3))
-        if starts.ndim != 2 or starts.shape[1] != 3:
-            raise ValueError(f"rays have the shape {starts.shape}, not (n, 3)")
-        if starts.dtype.kind not in "fiu" or along.dtype.kind not in "fiu":
-            raise TypeError(f"rays hold {starts.dtype} and {along.dtype}, not real numbers")
-        scale = self._scene[1]
-        if scale != 1.0:
-            starts = starts * scale
-        return starts, _of_usual_length(along)
 
-    def __getstate__(self) -> dict[str, Any]:
-        state = self.__dict__.copy()
-        state.pop("_cache", None)
-        return state
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._cache = caching.Cache(id_function=self.mesh.__hash__)
-
-    def __copy__(self) -> RayMeshIntersector:
-        return RayMeshIntersector(self.mesh, self._scale_to_box, self._threads)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> RayMeshIntersector:
-        mesh = copy.deepcopy(self.mesh, memo)
-        return RayMeshIntersector(mesh, self._scale_to_box, self._threads)
+def _rays(origins: ArrayLike, directions: ArrayLike, scale: float) -> tuple[NDArray, NDArray]:
+    """The rays in the coordinates of a scene scaled by a power of two."""
+    starts, along = np.asarray(origins), np.asarray(directions)
+    if starts.shape != along.shape:
+        raise ValueError(f"rays differ in shape: {starts.shape} and {along.shape}")
+    if starts.size == 0:
+        starts, along = np.zeros((0, 3)), np.zeros((0, 3))
+    if starts.ndim != 2 or starts.shape[1] != 3:
+        raise ValueError(f"rays have the shape {starts.shape}, not (n, 3)")
+    if starts.dtype.kind not in "fiu" or along.dtype.kind not in "fiu":
+        raise TypeError(f"rays hold {starts.dtype} and {along.dtype}, not real numbers")
+    if scale != 1.0:
+        starts = starts * scale
+    return starts, _of_usual_length(along)
 
 
 def _of_usual_length(directions: NDArray) -> NDArray:
@@ -230,10 +228,11 @@ def _of_usual_length(directions: NDArray) -> NDArray:
     if directions.dtype.kind != "f":
         directions = directions.astype(np.float64)
     with np.errstate(all="ignore"):
-        squares = np.einsum("ij,ij->i", directions, directions)
-        unusual = ~((squares >= _LENGTHS[0]) & (squares <= _LENGTHS[1]))
-        if not unusual.any():
+        # Faster than sum(axis=1) and einsum(), for one ray and for many.
+        squares = (directions * directions) @ np.ones(3, directions.dtype)
+        if squares.min(initial=1.0) >= _LENGTHS[0] and squares.max(initial=1.0) <= _LENGTHS[1]:
             return directions
+        unusual = ~((squares >= _LENGTHS[0]) & (squares <= _LENGTHS[1]))
         directions = directions.astype(np.float64)
         rows = directions[unusual]
         directions[unusual] = rows / np.abs(rows).max(axis=1, keepdims=True)
