@@ -107,6 +107,17 @@ assert "open3d" not in sys.modules
     subprocess.run([sys.executable, "-c", script], check=True)
 
 
+def test_hits_looked_up_in_pieces_are_those_looked_up_at_once(scene, monkeypatch):
+    origins, directions = rays_between(np.random.default_rng(17), 1000)
+    rays = np.concatenate([origins + [2, 0, 0], directions], axis=1).reshape(20, 50, 6)
+    whole = scene.cast_rays(rays)
+    assert {0, 1, INVALID} == set(whole["geometry_ids"].flat)
+    monkeypatch.setattr("phalanx.open3d._PIECE", 7)
+    for name, column in scene.cast_rays(rays).items():
+        np.testing.assert_array_equal(column, whole[name])
+        assert column.flags.c_contiguous
+
+
 def test_wrong_arguments_are_refused(scene):
     queries = (
         scene.cast_rays, scene.test_occlusions, scene.count_intersections, scene.list_intersections,
