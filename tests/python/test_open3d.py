@@ -1,6 +1,9 @@
 """RaycastingScene: with numpy arrays alone, and beside Open3D's own where it is installed."""
 
+import copy
+import pickle
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -116,6 +119,53 @@ def test_hits_looked_up_in_pieces_are_those_looked_up_at_once(scene, monkeypatch
     for name, column in scene.cast_rays(rays).items():
         np.testing.assert_array_equal(column, whole[name])
         assert column.flags.c_contiguous
+
+
+def test_a_scene_can_be_copied_and_pickled(scene):
+    ray = np.float32([[-5, 0.2, 0.5, 1, 0, 0], [9, 0.2, 0.1, -2, 0, 0], [-5, 20.2, 0.5, 1, 0, 0]])
+    wanted = scene.cast_rays(ray)
+    for again in (copy.copy, copy.deepcopy, lambda scene: pickle.loads(pickle.dumps(scene))):
+        other = again(scene)
+        for name, column in other.cast_rays(ray).items():
+            np.testing.assert_array_equal(column, wanted[name])
+        # Meshes that are added later belong to one of them.
+        assert other.add_triangles(CUBE_VERTICES + [0, 20, 0], CUBE_FACES) == 2
+        assert other.cast_rays(ray)["geometry_ids"].tolist() == [0, 1, 2]
+        assert scene.cast_rays(ray)["geometry_ids"].tolist() == [0, 1, INVALID]
+
+
+def test_threads_of_a_pool_cast_rays_while_others_add_meshes():
+    scene = RaycastingScene(nthreads=1)
+    ray = np.float32([[-999, 0.2, 0.5, 1, 0, 0]])
+
+    def add_and_cast(k):
+        # In front of the meshes of smaller k.
+        number = scene.add_triangles(CUBE_VERTICES - [4 * k, 0, 0], CUBE_FACES)
+        found = scene.cast_rays(ray, nthreads=1)
+        return number, *(found[name][0] for name in ("geometry_ids", "primitive_ids", "t_hit"))
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            found = list(pool.map(add_and_cast, range(200)))
+    finally:
+        sys.setswitchinterval(interval)
+    owner = {number: k for k, (number, *_) in enumerate(found)}
+    assert sorted(owner) == list(range(200))
+    for k, (_, geometry, primitive, t) in enumerate(found):
+        assert owner[geometry] >= k and primitive == 0 and round(t) == 998 - 4 * owner[geometry]
+
+
+def test_point_queries_are_refused_by_name(scene):
+    for name in ("closest_points", "distance", "occupancy", "signed_distance"):
+        with pytest.raises(NotImplementedError, match=rf"^compute_{name}\(\) .* rays only$"):
+            getattr(scene, f"compute_{name}")(np.zeros((1, 3), np.float32), nthreads=1)
+
+
+def test_all_that_is_public_in_open3ds_scene_is_here():
+    names = {name for name in dir(open3d().t.geometry.RaycastingScene) if not name.startswith("_")}
+    assert "cast_rays" in names and names <= set(dir(RaycastingScene))
 
 
 def test_wrong_arguments_are_refused(scene):

@@ -1,8 +1,8 @@
 """Ray casting for Open3D: RaycastingScene with the ray queries of open3d.t.geometry.
 
 Open3D tensors in, tensors out; numpy arrays in, numpy arrays out, in which case Open3D need not be
-installed. The point queries compute_closest_points, compute_distance, compute_signed_distance and
-compute_occupancy are missing, as is the argument device. There are three differences:
+installed. The point queries, compute_…, raise NotImplementedError, and the argument device is
+missing. There are three differences:
 
 - Hits count only beyond the origin (0 < t).
 - Arrays of any real numbers are accepted and rounded to float32; vertices and triangles are copied.
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import threading
-from typing import Any
+from typing import Any, Callable, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +34,17 @@ _PIECE = 1 << 14
 _TRIANGLE = np.dtype([("x", "f4"), ("y", "f4"), ("z", "f4"), ("number", "u4")])
 
 
+def _point_query(name: str) -> Callable[..., NoReturn]:
+    """A method of Open3D's class that this one refuses."""
+
+    def refuse(self: RaycastingScene, *args: Any, **kwargs: Any) -> NoReturn:
+        raise NotImplementedError(f"{name}() asks about points: phalanx casts rays only")
+
+    return refuse
+
+
 class RaycastingScene:
-    """Triangle meshes to cast rays at; point queries are missing.
+    """Triangle meshes to cast rays at; point queries are refused.
 
     Rays are (…, 6) with at least two dimensions: origin and direction, of any length but zero.
     nthreads is 0 for one thread per CPU. Queries raise ValueError for other shapes, and TypeError
@@ -47,11 +56,15 @@ class RaycastingScene:
     def __init__(self, nthreads: int = 0) -> None:
         """Creates an empty scene; the first query builds its tree with nthreads threads."""
         self._scene = Scene()
-        self._build_threads = _threads(nthreads)
+        self._nthreads = nthreads
         self._meshes: list[tuple[NDArray, NDArray]] = []
         self._table: _Table | None = None
         # Held while the table and its meshes may differ.
         self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        with self._lock:
+            return _with_meshes, (type(self), self._nthreads, tuple(self._meshes))
 
     def add_triangles(
         self, vertex_positions: Any = None, triangle_indices: Any = None, *, mesh: Any = None
@@ -169,11 +182,16 @@ class RaycastingScene:
             return wrap(_rays_of_matrices(*args, **kwargs))
         return wrap(_rays_of_view(*args, **kwargs))
 
+    compute_closest_points = _point_query("compute_closest_points")
+    compute_distance = _point_query("compute_distance")
+    compute_occupancy = _point_query("compute_occupancy")
+    compute_signed_distance = _point_query("compute_signed_distance")
+
     def _built(self) -> _Table:
         """The table of the current meshes; builds the tree."""
         with self._lock:
             if self._table is None:
-                self._scene.build(threads=self._build_threads)
+                self._scene.build(threads=_threads(self._nthreads))
                 self._table = _Table(self._meshes)
             return self._table
 
@@ -220,6 +238,16 @@ class _Table:
             for axis, name in enumerate("xyz"):
                 normals[part, axis] = rows[name]
         return numbers.reshape(prims.shape), normals.reshape(*prims.shape, 3)
+
+
+def _with_meshes(
+    kind: type[RaycastingScene], nthreads: int, meshes: tuple[tuple[NDArray, NDArray], ...]
+) -> RaycastingScene:
+    """The scene that was copied or pickled."""
+    scene = kind(nthreads)
+    for vertices, triangles in meshes:
+        scene.add_triangles(vertices, triangles)
+    return scene
 
 
 def _threads(nthreads: int) -> int | None:
