@@ -264,10 +264,9 @@ def _as_numpy(value: Any) -> Any:
 
 def _wrapper(*values: Any) -> Any:
     """The conversion of answers: to a tensor if one of the values is one."""
-    if any(map(_is_tensor, values)):
-        from open3d.core import Tensor  # type: ignore[import-not-found, unused-ignore]
-
-        return lambda array: Tensor.from_numpy(np.ascontiguousarray(array))
+    for value in filter(_is_tensor, values):
+        from_numpy = type(value).from_numpy
+        return lambda array: from_numpy(np.ascontiguousarray(array))
     return lambda array: array
 
 
