@@ -5,12 +5,9 @@ use super::intersect::OracleRay;
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
 
-/// Numbers of the world's objects: first the primitives outside of meshes; instances are numbered
-/// from the number of primitives on.
+/// Numbers of the world's visible objects: see [`Scene::world_objects`].
 pub(super) fn world_objects(scene: &Scene) -> impl Iterator<Item = u32> {
-    let prims = scene.prim_count() as u32;
-    let instances = prims..prims + scene.instances.len() as u32;
-    scene.world_runs().into_iter().flatten().chain(instances)
+    scene.world_objects().into_iter().flatten()
 }
 
 /// Own padded boxes of all instances.

@@ -29,7 +29,7 @@ pub use tree::{OracleTree, TwoLevelBvh};
 use glam::Vec3;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::{Dimension, FilmSamples, Sampling, SurfaceShare, concentric_disk};
-use phalanx_scene::{MatteIds, RayCounts, Scene};
+use phalanx_scene::{MatteIds, NO_PRIM, RayCounts, Scene, SurfaceHit};
 use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
 use search::SceneSearch;
 use shading::{OracleMaterial, SampleSeed};
@@ -222,6 +222,18 @@ impl<'a> Oracle<'a> {
     /// one search through a tree, or a test of every primitive. [`Oracle`] has an example.
     pub fn closest(&self, ray: &OracleRay) -> Option<OracleHit> {
         self.integrator.search.closest(ray)
+    }
+
+    /// Finds all hits with 0 < t, ordered by (t, prim_id).
+    pub fn all_hits(&self, ray: &OracleRay) -> Vec<OracleHit> {
+        // No number follows this one.
+        let start = SurfaceHit {
+            prim_id: NO_PRIM,
+            t: 0.0,
+            u: 0.0,
+            v: 0.0,
+        };
+        self.integrator.search.all_after(ray, &start)
     }
 
     /// Returns true if anything is hit with 0 < t < `tmax`, in units of the direction.

@@ -30,6 +30,7 @@ impl Scene {
             .of_each("geometry", geometries.len())
             .column(["geometries", "size"], &geometries.first, Any)
             .column(["geometries", "size"], &geometries.count, Any)
+            .column(["geometries", "mask"], &geometries.mask, Any)
             .of_each("instance", i.len())
             .column(["instances", "mesh"], &i.mesh, Below(meshes.len()))
             .column(["instances", "number"], &i.first, Any)
@@ -93,6 +94,7 @@ impl Scene {
             &mut self.meshes.count,
             &mut self.geometries.first,
             &mut self.geometries.count,
+            &mut self.geometries.mask,
             &mut i.mesh,
             &mut i.first,
         ];

@@ -20,6 +20,15 @@ pub(crate) enum Geometry {
     Instance(u32),
 }
 
+impl Geometry {
+    fn of(first: u32, count: u32) -> Geometry {
+        match count {
+            INSTANCE => Geometry::Instance(first),
+            count => Geometry::Prims { first, count },
+        }
+    }
+}
+
 /// Count of a geometry that is an instance.
 const INSTANCE: u32 = u32::MAX;
 
@@ -30,6 +39,8 @@ pub struct Geometries {
     pub first: Column<u32>,
     /// Number of primitives; 2³² − 1 for an instance.
     pub count: Column<u32>,
+    /// Bits that a ray's mask must share: see [`Scene::set_mask`](crate::Scene::set_mask).
+    pub mask: Column<u32>,
 }
 
 impl Geometries {
@@ -47,10 +58,19 @@ impl Geometries {
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = (GeomId, Geometry)> {
         let rows = self.first.iter().zip(self.count.iter());
-        (0..).zip(rows.map(|(&first, &count)| match count {
-            INSTANCE => Geometry::Instance(first),
-            count => Geometry::Prims { first, count },
-        }))
+        (0..).zip(rows.map(|(&first, &count)| Geometry::of(first, count)))
+    }
+
+    /// The geometries that no ray hits.
+    pub(crate) fn hidden(&self) -> impl Iterator<Item = Geometry> {
+        let rows = self.iter().zip(self.mask.iter());
+        rows.filter_map(|((_, geometry), &mask)| (mask == 0).then_some(geometry))
+    }
+
+    /// The geometry of this number.
+    pub(crate) fn get(&self, id: GeomId) -> Option<Geometry> {
+        let row = self.first.get(id as usize).zip(self.count.get(id as usize));
+        row.map(|(&first, &count)| Geometry::of(first, count))
     }
 
     /// The first geometry that is neither a run of `prims` primitives after those before it, nor
@@ -80,6 +100,7 @@ impl Geometries {
         };
         self.first.push(first);
         self.count.push(count);
+        self.mask.push(u32::MAX);
         id
     }
 }

@@ -62,6 +62,14 @@ pub enum GeometryError {
     /// instance shows.
     #[error("{0} primitives, those of instances among them: at most 2^32 - 2 can be told apart")]
     TooManyShown(u64),
+    /// A number that is no geometry's, or not one of this kind.
+    #[error("there is no {kind} {id}")]
+    NoGeometry {
+        /// Kind of geometry that the call asks for.
+        kind: &'static str,
+        /// The number.
+        id: GeomId,
+    },
     /// An instance of a prototype that does not exist, or has not been ended.
     #[error("there is no prototype {0}")]
     NoPrototype(u32),
@@ -236,6 +244,34 @@ impl Scene {
         placed.ok_or(GeometryError::NotInvertible)?;
         let number = self.instances.len() as u32 - 1;
         Ok(self.geometries.push(Geometry::Instance(number)))
+    }
+
+    /// Sets the mask of a geometry, which has all 32 bits at first. A ray with a mask hits only
+    /// geometries that have a bit in common with it. Geometries with the mask 0 are hidden from all
+    /// rays and pictures; they keep their numbers.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoGeometry`].
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// scene.set_mask(ball, 0)?;
+    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
+    /// assert!(scene.set_mask(1, 0).is_err());
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
+    pub fn set_mask(&mut self, geometry: GeomId, mask: u32) -> Result<(), GeometryError> {
+        if geometry as usize >= self.geometries.len() {
+            return Err(GeometryError::NoGeometry {
+                kind: "geometry",
+                id: geometry,
+            });
+        }
+        self.geometries.mask[geometry as usize] = mask;
+        Ok(())
     }
 
     /// Lists the geometries by their first `prim_id`, in ascending order. Primitives between two

@@ -4,7 +4,7 @@ use crate::bounds::Bounds;
 use crate::column::Column;
 use crate::defaulted_parts::DefaultedParts;
 use crate::encoding::OutputEncoding;
-use crate::geometries::Geometries;
+use crate::geometries::{Geometries, Geometry};
 use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
 use crate::materials::Materials;
@@ -15,6 +15,7 @@ use crate::sky::Sky;
 use crate::textures::Texture;
 use crate::view::View;
 use glam::Vec3;
+use std::ops::Range;
 
 /// Everything that a picture depends on: primitives, materials, lights, camera.
 ///
@@ -180,8 +181,16 @@ impl Scene {
     /// for themselves.
     #[inline]
     pub fn visible_count(&self) -> u64 {
-        let in_meshes: u64 = self.meshes.count.iter().map(|&n| u64::from(n)).sum();
-        self.prim_count() as u64 - in_meshes + self.instanced_count()
+        let stored = self.prim_count() as u32;
+        let shown = |object: u32| {
+            let mesh = self.instances.mesh[(object - stored) as usize];
+            u64::from(self.meshes.count[mesh as usize])
+        };
+        let count = |run: Range<u32>| match run.start < stored {
+            true => run.len() as u64,
+            false => run.map(shown).sum(),
+        };
+        self.world_objects().into_iter().map(count).sum()
     }
 
     /// Number of all `prim_id`s: see [`Scene::resolve`].
@@ -197,23 +206,35 @@ impl Scene {
         self.instances.mesh.iter().map(of).sum()
     }
 
-    /// The stored primitives in the world itself: all that belong to no mesh, as runs in file
-    /// order.
-    pub fn world_runs(&self) -> Vec<std::ops::Range<u32>> {
-        let mut runs = Vec::new();
-        let mut from = 0;
-        // Meshes are numbered in the order of their runs.
-        for mesh in 0..self.meshes.len() {
-            let prims = self.meshes.prims(mesh);
-            if from < prims.start {
-                runs.push(from..prims.start);
-            }
-            from = prims.end;
-        }
-        let end = self.prim_count() as u32;
-        if from < end {
-            runs.push(from..end);
-        }
+    /// The stored primitives that are visible in the world itself, without those of meshes and of
+    /// hidden geometries, as runs in file order.
+    pub fn world_runs(&self) -> Vec<Range<u32>> {
+        let mut others: Vec<Range<u32>> = (0..self.meshes.len())
+            .map(|mesh| self.meshes.prims(mesh))
+            .chain(self.geometries.hidden().filter_map(|hidden| match hidden {
+                Geometry::Prims { first, count } => Some(first..first + count),
+                Geometry::Instance(_) => None,
+            }))
+            .collect();
+        others.sort_unstable_by_key(|run| run.start);
+        runs_between(0..self.prim_count() as u32, others)
+    }
+
+    /// The objects of the world, as runs: the primitives of [`Scene::world_runs`], then the visible
+    /// instances, which are numbered from [`Scene::prim_count`] on.
+    pub fn world_objects(&self) -> Vec<Range<u32>> {
+        let first = self.prim_count() as u32;
+        let mut hidden: Vec<u32> = (self.geometries.hidden())
+            .filter_map(|hidden| match hidden {
+                Geometry::Instance(k) => Some(first + k),
+                Geometry::Prims { .. } => None,
+            })
+            .collect();
+        hidden.sort_unstable();
+        let hidden = hidden.into_iter().map(|object| object..object + 1);
+        let mut runs = self.world_runs();
+        let instances = first..first + self.instances.len() as u32;
+        runs.extend(runs_between(instances, hidden));
         runs
     }
 
@@ -350,9 +371,12 @@ impl Scene {
         let meshes: Vec<Bounds> = (0..self.meshes.len())
             .map(|m| self.mesh_bounds(m))
             .collect();
-        (0..self.instances.len()).fold(direct, |all, k| {
-            let mesh = self.instances.mesh[k] as usize;
-            all.union(self.instances.bounds(k, meshes[mesh]))
+        let stored = self.prim_count() as u32;
+        let instances = self.world_objects().into_iter().flatten();
+        let instances = instances.filter_map(|object| object.checked_sub(stored));
+        instances.fold(direct, |all, k| {
+            let mesh = self.instances.mesh[k as usize] as usize;
+            all.union(self.instances.bounds(k as usize, meshes[mesh]))
         })
     }
 
@@ -367,4 +391,17 @@ impl Scene {
             PrimKind::Cone => self.cones.material[prim.index()],
         }
     }
+}
+
+/// The runs of `all` that none of `others` holds, which are ascending and do not overlap.
+fn runs_between(all: Range<u32>, others: impl IntoIterator<Item = Range<u32>>) -> Vec<Range<u32>> {
+    let mut runs = Vec::new();
+    let mut from = all.start;
+    for other in others.into_iter().chain(std::iter::once(all.end..all.end)) {
+        if from < other.start {
+            runs.push(from..other.start);
+        }
+        from = other.end;
+    }
+    runs
 }

@@ -26,7 +26,7 @@ pub mod stopwatch;
 pub use cast::{
     BatchError, Hit, HitBuffer, HitColumns, HitLists, Ray, RayBatch, RayBuffer, RayColumns,
 };
-pub use cast::{RayRows, RefinedHit, TMax, refine};
+pub use cast::{BatchFilter, PerRay, RayFilter, RayRows, RefinedHit, TMax, refine};
 #[cfg(feature = "counters")]
 pub use traverse::{CountingTraversal, PacketLanes, PacketTracer};
 pub use traverse::{HitWalk, Kernel, Traversal, TraversalStats};

@@ -37,10 +37,7 @@ impl<'a> BuildInput<'a> {
 
     /// The objects of the world.
     pub(super) fn world(&self) -> Vec<PrimRef> {
-        let mut runs = self.scene.world_runs();
-        let first = self.prims.len() as u32;
-        runs.push(first..first + self.scene.instances.len() as u32);
-        self.prim_refs(&runs)
+        self.prim_refs(&self.scene.world_objects())
     }
 
     /// The objects of a mesh.

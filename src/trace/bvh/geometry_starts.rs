@@ -6,17 +6,33 @@ use phalanx_scene::{GeomId, NO_GEOM, NO_PRIM, Scene};
 /// A tree's geometries by their first `prim_id`, ascending; the last entry begins beyond all
 /// primitives.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct GeometryStarts(Vec<(u32, GeomId)>);
+pub(crate) struct GeometryStarts {
+    starts: Vec<(u32, GeomId)>,
+    /// Masks by the geometries' numbers.
+    masks: Vec<u32>,
+}
 
 impl GeometryStarts {
     pub(super) fn of(scene: &Scene) -> GeometryStarts {
-        GeometryStarts(scene.geometry_starts())
+        GeometryStarts {
+            starts: scene.geometry_starts(),
+            masks: scene.geometries.mask.to_vec(),
+        }
+    }
+
+    /// The mask of a geometry; all bits for [`NO_GEOM`].
+    #[inline]
+    pub(crate) fn mask(&self, geometry: GeomId) -> u32 {
+        self.masks
+            .get(geometry as usize)
+            .copied()
+            .unwrap_or(u32::MAX)
     }
 
     /// The first primitive of a geometry.
     pub(crate) fn first_prim(&self, geometry: GeomId) -> Option<u32> {
         let known = |&&(_, id): &&(u32, GeomId)| id == geometry && id != NO_GEOM;
-        self.0.iter().find(known).map(|&(first, _)| first)
+        self.starts.iter().find(known).map(|&(first, _)| first)
     }
 
     /// The geometry of a primitive, or [`NO_GEOM`].
@@ -52,11 +68,11 @@ impl GeometryStarts {
 
     /// The run that contains a primitive.
     pub(crate) fn run_of(&self, prim_id: u32) -> GeometryRun {
-        let after = self.0.partition_point(|&(first, _)| first <= prim_id);
-        let end = self.0.get(after).map_or(u32::MAX, |&(first, _)| first);
+        let after = self.starts.partition_point(|&(first, _)| first <= prim_id);
+        let end = self.starts.get(after).map_or(u32::MAX, |&(first, _)| first);
         let (first, geometry) = match after {
             0 => (0, NO_GEOM),
-            _ => self.0[after - 1],
+            _ => self.starts[after - 1],
         };
         GeometryRun {
             first,

@@ -8,21 +8,31 @@ use super::worker::{RowNumbers, Worker};
 use super::{BatchError, HitColumns, RayBatch, RayColumns};
 use crate::bvh::Bvh;
 use crate::traverse::Kernel;
+use crate::traverse::single_ray::OneRay;
 use std::sync::{Mutex, PoisonError};
 
 /// Rays that a worker takes at once: several beams, and few enough that rays and hits stay in the
 /// second-level cache.
 const CHUNK: usize = 2048;
 
+/// Maximum number of rays that are traced one after another, as by single calls: filling packets
+/// and making the memory of a kernel would take longer (`perf/notes/calls.md`).
+const FEW: usize = 16;
+
+/// Maximum number of rays for which kernels are not compared: trials would take longer than they
+/// save.
+const SMALL: usize = 512;
+
 impl Bvh {
     /// Finds the closest hit of every ray; [`HitColumns`] describes a miss. The bits are those of
     /// [`Bvh::intersect`] for each ray, for any order, batch size and number of threads.
     ///
     /// `threads` is the number of threads, 0 for one per CPU; a batch of up to 2048 rays stays on
-    /// the caller's thread. Kernels are chosen for 512 rays at a time ([`Kernel::Auto`]): beams,
-    /// packets or single rays. The first large batch builds [`Bvh::wide`]; [`Bvh::build_wide`] does
-    /// so ahead of time. Each call allocates a few hundred KiB of working memory per thread, which
-    /// pays off for batches of 10 000 rays or more.
+    /// the caller's thread. A batch of up to 512 rays costs no more per ray than
+    /// [`Bvh::intersect`]. For larger ones, kernels are chosen for 512 rays at a time
+    /// ([`Kernel::Auto`]): beams, packets or single rays; each call then allocates a few hundred
+    /// KiB of working memory per thread, which pays off for 10 000 rays or more. Small batches and
+    /// large ones build [`Bvh::wide`], if there is none; [`Bvh::build_wide`] does so ahead of time.
     ///
     /// # Errors
     /// [`BatchError`] if columns differ in length; nothing is written then.
@@ -61,6 +71,11 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         hits.check(rays.len())?;
+        if are_few(&rays, rays.tmax().common() == Some(f32::INFINITY)) {
+            let mut kernel = OneRay::new(self);
+            (0..rays.len()).for_each(|k| hits.put(k, self.closest_by(&mut kernel, &rays.ray(k))));
+            return Ok(());
+        }
         let order = ScanOrder::of(&rays);
         let chunk = chunk_of(&order);
         let work =
@@ -113,6 +128,13 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("blocked", blocked.len(), rays.len())?;
+        if are_few(&rays, rays.tmax().common().is_some()) {
+            let mut kernel = OneRay::new(self);
+            for (k, blocked) in blocked.iter_mut().enumerate() {
+                *blocked = self.occluded_by(&mut kernel, &rays.ray(k));
+            }
+            return Ok(());
+        }
         let order = ScanOrder::of(&rays);
         let chunk = chunk_of(&order);
         let work =
@@ -170,7 +192,10 @@ impl Bvh {
         let work =
             |worker: &mut Worker, rays: &RayColumns, part: &mut &mut HitLists, _: RowNumbers| {
                 for list in worker.hit_lists(rays) {
-                    part.push(list, self.geometries());
+                    part.push(
+                        list.iter()
+                            .map(|hit| self.hit_of([hit.t, hit.u, hit.v], hit.prim_id)),
+                    );
                 }
             };
         run(self, (rays, &None), threads, parts.iter_mut(), work);
@@ -234,6 +259,23 @@ fn chunk_of(order: &Option<ScanOrder>) -> usize {
     order.as_ref().map_or(CHUNK, ScanOrder::band)
 }
 
+/// Returns true if rays are traced one after another: a few, or a small batch whose limits only
+/// packets take, if they do not have one that single rays take.
+fn are_few(rays: &RayBatch, has_single_limit: bool) -> bool {
+    rays.len() <= FEW || (rays.len() <= SMALL && !has_single_limit)
+}
+
+/// Kernel for a batch of `count` rays. For small batches single rays are the fastest, but for
+/// coherent rays in simple scenes, and never much slower than calls for one ray; within instances
+/// they would be packets of one.
+fn kernel_of(bvh: &Bvh, count: usize) -> Kernel {
+    match bvh.leaf_prims().instances.is_empty() {
+        true if count <= SMALL => Kernel::Single,
+        false if count <= SMALL => Kernel::packets(),
+        _ => Kernel::Auto.for_frame(bvh, count as u64),
+    }
+}
+
 /// Processes a batch, chunk by chunk, on at most `threads` threads, including the caller's.
 /// `outputs` has a slot for the answers of each chunk.
 fn run<'a, O: Send>(
@@ -247,24 +289,17 @@ fn run<'a, O: Send>(
     if count == 0 {
         return;
     }
-    let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-        some => some,
-    };
-    let threads = threads.min(count.div_ceil(chunk));
-    let kernel = Kernel::Auto.for_frame(bvh, count as u64);
+    let threads = thread_count(threads, count.div_ceil(chunk));
+    let kernel = kernel_of(bvh, count);
     if kernel.is_wide() {
         bvh.build_wide(threads);
     }
     let starts = (0..count).step_by(chunk);
     let chunks = starts.map(|from| rays.slice(from, (from + chunk).min(count)));
-    let jobs = Mutex::new(chunks.zip(outputs));
-    let drain = || {
+    share(chunks.zip(outputs), threads, |next| {
         let mut worker = Worker::new(bvh, kernel);
         let mut turned = TransposedRays::default();
-        loop {
-            let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let Some((rays, mut output)) = job else { break };
+        while let Some((rays, mut output)) = next() {
             let places = order.as_ref().and_then(|order| order.places(rays.len()));
             let Some(places) = places else {
                 work(&mut worker, &turned.columns(&rays), &mut output, None);
@@ -275,7 +310,27 @@ fn run<'a, O: Send>(
                 work(&mut worker, &picked, &mut output, Some(places));
             }
         }
+    });
+}
+
+/// Number of threads to use: one per CPU for 0, and at most one per chunk.
+pub(super) fn thread_count(threads: usize, chunks: usize) -> usize {
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        some => some,
     };
+    threads.min(chunks)
+}
+
+/// Lets some threads, including the caller's, each `drain` a common queue of jobs.
+pub(super) fn share<J>(
+    jobs: impl Iterator<Item = J> + Send,
+    threads: usize,
+    drain: impl Fn(&mut dyn FnMut() -> Option<J>) + Sync,
+) {
+    let jobs = Mutex::new(jobs);
+    let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let drain = || drain(&mut || next());
     std::thread::scope(|scope| {
         for _ in 1..threads {
             // If a thread cannot be spawned, the others do its share.

@@ -4,7 +4,21 @@ use super::{Hit, Ray};
 use crate::packet::NO_PRIM;
 use phalanx_scene::NO_GEOM;
 
-/// Farthest distances of a batch, in units of each ray's direction. Hits count below them.
+/// A number for all rays of a batch, or one for each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PerRay<'a, T> {
+    /// The same for all rays.
+    All(T),
+    /// One for each ray.
+    Each(&'a [T]),
+}
+
+/// Farthest distances of a batch, in units of each ray's direction. Hits count below them; infinity
+/// if rays have no end.
+///
+/// One for all is the fast case: all kernels are available, except for closest hits below a finite
+/// distance, which only packets find. If neighbours differ, only packets are available, so coherent
+/// rays are slower; this does not apply if all rays end at 1 (see [`Ray::segment`]).
 ///
 /// ```
 /// use phalanx_trace::{RayColumns, TMax};
@@ -18,23 +32,42 @@ use phalanx_scene::NO_GEOM;
 /// let short = RayColumns { tmax: TMax::Each(&ends), ..endless };
 /// assert!(endless.check().is_ok() && short.check().is_ok());
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TMax<'a> {
-    /// The same for all rays; infinity if rays have no end. The fast case: all kernels are
-    /// available, except for closest hits below a finite distance, which only packets find.
-    All(f32),
-    /// One for each ray. If neighbours differ, only packets are available, so coherent rays are
-    /// slower than with [`TMax::All`]; this does not apply if all rays end at 1 (see
-    /// [`Ray::segment`]).
-    Each(&'a [f32]),
-}
+pub type TMax<'a> = PerRay<'a, f32>;
 
-impl TMax<'_> {
-    /// The distances of a range of rays.
+impl<T: Copy + PartialEq> PerRay<'_, T> {
+    /// The number of ray `k`.
+    #[inline(always)]
+    pub(super) fn of(&self, k: usize) -> T {
+        match self {
+            PerRay::All(one) => *one,
+            PerRay::Each(each) => each[k],
+        }
+    }
+
+    /// The number of all rays, if they have the same.
+    pub(super) fn common(&self) -> Option<T> {
+        match self {
+            PerRay::All(one) => Some(*one),
+            PerRay::Each(each) => {
+                let first = *each.first()?;
+                each.iter().all(|&one| one == first).then_some(first)
+            }
+        }
+    }
+
+    /// Checks that each of `rays` rays has a number.
+    pub(super) fn check(&self, column: &'static str, rays: usize) -> Result<(), BatchError> {
+        match self {
+            PerRay::All(_) => Ok(()),
+            PerRay::Each(each) => same_length(column, each.len(), rays),
+        }
+    }
+
+    /// The numbers of a range of rays.
     pub(super) fn slice(&self, from: usize, to: usize) -> Self {
         match self {
-            TMax::Each(each) => TMax::Each(&each[from..to]),
-            TMax::All(tmax) => TMax::All(*tmax),
+            PerRay::Each(each) => PerRay::Each(&each[from..to]),
+            PerRay::All(one) => PerRay::All(*one),
         }
     }
 }
@@ -167,10 +200,7 @@ impl RayColumns<'_> {
                 same_length(name, column.len(), rays)?;
             }
         }
-        match self.tmax {
-            TMax::All(_) => Ok(()),
-            TMax::Each(each) => same_length("tmax", each.len(), rays),
-        }
+        self.tmax.check("tmax", rays)
     }
 
     /// A range of the rays.
@@ -181,20 +211,20 @@ impl RayColumns<'_> {
             tmax: self.tmax.slice(from, to),
         }
     }
-
-    /// The limit of all rays, if they have the same.
-    pub(super) fn common_tmax(&self) -> Option<f32> {
-        match self.tmax {
-            TMax::All(tmax) => Some(tmax),
-            TMax::Each(each) => {
-                let first = *each.first()?;
-                each.iter().all(|&tmax| tmax == first).then_some(first)
-            }
-        }
-    }
 }
 
 impl HitColumns<'_> {
+    /// Writes the answer of ray `k`.
+    #[inline(always)]
+    pub(super) fn put(&mut self, k: usize, hit: Option<Hit>) {
+        let hit = hit.unwrap_or(Hit::MISS);
+        self.t[k] = hit.t;
+        self.u[k] = hit.u;
+        self.v[k] = hit.v;
+        self.prim_id[k] = hit.prim_id;
+        self.geom_id[k] = hit.geom_id;
+    }
+
     pub(super) fn check(&self, rays: usize) -> Result<(), BatchError> {
         same_length("t", self.t.len(), rays)?;
         same_length("u", self.u.len(), rays)?;

@@ -1,8 +1,6 @@
 //! All hits of each ray, list after list.
 
 use super::Hit;
-use crate::bvh::GeometryStarts;
-use crate::traverse::every_hit::FoundHit;
 use std::ops::Range;
 
 /// All hits of rays, in columns: the list of ray `i` is in rows `starts[i]` to `starts[i + 1]`.
@@ -54,13 +52,14 @@ impl HitLists {
     }
 
     /// Adds the list of the next ray.
-    pub(super) fn push(&mut self, list: &[FoundHit], geometries: &GeometryStarts) {
-        self.t.extend(list.iter().map(|hit| hit.t));
-        self.u.extend(list.iter().map(|hit| hit.u));
-        self.v.extend(list.iter().map(|hit| hit.v));
-        self.prim_id.extend(list.iter().map(|hit| hit.prim_id));
-        let of = |hit: &FoundHit| geometries.find(hit.prim_id);
-        self.geom_id.extend(list.iter().map(of));
+    pub(super) fn push(&mut self, list: impl IntoIterator<Item = Hit>) {
+        for hit in list {
+            self.t.push(hit.t);
+            self.u.push(hit.u);
+            self.v.push(hit.v);
+            self.prim_id.push(hit.prim_id);
+            self.geom_id.push(hit.geom_id);
+        }
         self.starts.push(self.t.len());
     }
 

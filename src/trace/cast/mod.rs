@@ -10,6 +10,7 @@
 //! | `hit_lists` | all hits of each ray |
 //! | `batch` | chunks and threads |
 //! | `worker` | packets of a thread |
+//! | `filter` | rays that choose what they hit |
 //! | `refine` | a hit in double precision |
 //!
 //! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
@@ -19,21 +20,24 @@
 
 mod batch;
 mod columns;
+mod filter;
 mod hit_lists;
 mod refine;
 mod rows;
 mod scan_order;
 mod worker;
 
+pub use filter::{BatchFilter, RayFilter};
 pub use hit_lists::HitLists;
 pub use refine::{RefinedHit, refine};
 pub use rows::{RayBatch, RayRows};
 
-pub use columns::{BatchError, HitBuffer, HitColumns, RayBuffer, RayColumns, TMax};
+pub use columns::{BatchError, HitBuffer, HitColumns, PerRay, RayBuffer, RayColumns, TMax};
 
 use crate::bvh::Bvh;
-use crate::traverse::single_ray;
-use phalanx_scene::GeomId;
+use crate::packet::NO_PRIM;
+use crate::traverse::single_ray::OneRay;
+use phalanx_scene::{GeomId, NO_GEOM};
 
 /// A ray: hits at `origin` + t · `direction` count if 0 < t < `tmax`.
 ///
@@ -149,6 +153,17 @@ pub struct Hit {
     pub geom_id: GeomId,
 }
 
+impl Hit {
+    /// A miss, as columns of hits have it.
+    const MISS: Hit = Hit {
+        t: f32::INFINITY,
+        u: 0.0,
+        v: 0.0,
+        prim_id: NO_PRIM,
+        geom_id: NO_GEOM,
+    };
+}
+
 impl Bvh {
     /// Finds the closest hit of one ray; `None` is a miss. In this and all other queries, triangles
     /// are hit from both sides, regardless of their material: only pictures treat any as
@@ -174,18 +189,7 @@ impl Bvh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        if !ray.can_hit() {
-            return None;
-        }
-        let ([t, u, v], prim_id) =
-            single_ray::closest_one(self, [&ray.origin, &ray.direction], ray.tmax)?;
-        Some(Hit {
-            t,
-            u,
-            v,
-            prim_id,
-            geom_id: self.geometries().find(prim_id),
-        })
+        self.closest_by(&mut OneRay::new(self), ray)
     }
 
     /// Returns true if a ray hits anything before its `tmax`. Cost as for [`Bvh::intersect`].
@@ -203,7 +207,32 @@ impl Bvh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn occluded(&self, ray: &Ray) -> bool {
-        ray.can_hit() && single_ray::occluded_one(self, [&ray.origin, &ray.direction], ray.tmax)
+        self.occluded_by(&mut OneRay::new(self), ray)
+    }
+
+    #[inline(always)]
+    fn occluded_by(&self, kernel: &mut OneRay, ray: &Ray) -> bool {
+        ray.can_hit() && kernel.occluded([&ray.origin, &ray.direction], ray.tmax)
+    }
+
+    #[inline(always)]
+    fn closest_by(&self, kernel: &mut OneRay, ray: &Ray) -> Option<Hit> {
+        if !ray.can_hit() {
+            return None;
+        }
+        let found = kernel.closest([&ray.origin, &ray.direction], ray.tmax)?;
+        Some(self.hit_of(found.0, found.1))
+    }
+
+    /// A hit from its distance, its weights and its primitive.
+    fn hit_of(&self, [t, u, v]: [f32; 3], prim_id: u32) -> Hit {
+        Hit {
+            t,
+            u,
+            v,
+            prim_id,
+            geom_id: self.geometries().find(prim_id),
+        }
     }
 
     /// The `prim_id` of a geometry's first primitive: `hit.prim_id` minus this is the row of the

@@ -1,7 +1,7 @@
 //! Rays of a batch in rows, as numpy and most programs have them: x, y and z side by side.
 
 use super::columns::same_length;
-use super::{BatchError, RayColumns, TMax};
+use super::{BatchError, Ray, RayColumns, TMax};
 
 /// Rays of a batch whose x, y and z lie side by side, row after row. What a ray may be and what
 /// makes it fast is told at [`RayColumns`]; answers are the same. A batch turns the rows into
@@ -87,10 +87,7 @@ impl<'a> RayRows<'a> {
                 rays,
             });
         }
-        match self.tmax {
-            TMax::All(_) => Ok(()),
-            TMax::Each(each) => same_length("tmax", each.len(), rays),
-        }
+        self.tmax.check("tmax", rays)
     }
 
     fn slice(&self, from: usize, to: usize) -> Self {
@@ -134,7 +131,7 @@ impl<'a> RayBatch<'a> {
         }
     }
 
-    fn tmax(&self) -> TMax<'a> {
+    pub(super) fn tmax(&self) -> TMax<'a> {
         match self {
             RayBatch::InColumns(columns) => columns.tmax,
             RayBatch::InRows(rows) => rows.tmax,
@@ -148,9 +145,10 @@ impl<'a> RayBatch<'a> {
         }
     }
 
-    /// Origin and direction of a ray.
-    pub(super) fn ray(&self, k: usize) -> ([f32; 3], [f32; 3]) {
-        match self {
+    /// A ray.
+    #[inline(always)]
+    pub(super) fn ray(&self, k: usize) -> Ray {
+        let (origin, direction) = match self {
             RayBatch::InColumns(columns) => (
                 columns.origin.map(|column| column[k]),
                 columns.direction.map(|column| column[k]),
@@ -160,6 +158,11 @@ impl<'a> RayBatch<'a> {
                     |numbers: &[f32]| std::array::from_fn(|axis| numbers[k * rows.stride + axis]);
                 (row(rows.origin), row(rows.direction))
             }
+        };
+        Ray {
+            origin,
+            direction,
+            tmax: self.tmax().of(k),
         }
     }
 

@@ -72,10 +72,10 @@ fn width(rays: &RayBatch) -> Option<usize> {
         return None;
     }
     // A parallel camera moves the rays' origins, any other camera rotates them.
-    let turns = rays.ray(0).1 != rays.ray(1).1;
+    let turns = rays.ray(0).direction != rays.ray(1).direction;
     let place = |k: usize| {
-        let (origin, direction) = rays.ray(k);
-        if turns { direction } else { origin }
+        let ray = rays.ray(k);
+        if turns { ray.direction } else { ray.origin }
     };
     let between = |from: usize, to: usize| difference(place(to), place(from));
     let mut step = between(0, 1);

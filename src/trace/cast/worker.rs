@@ -83,7 +83,7 @@ impl<'a> Worker<'a> {
 
     /// The closest hits of all rays, in `hits`; lanes not in `able` are undefined.
     fn find_closest(&mut self, rays: &RayColumns) {
-        let endless = rays.common_tmax() == Some(f32::INFINITY);
+        let endless = rays.tmax.common() == Some(f32::INFINITY);
         let any_able = self.packets.fill(rays, !endless);
         let count = packets_for(rays.len());
         self.hits.resize(count, HitPacket::miss());
@@ -130,7 +130,7 @@ impl<'a> Worker<'a> {
 
     /// All hits, unordered.
     pub(super) fn find_every_hit(&mut self, rays: &RayColumns) -> &[FoundHit] {
-        let common = rays.common_tmax();
+        let common = rays.tmax.common();
         self.found.clear();
         if self.packets.fill(rays, common.is_none()) {
             let tmax = match common {
@@ -147,7 +147,7 @@ impl<'a> Worker<'a> {
 
     /// Flags of rays that hit anything, stored in rows as by [`Worker::closest`].
     pub(super) fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool], rows: RowNumbers) {
-        let common = rays.common_tmax();
+        let common = rays.tmax.common();
         let any_able = self.packets.fill(rays, common.is_none());
         let count = packets_for(rays.len());
         self.blocked.resize(count, 0);

@@ -25,7 +25,12 @@ pub(crate) struct FoundHit {
 impl FoundHit {
     /// A key that sorts the hits of a ray by (t, prim_id): positive floats sort like their bits.
     pub(crate) fn key(&self) -> u64 {
-        u64::from(self.t.to_bits()) << 32 | u64::from(self.prim_id)
+        FoundHit::key_of(self.t, self.prim_id)
+    }
+
+    /// The key of a hit by its distance and its primitive.
+    pub(crate) fn key_of(t: f32, prim_id: u32) -> u64 {
+        u64::from(t.to_bits()) << 32 | u64::from(prim_id)
     }
 }
 

@@ -6,6 +6,7 @@
 //! | `next_hit` | the next hit after another, or the next few, for rays that go on through a surface |
 //! | `hit_walk` | the steps of rays from hit to hit |
 //! | `every_hit` | everything that a ray meets |
+//! | `filtered_hit` | the closest hit that a filter accepts, for one ray |
 //! | `queue_kernel` | the interface of kernels: queues in, hits or occlusion out, counters |
 //! | `packet`, `packet_pairs` | packets of rays, together through the binary tree |
 //! | `beam` | rays that share a point, together through the wide tree |
@@ -30,6 +31,7 @@ mod coherence;
 mod cost_tuner;
 mod counters;
 pub(crate) mod every_hit;
+mod filtered_hit;
 mod hit_walk;
 mod kernel;
 mod kernel_tuner;
@@ -62,6 +64,7 @@ mod traversal;
 mod wide_stack;
 
 pub use counters::TraversalStats;
+pub(crate) use filtered_hit::HitFilter;
 pub use hit_walk::HitWalk;
 pub use kernel::Kernel;
 #[cfg(feature = "counters")]

@@ -21,7 +21,7 @@ use std::cell::RefCell;
 /// also within an instance.
 #[derive(Clone, Copy)]
 pub(super) struct NextHit<L: Lanes> {
-    best: HitRecord<L>,
+    pub(super) best: HitRecord<L>,
     after_t: L,
     after_id: L::U32,
     /// Boxes that a ray leaves before this distance contain no further hits.
@@ -54,7 +54,7 @@ impl<L: Lanes> NextHit<L> {
 
     /// A candidate in the world's distances, valid if it comes after `after`, and its number.
     #[inline(always)]
-    fn later(&self, hit: &HitCandidate<L>, id: u32) -> (HitCandidate<L>, L::U32) {
+    pub(super) fn later(&self, hit: &HitCandidate<L>, id: u32) -> (HitCandidate<L>, L::U32) {
         let t = hit.t.max(self.interval.tnear).min(self.interval.tfar);
         let id = L::U32::splat(id.wrapping_add(self.id_offset));
         let later = t.gt(self.after_t) | (t.eq(self.after_t) & self.after_id.lt(id));

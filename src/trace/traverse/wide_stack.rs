@@ -14,6 +14,7 @@ use crate::simd::COMPACT_LUT;
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f")))]
 use crate::simd::LaneMove;
 use crate::simd::{NATIVE, Native};
+use std::cell::Cell;
 use std::ops::Range;
 
 /// Children waiting to be visited, as columns: the distance at which each begins, and its code.
@@ -22,23 +23,42 @@ pub(super) struct WideStack {
     code: Vec<u32>,
 }
 
+thread_local! {
+    static STACK: Cell<WideStack> = const { Cell::new(WideStack::EMPTY) };
+}
+
+/// The stack of a thread, which keeps its memory from one query to the next. A query within another
+/// has a stack of its own.
+pub(super) struct ThreadStack(pub(super) WideStack);
+
+impl ThreadStack {
+    /// The stack, with room for at least `room` entries.
+    #[inline(always)]
+    pub(super) fn with_room(room: usize) -> ThreadStack {
+        let kept = STACK.replace(WideStack::EMPTY);
+        ThreadStack(match kept.code.len() < room {
+            true => WideStack::with_capacity(room),
+            false => kept,
+        })
+    }
+}
+
+impl Drop for ThreadStack {
+    #[inline(always)]
+    fn drop(&mut self) {
+        STACK.set(std::mem::replace(&mut self.0, WideStack::EMPTY));
+    }
+}
+
 impl WideStack {
     /// A stack without room.
-    pub(super) const EMPTY: WideStack = WideStack {
+    const EMPTY: WideStack = WideStack {
         tnear: Vec::new(),
         code: Vec::new(),
     };
 
-    /// Makes room for at least `room` entries.
-    #[inline(always)]
-    pub(super) fn reserve(&mut self, room: usize) {
-        if self.code.len() < room {
-            *self = WideStack::with_capacity(room);
-        }
-    }
-
     /// A stack with room for `room` entries, which may be divided into several stacks.
-    pub(super) fn with_capacity(room: usize) -> WideStack {
+    fn with_capacity(room: usize) -> WideStack {
         WideStack {
             tnear: vec![0.0; room],
             code: vec![0; room],

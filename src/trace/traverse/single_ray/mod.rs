@@ -21,14 +21,14 @@ use super::every_hit::FoundHits;
 use super::packet::PacketKernel;
 use super::prefetch::PrefetchTable;
 use super::queue_kernel::{QueueKernel, TMaxOf};
-use super::wide_stack::WideStack;
+use super::wide_stack::{ThreadStack, WideStack};
 use crate::bvh::{Bvh, ChildRef, LeafKind, OtherLeaf, WideBvh, WideNode};
 use crate::intersect::ray_setup::RaySetup;
 use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use entry_node::{EntryNode, ROOT, SegmentBox};
-pub(crate) use one_ray::{closest_one, occluded_one};
+pub(crate) use one_ray::OneRay;
 use ray_state::RayState;
 use ray_stream::RayStream;
 use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleQuery};
@@ -76,7 +76,7 @@ pub(super) struct SingleRays<'a, T = PacketCount> {
     /// Number of rays in flight.
     rays_in_flight: usize,
     /// A stack for each ray state, one after the other.
-    stacks: WideStack,
+    stacks: ThreadStack,
     /// The root of short rays.
     entry: EntryNode,
     counters: T,
@@ -93,7 +93,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             packets: PacketKernel::counting(bvh),
             states: std::array::from_fn(state),
             rays_in_flight: rays_in_flight(),
-            stacks: WideStack::with_capacity(room * MAX_IN_FLIGHT),
+            stacks: ThreadStack::with_room(room * MAX_IN_FLIGHT),
             entry: EntryNode::new(),
             counters: T::default(),
         }
@@ -168,7 +168,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         // each level above this node's left at most `NATIVE - 1` entries, and there is room for
         // `NATIVE` more. An entry node is in the root's place, and has children of its level or
         // below.
-        unsafe { push_children::<S>(state, node, children_met(state, node), &mut self.stacks) };
+        unsafe { push_children::<S>(state, node, children_met(state, node), &mut self.stacks.0) };
     }
 
     /// Code of the node where rays that end at `tmax` begin; none if they hit nothing.
@@ -191,7 +191,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
         state.top -= 1;
         // SAFETY: `top` entries were written.
-        state.current = unsafe { self.stacks.code(state.top) };
+        state.current = unsafe { self.stacks.0.code(state.top) };
         // It is read after all the other rays have moved.
         self.rows.prefetch(state.current);
         true
@@ -207,7 +207,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         if closer {
             let state = &mut self.states[k];
             let stack = state.bottom..state.top;
-            state.top = self.stacks.prune(stack, state.best.reach());
+            state.top = self.stacks.0.prune(stack, state.best.reach());
         }
     }
 

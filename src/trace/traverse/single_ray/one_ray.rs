@@ -7,53 +7,86 @@
 //! (`perf/notes/single-rays.md`, one ray a call).
 
 use super::ray_state::{RayState, SingleHit, SingleRaySetup, row_offset};
-use super::single_query::{SingleAny, SingleClosest, SingleQuery};
+use super::single_query::{SingleAny, SingleClosest, SingleFiltered, SingleQuery};
 use super::{ROOT, children_met, push_children, stack_room, test_block, test_other};
-use crate::bvh::{Bvh, ChildRef, OtherLeaf};
+use crate::bvh::{Bvh, ChildRef, OtherLeaf, WideBvh};
 use crate::intersect::aabb::reciprocal_of_one;
 use crate::intersect::shear::{FRAMES, is_usual};
 use crate::packet::NO_PRIM;
 use crate::simd::{F32x8, NATIVE};
+use crate::traverse::HitFilter;
 use crate::traverse::counters::PacketCount;
 use crate::traverse::packet::PacketKernel;
-use crate::traverse::wide_stack::WideStack;
+use crate::traverse::wide_stack::{ThreadStack, WideStack};
 use phalanx_scene::PAD;
-use std::cell::RefCell;
 
-thread_local! {
-    /// The stack of a thread's calls, which keeps its memory from one to the next.
-    static STACK: RefCell<WideStack> = const { RefCell::new(WideStack::EMPTY) };
+/// Traces rays one after another.
+pub(crate) struct OneRay<'a> {
+    bvh: &'a Bvh,
+    wide: &'a WideBvh,
+    stack: ThreadStack,
 }
 
-/// Distance, barycentric weights and number of the closest hit below `tmax` of one ray: origin and
-/// direction.
-pub(crate) fn closest_one(bvh: &Bvh, ray: [&[f32; 3]; 2], tmax: f32) -> Option<([f32; 3], u32)> {
-    let found = trace(bvh, SingleClosest, ray, tmax);
-    let weights = [found.t, found.v / found.det, found.w / found.det];
-    (found.t < tmax).then_some((weights, found.prim_id))
-}
+impl<'a> OneRay<'a> {
+    #[inline(always)]
+    pub(crate) fn new(bvh: &'a Bvh) -> OneRay<'a> {
+        let wide = bvh.wide();
+        OneRay {
+            bvh,
+            wide,
+            stack: ThreadStack::with_room(stack_room(wide)),
+        }
+    }
 
-/// Returns true if one ray hits anything before `tmax`.
-pub(crate) fn occluded_one(bvh: &Bvh, ray: [&[f32; 3]; 2], tmax: f32) -> bool {
-    trace(bvh, SingleAny, ray, tmax).prim_id != NO_PRIM
+    /// Distance, barycentric weights and number of the closest hit below `tmax` of one ray: origin
+    /// and direction.
+    #[inline(never)]
+    pub(crate) fn closest(&mut self, ray: [&[f32; 3]; 2], tmax: f32) -> Option<([f32; 3], u32)> {
+        let found = self.trace(SingleClosest, ray, tmax);
+        let weights = [found.t, found.v / found.det, found.w / found.det];
+        (found.t < tmax).then_some((weights, found.prim_id))
+    }
+
+    /// Returns true if one ray hits anything before `tmax`.
+    #[inline(never)]
+    pub(crate) fn occluded(&mut self, ray: [&[f32; 3]; 2], tmax: f32) -> bool {
+        self.trace(SingleAny, ray, tmax).prim_id != NO_PRIM
+    }
+
+    /// As [`OneRay::closest`], among the hits that a filter accepts; if any will do, the hit's
+    /// distance is unknown.
+    #[inline(never)]
+    pub(crate) fn filtered(
+        &mut self,
+        ray: [&[f32; 3]; 2],
+        tmax: f32,
+        filter: &HitFilter,
+    ) -> Option<([f32; 3], u32)> {
+        let found = self.trace(SingleFiltered(filter), ray, tmax);
+        let weights = [found.t, found.v / found.det, found.w / found.det];
+        (found.t < tmax).then_some((weights, found.prim_id))
+    }
+
+    #[inline(always)]
+    fn trace<S: SingleQuery>(&mut self, query: S, ray: [&[f32; 3]; 2], tmax: f32) -> SingleHit {
+        let mut state = RayState {
+            ray: setup(ray),
+            best: SingleHit::none_before(tmax),
+            current: ROOT,
+            ..RayState::idle(0)
+        };
+        descend((self.bvh, self.wide), query, &mut state, &mut self.stack.0);
+        state.best
+    }
 }
 
 #[inline(always)]
-fn trace<S: SingleQuery>(bvh: &Bvh, query: S, ray: [&[f32; 3]; 2], tmax: f32) -> SingleHit {
-    let mut state = RayState {
-        ray: setup(ray),
-        best: SingleHit::none_before(tmax),
-        current: ROOT,
-        ..RayState::idle(0)
-    };
-    STACK.with_borrow_mut(|stack| descend(bvh, query, &mut state, stack));
-    state.best
-}
-
-#[inline(always)]
-fn descend<S: SingleQuery>(bvh: &Bvh, query: S, state: &mut RayState, stack: &mut WideStack) {
-    let wide = bvh.wide();
-    stack.reserve(stack_room(wide));
+fn descend<S: SingleQuery>(
+    (bvh, wide): (&Bvh, &WideBvh),
+    query: S,
+    state: &mut RayState,
+    stack: &mut WideStack,
+) {
     // For leaves without blocks, which most scenes lack; it has a stack of its own.
     let mut packets = None;
     loop {

@@ -7,6 +7,7 @@ use crate::intersect::ray_setup::RaySetup;
 use crate::simd::{F32x8, LaneMask, Lanes, Mask8, NATIVE, Native};
 use crate::traverse::counters::Counters;
 use crate::traverse::every_hit::{EveryHit, FoundHit, FoundHits};
+use crate::traverse::filtered_hit::{FilteredHit, HitFilter};
 use crate::traverse::packet::PacketKernel;
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use std::ops::Range;
@@ -112,6 +113,43 @@ impl SingleQuery for SingleAny {
             state.mark_occluded();
         }
         false
+    }
+}
+
+/// The closest hit that a filter accepts.
+#[derive(Clone, Copy)]
+pub(super) struct SingleFiltered<'f>(pub(super) &'f HitFilter<'f>);
+
+impl SingleQuery for SingleFiltered<'_> {
+    const FRONT_TO_BACK: bool = true;
+
+    #[inline(always)]
+    fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
+        let ahead = hit.t.gt(Native::splat(self.0.tnear));
+        let near = hit.valid & ahead & hit.t.le(Native::splat(state.best.t));
+        let [t, v, w, det] = [hit.t, hit.v, hit.w, hit.det].map(Native::to_array);
+        for lane in near.lanes() {
+            let (hit, best) = ((t[lane], ids[lane]), (state.best.t, state.best.prim_id));
+            let weights = [t[lane], v[lane] / det[lane], w[lane] / det[lane]];
+            if hit < best && (self.0.accept)(weights, ids[lane]) {
+                state.best = SingleHit {
+                    t: self.0.limit_after(t[lane]),
+                    v: v[lane],
+                    w: w[lane],
+                    det: det[lane],
+                    prim_id: ids[lane],
+                };
+            }
+        }
+        near.any()
+    }
+
+    #[inline(always)]
+    fn other<T: Counters>(self, state: &mut RayState, leaf: LoneLeaf<'_, '_, T>) -> bool {
+        let mut query = FilteredHit::new(state.best.spread(limit(state)), self.0);
+        leaf.test(&mut query);
+        state.best = SingleHit::of(&query.best());
+        true
     }
 }
 

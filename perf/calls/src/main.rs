@@ -1,0 +1,232 @@
+//! Millions of rays a second where a call takes one ray, or a few: phalanx, obvhs, parry3d, Embree.
+//!
+//!     cargo run --release --manifest-path perf/calls/Cargo.toml -- MESH [--embree LIBRARY]
+//!
+//! MESH is a file of triangles, or a standard scene; Embree is measured where its library is found.
+//! One thread. Each ray is the caller's when a call begins, and its closest hit the caller's when it
+//! ends. All tracers take turns; the medians of the rounds are printed, and for our batches the
+//! rate by their size. `perf/notes/calls.md` has the tables.
+//!
+//! | rays | |
+//! |---|---|
+//! | coherent | a camera's, row of pixels by row of pixels |
+//! | random | between two random points of the scene's box |
+//! | bounce | from where the camera's hit, in random order, about the normal by the cosine |
+
+use bumpalo::Bump;
+use parry3d::query::RayCast;
+use parry3d::shape::TriMesh;
+use phalanx::bench::peers::{self, Peer, PeerScene, RaySetRef};
+use phalanx::bvh::{BuildSettings, Quality};
+use phalanx::lanes::LANES;
+use phalanx::packet::{HitPacket, RayQueue};
+use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, RayColumns, Scene, TMax, refine};
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Side of the camera's picture, in pixels; each set has as many rays as it has pixels.
+const SIDE: usize = 256;
+const ROUNDS: usize = 5;
+const BATCHES: [usize; 7] = [8, 16, 32, 64, 128, 512, 2048];
+
+type Cast<'a> = Box<dyn FnMut() -> usize + 'a>;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let mesh = arguments.next().ok_or("give a mesh, or a standard scene")?;
+    let library = arguments.skip_while(|word| word != "--embree").nth(1);
+    let scene = phalanx::open::open(Path::new(&mesh), &Default::default())?.scene;
+    let settings = BuildSettings {
+        quality: Quality::Best,
+        threads: 0,
+    };
+    let bvh = Bvh::build_with(&scene, &settings);
+    bvh.build_wide(0);
+    let peers = peers(&scene, &settings, library.as_deref());
+    let parry = parry(&scene)?;
+    for (name, rays) in ray_sets(&scene, &bvh) {
+        let buffer: RayBuffer = rays.iter().copied().collect();
+        let arena = Bump::new();
+        let mut queue = RayQueue::with_capacity(&arena, rays.len());
+        rays.iter()
+            .for_each(|ray| queue.push_ray(ray.origin, ray.direction));
+        let set = RaySetRef {
+            queue: &queue,
+            tmax: f32::INFINITY,
+        };
+        let mut rows: Vec<(String, Cast)> = vec![(
+            "phalanx, one ray a call".into(),
+            Box::new(|| rays.iter().filter(|ray| bvh.intersect(ray).is_some()).count()),
+        )];
+        for size in BATCHES.into_iter().chain([rays.len()]) {
+            let (bvh, columns) = (&bvh, buffer.columns());
+            rows.push((
+                format!("phalanx, batches of {size}"),
+                Box::new(move || batches(bvh, &columns, size)),
+            ));
+        }
+        for (peer, scene) in &peers {
+            for (mode, engine) in scene(set) {
+                if mode == peers::ONE || peer == "obvhs" {
+                    rows.push((
+                        format!("{peer}, {mode}"),
+                        Box::new(move || {
+                            let mut hits = vec![HitPacket::miss(); rays_packets(set)];
+                            engine.thread().closest(0..hits.len(), &mut hits);
+                            hits.len() * LANES
+                        }),
+                    ));
+                }
+            }
+        }
+        let rays = &rays;
+        rows.push((
+            "parry3d, TriMesh".into(),
+            Box::new(|| rays.iter().filter(|ray| parry_hit(&parry, ray)).count()),
+        ));
+        println!("\n{mesh}, {name}, {} rays", rays.len());
+        measure(rays.len(), rows);
+    }
+    Ok(())
+}
+
+fn rays_packets(set: RaySetRef) -> usize {
+    set.queue.len().div_ceil(LANES)
+}
+
+/// The rays in batches of one size, each from the caller's columns into the caller's hits.
+fn batches(bvh: &Bvh, rays: &RayColumns, size: usize) -> usize {
+    let mut hits = HitBuffer::new(size);
+    for from in (0..rays.len()).step_by(size) {
+        let to = (from + size).min(rays.len());
+        let part = RayColumns {
+            origin: rays.origin.map(|column| &column[from..to]),
+            direction: rays.direction.map(|column| &column[from..to]),
+            tmax: TMax::All(f32::INFINITY),
+        };
+        if to - from < size {
+            hits = HitBuffer::new(to - from);
+        }
+        let batch = bvh.intersect_batch(&part, &mut hits.columns(), 1);
+        batch.expect("columns of one length");
+    }
+    hits.len()
+}
+
+/// Prints the median rate of each row. A round lets each cast all rays once.
+fn measure(rays: usize, mut rows: Vec<(String, Cast)>) {
+    let mut seconds = vec![Vec::new(); rows.len()];
+    for round in 0..=ROUNDS {
+        for ((_, cast), seconds) in rows.iter_mut().zip(&mut seconds) {
+            let start = Instant::now();
+            std::hint::black_box(cast());
+            // The first round warms up.
+            if round > 0 {
+                seconds.push(start.elapsed().as_secs_f64());
+            }
+        }
+    }
+    for ((name, _), mut seconds) in rows.into_iter().zip(seconds) {
+        seconds.sort_unstable_by(f64::total_cmp);
+        println!("{name:32} {:8.2}", rays as f64 / seconds[ROUNDS / 2] / 1e6);
+    }
+}
+
+/// Peers that trace the scene, by name.
+fn peers(
+    scene: &Scene,
+    settings: &BuildSettings,
+    library: Option<&str>,
+) -> Vec<(String, PeerScene)> {
+    let mut all = vec![Peer::Obvhs];
+    match peers::embree::EmbreeLibrary::open(library.map(Path::new)) {
+        Ok(library) => {
+            let library = Arc::new(library);
+            all.extend([false, true].map(|robust| Peer::Embree {
+                library: Arc::clone(&library),
+                robust,
+            }));
+        }
+        Err(error) => println!("{error}"),
+    }
+    let built = all.into_iter().filter_map(|peer| {
+        let built = peer.build(scene, settings);
+        built.ok().map(|scene| (peer.name().to_owned(), scene))
+    });
+    built.collect()
+}
+
+fn parry(scene: &Scene) -> Result<TriMesh, Box<dyn Error>> {
+    let vertices = &scene.triangles.vertices;
+    let positions = (0..vertices.len()).map(|k| vertices.get(k).to_array().into());
+    let mesh = TriMesh::new(positions.collect(), scene.triangles.corners.to_vec());
+    Ok(mesh?)
+}
+
+fn parry_hit(mesh: &TriMesh, ray: &Ray) -> bool {
+    let ray = parry3d::query::Ray::new(ray.origin.into(), ray.direction.into());
+    mesh.cast_local_ray(&ray, f32::MAX, false).is_some()
+}
+
+/// The sets of rays by name.
+fn ray_sets(scene: &Scene, bvh: &Bvh) -> [(&'static str, Vec<Ray>); 3] {
+    let bounds = scene.bounds();
+    let (center, size) = ((bounds.lo + bounds.hi) / 2.0, bounds.hi - bounds.lo);
+    let eye = center + size.length() * glam(0.2, 0.35, 1.0);
+    let ahead = (center - eye).normalize();
+    let right = ahead.cross(glam(0.0, 1.0, 0.0)).normalize();
+    let up = right.cross(ahead);
+    let pixel = |k: usize| {
+        let [x, y] = [k % SIDE, k / SIDE].map(|c| (c as f32 + 0.5) / SIDE as f32 - 0.5);
+        Ray::new(eye, ahead + 0.8 * (x * right - y * up))
+    };
+    let coherent: Vec<Ray> = (0..SIDE * SIDE).map(pixel).collect();
+    let mut seed = 1u64;
+    let mut random = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (seed >> 40) as f32 / (1u64 << 24) as f32
+    };
+    let mut point = || glam(random(), random(), random());
+    let segment = |_| {
+        let from = bounds.lo + size * point();
+        let to = bounds.lo + size * point();
+        Ray::new(from, to - from)
+    };
+    let crossing = (0..SIDE * SIDE).map(segment).collect();
+    let starts: Vec<_> = coherent.iter().filter_map(|ray| surface((scene, size.length()), bvh, ray)).collect();
+    let bounce = |_| {
+        let row = (point().x * starts.len() as f32) as usize % starts.len();
+        let (from, normal) = starts[row];
+        let around = loop {
+            let around = point() * 2.0 - 1.0;
+            if (0.01..1.0).contains(&around.length_squared()) {
+                break around.normalize();
+            }
+        };
+        Ray::new(from, normal + 0.999 * around)
+    };
+    let bounced = (0..SIDE * SIDE).map(bounce).collect();
+    [("coherent", coherent), ("random", crossing), ("bounce", bounced)]
+}
+
+fn glam(x: f32, y: f32, z: f32) -> phalanx::glam::Vec3 {
+    phalanx::glam::Vec3::new(x, y, z)
+}
+
+/// A point just off the surface that a ray hits, and the normal there toward the ray; `size` is the
+/// scene's.
+fn surface(
+    (scene, size): (&Scene, f32),
+    bvh: &Bvh,
+    ray: &Ray,
+) -> Option<(phalanx::glam::Vec3, phalanx::glam::Vec3)> {
+    let hit = bvh.intersect(ray)?;
+    let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
+    let refined = refine(scene, origin, direction, &hit);
+    let normal = phalanx::glam::DVec3::from(refined.normal).as_vec3();
+    let toward = -normal * normal.dot(ray.direction.into()).signum();
+    let point = phalanx::glam::DVec3::from(refined.point).as_vec3();
+    Some((point + toward * size * 1e-4, toward))
+}

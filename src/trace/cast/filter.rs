@@ -1,0 +1,316 @@
+//! Rays that choose what they hit: from a distance on, geometries by mask, not one primitive, or
+//! whatever a closure accepts. One ray at a time; see [`one_ray`](crate::traverse::single_ray).
+
+use super::batch::{share, thread_count};
+use super::columns::same_length;
+use super::rows::RayBatch;
+use super::{BatchError, Hit, HitColumns, HitLists, PerRay, Ray};
+use crate::bvh::Bvh;
+use crate::packet::NO_PRIM;
+use crate::traverse::HitFilter;
+use crate::traverse::every_hit::FoundHit;
+use crate::traverse::single_ray::OneRay;
+use std::cell::RefCell;
+
+/// Rays that a thread takes at once.
+const CHUNK: usize = 512;
+
+/// Filter of a ray's hits, besides its `tmax`. The default accepts all.
+///
+/// ```
+/// use phalanx_scene::Scene;
+/// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
+///
+/// let mut scene = Scene::new();
+/// let near = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+/// let far = scene.add_spheres(&[[0.0, 0.0, 5.0]], &[1.0])?;
+/// scene.set_mask(near, 0b01)?;
+/// scene.set_mask(far, 0b10)?;
+/// let bvh = Bvh::build(&scene);
+/// let ray = Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]);
+/// let hit = |filter: RayFilter| bvh.intersect_filtered(&ray, &filter).map(|hit| hit.geom_id);
+///
+/// assert_eq!(hit(RayFilter::default()), Some(near));
+/// assert_eq!(hit(RayFilter { mask: 0b10, ..RayFilter::default() }), Some(far));
+/// assert_eq!(hit(RayFilter { tnear: 2.5, ..RayFilter::default() }), Some(far));
+/// // A ray that leaves a surface does not hit it again.
+/// assert_eq!(hit(RayFilter { ignore: 0, ..RayFilter::default() }), Some(far));
+/// let is_odd = |hit: &phalanx_trace::Hit| hit.prim_id % 2 == 1;
+/// assert_eq!(hit(RayFilter { accept: &is_odd, ..RayFilter::default() }), Some(far));
+/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct RayFilter<'f> {
+    /// Hits count if `tnear` < t, and 0 < t. A ray with a NaN here misses everything.
+    pub tnear: f32,
+    /// Only geometries whose mask shares a bit with this one count: see
+    /// [`set_mask`](phalanx_scene::Scene::set_mask). Primitives without a geometry have all bits.
+    pub mask: u32,
+    /// `prim_id` of a primitive that does not count; [`NO_PRIM`](phalanx_scene::NO_PRIM) for none.
+    pub ignore: u32,
+    /// Decides whether a hit counts. It must answer by the hit alone: nothing is promised about the
+    /// order and number of its calls. It may cast rays itself.
+    pub accept: &'f dyn Fn(&Hit) -> bool,
+}
+
+impl Default for RayFilter<'_> {
+    fn default() -> Self {
+        RayFilter {
+            tnear: 0.0,
+            mask: u32::MAX,
+            ignore: NO_PRIM,
+            accept: &|_| true,
+        }
+    }
+}
+
+/// Filters of a batch's rays, each a [`RayFilter`] without a closure. The default accepts all.
+#[derive(Clone, Copy, Debug)]
+pub struct BatchFilter<'a> {
+    /// As [`RayFilter::tnear`].
+    pub tnear: PerRay<'a, f32>,
+    /// As [`RayFilter::mask`].
+    pub mask: PerRay<'a, u32>,
+    /// As [`RayFilter::ignore`].
+    pub ignore: PerRay<'a, u32>,
+}
+
+impl Default for BatchFilter<'_> {
+    fn default() -> Self {
+        let any = RayFilter::default();
+        BatchFilter {
+            tnear: PerRay::All(any.tnear),
+            mask: PerRay::All(any.mask),
+            ignore: PerRay::All(any.ignore),
+        }
+    }
+}
+
+impl BatchFilter<'_> {
+    fn check(&self, rays: usize) -> Result<(), BatchError> {
+        self.tnear.check("tnear", rays)?;
+        self.mask.check("mask", rays)?;
+        self.ignore.check("ignore", rays)
+    }
+
+    fn of(&self, k: usize) -> RayFilter<'static> {
+        RayFilter {
+            tnear: self.tnear.of(k),
+            mask: self.mask.of(k),
+            ignore: self.ignore.of(k),
+            ..RayFilter::default()
+        }
+    }
+}
+
+impl Bvh {
+    /// Finds the closest hit that a filter accepts, the smallest by (t, `prim_id`); `None` is a
+    /// miss. [`RayFilter`] has an example, `perf/notes/calls.md` the cost.
+    pub fn intersect_filtered(&self, ray: &Ray, filter: &RayFilter) -> Option<Hit> {
+        self.filtered_by(&mut OneRay::new(self), ray, filter, false)
+    }
+
+    /// Returns true if a ray hits anything that a filter accepts.
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    /// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// let (bvh, ray) = (Bvh::build(&scene), Ray::segment([0.0, 0.0, -3.0], [0.0; 3]));
+    /// assert!(bvh.occluded_filtered(&ray, &RayFilter::default()));
+    /// let beyond = RayFilter { tnear: 0.9, ..RayFilter::default() };
+    /// assert!(!bvh.occluded_filtered(&ray, &beyond));
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
+    pub fn occluded_filtered(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        let hit = self.filtered_by(&mut OneRay::new(self), ray, filter, true);
+        hit.is_some()
+    }
+
+    /// Finds all hits that a filter accepts, ordered by (t, `prim_id`): see [`HitLists`].
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    /// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[0.0, 4.0, 8.0].map(|z| [0.0, 0.0, z]), &[1.0; 3])?;
+    /// let (bvh, ray) = (Bvh::build(&scene), Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]));
+    /// let hits = bvh.all_hits_filtered(&ray, &RayFilter { ignore: 1, ..RayFilter::default() });
+    /// assert_eq!(hits.iter().map(|hit| hit.t).collect::<Vec<f32>>(), [2.0, 10.0]);
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
+    pub fn all_hits_filtered(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
+        self.every_by(&mut OneRay::new(self), ray, filter)
+    }
+
+    /// As [`Bvh::intersect_batch`], for the closest hits that a filter accepts. Each ray is traced
+    /// on its own.
+    ///
+    /// # Errors
+    /// [`BatchError`] if columns differ in length; nothing is written then.
+    ///
+    /// ```
+    /// use phalanx_scene::{NO_PRIM, Scene};
+    /// use phalanx_trace::{BatchFilter, HitBuffer, PerRay, Ray, RayBuffer, bvh::Bvh};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3], [0.0, 0.0, 5.0]], &[1.0, 1.0])?;
+    /// let rays: RayBuffer = [Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]); 2].into_iter().collect();
+    /// let mut hits = HitBuffer::new(2);
+    /// let filter = BatchFilter { ignore: PerRay::Each(&[NO_PRIM, 0]), ..BatchFilter::default() };
+    /// let bvh = Bvh::build(&scene);
+    /// bvh.intersect_batch_filtered(&rays.columns(), &filter, &mut hits.columns(), 0)?;
+    /// assert_eq!(hits.iter().flatten().map(|hit| hit.t).collect::<Vec<f32>>(), [2.0, 7.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn intersect_batch_filtered<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        filter: &BatchFilter,
+        hits: &mut HitColumns,
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        let rays = rays.into();
+        rays.check()?;
+        hits.check(rays.len())?;
+        let find = |kernel: &mut OneRay, k: usize| {
+            self.filtered_by(kernel, &rays.ray(k), &filter.of(k), false)
+        };
+        self.each(
+            &rays,
+            filter,
+            threads,
+            hits.chunks(CHUNK),
+            find,
+            |hits, k, hit| {
+                hits.put(k, hit);
+            },
+        )
+    }
+
+    /// As [`Bvh::occluded_batch`], for the hits that a filter accepts.
+    ///
+    /// # Errors
+    /// [`BatchError`] if columns differ in length; nothing is written then.
+    pub fn occluded_batch_filtered<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        filter: &BatchFilter,
+        blocked: &mut [bool],
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        let rays = rays.into();
+        rays.check()?;
+        same_length("blocked", blocked.len(), rays.len())?;
+        let find = |kernel: &mut OneRay, k: usize| {
+            self.filtered_by(kernel, &rays.ray(k), &filter.of(k), true)
+        };
+        let chunks = blocked.chunks_mut(CHUNK);
+        self.each(&rays, filter, threads, chunks, find, |blocked, k, hit| {
+            blocked[k] = hit.is_some();
+        })
+    }
+
+    /// As [`Bvh::all_hits_batch`], for the hits that a filter accepts.
+    ///
+    /// # Errors
+    /// [`BatchError`] if columns differ in length.
+    pub fn all_hits_batch_filtered<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        filter: &BatchFilter,
+        threads: usize,
+    ) -> Result<HitLists, BatchError> {
+        let rays = rays.into();
+        rays.check()?;
+        let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
+        let find =
+            |kernel: &mut OneRay, k: usize| self.every_by(kernel, &rays.ray(k), &filter.of(k));
+        self.each(
+            &rays,
+            filter,
+            threads,
+            parts.iter_mut(),
+            find,
+            |part, _, hits| {
+                part.push(hits);
+            },
+        )?;
+        Ok(HitLists::joined(&parts))
+    }
+
+    /// Finds an answer for each ray of a batch, and stores it by its row in the ray's chunk.
+    fn each<O: Send, A>(
+        &self,
+        rays: &RayBatch,
+        filter: &BatchFilter,
+        threads: usize,
+        outputs: impl Iterator<Item = O> + Send,
+        find: impl Fn(&mut OneRay, usize) -> A + Sync,
+        put: impl Fn(&mut O, usize, A) + Sync,
+    ) -> Result<(), BatchError> {
+        let count = rays.len();
+        filter.check(count)?;
+        let threads = thread_count(threads, count.div_ceil(CHUNK));
+        self.build_wide(threads);
+        let jobs = (0..count).step_by(CHUNK).zip(outputs);
+        share(jobs, threads, |next| {
+            let mut kernel = OneRay::new(self);
+            while let Some((first, mut output)) = next() {
+                for k in first..(first + CHUNK).min(count) {
+                    let answer = find(&mut kernel, k);
+                    put(&mut output, k - first, answer);
+                }
+            }
+        });
+        Ok(())
+    }
+
+    fn filtered_by(
+        &self,
+        kernel: &mut OneRay,
+        ray: &Ray,
+        filter: &RayFilter,
+        any: bool,
+    ) -> Option<Hit> {
+        if !ray.can_hit() || filter.tnear.is_nan() {
+            return None;
+        }
+        let accept = |weights: [f32; 3], prim_id: u32| {
+            let hit = self.hit_of(weights, prim_id);
+            hit.t < ray.tmax
+                && prim_id != filter.ignore
+                && self.geometries().mask(hit.geom_id) & filter.mask != 0
+                && (filter.accept)(&hit)
+        };
+        let filter = HitFilter {
+            tnear: filter.tnear.max(0.0),
+            accept: &accept,
+            any,
+        };
+        let found = kernel.filtered([&ray.origin, &ray.direction], ray.tmax, &filter)?;
+        Some(self.hit_of(found.0, found.1))
+    }
+
+    fn every_by(&self, kernel: &mut OneRay, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
+        let all = RefCell::new(Vec::new());
+        // Refused hits end no search, so all of them come by, each primitive's once.
+        let refuse = |hit: &Hit| {
+            if (filter.accept)(hit) {
+                all.borrow_mut().push(*hit);
+            }
+            false
+        };
+        let filter = RayFilter {
+            accept: &refuse,
+            ..*filter
+        };
+        self.filtered_by(kernel, ray, &filter, false);
+        let mut all = all.into_inner();
+        all.sort_unstable_by_key(|hit| FoundHit::key_of(hit.t, hit.prim_id));
+        all
+    }
+}
