@@ -62,6 +62,14 @@ pub enum GeometryError {
     /// instance shows.
     #[error("{0} primitives, those of instances among them: at most 2^32 - 2 can be told apart")]
     TooManyShown(u64),
+    /// Moved vertices of another number than the mesh has.
+    #[error("{given} vertices for a mesh of {vertices}")]
+    VertexCount {
+        /// Number of moved vertices.
+        given: usize,
+        /// Number of the mesh's vertices.
+        vertices: usize,
+    },
     /// A number that is no geometry's, or not one of this kind.
     #[error("there is no {kind} {id}")]
     NoGeometry {
@@ -169,6 +177,7 @@ impl Scene {
         for (&center, &radius) in centers.iter().zip(radii) {
             self.add_sphere(Vec3::from(center), radius, 0);
         }
+        self.edits.mark_topology();
         let count = centers.len() as u32;
         Ok(self.geometries.push(Geometry::Prims { first, count }))
     }
@@ -242,36 +251,9 @@ impl Scene {
         let first = self.number(count.into())?;
         let placed = self.instances.push(mesh, first, to_world);
         placed.ok_or(GeometryError::NotInvertible)?;
+        self.edits.mark_instances();
         let number = self.instances.len() as u32 - 1;
         Ok(self.geometries.push(Geometry::Instance(number)))
-    }
-
-    /// Sets the mask of a geometry, which has all 32 bits at first. A ray with a mask hits only
-    /// geometries that have a bit in common with it. Geometries with the mask 0 are hidden from all
-    /// rays and pictures; they keep their numbers.
-    ///
-    /// # Errors
-    /// [`GeometryError::NoGeometry`].
-    ///
-    /// ```
-    /// use phalanx_scene::Scene;
-    ///
-    /// let mut scene = Scene::new();
-    /// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
-    /// scene.set_mask(ball, 0)?;
-    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
-    /// assert!(scene.set_mask(1, 0).is_err());
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
-    /// ```
-    pub fn set_mask(&mut self, geometry: GeomId, mask: u32) -> Result<(), GeometryError> {
-        if geometry as usize >= self.geometries.len() {
-            return Err(GeometryError::NoGeometry {
-                kind: "geometry",
-                id: geometry,
-            });
-        }
-        self.geometries.mask[geometry as usize] = mask;
-        Ok(())
     }
 
     /// Lists the geometries by their first `prim_id`, in ascending order. Primitives between two
@@ -326,7 +308,8 @@ impl Scene {
     ) -> Result<(u32, u32), GeometryError> {
         check_finite(vertices)?;
         check_indices(indices, vertices.len())?;
-        let all_vertices = self.triangles.vertices.len() + vertices.len();
+        let first_vertex = self.triangles.vertices.len();
+        let all_vertices = first_vertex + vertices.len();
         if all_vertices > Prim::MAX_INDEX as usize {
             return Err(GeometryError::TooMany(all_vertices));
         }
@@ -341,6 +324,10 @@ impl Scene {
             material: MeshMaterial::One(0),
             ..Mesh::default()
         });
+        self.edits.mark_topology();
+        if !indices.is_empty() {
+            self.edits.add_vertices(first, first_vertex..all_vertices);
+        }
         Ok((first, indices.len() as u32))
     }
 
@@ -375,7 +362,7 @@ impl Scene {
     }
 }
 
-fn check_finite(vertices: &[[f32; 3]]) -> Result<(), GeometryError> {
+pub(crate) fn check_finite(vertices: &[[f32; 3]]) -> Result<(), GeometryError> {
     let bad = |vertex: &[f32; 3]| !vertex.iter().all(|c| c.is_finite());
     match vertices.iter().position(bad) {
         Some(vertex) => Err(GeometryError::NotFinite {

@@ -67,6 +67,18 @@ impl Instances {
 
     /// Adds an instance; `None` for a map that has no inverse in single precision.
     pub(super) fn push(&mut self, mesh: u32, first: u32, to_world: DAffine3) -> Option<()> {
+        let maps = Instances::maps(to_world)?;
+        for column in self.to_world.iter_mut().chain(&mut self.to_object) {
+            column.push(Vec3::ZERO);
+        }
+        self.set_maps(self.len(), maps);
+        self.mesh.push(mesh);
+        self.first.push(first);
+        Some(())
+    }
+
+    /// The columns of a map and of its inverse; `None` if it has none in single precision.
+    pub(super) fn maps(to_world: DAffine3) -> Option<[[Vec3; 4]; 2]> {
         let to_object = to_world.inverse();
         let columns = |map: DAffine3| {
             let m = map.matrix3;
@@ -74,20 +86,15 @@ impl Instances {
         };
         let maps = [columns(to_world), columns(to_object)];
         let fine = |map: &[Vec3; 4]| map.iter().all(|c| c.is_finite()) && is_moderate(map);
-        if to_world.matrix3.determinant() == 0.0 || !maps.iter().all(fine) {
-            return None;
+        (to_world.matrix3.determinant() != 0.0 && maps.iter().all(fine)).then_some(maps)
+    }
+
+    /// Replaces both maps of an instance.
+    pub(super) fn set_maps(&mut self, i: usize, maps: [[Vec3; 4]; 2]) {
+        let columns = self.to_world.iter_mut().chain(&mut self.to_object);
+        for (column, vector) in columns.zip(maps.into_iter().flatten()) {
+            column.set(i, vector);
         }
-        for (columns, map) in [&mut self.to_world, &mut self.to_object]
-            .into_iter()
-            .zip(maps)
-        {
-            for (column, vector) in columns.iter_mut().zip(map) {
-                column.push(vector);
-            }
-        }
-        self.mesh.push(mesh);
-        self.first.push(first);
-        Some(())
     }
 
     /// The four columns of the mesh-to-world map.

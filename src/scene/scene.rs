@@ -3,6 +3,7 @@
 use crate::bounds::Bounds;
 use crate::column::Column;
 use crate::defaulted_parts::DefaultedParts;
+use crate::edits::Edits;
 use crate::encoding::OutputEncoding;
 use crate::geometries::{Geometries, Geometry};
 use crate::instances::{Instances, Meshes};
@@ -83,6 +84,8 @@ pub struct Scene {
     /// · scale` here (see [`Scene::scene_position`]). Zero unless a reader moved the scene; nothing
     /// that is added to a scene moves it.
     pub origin: [f64; 3],
+    /// Stamps of the latest edits, for trees that follow: see [`Scene::set_vertices`].
+    pub edits: Edits,
 }
 
 impl Default for Scene {
@@ -116,6 +119,7 @@ impl Default for Scene {
             lights: Lights::default(),
             scale: 1.0,
             origin: [0.0; 3],
+            edits: Edits::default(),
         }
     }
 }

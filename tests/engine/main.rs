@@ -18,6 +18,7 @@ mod isa_guard;
 mod lanes;
 mod layers;
 mod mattes;
+mod moving;
 mod oracle_truth;
 mod peers;
 mod random_scenes;

@@ -58,7 +58,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let mut rows: Vec<(String, Cast)> = vec![(
             "phalanx, one ray a call".into(),
-            Box::new(|| rays.iter().filter(|ray| bvh.intersect(ray).is_some()).count()),
+            Box::new(|| {
+                rays.iter()
+                    .filter(|ray| bvh.intersect(ray).is_some())
+                    .count()
+            }),
         )];
         for size in BATCHES.into_iter().chain([rays.len()]) {
             let (bvh, columns) = (&bvh, buffer.columns());
@@ -195,7 +199,10 @@ fn ray_sets(scene: &Scene, bvh: &Bvh) -> [(&'static str, Vec<Ray>); 3] {
         Ray::new(from, to - from)
     };
     let crossing = (0..SIDE * SIDE).map(segment).collect();
-    let starts: Vec<_> = coherent.iter().filter_map(|ray| surface((scene, size.length()), bvh, ray)).collect();
+    let starts: Vec<_> = coherent
+        .iter()
+        .filter_map(|ray| surface((scene, size.length()), bvh, ray))
+        .collect();
     let bounce = |_| {
         let row = (point().x * starts.len() as f32) as usize % starts.len();
         let (from, normal) = starts[row];
@@ -208,7 +215,11 @@ fn ray_sets(scene: &Scene, bvh: &Bvh) -> [(&'static str, Vec<Ray>); 3] {
         Ray::new(from, normal + 0.999 * around)
     };
     let bounced = (0..SIDE * SIDE).map(bounce).collect();
-    [("coherent", coherent), ("random", crossing), ("bounce", bounced)]
+    [
+        ("coherent", coherent),
+        ("random", crossing),
+        ("bounce", bounced),
+    ]
 }
 
 fn glam(x: f32, y: f32, z: f32) -> phalanx::glam::Vec3 {

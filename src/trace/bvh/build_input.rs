@@ -23,21 +23,33 @@ pub(super) struct BuildInput<'a> {
 }
 
 impl<'a> BuildInput<'a> {
-    pub(super) fn new(scene: &'a Scene) -> BuildInput<'a> {
-        let meshes = (0..scene.meshes.len()).into_par_iter();
+    /// Access to a scene with meshes of these padded bounds; instances need them.
+    pub(super) fn new(scene: &'a Scene, mesh_bounds: Vec<Bounds>) -> BuildInput<'a> {
         let vertices = &scene.triangles.vertices;
         BuildInput {
             scene,
             prims: &scene.prims,
             corners: &scene.triangles.corners,
             vertices: [&vertices.x, &vertices.y, &vertices.z],
-            mesh_bounds: meshes.map(|mesh| scene.mesh_bounds(mesh)).collect(),
+            mesh_bounds,
         }
     }
 
     /// The objects of the world.
     pub(super) fn world(&self) -> Vec<PrimRef> {
         self.prim_refs(&self.scene.world_objects())
+    }
+
+    /// The primitives of the world.
+    pub(super) fn world_prims(&self) -> Vec<PrimRef> {
+        self.prim_refs(&self.scene.world_runs())
+    }
+
+    /// The visible instances.
+    pub(super) fn instances(&self) -> Vec<PrimRef> {
+        let mut runs = self.scene.world_objects();
+        runs.retain(|run| run.start as usize >= self.prims.len());
+        self.prim_refs(&runs)
     }
 
     /// The objects of a mesh.
@@ -75,8 +87,7 @@ impl<'a> BuildInput<'a> {
     fn bounds(&self, object: PrimIndex) -> Bounds {
         match self.prims.get(object as usize) {
             Some(prim) if prim.kind() == PrimKind::Triangle => {
-                let [a, b, c] = self.vertices(prim.index());
-                Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded()
+                triangle_bounds(self.vertices(prim.index()))
             }
             _ => self.bounds_of_others(object),
         }
@@ -121,4 +132,10 @@ impl<'a> BuildInput<'a> {
         let bounds = self.bounds(object);
         [bounds.lo.to_array(), bounds.hi.to_array()]
     }
+}
+
+/// The padded box of a triangle.
+#[inline(always)]
+pub(super) fn triangle_bounds([a, b, c]: [Vec3; 3]) -> Bounds {
+    Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded()
 }

@@ -1,12 +1,13 @@
 //! Primitives in leaf order, with only the data that their tests need.
 
-use super::build_input::BuildInput;
+use super::build_input::{BuildInput, triangle_bounds};
 use super::clustering::ChunkTree;
 use super::leaf_column::{LeafColumn, LeafRow};
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::{Pod, Zeroable};
-use phalanx_scene::{AnyColumn, Column, PrimKind};
+use glam::Vec3;
+use phalanx_scene::{AnyColumn, Bounds, Column, PrimKind};
 use std::ops::Range;
 
 /// A triangle in leaf order. Its own padded box is not stored: it is computed from the vertices if
@@ -18,6 +19,14 @@ pub struct LeafTriangle {
     pub vertices: [[f32; 3]; 3],
     /// `prim_id` of the stored primitive.
     pub prim_id: u32,
+}
+
+impl LeafTriangle {
+    /// The triangle's padded box.
+    #[inline(always)]
+    pub(super) fn bounds(&self) -> Bounds {
+        triangle_bounds(self.vertices.map(Vec3::from))
+    }
 }
 
 impl LeafRow for LeafTriangle {
@@ -275,6 +284,15 @@ impl LeafPrims {
     pub fn bytes(&self) -> usize {
         let columns = LeafKind::all().map(|kind| self.column(kind));
         columns.map(|column| column.bytes().len()).sum()
+    }
+
+    /// Appends the rows of another set that follow as many as this one has; no instances.
+    pub(super) fn append_after(&mut self, other: &LeafPrims) {
+        for kind in PrimKind::ALL.map(LeafKind::Prim) {
+            let own = self.column(kind).bytes().len();
+            let rows = &other.column(kind).bytes()[own..];
+            self.leaf_column_mut(kind).append_bytes(rows);
+        }
     }
 
     /// Appends the primitives of another set.

@@ -4,7 +4,8 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `build` | the order of the steps, on all threads |
+//! | `settings` | the quality, and the threads |
+//! | `build`, `subtree` | the order of the steps, on all threads |
 //! | `build_input`, `prim_ref` | the objects that a tree is built over, and their boxes |
 //! | `division` | chunks of neighbours, from the top |
 //! | `clustering` | the tree of a chunk, from below |
@@ -12,6 +13,7 @@
 //! | `upper` | the upper levels, optimised as one tree, and the whole below them |
 //! | `leaf_column` | primitives in leaf order |
 //! | `offsets` | trees of several meshes in common arrays |
+//! | `tree_parts`, `update`, `refit` | trees that follow a scene that moves |
 //! | `huge_pages` | rows on huge pages |
 //!
 //! and these are what it makes:
@@ -40,16 +42,21 @@ mod leaf_column;
 mod node;
 mod offsets;
 mod prim_ref;
+mod refit;
+mod settings;
+mod subtree;
 mod tree;
+mod tree_parts;
+mod update;
 mod upper;
 mod validate;
 mod wide;
 
 pub use self::wide::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
-pub use build::{BuildSettings, Quality};
 pub(crate) use geometry_starts::GeometryStarts;
 pub use leaf::LeafPrims;
 use node::weighted_cost;
 pub use node::{Child, LeafKind, Node};
+pub use settings::{BuildSettings, Quality};
 pub use tree::Bvh;
 pub use validate::{Array, BvhArrays, BvhError, UnverifiedBvh};

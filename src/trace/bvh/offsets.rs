@@ -18,6 +18,14 @@ impl Offsets {
         }
     }
 
+    /// Offsets of nodes only.
+    pub(super) fn of_nodes(node: usize) -> Offsets {
+        Offsets {
+            node: node as u32,
+            slot: [0; LeafKind::COUNT],
+        }
+    }
+
     /// Offsets of slots only.
     pub(super) fn of_slots(slot: [u32; LeafKind::COUNT]) -> Offsets {
         Offsets { node: 0, slot }

@@ -1,6 +1,7 @@
 //! The tree of a scene: nodes and primitives in leaf order, of the world and of every mesh.
 
 use super::geometry_starts::GeometryStarts;
+use super::tree_parts::TreeParts;
 use super::{Child, LeafKind, LeafPrims, Node, WideBvh};
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
@@ -32,6 +33,8 @@ pub struct Bvh {
     pub(super) sah: f64,
     pub(super) wide: OnceLock<Box<WideBvh>>,
     pub(super) geometries: GeometryStarts,
+    /// Parts by which the tree follows its scene; none in trees from a cache.
+    pub(super) parts: Option<TreeParts>,
 }
 
 impl Default for Bvh {
@@ -52,6 +55,7 @@ impl Bvh {
             sah: 0.0,
             wide: OnceLock::new(),
             geometries: GeometryStarts::default(),
+            parts: None,
         }
     }
 

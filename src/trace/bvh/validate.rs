@@ -289,6 +289,7 @@ impl UnverifiedBvh {
             sah: self.arrays.sah,
             wide: OnceLock::new(),
             geometries: GeometryStarts::of(scene),
+            parts: None,
         })
     }
 

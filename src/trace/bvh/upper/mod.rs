@@ -8,7 +8,7 @@ mod whole_tree;
 use super::clustering::ChunkTree;
 use reinsertion::reinsert_all;
 use upper_tree::UpperTree;
-pub(super) use whole_tree::WholeTree;
+pub(super) use whole_tree::{ChunkRows, WholeTree};
 
 /// Optimises the upper levels above chunks, and joins everything into one tree. `is_chunk` is the
 /// tree of divisions: see [`Division::into_tree`](super::division::Division::into_tree).

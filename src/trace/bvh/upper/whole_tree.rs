@@ -18,6 +18,16 @@ pub(in crate::bvh) struct WholeTree {
     pub(in crate::bvh) depth: usize,
     /// Σ area · cost over the children of all nodes.
     pub(in crate::bvh) weighted_cost: f64,
+    /// Chunks, in order; the upper nodes are those before the first.
+    pub(in crate::bvh) chunks: Vec<ChunkRows>,
+}
+
+/// First rows of a chunk, which end where those of the next one begin. Its nodes have children
+/// among themselves only, and leaves among its triangles.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bvh) struct ChunkRows {
+    pub(in crate::bvh) node: usize,
+    pub(in crate::bvh) triangle: usize,
 }
 
 /// Consecutive nodes of a chunk: one node and everything below it.
@@ -40,6 +50,18 @@ struct MovedFigures {
     weighted_cost: f64,
 }
 
+impl Default for WholeTree {
+    fn default() -> WholeTree {
+        WholeTree {
+            nodes: Vec::new(),
+            bounds: Bounds::EMPTY,
+            depth: 0,
+            weighted_cost: 0.0,
+            chunks: Vec::new(),
+        }
+    }
+}
+
 impl WholeTree {
     /// Joins upper levels and the chunks below them.
     pub(super) fn new(tree: &UpperTree, chunks: &[ChunkTree]) -> WholeTree {
@@ -51,7 +73,7 @@ impl WholeTree {
         let lens: Vec<usize> = moves.iter().map(len).collect();
         let mut nodes: Vec<Node> = zeroed_on_huge_pages(upper + lens.iter().sum::<usize>());
         let (top, rest) = nodes.split_at_mut(upper);
-        let places = consecutive(rest, lens);
+        let places = consecutive(rest, lens.iter().copied());
         let jobs = moves.par_iter().zip(chunks).zip(places);
         let figures: Vec<MovedFigures> = jobs
             .map(|((moved, chunk), place)| moved.run(&chunk.nodes, place))
@@ -62,8 +84,20 @@ impl WholeTree {
             bounds: tree.nodes[tree.root as usize].bounds,
             depth,
             weighted_cost: cost + figures.iter().map(|f| f.weighted_cost).sum::<f64>(),
+            chunks: chunk_rows(upper, &lens, &moves),
         }
     }
+}
+
+/// First rows of all chunks, of these numbers of nodes, behind the upper nodes.
+fn chunk_rows(mut node: usize, lens: &[usize], moves: &[ChunkMove]) -> Vec<ChunkRows> {
+    let chunks = lens.iter().zip(moves).map(|(len, moved)| {
+        let triangle = moved.slots[LeafKind::TRIANGLE.number()] as usize;
+        let rows = ChunkRows { node, triangle };
+        node += len;
+        rows
+    });
+    chunks.collect()
 }
 
 impl UpperTree {

@@ -73,7 +73,7 @@ struct NodeRef {
     children: u32,
 }
 
-/// The choices for all nodes below the world's root, level by level; the root has index 0.
+/// The choices for all nodes below a root, level by level; the root has index 0.
 pub(super) struct CollapsePlan<'a> {
     bvh: &'a Bvh,
     nodes: Vec<NodeRef>,
@@ -81,8 +81,8 @@ pub(super) struct CollapsePlan<'a> {
 }
 
 impl<'a> CollapsePlan<'a> {
-    pub(super) fn of(bvh: &'a Bvh) -> CollapsePlan<'a> {
-        let (nodes, levels) = levels(bvh);
+    pub(super) fn of(bvh: &'a Bvh, root: u32) -> CollapsePlan<'a> {
+        let (nodes, levels) = levels(bvh, root);
         let undecided = CollapseChoice {
             first: [0; MAX_ROOTS],
             block: None,
@@ -146,10 +146,10 @@ impl<'a> CollapsePlan<'a> {
     }
 }
 
-/// All nodes below the world's root, parents first, and the range of each level among them.
-fn levels(bvh: &Bvh) -> (Vec<NodeRef>, Vec<Range<usize>>) {
+/// All nodes from a root on, parents first, and the range of each level among them.
+fn levels(bvh: &Bvh, root: u32) -> (Vec<NodeRef>, Vec<Range<usize>>) {
     let mut nodes = vec![NodeRef {
-        node: 0,
+        node: root,
         children: 0,
     }];
     let mut levels = vec![];

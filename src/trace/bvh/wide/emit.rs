@@ -75,20 +75,10 @@ impl WideNodeDraft {
             BoxContents::Node(index) => children(plan, index),
             BoxContents::Leaf { kind, first, count } => parts(kind, first, count, item.bounds),
         };
-        let axis = widest(&items);
-        items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
-        let mut row = WideNode {
-            order: order(&items),
-            axis: axis as u8,
-            ..WideNode::EMPTY
-        };
+        let row = WideNode::over(&mut items, |item| item.bounds);
         let mut below = [ChildKind::Empty; NATIVE];
-        for (lane, item) in items.iter().enumerate() {
-            below[lane] = ChildKind::of(plan, item.part);
-            for axis in 0..3 {
-                row.boxes[0][axis][lane] = item.bounds.lo[axis];
-                row.boxes[1][axis][lane] = item.bounds.hi[axis];
-            }
+        for (below, item) in below.iter_mut().zip(&items) {
+            *below = ChildKind::of(plan, item.part);
         }
         WideNodeDraft {
             row,
@@ -193,33 +183,37 @@ fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<BoxedCon
     parts.collect()
 }
 
-impl BoxedContents {
-    /// Twice the middle of the box.
-    fn middle(&self, axis: usize) -> f32 {
-        self.bounds.lo[axis] + self.bounds.hi[axis]
+impl WideNode {
+    /// A node over children with boxes, which are sorted along the axis where their middles are
+    /// farthest apart. Its references are still empty.
+    pub(super) fn over<T>(children: &mut [T], bounds: impl Fn(&T) -> Bounds) -> WideNode {
+        // Twice the middle of the box.
+        let middle = |child: &T, axis: usize| bounds(child).lo[axis] + bounds(child).hi[axis];
+        let spread = |axis: usize| {
+            let all = children.iter().map(|child| middle(child, axis));
+            all.clone().fold(f32::NEG_INFINITY, f32::max) - all.fold(f32::INFINITY, f32::min)
+        };
+        let axes = [0, 1, 2].into_iter();
+        let axis = axes.max_by(|&a, &b| spread(a).total_cmp(&spread(b)));
+        let axis = axis.unwrap_or(0);
+        children.sort_by(|a, b| middle(a, axis).total_cmp(&middle(b, axis)));
+        let place = |lane: u8, axis: usize| match children.get(usize::from(lane)) {
+            Some(child) => middle(child, axis),
+            None => f32::INFINITY,
+        };
+        let order = |axis: usize| {
+            let mut lanes = std::array::from_fn(|lane| lane as u8);
+            lanes.sort_by(|&a, &b| place(a, axis).total_cmp(&place(b, axis)));
+            lanes
+        };
+        let mut node = WideNode {
+            order: [0, 1, 2].map(order),
+            axis: axis as u8,
+            ..WideNode::EMPTY
+        };
+        for (lane, child) in children.iter().enumerate() {
+            node.set_box(lane, bounds(child));
+        }
+        node
     }
-}
-
-/// The axis along which the middles of boxes are farthest apart.
-fn widest(items: &[BoxedContents]) -> usize {
-    let spread = |axis: usize| {
-        let all = items.iter().map(|item| item.middle(axis));
-        all.clone().fold(f32::NEG_INFINITY, f32::max) - all.fold(f32::INFINITY, f32::min)
-    };
-    let axes = [0, 1, 2].into_iter();
-    axes.max_by(|&a, &b| spread(a).total_cmp(&spread(b)))
-        .unwrap_or(0)
-}
-
-/// [`WideNode::order`] of these children.
-fn order(items: &[BoxedContents]) -> [[u8; NATIVE]; 3] {
-    let middle = |lane: u8, axis: usize| match items.get(usize::from(lane)) {
-        Some(item) => item.middle(axis),
-        None => f32::INFINITY,
-    };
-    [0, 1, 2].map(|axis| {
-        let mut lanes = std::array::from_fn(|lane| lane as u8);
-        lanes.sort_by(|&a, &b| middle(a, axis).total_cmp(&middle(b, axis)));
-        lanes
-    })
 }

@@ -9,9 +9,18 @@ use crate::bvh::{Bvh, LeafKind};
 use crate::simd::NATIVE;
 use rayon::prelude::*;
 
-/// Widens the binary tree.
-pub(in crate::bvh) fn widen(bvh: &Bvh) -> WideBvh {
-    let plan = CollapsePlan::of(bvh);
+/// Widens the binary tree. If the instances have a tree of their own, `roots` are those of the
+/// world's primitives and of the instances.
+pub(in crate::bvh) fn widen(bvh: &Bvh, roots: Option<[u32; 2]>) -> WideBvh {
+    match roots {
+        None => widen_below(bvh, 0),
+        Some([world, top]) => WideBvh::joined(widen_below(bvh, world), widen_below(bvh, top)),
+    }
+}
+
+/// Widens the binary tree below a node.
+pub(in crate::bvh) fn widen_below(bvh: &Bvh, root: u32) -> WideBvh {
+    let plan = CollapsePlan::of(bvh, root);
     let (mut drafts, depth) = emit_nodes(&plan);
     let rows = WideRows::of(&mut drafts);
     let slots_of = |slots: &BlockSlots| slots_of(&plan, *slots);
@@ -30,6 +39,7 @@ pub(in crate::bvh) fn widen(bvh: &Bvh) -> WideBvh {
         spheres: collect_on_huge_pages(spheres),
         others: rows.others,
         depth,
+        world: None,
     }
 }
 

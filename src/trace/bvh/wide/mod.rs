@@ -5,12 +5,13 @@
 //!
 //! `rows` defines the traced data. `collapse` chooses which nodes of the binary tree become
 //! children of one wide node, `emit` drafts the nodes, and `layout` assigns all positions. The tree
-//! does not depend on the number of threads.
+//! does not depend on the number of threads. `update` follows a scene that moves.
 
 mod collapse;
 mod emit;
 mod layout;
 mod rows;
+mod update;
 
-pub(super) use layout::widen;
+pub(super) use layout::{widen, widen_below};
 pub use rows::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};

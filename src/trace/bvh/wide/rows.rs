@@ -135,6 +135,16 @@ pub struct WideBvh {
     pub(super) spheres: Vec<SphereBlock>,
     pub(super) others: Vec<OtherLeaf>,
     pub(super) depth: usize,
+    /// Rows of the world's primitives, if the instances have a tree of their own.
+    pub(super) world: Option<WorldRows>,
+}
+
+/// Number of rows up to the end of the world's primitives, and depth of their tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WorldRows {
+    pub(super) nodes: usize,
+    pub(super) others: usize,
+    pub(super) depth: usize,
 }
 
 impl OtherLeaf {
@@ -206,14 +216,20 @@ impl TriangleBlock {
             prim_id: [u32::MAX; NATIVE],
         };
         for (lane, slot) in slots.enumerate() {
-            for (corner, position) in block.vertices.iter_mut().zip(&slot.vertices) {
-                for (column, x) in corner.iter_mut().zip(position) {
-                    column[lane] = *x;
-                }
-            }
-            block.prim_id[lane] = slot.prim_id;
+            block.put(lane, slot);
         }
         block
+    }
+
+    /// Places a triangle in a lane.
+    #[inline(always)]
+    pub(super) fn put(&mut self, lane: usize, slot: &LeafTriangle) {
+        for (corner, position) in self.vertices.iter_mut().zip(&slot.vertices) {
+            for (column, x) in corner.iter_mut().zip(position) {
+                column[lane] = *x;
+            }
+        }
+        self.prim_id[lane] = slot.prim_id;
     }
 }
 

@@ -1,0 +1,160 @@
+//! Scenes that move: new vertices of meshes, new maps of instances, geometries shown and hidden.
+
+use super::{GeometryError, Instances, Scene};
+use crate::edits::{Edits, SceneChanges};
+use crate::geometries::{GeomId, Geometry};
+use crate::geometry::check_finite;
+
+impl Scene {
+    /// The stamps of the scene as it is.
+    pub fn edits(&self) -> Edits {
+        self.edits.with_prims(self.prim_count())
+    }
+
+    /// Compares the scene with what it was when it had these stamps.
+    pub fn changes_since(&self, before: &Edits) -> SceneChanges {
+        self.edits().changes_since(before, self.meshes.len())
+    }
+
+    /// Moves the vertices of a mesh that [`Scene::add_mesh`] has added: as many as it was added
+    /// with, in the same order. Triangles and numbers stay. Trees follow by `Bvh::update`.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoGeometry`], [`GeometryError::NotFinite`] and
+    /// [`GeometryError::VertexCount`]; nothing is changed then.
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let sail = scene.add_mesh(&corners, &[[0, 1, 2]])?;
+    /// scene.set_vertices(sail, &corners.map(|[x, y, _]| [x, y, 2.0]))?;
+    /// assert_eq!(scene.bounds().lo.z, 2.0);
+    /// assert!(scene.set_vertices(sail, &corners[..2]).is_err());
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
+    pub fn set_vertices(
+        &mut self,
+        geometry: GeomId,
+        vertices: &[[f32; 3]],
+    ) -> Result<(), GeometryError> {
+        let first = match self.geometries.get(geometry) {
+            Some(Geometry::Prims { first, count }) if count > 0 => Some(first),
+            _ => None,
+        };
+        self.move_vertices(first, vertices, ("mesh", geometry))?;
+        self.edits.mark_world();
+        Ok(())
+    }
+
+    /// Moves the vertices of a prototype, as [`Scene::set_vertices`] does: all of its instances
+    /// show the new ones.
+    ///
+    /// # Errors
+    /// As [`Scene::set_vertices`].
+    pub fn set_prototype_vertices(
+        &mut self,
+        prototype: u32,
+        vertices: &[[f32; 3]],
+    ) -> Result<(), GeometryError> {
+        let first = self.meshes.first.get(prototype as usize).copied();
+        self.move_vertices(first, vertices, ("prototype", prototype))?;
+        self.edits.mark_mesh(prototype as usize);
+        Ok(())
+    }
+
+    fn move_vertices(
+        &mut self,
+        first_prim: Option<u32>,
+        vertices: &[[f32; 3]],
+        (kind, id): (&'static str, u32),
+    ) -> Result<(), GeometryError> {
+        let run = first_prim.and_then(|first| self.edits.vertices(first));
+        let run = run.ok_or(GeometryError::NoGeometry { kind, id })?;
+        if run.len() != vertices.len() {
+            return Err(GeometryError::VertexCount {
+                given: vertices.len(),
+                vertices: run.len(),
+            });
+        }
+        check_finite(vertices)?;
+        let columns = self.triangles.vertices.parts_mut();
+        for (axis, column) in columns.into_iter().enumerate() {
+            let column = &mut column[run.clone()];
+            for (c, vertex) in column.iter_mut().zip(vertices) {
+                *c = vertex[axis];
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves an instance: `to_world` as for [`Scene::add_instance`]. Trees follow by `Bvh::update`.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoGeometry`] and [`GeometryError::NotInvertible`]; nothing is changed then.
+    ///
+    /// ```
+    /// use glam::{DAffine3, dvec3};
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let wing = scene.add_prototype(&corners, &[[0, 1, 2]])?;
+    /// let left = scene.add_instance(wing, DAffine3::IDENTITY)?;
+    /// scene.set_transform(left, DAffine3::from_translation(dvec3(0.0, 0.0, 3.0)))?;
+    /// assert!(scene.bounds().lo.z > 2.9);
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
+    pub fn set_transform(
+        &mut self,
+        geometry: GeomId,
+        to_world: glam::DAffine3,
+    ) -> Result<(), GeometryError> {
+        let Some(Geometry::Instance(k)) = self.geometries.get(geometry) else {
+            return Err(GeometryError::NoGeometry {
+                kind: "instance",
+                id: geometry,
+            });
+        };
+        let maps = Instances::maps(to_world).ok_or(GeometryError::NotInvertible)?;
+        self.instances.set_maps(k as usize, maps);
+        self.edits.mark_instances();
+        Ok(())
+    }
+
+    /// Sets the mask of a geometry, which has all 32 bits at first. A ray with a mask hits only
+    /// geometries that have a bit in common with it. Geometries with the mask 0 are hidden from all
+    /// rays and pictures, for a while or for good; they keep their numbers. Trees follow by
+    /// `Bvh::update`.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoGeometry`].
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// scene.set_mask(ball, 0)?;
+    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
+    /// assert!(scene.set_mask(1, 0).is_err());
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
+    pub fn set_mask(&mut self, geometry: GeomId, mask: u32) -> Result<(), GeometryError> {
+        let known = self.geometries.get(geometry);
+        let known = known.ok_or(GeometryError::NoGeometry {
+            kind: "geometry",
+            id: geometry,
+        })?;
+        let before = &mut self.geometries.mask[geometry as usize];
+        let shown_or_hidden = (*before == 0) != (mask == 0);
+        *before = mask;
+        match known {
+            Geometry::Prims { .. } if shown_or_hidden => self.edits.mark_topology(),
+            Geometry::Instance(_) if shown_or_hidden => self.edits.mark_instances(),
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,102 @@
+//! Refit: the boxes of a tree's nodes follow the vertices of its triangles, bottom up; the tree
+//! itself stays.
+
+use super::build_input::BuildInput;
+use super::huge_pages::consecutive;
+use super::leaf::LeafTriangle;
+use super::leaf_column::LeafRow;
+use super::node::weighted_cost;
+use super::tree_parts::TreePart;
+use super::upper::ChunkRows;
+use super::{Bvh, Child, LeafKind, Node};
+use phalanx_scene::Bounds;
+use rayon::prelude::*;
+
+impl Node {
+    /// The box around both children.
+    pub(super) fn whole(&self) -> Bounds {
+        let child = |k: usize| match self.child(k) {
+            Child::Leaf { count: 0, .. } => Bounds::EMPTY,
+            _ => self.bounds(k),
+        };
+        child(0).union(child(1))
+    }
+}
+
+impl Bvh {
+    /// Moves the triangles of a part, and the boxes around them, to where the scene has them now.
+    /// Returns its Σ area · cost.
+    pub(super) fn refit(&mut self, input: &BuildInput, part: &TreePart) -> f64 {
+        let triangles = &mut self.slots.triangles.make_mut()[part.triangles.clone()];
+        let nodes = &mut self.nodes.make_mut()[part.nodes.clone()];
+        let upper = part.chunks.first().map_or(nodes.len(), |chunk| chunk.node);
+        let starts = |row: fn(&ChunkRows) -> usize| part.chunks.iter().map(row);
+        let node_slices = split(&mut nodes[upper..], starts(|chunk| chunk.node));
+        let triangle_slices = split(triangles, starts(|chunk| chunk.triangle));
+        let chunks = part.chunks.par_iter().zip(node_slices).zip(triangle_slices);
+        let weighted = chunks.map(|((chunk, nodes), triangles)| {
+            // The boxes read what has just been written.
+            for row in &mut *triangles {
+                *row = LeafTriangle::of(input, row.prim_id);
+            }
+            let first = [
+                part.nodes.start + chunk.node,
+                part.triangles.start + chunk.triangle,
+            ];
+            let count = nodes.len();
+            refit_nodes((nodes, count), triangles, first)
+        });
+        // In order, so that the sum does not depend on threads.
+        let below: f64 = weighted.collect::<Vec<f64>>().iter().sum();
+        let first = [part.nodes.start, part.triangles.start];
+        below + refit_nodes((nodes, upper), triangles, first)
+    }
+}
+
+/// Consecutive slices that begin at these rows, the first of which is the first row of all.
+fn split<T>(rows: &mut [T], starts: impl Iterator<Item = usize> + Clone) -> Vec<&mut [T]> {
+    let first = starts.clone().next().unwrap_or(0);
+    let ends = starts.clone().skip(1).chain([first + rows.len()]);
+    consecutive(rows, starts.zip(ends).map(|(start, end)| end - start))
+}
+
+/// Makes the boxes of the first `count` nodes fit; those of the others do so already. Nodes and
+/// triangles are counted from these `first` ones. Returns Σ area · cost.
+fn refit_nodes(
+    (nodes, count): (&mut [Node], usize),
+    triangles: &[LeafTriangle],
+    first: [usize; 2],
+) -> f64 {
+    let mut weighted = 0.0;
+    // Children stand behind their parents.
+    for index in (0..count).rev() {
+        for k in 0..2 {
+            let child = nodes[index].child(k);
+            let bounds = match child {
+                Child::Node(child) => nodes[child as usize - first[0]].whole(),
+                Child::Leaf {
+                    kind: LeafKind::TRIANGLE,
+                    first: slot,
+                    count,
+                } if count > 0 => {
+                    let rows = &triangles[slot as usize - first[1]..][..count as usize];
+                    let boxes = rows.iter().map(LeafTriangle::bounds);
+                    boxes.fold(Bounds::EMPTY, Bounds::union)
+                }
+                Child::Leaf { .. } => nodes[index].bounds(k),
+            };
+            nodes[index].set_box(k, bounds);
+            weighted += weighted_cost(child, bounds);
+        }
+    }
+    weighted
+}
+
+/// Σ area · cost over the children of nodes.
+pub(super) fn weighted_cost_of(nodes: &[Node]) -> f64 {
+    let child = |node: &Node, k| weighted_cost(node.child(k), node.bounds(k));
+    nodes
+        .iter()
+        .map(|node| child(node, 0) + child(node, 1))
+        .sum()
+}

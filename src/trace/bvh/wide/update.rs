@@ -1,0 +1,170 @@
+//! The wide tree of a scene that moves: boxes are refitted, and a tree over the instances stands
+//! behind that over the world's primitives, so that it can be replaced.
+
+use super::rows::{ChildRef, OtherLeaf, TriangleBlock, WideBvh, WideNode, WorldRows};
+use crate::bvh::build_input::BuildInput;
+use crate::bvh::leaf::LeafTriangle;
+use crate::bvh::leaf_column::LeafRow;
+use crate::simd::NATIVE;
+use glam::Vec3;
+use phalanx_scene::{Bounds, NO_PRIM, PAD};
+use rayon::prelude::*;
+
+/// Rows that a thread takes at a time.
+const GRAIN: usize = 1 << 10;
+
+impl WideBvh {
+    /// The tree over the world's primitives, and that over the instances, below a common root.
+    pub(super) fn joined(world: WideBvh, top: WideBvh) -> WideBvh {
+        let depth = world.depth;
+        let mut all = WideBvh {
+            nodes: vec![WideNode::EMPTY],
+            others: vec![OtherLeaf::EMPTY],
+            ..WideBvh::default()
+        };
+        all.append(world);
+        all.world = Some(WorldRows {
+            nodes: all.nodes.len(),
+            others: all.others.len(),
+            depth,
+        });
+        all.replace_top(top);
+        all
+    }
+
+    /// Returns true if the instances have a tree of their own.
+    pub(in crate::bvh) fn has_top(&self) -> bool {
+        self.world.is_some()
+    }
+
+    /// Replaces the tree over the instances.
+    pub(in crate::bvh) fn replace_top(&mut self, top: WideBvh) {
+        if let Some(world) = self.world {
+            self.nodes.truncate(world.nodes);
+            self.others.truncate(world.others);
+            self.depth = 1 + world.depth.max(top.depth);
+            self.append(top);
+            self.set_root(world.nodes);
+        }
+    }
+
+    /// Appends the rows of another tree. Instances have no blocks.
+    fn append(&mut self, other: WideBvh) {
+        let offset = |code: u32| match ChildRef::of_code(code) {
+            ChildRef::Node(k) => ChildRef::Node(k + self.nodes.len() as u32),
+            ChildRef::Triangles(k) => ChildRef::Triangles(k + self.triangles.len() as u32),
+            ChildRef::Spheres(k) => ChildRef::Spheres(k + self.spheres.len() as u32),
+            // The first one is empty in both.
+            ChildRef::Other(0) => ChildRef::NOTHING,
+            ChildRef::Other(k) => ChildRef::Other(k - 1 + self.others.len() as u32),
+        };
+        let moved = |mut node: WideNode| {
+            node.children = node.children.map(|code| offset(code).code());
+            node
+        };
+        let nodes: Vec<WideNode> = other.nodes.into_par_iter().map(moved).collect();
+        self.nodes.extend(nodes);
+        self.triangles.extend(other.triangles);
+        self.spheres.extend(other.spheres);
+        self.others.extend(other.others.into_iter().skip(1));
+    }
+
+    /// Makes the root of the two trees that begin at node 1 and at this one.
+    fn set_root(&mut self, top: usize) {
+        let mut children = [1, top].map(|k| (ChildRef::Node(k as u32), self.nodes[k].whole()));
+        let mut root = WideNode::over(&mut children, |child| child.1);
+        for (code, child) in root.children.iter_mut().zip(children) {
+            *code = child.0.code();
+        }
+        self.nodes[0] = root;
+    }
+
+    /// Moves the triangles, and the boxes around them, to where the scene has them now.
+    pub(in crate::bvh) fn refit(&mut self, input: &BuildInput) {
+        let moved = self
+            .triangles
+            .par_iter_mut()
+            .with_min_len(GRAIN)
+            .map(|block| {
+                for lane in 0..NATIVE {
+                    if block.prim_id[lane] != NO_PRIM {
+                        let row = LeafTriangle::of(input, block.prim_id[lane]);
+                        block.put(lane, &row);
+                    }
+                }
+                block.bounds()
+            });
+        let blocks: Vec<Bounds> = moved.collect();
+        let nodes = self.nodes.par_iter_mut().with_min_len(GRAIN);
+        nodes.for_each(|node| {
+            for lane in 0..NATIVE {
+                if let ChildRef::Triangles(k) = ChildRef::of_code(node.children[lane]) {
+                    node.set_box(lane, blocks[k as usize]);
+                }
+            }
+        });
+        // Children stand behind their parents.
+        for k in (0..self.nodes.len()).rev() {
+            for lane in 0..NATIVE {
+                if let ChildRef::Node(child) = ChildRef::of_code(self.nodes[k].children[lane]) {
+                    let bounds = self.nodes[child as usize].whole();
+                    self.nodes[k].set_box(lane, bounds);
+                }
+            }
+        }
+    }
+}
+
+impl WideNode {
+    pub(super) fn set_box(&mut self, lane: usize, bounds: Bounds) {
+        for axis in 0..3 {
+            self.boxes[0][axis][lane] = bounds.lo[axis];
+            self.boxes[1][axis][lane] = bounds.hi[axis];
+        }
+    }
+
+    /// The box around all children; missing ones have an empty box.
+    fn whole(&self) -> Bounds {
+        let [lo, hi] = &self.boxes;
+        let least = |axis: &[f32; NATIVE]| axis.iter().copied().fold(f32::INFINITY, f32::min);
+        let most = |axis: &[f32; NATIVE]| axis.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        Bounds::new(
+            Vec3::from_array(lo.each_ref().map(least)),
+            Vec3::from_array(hi.each_ref().map(most)),
+        )
+    }
+}
+
+impl TriangleBlock {
+    /// The box around the padded boxes of all triangles. Unused lanes are NaN, which a minimum
+    /// drops.
+    fn bounds(&self) -> Bounds {
+        let [a, b, c] = &self.vertices;
+        let (mut lo, mut hi) = ([[0.0; NATIVE]; 3], [[0.0; NATIVE]; 3]);
+        let mut largest = [0.0f32; NATIVE];
+        for axis in 0..3 {
+            for lane in 0..NATIVE {
+                let three = [a[axis][lane], b[axis][lane], c[axis][lane]];
+                lo[axis][lane] = three[0].min(three[1]).min(three[2]);
+                hi[axis][lane] = three[0].max(three[1]).max(three[2]);
+                let far = lo[axis][lane].abs().max(hi[axis][lane].abs());
+                largest[lane] = largest[lane].max(far);
+            }
+        }
+        let least = |axis: usize| {
+            let lanes = lo[axis]
+                .iter()
+                .zip(&largest)
+                .map(|(lo, far)| lo - PAD * far);
+            lanes.fold(f32::INFINITY, f32::min)
+        };
+        let most = |axis: usize| {
+            let lanes = hi[axis]
+                .iter()
+                .zip(&largest)
+                .map(|(hi, far)| hi + PAD * far);
+            lanes.fold(f32::NEG_INFINITY, f32::max)
+        };
+        Bounds::new([0, 1, 2].map(least).into(), [0, 1, 2].map(most).into())
+    }
+}

@@ -1,0 +1,295 @@
+//! Trees that follow a scene: after any edit, their answers are those of a fresh build, of the
+//! oracle, and of every kernel.
+
+use super::front_door::soup;
+use crate::common::rays::{Engines, toward};
+use crate::common::rng::Rng;
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use phalanx::bvh::{BuildSettings, Quality};
+use phalanx::oracle::{OracleRay, TwoLevelBvh};
+use phalanx::scene::{Cone, GeometryError};
+use phalanx::{Bvh, GeomId, Ray, RayFilter, Scene};
+
+/// Edits of all scenes together; `PHALANX_EDITS` asks for another number.
+fn edits() -> usize {
+    let given = std::env::var("PHALANX_EDITS").ok();
+    given.map_or(400, |given| given.parse().expect("a number"))
+}
+
+const EDITS_PER_SCENE: usize = 25;
+
+/// A scene that is edited, and what it consists of.
+struct Stage {
+    scene: Scene,
+    meshes: Vec<(GeomId, Vec<[f32; 3]>)>,
+    prototypes: Vec<(u32, Vec<[f32; 3]>)>,
+    instances: Vec<GeomId>,
+    geometries: u32,
+}
+
+impl Stage {
+    /// A scene with some of: meshes, spheres, a cone, prototypes, instances.
+    fn new(random: &mut Rng) -> Stage {
+        let mut stage = Stage {
+            scene: Scene::new(),
+            meshes: Vec::new(),
+            prototypes: Vec::new(),
+            instances: Vec::new(),
+            geometries: 0,
+        };
+        for _ in 0..random.below(3) {
+            stage.add_mesh(random);
+        }
+        if random.below(2) == 0 {
+            let centers = [(); 9].map(|()| random.point(1.0).to_array());
+            stage
+                .scene
+                .add_spheres(&centers, &[0.1; 9])
+                .expect("spheres");
+            stage.geometries += 1;
+        }
+        if random.below(3) == 0 {
+            let (base, apex) = (random.point(1.0), random.point(1.0));
+            let cone = Cone {
+                base,
+                apex,
+                base_radius: 0.2,
+                apex_radius: 0.1,
+                inside: false,
+            };
+            stage.scene.add_cone(cone, 0);
+        }
+        for _ in 0..random.below(3) {
+            stage.add_prototype(random);
+        }
+        for _ in 0..random.below(30) {
+            stage.add_instance(random);
+        }
+        stage
+    }
+
+    fn add_mesh(&mut self, random: &mut Rng) {
+        let count = [3, 40, 300][random.below(3)];
+        let (vertices, indices) = soup(random, count);
+        let mesh = self.scene.add_mesh(&vertices, &indices).expect("a mesh");
+        self.meshes.push((mesh, vertices));
+        self.geometries += 1;
+    }
+
+    fn add_prototype(&mut self, random: &mut Rng) {
+        let (vertices, indices) = soup(random, 30);
+        let prototype = self.scene.add_prototype(&vertices, &indices);
+        self.prototypes.push((prototype.expect("a mesh"), vertices));
+    }
+
+    fn add_instance(&mut self, random: &mut Rng) {
+        if !self.prototypes.is_empty() {
+            let which = random.below(self.prototypes.len());
+            let prototype = self.prototypes[which].0;
+            let instance = self.scene.add_instance(prototype, map(random));
+            self.instances.push(instance.expect("a place"));
+            self.geometries += 1;
+        }
+    }
+
+    /// Makes one random edit.
+    fn edit(&mut self, random: &mut Rng) {
+        match random.below(20) {
+            0 => self.add_mesh(random),
+            1 => self.add_prototype(random),
+            2 | 3 => self.add_instance(random),
+            4 | 5 if self.geometries > 0 => {
+                let geometry = random.below(self.geometries as usize) as u32;
+                let mask = [0, u32::MAX, 5][random.below(3)];
+                self.scene.set_mask(geometry, mask).expect("a geometry");
+            }
+            6..=9 if !self.meshes.is_empty() => {
+                let which = random.below(self.meshes.len());
+                let (mesh, vertices) = &mut self.meshes[which];
+                deform(random, vertices);
+                self.scene.set_vertices(*mesh, vertices).expect("a mesh");
+            }
+            10..=12 if !self.prototypes.is_empty() => {
+                let which = random.below(self.prototypes.len());
+                let (prototype, vertices) = &mut self.prototypes[which];
+                deform(random, vertices);
+                let moved = self.scene.set_prototype_vertices(*prototype, vertices);
+                moved.expect("a prototype");
+            }
+            _ if !self.instances.is_empty() => {
+                let which = random.below(self.instances.len());
+                let moved = self.scene.set_transform(self.instances[which], map(random));
+                moved.expect("an instance");
+            }
+            _ => {}
+        }
+    }
+}
+
+fn map(random: &mut Rng) -> DAffine3 {
+    let turn = DQuat::from_rotation_y(f64::from(random.range(0.0, 6.0)));
+    let scale = DVec3::splat(f64::from(random.range(0.1, 0.6)));
+    DAffine3::from_scale_rotation_translation(scale, turn, random.point(1.0).as_dvec3())
+}
+
+/// Moves vertices a little, or anywhere.
+fn deform(random: &mut Rng, vertices: &mut [[f32; 3]]) {
+    let by = [0.01, 0.3, 5.0][random.below(3)];
+    for vertex in vertices {
+        *vertex = (Vec3::from(*vertex) + random.point(by)).to_array();
+    }
+}
+
+/// Checks that a tree answers as a fresh one, and as the oracle does in every kernel.
+fn assert_follows(scene: &Scene, bvh: &Bvh, random: &mut Rng) {
+    let fresh = Bvh::build(scene);
+    let oracle = TwoLevelBvh::build(scene);
+    let mut engines = Engines::new(scene, &oracle, bvh);
+    let rays: Vec<OracleRay> = (0..8)
+        .map(|_| toward(random.point(2.0), random.point(0.7)))
+        .collect();
+    engines.closest_of(&rays);
+    engines.occluded_of(&rays, random.range(0.1, 2.0));
+    for ray in &rays {
+        let ray = Ray {
+            tmax: random.range(0.5, 3.0),
+            ..Ray::new(ray.org, ray.dir)
+        };
+        assert_eq!(bvh.intersect(&ray), fresh.intersect(&ray), "{ray:?}");
+        assert_eq!(bvh.occluded(&ray), fresh.occluded(&ray), "{ray:?}");
+        let filter = RayFilter {
+            mask: 4,
+            ..RayFilter::default()
+        };
+        let hits = [bvh, &fresh].map(|bvh| bvh.all_hits_filtered(&ray, &filter));
+        assert_eq!(hits[0], hits[1], "{ray:?}");
+    }
+}
+
+#[test]
+fn updated_trees_answer_as_fresh_ones() {
+    for seed in 0..(edits() / EDITS_PER_SCENE) as u64 {
+        let mut random = Rng::new(seed);
+        let mut stage = Stage::new(&mut random);
+        let settings = BuildSettings {
+            quality: Quality::ALL[(seed % 4) as usize].1,
+            threads: (seed % 3) as usize,
+        };
+        let mut bvh = Bvh::build_with(&stage.scene, &settings);
+        // A tree that follows now and then, from a state long gone.
+        let mut late = bvh.clone();
+        for edit in 0..EDITS_PER_SCENE {
+            stage.edit(&mut random);
+            bvh.update(&stage.scene);
+            assert_follows(&stage.scene, &bvh, &mut random);
+            if edit % 7 == 6 {
+                late.update(&stage.scene);
+                assert_follows(&stage.scene, &late, &mut random);
+            }
+        }
+    }
+}
+
+/// Checks that a tree does not take one scene for another, and follows primitives that were added
+/// by hand.
+#[test]
+fn trees_follow_other_scenes() {
+    let mut random = Rng::new(7);
+    let scenes = [(); 6].map(|()| Stage::new(&mut random).scene);
+    let mut bvh = Bvh::default();
+    for round in 0..20 {
+        let mut scene = scenes[random.below(6) as usize].clone();
+        if round % 3 == 0 {
+            scene.add_sphere(random.point(1.0), 0.3, 0);
+        }
+        bvh.update(&scene);
+        assert_follows(&scene, &bvh, &mut random);
+    }
+}
+
+/// Checks that large parts stay as they are: refits keep the tree, and moved instances build only
+/// the tree over them.
+#[test]
+fn what_stays_is_not_built() {
+    let mut random = Rng::new(3);
+    let (mut vertices, indices) = soup(&mut random, 3000);
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(&vertices, &indices).expect("a mesh");
+    let prototype = scene.add_prototype(&vertices, &indices).expect("a mesh");
+    let instances = [(); 20].map(|()| {
+        let instance = scene.add_instance(prototype, map(&mut random));
+        instance.expect("a place")
+    });
+    let mut bvh = Bvh::build(&scene);
+    bvh.build_wide(1);
+    let shape = |bvh: &Bvh| (bvh.nodes().len(), bvh.wide().nodes().len(), bvh.depth());
+    let before = shape(&bvh);
+    vertices
+        .iter_mut()
+        .for_each(|vertex| vertex[1] += 0.01 * vertex[0]);
+    scene.set_vertices(mesh, &vertices).expect("a mesh");
+    bvh.update(&scene);
+    assert_eq!(shape(&bvh), before, "refitted");
+    scene
+        .set_transform(instances[3], map(&mut random))
+        .expect("an instance");
+    bvh.update(&scene);
+    // The rows of the large meshes lie where they lay, from now on.
+    let rows = bvh.leaf_prims().triangles.as_ptr();
+    for instance in instances {
+        scene
+            .set_transform(instance, map(&mut random))
+            .expect("an instance");
+        bvh.update(&scene);
+        assert_eq!(bvh.leaf_prims().triangles.as_ptr(), rows);
+        assert!(bvh.has_wide());
+    }
+    assert_follows(&scene, &bvh, &mut random);
+}
+
+#[test]
+fn wrong_edits_are_refused_and_change_nothing() {
+    let mut scene = Scene::new();
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mesh = scene.add_mesh(&corners, &[[0, 1, 2]]).expect("a mesh");
+    let ball = scene.add_spheres(&[[0.0; 3]], &[1.0]).expect("a sphere");
+    let prototype = scene.add_prototype(&corners, &[[0, 1, 2]]).expect("a mesh");
+    let placed = scene
+        .add_instance(prototype, DAffine3::IDENTITY)
+        .expect("a place");
+    let before = scene.edits();
+    let none = |kind: &'static str, id| GeometryError::NoGeometry { kind, id };
+    assert_eq!(scene.set_vertices(ball, &corners), Err(none("mesh", ball)));
+    assert_eq!(
+        scene.set_vertices(placed, &corners),
+        Err(none("mesh", placed))
+    );
+    assert_eq!(scene.set_vertices(9, &corners), Err(none("mesh", 9)));
+    assert_eq!(
+        scene.set_prototype_vertices(1, &corners),
+        Err(none("prototype", 1))
+    );
+    assert_eq!(
+        scene.set_transform(mesh, DAffine3::IDENTITY),
+        Err(none("instance", mesh))
+    );
+    assert_eq!(scene.set_mask(3, 1), Err(none("geometry", 3)));
+    let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+    assert_eq!(
+        scene.set_transform(placed, flat),
+        Err(GeometryError::NotInvertible)
+    );
+    let count = GeometryError::VertexCount {
+        given: 2,
+        vertices: 3,
+    };
+    assert_eq!(scene.set_vertices(mesh, &corners[..2]), Err(count));
+    let bad = scene.set_vertices(mesh, &[[f32::NAN; 3]; 3]);
+    assert!(matches!(
+        bad,
+        Err(GeometryError::NotFinite { vertex: 0, .. })
+    ));
+    assert_eq!(scene.edits(), before);
+    scene.set_vertices(mesh, &corners).expect("a mesh");
+    assert_ne!(scene.edits(), before);
+}
