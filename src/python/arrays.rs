@@ -1,10 +1,37 @@
-//! The caller's arrays: checked, and converted unless they are contiguous float32.
+//! The caller's arrays: checked, and converted unless they are contiguous and of the wanted type.
 
 use crate::errors::value_error;
-use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::{
+    IntoPyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
+
+/// Numbers that arrays are converted to.
+pub(crate) trait NumpyNumber: numpy::Element {
+    /// numpy's kinds of numbers that may be converted.
+    const KINDS: &'static [u8];
+    /// Those kinds for readers.
+    const WORDS: &'static str;
+}
+
+impl NumpyNumber for f32 {
+    const KINDS: &'static [u8] = b"fiu";
+    const WORDS: &'static str = "real numbers";
+}
+
+impl NumpyNumber for f64 {
+    const KINDS: &'static [u8] = b"fiu";
+    const WORDS: &'static str = "real numbers";
+}
+
+impl NumpyNumber for i64 {
+    const KINDS: &'static [u8] = b"iu";
+    const WORDS: &'static str = "integers";
+}
 
 /// A C-contiguous float32 array: the caller's own if it qualifies, else a copy.
 pub(crate) struct Floats<'py> {
@@ -17,10 +44,20 @@ impl<'py> Floats<'py> {
     /// # Errors
     /// `TypeError` for anything but real numbers.
     pub(crate) fn of(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
-        let array = as_contiguous(name, object, "float32")?;
-        let array = array.cast_into::<PyArrayDyn<f32>>()?;
+        let array = as_contiguous(name, object)?;
         Ok(Floats {
             array: array.try_readonly().map_err(value_error)?,
+        })
+    }
+
+    /// An array of numbers that were computed here.
+    pub(crate) fn made(
+        py: Python<'py>,
+        numbers: Vec<f32>,
+        shape: &[usize],
+    ) -> PyResult<Floats<'py>> {
+        Ok(Floats {
+            array: shaped(py, numbers, shape)?.readonly(),
         })
     }
 
@@ -44,41 +81,69 @@ impl<'py> Floats<'py> {
     }
 }
 
+/// Imports a function of numpy once.
+pub(crate) fn numpy<'py>(
+    py: Python<'py>,
+    known: &PyOnceLock<Py<PyAny>>,
+    name: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    known.import(py, "numpy", name).cloned()
+}
+
 /// A numpy array of one type, C-contiguous, aligned and in native byte order; the same array if it
 /// already qualifies.
 ///
 /// # Errors
 /// `TypeError` for anything but real numbers, `OverflowError` or `ValueError` from numpy.
-pub(crate) fn as_contiguous<'py>(
+pub(crate) fn as_contiguous<'py, T: NumpyNumber>(
     name: &str,
     object: &Bound<'py, PyAny>,
-    dtype: &str,
-) -> PyResult<Bound<'py, PyAny>> {
-    let numpy = object.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (object,)).map_err(|error| {
-        PyTypeError::new_err(format!("{name} is not an array of numbers: {error}"))
-    })?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    let empty = array.getattr("size")?.extract::<usize>()? == 0;
-    let wanted = match dtype {
-        "float32" | "float64" => "fiu",
-        _ => "iu",
-    };
-    if !wanted.contains(&kind) && !empty {
-        let given: String = array.getattr("dtype")?.str()?.extract()?;
-        let words = if wanted == "iu" {
-            "integers"
-        } else {
-            "real numbers"
-        };
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    if let Ok(array) = object.cast::<PyArrayDyn<T>>()
+        && is_ready(array)
+    {
+        return Ok(array.clone());
+    }
+    let array = as_array(name, object)?;
+    let dtype = array.dtype();
+    if !T::KINDS.contains(&dtype.kind()) && array.len() > 0 {
+        let given: String = dtype.str()?.extract()?;
+        let words = T::WORDS;
         return Err(PyTypeError::new_err(format!(
             "{name} holds {given}, not {words}"
         )));
     }
     let options = PyDict::new(object.py());
-    options.set_item("dtype", dtype)?;
-    options.set_item("requirements", ["C", "A"])?;
-    numpy.call_method("require", (array,), Some(&options))
+    options.set_item("dtype", numpy::dtype::<T>(object.py()))?;
+    options.set_item("order", "C")?;
+    let array = asarray(object.py())?.call((array,), Some(&options))?;
+    let array = array.cast_into::<PyArrayDyn<T>>()?;
+    match is_ready(&array) {
+        true => Ok(array),
+        // It was of the type, but not aligned.
+        false => Ok(array.call_method0("copy")?.cast_into()?),
+    }
+}
+
+/// `numpy.asarray`.
+pub(crate) fn asarray(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    numpy(py, &ASARRAY, "asarray")
+}
+
+/// An array of any type.
+fn as_array<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    if let Ok(array) = object.cast::<PyUntypedArray>() {
+        return Ok(array.clone());
+    }
+    let array = asarray(object.py())?.call1((object,)).map_err(|error| {
+        PyTypeError::new_err(format!("{name} is not an array of numbers: {error}"))
+    })?;
+    Ok(array.cast_into()?)
+}
+
+fn is_ready<T: numpy::Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
+    array.is_c_contiguous() && array.data().is_aligned()
 }
 
 /// A `ValueError` about an array's shape.
@@ -93,9 +158,9 @@ pub(crate) fn wrong_shape(name: &str, wanted: &str, shape: &[usize]) -> PyErr {
 
 /// Rows of (…, 6) split into their halves: origins and directions.
 pub(crate) fn halves<'py>(rays: &Bound<'py, PyAny>) -> PyResult<[Bound<'py, PyAny>; 2]> {
-    let numpy = rays.py().import("numpy")?;
-    let rays = numpy.call_method1("asarray", (rays,))?;
-    let halves = numpy.call_method1("split", (rays, 2, -1))?;
+    static SPLIT: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let rays = as_array("rays", rays)?;
+    let halves = numpy(rays.py(), &SPLIT, "split")?.call1((rays, 2, -1))?;
     Ok([halves.get_item(0)?, halves.get_item(1)?])
 }
 
@@ -105,8 +170,7 @@ pub(crate) fn halves<'py>(rays: &Bound<'py, PyAny>) -> PyResult<[Bound<'py, PyAn
 /// `TypeError` for anything but integers, `ValueError` for any shape but (m, 3), `IndexError` for
 /// negative numbers and those beyond 32 bits.
 pub(crate) fn faces(object: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
-    let array = as_contiguous("faces", object, "int64")?;
-    let array = array.cast_into::<PyArrayDyn<i64>>()?;
+    let array = as_contiguous::<i64>("faces", object)?;
     let array = array.try_readonly().map_err(value_error)?;
     if !matches!(array.shape(), [_, 3]) && !array.shape().contains(&0) {
         return Err(wrong_shape("faces", "(m, 3)", array.shape()));
@@ -115,9 +179,7 @@ pub(crate) fn faces(object: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
     let row = |(k, row): (usize, &[i64; 3])| {
         let [a, b, c] = row.map(|index| u32::try_from(index).ok());
         a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]).ok_or_else(|| {
-            pyo3::exceptions::PyIndexError::new_err(format!(
-                "face {k} is {row:?}: vertices are numbered from 0"
-            ))
+            PyIndexError::new_err(format!("face {k} is {row:?}: vertices are numbered from 0"))
         })
     };
     rows.iter().enumerate().map(row).collect()
@@ -129,5 +191,8 @@ pub(crate) fn shaped<'py, T: numpy::Element>(
     column: Vec<T>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-    column.into_pyarray(py).reshape(shape.to_vec())
+    match *shape {
+        [len] if len == column.len() => Ok(column.into_pyarray(py).to_dyn().clone()),
+        _ => column.into_pyarray(py).reshape(shape.to_vec()),
+    }
 }

@@ -31,7 +31,7 @@ impl PyScene {
     ///     None for all.
     /// camera : (from, at, up, fov), as in render()
     /// size : (width, height) in pixels, at most 2^22 of them
-    /// threads : int, or None for one per CPU
+    /// threads : int; 0 or None for one per CPU
     /// repeat : int
     ///     Minimum number of samples of each rate.
     /// name : str

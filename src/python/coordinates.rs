@@ -2,7 +2,7 @@
 
 use crate::arrays::{Floats, as_contiguous, wrong_shape};
 use crate::errors::value_error;
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use phalanx::Scene;
 use phalanx::glam::{DAffine3, DMat3, DVec3};
 use pyo3::prelude::*;
@@ -36,10 +36,15 @@ impl Coordinates {
         if self.is_identity() {
             return Floats::of(name, object);
         }
-        let points = as_contiguous(name, object, "float64")?;
-        let numpy = object.py().import("numpy")?;
-        let moved = numpy.call_method1("subtract", (points, self.origin.to_vec()))?;
-        Floats::of(name, &numpy.call_method1("multiply", (moved, self.scale))?)
+        let points = as_contiguous::<f64>(name, object)?
+            .try_readonly()
+            .map_err(value_error)?;
+        if !matches!(points.shape(), [.., 3] | [0]) {
+            return Err(wrong_shape(name, "(…, 3)", points.shape()));
+        }
+        let point = |point: &[f64; 3]| self.ray(*point, [0.0; 3])[0].map(|c| c as f32);
+        let moved = points.as_slice()?.as_chunks().0.iter().flat_map(point);
+        Floats::made(object.py(), moved.collect(), points.shape())
     }
 
     /// Directions, or other differences, in the scene's units.
@@ -51,12 +56,11 @@ impl Coordinates {
         if self.scale == 1.0 {
             return Floats::of(name, object);
         }
-        let differences = as_contiguous(name, object, "float64")?;
-        let numpy = object.py().import("numpy")?;
-        Floats::of(
-            name,
-            &numpy.call_method1("multiply", (differences, self.scale))?,
-        )
+        let given = as_contiguous::<f64>(name, object)?
+            .try_readonly()
+            .map_err(value_error)?;
+        let scaled = given.as_slice()?.iter().map(|c| (c * self.scale) as f32);
+        Floats::made(object.py(), scaled.collect(), given.shape())
     }
 
     /// A caller's ray in the scene's coordinates, in double precision.
@@ -81,8 +85,7 @@ pub(crate) fn transform(
     object: &Bound<'_, PyAny>,
     coordinates: &Coordinates,
 ) -> PyResult<DAffine3> {
-    let array = as_contiguous("transform", object, "float64")?;
-    let array = array.cast_into::<PyArrayDyn<f64>>()?;
+    let array = as_contiguous::<f64>("transform", object)?;
     if !matches!(array.shape(), [3 | 4, 4]) {
         return Err(wrong_shape("transform", "(4, 4) or (3, 4)", array.shape()));
     }

@@ -27,12 +27,13 @@ pub(crate) fn value_error(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-/// `IndexError` for an index beyond the vertices or the prototypes, `ValueError` for anything else.
+/// `IndexError` for an index beyond the vertices, the prototypes or the geometries, `ValueError`
+/// for anything else.
 pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
     match error {
-        GeometryError::IndexOutOfRange { .. } | GeometryError::NoPrototype(_) => {
-            PyIndexError::new_err(error.to_string())
-        }
+        GeometryError::IndexOutOfRange { .. }
+        | GeometryError::NoPrototype(_)
+        | GeometryError::NoGeometry { .. } => PyIndexError::new_err(error.to_string()),
         other => value_error(other),
     }
 }

@@ -1,10 +1,13 @@
 //! Answers: columns as numpy arrays.
 
-use crate::arrays::{as_contiguous, halves, shaped};
+use crate::arrays::{as_contiguous, asarray, halves, shaped};
 use crate::coordinates::Coordinates;
-use numpy::{PyArrayDyn, PyArrayMethods};
+use crate::errors::value_error;
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyTuple;
 use std::sync::Arc;
 
 /// The closest hits of rays, as returned by Scene.intersect(). Each
@@ -30,9 +33,14 @@ pub(crate) struct PyHits {
     #[pyo3(get)]
     geom_id: Py<PyArrayDyn<i32>>,
     shape: Vec<usize>,
-    from: RaySource,
-    normal: pyo3::sync::PyOnceLock<Py<PyArrayDyn<f32>>>,
+    /// None of pickled hits, which have the next two.
+    from: Option<RaySource>,
+    normal: PyOnceLock<Py<PyArrayDyn<f32>>>,
+    refined: PyOnceLock<RefinedArrays>,
 }
+
+/// Distances and points in double precision.
+type RefinedArrays = (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>);
 
 /// The rays and the scene to which hits belong.
 pub(crate) struct RaySource {
@@ -72,6 +80,28 @@ fn signed(ids: Vec<u32>) -> Vec<i32> {
     bytemuck::cast_vec(ids)
 }
 
+/// A value that may be known already.
+fn known<T>(py: Python<'_>, value: Option<T>) -> PyOnceLock<T> {
+    let cell = PyOnceLock::new();
+    // Nobody else has the cell yet.
+    let _ = value.map(|value| cell.set(py, value));
+    cell
+}
+
+/// Some rows of an array of answers, each of which has the shape `inner`.
+fn picked<T: numpy::Element>(
+    array: &Py<PyArrayDyn<T>>,
+    rows: &Bound<'_, PyAny>,
+    inner: &[usize],
+) -> PyResult<Py<PyArrayDyn<T>>> {
+    let array = array.bind(rows.py());
+    let count = array.len() / inner.iter().product::<usize>();
+    let flat = array.reshape([&[count], inner].concat())?;
+    // A single row is no array yet.
+    let picked = asarray(rows.py())?.call1((flat.as_any().get_item(rows)?,))?;
+    Ok(picked.cast_into()?.unbind())
+}
+
 /// The shape of an array of vectors, one for each answer.
 fn of_vectors(shape: &[usize]) -> Vec<usize> {
     [shape, &[3]].concat()
@@ -91,14 +121,30 @@ impl PyHits {
             prim_id: shaped(py, signed(columns.prim_id), &shape)?.unbind(),
             geom_id: shaped(py, signed(columns.geom_id), &shape)?.unbind(),
             shape,
-            from,
-            normal: pyo3::sync::PyOnceLock::new(),
+            from: Some(from),
+            normal: PyOnceLock::new(),
+            refined: PyOnceLock::new(),
         })
     }
 
     fn in_double(&self, py: Python<'_>) -> PyResult<Vec<Option<RefinedHit>>> {
         let columns = (&self.t, &self.prim_id);
-        self.from.in_double(py, &self.shape, columns, |row| row)
+        self.source()?
+            .in_double(py, &self.shape, columns, |row| row)
+    }
+
+    fn source(&self) -> PyResult<&RaySource> {
+        let from = self.from.as_ref();
+        from.ok_or_else(|| value_error("these hits have lost their rays"))
+    }
+
+    /// Rows of the flattened columns that an index picks.
+    fn rows<'py>(&self, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = index.py();
+        let count: usize = self.shape.iter().product();
+        let rows = PyArray1::from_vec(py, (0..count as i64).collect());
+        let picked = rows.reshape(self.shape.clone())?.as_any().get_item(index)?;
+        Ok(as_contiguous::<i64>("an index", &picked)?.into_any())
     }
 }
 
@@ -126,6 +172,9 @@ impl RaySource {
         (t, prim_id): (&Py<PyArrayDyn<f32>>, &Py<PyArrayDyn<i32>>),
         ray: impl Fn(usize) -> usize + Sync,
     ) -> PyResult<Vec<Option<RefinedHit>>> {
+        if shape.contains(&0) {
+            return Ok(Vec::new());
+        }
         let [origins, directions] = self.rays(py, shape)?;
         let t = t.bind(py).to_vec()?;
         let prim_id = prim_id.bind(py).to_vec()?;
@@ -170,6 +219,27 @@ impl RaySource {
         Ok((shaped(py, t.collect(), shape)?, points))
     }
 
+    /// The source of some of the rays, by rows of them all.
+    fn at(&self, shape: &[usize], rows: &Bound<'_, PyAny>) -> PyResult<RaySource> {
+        let py = rows.py();
+        let pick = |array: Bound<'_, PyAny>, width: usize| {
+            let numpy = py.import("numpy")?;
+            let whole = numpy.call_method1("broadcast_to", (array, [shape, &[width]].concat()))?;
+            let flat = whole.call_method1("reshape", (-1, width))?;
+            Ok::<_, PyErr>(flat.get_item(rows)?.unbind())
+        };
+        let width = if self.directions.is_some() { 3 } else { 6 };
+        let directions = self.directions.as_ref();
+        Ok(RaySource {
+            scene: Arc::clone(&self.scene),
+            coordinates: self.coordinates,
+            origins: pick(self.origins.bind(py).clone(), width)?,
+            directions: directions
+                .map(|directions| pick(directions.bind(py).clone(), 3))
+                .transpose()?,
+        })
+    }
+
     /// The rays in double precision, for answers of this shape.
     fn rays(&self, py: Python<'_>, shape: &[usize]) -> PyResult<[Vec<[f64; 3]>; 2]> {
         let numpy = py.import("numpy")?;
@@ -180,8 +250,7 @@ impl RaySource {
         let shape = of_vectors(shape);
         let rows = |name, array: Bound<'_, PyAny>| {
             let whole = numpy.call_method1("broadcast_to", (array, shape.clone()))?;
-            let whole = as_contiguous(name, &whole, "float64")?;
-            let numbers = whole.cast_into::<PyArrayDyn<f64>>()?.to_vec()?;
+            let numbers = as_contiguous::<f64>(name, &whole)?.to_vec()?;
             Ok::<_, PyErr>(numbers.as_chunks().0.to_vec())
         };
         Ok([rows("origins", origins)?, rows("directions", directions)?])
@@ -224,7 +293,115 @@ impl PyHits {
     /// and the primitive that was hit. Points are in the coordinates of the
     /// rays. Do not change the rays before.
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
-        self.from.refined(py, &self.in_double(py)?, &self.shape)
+        let make = || {
+            let (t, points) = self
+                .source()?
+                .refined(py, &self.in_double(py)?, &self.shape)?;
+            Ok::<_, PyErr>((t.unbind(), points.unbind()))
+        };
+        let (t, points) = self.refined.get_or_try_init(py, make)?;
+        Ok((t.bind(py).clone(), points.bind(py).clone()))
+    }
+
+    /// Made by Scene.intersect(); this is for pickle.
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "a column each")]
+    fn restored(
+        py: Python<'_>,
+        t: Py<PyArrayDyn<f32>>,
+        u: Py<PyArrayDyn<f32>>,
+        v: Py<PyArrayDyn<f32>>,
+        prim_id: Py<PyArrayDyn<i32>>,
+        geom_id: Py<PyArrayDyn<i32>>,
+        normal: Py<PyArrayDyn<f32>>,
+        refined: RefinedArrays,
+    ) -> PyHits {
+        PyHits {
+            shape: t.bind(py).shape().to_vec(),
+            t,
+            u,
+            v,
+            prim_id,
+            geom_id,
+            from: None,
+            normal: known(py, Some(normal)),
+            refined: known(py, Some(refined)),
+        }
+    }
+
+    /// Pickled hits have their normals and refined points instead of the scene.
+    fn __reduce__<'py>(slf: &Bound<'py, PyHits>) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, hits) = (slf.py(), slf.get());
+        let state = (&hits.t, &hits.u, &hits.v, &hits.prim_id, &hits.geom_id);
+        let (t, u, v, prim_id, geom_id) = state;
+        let state = (
+            t,
+            u,
+            v,
+            prim_id,
+            geom_id,
+            hits.normal(py)?,
+            hits.refine(py)?,
+        );
+        (slf.get_type(), state).into_pyobject(py)
+    }
+
+    fn __copy__(slf: Bound<'_, PyHits>) -> Bound<'_, PyHits> {
+        slf
+    }
+
+    /// The hits of some rays, by any index of numpy into an array of the hits' shape.
+    fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<PyHits> {
+        let py = index.py();
+        let rows = self.rows(index)?;
+        let from = self.from.as_ref().map(|from| from.at(&self.shape, &rows));
+        let t = picked(&self.t, &rows, &[])?;
+        let normal = self.normal.get(py).map(|array| picked(array, &rows, &[3]));
+        let refined = self.refined.get(py).map(|(t, points)| {
+            Ok::<_, PyErr>((picked(t, &rows, &[])?, picked(points, &rows, &[3])?))
+        });
+        Ok(PyHits {
+            shape: t.bind(py).shape().to_vec(),
+            t,
+            u: picked(&self.u, &rows, &[])?,
+            v: picked(&self.v, &rows, &[])?,
+            prim_id: picked(&self.prim_id, &rows, &[])?,
+            geom_id: picked(&self.geom_id, &rows, &[])?,
+            from: from.transpose()?,
+            normal: known(py, normal.transpose()?),
+            refined: known(py, refined.transpose()?),
+        })
+    }
+
+    /// The first hits as a table, for notebooks.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        const MOST: usize = 10;
+        let columns = [
+            self.t.bind(py).to_vec()?,
+            self.u.bind(py).to_vec()?,
+            self.v.bind(py).to_vec()?,
+        ];
+        let numbers = [
+            self.prim_id.bind(py).to_vec()?,
+            self.geom_id.bind(py).to_vec()?,
+        ];
+        let row = |ray: usize| {
+            let floats = columns.iter().map(|column| column[ray].to_string());
+            let integers = numbers.iter().map(|column| column[ray].to_string());
+            let cells = floats
+                .chain(integers)
+                .map(|cell| format!("<td>{cell}</td>"));
+            format!("<tr><th>{ray}</th>{}</tr>", cells.collect::<String>())
+        };
+        let count = columns[0].len();
+        let rows: String = (0..count.min(MOST)).map(row).collect();
+        let names = ["ray", "t", "u", "v", "prim_id", "geom_id"];
+        let heads: String = names.map(|name| format!("<th>{name}</th>")).concat();
+        let title = self.__repr__(py)?.replace('<', "&lt;").replace('>', "&gt;");
+        let more = if count > MOST { "<p>…</p>" } else { "" };
+        Ok(format!(
+            "<p>{title}</p><table><tr>{heads}</tr>{rows}</table>{more}"
+        ))
     }
 
     fn __len__(&self) -> PyResult<usize> {

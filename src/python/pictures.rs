@@ -33,7 +33,7 @@ impl PyScene {
     ///     The answer is then a dictionary: 'color', and a layer for each
     ///     name. Layers with one number per pixel are (height, width), those
     ///     of primitives and materials are int32.
-    /// threads : int, or None for one per CPU
+    /// threads : int; 0 or None for one per CPU
     ///
     /// These are the bits that `phalanx render` writes to an OpenEXR file.
     /// Raises ValueError for an invalid camera, size or layer.

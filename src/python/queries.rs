@@ -4,16 +4,17 @@ use crate::arrays::shaped;
 use crate::errors::value_error;
 use crate::hits::{HitVectors, PyAllHits, PyHits, RaySource};
 use crate::interrupt::{PIECE, SMALL_PIECE, pieces};
-use crate::rays::Rays;
+use crate::rays::{FilterArguments, RayFilters, Rays};
 use crate::scene::PyScene;
 use numpy::PyArrayDyn;
-use phalanx::{Bvh, HitColumns, HitLists, Scene};
+use phalanx::{BatchFilter, Bvh, HitColumns, HitLists, Scene};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
 /// A query: rays, and the scene at the time of the call.
 struct RayQuery<'py> {
     rays: Rays<'py>,
+    filters: Option<RayFilters<'py>>,
     scene: Arc<Scene>,
     bvh: Arc<Bvh>,
     threads: usize,
@@ -23,6 +24,7 @@ impl<'py> RayQuery<'py> {
     fn of(
         scene: &Bound<'py, PyScene>,
         [origins, directions, tmax]: [Option<&Bound<'py, PyAny>>; 3],
+        filters: FilterArguments<'_, 'py>,
         threads: Option<i64>,
     ) -> PyResult<RayQuery<'py>> {
         let threads = crate::scene::threads(threads)?;
@@ -30,11 +32,20 @@ impl<'py> RayQuery<'py> {
         let origins = origins.ok_or_else(|| value_error("no rays"))?;
         let rays = Rays::of(origins, directions, tmax, &now.coordinates())?;
         Ok(RayQuery {
+            filters: RayFilters::of(filters, &rays.shape)?,
             rays,
             bvh: now.tree(scene.py())?,
             scene: now.scene,
             threads,
         })
+    }
+}
+
+impl RayQuery<'_> {
+    /// The filters of a range of the rays, if they have any.
+    fn filter(&self, from: usize, to: usize) -> PyResult<Option<BatchFilter<'_>>> {
+        let filters = self.filters.as_ref();
+        filters.map(|filters| filters.rows(from, to)).transpose()
     }
 }
 
@@ -50,27 +61,41 @@ impl PyScene {
     ///     zero: distances are in units of it.
     /// tmax : a number, or an array with one for each ray
     ///     Hits count if 0 < t < tmax. None is infinity.
-    /// threads : int, or None for one per CPU
+    /// threads : int; 0 or None for one per CPU
+    /// tnear : a number, or an array with one for each ray
+    ///     Hits count if tnear < t, too.
+    /// mask : an integer, or an array of integers, with one for each ray
+    ///     Only geometries whose mask shares a bit count: see set_mask().
+    /// ignore : an integer, or an array of integers, with one for each ray
+    ///     prim_id that does not count, such as that of the triangle that the
+    ///     ray leaves; -1 for none, so that prim_id of other hits will do.
     ///
-    /// If several hits share a distance, the smallest prim_id wins. No ray
-    /// slips through an edge or a vertex that triangles share. Rays with a
-    /// component that is not finite, a zero direction, or a tmax that is not
-    /// positive hit nothing. Queries are fastest if adjacent rays have
-    /// similar directions.
+    /// Rays with one of the last three are traced one by one. If several hits
+    /// share a distance, the smallest prim_id wins. No ray slips through an
+    /// edge or a vertex that triangles share. Rays with a component that is
+    /// not finite, a zero direction, or a tmax that is not positive hit
+    /// nothing. Queries are fastest if adjacent rays have similar directions.
     ///
-    /// Raises ValueError for wrong shapes and for threads below 1, TypeError
+    /// Raises ValueError for wrong shapes and for threads below 0, TypeError
     /// for non-numeric arrays, KeyboardInterrupt within about a second of
     /// Ctrl-C.
-    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    #[pyo3(signature = (
+        origins, directions=None, tmax=None, threads=None, *, tnear=None, mask=None, ignore=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn intersect(
         slf: &Bound<'_, PyScene>,
         origins: &Bound<'_, PyAny>,
         directions: Option<&Bound<'_, PyAny>>,
         tmax: Option<&Bound<'_, PyAny>>,
         threads: Option<i64>,
+        tnear: Option<&Bound<'_, PyAny>>,
+        mask: Option<&Bound<'_, PyAny>>,
+        ignore: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyHits> {
         let py = slf.py();
-        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut hits = HitVectors::new(query.rays.len());
         for (from, to) in pieces(query.rays.len(), PIECE) {
             let rows = query.rays.rows(from, to)?;
@@ -82,8 +107,12 @@ impl PyScene {
                 geom_id: &mut hits.geom_id[from..to],
             };
             let (bvh, threads) = (&query.bvh, query.threads);
-            py.detach(|| bvh.intersect_batch(&rows, &mut columns, threads))
-                .map_err(value_error)?;
+            let filter = query.filter(from, to)?;
+            py.detach(|| match &filter {
+                None => bvh.intersect_batch(&rows, &mut columns, threads),
+                Some(filter) => bvh.intersect_batch_filtered(&rows, filter, &mut columns, threads),
+            })
+            .map_err(value_error)?;
             py.check_signals()?;
         }
         let from = RaySource::of(query.scene, origins, directions);
@@ -94,22 +123,33 @@ impl PyScene {
     /// rays' shape without the last dimension. Faster than intersect().
     ///
     /// Arguments and errors as for intersect().
-    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    #[pyo3(signature = (
+        origins, directions=None, tmax=None, threads=None, *, tnear=None, mask=None, ignore=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn occluded<'py>(
         slf: &Bound<'py, PyScene>,
         origins: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
         tmax: Option<&Bound<'py, PyAny>>,
         threads: Option<i64>,
+        tnear: Option<&Bound<'py, PyAny>>,
+        mask: Option<&Bound<'py, PyAny>>,
+        ignore: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let py = slf.py();
-        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut blocked = vec![false; query.rays.len()];
         for (from, to) in pieces(query.rays.len(), PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, blocked) = (&query.bvh, query.threads, &mut blocked[from..to]);
-            py.detach(|| bvh.occluded_batch(&rows, blocked, threads))
-                .map_err(value_error)?;
+            let filter = query.filter(from, to)?;
+            py.detach(|| match &filter {
+                None => bvh.occluded_batch(&rows, blocked, threads),
+                Some(filter) => bvh.occluded_batch_filtered(&rows, filter, blocked, threads),
+            })
+            .map_err(value_error)?;
             py.check_signals()?;
         }
         shaped(py, blocked, &query.rays.shape)
@@ -119,22 +159,41 @@ impl PyScene {
     /// rays' shape without the last dimension.
     ///
     /// Arguments and errors as for intersect().
-    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    #[pyo3(signature = (
+        origins, directions=None, tmax=None, threads=None, *, tnear=None, mask=None, ignore=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn count<'py>(
         slf: &Bound<'py, PyScene>,
         origins: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
         tmax: Option<&Bound<'py, PyAny>>,
         threads: Option<i64>,
+        tnear: Option<&Bound<'py, PyAny>>,
+        mask: Option<&Bound<'py, PyAny>>,
+        ignore: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u32>>> {
         let py = slf.py();
-        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut counts = vec![0; query.rays.len()];
         for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
             let rows = query.rays.rows(from, to)?;
             let (bvh, threads, counts) = (&query.bvh, query.threads, &mut counts[from..to]);
-            py.detach(|| bvh.count_batch(&rows, counts, threads))
-                .map_err(value_error)?;
+            let filter = query.filter(from, to)?;
+            py.detach(|| match &filter {
+                None => bvh.count_batch(&rows, counts, threads),
+                Some(filter) => {
+                    let lists = bvh.all_hits_batch_filtered(&rows, filter, threads)?;
+                    let lens = (0..counts.len()).map(|ray| lists.rows(ray).len() as u32);
+                    counts
+                        .iter_mut()
+                        .zip(lens)
+                        .for_each(|(count, len)| *count = len);
+                    Ok(())
+                }
+            })
+            .map_err(value_error)?;
             py.check_signals()?;
         }
         shaped(py, counts, &query.rays.shape)
@@ -144,25 +203,33 @@ impl PyScene {
     ///
     /// Arguments and errors as for intersect(). Rays of more than one row are
     /// numbered as in their reshape(-1, 3).
-    #[pyo3(signature = (origins, directions=None, tmax=None, threads=None))]
+    #[pyo3(signature = (
+        origins, directions=None, tmax=None, threads=None, *, tnear=None, mask=None, ignore=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn all_hits<'py>(
         slf: &Bound<'py, PyScene>,
         origins: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
         tmax: Option<&Bound<'py, PyAny>>,
         threads: Option<i64>,
+        tnear: Option<&Bound<'py, PyAny>>,
+        mask: Option<&Bound<'py, PyAny>>,
+        ignore: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<PyAllHits> {
         let py = slf.py();
-        let query = RayQuery::of(slf, [Some(origins), directions, tmax], threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut all = HitLists::empty();
         for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
             let rows = query.rays.rows(from, to)?;
-            let (bvh, threads, all) = (&query.bvh, query.threads, &mut all);
-            py.detach(|| {
-                bvh.all_hits_batch(&rows, threads)
-                    .map(|more| all.append(more))
-            })
-            .map_err(value_error)?;
+            let (bvh, threads) = (&query.bvh, query.threads);
+            let filter = query.filter(from, to)?;
+            let more = py.detach(|| match &filter {
+                None => bvh.all_hits_batch(&rows, threads),
+                Some(filter) => bvh.all_hits_batch_filtered(&rows, filter, threads),
+            });
+            all.append(more.map_err(value_error)?);
             py.check_signals()?;
         }
         let from = RaySource::of(query.scene, origins, directions);

@@ -1,10 +1,13 @@
-//! The caller's rays: two arrays, or one with both origins and directions.
+//! The caller's rays: two arrays, or one with both origins and directions; their limits, and what
+//! they may hit.
 
-use crate::arrays::{Floats, as_contiguous, halves, wrong_shape};
+use crate::arrays::{Floats, as_contiguous, halves, numpy, wrong_shape};
 use crate::coordinates::Coordinates;
 use crate::errors::value_error;
-use phalanx::{RayRows, TMax};
+use numpy::{PyArrayMethods, PyUntypedArrayMethods};
+use phalanx::{BatchFilter, NO_PRIM, PerRay, RayRows};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 
 /// Rays in the caller's layout, one per row.
 pub(crate) struct Rays<'py> {
@@ -13,17 +16,33 @@ pub(crate) struct Rays<'py> {
     origins: Floats<'py>,
     /// `None` if each row has an origin and a direction.
     directions: Option<Floats<'py>>,
-    tmax: TMaxArray<'py>,
+    tmax: FloatPerRay<'py>,
 }
 
-enum TMaxArray<'py> {
+/// Filters in the caller's layout: `tnear`, `mask` and `ignore`.
+pub(crate) struct RayFilters<'py> {
+    tnear: FloatPerRay<'py>,
+    mask: IntegerPerRay,
+    ignore: IntegerPerRay,
+}
+
+/// Keyword arguments of a query that make up its filters.
+pub(crate) type FilterArguments<'a, 'py> = [Option<&'a Bound<'py, PyAny>>; 3];
+
+enum FloatPerRay<'py> {
     All(f32),
     Each(Floats<'py>),
 }
 
+enum IntegerPerRay {
+    All(u32),
+    Each(Vec<u32>),
+}
+
 impl<'py> Rays<'py> {
     /// Takes `origins` and `directions` of (…, 3), either of which may be one row for all, or
-    /// `origins` of (…, 6) alone; `tmax` is a number, or an array with one for each ray.
+    /// `origins` of (…, 6) alone; `tmax` is a number, or an array with one for each ray. Arrays
+    /// of (0,) are no rays.
     pub(crate) fn of(
         origins: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
@@ -31,18 +50,16 @@ impl<'py> Rays<'py> {
         frame: &Coordinates,
     ) -> PyResult<Rays<'py>> {
         let (origins, directions) = match directions {
-            None if frame.is_identity() => {
-                let rays = Floats::of("rays", origins)?;
-                check_side_by_side(rays.shape())?;
-                (rays, None)
-            }
+            None if frame.is_identity() => (side_by_side(Floats::of("rays", origins)?)?, None),
             None => {
                 // Split before rounding: relative to a large origin, positions are small.
-                let rays = as_contiguous("rays", origins, "float64")?;
-                check_side_by_side(&rays.getattr("shape")?.extract::<Vec<usize>>()?)?;
+                let rays = as_contiguous::<f64>("rays", origins)?;
+                check_side_by_side(rays.shape())?;
                 let [origins, directions] = halves(&rays)?;
                 let origins = frame.points("origins", &origins)?;
-                (origins, Some(frame.differences("directions", &directions)?))
+                let directions = frame.differences("directions", &directions)?;
+                let [origins, directions] = of_one_shape(origins, directions)?;
+                (origins, Some(directions))
             }
             Some(directions) => {
                 let origins = frame.points("origins", origins)?;
@@ -53,7 +70,7 @@ impl<'py> Rays<'py> {
         };
         let sides = origins.shape().len();
         let shape = origins.shape()[..sides - 1].to_vec();
-        let tmax = TMaxArray::of(tmax, &shape)?;
+        let tmax = FloatPerRay::of("tmax", tmax, f32::INFINITY, &shape)?;
         Ok(Rays {
             shape,
             origins,
@@ -82,34 +99,131 @@ impl<'py> Rays<'py> {
             origin: part(origin),
             direction: part(direction),
             stride,
-            tmax: match &self.tmax {
-                TMaxArray::All(tmax) => TMax::All(*tmax),
-                TMaxArray::Each(each) => TMax::Each(&each.numbers()?[from..to]),
-            },
+            tmax: self.tmax.rows(from, to)?,
         })
     }
 }
 
-impl<'py> TMaxArray<'py> {
-    fn of(tmax: Option<&Bound<'py, PyAny>>, shape: &[usize]) -> PyResult<TMaxArray<'py>> {
-        let Some(tmax) = tmax else {
-            return Ok(TMaxArray::All(f32::INFINITY));
+impl<'py> RayFilters<'py> {
+    /// The filters of rays of this shape; `None` if none is given.
+    pub(crate) fn of(
+        [tnear, mask, ignore]: FilterArguments<'_, 'py>,
+        shape: &[usize],
+    ) -> PyResult<Option<RayFilters<'py>>> {
+        if tnear.is_none() && mask.is_none() && ignore.is_none() {
+            return Ok(None);
+        }
+        // −1, the prim_id of a miss, is no primitive.
+        let prim = |n: i64| {
+            if n == -1 {
+                Some(NO_PRIM)
+            } else {
+                u32::try_from(n).ok()
+            }
         };
-        let each = Floats::of("tmax", tmax)?;
-        if let (true, [all]) = (each.shape().is_empty(), each.numbers()?) {
-            return Ok(TMaxArray::All(*all));
-        }
-        if each.shape() != shape {
-            let wanted = format!("that of the rays, {shape:?}, nor is it a single number");
-            return Err(wrong_shape("tmax", &wanted, each.shape()));
-        }
-        Ok(TMaxArray::Each(each))
+        Ok(Some(RayFilters {
+            tnear: FloatPerRay::of("tnear", tnear, 0.0, shape)?,
+            mask: IntegerPerRay::of("mask", mask, u32::MAX, shape, |n| u32::try_from(n).ok())?,
+            ignore: IntegerPerRay::of("ignore", ignore, NO_PRIM, shape, prim)?,
+        }))
     }
+
+    /// The filters of a range of rays.
+    pub(crate) fn rows(&self, from: usize, to: usize) -> PyResult<BatchFilter<'_>> {
+        Ok(BatchFilter {
+            tnear: self.tnear.rows(from, to)?,
+            mask: self.mask.rows(from, to),
+            ignore: self.ignore.rows(from, to),
+        })
+    }
+}
+
+impl<'py> FloatPerRay<'py> {
+    fn of(
+        name: &str,
+        given: Option<&Bound<'py, PyAny>>,
+        default: f32,
+        shape: &[usize],
+    ) -> PyResult<FloatPerRay<'py>> {
+        let Some(given) = given else {
+            return Ok(FloatPerRay::All(default));
+        };
+        if let Ok(all) = given.extract::<f64>() {
+            return Ok(FloatPerRay::All(all as f32));
+        }
+        let each = Floats::of(name, given)?;
+        if let (true, [all]) = (each.shape().is_empty(), each.numbers()?) {
+            return Ok(FloatPerRay::All(*all));
+        }
+        check_per_ray(name, each.shape(), shape)?;
+        Ok(FloatPerRay::Each(each))
+    }
+
+    fn rows(&self, from: usize, to: usize) -> PyResult<PerRay<'_, f32>> {
+        Ok(match self {
+            FloatPerRay::All(all) => PerRay::All(*all),
+            FloatPerRay::Each(each) => PerRay::Each(&each.numbers()?[from..to]),
+        })
+    }
+}
+
+impl IntegerPerRay {
+    fn of(
+        name: &str,
+        given: Option<&Bound<'_, PyAny>>,
+        default: u32,
+        shape: &[usize],
+        convert: impl Fn(i64) -> Option<u32>,
+    ) -> PyResult<IntegerPerRay> {
+        let Some(given) = given else {
+            return Ok(IntegerPerRay::All(default));
+        };
+        let array = as_contiguous::<i64>(name, given)?;
+        let array = array.try_readonly().map_err(value_error)?;
+        let word = |&number: &i64| {
+            let word = convert(number);
+            word.ok_or_else(|| value_error(format!("{name} has {number}: 32 bits are too few")))
+        };
+        let each: Vec<u32> = array
+            .as_slice()?
+            .iter()
+            .map(word)
+            .collect::<PyResult<_>>()?;
+        if let (true, [all]) = (array.shape().is_empty(), &each[..]) {
+            return Ok(IntegerPerRay::All(*all));
+        }
+        check_per_ray(name, array.shape(), shape)?;
+        Ok(IntegerPerRay::Each(each))
+    }
+
+    fn rows(&self, from: usize, to: usize) -> PerRay<'_, u32> {
+        match self {
+            IntegerPerRay::All(all) => PerRay::All(*all),
+            IntegerPerRay::Each(each) => PerRay::Each(&each[from..to]),
+        }
+    }
+}
+
+fn check_per_ray(name: &str, given: &[usize], shape: &[usize]) -> PyResult<()> {
+    if given != shape {
+        let wanted = format!("that of the rays, {shape:?}, nor is it a single number");
+        return Err(wrong_shape(name, &wanted, given));
+    }
+    Ok(())
+}
+
+/// Rays of (…, 6), or none.
+fn side_by_side(rays: Floats<'_>) -> PyResult<Floats<'_>> {
+    if rays.shape() == [0] {
+        return Floats::made(rays.array.py(), Vec::new(), &[0, 6]);
+    }
+    check_side_by_side(rays.shape())?;
+    Ok(rays)
 }
 
 /// Refuses any shape but (…, 6).
 fn check_side_by_side(shape: &[usize]) -> PyResult<()> {
-    if shape.last() != Some(&6) {
+    if shape.last() != Some(&6) && shape != [0] {
         let wanted = "(…, 6): without directions, each row is an origin and a direction";
         return Err(wrong_shape("rays", wanted, shape));
     }
@@ -118,6 +232,13 @@ fn check_side_by_side(shape: &[usize]) -> PyResult<()> {
 
 /// Two arrays of (…, 3), broadcast to each other by numpy's rules.
 fn of_one_shape<'py>(a: Floats<'py>, b: Floats<'py>) -> PyResult<[Floats<'py>; 2]> {
+    static BROADCAST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let py = a.array.py();
+    let no_rows = |array: Floats<'py>| match array.shape() {
+        [0] => Floats::made(py, Vec::new(), &[0, 3]),
+        _ => Ok(array),
+    };
+    let (a, b) = (no_rows(a)?, no_rows(b)?);
     for (name, array) in [("origins", &a), ("directions", &b)] {
         if array.shape().last() != Some(&3) {
             return Err(wrong_shape(name, "(…, 3)", array.shape()));
@@ -126,8 +247,8 @@ fn of_one_shape<'py>(a: Floats<'py>, b: Floats<'py>) -> PyResult<[Floats<'py>; 2
     if a.shape() == b.shape() {
         return Ok([a, b]);
     }
-    let numpy = a.array.py().import("numpy")?;
-    let both = numpy.call_method1("broadcast_arrays", (a.array.as_any(), b.array.as_any()));
+    let both = numpy(py, &BROADCAST, "broadcast_arrays")?;
+    let both = both.call1((a.array.as_any(), b.array.as_any()));
     let both = both.map_err(|_| {
         let shapes = format!("{:?} and {:?}", a.shape(), b.shape());
         value_error(format!("origins and directions differ in shape: {shapes}"))

@@ -10,6 +10,7 @@ use phalanx::scene::GeomId;
 use phalanx::{BuildSettings, Bvh, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
+use pyo3::types::{PyBytes, PyTuple};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -51,9 +52,36 @@ pub(crate) struct PyScene {
 #[derive(Clone)]
 pub(crate) struct Snapshot {
     pub(crate) scene: Arc<Scene>,
-    /// The tree, or the reason why there is none; made on first use.
-    tree: Arc<OnceLock<Result<Arc<Bvh>, String>>>,
+    tree: Arc<LazyTree>,
     settings: BuildSettings,
+}
+
+/// A tree that is made on first use.
+#[derive(Default)]
+struct LazyTree {
+    /// The tree, or the reason why there is none.
+    made: OnceLock<Result<Arc<Bvh>, String>>,
+    /// The tree of the scene before its last changes, which is updated.
+    before: Mutex<Option<Arc<Bvh>>>,
+}
+
+impl LazyTree {
+    /// The next tree, which begins as this one, or as the one before if there is none.
+    fn next(&self) -> LazyTree {
+        let made = match self.made.get() {
+            Some(Ok(bvh)) => Some(Arc::clone(bvh)),
+            _ => self.take_before(),
+        };
+        LazyTree {
+            made: OnceLock::new(),
+            before: Mutex::new(made),
+        }
+    }
+
+    fn take_before(&self) -> Option<Arc<Bvh>> {
+        let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
+        before.take()
+    }
 }
 
 /// Largest number of primitives, so that each index has 31 bits.
@@ -66,7 +94,10 @@ impl Snapshot {
 
     /// The tree, built now if there is none. The interpreter's lock is released while waiting.
     pub(crate) fn tree(&self, py: Python<'_>) -> PyResult<Arc<Bvh>> {
-        let tree = py.detach(|| self.tree.get_or_init(|| self.build()).clone());
+        if let Some(Ok(bvh)) = self.tree.made.get() {
+            return Ok(Arc::clone(bvh));
+        }
+        let tree = py.detach(|| self.tree.made.get_or_init(|| self.build()).clone());
         tree.map_err(value_error)
     }
 
@@ -77,6 +108,11 @@ impl Snapshot {
                 "{prims} primitives, including those of instances: at most {MAX_PRIMS}"
             ));
         }
+        if let Some(mut bvh) = self.tree.take_before() {
+            // A copy, if a query still uses it.
+            Arc::make_mut(&mut bvh).update(&self.scene);
+            return Ok(bvh);
+        }
         let valid = self.scene.validate().map_err(|error| error.to_string());
         valid.map(|()| Arc::new(Bvh::build_with(&self.scene, &self.settings)))
     }
@@ -84,7 +120,11 @@ impl Snapshot {
 
 impl PyScene {
     fn of(scene: Scene, bvh: Option<Bvh>) -> PyScene {
-        let tree = bvh.map_or_else(OnceLock::new, |bvh| Ok(Arc::new(bvh)).into());
+        let made = bvh.map_or_else(OnceLock::new, |bvh| Ok(Arc::new(bvh)).into());
+        let tree = LazyTree {
+            made,
+            ..LazyTree::default()
+        };
         let now = Snapshot {
             scene: Arc::new(scene),
             tree: Arc::new(tree),
@@ -105,7 +145,7 @@ impl PyScene {
         self.lock(py).clone()
     }
 
-    /// Changes the scene, which invalidates its tree.
+    /// Changes the scene, which its tree has to follow.
     fn change<T>(
         &self,
         py: Python<'_>,
@@ -115,7 +155,7 @@ impl PyScene {
         let scene = Arc::make_mut(&mut now.scene);
         let changed = change(scene)?;
         scene.defaulted.made_for = None;
-        now.tree = Arc::default();
+        now.tree = Arc::new(now.tree.next());
         Ok(changed)
     }
 }
@@ -124,21 +164,21 @@ impl PyScene {
 /// seconds to start thousands.
 const MAX_THREADS: usize = 64;
 
-/// `threads` of a call; all CPUs if none is given.
+/// `threads` of a call; 0, or none, for all CPUs.
 ///
 /// # Errors
-/// `ValueError` for less than one.
+/// `ValueError` for less than zero.
 pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
     match asked {
-        None => Ok(0),
-        Some(n) if n >= 1 => {
+        None | Some(0) => Ok(0),
+        Some(n) if n > 0 => {
             let most = std::thread::available_parallelism().map_or(1, |n| n.get());
             Ok(usize::try_from(n)
                 .unwrap_or(usize::MAX)
                 .min(most.max(MAX_THREADS)))
         }
         Some(n) => Err(value_error(format!(
-            "threads is {n}: give 1 or more, or None for one per CPU"
+            "threads is {n}: give 1 or more, or 0 or None for one per CPU"
         ))),
     }
 }
@@ -176,7 +216,7 @@ impl PyScene {
     /// path : str or os.PathLike
     ///     OBJ, PLY, STL, glTF, NFF, .test, a scene written by save() (.phx),
     ///     or the name of a standard scene, such as 'standard:room:50k'.
-    /// threads : int, or None for one per CPU
+    /// threads : int; 0 or None for one per CPU
     ///
     /// Includes camera, materials and lights. The reader's remarks become
     /// warnings. Raises OSError if the system cannot read the file,
@@ -236,6 +276,41 @@ impl PyScene {
         };
         py.detach(write)
             .map_err(|error| write_error(&path.to_string_lossy(), error))
+    }
+
+    /// A copy that shares nothing that changes.
+    fn __copy__(&self, py: Python<'_>) -> PyScene {
+        PyScene {
+            now: Mutex::new(self.now(py)),
+        }
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyScene {
+        self.__copy__(py)
+    }
+
+    /// For pickle: what save() writes, the tree included.
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let now = self.now(py);
+        let bvh = now.tree(py)?;
+        let mut bytes = Vec::new();
+        py.detach(|| phalanx::cache::write(&mut bytes, &now.scene, &bvh))
+            .map_err(value_error)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    fn __setstate__(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<()> {
+        let name = "a pickled scene";
+        let cached = py.detach(|| phalanx::cache::open_bytes(name.as_ref(), bytes));
+        let cached = cached.map_err(|error| open_error(name, error.into()))?;
+        *self.lock(py) = PyScene::of(cached.scene, Some(cached.bvh)).now(py);
+        Ok(())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, PyScene>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let state = slf.get().__getstate__(py)?;
+        (slf.get_type(), PyTuple::empty(py), state).into_pyobject(py)
     }
 
     /// Adds triangles and returns the geometry's number, geom_id.
@@ -337,15 +412,95 @@ impl PyScene {
         })
     }
 
+    /// Moves the vertices of a mesh: as many as add_mesh() was given, in the
+    /// same order. The next query, or update(), lets the tree follow.
+    ///
+    /// Raises IndexError for a geom_id that is no mesh, ValueError for another
+    /// number of vertices and for those that are not finite.
+    fn set_vertices(
+        &self,
+        py: Python<'_>,
+        geom_id: GeomId,
+        vertices: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let vertices = self.now(py).coordinates().points("vertices", vertices)?;
+        let vertices = vertices.threes("vertices")?;
+        self.change(py, |scene| {
+            scene
+                .set_vertices(geom_id, vertices)
+                .map_err(geometry_error)
+        })
+    }
+
+    /// Moves the vertices of a prototype, as set_vertices() those of a mesh.
+    fn set_prototype_vertices(
+        &self,
+        py: Python<'_>,
+        prototype: u32,
+        vertices: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let vertices = self
+            .now(py)
+            .coordinates()
+            .differences("vertices", vertices)?;
+        let vertices = vertices.threes("vertices")?;
+        self.change(py, |scene| {
+            let set = scene.set_prototype_vertices(prototype, vertices);
+            set.map_err(geometry_error)
+        })
+    }
+
+    /// Moves an instance: transform as for add_instance().
+    ///
+    /// Raises IndexError for a geom_id that is no instance, ValueError for a
+    /// wrong shape and for a transform without an inverse.
+    fn set_transform(
+        &self,
+        py: Python<'_>,
+        geom_id: GeomId,
+        transform: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let to_world = crate::coordinates::transform(transform, &self.now(py).coordinates())?;
+        self.change(py, |scene| {
+            scene
+                .set_transform(geom_id, to_world)
+                .map_err(geometry_error)
+        })
+    }
+
+    /// Sets the mask of a geometry, 32 bits, all of them at first. Rays with a
+    /// mask hit only geometries that share a bit with it; 0 hides a geometry
+    /// from all rays and pictures.
+    ///
+    /// Raises IndexError for an unknown geom_id.
+    fn set_mask(&self, py: Python<'_>, geom_id: GeomId, mask: u32) -> PyResult<()> {
+        self.change(py, |scene| {
+            scene.set_mask(geom_id, mask).map_err(geometry_error)
+        })
+    }
+
+    /// Lets the tree follow all changes now, instead of in the next query:
+    /// meshes that moved are refitted, and the tree over the instances is
+    /// rebuilt. It is built if there is none.
+    ///
+    /// Arrays and answers that you keep do not change. Hits keep the scene as
+    /// it was, so drop those of a large scene before you change it, or it is
+    /// copied.
+    fn update(&self, py: Python<'_>) -> PyResult<()> {
+        let bvh = self.now(py).tree(py)?;
+        py.detach(|| bvh.build_wide(0));
+        Ok(())
+    }
+
     /// Builds the tree now instead of in the first query, or rebuilds it if
     /// it has another quality.
     ///
     /// quality : 'fastest', 'fast', 'medium' or 'best'
     ///     Trades build time for tracing speed. Answers do not depend on it.
     ///     It also applies to later trees of this scene.
-    /// threads : int, or None for one per CPU
+    /// threads : int; 0 or None for one per CPU
     ///
-    /// Raises ValueError for another quality, and for threads below 1.
+    /// Raises ValueError for another quality, and for threads below 0.
     #[pyo3(signature = (quality="medium", threads=None))]
     fn build(&self, py: Python<'_>, quality: &str, threads: Option<i64>) -> PyResult<()> {
         let known = Quality::ALL.iter().find(|(name, _)| *name == quality);
@@ -394,7 +549,7 @@ impl PyScene {
 
     fn __repr__(&self, py: Python<'_>) -> String {
         let now = self.now(py);
-        let built = match now.tree.get() {
+        let built = match now.tree.made.get() {
             Some(Ok(_)) => "built",
             _ => "not built",
         };

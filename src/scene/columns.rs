@@ -31,6 +31,8 @@ impl Scene {
             .column(["geometries", "size"], &geometries.first, Any)
             .column(["geometries", "size"], &geometries.count, Any)
             .column(["geometries", "mask"], &geometries.mask, Any)
+            .of_each("mesh", geometries.vertex_runs.len())
+            .column(["meshes", "vertices"], &geometries.vertex_runs, Any)
             .of_each("instance", i.len())
             .column(["instances", "mesh"], &i.mesh, Below(meshes.len()))
             .column(["instances", "number"], &i.first, Any)
@@ -95,6 +97,7 @@ impl Scene {
             &mut self.geometries.first,
             &mut self.geometries.count,
             &mut self.geometries.mask,
+            &mut self.geometries.vertex_runs,
             &mut i.mesh,
             &mut i.first,
         ];

@@ -1,6 +1,5 @@
 //! Stamps of a scene's parts, by which a tree knows what it has to follow.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Number that no other scene or edit has.
@@ -26,8 +25,6 @@ pub struct Edits {
     meshes: Vec<Stamp>,
     /// Maps of the instances, which there are, and which of them are hidden.
     instances: Stamp,
-    /// First primitive and vertices of each mesh that was added as slices, ascending.
-    vertex_runs: Vec<(u32, Range<usize>)>,
 }
 
 impl Default for Edits {
@@ -39,7 +36,6 @@ impl Default for Edits {
             world: stamp,
             meshes: Vec::new(),
             instances: stamp,
-            vertex_runs: Vec::new(),
         }
     }
 }
@@ -58,10 +54,6 @@ pub struct SceneChanges {
 }
 
 impl Edits {
-    pub(crate) fn add_vertices(&mut self, first_prim: u32, vertices: Range<usize>) {
-        self.vertex_runs.push((first_prim, vertices));
-    }
-
     pub(crate) fn mark_topology(&mut self) {
         self.topology.0 = Stamp::new();
     }
@@ -102,13 +94,5 @@ impl Edits {
 
     fn mesh(&self, mesh: usize) -> Stamp {
         self.meshes.get(mesh).copied().unwrap_or(Stamp(0))
-    }
-
-    /// The vertices of the mesh whose first primitive is this one.
-    pub(crate) fn vertices(&self, first_prim: u32) -> Option<Range<usize>> {
-        let place = self
-            .vertex_runs
-            .binary_search_by_key(&first_prim, |run| run.0);
-        place.ok().map(|place| self.vertex_runs[place].1.clone())
     }
 }

@@ -1,6 +1,7 @@
 //! Geometry numbers: the primitives that were added together.
 
 use crate::column::Column;
+use std::ops::Range;
 
 /// Number of a geometry, from 0 in the order in which geometries were added.
 ///
@@ -41,6 +42,9 @@ pub struct Geometries {
     pub count: Column<u32>,
     /// Bits that a ray's mask must share: see [`Scene::set_mask`](crate::Scene::set_mask).
     pub mask: Column<u32>,
+    /// Meshes that were added as slices, prototypes among them, ascending: the first primitive, the
+    /// first vertex, and the number of vertices.
+    pub vertex_runs: Column<[u32; 3]>,
 }
 
 impl Geometries {
@@ -59,6 +63,15 @@ impl Geometries {
     pub(crate) fn iter(&self) -> impl Iterator<Item = (GeomId, Geometry)> {
         let rows = self.first.iter().zip(self.count.iter());
         (0..).zip(rows.map(|(&first, &count)| Geometry::of(first, count)))
+    }
+
+    /// The vertices of the mesh whose first primitive is this one.
+    pub(crate) fn vertices(&self, first_prim: u32) -> Option<Range<usize>> {
+        let run = self
+            .vertex_runs
+            .binary_search_by_key(&first_prim, |run| run[0]);
+        let [_, first, count] = self.vertex_runs[run.ok()?];
+        Some(first as usize..first as usize + count as usize)
     }
 
     /// The geometries that no ray hits.

@@ -326,7 +326,8 @@ impl Scene {
         });
         self.edits.mark_topology();
         if !indices.is_empty() {
-            self.edits.add_vertices(first, first_vertex..all_vertices);
+            let run = [first, first_vertex as u32, vertices.len() as u32];
+            self.geometries.vertex_runs.push(run);
         }
         Ok((first, indices.len() as u32))
     }

@@ -70,7 +70,9 @@ impl Scene {
         vertices: &[[f32; 3]],
         (kind, id): (&'static str, u32),
     ) -> Result<(), GeometryError> {
-        let run = first_prim.and_then(|first| self.edits.vertices(first));
+        let run = first_prim.and_then(|first| self.geometries.vertices(first));
+        // A damaged cache may name others than there are.
+        let run = run.filter(|run| run.end <= self.triangles.vertices.len());
         let run = run.ok_or(GeometryError::NoGeometry { kind, id })?;
         if run.len() != vertices.len() {
             return Err(GeometryError::VertexCount {

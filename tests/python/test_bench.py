@@ -55,5 +55,5 @@ def test_what_cannot_be_measured_is_refused():
     with pytest.raises(ValueError, match="pixels"):
         scene.bench(size=(65536, 65536))
     with pytest.raises(ValueError):
-        scene.bench(threads=0)
+        scene.bench(threads=-1)
     assert scene.bench([])["rows"] == []

@@ -91,7 +91,6 @@ def test_a_scene_of_nothing_is_hit_by_nothing(tmp_path):
         (np.zeros(()), np.zeros(())),
         (np.zeros((3, 4)), np.zeros((3, 4))),
         (np.zeros((4, 3)), None),
-        (np.zeros((0,)), None),
         (np.zeros((4, 7)), None),
     ],
 )

@@ -6,7 +6,7 @@
 //! a mapping still shows the old one. A library does not handle signals; the program turns the bus
 //! error into an error message (`cli/options/bus_error`).
 
-use memmap2::Mmap;
+use memmap2::{Mmap, MmapMut};
 use phalanx_scene::AnyColumn;
 use std::fs::File;
 use std::io;
@@ -32,6 +32,13 @@ impl Mapping {
         // change while it is mapped, as the module and the user's documentation say.
         let map = unsafe { Mmap::map(&file) }?;
         Ok(Arc::new(Mapping(map)))
+    }
+
+    /// Maps a copy of bytes that came from elsewhere.
+    pub(super) fn of_bytes(bytes: &[u8]) -> io::Result<Arc<Mapping>> {
+        let mut map = MmapMut::map_anon(bytes.len())?;
+        map.copy_from_slice(bytes);
+        Ok(Arc::new(Mapping(map.make_read_only()?)))
     }
 
     /// The whole file.

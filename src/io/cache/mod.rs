@@ -26,5 +26,5 @@ mod write;
 
 pub use error::{CacheError, CacheFault};
 pub use file_type::ENDING;
-pub use read::{Cached, open};
+pub use read::{Cached, open, open_bytes};
 pub use write::{CacheWriteError, fingerprint, write};

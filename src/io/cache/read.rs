@@ -42,6 +42,16 @@ pub fn open(path: &Path) -> Result<Cached, CacheError> {
     take(&mapping).map_err(|fault| refused(path, fault))
 }
 
+/// Opens a cache whose bytes are not in a file; `name` stands for it in errors.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_bytes(name: &Path, bytes: &[u8]) -> Result<Cached, CacheError> {
+    // No system maps nothing.
+    let mapping = Mapping::of_bytes(bytes).map_err(|_| refused(name, CacheFault::NotACache))?;
+    take(&mapping).map_err(|fault| refused(name, fault))
+}
+
 fn refused(path: &Path, fault: CacheFault) -> CacheError {
     CacheError::Refused {
         path: path.to_path_buf(),

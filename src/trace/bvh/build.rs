@@ -96,7 +96,7 @@ impl Bvh {
                 0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
                 some => some,
             };
-            let parts = self.parts.as_ref();
+            let parts = self.parts.as_deref();
             let roots = parts.and_then(|parts| parts.roots(self.nodes.len()));
             let make = || run_on_threads(threads, || Box::new(widen(self, roots)));
             std::thread::scope(|scope| {
@@ -152,7 +152,7 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
         parts: None,
     };
     append_meshes(&mut bvh, meshes, &mut parts);
-    bvh.parts = Some(parts);
+    bvh.parts = Some(Box::new(parts));
     bvh
 }
 

@@ -34,7 +34,7 @@ pub struct Bvh {
     pub(super) wide: OnceLock<Box<WideBvh>>,
     pub(super) geometries: GeometryStarts,
     /// Parts by which the tree follows its scene; none in trees from a cache.
-    pub(super) parts: Option<TreeParts>,
+    pub(super) parts: Option<Box<TreeParts>>,
 }
 
 impl Default for Bvh {

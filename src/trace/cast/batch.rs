@@ -315,11 +315,12 @@ fn run<'a, O: Send>(
 
 /// Number of threads to use: one per CPU for 0, and at most one per chunk.
 pub(super) fn thread_count(threads: usize, chunks: usize) -> usize {
-    let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-        some => some,
-    };
-    threads.min(chunks)
+    match threads {
+        // It asks the system, which takes as long as a hundred rays.
+        0 if chunks > 1 => std::thread::available_parallelism().map_or(1, |n| n.get().min(chunks)),
+        0 => 1,
+        some => some.min(chunks),
+    }
 }
 
 /// Lets some threads, including the caller's, each `drain` a common queue of jobs.
