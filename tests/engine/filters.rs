@@ -83,10 +83,10 @@ fn filters_choose_among_the_hits_of_the_oracle() {
             .iter()
             .map(|ray| oracle.all_hits(&OracleRay::new(ray.origin.into(), ray.direction.into())))
             .collect();
-        let odds = |hit: &Hit| hit.prim_id % 3 != 0 && hit.u <= 0.6;
+        let odds = |hit: &Hit| !hit.prim_id.is_multiple_of(3) && hit.u <= 0.6;
         let (mut tnear, mut mask, mut ignore) = (Vec::new(), Vec::new(), Vec::new());
         for (ray, all) in rays.iter().zip(&lists) {
-            let some = || all.get(0).copied();
+            let some = || all.first().copied();
             let filter = RayFilter {
                 tnear: match random.below(4) {
                     0 => 0.0,
