@@ -13,24 +13,37 @@
 //!                         └── jobs ──> tiles kept, resumed, merged
 //! ```
 //!
-//! # Rays against a mesh
+//! # One ray
 //!
-//! [`Scene::add_mesh`], [`Bvh::build`], [`Bvh::intersect`]: slices in, a hit out. Millions of rays
-//! go through [`Bvh::intersect_batch`], columns in and columns out, with packets, beams and threads
-//! inside; the bits are the same.
+//! Slices in, a hit out. Nothing is allocated; the first ray builds the tree's wide half, unless
+//! [`Bvh::build_wide`] has done so.
+//!
+//! ```
+//! use phalanx::{Bvh, Ray, Scene};
+//!
+//! let mut scene = Scene::new();
+//! let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+//! let wall = scene.add_mesh(&corners, &[[0, 1, 2]])?;
+//! let bvh = Bvh::build(&scene);
+//!
+//! let hit = bvh.intersect(&Ray::new([1.0, 2.0, 5.0], [0.0, 0.0, -1.0])).expect("a hit");
+//! assert_eq!((hit.t, hit.u, hit.v, hit.geom_id), (5.0, 0.25, 0.5, wall));
+//! assert!(!bvh.occluded(&Ray::segment([1.0, 2.0, 5.0], [1.0, 2.0, 0.5])));
+//! # Ok::<(), phalanx::GeometryError>(())
+//! ```
+//!
+//! # Many rays, and threads
+//!
+//! Columns in, columns out; packets, beams and threads are inside. Neighbours in the columns should
+//! go about the same way. The last argument is the number of threads, 0 for one per CPU. Any number
+//! of threads may query a tree at once; queries take no locks.
 //!
 //! ```
 //! use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
 //!
 //! let mut scene = Scene::new();
-//! let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
-//! scene.add_mesh(&corners, &[[0, 1, 2]])?;
+//! scene.add_spheres(&[[0.0; 3]], &[2.5])?;
 //! let bvh = Bvh::build(&scene);
-//!
-//! let hit = bvh.intersect(&Ray::new([1.0, 2.0, 5.0], [0.0, 0.0, -1.0])).expect("a hit");
-//! assert_eq!((hit.t, hit.u, hit.v), (5.0, 0.25, 0.5));
-//! assert!(!bvh.occluded(&Ray::segment([1.0, 2.0, 5.0], [1.0, 2.0, 0.5])));
-//!
 //! let down = |x| Ray::new([x, 1.0, 5.0], [0.0, 0.0, -1.0]);
 //! let rays: RayBuffer = (0..1000).map(|k| down(k as f32 * 0.01)).collect();
 //! let mut hits = HitBuffer::new(rays.len());
@@ -39,7 +52,99 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `examples/` holds five short programs to start from.
+//! # What moves
+//!
+//! Vertices, instances and masks may change; [`Bvh::update`] lets the tree follow, and answers are
+//! those of a fresh build. Queries on one thread while another prepares the next state: two trees,
+//! or clones, each of which catches up with any state of the scene.
+//!
+//! ```
+//! use phalanx::glam::{DAffine3, dvec3};
+//! use phalanx::{Bvh, Ray, Scene};
+//!
+//! let mut scene = Scene::new();
+//! let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
+//! let flag = scene.add_prototype(&corners, &[[0, 1, 2]])?;
+//! let flag = scene.add_instance(flag, DAffine3::IDENTITY)?;
+//! let mut shown = Bvh::build(&scene);
+//! let mut next = shown.clone();
+//! let ahead = Ray::new([0.0, 0.0, -9.0], [0.0, 0.0, 1.0]);
+//! for frame in 1..4 {
+//!     std::thread::scope(|scope| {
+//!         let query = scope.spawn(|| shown.intersect(&ahead).map(|hit| hit.t));
+//!         let place = dvec3(0.0, 0.0, f64::from(frame));
+//!         scene.set_transform(flag, DAffine3::from_translation(place))?;
+//!         next.update(&scene);
+//!         assert_eq!(query.join().expect("an answer"), Some(8.0 + frame as f32));
+//!         Ok::<(), phalanx::GeometryError>(())
+//!     })?;
+//!     std::mem::swap(&mut shown, &mut next);
+//! }
+//! # Ok::<(), phalanx::GeometryError>(())
+//! ```
+//!
+//! # Rays that choose
+//!
+//! [`RayFilter`]: hits from a distance on, geometries by mask, all but one primitive, or whatever a
+//! closure accepts, for the closest hit, any hit and all hits. A ray without a filter pays nothing
+//! for it.
+//!
+//! ```
+//! use phalanx::{Bvh, Hit, Ray, RayFilter, Scene};
+//!
+//! let mut scene = Scene::new();
+//! let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+//! let leaf = scene.add_mesh(&corners, &[[0, 1, 2]])?;
+//! let bvh = Bvh::build(&scene);
+//! // A hole in the middle, as a texture with alpha would have it.
+//! let solid = |hit: &Hit| hit.geom_id != leaf || (hit.u - 0.3).hypot(hit.v - 0.3) > 0.1;
+//! let filter = RayFilter { accept: &solid, ..RayFilter::default() };
+//! let down = |x, y| Ray::new([x, y, 5.0], [0.0, 0.0, -1.0]);
+//! assert!(bvh.intersect_filtered(&down(1.2, 1.2), &filter).is_none());
+//! assert!(bvh.occluded_filtered(&down(0.2, 0.2), &filter));
+//! # Ok::<(), phalanx::GeometryError>(())
+//! ```
+//!
+//! # What a hit is
+//!
+//! The point is `origin + t · direction`, and on a triangle (1 − u − v) · a + u · b + v · c.
+//!
+//! | | [`Hit`], [`Ray`], [`RayFilter`] | Embree | Open3D |
+//! |---|---|---|---|
+//! | distance, in units of the direction | `t` | `tfar` | `t_hit` |
+//! | weights of the second and third vertex | `u`, `v` | `u`, `v` | `primitive_uvs` |
+//! | triangle of a mesh | `prim_id` − [`Bvh::first_prim`] | `primID` | `primitive_ids` |
+//! | mesh | `geom_id` | `geomID` | `geometry_ids` |
+//! | instance | `geom_id` | `instID` | – |
+//! | miss | `None`; [`NO_PRIM`] in columns, −1 in Python | `RTC_INVALID_GEOMETRY_ID` | `INVALID_ID` |
+//! | hits count if | `tnear` < t < `tmax`, 0 < t | `tnear` ≤ t ≤ `tfar` | `tnear` < t < `tfar` |
+//! | mask | [`Scene::set_mask`], `mask` | `rtcSetGeometryMask`, `mask` | – |
+//! | the triangle that a ray leaves | `ignore` | a filter function | – |
+//! | filter | `accept` | `rtcSetGeometryIntersectFilterFunction` | – |
+//! | normal | [`refine`] | `Ng` | `primitive_normals` |
+//!
+//! # Precision
+//!
+//! Positions, distances and weights are `f32`. No ray passes between triangles that share an edge
+//! or a vertex, and among hits at equal distance the smallest `prim_id` counts. [`refine`] computes
+//! distance, point and normal of a hit again in `f64`; for coordinates such as those of maps,
+//! subtract a point near the geometry first.
+//!
+//! ```
+//! use phalanx::{Bvh, Ray, Scene, refine};
+//!
+//! let mut scene = Scene::new();
+//! scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+//! let hit = Bvh::build(&scene).intersect(&Ray::new([0.1, 0.0, -3.0], [0.0, 0.0, 1.0]));
+//! let exact = refine(&scene, [0.1, 0.0, -3.0], [0.0, 0.0, 1.0], &hit.expect("a hit"));
+//! assert!((exact.t - (3.0 - 0.99f64.sqrt())).abs() < 1e-15);
+//! # Ok::<(), phalanx::GeometryError>(())
+//! ```
+//!
+//! # Programs to start from
+//!
+//! `examples/` has short programs, among them a path tracer (`path_tracer.rs`) and, in Python, a
+//! rotating LiDAR among moving cars.
 //!
 //! # Pictures
 //!
@@ -59,9 +164,10 @@
 //! # }
 //! ```
 //!
-//! # The promise
+//! # The same bits
 //!
-//! Both engines give the same bits: every hit, and every pixel.
+//! Both engines give the same bits, on every CPU, for any number of threads and any tree: every
+//! hit, and every pixel.
 //!
 //! ```
 //! use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
@@ -90,6 +196,11 @@
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
 //! `[profile.release.package.phalanx-trace]`, `codegen-units = 1`.
+//!
+//! # From Python
+//!
+//! `.ci/wheel` makes a wheel of three builds, for plain x86-64, AVX2 and AVX-512; `import phalanx`
+//! loads the best for the CPU. `src/python/README.md` is its page.
 //!
 //! # Words
 //!

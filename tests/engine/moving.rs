@@ -8,7 +8,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::{Cone, GeometryError};
-use phalanx::{Bvh, GeomId, Ray, RayFilter, Scene};
+use phalanx::{Bvh, GeomId, Ray, RayFilter, Scene, cache};
 
 /// Edits of all scenes together; `PHALANX_EDITS` asks for another number.
 fn edits() -> usize {
@@ -48,7 +48,8 @@ impl Stage {
                 .expect("spheres");
             stage.geometries += 1;
         }
-        if random.below(3) == 0 {
+        // Added by hand, so that it needs a material that there is.
+        if random.below(3) == 0 && stage.geometries > 0 {
             let (base, apex) = (random.point(1.0), random.point(1.0));
             let cone = Cone {
                 base,
@@ -186,6 +187,30 @@ fn updated_trees_answer_as_fresh_ones() {
                 late.update(&stage.scene);
                 assert_follows(&stage.scene, &late, &mut random);
             }
+        }
+    }
+}
+
+/// Checks that a tree which has followed can be stored, and that an opened scene can move.
+#[test]
+fn moved_scenes_are_cached() {
+    let mut random = Rng::new(11);
+    for _ in 0..20 {
+        let mut stage = Stage::new(&mut random);
+        let mut bvh = Bvh::build(&stage.scene);
+        for _ in 0..8 {
+            stage.edit(&mut random);
+            bvh.update(&stage.scene);
+        }
+        let mut bytes = Vec::new();
+        cache::write(&mut bytes, &stage.scene, &bvh).expect("memory");
+        let opened = cache::open_bytes("moved".as_ref(), &bytes).expect("a cache");
+        (stage.scene, bvh) = (opened.scene, opened.bvh);
+        assert_follows(&stage.scene, &bvh, &mut random);
+        for _ in 0..5 {
+            stage.edit(&mut random);
+            bvh.update(&stage.scene);
+            assert_follows(&stage.scene, &bvh, &mut random);
         }
     }
 }
