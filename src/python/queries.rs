@@ -63,15 +63,15 @@ impl PyScene {
     ///     Hits count if 0 < t < tmax. None is infinity.
     /// threads : int; 0 or None for one per CPU
     /// tnear : a number, or an array with one for each ray
-    ///     Hits count if tnear < t, too.
+    ///     Hits count if tnear < t, too: the ray passes through nearer ones.
     /// mask : an integer, or an array of integers, with one for each ray
     ///     Only geometries whose mask shares a bit count: see set_mask().
     /// ignore : an integer, or an array of integers, with one for each ray
     ///     prim_id that does not count, such as that of the triangle that the
     ///     ray leaves; -1 for none, so that prim_id of other hits will do.
     ///
-    /// Rays with one of the last three are traced one by one. If several hits
-    /// share a distance, the smallest prim_id wins. No ray slips through an
+    /// The last three are slower for coherent rays, such as a camera's. If
+    /// several hits share a distance, the smallest prim_id wins. No ray slips through an
     /// edge or a vertex that triangles share. Rays with a component that is
     /// not finite, a zero direction, or a tmax that is not positive hit
     /// nothing. Queries are fastest if adjacent rays have similar directions.

@@ -123,7 +123,7 @@ impl<'py> RayFilters<'py> {
         };
         Ok(Some(RayFilters {
             tnear: FloatPerRay::of("tnear", tnear, 0.0, shape)?,
-            mask: IntegerPerRay::of("mask", mask, u32::MAX, shape, |n| u32::try_from(n).ok())?,
+            mask: IntegerPerRay::of("mask", mask, u32::MAX, shape, mask_bits)?,
             ignore: IntegerPerRay::of("ignore", ignore, NO_PRIM, shape, prim)?,
         }))
     }
@@ -202,6 +202,12 @@ impl IntegerPerRay {
             IntegerPerRay::Each(each) => PerRay::Each(&each[from..to]),
         }
     }
+}
+
+/// The 32 bits of a mask, which Python writes as negative numbers, too: `~1` is −2.
+pub(crate) fn mask_bits(mask: i64) -> Option<u32> {
+    let signed = i32::try_from(mask).map(|mask| mask as u32);
+    signed.or_else(|_| u32::try_from(mask)).ok()
 }
 
 fn check_per_ray(name: &str, given: &[usize], shape: &[usize]) -> PyResult<()> {

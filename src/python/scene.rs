@@ -450,7 +450,8 @@ impl PyScene {
         })
     }
 
-    /// Moves an instance: transform as for add_instance().
+    /// Moves an instance: transform as for add_instance(). Hits keep the scene
+    /// as it was: drop those of a large one before, or it is copied.
     ///
     /// Raises IndexError for a geom_id that is no instance, ValueError for a
     /// wrong shape and for a transform without an inverse.
@@ -470,10 +471,13 @@ impl PyScene {
 
     /// Sets the mask of a geometry, 32 bits, all of them at first. Rays with a
     /// mask hit only geometries that share a bit with it; 0 hides a geometry
-    /// from all rays and pictures.
+    /// from all rays and pictures. To let rays select a geometry, clear its
+    /// bit in all others.
     ///
-    /// Raises IndexError for an unknown geom_id.
-    fn set_mask(&self, py: Python<'_>, geom_id: GeomId, mask: u32) -> PyResult<()> {
+    /// Raises IndexError for an unknown geom_id, ValueError for more bits.
+    fn set_mask(&self, py: Python<'_>, geom_id: GeomId, mask: i64) -> PyResult<()> {
+        let bits = crate::rays::mask_bits(mask);
+        let mask = bits.ok_or_else(|| value_error(format!("the mask {mask} has over 32 bits")))?;
         self.change(py, |scene| {
             scene.set_mask(geom_id, mask).map_err(geometry_error)
         })
@@ -483,9 +487,7 @@ impl PyScene {
     /// meshes that moved are refitted, and the tree over the instances is
     /// rebuilt. It is built if there is none.
     ///
-    /// Arrays and answers that you keep do not change. Hits keep the scene as
-    /// it was, so drop those of a large scene before you change it, or it is
-    /// copied.
+    /// Answers that you keep do not change.
     fn update(&self, py: Python<'_>) -> PyResult<()> {
         let bvh = self.now(py).tree(py)?;
         py.detach(|| bvh.build_wide(0));

@@ -71,7 +71,7 @@ pub enum GeometryError {
         vertices: usize,
     },
     /// A number that is no geometry's, or not one of this kind.
-    #[error("there is no {kind} {id}")]
+    #[error("no {kind} has the number {id}")]
     NoGeometry {
         /// Kind of geometry that the call asks for.
         kind: &'static str,

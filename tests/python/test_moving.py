@@ -73,13 +73,13 @@ def test_moved_scenes_answer_as_new_ones():
 def test_wrong_moves_are_refused():
     scene, _ = scene_of_three()
     for geometry in (1, 2, 7):
-        with pytest.raises(IndexError, match=f"there is no mesh {geometry}"):
+        with pytest.raises(IndexError, match=f"no mesh has the number {geometry}"):
             scene.set_vertices(geometry, CORNERS)
-    with pytest.raises(IndexError, match="there is no instance 0"):
+    with pytest.raises(IndexError, match="no instance has the number 0"):
         scene.set_transform(0, shifted(1))
-    with pytest.raises(IndexError, match="there is no prototype 1"):
+    with pytest.raises(IndexError, match="no prototype has the number 1"):
         scene.set_prototype_vertices(1, CORNERS)
-    with pytest.raises(IndexError, match="there is no geometry 3"):
+    with pytest.raises(IndexError, match="no geometry has the number 3"):
         scene.set_mask(3, 1)
     with pytest.raises(ValueError, match="2 vertices for a mesh of 3"):
         scene.set_vertices(0, CORNERS[:2])
@@ -98,8 +98,11 @@ def test_rays_choose_what_they_hit():
     assert scene.occluded(ORIGINS, DOWN, tnear=9.5).tolist() == [True, True, False]
     assert scene.count(ORIGINS, DOWN, mask=[2, 1, 3]).tolist() == [3, 2, 0]
     assert scene.all_hits(ORIGINS, DOWN, ignore=0).t.tolist() == [7.5, 12.0, 12.0]
-    with pytest.raises(ValueError, match="mask has -1"):
-        scene.intersect(ORIGINS, DOWN, mask=-1)
+    assert scene.intersect(ORIGINS, DOWN, mask=~2).t.tolist() == [9.0, 9.0, np.inf]
+    with pytest.raises(ValueError, match="mask has 4294967296"):
+        scene.intersect(ORIGINS, DOWN, mask=2**32)
+    with pytest.raises(ValueError, match="ignore has -2"):
+        scene.intersect(ORIGINS, DOWN, ignore=-2)
     with pytest.raises(ValueError, match="ignore has the shape"):
         scene.intersect(ORIGINS, DOWN, ignore=[0, 1])
     with pytest.raises(TypeError, match="integers"):

@@ -20,16 +20,18 @@ use phalanx::bench::peers::{self, Peer, PeerScene, RaySetRef};
 use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::lanes::LANES;
 use phalanx::packet::{HitPacket, RayQueue};
-use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, RayColumns, Scene, TMax, refine};
+use phalanx::{
+    BatchFilter, Bvh, HitBuffer, PerRay, Ray, RayBuffer, RayColumns, RayFilter, Scene, TMax, refine,
+};
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Side of the camera's picture, in pixels; each set has as many rays as it has pixels.
-const SIDE: usize = 256;
-const ROUNDS: usize = 5;
-const BATCHES: [usize; 7] = [8, 16, 32, 64, 128, 512, 2048];
+const SIDE: usize = 512;
+const ROUNDS: usize = 7;
+const BATCHES: [usize; 5] = [8, 16, 64, 512, 2048];
 
 type Cast<'a> = Box<dyn FnMut() -> usize + 'a>;
 
@@ -71,6 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 Box::new(move || batches(bvh, &columns, size)),
             ));
         }
+        rows.extend(filtered(&bvh, &rays));
         for (peer, scene) in &peers {
             for (mode, engine) in scene(set) {
                 if mode == peers::ONE || peer == "obvhs" {
@@ -94,6 +97,50 @@ fn main() -> Result<(), Box<dyn Error>> {
         measure(rays.len(), rows);
     }
     Ok(())
+}
+
+/// Single calls with filters, and a batch with one.
+fn filtered<'a>(bvh: &'a Bvh, rays: &'a [Ray]) -> Vec<(String, Cast<'a>)> {
+    let any = RayFilter::default();
+    let filters = [
+        ("that accepts all", any),
+        ("by mask", RayFilter { mask: 1, ..any }),
+        ("by tnear", RayFilter { tnear: 1e-4, ..any }),
+        ("that ignores one", RayFilter { ignore: 7, ..any }),
+        (
+            "by closure",
+            RayFilter {
+                accept: &|hit| hit.u + hit.v < 0.99,
+                ..any
+            },
+        ),
+    ];
+    let row = |(name, filter): (&str, RayFilter<'static>)| {
+        let cast: Cast = Box::new(move || {
+            let hits = rays
+                .iter()
+                .filter(|ray| bvh.intersect_filtered(ray, &filter).is_some());
+            hits.count()
+        });
+        (format!("one ray, filter {name}"), cast)
+    };
+    let mut rows: Vec<(String, Cast)> = filters.into_iter().map(row).collect();
+    let buffer: RayBuffer = rays.iter().copied().collect();
+    rows.push((
+        "batch of all, filter by mask".into(),
+        Box::new(move || {
+            let mut hits = HitBuffer::new(buffer.len());
+            let filter = BatchFilter {
+                mask: PerRay::All(1),
+                ..BatchFilter::default()
+            };
+            let (columns, mut found) = (buffer.columns(), hits.columns());
+            let batch = bvh.intersect_batch_filtered(&columns, &filter, &mut found, 1);
+            batch.expect("columns of one length");
+            hits.len()
+        }),
+    ));
+    rows
 }
 
 fn rays_packets(set: RaySetRef) -> usize {

@@ -1,15 +1,16 @@
 //! Rays that choose what they hit: from a distance on, geometries by mask, not one primitive, or
-//! whatever a closure accepts. One ray at a time; see [`one_ray`](crate::traverse::single_ray).
+//! whatever a closure accepts. All are single rays: see [`crate::traverse::single_ray`].
 
 use super::batch::{share, thread_count};
 use super::columns::same_length;
-use super::rows::RayBatch;
+use super::rows::{RayBatch, TransposedRays};
+use super::worker::{PacketStorage, is_able};
 use super::{BatchError, Hit, HitColumns, HitLists, PerRay, Ray};
 use crate::bvh::Bvh;
 use crate::packet::NO_PRIM;
 use crate::traverse::HitFilter;
 use crate::traverse::every_hit::FoundHit;
-use crate::traverse::single_ray::OneRay;
+use crate::traverse::single_ray::{FilteredRays, OneRay};
 use std::cell::RefCell;
 
 /// Rays that a thread takes at once.
@@ -41,12 +42,14 @@ const CHUNK: usize = 512;
 /// ```
 #[derive(Clone, Copy)]
 pub struct RayFilter<'f> {
-    /// Hits count if `tnear` < t, and 0 < t. A ray with a NaN here misses everything.
+    /// Hits count if `tnear` < t, and 0 < t: the ray passes through what is nearer. A ray with a NaN
+    /// here misses everything.
     pub tnear: f32,
     /// Only geometries whose mask shares a bit with this one count: see
     /// [`set_mask`](phalanx_scene::Scene::set_mask). Primitives without a geometry have all bits.
     pub mask: u32,
     /// `prim_id` of a primitive that does not count; [`NO_PRIM`](phalanx_scene::NO_PRIM) for none.
+    /// For rays that leave a triangle. A ray within a sphere has to hit that sphere: use `tnear`.
     pub ignore: u32,
     /// Decides whether a hit counts. It must answer by the hit alone: nothing is promised about the
     /// order and number of its calls. It may cast rays itself.
@@ -107,7 +110,7 @@ impl Bvh {
     /// Finds the closest hit that a filter accepts, the smallest by (t, `prim_id`); `None` is a
     /// miss. [`RayFilter`] has an example, `perf/notes/calls.md` the cost.
     pub fn intersect_filtered(&self, ray: &Ray, filter: &RayFilter) -> Option<Hit> {
-        self.filtered_by(&mut OneRay::new(self), ray, filter, false)
+        self.filtered(ray, filter, false)
     }
 
     /// Returns true if a ray hits anything that a filter accepts.
@@ -125,8 +128,7 @@ impl Bvh {
     /// # Ok::<(), phalanx_scene::GeometryError>(())
     /// ```
     pub fn occluded_filtered(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        let hit = self.filtered_by(&mut OneRay::new(self), ray, filter, true);
-        hit.is_some()
+        self.filtered(ray, filter, true).is_some()
     }
 
     /// Finds all hits that a filter accepts, ordered by (t, `prim_id`): see [`HitLists`].
@@ -143,11 +145,26 @@ impl Bvh {
     /// # Ok::<(), phalanx_scene::GeometryError>(())
     /// ```
     pub fn all_hits_filtered(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
-        self.every_by(&mut OneRay::new(self), ray, filter)
+        let all = RefCell::new(Vec::new());
+        // Refused hits end no search, so all of them come by, each primitive's once.
+        let refuse = |hit: &Hit| {
+            if (filter.accept)(hit) {
+                all.borrow_mut().push(*hit);
+            }
+            false
+        };
+        let recorder = RayFilter {
+            accept: &refuse,
+            ..*filter
+        };
+        self.filtered(ray, &recorder, false);
+        let mut all = all.into_inner();
+        all.sort_unstable_by_key(|hit| FoundHit::key_of(hit.t, hit.prim_id));
+        all
     }
 
-    /// As [`Bvh::intersect_batch`], for the closest hits that a filter accepts. Each ray is traced
-    /// on its own.
+    /// As [`Bvh::intersect_batch`], for the closest hits that a filter accepts. All kernels but that
+    /// for single rays are left out, so coherent rays are slower.
     ///
     /// # Errors
     /// [`BatchError`] if columns differ in length; nothing is written then.
@@ -176,19 +193,10 @@ impl Bvh {
         let rays = rays.into();
         rays.check()?;
         hits.check(rays.len())?;
-        let find = |kernel: &mut OneRay, k: usize| {
-            self.filtered_by(kernel, &rays.ray(k), &filter.of(k), false)
-        };
-        self.each(
-            &rays,
-            filter,
-            threads,
-            hits.chunks(CHUNK),
-            find,
-            |hits, k, hit| {
-                hits.put(k, hit);
-            },
-        )
+        let chunks = hits.chunks(CHUNK);
+        self.each(&rays, filter, threads, (chunks, false), |hits, k, hit| {
+            hits.put(k, hit)
+        })
     }
 
     /// As [`Bvh::occluded_batch`], for the hits that a filter accepts.
@@ -205,11 +213,8 @@ impl Bvh {
         let rays = rays.into();
         rays.check()?;
         same_length("blocked", blocked.len(), rays.len())?;
-        let find = |kernel: &mut OneRay, k: usize| {
-            self.filtered_by(kernel, &rays.ray(k), &filter.of(k), true)
-        };
         let chunks = blocked.chunks_mut(CHUNK);
-        self.each(&rays, filter, threads, chunks, find, |blocked, k, hit| {
+        self.each(&rays, filter, threads, (chunks, true), |blocked, k, hit| {
             blocked[k] = hit.is_some();
         })
     }
@@ -225,92 +230,80 @@ impl Bvh {
         threads: usize,
     ) -> Result<HitLists, BatchError> {
         let rays = rays.into();
-        rays.check()?;
-        let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
-        let find =
-            |kernel: &mut OneRay, k: usize| self.every_by(kernel, &rays.ray(k), &filter.of(k));
-        self.each(
-            &rays,
-            filter,
-            threads,
-            parts.iter_mut(),
-            find,
-            |part, _, hits| {
-                part.push(hits);
-            },
-        )?;
-        Ok(HitLists::joined(&parts))
+        filter.check(rays.len())?;
+        let mut lists = self.all_hits_batch(rays, threads)?;
+        lists.retain(|ray, hit| self.accepts(hit, &filter.of(ray)));
+        Ok(lists)
     }
 
-    /// Finds an answer for each ray of a batch, and stores it by its row in the ray's chunk.
-    fn each<O: Send, A>(
+    /// Finds a hit for each ray of a batch, the closest one or any, and stores it by its row in the
+    /// ray's chunk.
+    fn each<O: Send>(
         &self,
         rays: &RayBatch,
-        filter: &BatchFilter,
+        filters: &BatchFilter,
         threads: usize,
-        outputs: impl Iterator<Item = O> + Send,
-        find: impl Fn(&mut OneRay, usize) -> A + Sync,
-        put: impl Fn(&mut O, usize, A) + Sync,
+        (outputs, any): (impl Iterator<Item = O> + Send, bool),
+        put: impl Fn(&mut O, usize, Option<Hit>) + Sync,
     ) -> Result<(), BatchError> {
         let count = rays.len();
-        filter.check(count)?;
+        filters.check(count)?;
         let threads = thread_count(threads, count.div_ceil(CHUNK));
         self.build_wide(threads);
         let jobs = (0..count).step_by(CHUNK).zip(outputs);
         share(jobs, threads, |next| {
-            let mut kernel = OneRay::new(self);
+            let mut kernel = FilteredRays::new(self);
+            let mut packets = PacketStorage::default();
+            let mut turned = TransposedRays::default();
             while let Some((first, mut output)) = next() {
-                for k in first..(first + CHUNK).min(count) {
-                    let answer = find(&mut kernel, k);
-                    put(&mut output, k - first, answer);
-                }
+                let part = rays.slice(first, (first + CHUNK).min(count));
+                let part = turned.columns(&part);
+                let (tmax, len) = (part.tmax, part.len());
+                packets.fill(&part, false);
+                let accept = |k: usize, weights, prim_id| {
+                    let hit = self.hit_of(weights, prim_id);
+                    hit.t < tmax.of(k) && self.accepts(&hit, &filters.of(first + k))
+                };
+                let filter = HitFilter {
+                    accept: &accept,
+                    any,
+                };
+                let limit = tmax.common().unwrap_or(f32::INFINITY);
+                kernel.trace(&packets.queue.queue(), limit, &filter, &mut |k, found| {
+                    let found = found.filter(|_| k < len && is_able(&packets.able, k));
+                    put(
+                        &mut output,
+                        k,
+                        found.map(|(t, prim_id)| self.hit_of(t, prim_id)),
+                    );
+                });
             }
         });
         Ok(())
     }
 
-    fn filtered_by(
-        &self,
-        kernel: &mut OneRay,
-        ray: &Ray,
-        filter: &RayFilter,
-        any: bool,
-    ) -> Option<Hit> {
-        if !ray.can_hit() || filter.tnear.is_nan() {
+    /// Returns true if a filter accepts a hit.
+    fn accepts(&self, hit: &Hit, filter: &RayFilter) -> bool {
+        hit.t > filter.tnear
+            && hit.prim_id != filter.ignore
+            && self.geometries().mask(hit.geom_id) & filter.mask != 0
+            && (filter.accept)(hit)
+    }
+
+    fn filtered(&self, ray: &Ray, filter: &RayFilter, any: bool) -> Option<Hit> {
+        if !ray.can_hit() {
             return None;
         }
-        let accept = |weights: [f32; 3], prim_id: u32| {
+        let accept = |_: usize, weights: [f32; 3], prim_id: u32| {
             let hit = self.hit_of(weights, prim_id);
-            hit.t < ray.tmax
-                && prim_id != filter.ignore
-                && self.geometries().mask(hit.geom_id) & filter.mask != 0
-                && (filter.accept)(&hit)
+            hit.t < ray.tmax && self.accepts(&hit, filter)
         };
         let filter = HitFilter {
-            tnear: filter.tnear.max(0.0),
             accept: &accept,
             any,
         };
-        let found = kernel.filtered([&ray.origin, &ray.direction], ray.tmax, &filter)?;
-        Some(self.hit_of(found.0, found.1))
-    }
-
-    fn every_by(&self, kernel: &mut OneRay, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
-        let all = RefCell::new(Vec::new());
-        // Refused hits end no search, so all of them come by, each primitive's once.
-        let refuse = |hit: &Hit| {
-            if (filter.accept)(hit) {
-                all.borrow_mut().push(*hit);
-            }
-            false
-        };
-        let filter = RayFilter {
-            accept: &refuse,
-            ..*filter
-        };
-        self.filtered_by(kernel, ray, &filter, false);
-        let mut all = all.into_inner();
-        all.sort_unstable_by_key(|hit| FoundHit::key_of(hit.t, hit.prim_id));
-        all
+        let ends = [&ray.origin, &ray.direction];
+        let (weights, prim_id) = OneRay::new(self).filtered(ends, ray.tmax, &filter)?;
+        Some(self.hit_of(weights, prim_id))
     }
 }

@@ -79,6 +79,15 @@ impl HitLists {
         all
     }
 
+    /// Keeps the hits for which `keep` returns true, by the ray and the hit.
+    pub(super) fn retain(&mut self, keep: impl Fn(usize, &Hit) -> bool) {
+        let mut kept = HitLists::empty();
+        for ray in 0..self.starts.len() - 1 {
+            kept.push(self.of(ray).filter(|hit| keep(ray, hit)));
+        }
+        *self = kept;
+    }
+
     /// No lists.
     pub fn empty() -> HitLists {
         HitLists {

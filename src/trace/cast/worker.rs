@@ -43,12 +43,12 @@ pub(super) struct Worker<'a> {
 
 /// Rays of a batch as packets.
 #[derive(Default)]
-struct PacketStorage {
-    queue: QueueStorage,
+pub(super) struct PacketStorage {
+    pub(super) queue: QueueStorage,
     /// Limits of each packet, if they differ.
     tmax: Vec<[f32; LANES]>,
     /// Lanes of each packet that can hit anything.
-    able: Vec<u8>,
+    pub(super) able: Vec<u8>,
 }
 
 impl<'a> Worker<'a> {
@@ -139,8 +139,8 @@ impl<'a> Worker<'a> {
             };
             let queue = self.packets.queue.queue();
             self.traversal.every_hit(&queue, tmax, &mut self.found);
-            let is_able = |ray: usize| self.packets.able[ray / LANES] >> (ray % LANES) & 1 == 1;
-            self.found.retain(|hit| is_able(hit.ray as usize));
+            self.found
+                .retain(|hit| is_able(&self.packets.able, hit.ray as usize));
         }
         &self.found
     }
@@ -187,6 +187,11 @@ fn if_able(packet: &HitPacket, able: u8) -> HitPacket {
     }
 }
 
+/// Returns true if a ray can hit anything; another one stands in for it if not.
+pub(super) fn is_able(able: &[u8], ray: usize) -> bool {
+    able[ray / LANES] >> (ray % LANES) & 1 == 1
+}
+
 impl<'p> EightRows<'p> {
     /// Answers of the packet whose rays begin at `from`.
     #[inline(always)]
@@ -228,7 +233,7 @@ impl<'p> EightRows<'p> {
 impl PacketStorage {
     /// Copies rays into packets, and their limits if they are needed; returns true if any of the
     /// rays can hit anything.
-    fn fill(&mut self, rays: &RayColumns, with_limits: bool) -> bool {
+    pub(super) fn fill(&mut self, rays: &RayColumns, with_limits: bool) -> bool {
         let (count, whole) = (packets_for(rays.len()), rays.len() / LANES);
         self.able.resize(count, 0);
         self.tmax

@@ -7,14 +7,12 @@ use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::packet::NO_PRIM;
 use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, Mask8, U32x8};
 
-/// Filter of a ray's hits.
+/// Filter of rays' hits.
 #[derive(Clone, Copy)]
 pub(crate) struct HitFilter<'f> {
-    /// Distance from which on hits count, exclusive; not negative.
-    pub(crate) tnear: f32,
-    /// Decides by distance, barycentric weights and number. Called only for hits that would be the
-    /// closest so far.
-    pub(crate) accept: &'f dyn Fn([f32; 3], u32) -> bool,
+    /// Decides by the number of the ray, and the distance, barycentric weights and number of the
+    /// hit. Called only for hits that would be the closest so far.
+    pub(crate) accept: &'f dyn Fn(usize, [f32; 3], u32) -> bool,
     /// True if the first accepted hit ends the search.
     pub(crate) any: bool,
 }
@@ -31,17 +29,21 @@ impl HitFilter<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct FilteredHit<'f> {
     next: NextHit<F32x8>,
+    ray: usize,
     filter: &'f HitFilter<'f>,
 }
 
 impl<'f> FilteredHit<'f> {
-    /// A query for hits before that of `best`, which is inactive in all lanes but the first.
-    pub(super) fn new(best: HitRecord<F32x8>, filter: &'f HitFilter<'f>) -> FilteredHit<'f> {
-        // No number follows this one, so that a hit at `tnear` itself does not count.
-        let (tnear, last) = (F32x8::splat(filter.tnear), U32x8::splat(NO_PRIM));
-        let mut next = NextHit::new(inactive_t(), tnear, last);
+    /// A query of one ray for hits before that of `best`, which is inactive in all lanes but the
+    /// first.
+    pub(super) fn new(
+        best: HitRecord<F32x8>,
+        ray: usize,
+        filter: &'f HitFilter<'f>,
+    ) -> FilteredHit<'f> {
+        let mut next = NextHit::new(inactive_t(), F32x8::ZERO, U32x8::splat(NO_PRIM));
         next.best = best;
-        FilteredHit { next, filter }
+        FilteredHit { next, ray, filter }
     }
 
     /// The best hit so far.
@@ -75,7 +77,7 @@ impl Query<F32x8> for FilteredHit<'_> {
         let counts = hit.valid & self.next.best.is_after(hit.t, id);
         if counts.bits() & 1 == 1 {
             let weights = [hit.t, hit.v / hit.det, hit.w / hit.det].map(|lanes| lanes.lane(0));
-            if (self.filter.accept)(weights, id.lane(0)) {
+            if (self.filter.accept)(self.ray, weights, id.lane(0)) {
                 self.next.best.update(&hit, id);
                 let limit = self.filter.limit_after(weights[0]);
                 self.next.best.t.set_lane(0, limit);

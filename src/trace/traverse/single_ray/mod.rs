@@ -18,6 +18,7 @@ mod single_query;
 use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
 use super::every_hit::FoundHits;
+use super::filtered_hit::HitFilter;
 use super::packet::PacketKernel;
 use super::prefetch::PrefetchTable;
 use super::queue_kernel::{QueueKernel, TMaxOf};
@@ -31,7 +32,7 @@ use entry_node::{EntryNode, ROOT, SegmentBox};
 pub(crate) use one_ray::OneRay;
 use ray_state::RayState;
 use ray_stream::RayStream;
-use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleQuery};
+use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleFiltered, SingleQuery};
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -313,6 +314,30 @@ fn packet_of_one(org: [f32; 3], dir: [f32; 3]) -> RayPacket<F32x8> {
     }
 }
 
+/// Single rays that choose among their hits.
+pub(crate) struct FilteredRays<'a>(SingleRays<'a>);
+
+impl<'a> FilteredRays<'a> {
+    pub(crate) fn new(bvh: &'a Bvh) -> FilteredRays<'a> {
+        FilteredRays(SingleRays::new(bvh))
+    }
+
+    /// Traces the rays of a queue, and tells `done` about each: the closest hit below `tmax` that
+    /// the filter accepts, if there is one.
+    pub(crate) fn trace(
+        &mut self,
+        rays: &RayQueue,
+        tmax: f32,
+        filter: &HitFilter,
+        done: &mut dyn FnMut(usize, Option<([f32; 3], u32)>),
+    ) {
+        let source = RayStream::new(rays, 0..rays.packets(), tmax, ROOT);
+        self.0.trace(SingleFiltered(filter), source, |state| {
+            done(state.number, state.best.below(tmax));
+        });
+    }
+}
+
 impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
     fn closest(&mut self, rays: &RayQueue, slice: &BatchSlice, hits: &mut [HitPacket]) -> bool {
         let first = slice.packets.start;
@@ -322,14 +347,9 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         let start = first * LANES;
         let source = RayStream::new(rays, slice.each(), f32::INFINITY, ROOT);
         self.trace(SingleClosest, source, |state| {
-            let found = &state.best;
-            if found.t < f32::INFINITY {
+            if let Some((weights, prim_id)) = state.best.below(f32::INFINITY) {
                 let at = state.number - start;
-                hits[at / LANES].set(
-                    at % LANES,
-                    [found.t, found.v / found.det, found.w / found.det],
-                    found.prim_id,
-                );
+                hits[at / LANES].set(at % LANES, weights, prim_id);
             }
         });
         true

@@ -42,9 +42,7 @@ impl<'a> OneRay<'a> {
     /// and direction.
     #[inline(never)]
     pub(crate) fn closest(&mut self, ray: [&[f32; 3]; 2], tmax: f32) -> Option<([f32; 3], u32)> {
-        let found = self.trace(SingleClosest, ray, tmax);
-        let weights = [found.t, found.v / found.det, found.w / found.det];
-        (found.t < tmax).then_some((weights, found.prim_id))
+        self.trace(SingleClosest, ray, tmax).below(tmax)
     }
 
     /// Returns true if one ray hits anything before `tmax`.
@@ -62,9 +60,7 @@ impl<'a> OneRay<'a> {
         tmax: f32,
         filter: &HitFilter,
     ) -> Option<([f32; 3], u32)> {
-        let found = self.trace(SingleFiltered(filter), ray, tmax);
-        let weights = [found.t, found.v / found.det, found.w / found.det];
-        (found.t < tmax).then_some((weights, found.prim_id))
+        self.trace(SingleFiltered(filter), ray, tmax).below(tmax)
     }
 
     #[inline(always)]

@@ -125,13 +125,15 @@ impl SingleQuery for SingleFiltered<'_> {
 
     #[inline(always)]
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
-        let ahead = hit.t.gt(Native::splat(self.0.tnear));
-        let near = hit.valid & ahead & hit.t.le(Native::splat(state.best.t));
+        let near = hit.valid & hit.t.le(Native::splat(state.best.t));
+        if !near.any() {
+            return false;
+        }
         let [t, v, w, det] = [hit.t, hit.v, hit.w, hit.det].map(Native::to_array);
         for lane in near.lanes() {
             let (hit, best) = ((t[lane], ids[lane]), (state.best.t, state.best.prim_id));
             let weights = [t[lane], v[lane] / det[lane], w[lane] / det[lane]];
-            if hit < best && (self.0.accept)(weights, ids[lane]) {
+            if hit < best && (self.0.accept)(state.number, weights, ids[lane]) {
                 state.best = SingleHit {
                     t: self.0.limit_after(t[lane]),
                     v: v[lane],
@@ -141,12 +143,13 @@ impl SingleQuery for SingleFiltered<'_> {
                 };
             }
         }
-        near.any()
+        true
     }
 
     #[inline(always)]
     fn other<T: Counters>(self, state: &mut RayState, leaf: LoneLeaf<'_, '_, T>) -> bool {
-        let mut query = FilteredHit::new(state.best.spread(limit(state)), self.0);
+        let best = state.best.spread(limit(state));
+        let mut query = FilteredHit::new(best, state.number, self.0);
         leaf.test(&mut query);
         state.best = SingleHit::of(&query.best());
         true
