@@ -5,7 +5,7 @@ use super::hit_lists::HitLists;
 use super::rows::TransposedRays;
 use super::scan_order::ScanOrder;
 use super::worker::{RowNumbers, Worker};
-use super::{BatchError, HitColumns, RayBatch, RayColumns};
+use super::{BatchError, HitColumns, Ray, RayBatch, RayColumns};
 use crate::bvh::Bvh;
 use crate::traverse::Kernel;
 use crate::traverse::single_ray::OneRay;
@@ -73,10 +73,12 @@ impl Bvh {
         hits.check(rays.len())?;
         if are_few(&rays, rays.tmax().common() == Some(f32::INFINITY)) {
             let mut kernel = OneRay::new(self);
-            (0..rays.len()).for_each(|k| hits.put(k, self.closest_by(&mut kernel, &rays.ray(k))));
+            each_ray(&rays, |k, ray| {
+                hits.put(k, self.closest_by(&mut kernel, ray))
+            });
             return Ok(());
         }
-        let order = ScanOrder::of(&rays);
+        let order = scan_order(&rays);
         let chunk = chunk_of(&order);
         let work =
             |worker: &mut Worker, rays: &RayColumns, hits: &mut HitColumns, places: RowNumbers| {
@@ -130,12 +132,12 @@ impl Bvh {
         same_length("blocked", blocked.len(), rays.len())?;
         if are_few(&rays, rays.tmax().common().is_some()) {
             let mut kernel = OneRay::new(self);
-            for (k, blocked) in blocked.iter_mut().enumerate() {
-                *blocked = self.occluded_by(&mut kernel, &rays.ray(k));
-            }
+            each_ray(&rays, |k, ray| {
+                blocked[k] = self.occluded_by(&mut kernel, ray)
+            });
             return Ok(());
         }
-        let order = ScanOrder::of(&rays);
+        let order = scan_order(&rays);
         let chunk = chunk_of(&order);
         let work =
             |worker: &mut Worker, rays: &RayColumns, out: &mut &mut [bool], places: RowNumbers| {
@@ -254,6 +256,11 @@ impl Bvh {
     }
 }
 
+/// The order in which a picture's rays are traced; small batches are not looked at.
+fn scan_order(rays: &RayBatch) -> Option<ScanOrder> {
+    (rays.len() > SMALL).then(|| ScanOrder::of(rays))?
+}
+
 /// Rays in a chunk.
 fn chunk_of(order: &Option<ScanOrder>) -> usize {
     order.as_ref().map_or(CHUNK, ScanOrder::band)
@@ -263,6 +270,21 @@ fn chunk_of(order: &Option<ScanOrder>) -> usize {
 /// packets take, if they do not have one that single rays take.
 fn are_few(rays: &RayBatch, has_single_limit: bool) -> bool {
     rays.len() <= FEW || (rays.len() <= SMALL && !has_single_limit)
+}
+
+/// Passes `trace` each ray and its number. Rays are gathered ahead: a ray that has just been stored
+/// number by number cannot be loaded in vectors yet.
+fn each_ray(rays: &RayBatch, mut trace: impl FnMut(usize, &Ray)) {
+    let mut gathered = [Ray::new([0.0; 3], [0.0; 3]); FEW];
+    for first in (0..rays.len()).step_by(FEW) {
+        let count = FEW.min(rays.len() - first);
+        for (k, ray) in gathered[..count].iter_mut().enumerate() {
+            *ray = rays.ray(first + k);
+        }
+        for (k, ray) in gathered[..count].iter().enumerate() {
+            trace(first + k, ray);
+        }
+    }
 }
 
 /// Kernel for a batch of `count` rays. For small batches single rays are the fastest, but for
@@ -332,6 +354,9 @@ pub(super) fn share<J>(
     let jobs = Mutex::new(jobs);
     let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
     let drain = || drain(&mut || next());
+    if threads <= 1 {
+        return drain();
+    }
     std::thread::scope(|scope| {
         for _ in 1..threads {
             // If a thread cannot be spawned, the others do its share.

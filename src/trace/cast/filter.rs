@@ -42,8 +42,8 @@ const CHUNK: usize = 512;
 /// ```
 #[derive(Clone, Copy)]
 pub struct RayFilter<'f> {
-    /// Hits count if `tnear` < t, and 0 < t: the ray passes through what is nearer. A ray with a NaN
-    /// here misses everything.
+    /// Hits count if `tnear` < t, and 0 < t: the ray passes through what is nearer. A ray with a
+    /// NaN here misses everything.
     pub tnear: f32,
     /// Only geometries whose mask shares a bit with this one count: see
     /// [`set_mask`](phalanx_scene::Scene::set_mask). Primitives without a geometry have all bits.
@@ -163,8 +163,8 @@ impl Bvh {
         all
     }
 
-    /// As [`Bvh::intersect_batch`], for the closest hits that a filter accepts. All kernels but that
-    /// for single rays are left out, so coherent rays are slower.
+    /// As [`Bvh::intersect_batch`], for the closest hits that a filter accepts. All kernels but
+    /// that for single rays are left out, so coherent rays are slower.
     ///
     /// # Errors
     /// [`BatchError`] if columns differ in length; nothing is written then.

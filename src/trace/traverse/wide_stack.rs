@@ -15,6 +15,7 @@ use crate::simd::COMPACT_LUT;
 use crate::simd::LaneMove;
 use crate::simd::{NATIVE, Native};
 use std::cell::Cell;
+use std::mem::ManuallyDrop;
 use std::ops::Range;
 
 /// Children waiting to be visited, as columns: the distance at which each begins, and its code.
@@ -24,39 +25,33 @@ pub(super) struct WideStack {
 }
 
 thread_local! {
-    static STACK: Cell<WideStack> = const { Cell::new(WideStack::EMPTY) };
+    static STACK: Cell<Option<Box<WideStack>>> = const { Cell::new(None) };
 }
 
 /// The stack of a thread, which keeps its memory from one query to the next. A query within another
 /// has a stack of its own.
-pub(super) struct ThreadStack(pub(super) WideStack);
+pub(super) struct ThreadStack(pub(super) ManuallyDrop<Box<WideStack>>);
 
 impl ThreadStack {
     /// The stack, with room for at least `room` entries.
     #[inline(always)]
     pub(super) fn with_room(room: usize) -> ThreadStack {
-        let kept = STACK.replace(WideStack::EMPTY);
-        ThreadStack(match kept.code.len() < room {
-            true => WideStack::with_capacity(room),
-            false => kept,
-        })
+        ThreadStack(ManuallyDrop::new(match STACK.take() {
+            Some(kept) if kept.code.len() >= room => kept,
+            _ => Box::new(WideStack::with_capacity(room)),
+        }))
     }
 }
 
 impl Drop for ThreadStack {
     #[inline(always)]
     fn drop(&mut self) {
-        STACK.set(std::mem::replace(&mut self.0, WideStack::EMPTY));
+        // SAFETY: nothing uses the field after this.
+        STACK.set(Some(unsafe { ManuallyDrop::take(&mut self.0) }));
     }
 }
 
 impl WideStack {
-    /// A stack without room.
-    const EMPTY: WideStack = WideStack {
-        tnear: Vec::new(),
-        code: Vec::new(),
-    };
-
     /// A stack with room for `room` entries, which may be divided into several stacks.
     fn with_capacity(room: usize) -> WideStack {
         WideStack {
