@@ -70,9 +70,9 @@ impl PyScene {
     ///     prim_id that does not count, such as that of the triangle that the
     ///     ray leaves; -1 for none, so that prim_id of other hits will do.
     ///
-    /// The last three are slower for coherent rays, such as a camera's. If
-    /// several hits share a distance, the smallest prim_id wins. No ray slips through an
-    /// edge or a vertex that triangles share. Rays with a component that is
+    /// The last three are slower for coherent rays, such as a camera's. Among
+    /// hits at one distance, the smallest prim_id wins. No ray slips through
+    /// an edge or a vertex that triangles share. Rays with a component that is
     /// not finite, a zero direction, or a tmax that is not positive hit
     /// nothing. Queries are fastest if adjacent rays have similar directions.
     ///

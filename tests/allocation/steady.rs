@@ -10,6 +10,7 @@ use phalanx::camera::Camera;
 use phalanx::render::{Tile, TileBuffer, TileRenderer, WaveSizes, WavefrontRenderer, tiles};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
+use phalanx::{HitBuffer, Ray, RayBuffer, RayFilter};
 
 /// Mirrors, glass, matte objects and lights of both kinds.
 fn busy_scene() -> Scene {
@@ -88,6 +89,41 @@ fn painting_allocates_nothing_once_warm() {
         let again = asked() - before;
         println!("tiles of {side}: {warming} allocations while warming up, {again} after");
         assert_eq!(again, 0, "tiles of {side}, hits kept: {record_hits}");
+    }
+}
+
+/// Checks that calls for one ray, and for a few, ask for no memory, within instances, too.
+#[test]
+fn single_rays_allocate_nothing_once_warm() {
+    let _alone = alone();
+    let mut rng = Rng::new(72);
+    let mut plain = Scene::default();
+    let paint = scenes::add_paint(&mut plain, scenes::GREY);
+    (0..300).for_each(|_| scenes::add_random(&mut plain, &mut rng, 1.0, paint));
+    for scene in [plain, busy_scene()] {
+        let bvh = Bvh::build(&scene);
+        let rays = [(); 16].map(|()| Ray::new(rng.point(2.0), rng.point(1.0)));
+        let buffer: RayBuffer = rays.into_iter().collect();
+        let (mut hits, mut blocked) = (HitBuffer::new(16), [false; 16]);
+        let mut cast = || {
+            let filter = RayFilter {
+                mask: 1,
+                ..RayFilter::default()
+            };
+            for ray in &rays {
+                bvh.intersect(ray);
+                bvh.occluded(ray);
+                bvh.intersect_filtered(ray, &filter);
+            }
+            let columns = buffer.columns();
+            bvh.intersect_batch(&columns, &mut hits.columns(), 0)
+                .is_ok()
+                && bvh.occluded_batch(&columns, &mut blocked, 0).is_ok()
+        };
+        assert!(cast());
+        let before = asked();
+        assert!(cast());
+        assert_eq!(asked() - before, 0, "allocations");
     }
 }
 

@@ -22,7 +22,7 @@ use std::panic::resume_unwind;
 use std::sync::OnceLock;
 
 impl Bvh {
-    /// Builds the tree of a scene: [`Quality::Medium`], one thread per CPU.
+    /// Builds the tree of a scene: [`Quality::Medium`](super::Quality::Medium), one thread per CPU.
     ///
     /// The scene may be empty, and is not needed afterwards. The tree follows later changes of the
     /// scene by [`Bvh::update`]. The same scene gives the same tree on every machine. Meshes and

@@ -49,7 +49,7 @@ impl Quality {
     }
 }
 
-/// Settings of a build: see [`Bvh::build_with`].
+/// Settings of a build: see [`Bvh::build_with`](super::Bvh::build_with).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildSettings {
     /// Trade of build time for tracing speed.

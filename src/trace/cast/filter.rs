@@ -48,7 +48,7 @@ pub struct RayFilter<'f> {
     /// Only geometries whose mask shares a bit with this one count: see
     /// [`set_mask`](phalanx_scene::Scene::set_mask). Primitives without a geometry have all bits.
     pub mask: u32,
-    /// `prim_id` of a primitive that does not count; [`NO_PRIM`](phalanx_scene::NO_PRIM) for none.
+    /// `prim_id` of a primitive that does not count; [`NO_PRIM`] for none.
     /// For rays that leave a triangle. A ray within a sphere has to hit that sphere: use `tnear`.
     pub ignore: u32,
     /// Decides whether a hit counts. It must answer by the hit alone: nothing is promised about the

@@ -19,7 +19,7 @@ use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8};
 use crate::traverse::every_hit::{EveryHit, FoundHits};
 use crate::traverse::next_hit::{HitsByLane, NextHit, NextHits};
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ops::Range;
 
 /// A child waiting to be visited.
@@ -29,6 +29,23 @@ struct StackEntry<L> {
     enter: L,
     first: u32,
     tag: u16,
+}
+
+thread_local! {
+    /// The stack of a thread's packets of one.
+    static STACK: Cell<Vec<StackEntry<F32x8>>> = const { Cell::new(Vec::new()) };
+}
+
+impl<'a, T: Counters> PacketKernel<'a, F32x8, T> {
+    /// A kernel with the stack of the thread, which keeps its memory from one to the next.
+    pub(super) fn of_thread(bvh: &'a Bvh) -> PacketKernel<'a, F32x8, T> {
+        PacketKernel::with_stack(bvh, STACK.take())
+    }
+
+    /// Gives the stack back to the thread.
+    pub(super) fn give_back(self) {
+        STACK.set(self.stack);
+    }
 }
 
 /// Traces packets against one tree, and counts by `T`. It owns the traversal stack, so that tracing
@@ -45,17 +62,23 @@ pub(super) struct PacketKernel<'a, L, T> {
 impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     /// A kernel for a tree that counts what `T` counts.
     pub(super) fn counting(bvh: &'a Bvh) -> PacketKernel<'a, L, T> {
+        PacketKernel::with_stack(bvh, Vec::new())
+    }
+
+    /// As [`PacketKernel::counting`], with a stack that another kernel had.
+    fn with_stack(bvh: &'a Bvh, mut stack: Vec<StackEntry<L>>) -> PacketKernel<'a, L, T> {
         let empty = StackEntry {
             enter: L::ZERO,
             first: 0,
             tag: 0,
         };
+        // Every level of a path leaves at most one child waiting.
+        stack.resize(bvh.depth() + 1, empty);
         let prims = bvh.leaf_prims();
         PacketKernel {
             bvh,
             no_cones_or_instances: prims.cones.is_empty() && prims.instances.is_empty(),
-            // Every level of a path leaves at most one child waiting.
-            stack: vec![empty; bvh.depth() + 1],
+            stack,
             counters: T::default(),
         }
     }

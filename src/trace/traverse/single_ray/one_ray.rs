@@ -83,7 +83,7 @@ fn descend<S: SingleQuery>(
     state: &mut RayState,
     stack: &mut WideStack,
 ) {
-    // For leaves without blocks, which most scenes lack; it has a stack of its own.
+    // For leaves without blocks, which most scenes lack.
     let mut packets = None;
     loop {
         match ChildRef::of_code(state.current) {
@@ -107,7 +107,7 @@ fn descend<S: SingleQuery>(
                 }
             }
             ChildRef::Other(index) => {
-                let packets = packets.get_or_insert_with(|| PacketKernel::counting(bvh));
+                let packets = packets.get_or_insert_with(|| PacketKernel::of_thread(bvh));
                 other(query, state, packets, wide.others()[index as usize]);
             }
             block => {
@@ -115,8 +115,11 @@ fn descend<S: SingleQuery>(
             }
         }
         if !pop::<S>(state, stack) {
-            return;
+            break;
         }
+    }
+    if let Some(packets) = packets {
+        packets.give_back();
     }
 }
 
