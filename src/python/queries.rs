@@ -31,10 +31,14 @@ impl<'py> RayQuery<'py> {
         let now = scene.get().now(scene.py());
         let origins = origins.ok_or_else(|| value_error("no rays"))?;
         let rays = Rays::of(origins, directions, tmax, &now.coordinates())?;
+        let bvh = now.tree(scene.py())?;
+        if !bvh.has_wide() {
+            scene.py().detach(|| bvh.build_wide(threads));
+        }
         Ok(RayQuery {
             filters: RayFilters::of(filters, &rays.shape)?,
             rays,
-            bvh: now.tree(scene.py())?,
+            bvh,
             scene: now.scene,
             threads,
         })

@@ -8,7 +8,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::{Cone, GeometryError};
-use phalanx::{Bvh, GeomId, Ray, RayFilter, Scene, cache};
+use phalanx::{Bvh, GeomId, HitBuffer, Ray, RayBuffer, RayFilter, Scene, cache};
 
 /// Edits of all scenes together; `PHALANX_EDITS` asks for another number.
 fn edits() -> usize {
@@ -270,6 +270,24 @@ fn what_stays_is_not_built() {
         assert!(bvh.has_wide());
     }
     assert_follows(&scene, &bvh, &mut random);
+}
+
+/// Checks that a tree which is queried again and again gets its wide half, and another does not.
+#[test]
+fn many_batches_build_the_wide_tree() {
+    let mut random = Rng::new(5);
+    let (vertices, indices) = soup(&mut random, 3000);
+    let mut scene = Scene::new();
+    scene.add_mesh(&vertices, &indices).expect("a mesh");
+    let bvh = Bvh::build(&scene);
+    let rays = (0..600).map(|_| Ray::new(random.point(2.0), random.point(1.0)));
+    let (rays, mut hits): (RayBuffer, _) = (rays.collect(), HitBuffer::new(600));
+    let has_wide = [(); 4].map(|()| {
+        let batch = bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 1);
+        batch.expect("columns of one length");
+        bvh.has_wide()
+    });
+    assert_eq!((has_wide[0], has_wide[3]), (false, true));
 }
 
 #[test]

@@ -13,6 +13,7 @@ use super::huge_pages::move_to_huge_pages;
 use super::offsets::Offsets;
 use super::settings::BuildSettings;
 use super::subtree::{Subtree, build_subtree, relative_cost};
+use super::tree::RayCounter;
 use super::tree_parts::{TreePart, TreeParts};
 use super::wide::widen;
 use super::{Bvh, WideBvh};
@@ -149,6 +150,7 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
         slots: world.slots,
         wide: OnceLock::new(),
         geometries: GeometryStarts::of(scene),
+        rays_cast: RayCounter::default(),
         parts: None,
     };
     append_meshes(&mut bvh, meshes, &mut parts);

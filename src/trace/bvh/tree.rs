@@ -5,6 +5,7 @@ use super::tree_parts::TreeParts;
 use super::{Child, LeafKind, LeafPrims, Node, WideBvh};
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The trees of a scene, with everything that a ray can hit: built by [`Bvh::build`], queried by
 /// [`Bvh::intersect`] and [`Bvh::intersect_batch`].
@@ -33,8 +34,19 @@ pub struct Bvh {
     pub(super) sah: f64,
     pub(super) wide: OnceLock<Box<WideBvh>>,
     pub(super) geometries: GeometryStarts,
+    pub(super) rays_cast: RayCounter,
     /// Parts by which the tree follows its scene; none in trees from a cache.
     pub(super) parts: Option<Box<TreeParts>>,
+}
+
+/// Number of rays that batches have cast, by which a tree knows if it is queried again and again.
+#[derive(Debug, Default)]
+pub(super) struct RayCounter(AtomicU64);
+
+impl Clone for RayCounter {
+    fn clone(&self) -> RayCounter {
+        RayCounter(self.0.load(Relaxed).into())
+    }
 }
 
 impl Default for Bvh {
@@ -55,6 +67,7 @@ impl Bvh {
             sah: 0.0,
             wide: OnceLock::new(),
             geometries: GeometryStarts::default(),
+            rays_cast: RayCounter::default(),
             parts: None,
         }
     }
@@ -75,6 +88,11 @@ impl Bvh {
     #[inline(always)]
     pub fn leaf_prims(&self) -> &LeafPrims {
         &self.slots
+    }
+
+    /// Counts the rays of a batch; returns the number of all before.
+    pub(crate) fn count_rays(&self, rays: usize) -> u64 {
+        self.rays_cast.0.fetch_add(rays as u64, Relaxed)
     }
 
     /// The geometry of each hit. Empty for a tree made from arrays.

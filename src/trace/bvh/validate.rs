@@ -14,6 +14,7 @@
 //!   That gives a wrong picture, but never an unsafe or endless traversal.
 
 use super::geometry_starts::GeometryStarts;
+use super::tree::RayCounter;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
 use phalanx_scene::{Column, Scene};
 use std::ops::Range;
@@ -289,6 +290,7 @@ impl UnverifiedBvh {
             sah: self.arrays.sah,
             wide: OnceLock::new(),
             geometries: GeometryStarts::of(scene),
+            rays_cast: RayCounter::default(),
             parts: None,
         })
     }

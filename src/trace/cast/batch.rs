@@ -19,6 +19,10 @@ const CHUNK: usize = 2048;
 /// and making the memory of a kernel would take longer (`perf/notes/calls.md`).
 const FEW: usize = 16;
 
+/// Weight of rays of earlier batches in the decision to build the wide tree: a tree that is queried
+/// again will be queried more. Incoherent rays pay for it with half a ray per primitive.
+const EARLIER_RAYS: u64 = 8;
+
 /// Maximum number of rays for which kernels are not compared: trials would take longer than they
 /// save.
 const SMALL: usize = 512;
@@ -31,8 +35,9 @@ impl Bvh {
     /// the caller's thread. A batch of up to 512 rays costs no more per ray than
     /// [`Bvh::intersect`]. For larger ones, kernels are chosen for 512 rays at a time
     /// ([`Kernel::Auto`]): beams, packets or single rays; each call then allocates a few hundred
-    /// KiB of working memory per thread, which pays off for 10 000 rays or more. Small batches and
-    /// large ones build [`Bvh::wide`], if there is none; [`Bvh::build_wide`] does so ahead of time.
+    /// KiB of working memory per thread, which pays off for 10 000 rays or more. Small batches,
+    /// large ones and many in a row build [`Bvh::wide`], if there is none; [`Bvh::build_wide`] does
+    /// so ahead of time.
     ///
     /// # Errors
     /// [`BatchError`] if columns differ in length; nothing is written then.
@@ -294,7 +299,7 @@ fn kernel_of(bvh: &Bvh, count: usize) -> Kernel {
     match bvh.leaf_prims().instances.is_empty() {
         true if count <= SMALL => Kernel::Single,
         false if count <= SMALL => Kernel::packets(),
-        _ => Kernel::Auto.for_frame(bvh, count as u64),
+        _ => Kernel::Auto.for_frame(bvh, count as u64 + EARLIER_RAYS * bvh.count_rays(count)),
     }
 }
 
