@@ -42,9 +42,12 @@ impl Coordinates {
         if !matches!(points.shape(), [.., 3] | [0]) {
             return Err(wrong_shape(name, "(…, 3)", points.shape()));
         }
-        let point = |point: &[f64; 3]| self.ray(*point, [0.0; 3])[0].map(|c| c as f32);
-        let moved = points.as_slice()?.as_chunks().0.iter().flat_map(point);
-        Floats::made(object.py(), moved.collect(), points.shape())
+        let mut moved = vec![0.0; points.len()];
+        let rows = moved.as_chunks_mut().0.iter_mut();
+        for (row, &point) in rows.zip(points.as_slice()?.as_chunks().0) {
+            *row = self.ray(point, [0.0; 3])[0].map(|c| c as f32);
+        }
+        Floats::made(object.py(), moved, points.shape())
     }
 
     /// Directions, or other differences, in the scene's units.
