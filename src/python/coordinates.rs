@@ -1,8 +1,8 @@
 //! The caller's and the scene's coordinates: a scene may have its own origin and scale.
 
-use crate::arrays::{Floats, as_contiguous, wrong_shape};
+use crate::arrays::{Floats, NumpyNumber, as_contiguous, wrong_shape};
 use crate::errors::value_error;
-use numpy::{PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use phalanx::Scene;
 use phalanx::glam::{DAffine3, DMat3, DVec3};
 use pyo3::prelude::*;
@@ -36,18 +36,29 @@ impl Coordinates {
         if self.is_identity() {
             return Floats::of(name, object);
         }
-        let points = as_contiguous::<f64>(name, object)?
-            .try_readonly()
-            .map_err(value_error)?;
+        match object.cast::<PyArrayDyn<f32>>() {
+            Ok(_) => self.moved(name, as_contiguous::<f32>(name, object)?),
+            Err(_) => self.moved(name, as_contiguous::<f64>(name, object)?),
+        }
+    }
+
+    fn moved<'py, T: NumpyNumber + Copy + Into<f64>>(
+        &self,
+        name: &str,
+        points: Bound<'py, PyArrayDyn<T>>,
+    ) -> PyResult<Floats<'py>> {
+        let points = points.try_readonly().map_err(value_error)?;
         if !matches!(points.shape(), [.., 3] | [0]) {
             return Err(wrong_shape(name, "(…, 3)", points.shape()));
         }
+        let [x, y, z] = self.origin;
         let mut moved = vec![0.0; points.len()];
         let rows = moved.as_chunks_mut().0.iter_mut();
-        for (row, &point) in rows.zip(points.as_slice()?.as_chunks().0) {
-            *row = self.ray(point, [0.0; 3])[0].map(|c| c as f32);
+        for (row, &[a, b, c]) in rows.zip(points.as_slice()?.as_chunks().0) {
+            let differences = [a.into() - x, b.into() - y, c.into() - z];
+            *row = differences.map(|c| (c * self.scale) as f32);
         }
-        Floats::made(object.py(), moved, points.shape())
+        Floats::made(points.py(), moved, points.shape())
     }
 
     /// Directions, or other differences, in the scene's units.

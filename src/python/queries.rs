@@ -7,8 +7,9 @@ use crate::interrupt::{PIECE, SMALL_PIECE, pieces};
 use crate::rays::{FilterArguments, RayFilters, Rays};
 use crate::scene::PyScene;
 use numpy::PyArrayDyn;
-use phalanx::{BatchFilter, Bvh, HitColumns, HitLists, Scene};
+use phalanx::{BatchError, BatchFilter, Bvh, HitColumns, HitLists, RayRows, Scene};
 use pyo3::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A query: rays, and the scene at the time of the call.
@@ -46,10 +47,24 @@ impl<'py> RayQuery<'py> {
 }
 
 impl RayQuery<'_> {
-    /// The filters of a range of the rays, if they have any.
-    fn filter(&self, from: usize, to: usize) -> PyResult<Option<BatchFilter<'_>>> {
-        let filters = self.filters.as_ref();
-        filters.map(|filters| filters.rows(from, to)).transpose()
+    /// Casts the rays in pieces of this size, so that Ctrl-C is heard: `cast` is called with the
+    /// rows of a piece, their filters and their range.
+    fn in_pieces(
+        &self,
+        py: Python<'_>,
+        size: usize,
+        mut cast: impl FnMut(&RayRows, Option<BatchFilter>, Range<usize>) -> Result<(), BatchError>
+        + Send,
+    ) -> PyResult<()> {
+        for (from, to) in pieces(self.rays.len(), size) {
+            let rows = self.rays.rows(from, to)?;
+            let filters = self.filters.as_ref();
+            let filter = filters.map(|filters| filters.rows(from, to)).transpose()?;
+            py.detach(|| cast(&rows, filter, from..to))
+                .map_err(value_error)?;
+            py.check_signals()?;
+        }
+        Ok(())
     }
 }
 
@@ -101,24 +116,20 @@ impl PyScene {
         let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
         let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut hits = HitVectors::new(query.rays.len());
-        for (from, to) in pieces(query.rays.len(), PIECE) {
-            let rows = query.rays.rows(from, to)?;
+        let (bvh, threads) = (&query.bvh, query.threads);
+        query.in_pieces(py, PIECE, |rows, filter, range| {
             let mut columns = HitColumns {
-                t: &mut hits.t[from..to],
-                u: &mut hits.u[from..to],
-                v: &mut hits.v[from..to],
-                prim_id: &mut hits.prim_id[from..to],
-                geom_id: &mut hits.geom_id[from..to],
+                t: &mut hits.t[range.clone()],
+                u: &mut hits.u[range.clone()],
+                v: &mut hits.v[range.clone()],
+                prim_id: &mut hits.prim_id[range.clone()],
+                geom_id: &mut hits.geom_id[range],
             };
-            let (bvh, threads) = (&query.bvh, query.threads);
-            let filter = query.filter(from, to)?;
-            py.detach(|| match &filter {
-                None => bvh.intersect_batch(&rows, &mut columns, threads),
-                Some(filter) => bvh.intersect_batch_filtered(&rows, filter, &mut columns, threads),
-            })
-            .map_err(value_error)?;
-            py.check_signals()?;
-        }
+            match filter {
+                None => bvh.intersect_batch(rows, &mut columns, threads),
+                Some(filter) => bvh.intersect_batch_filtered(rows, &filter, &mut columns, threads),
+            }
+        })?;
         let from = RaySource::of(query.scene, origins, directions);
         PyHits::new(py, hits, query.rays.shape, from)
     }
@@ -145,17 +156,14 @@ impl PyScene {
         let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
         let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut blocked = vec![false; query.rays.len()];
-        for (from, to) in pieces(query.rays.len(), PIECE) {
-            let rows = query.rays.rows(from, to)?;
-            let (bvh, threads, blocked) = (&query.bvh, query.threads, &mut blocked[from..to]);
-            let filter = query.filter(from, to)?;
-            py.detach(|| match &filter {
-                None => bvh.occluded_batch(&rows, blocked, threads),
-                Some(filter) => bvh.occluded_batch_filtered(&rows, filter, blocked, threads),
-            })
-            .map_err(value_error)?;
-            py.check_signals()?;
-        }
+        let (bvh, threads) = (&query.bvh, query.threads);
+        query.in_pieces(py, PIECE, |rows, filter, range| {
+            let blocked = &mut blocked[range];
+            match filter {
+                None => bvh.occluded_batch(rows, blocked, threads),
+                Some(filter) => bvh.occluded_batch_filtered(rows, &filter, blocked, threads),
+            }
+        })?;
         shaped(py, blocked, &query.rays.shape)
     }
 
@@ -181,25 +189,18 @@ impl PyScene {
         let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
         let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut counts = vec![0; query.rays.len()];
-        for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
-            let rows = query.rays.rows(from, to)?;
-            let (bvh, threads, counts) = (&query.bvh, query.threads, &mut counts[from..to]);
-            let filter = query.filter(from, to)?;
-            py.detach(|| match &filter {
-                None => bvh.count_batch(&rows, counts, threads),
-                Some(filter) => {
-                    let lists = bvh.all_hits_batch_filtered(&rows, filter, threads)?;
-                    let lens = (0..counts.len()).map(|ray| lists.rows(ray).len() as u32);
-                    counts
-                        .iter_mut()
-                        .zip(lens)
-                        .for_each(|(count, len)| *count = len);
-                    Ok(())
-                }
-            })
-            .map_err(value_error)?;
-            py.check_signals()?;
-        }
+        let (bvh, threads) = (&query.bvh, query.threads);
+        query.in_pieces(py, SMALL_PIECE, |rows, filter, range| {
+            let counts = &mut counts[range];
+            let Some(filter) = filter else {
+                return bvh.count_batch(rows, counts, threads);
+            };
+            let lists = bvh.all_hits_batch_filtered(rows, &filter, threads)?;
+            for (ray, count) in counts.iter_mut().enumerate() {
+                *count = lists.rows(ray).len() as u32;
+            }
+            Ok(())
+        })?;
         shaped(py, counts, &query.rays.shape)
     }
 
@@ -225,17 +226,14 @@ impl PyScene {
         let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
         let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut all = HitLists::empty();
-        for (from, to) in pieces(query.rays.len(), SMALL_PIECE) {
-            let rows = query.rays.rows(from, to)?;
-            let (bvh, threads) = (&query.bvh, query.threads);
-            let filter = query.filter(from, to)?;
-            let more = py.detach(|| match &filter {
-                None => bvh.all_hits_batch(&rows, threads),
-                Some(filter) => bvh.all_hits_batch_filtered(&rows, filter, threads),
+        let (bvh, threads) = (&query.bvh, query.threads);
+        query.in_pieces(py, SMALL_PIECE, |rows, filter, _| {
+            all.append(match filter {
+                None => bvh.all_hits_batch(rows, threads)?,
+                Some(filter) => bvh.all_hits_batch_filtered(rows, &filter, threads)?,
             });
-            all.append(more.map_err(value_error)?);
-            py.check_signals()?;
-        }
+            Ok(())
+        })?;
         let from = RaySource::of(query.scene, origins, directions);
         PyAllHits::new(py, all, query.rays.shape, from)
     }

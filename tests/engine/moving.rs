@@ -223,7 +223,7 @@ fn trees_follow_other_scenes() {
     let scenes = [(); 6].map(|()| Stage::new(&mut random).scene);
     let mut bvh = Bvh::default();
     for round in 0..20 {
-        let mut scene = scenes[{ random.below(6) }].clone();
+        let mut scene = scenes[random.below(6)].clone();
         if round % 3 == 0 {
             scene.add_sphere(random.point(1.0), 0.3, 0);
         }

@@ -5,7 +5,7 @@ use super::query::Query;
 use crate::intersect::aabb::TInterval;
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
 use crate::packet::NO_PRIM;
-use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, Mask8, U32x8};
+use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, U32x8};
 
 /// Filter of rays' hits.
 #[derive(Clone, Copy)]
@@ -58,11 +58,6 @@ impl Query<F32x8> for FilteredHit<'_> {
     #[inline(always)]
     fn limit(&self) -> F32x8 {
         self.next.limit()
-    }
-
-    #[inline(always)]
-    fn overlaps(&self, interval: &TInterval<F32x8>) -> Mask8 {
-        self.next.overlaps(interval)
     }
 
     #[inline(always)]
