@@ -148,8 +148,8 @@ pub struct Hit {
     /// geometry.
     pub prim_id: u32,
     /// Geometry, as returned by [`add_mesh`](phalanx_scene::Scene::add_mesh) and related methods;
-    /// for an instance, that of the instance. [`NO_GEOM`](phalanx_scene::NO_GEOM) for primitives
-    /// that were added one by one, such as those of files. Caches keep it.
+    /// for an instance, that of the instance. [`NO_GEOM`] for primitives that were added one by
+    /// one, such as those of files. Caches keep it.
     pub geom_id: GeomId,
 }
 
@@ -237,7 +237,7 @@ impl Bvh {
 
     /// The `prim_id` of a geometry's first primitive: `hit.prim_id` minus this is the row of the
     /// triangle or sphere in the slices that it was added from. `None` for geometries without
-    /// primitives, for [`NO_GEOM`](phalanx_scene::NO_GEOM), and in trees from a cache.
+    /// primitives, for [`NO_GEOM`], and in trees from a cache.
     ///
     /// Each call searches the list of geometries; for many hits, keep the answers.
     ///
