@@ -230,6 +230,15 @@ fn trees_follow_other_scenes() {
         bvh.update(&scene);
         assert_follows(&scene, &bvh, &mut random);
     }
+    let mut large = Scene::new();
+    large
+        .add_spheres(&[[1e20, 0.0, 0.0]], &[1e19])
+        .expect("a sphere");
+    bvh.update(&large);
+    large.rescale_to_f32_range();
+    bvh.update(&large);
+    let ray = Ray::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    assert!(bvh.intersect(&ray).is_some_and(|hit| hit.t < 10.0));
 }
 
 /// Checks that large parts stay as they are: refits keep the tree, and moved instances build only
