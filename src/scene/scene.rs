@@ -185,16 +185,12 @@ impl Scene {
     /// for themselves.
     #[inline]
     pub fn visible_count(&self) -> u64 {
-        let stored = self.prim_count() as u32;
-        let shown = |object: u32| {
-            let mesh = self.instances.mesh[(object - stored) as usize];
-            u64::from(self.meshes.count[mesh as usize])
-        };
-        let count = |run: Range<u32>| match run.start < stored {
-            true => run.len() as u64,
-            false => run.map(shown).sum(),
-        };
-        self.world_objects().into_iter().map(count).sum()
+        let stored = self.world_runs().into_iter().map(|run| run.len() as u64);
+        let shown = self.visible_instances().map(|k| {
+            let mesh = self.instances.mesh[k] as usize;
+            u64::from(self.meshes.count[mesh])
+        });
+        stored.sum::<u64>() + shown.sum::<u64>()
     }
 
     /// Number of all `prim_id`s: see [`Scene::resolve`].
@@ -224,9 +220,16 @@ impl Scene {
         runs_between(0..self.prim_count() as u32, others)
     }
 
-    /// The objects of the world, as runs: the primitives of [`Scene::world_runs`], then the visible
-    /// instances, which are numbered from [`Scene::prim_count`] on.
+    /// The objects of the world, as runs: those of [`Scene::world_runs`], then those of
+    /// [`Scene::instance_runs`].
     pub fn world_objects(&self) -> Vec<Range<u32>> {
+        let mut runs = self.world_runs();
+        runs.extend(self.instance_runs());
+        runs
+    }
+
+    /// The visible instances as objects, which are numbered from [`Scene::prim_count`] on, as runs.
+    pub fn instance_runs(&self) -> Vec<Range<u32>> {
         let first = self.prim_count() as u32;
         let mut hidden: Vec<u32> = (self.geometries.hidden())
             .filter_map(|hidden| match hidden {
@@ -236,10 +239,14 @@ impl Scene {
             .collect();
         hidden.sort_unstable();
         let hidden = hidden.into_iter().map(|object| object..object + 1);
-        let mut runs = self.world_runs();
-        let instances = first..first + self.instances.len() as u32;
-        runs.extend(runs_between(instances, hidden));
-        runs
+        runs_between(first..first + self.instances.len() as u32, hidden)
+    }
+
+    /// Numbers of the visible instances.
+    fn visible_instances(&self) -> impl Iterator<Item = usize> {
+        let first = self.prim_count();
+        let objects = self.instance_runs().into_iter().flatten();
+        objects.map(move |object| object as usize - first)
     }
 
     /// The stored primitive and the instance of a `prim_id`. Numbers below [`Scene::prim_count`]
@@ -375,12 +382,9 @@ impl Scene {
         let meshes: Vec<Bounds> = (0..self.meshes.len())
             .map(|m| self.mesh_bounds(m))
             .collect();
-        let stored = self.prim_count() as u32;
-        let instances = self.world_objects().into_iter().flatten();
-        let instances = instances.filter_map(|object| object.checked_sub(stored));
-        instances.fold(direct, |all, k| {
-            let mesh = self.instances.mesh[k as usize] as usize;
-            all.union(self.instances.bounds(k as usize, meshes[mesh]))
+        self.visible_instances().fold(direct, |all, k| {
+            let mesh = self.instances.mesh[k] as usize;
+            all.union(self.instances.bounds(k, meshes[mesh]))
         })
     }
 
@@ -397,7 +401,8 @@ impl Scene {
     }
 }
 
-/// The runs of `all` that none of `others` holds, which are ascending and do not overlap.
+/// The runs of `all` that none of `others` holds, which are ascending and do not overlap; they may
+/// be empty.
 fn runs_between(all: Range<u32>, others: impl IntoIterator<Item = Range<u32>>) -> Vec<Range<u32>> {
     let mut runs = Vec::new();
     let mut from = all.start;
@@ -405,7 +410,7 @@ fn runs_between(all: Range<u32>, others: impl IntoIterator<Item = Range<u32>>) -
         if from < other.start {
             runs.push(from..other.start);
         }
-        from = other.end;
+        from = from.max(other.end);
     }
     runs
 }

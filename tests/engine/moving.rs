@@ -281,6 +281,17 @@ fn what_stays_is_not_built() {
     assert_follows(&scene, &bvh, &mut random);
 }
 
+/// Checks that a hidden mesh without triangles does not show a prototype that begins where it does.
+#[test]
+fn empty_hidden_meshes_show_nothing() {
+    let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    let mut scene = Scene::new();
+    let empty = scene.add_mesh(&corners, &[]).expect("a mesh");
+    scene.add_prototype(&corners, &[[0, 1, 2]]).expect("a mesh");
+    scene.set_mask(empty, 0).expect("a mesh");
+    assert_eq!((scene.world_runs(), scene.visible_count()), (vec![], 0));
+}
+
 /// Checks that a tree which is queried again and again gets its wide half, and another does not.
 #[test]
 fn many_batches_build_the_wide_tree() {

@@ -47,9 +47,7 @@ impl<'a> BuildInput<'a> {
 
     /// The visible instances.
     pub(super) fn instances(&self) -> Vec<PrimRef> {
-        let mut runs = self.scene.world_objects();
-        runs.retain(|run| run.start as usize >= self.prims.len());
-        self.prim_refs(&runs)
+        self.prim_refs(&self.scene.instance_runs())
     }
 
     /// The objects of a mesh.
