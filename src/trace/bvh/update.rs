@@ -103,29 +103,35 @@ impl Bvh {
         parts: &mut TreeParts,
     ) -> bool {
         let input = BuildInput::new(scene, Vec::new());
-        let world = changes.world.then_some(&mut parts.world);
-        let meshes = parts.meshes.iter_mut().enumerate();
-        let meshes = meshes.filter(|(mesh, _)| changes.meshes.contains(mesh));
-        for part in world.into_iter().chain(meshes.map(|(_, part)| part)) {
-            part.weighted_cost = self.refit(&input, part);
-            let cost = relative_cost(part.weighted_cost, self.bounds_of(&part.nodes));
-            if cost > MAX_COST_GROWTH * part.built_cost {
+        for &mesh in &changes.meshes {
+            if !self.refit_part(&input, &mut parts.meshes[mesh]) {
                 return false;
             }
         }
-        if changes.world {
-            if let Some(wide) = self.wide.get_mut() {
-                wide.refit(&input);
-            }
-            match parts.top {
-                Some(_) => self.set_root(parts),
-                None => {
-                    let bounds = self.bounds_of(&parts.world.nodes);
-                    self.sah = 1.0 + relative_cost(parts.world.weighted_cost, bounds);
-                }
+        if !changes.world {
+            return true;
+        }
+        if !self.refit_part(&input, &mut parts.world) {
+            return false;
+        }
+        if let Some(wide) = self.wide.get_mut() {
+            wide.refit(&input);
+        }
+        match parts.top {
+            Some(_) => self.set_root(parts),
+            None => {
+                let bounds = self.bounds_of(&parts.world.nodes);
+                self.sah = 1.0 + relative_cost(parts.world.weighted_cost, bounds);
             }
         }
         true
+    }
+
+    /// Refits a part; returns false if it has become too slow.
+    fn refit_part(&mut self, input: &BuildInput, part: &mut TreePart) -> bool {
+        part.weighted_cost = self.refit(input, part);
+        let cost = relative_cost(part.weighted_cost, self.bounds_of(&part.nodes));
+        cost <= MAX_COST_GROWTH * part.built_cost
     }
 
     /// Builds the tree over the instances, and once that over the world's primitives without them.
@@ -151,15 +157,12 @@ impl Bvh {
         let deepest = parts.meshes.iter().map(|mesh| mesh.depth).max();
         self.depth = 1 + top.tree.depth.max(parts.world.depth) + deepest.unwrap_or(0);
         self.set_root(parts);
-        if let Some(wide) = wide {
-            self.wide = match parts.roots(self.nodes.len()) {
-                Some([_, top]) if parts.top == Some(first) && wide.has_top() => {
-                    let mut wide = wide;
-                    wide.replace_top(widen_below(self, top));
-                    OnceLock::from(wide)
-                }
-                roots => OnceLock::from(Box::new(widen(self, roots))),
-            };
+        if let Some(mut wide) = wide {
+            match parts.roots(self.nodes.len()) {
+                Some([_, top]) if wide.has_top() => wide.replace_top(widen_below(self, top)),
+                roots => *wide = widen(self, roots),
+            }
+            self.wide = OnceLock::from(wide);
         }
     }
 

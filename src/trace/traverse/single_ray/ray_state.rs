@@ -220,8 +220,13 @@ impl SingleHit {
     /// Distance, barycentric weights and number, if the hit is nearer than `tmax`.
     #[inline(always)]
     pub(super) fn below(&self, tmax: f32) -> Option<([f32; 3], u32)> {
-        let weights = [self.t, self.v / self.det, self.w / self.det];
-        (self.t < tmax).then_some((weights, self.prim_id))
+        (self.t < tmax).then_some((self.weights(), self.prim_id))
+    }
+
+    /// Distance and barycentric weights.
+    #[inline(always)]
+    pub(super) fn weights(&self) -> [f32; 3] {
+        [self.t, self.v / self.det, self.w / self.det]
     }
 
     /// Distance up to which boxes are entered.

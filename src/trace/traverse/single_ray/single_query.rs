@@ -50,6 +50,36 @@ fn limit(state: &RayState) -> F32x8 {
     first_lane().select(F32x8::splat(state.best.t), inactive_t())
 }
 
+/// Passes `take` each hit of a block that precedes the ray's best, by (t, prim_id), and the number
+/// of the ray; the hit that it returns, if any, becomes the best. Returns false if no hit is near.
+#[inline(always)]
+fn take_nearer(
+    state: &mut RayState,
+    hit: &HitCandidate<Native>,
+    ids: &[u32; NATIVE],
+    take: impl Fn(usize, SingleHit) -> Option<SingleHit>,
+) -> bool {
+    let near = hit.valid & hit.t.le(Native::splat(state.best.t));
+    if !near.any() {
+        return false;
+    }
+    let [t, v, w, det] = [hit.t, hit.v, hit.w, hit.det].map(Native::to_array);
+    for lane in near.lanes() {
+        let id = ids[lane];
+        if t[lane] < state.best.t || (t[lane] == state.best.t && id < state.best.prim_id) {
+            let found = SingleHit {
+                t: t[lane],
+                v: v[lane],
+                w: w[lane],
+                det: det[lane],
+                prim_id: id,
+            };
+            state.best = take(state.number, found).unwrap_or(state.best);
+        }
+    }
+    true
+}
+
 /// The closest hit; among equally close ones, the one with the smallest number.
 #[derive(Clone, Copy)]
 pub(super) struct SingleClosest;
@@ -59,24 +89,7 @@ impl SingleQuery for SingleClosest {
 
     #[inline(always)]
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
-        let near = hit.valid & hit.t.le(Native::splat(state.best.t));
-        if !near.any() {
-            return false;
-        }
-        let [t, v, w, det] = [hit.t, hit.v, hit.w, hit.det].map(Native::to_array);
-        for lane in near.lanes() {
-            let id = ids[lane];
-            if t[lane] < state.best.t || (t[lane] == state.best.t && id < state.best.prim_id) {
-                state.best = SingleHit {
-                    t: t[lane],
-                    v: v[lane],
-                    w: w[lane],
-                    det: det[lane],
-                    prim_id: id,
-                };
-            }
-        }
-        true
+        take_nearer(state, hit, ids, |_, found| Some(found))
     }
 
     #[inline(always)]
@@ -125,25 +138,13 @@ impl SingleQuery for SingleFiltered<'_> {
 
     #[inline(always)]
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
-        let near = hit.valid & hit.t.le(Native::splat(state.best.t));
-        if !near.any() {
-            return false;
-        }
-        let [t, v, w, det] = [hit.t, hit.v, hit.w, hit.det].map(Native::to_array);
-        for lane in near.lanes() {
-            let (hit, best) = ((t[lane], ids[lane]), (state.best.t, state.best.prim_id));
-            let weights = [t[lane], v[lane] / det[lane], w[lane] / det[lane]];
-            if hit < best && (self.0.accept)(state.number, weights, ids[lane]) {
-                state.best = SingleHit {
-                    t: self.0.limit_after(t[lane]),
-                    v: v[lane],
-                    w: w[lane],
-                    det: det[lane],
-                    prim_id: ids[lane],
-                };
-            }
-        }
-        true
+        take_nearer(state, hit, ids, |ray, found| {
+            let accepted = (self.0.accept)(ray, found.weights(), found.prim_id);
+            accepted.then(|| SingleHit {
+                t: self.0.limit_after(found.t),
+                ..found
+            })
+        })
     }
 
     #[inline(always)]
