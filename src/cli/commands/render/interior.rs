@@ -68,6 +68,7 @@ fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
 
 /// The primitives that rays hit, given by origin and direction. They are a batch of more than a few
 /// hundred, because smaller ones build the wide tree, which a frame of few pixels does not need.
+/// Those of a hint that is given may build it after all: they are many.
 fn prims_hit(bvh: &Bvh, rays: impl Iterator<Item = (Vec3, Vec3)>) -> Vec<u32> {
     let rays: RayBuffer = rays.map(|(origin, way)| Ray::new(origin, way)).collect();
     let mut hits = HitBuffer::new(rays.len());
@@ -136,13 +137,13 @@ mod tests {
         scene.defaulted.light = true;
         let bvh = Bvh::build(&scene);
         let hint = hint(&scene, &bvh);
-        assert!(!bvh.has_wide(), "a frame may not need it");
+        assert!(hint.is_some() || !bvh.has_wide(), "a frame may not need it");
         hint
     }
 
     #[test]
     fn a_furnished_room_is_looked_into_and_a_solid_is_not() {
-        let (room, table) = ((Vec3::ZERO, 10.0, 1), (Vec3::splat(1.0), 2.0, 10));
+        let (room, table) = ((Vec3::ZERO, 10.0, 1), (Vec3::splat(1.0), 2.0, 14));
         let found = hint_of(&[room, table]).unwrap();
         let options = "--camera 5.0,5.0,5.0 1.1,5.0,1.9 0,1,0 60 --light 5.0,5.0,5.0";
         assert!(found.ends_with(options), "{found}");
