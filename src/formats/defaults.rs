@@ -62,6 +62,7 @@ pub(super) fn finish_scene(
     scene.origin = options.origin.position().into();
     let mut notes = Vec::new();
     if report.is_clean() {
+        scene.add_missing_tangents();
         scene.defaulted = DefaultedParts {
             view: missing.view,
             light: missing.lights,

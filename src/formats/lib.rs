@@ -26,6 +26,7 @@ mod memory;
 mod mesh;
 mod mesh_chunk;
 mod mesh_defaults;
+mod metallic_roughness;
 mod nff;
 mod number;
 mod obj;
@@ -35,6 +36,7 @@ mod picture;
 mod ply;
 #[doc(hidden)]
 pub mod polygon;
+mod relief;
 mod stl;
 mod table;
 mod test_scene;

@@ -283,6 +283,7 @@ pub(super) fn finish_with(
             vertex_colors: joined.colors.rgb,
             vertex_opacity: joined.colors.opacity,
             material: joined.material,
+            ..Mesh::default()
         });
     }
     finish_scene(scene, missing, options, report)

@@ -4,6 +4,7 @@
 use super::diagnostics::{DiagnosticSink, Span, quoted_file};
 use super::folder::{Folder, Found};
 use super::picture::EncodedImage;
+use super::relief::{is_normal_map, normals_of_heights};
 use phalanx_scene::{NO_TEXTURE, Texture, Wrap};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -20,8 +21,9 @@ pub(super) struct TextureLibrary<'a> {
     wrap_assigned: HashSet<u32>,
     /// Textures whose alpha is read; that of others is dropped in the end.
     read_for_alpha: HashSet<u32>,
-    /// Row of each texture as a mask.
+    /// Row of each texture as a mask, and as a normal map.
     masks: HashMap<u32, u32>,
+    normals: HashMap<u32, u32>,
     texels_left: u64,
 }
 
@@ -67,6 +69,7 @@ impl<'a> TextureLibrary<'a> {
             wrap_assigned: HashSet::new(),
             read_for_alpha: HashSet::new(),
             masks: HashMap::new(),
+            normals: HashMap::new(),
             texels_left: MAX_TEXELS,
         }
     }
@@ -152,6 +155,40 @@ impl<'a> TextureLibrary<'a> {
         }
         let row = self.alpha_of(texture);
         self.masks.insert(texture, row);
+        row
+    }
+
+    /// The same texture as a normal map: a picture that is none already is taken as heights. An
+    /// error at `span` if there is no memory for it.
+    pub(super) fn normals_of(
+        &mut self,
+        texture: u32,
+        span: impl FnOnce() -> Span,
+        report: &mut DiagnosticSink,
+    ) -> u32 {
+        let Some(known) = self.textures.get(texture as usize) else {
+            return NO_TEXTURE;
+        };
+        if let Some(&row) = self.normals.get(&texture) {
+            return row;
+        }
+        let row = if is_normal_map(&known.texels) {
+            texture
+        } else {
+            let bytes = 3 * known.texels.len() as u64;
+            let memory = self.asset_dir.memory();
+            if let Err(reason) = memory.take(bytes, "for the normals of a relief") {
+                report.error(span(), reason);
+                return NO_TEXTURE;
+            }
+            let normals = Texture {
+                texels: normals_of_heights(known).into(),
+                alpha: Default::default(),
+                ..*known
+            };
+            self.push(normals)
+        };
+        self.normals.insert(texture, row);
         row
     }
 

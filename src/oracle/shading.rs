@@ -3,13 +3,13 @@
 use super::instance::to_object;
 use super::intersect::{OracleHit, OracleRay, max, max_abs, min};
 use super::primitives::{OraclePoint, surface_point, unit, unit_or};
-use super::texture::tint;
+use super::texture::{map_value, mapped_normal, tint};
 use glam::Vec3;
 use phalanx_scene::sampling::{
     BounceKind, Dimension, child_seed, cosine_hemisphere, phong_lobe, points, pow, seeds, to_frame,
     uniform_sphere as sphere_point,
 };
-use phalanx_scene::{INWARD, LightShape, PAD, Scene};
+use phalanx_scene::{INWARD, LightShape, LobeWeights, MapTarget, PAD, PrimKind, Scene};
 
 /// One row of the material columns.
 pub(super) struct OracleMaterial {
@@ -28,12 +28,38 @@ impl OracleMaterial {
     pub(super) fn of(scene: &Scene, prim: u32, hit: &OracleHit) -> OracleMaterial {
         let (m, i) = (&scene.materials, scene.prim_material(prim) as usize);
         let tint = tint(scene, m.texture[i], prim, hit);
+        let (mut ambient, mut kd) = (m.ka.get(i) * tint, m.kd.get(i) * tint);
+        let (mut ke, mut ks) = (m.ke.get(i), m.ks.get(i));
+        let mut shininess = m.shininess[i];
+        let (mut metallic, mut roughness) = (m.metallic[i], m.roughness[i]);
+        for map in scene.maps.of(m.maps[i]) {
+            let Some(value) = map_value(scene, &map, prim, hit) else {
+                continue;
+            };
+            let channel = value[map.channel as usize];
+            match map.target {
+                MapTarget::Emission => ke *= value,
+                MapTarget::Specular => ks *= value,
+                MapTarget::Shininess => shininess *= channel,
+                MapTarget::Metallic => metallic *= channel,
+                MapTarget::Roughness => roughness *= channel,
+                MapTarget::Normal => {}
+            }
+        }
+        if m.metallic_roughness(i).is_some() {
+            let lobes = LobeWeights::of([metallic], [roughness]);
+            let [metal] = lobes.metal;
+            ks = ks * lobes.dielectric[0] + kd * metal;
+            ambient *= 1.0 - metal;
+            kd *= 1.0 - metal;
+            shininess = lobes.shininess[0];
+        }
         OracleMaterial {
-            own: m.ka.get(i) * tint + m.ke.get(i),
-            kd: m.kd.get(i) * tint,
-            ks: m.ks.get(i),
+            own: ambient + ke,
+            kd,
+            ks,
             kt: m.kt.get(i),
-            shininess: m.shininess[i],
+            shininess,
             ior: m.ior[i],
             gloss: m.gloss[i],
         }
@@ -59,29 +85,44 @@ pub struct OracleSurface {
     offset: f32,
     /// True if the ray comes from outside.
     pub entering: bool,
+    bumped: bool,
 }
 
 impl OracleSurface {
     /// The surface at a ray's hit in a validated scene.
     pub fn new(scene: &Scene, ray: &OracleRay, hit: &OracleHit) -> OracleSurface {
         let placed = scene.resolve(hit.prim_id);
+        let surface_point = |ray: &OracleRay, back| {
+            let mut at = surface_point(scene, placed.prim, ray, back, hit);
+            at.2 = mapped_normal(scene, placed.prim, hit, at.2);
+            at
+        };
         let (point, ng, ns, outward, offset) = match placed.instance {
-            None => surface_point(scene, placed.prim, ray, -ray.dir, hit),
+            None => surface_point(ray, -ray.dir),
             Some(k) => {
                 let inner = to_object(scene, k as usize, ray);
-                let inside = surface_point(scene, placed.prim, &inner, -unit(inner.dir), hit);
+                let inside = surface_point(&inner, -unit(inner.dir));
                 to_world(scene, k as usize, inside, ray)
             }
         };
         let ng = if ng.dot(outward) < INWARD { -ng } else { ng };
         let away = ray.dir.dot(ng) > 0.0;
+        let ng = if away { -ng } else { ng };
+        let mut ns = if away { -ns } else { ns };
+        let bumped = scene.prims[placed.prim as usize].kind() == PrimKind::Triangle
+            && scene.normal_map(scene.prim_material(placed.prim)).is_some();
+        let beside = ns.dot(ng);
+        if bumped && beside < 0.0 {
+            ns -= ng * (2.0 * beside);
+        }
         OracleSurface {
             point,
-            ng: if away { -ng } else { ng },
-            ns: if away { -ns } else { ns },
+            ng,
+            ns,
             dir: ray.dir,
             offset,
             entering: !away,
+            bumped,
         }
     }
 
@@ -292,7 +333,10 @@ pub(super) fn bounces(
         material.ks
     };
     let mirror = (weight != Vec3::ZERO).then(|| {
-        let straight = unit(d - n * (2.0 * along));
+        let mut straight = unit(d - n * (2.0 * along));
+        if at.bumped {
+            straight = mirror_into_hemisphere(at, straight, at.ng);
+        }
         let dir = match material.gloss > 0.0 {
             true => sample_glossy(material.gloss, seed, at, straight),
             false => straight,

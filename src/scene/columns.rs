@@ -4,6 +4,7 @@
 use crate::column::AnyColumn;
 use crate::prims::{ColumnInfo, ColumnTable, PrimKind, RowCheck, parts_mut};
 use crate::scene::Scene;
+use crate::texture_maps::MapTarget;
 
 impl Scene {
     /// The list of primitives and the columns of all kinds, in the order of scene caches.
@@ -22,7 +23,8 @@ impl Scene {
         use RowCheck::{Any, Below, Color, Finite, Positive, Texture, UnitInterval};
         let (meshes, geometries, i) = (&self.meshes, &self.geometries, &self.instances);
         let (m, l) = (&self.materials, &self.lights);
-        let texture = Texture(self.textures.len());
+        let (maps, textures) = (&self.maps, self.textures.len());
+        let texture = Texture(textures);
         ColumnTable::default()
             .of_each("mesh", meshes.len())
             .column(["meshes", "size"], &meshes.first, Any)
@@ -60,6 +62,19 @@ impl Scene {
                 UnitInterval,
             )
             .column(["material flags", "flag"], &m.flags, Any)
+            .column(["material maps", "maps"], &m.maps, Any)
+            .column(["material lobes", "metallic"], &m.metallic, UnitInterval)
+            .column(["material lobes", "roughness"], &m.roughness, UnitInterval)
+            .of_each("texture map", maps.len())
+            .column(
+                ["texture maps", "target"],
+                &maps.target,
+                Below(MapTarget::COUNT),
+            )
+            .column(["texture maps", "texture"], &maps.texture, Below(textures))
+            .column(["texture maps", "channel"], &maps.channel, Below(3))
+            .column(["texture maps", "layer"], &maps.uv_layer, Any)
+            .column(["texture maps", "scale"], &maps.scale, Finite)
             .of_each("light", l.len())
             .vectors(["lights", "place"], [&l.position], Finite)
             .vectors(["lights", "color"], [&l.color], Finite)
@@ -91,6 +106,7 @@ impl Scene {
 
     fn other_columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
         let (i, m, l) = (&mut self.instances, &mut self.materials, &mut self.lights);
+        let maps = &mut self.maps;
         let mut all: Vec<&mut dyn AnyColumn> = vec![
             &mut self.meshes.first,
             &mut self.meshes.count,
@@ -112,6 +128,14 @@ impl Scene {
         all.push(&mut m.opacity_texture);
         all.push(&mut m.alpha_cutoff);
         all.push(&mut m.flags);
+        all.push(&mut m.maps);
+        all.push(&mut m.metallic);
+        all.push(&mut m.roughness);
+        all.push(&mut maps.target);
+        all.push(&mut maps.texture);
+        all.push(&mut maps.channel);
+        all.push(&mut maps.uv_layer);
+        all.push(&mut maps.scale);
         all.extend(parts_mut([
             &mut l.position,
             &mut l.color,

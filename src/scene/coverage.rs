@@ -107,7 +107,7 @@ impl Scene {
             share *= self.vertex_coverage(prim.index(), weights);
             let texture = self.materials.opacity_texture[material];
             if texture != NO_TEXTURE
-                && let Some([a, b, c]) = self.triangles.corner_uvs(prim.index())
+                && let Some([a, b, c]) = self.triangles.corner_uvs(prim.index(), 0)
             {
                 let [wa, wb, wc] = weights;
                 let Vec2 { x, y } = (a * wa + b * wb) + c * wc;

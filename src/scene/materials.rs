@@ -1,6 +1,6 @@
 //! Columns of the surface parameters, and a table that gives equal materials one row.
 
-use super::{Column, NO_TEXTURE, Vec3s};
+use super::{Column, MetallicRoughness, NO_TEXTURE, Vec3s};
 use glam::Vec3;
 use std::collections::HashMap;
 
@@ -43,6 +43,13 @@ pub struct Material {
     /// True for a material whose triangles are invisible from behind: see
     /// [`Scene::is_unseen_back`](crate::Scene::is_unseen_back).
     pub single_sided: bool,
+    /// Rows of [`Scene::maps`](crate::Scene::maps) that vary the material: the first one, and their
+    /// number.
+    pub maps: [u32; 2],
+    /// Present if Kd, Ks and s follow from these at each hit: see
+    /// [`LobeWeights`](crate::LobeWeights). Kd is then the base colour, and Ks the reflectance of
+    /// the non-metal part.
+    pub metallic_roughness: Option<MetallicRoughness>,
 }
 
 impl Material {
@@ -62,6 +69,8 @@ impl Material {
         alpha_cutoff: 0.0,
         thin: false,
         single_sided: false,
+        maps: [0; 2],
+        metallic_roughness: None,
     };
 }
 
@@ -76,6 +85,8 @@ impl Default for Material {
 pub const THIN: u8 = 1;
 /// Bit of [`Materials::flags`] for a material that is invisible from behind.
 pub const SINGLE_SIDED: u8 = 2;
+/// Bit of [`Materials::flags`] for a material with [`Material::metallic_roughness`].
+pub const METALLIC_ROUGHNESS: u8 = 4;
 
 /// Surface parameters, one [`Material`] each.
 #[derive(Clone, Debug, Default)]
@@ -104,8 +115,14 @@ pub struct Materials {
     pub opacity_texture: Column<u32>,
     /// Least opacity that counts as all, or 0.
     pub alpha_cutoff: Column<f32>,
-    /// [`Material::thin`] and [`Material::single_sided`], as [`THIN`] and [`SINGLE_SIDED`].
+    /// [`THIN`], [`SINGLE_SIDED`] and [`METALLIC_ROUGHNESS`].
     pub flags: Column<u8>,
+    /// First map and number of maps.
+    pub maps: Column<[u32; 2]>,
+    /// [`MetallicRoughness::metallic`], or 0.
+    pub metallic: Column<f32>,
+    /// [`MetallicRoughness::roughness`], or 0.
+    pub roughness: Column<f32>,
 }
 
 impl Materials {
@@ -137,6 +154,10 @@ impl Materials {
         self.opacity_texture.push(surface.opacity_texture);
         self.alpha_cutoff.push(surface.alpha_cutoff);
         self.flags.push(surface.flags());
+        self.maps.push(surface.maps);
+        let [metallic, roughness] = surface.metallic_roughness_parts();
+        self.metallic.push(metallic);
+        self.roughness.push(roughness);
         row
     }
 
@@ -157,30 +178,68 @@ impl Materials {
             alpha_cutoff: self.alpha_cutoff[i],
             thin: self.flags[i] & THIN != 0,
             single_sided: self.flags[i] & SINGLE_SIDED != 0,
+            maps: self.maps[i],
+            metallic_roughness: self.metallic_roughness(i),
         }
+    }
+
+    /// [`Material::metallic_roughness`] of the row `i`.
+    #[inline]
+    pub fn metallic_roughness(&self, i: usize) -> Option<MetallicRoughness> {
+        let varies = self.flags[i] & METALLIC_ROUGHNESS != 0;
+        varies.then(|| MetallicRoughness {
+            metallic: self.metallic[i],
+            roughness: self.roughness[i],
+        })
+    }
+
+    /// Returns true if the material of the row `i` may send mirror rays: Ks is not zero, or may not
+    /// be.
+    #[inline]
+    pub fn may_mirror(&self, i: usize) -> bool {
+        self.ks.get(i) != Vec3::ZERO || self.flags[i] & METALLIC_ROUGHNESS != 0
+    }
+
+    /// Returns true if the material of the row `i` varies over its surface, apart from the factor
+    /// of its colour.
+    #[inline]
+    pub fn is_mapped(&self, i: usize) -> bool {
+        self.maps[i][1] > 0 || self.flags[i] & METALLIC_ROUGHNESS != 0
     }
 }
 
 /// Numbers in a material.
-const MATERIAL_WORDS: usize = 23;
+const MATERIAL_WORDS: usize = 27;
 
 impl Material {
     fn flags(&self) -> u8 {
-        (u8::from(self.thin) * THIN) | (u8::from(self.single_sided) * SINGLE_SIDED)
+        (u8::from(self.thin) * THIN)
+            | (u8::from(self.single_sided) * SINGLE_SIDED)
+            | (u8::from(self.metallic_roughness.is_some()) * METALLIC_ROUGHNESS)
+    }
+
+    fn metallic_roughness_parts(&self) -> [f32; 2] {
+        self.metallic_roughness
+            .map_or([0.0; 2], |pbr| [pbr.metallic, pbr.roughness])
     }
 
     /// The material's bits. Equal materials have equal bits; bits, unlike floats, can be hashed.
     fn bits(&self) -> [u32; MATERIAL_WORDS] {
         let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
         let colors = colors.iter().flat_map(|color| color.to_array());
+        let [metallic, roughness] = self.metallic_roughness_parts();
         let numbers = [
             self.shininess,
             self.ior,
             self.gloss,
             self.opacity,
             self.alpha_cutoff,
+            metallic,
+            roughness,
         ];
-        let words = [self.texture, self.opacity_texture, self.flags().into()];
+        let [first_map, maps] = self.maps;
+        let textures = [self.texture, self.opacity_texture, first_map, maps];
+        let words = textures.into_iter().chain([self.flags().into()]);
         let all = colors.chain(numbers).map(f32::to_bits).chain(words);
         let mut bits = [0; MATERIAL_WORDS];
         bits.iter_mut()

@@ -10,7 +10,15 @@ const PARTS: [(&str, &[&str]); 9] = [
         &["triangle colours", "vertex colours", "vertex opacity"],
     ),
     ("triangles", &["triangle corners", "triangle materials"]),
-    ("vertex normals", &["triangle normals", "vertex normals"]),
+    (
+        "vertex normals",
+        &[
+            "triangle normals",
+            "vertex normals",
+            "triangle tangents",
+            "vertex tangents",
+        ],
+    ),
     (
         "texture places",
         &["triangle texture places", "texture places"],

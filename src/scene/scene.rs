@@ -13,6 +13,7 @@ use crate::prims::{
     Cone, Cones, Ellipsoids, Mesh, Prim, PrimColumns, PrimKind, Spheres, Triangles,
 };
 use crate::sky::Sky;
+use crate::texture_maps::TextureMaps;
 use crate::textures::Texture;
 use crate::view::View;
 use glam::Vec3;
@@ -73,6 +74,8 @@ pub struct Scene {
     pub geometries: Geometries,
     /// Surface parameters, shared between primitives.
     pub materials: Materials,
+    /// Textures that vary materials over their surfaces.
+    pub maps: TextureMaps,
     /// Pictures that materials refer to.
     pub textures: Vec<Texture>,
     /// Lights in file order; their sum follows that order.
@@ -115,6 +118,7 @@ impl Default for Scene {
             instances: Instances::default(),
             geometries: Geometries::default(),
             materials: Materials::default(),
+            maps: TextureMaps::default(),
             textures: Vec::new(),
             lights: Lights::default(),
             scale: 1.0,

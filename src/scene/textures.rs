@@ -1,7 +1,7 @@
 //! Textures, and their colour at a position.
 
 use super::Column;
-use crate::sampling::linear_of_srgb;
+use crate::sampling::{linear_of_srgb, share_of_byte};
 use glam::Vec3;
 
 /// Value of [`super::Materials::texture`] for no texture.
@@ -22,7 +22,7 @@ pub enum Wrap {
     Mirror,
 }
 
-/// A picture in sRGB bytes, decoded when it is sampled.
+/// A picture in bytes, decoded when it is sampled: from sRGB, if it is a colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// Texels in a row, 1 to [`MAX_TEXTURE_SIDE`].
@@ -31,7 +31,7 @@ pub struct Texture {
     pub height: u32,
     /// Continuation beyond the left and right edges, and beyond the upper and lower ones.
     pub wrap: [Wrap; 2],
-    /// `width` × `height` texels in sRGB, the uppermost row first.
+    /// `width` × `height` texels, the uppermost row first.
     pub texels: Column<[u8; 3]>,
     /// Opacity of each texel, in 255ths; empty if all are opaque.
     pub alpha: Column<u8>,
@@ -41,8 +41,17 @@ impl Texture {
     /// Colour at a position: bilinear between the centres of texels, decoded from sRGB first. (0,
     /// 0) is the upper left corner, (1, 1) the lower right one.
     pub fn color_at(&self, u: f32, v: f32) -> Vec3 {
-        let linear = linear_of_srgb();
-        let texel = |k: usize| Vec3::from_array(self.texels[k].map(|c| linear[usize::from(c)]));
+        self.decoded_at(u, v, linear_of_srgb())
+    }
+
+    /// Value at a position of a picture that is data: shares of 255, bilinear between the centres
+    /// of texels.
+    pub fn value_at(&self, u: f32, v: f32) -> Vec3 {
+        self.decoded_at(u, v, share_of_byte())
+    }
+
+    fn decoded_at(&self, u: f32, v: f32, value: &[f32; 256]) -> Vec3 {
+        let texel = |k: usize| Vec3::from_array(self.texels[k].map(|c| value[usize::from(c)]));
         self.between(u, v, texel, |a, b, t| a + (b - a) * t)
     }
 

@@ -199,9 +199,14 @@ impl Scene {
     }
 
     fn validate_materials(&self) -> Result<(), SceneError> {
-        match self.materials.len() > MAX_MATERIALS {
-            true => Err(column("material", "row", MAX_MATERIALS, "one too many")),
-            false => Ok(()),
+        if self.materials.len() > MAX_MATERIALS {
+            return Err(column("material", "row", MAX_MATERIALS, "one too many"));
+        }
+        let maps = self.maps.len() as u64;
+        let ends = |&[first, count]: &[u32; 2]| u64::from(first) + u64::from(count);
+        match self.materials.maps.iter().position(|set| ends(set) > maps) {
+            Some(row) => Err(column("material", "maps", row, "out of range")),
+            None => Ok(()),
         }
     }
 

@@ -4,11 +4,13 @@
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
 use crate::common::scenes::random_map;
+use crate::maps::{random_lobes, random_maps, random_tangents};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use phalanx::frame::{Accel, Engine, Integrator, Settings};
 use phalanx::sampling::{Adaptive, Sampling};
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_COLORS, NO_TEXTURE, NO_UVS, Scene, Sky, Texture, View, Wrap,
+    Material, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_TEXTURE, NO_UVS, Scene,
+    Sky, Texture, View, Wrap,
 };
 use phalanx::trace::Kernel;
 use std::time::{Duration, Instant};
@@ -454,6 +456,7 @@ fn random_material(rng: &mut Rng, textures: usize) -> Material {
         alpha_cutoff: rng.pick(&[0.0, 0.0, 0.5]),
         thin: rng.once_in(3),
         single_sided: rng.once_in(3),
+        metallic_roughness: random_lobes(rng),
         ..Material::DEFAULT
     }
 }
@@ -471,11 +474,13 @@ fn random_scene(seed: u64) -> Scene {
     scene.view.fovy = 45.0;
     scene.textures = (0..3).map(|_| random_texture(rng)).collect();
     for _ in 0..8 {
+        let maps = scene.maps.push_all(&random_maps(rng, 3));
         let material = random_material(rng, 3);
-        scene.materials.push(&material);
+        scene.materials.push(&Material { maps, ..material });
     }
     let mut mesh = Mesh::default();
     let (mut corners, mut uvs, mut colors, mut rows) = (vec![], vec![], vec![], vec![]);
+    let (mut normals, mut tangents) = (vec![], vec![]);
     for k in 0..70u32 {
         let flat = if rng.once_in(3) { 0.0 } else { 1.0 };
         let at = rng.point(0.8) * Vec3::new(1.0, 1.0, flat);
@@ -483,19 +488,34 @@ fn random_scene(seed: u64) -> Scene {
             mesh.vertices
                 .push(at + rng.point(0.7) * Vec3::new(1.0, 1.0, flat))
         });
-        (0..3).for_each(|_| {
+        // Two layers.
+        (0..6).for_each(|_| {
             mesh.vertex_uvs
                 .push(Vec2::new(rng.range(-1.0, 2.0), rng.unit()))
         });
+        (0..3).for_each(|_| mesh.vertex_normals.push(rng.direction()));
         (0..3).for_each(|_| mesh.vertex_colors.push(rng.color()));
         let row = [3 * k, 3 * k + 1, 3 * k + 2];
         corners.push(row);
-        uvs.push(if rng.once_in(5) { [NO_UVS; 3] } else { row });
+        let pairs = row.map(|vertex| 2 * vertex);
+        uvs.push(if rng.once_in(5) { [NO_UVS; 3] } else { pairs });
+        normals.push(if rng.once_in(2) { [NO_NORMALS; 3] } else { row });
+        tangents.push(if rng.once_in(3) {
+            [NO_TANGENTS; 3]
+        } else {
+            row
+        });
         colors.push(if rng.once_in(3) { [NO_COLORS; 3] } else { row });
         rows.push(rng.below(8) as u32);
     }
     mesh.vertex_opacity = (0..210).map(|_| rng.pick(&[1.0, 1.0, 0.5, 0.0])).collect();
     (mesh.corners, mesh.uvs, mesh.colors) = (corners.into(), uvs.into(), colors.into());
+    let (directions, signs) = random_tangents(rng, 210);
+    directions
+        .into_iter()
+        .for_each(|t| mesh.vertex_tangents.push(t));
+    (mesh.normals, mesh.tangents, mesh.bitangent_signs) =
+        (normals.into(), tangents.into(), signs.into());
     mesh.material = MeshMaterial::Each(rows.into());
     let placed = seed.is_multiple_of(2).then(|| scene.begin_mesh());
     scene.append_mesh(mesh);
@@ -507,6 +527,9 @@ fn random_scene(seed: u64) -> Scene {
             let map = random_map(rng, 1.0);
             scene.add_instance(mesh, map).expect("invertible");
         }
+    }
+    if rng.once_in(2) {
+        scene.add_missing_tangents();
     }
     scene
         .lights

@@ -302,7 +302,7 @@ fn inactive_lanes_do_not_matter() {
 }
 
 fn compare_pow(x: [f32; LANES], s: f32) {
-    let wide = shade::pow(F32x8::new(x), s).to_array();
+    let wide = shade::pow(F32x8::new(x), F32x8::splat(s)).to_array();
     for (x, wide) in x.into_iter().zip(wide) {
         let scalar = sampling::pow(x, s);
         assert_eq!(wide.to_bits(), scalar.to_bits(), "pow({x:e}, {s:e})");

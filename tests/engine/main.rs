@@ -17,6 +17,7 @@ mod instances;
 mod isa_guard;
 mod lanes;
 mod layers;
+mod maps;
 mod mattes;
 mod moving;
 mod oracle_truth;

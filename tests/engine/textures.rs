@@ -11,7 +11,7 @@ use phalanx::scene::{
 };
 
 /// Both engines' film, after asserting that it is the same.
-fn film(scene: &Scene) -> Film {
+pub(crate) fn film(scene: &Scene) -> Film {
     scene.validate().expect("a scene");
     let by = |engine: Engine| {
         let settings = Settings {
@@ -32,7 +32,7 @@ fn film(scene: &Scene) -> Film {
     simd.0
 }
 
-fn texture(
+pub(crate) fn texture(
     width: u32,
     height: u32,
     wrap: [Wrap; 2],
@@ -50,7 +50,7 @@ fn texture(
 
 /// A square of side 2 around the origin that just fills the picture, lit only by its Ka. `uvs` are
 /// those of its lower left, lower right, upper right and upper left corner.
-fn square(size: [u32; 2], texture: Texture, uvs: Option<[Vec2; 4]>) -> Scene {
+pub(crate) fn square(size: [u32; 2], texture: Texture, uvs: Option<[Vec2; 4]>) -> Scene {
     let mut scene = Scene {
         width: size[0],
         height: size[1],

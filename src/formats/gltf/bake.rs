@@ -7,7 +7,7 @@ use crate::chunk_remarks::counted;
 use crate::mesh::is_in_reach;
 use crate::origin::Origin;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
-use phalanx_scene::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS};
+use phalanx_scene::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_UVS};
 use std::collections::HashMap;
 
 /// Vertices of a mesh that cannot be used as the file has them.
@@ -149,6 +149,7 @@ struct Baking<'s> {
     /// Vertices without a usable normal, UV or colour.
     bad_normals: Vec<u32>,
     bad_uvs: Vec<u32>,
+    bad_tangents: Vec<u32>,
     bad_colors: Vec<u32>,
 }
 
@@ -198,6 +199,7 @@ impl<'s> Baking<'s> {
             bad: BadAttributes::default(),
             bad_normals: Vec::new(),
             bad_uvs: Vec::new(),
+            bad_tangents: Vec::new(),
             bad_colors: Vec::new(),
         }
     }
@@ -241,12 +243,25 @@ impl<'s> Baking<'s> {
             }
             self.mesh.vertex_normals.push(turned.as_vec3());
         }
-        if let Some(mut uv) = vertices.uv(row) {
+        for mut uv in vertices.uvs(row) {
             if !uv.is_finite() {
-                self.bad_uvs.push(new);
+                if self.bad_uvs.last() != Some(&new) {
+                    self.bad_uvs.push(new);
+                }
                 uv = Vec2::ZERO;
             }
             self.mesh.vertex_uvs.push(uv);
+        }
+        if let Some((tangent, sign)) = vertices.tangent(row) {
+            let turned = unit(map.position.matrix3 * unit(tangent));
+            if turned == DVec3::ZERO || !sign.is_finite() {
+                self.bad_tangents.push(new);
+            }
+            self.mesh.vertex_tangents.push(turned.as_vec3());
+            let upright = (sign >= 0.0) != map.mirrored;
+            self.mesh
+                .bitangent_signs
+                .push(if upright { 1.0 } else { -1.0 });
         }
         if let Some(mut color) = vertices.color(row) {
             if color.iter().any(|share| share.is_nan()) {
@@ -280,8 +295,16 @@ impl<'s> Baking<'s> {
         if has.normals {
             mesh.normals = without(&self.bad_normals, NO_NORMALS).into();
         }
-        if has.uvs {
-            mesh.uvs = without(&self.bad_uvs, NO_UVS).into();
+        if has.uvs > 0 {
+            let first_of_layers = |row: [u32; 3]| match row {
+                [NO_UVS, ..] => row,
+                row => row.map(|vertex| vertex * has.uvs as u32),
+            };
+            let rows = without(&self.bad_uvs, NO_UVS).into_iter();
+            mesh.uvs = rows.map(first_of_layers).collect();
+        }
+        if has.tangents {
+            mesh.tangents = without(&self.bad_tangents, NO_TANGENTS).into();
         }
         if is_white(&mesh) {
             mesh.vertex_colors = Default::default();

@@ -281,9 +281,9 @@ pub(super) struct Sampler {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct GltfMaterial {
     pub(super) pbr_metallic_roughness: MetallicRoughness,
-    pub(super) normal_texture: Option<IgnoredAny>,
+    pub(super) normal_texture: Option<TextureInfo>,
     pub(super) occlusion_texture: Option<IgnoredAny>,
-    pub(super) emissive_texture: Option<IgnoredAny>,
+    pub(super) emissive_texture: Option<TextureInfo>,
     pub(super) emissive_factor: [f64; 3],
     pub(super) alpha_mode: Option<String>,
     pub(super) alpha_cutoff: Option<f64>,
@@ -298,7 +298,7 @@ pub(super) struct MetallicRoughness {
     pub(super) base_color_texture: Option<TextureInfo>,
     pub(super) metallic_factor: f64,
     pub(super) roughness_factor: f64,
-    pub(super) metallic_roughness_texture: Option<IgnoredAny>,
+    pub(super) metallic_roughness_texture: Option<TextureInfo>,
 }
 
 impl Default for MetallicRoughness {
@@ -319,6 +319,9 @@ pub(super) struct TextureInfo {
     pub(super) index: Option<usize>,
     #[serde(default)]
     pub(super) tex_coord: u32,
+    /// Of a normal texture: factor of its components along the surface.
+    #[serde(default = "one")]
+    pub(super) scale: f64,
     #[serde(default)]
     pub(super) extensions: TextureInfoExtensions,
 }

@@ -55,8 +55,10 @@ impl<'a> PrimitiveGeometry<'a> {
     fn bytes_of(&self, triangles: u64) -> u64 {
         let per = |column: bool, bytes: u64| if column { bytes } else { 0 };
         let has = self.vertices.attributes();
-        let triangle = 32 + per(has.normals, 12) + per(has.uvs, 12) + per(has.colors, 12);
-        let vertex = 12 + per(has.normals, 12) + per(has.uvs, 8) + per(has.colors, 16);
+        let mapped = per(has.uvs > 0, 12) + per(has.tangents, 12);
+        let triangle = 32 + per(has.normals, 12) + mapped + per(has.colors, 12);
+        let mapped = has.uvs as u64 * 8 + per(has.tangents, 16);
+        let vertex = 12 + per(has.normals, 12) + mapped + per(has.colors, 16);
         2 * (triangles * triangle + self.most_vertices(triangles) * vertex)
     }
 

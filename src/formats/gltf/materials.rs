@@ -8,10 +8,13 @@ use super::unsupported::UnsupportedParts;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
 use crate::mesh_defaults::{GREY, WHITE};
+use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
 use crate::options::Options;
 use crate::texture::{Embedded, TextureLibrary};
 use glam::{Vec2, Vec3};
-use phalanx_scene::{Material, MaterialTable, Materials, NO_TEXTURE, Wrap};
+use phalanx_scene::{
+    MapTarget, Material, MaterialTable, MetallicRoughness, NO_TEXTURE, Scene, TextureMap, Wrap,
+};
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -20,8 +23,10 @@ use std::collections::HashMap;
 pub(super) struct PrimitiveMaterial {
     /// Row of the scene's materials.
     pub(super) material: u32,
-    /// The attribute with its UVs, and the map applied to them.
-    pub(super) uvs: Option<(String, UvMap)>,
+    /// Layers of its UVs.
+    pub(super) uvs: Vec<UvLayer>,
+    /// True if the file's tangents are those of its normal map.
+    pub(super) tangents: bool,
     /// True if the alpha of vertex colours counts.
     pub(super) vertex_opacity: bool,
 }
@@ -52,8 +57,16 @@ impl VertexPaint {
     }
 }
 
+/// Texture coordinates of one or more textures of a material.
+#[derive(Clone, PartialEq)]
+pub(super) struct UvLayer {
+    /// The attribute.
+    pub(super) set: String,
+    pub(super) map: UvMap,
+}
+
 /// KHR_texture_transform: u' = x · (u, v, 1), v' = y · (u, v, 1).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct UvMap {
     x: [f64; 3],
     y: [f64; 3],
@@ -76,6 +89,12 @@ impl UvMap {
         }
     }
 
+    /// Returns true if u and v keep their directions.
+    fn is_upright(&self) -> bool {
+        let ([a, b, _], [c, d, _]) = (self.x, self.y);
+        a > 0.0 && d > 0.0 && b == 0.0 && c == 0.0
+    }
+
     pub(super) fn apply(&self, [u, v]: [f32; 2]) -> Vec2 {
         let (u, v) = (f64::from(u), f64::from(v));
         let row = |[a, b, c]: [f64; 3]| (a * u + b * v + c) as f32;
@@ -95,15 +114,6 @@ pub(super) struct GltfMaterials<'a> {
     /// Features that the file has and the picture does not show.
     pub(super) unsupported: UnsupportedParts,
 }
-
-/// Ambient share of the diffuse colour, as of every mesh.
-const AMBIENT: f32 = 0.1;
-/// Reflectance of glass, paint and plastic seen straight on.
-const DIELECTRIC: f32 = 0.04;
-/// Roughness from which on nothing is mirrored.
-const MATT: f32 = 0.5;
-/// Largest Blinn exponent.
-const SHARPEST: f32 = 10_000.0;
 
 impl<'a> GltfMaterials<'a> {
     pub(super) fn new(source: &'a GltfSource<'a>, asset_dir: &'a Folder) -> Self {
@@ -130,7 +140,7 @@ impl<'a> GltfMaterials<'a> {
         row: Option<usize>,
         vertices: VertexPaint,
         options: &Options,
-        materials: &mut Materials,
+        scene: &mut Scene,
         report: &mut DiagnosticSink,
     ) -> Result<PrimitiveMaterial, String> {
         if let Some(found) = self.cache.get(&(row, vertices)) {
@@ -148,12 +158,13 @@ impl<'a> GltfMaterials<'a> {
                 PrimitiveMaterial {
                     material: self
                         .table
-                        .intern(&options.material.unwrap_or(bare), materials),
-                    uvs: None,
+                        .intern(&options.material.unwrap_or(bare), &mut scene.materials),
+                    uvs: Vec::new(),
+                    tangents: false,
                     vertex_opacity: false,
                 }
             }
-            Some(row) => self.converted(row, vertices, materials, report)?,
+            Some(row) => self.converted(row, vertices, scene, report)?,
         };
         self.cache.insert((row, vertices), found.clone());
         Ok(found)
@@ -163,34 +174,79 @@ impl<'a> GltfMaterials<'a> {
         &mut self,
         row: usize,
         vertices: VertexPaint,
-        materials: &mut Materials,
+        scene: &mut Scene,
         report: &mut DiagnosticSink,
     ) -> Result<PrimitiveMaterial, String> {
         let document: &'a GltfDocument = &self.source.document;
         let material = document.materials.get(row);
         let material = material.ok_or_else(|| format!("there is no materials[{row}]"))?;
         self.unsupported.add_material(material);
-        let paint = PbrMaterial::of(material, vertices != VertexPaint::Absent);
+        let paint = PbrMaterial::of(material);
+        let mut maps = MaterialMaps::default();
         let texture = match paint.texture {
             Some(info) => self.texture(info, row, report)?,
             None => NO_TEXTURE,
         };
+        if let (Some(info), true) = (paint.texture, texture != NO_TEXTURE) {
+            maps.layer(info);
+        }
         let alpha_texture = || self.library.alpha_of(texture);
         let in_vertices = vertices == VertexPaint::WithAlpha;
         let cover = Cover::of(material, paint.alpha, alpha_texture, in_vertices);
+        let mut emitted = emitted(material);
+        if let Some(info) = material
+            .emissive_texture
+            .as_ref()
+            .filter(|_| emitted != Vec3::ZERO)
+        {
+            match self.map(Some(info), row, report)? {
+                Some(glow) => maps.add(glow, MapTarget::Emission, 0),
+                // Without its texture the whole surface would glow, so it does not glow at all.
+                None => emitted = Vec3::ZERO,
+            }
+        }
+        let mut varied = false;
+        if material.extensions.unlit.is_none() {
+            if let Some(normal) = self.map(material.normal_texture.as_ref(), row, report)? {
+                maps.add(normal, MapTarget::Normal, 0);
+            }
+            let colored = texture != NO_TEXTURE || vertices != VertexPaint::Absent;
+            varied = colored && paint.surface(0.0).has_colored_mirror();
+            if let Some(lobes) = self.map(paint.lobes, row, report)? {
+                maps.add(lobes, MapTarget::Roughness, 1);
+                maps.add(lobes, MapTarget::Metallic, 2);
+                varied = true;
+            }
+        }
         let converted = Material {
+            ke: emitted,
             texture,
             opacity: cover.opacity,
             opacity_texture: cover.texture,
             alpha_cutoff: cover.cutoff,
-            ..material_from(material, &paint)
+            maps: scene.maps.push_all(&maps.rows),
+            ..material_from(material, &paint, varied)
         };
-        let uvs = paint.texture.filter(|_| texture != NO_TEXTURE);
         Ok(PrimitiveMaterial {
-            material: self.table.intern(&converted, materials),
-            uvs: uvs.map(|info| (set_of(info), UvMap::of(info))),
+            material: self.table.intern(&converted, &mut scene.materials),
+            tangents: maps.keeps_tangents(),
+            uvs: maps.layers,
             vertex_opacity: cover.vertices,
         })
+    }
+
+    /// A texture and its description, if there is one and it can be read.
+    fn map<'i>(
+        &mut self,
+        info: Option<&'i TextureInfo>,
+        material: usize,
+        report: &mut DiagnosticSink,
+    ) -> Result<Option<(u32, &'i TextureInfo)>, String> {
+        let Some(info) = info else {
+            return Ok(None);
+        };
+        let texture = self.texture(info, material, report)?;
+        Ok((texture != NO_TEXTURE).then_some((texture, info)))
     }
 
     fn texture(
@@ -266,12 +322,50 @@ impl<'a> GltfMaterials<'a> {
     }
 }
 
-fn set_of(info: &TextureInfo) -> String {
-    let transform = info.extensions.transform.as_ref();
-    let set = transform
-        .and_then(|t| t.tex_coord)
-        .unwrap_or(info.tex_coord);
-    format!("TEXCOORD_{set}")
+/// Maps of a material, and the texture coordinates of all its textures.
+#[derive(Default)]
+struct MaterialMaps {
+    layers: Vec<UvLayer>,
+    rows: Vec<TextureMap>,
+}
+
+impl MaterialMaps {
+    /// The number of a texture's layer.
+    fn layer(&mut self, info: &TextureInfo) -> u32 {
+        let transform = info.extensions.transform.as_ref();
+        let set = transform.and_then(|t| t.tex_coord);
+        let layer = UvLayer {
+            set: format!("TEXCOORD_{}", set.unwrap_or(info.tex_coord)),
+            map: UvMap::of(info),
+        };
+        let known = self.layers.iter().position(|known| *known == layer);
+        known.unwrap_or_else(|| {
+            self.layers.push(layer);
+            self.layers.len() - 1
+        }) as u32
+    }
+
+    fn add(&mut self, (texture, info): (u32, &TextureInfo), target: MapTarget, channel: u32) {
+        let scale = info.scale as f32;
+        let uv_layer = self.layer(info);
+        self.rows.push(TextureMap {
+            target,
+            texture,
+            channel,
+            uv_layer,
+            scale: if scale.is_finite() { scale } else { 1.0 },
+        });
+    }
+
+    /// Returns true if the tangents of the file, if it has any, are those of the normal map: they
+    /// follow texture coordinates that are not turned.
+    fn keeps_tangents(&self) -> bool {
+        let mut normals = self
+            .rows
+            .iter()
+            .filter(|map| map.target == MapTarget::Normal);
+        normals.any(|map| self.layers[map.uv_layer as usize].map.is_upright())
+    }
 }
 
 fn wrap_of(number: Option<u32>) -> Wrap {
@@ -292,46 +386,51 @@ struct PbrMaterial<'a> {
     /// Reflectance of the non-metal part, straight on.
     specular: Vec3,
     texture: Option<&'a TextureInfo>,
+    /// Texture of metallic and roughness.
+    lobes: Option<&'a TextureInfo>,
 }
 
 impl PbrMaterial<'_> {
-    /// The material of a primitive whose vertices have colours or not.
-    fn of(material: &GltfMaterial, colored: bool) -> PbrMaterial<'_> {
+    fn of(material: &GltfMaterial) -> PbrMaterial<'_> {
         match &material.extensions.specular_glossiness {
             Some(glossiness) => PbrMaterial::of_glossiness(glossiness),
-            None => PbrMaterial::of_metallic(material, colored),
+            None => PbrMaterial::of_metallic(material),
         }
     }
 
-    fn of_metallic(material: &GltfMaterial, colored: bool) -> PbrMaterial<'_> {
+    /// The surface with a share that is transmitted.
+    fn surface(&self, through: f32) -> PbrSurface {
+        PbrSurface {
+            color: self.color,
+            lobes: MetallicRoughness {
+                metallic: self.metallic,
+                roughness: self.roughness,
+            },
+            specular: self.specular,
+            through,
+        }
+    }
+
+    fn of_metallic(material: &GltfMaterial) -> PbrMaterial<'_> {
         let pbr = &material.pbr_metallic_roughness;
         let [r, g, b, alpha] = pbr.base_color_factor.map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
-        // One number cannot stand for a texture of roughness, and one colour cannot stand for a
-        // mirror that a texture or vertices colour. Both are shown as matt paint.
-        let varied = pbr.metallic_roughness_texture.is_some();
-        let metallic = share(pbr.metallic_factor);
         let texture = pbr
             .base_color_texture
             .as_ref()
             .filter(|t| t.index.is_some());
-        let even = texture.is_none() && !colored;
-        let plain = !varied && (even || metallic == 0.0);
         PbrMaterial {
             color: Vec3::new(r, g, b),
             alpha,
-            metallic: if plain { metallic } else { 0.0 },
-            roughness: if varied {
-                1.0
-            } else {
-                share(pbr.roughness_factor)
-            },
+            metallic: share(pbr.metallic_factor),
+            roughness: share(pbr.roughness_factor),
             specular: match material.extensions.ior {
                 Some(_) => Vec3::splat(reflectance * reflectance),
                 None => Vec3::splat(DIELECTRIC),
             },
             texture,
+            lobes: pbr.metallic_roughness_texture.as_ref(),
         }
     }
 
@@ -346,68 +445,50 @@ impl PbrMaterial<'_> {
             roughness: if varied { 1.0 } else { 1.0 - gloss },
             specular: Vec3::from_array(glossiness.specular_factor.map(share)),
             texture: glossiness.diffuse_texture.as_ref(),
+            lobes: None,
         }
     }
 }
 
-fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
+/// Light that the whole surface emits, without its texture.
+fn emitted(material: &GltfMaterial) -> Vec3 {
+    let strength = material.extensions.emissive_strength.as_ref();
+    let strength = strength.map_or(1.0, |s| s.emissive_strength);
+    let bounded = |c: f64| (c * strength).clamp(0.0, 1e6) as f32;
+    Vec3::from_array(material.emissive_factor.map(bounded))
+}
+
+/// The material without its textures and its emission. If it is `varied`, metallic and roughness
+/// are left to the hits.
+fn material_from(material: &GltfMaterial, paint: &PbrMaterial, varied: bool) -> Material {
     let extensions = &material.extensions;
-    let emitted = match (&material.emissive_texture, &extensions.emissive_strength) {
-        // Without its texture the whole surface would glow, so it does not glow at all.
-        (Some(_), _) => Vec3::ZERO,
-        (None, strength) => {
-            let strength = strength.as_ref().map_or(1.0, |s| s.emissive_strength);
-            let bounded = |c: f64| (c * strength).clamp(0.0, 1e6) as f32;
-            Vec3::from_array(material.emissive_factor.map(bounded))
-        }
-    };
     if extensions.unlit.is_some() {
         return Material {
             ka: paint.color,
-            ke: emitted,
             single_sided: !material.double_sided,
             ..Material::default()
         };
     }
-    let mirror = gloss(paint.roughness);
     let transmission = extensions.transmission.as_ref();
     // A texture that is not read may say anything, so nothing is transmitted.
     let transmission = transmission.filter(|t| t.transmission_texture.is_none());
     let transmission = transmission.map_or(0.0, |t| share(t.transmission_factor));
     let volume = extensions.volume.as_ref();
     let solid = volume.is_some_and(|v| v.thickness_factor > 0.0);
-    // The share that is not metal may transmit light in its colour.
-    let through = transmission * (1.0 - paint.metallic);
-    let metal = paint.metallic * mirror;
-    let kd = paint.color * ((1.0 - metal) * (1.0 - through));
+    // The share that is not metal may transmit light in its colour; a texture may say that nothing
+    // is metal.
+    let metallic = paint.lobes.map_or(paint.metallic, |_| 0.0);
+    let through = transmission * (1.0 - metallic);
     Material {
-        ka: kd * AMBIENT,
-        ke: emitted,
-        kd,
-        ks: paint.specular * ((1.0 - paint.metallic) * mirror) + paint.color * metal,
         kt: paint.color * through,
-        shininess: exponent(paint.roughness),
         // A thin sheet does not bend the light it transmits. All materials but those with a volume
         // are thin.
         ior: if solid { ior(material) } else { 1.0 },
         thin: !solid && through > 0.0,
         // Light that has entered leaves through backs, and is seen there.
         single_sided: !material.double_sided && through == 0.0,
-        ..Material::DEFAULT
+        ..paint.surface(through).to_material(varied)
     }
-}
-
-/// Weight of the mirror image: 1 for a polished surface, 0 from [`MATT`] on.
-fn gloss(roughness: f32) -> f32 {
-    let left = (1.0 - roughness / MATT).max(0.0);
-    left * left
-}
-
-/// The Blinn exponent of a roughness r, 2/r⁴ − 2: its lobe is as wide as that of α = r² (Karis,
-/// "Specular BRDF Reference", 2013).
-fn exponent(roughness: f32) -> f32 {
-    let alpha = roughness * roughness;
-    (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST)
 }
 
 /// The index of refraction; 1.5 if the file gives none, or an impossible one.

@@ -50,13 +50,16 @@
 //! | Kt | c · t, t = transmission · (1 − m); t is 0 with a texture of transmission |
 //! | ior | 1, as of a thin sheet; that of KHR_materials_ior if there is a volume |
 //! | thin | true if t > 0 and there is no volume |
-//! | Ke | emissive factor · strength; 0 if it has a texture, which would have to say where |
+//! | Ke | emissive factor · strength · texture; 0 if the texture cannot be read |
+//! | ns | turned by the normal texture, times its scale |
 //! | single-sided | true unless doubleSided, or t > 0; whatever alphaMode is |
 //! | opacity | alpha of `MASK` and `BLEND`, by factor, texture and vertices; else 1 |
 //!
-//! The base colour texture and the vertices' COLOR_0 multiply Ka and Kd. A metal with either, and
-//! every material with a metallic-roughness texture, is shown as matt paint of its colour: one
-//! number cannot stand for a picture. KHR_materials_unlit becomes Ka = c alone.
+//! The base colour texture and the vertices' COLOR_0 multiply c. A metal with either, and every
+//! material with a metallic-roughness texture, is converted at each hit. Kt is not: its m is 0 with
+//! such a texture. Each texture has its own coordinates and KHR_texture_transform. Tangents are the
+//! file's, unless the normal texture is turned; missing ones follow the texture coordinates of each
+//! triangle. Occlusion textures are left out: V is traced. KHR_materials_unlit becomes Ka = c alone.
 //! KHR_materials_pbrSpecularGlossiness: Kd is its diffuse colour, F0 its specular colour, r = 1 −
 //! glossiness. A primitive without a material gets the user's, or the grey of all meshes; white, if
 //! its vertices have colours. The latter are single-sided, as is the default material of glTF.

@@ -2,7 +2,7 @@
 
 use super::bake::BadAttributes;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
-use super::materials::{GltfMaterials, VertexPaint};
+use super::materials::{GltfMaterials, UvLayer, VertexPaint};
 use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
 use super::nodes::PlacedNode;
 use super::placements::{PlacedMesh, Placements, Pose};
@@ -327,10 +327,10 @@ impl<'a, 't> GltfReader<'a, 't> {
                 converter.unsupported.add_primitive(kind, mesh, k);
                 continue;
             }
-            let (materials, report) = (&mut self.scene.materials, &mut self.report);
+            let (scene, report) = (&mut self.scene, &mut self.report);
             let paint = VertexPaint::of(primitive, &source.document);
             let (row, options) = (primitive.material, self.options);
-            let material = converter.of(row, paint, options, materials, report);
+            let material = converter.of(row, paint, options, scene, report);
             let material = material.map_err(named)?;
             let skinned = pose.skin.is_some();
             let vertices =
@@ -345,12 +345,17 @@ impl<'a, 't> GltfReader<'a, 't> {
                 );
                 source.warning(&mut self.report, "meshes", mesh, &message);
             }
-            if let Some((set, _)) = &material.uvs
-                && !primitive.attributes.contains_key(set)
+            let has = |layer: &UvLayer| primitive.attributes.contains_key(&layer.set);
+            if let Some(missing) = material.uvs.iter().position(|layer| !has(layer))
                 && self.warned_short.insert(mesh)
             {
-                let message =
-                    format!("primitives[{k}]: its texture is not shown: it has no `{set}`");
+                let set = &material.uvs[missing].set;
+                let message = match missing {
+                    0 => format!("primitives[{k}]: its texture is not shown: it has no `{set}`"),
+                    _ => format!(
+                        "primitives[{k}]: a texture has no `{set}`: the first one's is used"
+                    ),
+                };
                 source.warning(&mut self.report, "meshes", mesh, &message);
             }
             let memory = self.memory;

@@ -66,22 +66,12 @@ impl UnsupportedParts {
 
     /// Adds the features of a material that the parent module's table does not have.
     pub(super) fn add_material(&mut self, material: &GltfMaterial) {
-        let metallic = &material.pbr_metallic_roughness;
         let extensions = &material.extensions;
         let transmission = extensions.transmission.as_ref();
         let glossiness = extensions.specular_glossiness.as_ref();
         let volume = extensions.volume.as_ref();
         for (name, there) in [
-            ("normal textures", material.normal_texture.is_some()),
             ("occlusion textures", material.occlusion_texture.is_some()),
-            (
-                "emissive textures (surfaces with one do not glow)",
-                material.emissive_texture.is_some(),
-            ),
-            (
-                "metallic-roughness textures",
-                metallic.metallic_roughness_texture.is_some(),
-            ),
             (
                 "transmission textures (nothing is transmitted)",
                 transmission.is_some_and(|t| t.transmission_texture.is_some()),

@@ -2,7 +2,7 @@
 
 use super::accessor::Accessor;
 use super::document::Primitive;
-use super::materials::{PrimitiveMaterial, UvMap};
+use super::materials::{PrimitiveMaterial, UvLayer, UvMap};
 use super::morph::{self, MorphTarget};
 use super::skins::Influences;
 use super::source::GltfSource;
@@ -14,7 +14,9 @@ pub(super) struct PrimitiveVertices<'a> {
     pub(super) count: usize,
     positions: Accessor<'a>,
     normals: Option<Accessor<'a>>,
-    uvs: Option<(Accessor<'a>, UvMap)>,
+    /// Layers of texture coordinates; all or none of them.
+    uvs: Vec<(Accessor<'a>, UvMap)>,
+    tangents: Option<Accessor<'a>>,
     colors: Option<Accessor<'a>>,
     /// True if the alpha of colours counts.
     has_opacity: bool,
@@ -28,7 +30,9 @@ pub(super) struct PrimitiveVertices<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Attributes {
     pub(super) normals: bool,
-    pub(super) uvs: bool,
+    /// Number of layers.
+    pub(super) uvs: usize,
+    pub(super) tangents: bool,
     pub(super) colors: bool,
     pub(super) opacity: bool,
 }
@@ -57,23 +61,34 @@ impl<'a> PrimitiveVertices<'a> {
             }
             opened => opened,
         };
-        let uv = material.uvs.as_ref();
-        let uvs = match uv {
-            Some((name, map)) => whole(name, vectors(name, 2)?).map(|uvs| (uvs, *map)),
-            None => None,
-        };
+        let mut uvs = Vec::new();
+        for UvLayer { set, map } in &material.uvs {
+            let given = whole(set, vectors(set, 2)?);
+            // The first layer stands in for others that are missing.
+            let Some(layer) = given.or(uvs.first().map(|&(first, _)| first)) else {
+                break;
+            };
+            uvs.push((layer, *map));
+        }
         let colors = primitive.attributes.get("COLOR_0");
         let colors = colors.map(|&row| Accessor::open_colors(source, row));
         let colors = whole("COLOR_0", colors.transpose()?);
         let normals = whole("NORMAL", vectors("NORMAL", 3)?);
+        // Without normals, tangents do not count (glTF 2.0, 3.7.2.1).
+        let tangents = match material.tangents && normals.is_some() {
+            true => whole("TANGENT", vectors("TANGENT", 4)?),
+            false => None,
+        };
+        let first_set = material.uvs.first().map(|layer| &layer.set[..]);
         let opened = PrimitiveVertices {
             count: positions.count,
             positions,
             normals,
             uvs,
+            tangents,
             colors,
             has_opacity: material.vertex_opacity,
-            targets: MorphTarget::all(source, primitive, weights, uv.map(|(name, _)| &name[..]))?,
+            targets: MorphTarget::all(source, primitive, weights, first_set)?,
             influences: match skinned {
                 true => Influences::open(source, primitive)?,
                 false => None,
@@ -96,7 +111,8 @@ impl<'a> PrimitiveVertices<'a> {
     pub(super) fn attributes(&self) -> Attributes {
         Attributes {
             normals: self.normals.is_some(),
-            uvs: self.uvs.is_some(),
+            uvs: self.uvs.len(),
+            tangents: self.tangents.is_some(),
             colors: self.colors.is_some(),
             opacity: self.colors.is_some() && self.has_opacity,
         }
@@ -136,10 +152,24 @@ impl<'a> PrimitiveVertices<'a> {
         Some(morph::normal(&self.targets, row, own))
     }
 
+    /// A tangent of any length, and the sign of its bitangent, if there are any. Morph targets leave
+    /// it unchanged: it is made perpendicular to the normal at each hit.
     #[inline]
-    pub(super) fn uv(&self, row: usize) -> Option<Vec2> {
-        let (uvs, map) = self.uvs.as_ref()?;
-        Some(map.apply(morph::uv(&self.targets, row, uvs.get(row))))
+    pub(super) fn tangent(&self, row: usize) -> Option<(DVec3, f32)> {
+        let [x, y, z, sign] = self.tangents?.get(row);
+        Some((DVec3::from_array([x, y, z].map(f64::from)), sign))
+    }
+
+    /// The texture coordinates of each layer. Morph targets move those of the first.
+    #[inline]
+    pub(super) fn uvs(&self, row: usize) -> impl Iterator<Item = Vec2> {
+        self.uvs.iter().enumerate().map(move |(layer, (uvs, map))| {
+            let own = uvs.get(row);
+            map.apply(match layer {
+                0 => morph::uv(&self.targets, row, own),
+                _ => own,
+            })
+        })
     }
 
     /// A colour and its opacity, all within 0 to 1, or NaN.

@@ -7,15 +7,17 @@
 //! | material | from |
 //! |---|---|
 //! | Ka | 0.1 × `Ka` (1); 0.1 × `Kd` where `Ka` is missing or black |
-//! | Ke | `Ke`; 0 with a `map_Ke` (5) |
+//! | Ke | `Ke`; times the texture of `map_Ke` (5, 6) |
 //! | Kd | `Kd`, 0.8 if missing; 1 if missing or black with a texture (6) |
-//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), with a `map_Ks` (5), and for matt materials (8) |
+//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), and for matt materials (8); times the texture of `map_Ks` (5, 6) |
 //! | opacity | `d`, or 1 − `Tr` where there is no `d` (3), 1 where that is 0 (7) |
 //! | its texture | `map_d`: the picture's alpha, or its luminance where it has none (4) |
 //! | Kt | (1 − `d`) × `Tf` for glass and coloured sheets (3), else 0 |
-//! | shininess | `Ns`; 1000 for a mirror without it (8) |
+//! | shininess | `Ns`; 1000 for a mirror without it (8); times the texture of `map_Ns` |
 //! | index of refraction | `Ni` for glass (3), else 1 |
 //! | texture | `map_Kd`, or `map_Ka` where there is none; Ka and Kd are multiplied with it |
+//! | normal | the texture of `norm`, or of `map_Bump` and `bump`, times `-bm` (9) |
+//! | all of Ka, Kd, Ks, shininess | with `Pr`, `Pm`, `map_Pr` or `map_Pm`: as in glTF, with base colour `Kd`, roughness `Pr` and metallic `Pm` (10) |
 //!
 //! 1. The rest of the room is a tenth as bright as a lamp.
 //! 2. `illum` 3 and more request mirrors. 2 and none request a highlight, which gets a faint sheen.
@@ -24,8 +26,9 @@
 //!    is a colour, a sheet that transmits coloured light without bending it. Ka and Kd of glass and
 //!    sheets are multiplied by `d`; coverage weights the whole surface.
 //! 4. The alpha of `map_Kd` counts if `map_d` names the same file.
-//! 5. Without its texture, the whole surface would glow or mirror evenly.
-//! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces.
+//! 5. 0 if the texture cannot be read: the whole surface would glow or mirror evenly.
+//! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces. The same holds for `Ke` and
+//!    `Ks`, which count as 1 if missing or black with a texture.
 //! 7. OpenMVS, mvs-texturing and MeshLab write `Tr 1` for opaque surfaces. It means clear for glass
 //!    and with a coloured `Tf`, which request transmission.
 //! 8. An `Ns` of at most 1, or none, means that there is no highlight: Blender, Unity, 3ds Max and
@@ -33,10 +36,18 @@
 //!    such an exponent is at least as wide as the diffuse light: a white film over all that is lit,
 //!    with a hard edge where the light ends, and a clear image of the sky on a rough surface.
 //!    `illum` 3 and more without `Ns` request only a mirror, and get a sharp one.
+//! 9. Blender writes normal maps as `map_Bump`: a bluish picture is one, any other is heights, for
+//!    which MTL has no unit.
+//! 10. What is missing is 1 with a texture, else metallic 0, and the roughness of `Ns`: the one
+//!    whose exponent in glTF's table is `Ns`.
 
-use super::mtl::MtlMaterial;
+use super::mtl::{MapKind, MtlMaterial};
+use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
 use glam::Vec3;
-use phalanx_scene::Material;
+use phalanx_scene::{Material, MetallicRoughness, NO_TEXTURE};
+
+/// Textures by [`MapKind`], each [`NO_TEXTURE`] if there is none that can be read.
+pub(super) type MapTextures = [u32; MapKind::COUNT];
 
 /// Brightness of the room relative to its lamps.
 const AMBIENT: f32 = 0.1;
@@ -66,49 +77,115 @@ impl MtlMaterial {
 
     /// Returns true for a black `Kd` that is only a placeholder for the texture.
     pub(super) fn kd_is_placeholder(&self) -> bool {
-        self.kd == Some(Vec3::ZERO) && self.map_kd.is_some()
+        self.kd == Some(Vec3::ZERO) && self.map(MapKind::Kd).is_some()
     }
 
-    /// The scene's material with these textures of colour and opacity, by the table above.
-    pub(super) fn to_material(&self, texture: u32, opacity_texture: u32) -> Material {
+    /// Share of Ks that is a mirror, without regard to its texture.
+    fn mirror(&self) -> f32 {
         let illum = self.illum.unwrap_or(2.0);
-        let matt = self.ns.map_or(illum < 3.0, |ns| ns <= MATT);
-        let mirror = match illum {
-            _ if self.has_map_ks || matt => 0.0,
-            i if i >= 3.0 => 1.0,
-            i if i >= 2.0 => SHEEN,
+        match self.ns.map_or(illum < 3.0, |ns| ns <= MATT) {
+            false if illum >= 3.0 => 1.0,
+            false if illum >= 2.0 => SHEEN,
             _ => 0.0,
+        }
+    }
+
+    fn is_pbr(&self) -> bool {
+        let maps = [MapKind::Pr, MapKind::Pm].map(|kind| self.map(kind).is_some());
+        self.pr.is_some() || self.pm.is_some() || maps.contains(&true)
+    }
+
+    /// Returns true if the material shows the texture of a kind, if it can be read.
+    pub(super) fn shows(&self, kind: MapKind) -> bool {
+        match kind {
+            MapKind::Ka => self.map(MapKind::Kd).is_none(),
+            MapKind::Ks | MapKind::Ns => !self.is_pbr() && self.mirror() > 0.0,
+            MapKind::Bump => self.map(MapKind::Norm).is_none(),
+            _ => true,
+        }
+    }
+
+    /// Metallic and roughness, and true if a texture of `textures` varies them.
+    fn lobes(&self, textures: &MapTextures) -> (MetallicRoughness, bool) {
+        let has = |kind: MapKind| textures[kind as usize] != NO_TEXTURE;
+        let (rough, metal) = (has(MapKind::Pr), has(MapKind::Pm));
+        let exponent = self.ns.unwrap_or(MATT).max(0.0);
+        let of_exponent = (2.0 / (exponent + 2.0)).sqrt().sqrt();
+        let lobes = MetallicRoughness {
+            metallic: self.pm.unwrap_or(if metal { 1.0 } else { 0.0 }),
+            roughness: self.pr.unwrap_or(if rough { 1.0 } else { of_exponent }),
         };
+        let MetallicRoughness {
+            metallic,
+            roughness,
+        } = lobes;
+        let lobes = MetallicRoughness {
+            metallic: metallic.clamp(0.0, 1.0),
+            roughness: roughness.clamp(0.0, 1.0),
+        };
+        (lobes, rough || metal)
+    }
+
+    /// A colour that its texture multiplies: 0 if that cannot be read, 1 if it is only a
+    /// placeholder.
+    fn beneath(&self, color: Vec3, kind: MapKind, textures: &MapTextures) -> Vec3 {
+        match (self.map(kind), textures[kind as usize]) {
+            (Some(_), NO_TEXTURE) => Vec3::ZERO,
+            (Some(_), _) if color == Vec3::ZERO => Vec3::ONE,
+            _ => color,
+        }
+    }
+
+    /// The scene's material with these textures, by the table above.
+    pub(super) fn to_material(&self, textures: &MapTextures, opacity_texture: u32) -> Material {
         let tr = self.tr.filter(|_| !self.tr_is_opacity());
         let d = self.d.or(tr.map(|tr| 1.0 - tr));
         let d = d.unwrap_or(1.0).clamp(0.0, 1.0);
         let refracts = self.refracts();
         let transmits = refracts || self.has_colored_filter() && d < 1.0;
         let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
-        let textured = self.map_kd.is_some() || self.map_ka.is_some();
+        let [map_kd, map_ka] = [MapKind::Kd, MapKind::Ka].map(|kind| self.map(kind).is_some());
+        let textured = map_kd || map_ka;
         let kd = match self.kd {
             Some(kd) if !self.kd_is_placeholder() => kd,
             None if !textured => PLAIN,
             _ => Vec3::ONE,
         };
         let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
+        let texture = [MapKind::Kd, MapKind::Ka].map(|kind| textures[kind as usize]);
+        let texture = texture[usize::from(!map_kd)];
+        let surface = if self.is_pbr() {
+            let (lobes, varied) = self.lobes(textures);
+            let surface = PbrSurface {
+                color: kd * there,
+                lobes,
+                specular: Vec3::splat(DIELECTRIC),
+                through: 0.0,
+            };
+            let colored = texture != NO_TEXTURE && surface.has_colored_mirror();
+            surface.to_material(varied || colored)
+        } else {
+            Material {
+                ka: ka * AMBIENT * there,
+                kd: kd * there,
+                ks: self.beneath(self.ks, MapKind::Ks, textures) * self.mirror(),
+                shininess: self.ns.unwrap_or(SHARP),
+                ..Material::DEFAULT
+            }
+        };
         Material {
-            ka: ka * AMBIENT * there,
-            ke: if self.has_map_ke { Vec3::ZERO } else { self.ke },
-            kd: kd * there,
-            ks: self.ks * mirror,
+            ke: self.beneath(self.ke, MapKind::Ke, textures),
             kt: if transmits {
                 self.tf * (1.0 - d)
             } else {
                 Vec3::ZERO
             },
-            shininess: self.ns.unwrap_or(SHARP),
             ior: if refracts { self.ni } else { 1.0 },
             texture,
             opacity,
             opacity_texture,
             thin: transmits && !refracts,
-            ..Material::DEFAULT
+            ..surface
         }
     }
 }
@@ -117,12 +194,10 @@ impl MtlMaterial {
 mod tests {
     use super::super::mtl;
     use super::*;
-    use phalanx_scene::NO_TEXTURE;
-
     fn surface(body: &str) -> Material {
         let mut materials = mtl::read(format!("newmtl a\n{body}").as_bytes());
         let material = materials.pop().expect("a material");
-        material.to_material(NO_TEXTURE, NO_TEXTURE)
+        material.to_material(&[NO_TEXTURE; MapKind::COUNT], NO_TEXTURE)
     }
 
     #[test]

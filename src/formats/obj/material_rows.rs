@@ -1,13 +1,13 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
-use super::mtl::{MtlMaterial, MtlOmission};
+use super::mtl::{MapKind, MtlMaterial, MtlOmission};
 use super::name::{text_of, texture_spellings, without_comment};
 use super::runs;
 use super::texture_map::{TextureMap, UvTransform};
 use crate::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span, quoted_bytes};
 use crate::folder::{Folder, Found, NamedFile};
 use crate::texture::TextureLibrary;
-use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
+use phalanx_scene::{MapTarget, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -134,31 +134,80 @@ impl<'a> MaterialReader<'a> {
             self.leave_out(*source, left_out);
         }
         self.warn_of_readings(*source, material);
-        let color = material.map_kd.or(material.map_ka);
-        let texture = color.map_or(NO_TEXTURE, |map| self.texture(*source, &map));
-        let mask = material
-            .map_d
-            .map(|map| self.mask(*source, &map, color, texture));
-        if let (Some(kd), Some(ka)) = (&material.map_kd, &material.map_ka)
+        let mut textures = [NO_TEXTURE; MapKind::COUNT];
+        let shown: Vec<(MapKind, TextureMap)> = MapKind::ALL
+            .into_iter()
+            .filter(|&kind| material.shows(kind))
+            .filter_map(|kind| Some((kind, material.map(kind)?)))
+            .collect();
+        for (kind, map) in shown.iter().filter(|(kind, _)| *kind != MapKind::D) {
+            textures[*kind as usize] = self.texture(*source, map);
+        }
+        let [kd, ka, mask] = [MapKind::Kd, MapKind::Ka, MapKind::D].map(|kind| material.map(kind));
+        let color = [(kd, MapKind::Kd), (ka, MapKind::Ka)];
+        let color = color.into_iter().find_map(|(map, kind)| Some((map?, kind)));
+        let texture = color.map_or(NO_TEXTURE, |(_, kind)| textures[kind as usize]);
+        let color = color.map(|(map, _)| map);
+        let mask = mask.map(|map| self.mask(*source, &map, color, texture));
+        if let (Some(kd), Some(ka)) = (&kd, &ka)
             && !self.same_file(*source, kd, ka)
         {
             let reason = "its picture is not shown: that of map_Kd colours the ambient light";
             self.warn_once(*source, b"map_ka", ka, reason);
         }
-        let maps = [color, material.map_d];
-        let mut transforms = maps.into_iter().flatten().map(|map| map.transform);
-        let transform = transforms.next().unwrap_or(UvTransform::IDENTITY);
-        if let (Some(map_d), true) = (&material.map_d, transforms.any(|other| other != transform)) {
-            let reason = "its -s and -o are not used: those of the colour's texture are";
-            self.warn_once(*source, b"map_d", map_d, reason);
+        let transform = shown.first().map(|(_, map)| map.transform);
+        let transform = transform.unwrap_or(UvTransform::IDENTITY);
+        if let Some((_, other)) = shown.iter().find(|(_, map)| map.transform != transform) {
+            let reason = "its -s and -o are not used: those of the material's first texture are";
+            self.warn_once(*source, b"-s", other, reason);
         }
-        let converted = material.to_material(texture, mask.unwrap_or(NO_TEXTURE));
-        let textured = converted.texture != NO_TEXTURE || converted.opacity_texture != NO_TEXTURE;
-        let moved = textured && transform != UvTransform::IDENTITY;
+        let mask = mask.unwrap_or(NO_TEXTURE);
+        let mut converted = material.to_material(&textures, mask);
+        let maps = shown.iter().filter_map(|(kind, map)| {
+            let texture = textures[*kind as usize];
+            self.row_of(*source, *kind, map, texture)
+        });
+        let maps: Vec<phalanx_scene::TextureMap> = maps.collect();
+        converted.maps = scene.maps.push_all(&maps);
+        let textured = textures.iter().any(|&texture| texture != NO_TEXTURE);
+        let moved = (textured || mask != NO_TEXTURE) && transform != UvTransform::IDENTITY;
         MaterialLook {
             row: table.intern(&converted, &mut scene.materials),
             transform: moved.then_some(transform),
         }
+    }
+
+    /// The scene's map of a texture, unless it is one of colour or opacity.
+    fn row_of(
+        &mut self,
+        source: usize,
+        kind: MapKind,
+        map: &TextureMap,
+        texture: u32,
+    ) -> Option<phalanx_scene::TextureMap> {
+        let target = match kind {
+            MapKind::Kd | MapKind::Ka | MapKind::D => return None,
+            MapKind::Ke => MapTarget::Emission,
+            MapKind::Ks => MapTarget::Specular,
+            MapKind::Ns => MapTarget::Shininess,
+            MapKind::Pr => MapTarget::Roughness,
+            MapKind::Pm => MapTarget::Metallic,
+            MapKind::Norm | MapKind::Bump => MapTarget::Normal,
+        };
+        let texture = match kind {
+            MapKind::Bump => {
+                let report = &mut self.reports[source];
+                self.textures.normals_of(texture, || map.name, report)
+            }
+            _ => texture,
+        };
+        (texture != NO_TEXTURE).then_some(phalanx_scene::TextureMap {
+            target,
+            texture,
+            channel: map.channel,
+            uv_layer: 0,
+            scale: map.bump,
+        })
     }
 
     /// The textures of all rows; remarks about the files go to the scene file's report.

@@ -25,13 +25,64 @@ pub(super) struct MtlMaterial {
     pub(super) kd_keyword: Span,
     pub(super) tr_keyword: Span,
     pub(super) illum: Option<f32>,
-    pub(super) map_kd: Option<TextureMap>,
-    pub(super) map_ka: Option<TextureMap>,
-    pub(super) map_d: Option<TextureMap>,
-    pub(super) has_map_ks: bool,
-    pub(super) has_map_ke: bool,
+    /// Roughness and metallic of the PBR extension.
+    pub(super) pr: Option<f32>,
+    pub(super) pm: Option<f32>,
+    /// Textures by [`MapKind`].
+    maps: [Option<TextureMap>; MapKind::COUNT],
     /// Statements and options that are omitted, each kind once, and at most [`MAX_DIAGNOSTICS`].
     pub(super) left_out: Vec<MtlOmission>,
+}
+
+/// Parameter for which a statement names a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MapKind {
+    Kd,
+    Ka,
+    D,
+    Ke,
+    Ks,
+    Ns,
+    Pr,
+    Pm,
+    /// A normal map.
+    Norm,
+    /// Heights, or a normal map: exporters write either.
+    Bump,
+}
+
+impl MapKind {
+    pub(super) const COUNT: usize = MapKind::ALL.len();
+    /// All kinds in the order of their numbers.
+    pub(super) const ALL: [MapKind; 10] = [
+        MapKind::Kd,
+        MapKind::Ka,
+        MapKind::D,
+        MapKind::Ke,
+        MapKind::Ks,
+        MapKind::Ns,
+        MapKind::Pr,
+        MapKind::Pm,
+        MapKind::Norm,
+        MapKind::Bump,
+    ];
+
+    /// The kind of a keyword in lower case.
+    fn of(keyword: &[u8]) -> Option<MapKind> {
+        Some(match keyword {
+            b"map_kd" => MapKind::Kd,
+            b"map_ka" => MapKind::Ka,
+            b"map_d" => MapKind::D,
+            b"map_ke" => MapKind::Ke,
+            b"map_ks" => MapKind::Ks,
+            b"map_ns" => MapKind::Ns,
+            b"map_pr" => MapKind::Pr,
+            b"map_pm" => MapKind::Pm,
+            b"norm" => MapKind::Norm,
+            b"map_bump" | b"bump" => MapKind::Bump,
+            _ => return None,
+        })
+    }
 }
 
 /// Something that is omitted: the span of its keyword, and the reason if there is a particular one.
@@ -43,10 +94,6 @@ pub(super) struct MtlOmission {
 
 /// The reason for statements without an equivalent in the renderer's materials.
 const NOT_SHOWN: &str = "not shown";
-const NO_SPECULAR_MAP: &str =
-    "not shown, and Ks counts as 0, because the whole surface would mirror evenly";
-const NO_EMISSION_MAP: &str =
-    "not shown, and Ke counts as 0, because the whole surface would glow evenly";
 const NO_NUMBER: &str = "a number is missing, or is none";
 const NOT_FINITE: &str = "a number that is not finite";
 const NO_NAME: &str = "no name of a file";
@@ -62,6 +109,11 @@ impl MtlMaterial {
             tr_keyword: name,
             ..MtlMaterial::default()
         }
+    }
+
+    /// The texture of a kind.
+    pub(super) fn map(&self, kind: MapKind) -> Option<TextureMap> {
+        self.maps[kind as usize]
     }
 
     /// Notes something that is omitted, unless its kind is known to be.
@@ -145,7 +197,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
                 _ => material.tf = color,
             }
         }
-        b"ns" | b"ni" | b"d" | b"tr" | b"illum" => {
+        b"ns" | b"ni" | b"d" | b"tr" | b"illum" | b"pr" | b"pm" => {
             if keyword == b"d" {
                 texture_map::skip_option(cursor, b"-halo", 0);
             }
@@ -157,36 +209,29 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
                 b"ns" => material.ns = Some(number),
                 b"ni" => material.ni = number,
                 b"d" => material.d = Some(number),
+                b"pr" => material.pr = Some(number),
+                b"pm" => material.pm = Some(number),
                 b"tr" => (material.tr, material.tr_keyword) = (Some(number), name),
                 _ => material.illum = Some(number),
             }
         }
-        b"map_kd" | b"map_ka" | b"map_d" => map(cursor, material, name, keyword),
-        b"map_ks" => {
-            material.has_map_ks = true;
-            material.leave_out(cursor, name, NO_SPECULAR_MAP);
-        }
-        b"map_ke" => {
-            material.has_map_ke = true;
-            material.leave_out(cursor, name, NO_EMISSION_MAP);
-        }
-        _ => material.leave_out(cursor, name, NOT_SHOWN),
+        keyword => match MapKind::of(keyword) {
+            Some(kind) => map(cursor, material, name, kind),
+            None => material.leave_out(cursor, name, NOT_SHOWN),
+        },
     }
 }
 
 /// Reads a texture, and notes its options that are omitted.
-fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, keyword: &[u8]) {
+fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, kind: MapKind) {
     let map = texture_map::read(cursor, |cursor, option| {
         material.leave_out(cursor, option, NOT_SHOWN);
     });
     if map.is_none() {
         material.leave_out(cursor, name, NO_NAME);
     }
-    match keyword {
-        b"map_kd" => material.map_kd = map.or(material.map_kd.take()),
-        b"map_ka" => material.map_ka = map.or(material.map_ka.take()),
-        _ => material.map_d = map.or(material.map_d.take()),
-    }
+    let known = &mut material.maps[kind as usize];
+    *known = map.or(known.take());
 }
 
 /// One number for grey, or three; else the reason why there is no colour.
@@ -229,18 +274,18 @@ mod tests {
         let material = &materials[0];
         assert_eq!(&text[material.name.range()], b"a");
         assert_eq!((material.kd, material.tr), (Some(Vec3::X), Some(0.5)));
-        assert!(material.map_kd.is_some());
+        assert!(material.map(MapKind::Kd).is_some());
         assert_eq!((material.illum, material.ni), (Some(4.0), 1.5));
         assert_eq!(most_materials(text), 1);
     }
 
     #[test]
     fn what_is_left_out_is_noted_once() {
-        let text = "newmtl a\nmap_Bump a.png\nMAP_BUMP b.png\nwhat 5\nKs xyz 1 2 3\nNs nan\nNi -1.#IND\nmap_Ks c.png\nmap_Kd\n";
+        let text = "newmtl a\nmap_Refl a.png\nMAP_REFL b.png\nwhat 5\nKs xyz 1 2 3\nNs nan\nNi -1.#IND\nPs 1\nmap_Kd\n";
         let names: Vec<String> = left_out(text).into_iter().map(|l| l.0).collect();
         assert_eq!(
             names,
-            ["map_Bump", "what", "Ks", "Ns", "Ni", "map_Ks", "map_Kd"]
+            ["map_Refl", "what", "Ks", "Ns", "Ni", "Ps", "map_Kd"]
         );
         let many: String = (0..1000).map(|k| format!("x{k}\n")).collect();
         assert_eq!(

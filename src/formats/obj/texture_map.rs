@@ -14,6 +14,10 @@ pub(super) struct TextureMap {
     pub(super) transform: UvTransform,
     /// True for a mask that is the picture's alpha, regardless of its colours.
     pub(super) matte: bool,
+    /// Channel of a number: 0, 1 or 2 for red, green or blue.
+    pub(super) channel: u32,
+    /// Factor of a relief: `-bm`.
+    pub(super) bump: f32,
 }
 
 /// The options `-s` and `-o`: u' = s · u + o, with v from the bottom of the picture upward.
@@ -44,11 +48,10 @@ impl UvTransform {
 }
 
 /// Options with a fixed number of operands, of which none is shown.
-const OPTIONS: [(&[u8], usize); 9] = [
+const OPTIONS: [(&[u8], usize); 8] = [
     (b"-blendu", 1),
     (b"-blendv", 1),
     (b"-boost", 1),
-    (b"-bm", 1),
     (b"-cc", 1),
     (b"-mm", 2),
     (b"-texres", 1),
@@ -67,6 +70,8 @@ pub(super) fn read(
         wrap: [Wrap::Repeat; 2],
         transform: UvTransform::IDENTITY,
         matte: false,
+        channel: 0,
+        bump: 1.0,
     };
     loop {
         cursor.skip_blanks();
@@ -82,13 +87,18 @@ pub(super) fn read(
             let channel = cursor.word();
             match start.bytes(channel) {
                 b"m" | b"M" => map.matte = true,
-                b"l" | b"L" => {}
+                b"l" | b"L" | b"r" | b"R" => {}
+                b"g" | b"G" => map.channel = 1,
+                b"b" | b"B" => map.channel = 2,
                 _ => leave_out(&start, option),
             }
         } else if is(b"-s") {
             map.transform.scale = vector(cursor, Vec2::ONE);
         } else if is(b"-o") {
             map.transform.offset = vector(cursor, Vec2::ZERO);
+        } else if is(b"-bm") {
+            let factor = cursor.float().ok().filter(|factor| factor.is_finite());
+            map.bump = factor.unwrap_or(1.0);
         } else if is(b"-t") {
             vector(cursor, Vec2::ZERO);
             leave_out(&start, option);

@@ -1,7 +1,7 @@
 //! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T),
 //! and glossy mirror rays.
 
-use super::material::ShadeMaterial;
+use super::material::{ShadeMaterial, is_not_zero};
 use super::surface::Surface;
 use super::wide;
 use glam::Vec3;
@@ -37,7 +37,11 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
     let mirror = d - n.scale(F32x8::splat(2.0) * along);
-    let reflect_dir = mirror.normalized();
+    let mut reflect_dir = mirror.normalized();
+    if at.bumped {
+        // Relief that has no geometry must not send a mirror ray into the surface.
+        reflect_dir = mirror_into_hemisphere(at, reflect_dir, at.ng);
+    }
     let cos = -along;
     let eta = at
         .entering
@@ -51,22 +55,14 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     };
     let bent = d.scale(eta) + n.scale(eta * cos - k.sqrt());
     let refract_dir = bent.normalized();
-    let both = material.ks + material.kt;
-    let (ks, both_wide) = (wide(material.ks), wide(both));
-    let reflects = |weight: Vec3| {
-        if weight != Vec3::ZERO {
-            !Mask8::none()
-        } else {
-            Mask8::none()
-        }
-    };
-    let reflect = (total & reflects(both)) | (!total & reflects(material.ks));
+    let both = material.ks + wide(material.kt);
+    let reflect = (total & is_not_zero(both)) | (!total & material.shines);
     SecondaryRays {
         mirror: BounceRays {
             active: at.active & reflect,
             org: offset_origin(at, reflect_dir),
             dir: reflect_dir,
-            weight: Vec3x8::select(total, both_wide, ks),
+            weight: Vec3x8::select(total, both, material.ks),
         },
         refracted: BounceRays {
             active: if transmits {

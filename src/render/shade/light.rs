@@ -95,30 +95,21 @@ impl ShadeLight {
         }
     }
 
-    /// Evaluates the light at position `position` for a batch. `tint` is a factor for the
-    /// material's colour, if there is one.
-    pub fn sample(
-        &self,
-        position: Vec3x8,
-        material: &ShadeMaterial,
-        tint: Option<&Vec3x8>,
-        at: &Surface,
-    ) -> LightSample {
+    /// Evaluates the light at position `position` for a batch.
+    pub fn sample(&self, position: Vec3x8, material: &ShadeMaterial, at: &Surface) -> LightSample {
         let (dir, to_light, radiance, lit) = self.radiance_at(position, at);
         let lit = lit & to_light.dot(at.ng).gt(F32x8::ZERO);
         if !lit.any() {
             return LightSample::none();
         }
         let diffuse = positive(to_light.dot(at.ns));
-        let specular = if material.ks == Vec3::ZERO {
-            F32x8::ZERO
-        } else {
+        let specular = if material.shines.any() {
             let half = (to_light - at.dir).normalized();
             pow(positive(half.dot(at.ns)), material.shininess)
+        } else {
+            F32x8::ZERO
         };
-        let kd = wide(material.kd);
-        let kd = tint.map_or(kd, |tint| kd.mul_elementwise(*tint));
-        let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
+        let lobe = material.kd.scale(diffuse) + material.ks.scale(specular);
         let radiance = radiance.mul_elementwise(lobe);
         LightSample {
             needed: lit & is_nonzero(radiance),

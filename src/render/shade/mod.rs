@@ -6,11 +6,12 @@
 //! | `surface` | eight hits of one kind and one material |
 //! | `surface_point` | geometry of the hit: point, normals, offset, by kind |
 //! | `instance` | the same for hits on instances |
-//! | `material` | the material's row |
+//! | `material` | the material: its row, or what textures make of it |
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
-//! | `texture` | the colours of textures and vertices, factors of Ka and Kd |
+//! | `texture` | values of textures, colours of vertices |
+//! | `normal_map` | shading normals turned by a texture |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 
@@ -18,6 +19,7 @@ mod bounce;
 mod instance;
 mod light;
 mod material;
+mod normal_map;
 mod pow;
 mod surface;
 mod surface_point;
@@ -25,10 +27,10 @@ mod texture;
 
 pub use bounce::{BounceRays, SecondaryRays, bounces, sample_ao_ray, sample_glossy};
 pub use light::{LightSample, ShadeLight};
-pub use material::{CurrentMaterial, ShadeMaterial};
+pub(crate) use material::CurrentMaterial;
+pub use material::ShadeMaterial;
 pub use pow::pow;
 pub use surface::{ShadeGroup, Surface, surface};
-pub use texture::{WHITE, tint};
 
 use glam::Vec3;
 use phalanx_trace::simd::Vec3x8;

@@ -6,10 +6,10 @@ use phalanx_trace::simd::{F32x8, LaneMask, LaneU32, Lanes, U32x8};
 
 /// x^s with x clamped to \[0, 1\] and s ≥ 0; pow(0, 0) = 1. The bits of
 /// [`phalanx_scene::sampling::pow`].
-pub fn pow(x: F32x8, s: f32) -> F32x8 {
+pub fn pow(x: F32x8, s: F32x8) -> F32x8 {
     let x = x.min(F32x8::ONE);
-    let power = exp2(F32x8::splat(s) * log2(x));
-    let at_zero = F32x8::splat(if s == 0.0 { 1.0 } else { 0.0 });
+    let power = exp2(s * log2(x));
+    let at_zero = s.eq(F32x8::ZERO).select(F32x8::ONE, F32x8::ZERO);
     x.ge(F32x8::splat(f32::MIN_POSITIVE)).select(power, at_zero)
 }
 

@@ -1,6 +1,7 @@
 //! Eight hits of one kind and one material, ready for lighting.
 
 use super::instance::InstanceTransforms;
+use super::normal_map::{in_front, mapped_normals};
 use super::surface_point::surface_point;
 use phalanx_scene::{INWARD, PrimKind, SINGLE_SIDED, Scene};
 use phalanx_trace::packet::{HitPacket, RayPacket};
@@ -27,6 +28,8 @@ pub struct Surface {
     /// Lanes whose hit may be an invisible back: all for which [`Scene::is_unseen_back`] is true,
     /// and few others.
     pub maybe_unseen: Mask8,
+    /// True if a normal map turned the shading normals.
+    pub bumped: bool,
     /// Index of the ray in its wave.
     pub ray: [u32; LANES],
     /// Material of all eight.
@@ -70,6 +73,17 @@ pub fn surface(
         true => active & maybe_from_behind(ng, dir),
         false => Mask8::none(),
     };
+    let bumps = match batch.kind {
+        PrimKind::Triangle => scene.normal_map(batch.material),
+        _ => None,
+    };
+    let place_of = |rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8| {
+        let mut place = surface_point(scene, batch.kind, rows, rays, back, hits);
+        if let Some(map) = &bumps {
+            place.ns = mapped_normals(scene, map, rows, hits, place.ns);
+        }
+        place
+    };
     let (mut place, maybe_unseen) = if batch.instanced {
         let placed = hits.prim_id.to_array().map(|id| scene.resolve(id));
         let rows = placed.map(|p| scene.prims[p.prim as usize].index());
@@ -77,13 +91,13 @@ pub fn surface(
         let map = InstanceTransforms::of(scene, &instances);
         let inside = map.to_object(rays);
         let back = -inside.dir.normalized();
-        let seen = surface_point(scene, batch.kind, &rows, &inside, back, hits);
+        let seen = place_of(&rows, &inside, back);
         let maybe_unseen = maybe_unseen(seen.ng, inside.dir);
         (map.to_world(seen, rays), maybe_unseen)
     } else {
         let rows = hits.prim_id.to_array();
         let rows = rows.map(|id| scene.prims[id as usize].index());
-        let seen = surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits);
+        let seen = place_of(&rows, rays, -rays.dir);
         let maybe_unseen = maybe_unseen(seen.ng, rays.dir);
         (seen, maybe_unseen)
     };
@@ -93,15 +107,20 @@ pub fn surface(
         place.ng = Vec3x8::select(inward, -place.ng, place.ng);
     }
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
+    let [ng, mut ns] = [place.ng, place.ns].map(|n| Vec3x8::select(away, -n, n));
+    if bumps.is_some() {
+        ns = in_front(ns, ng);
+    }
     Surface {
         active,
         point: place.point,
-        ng: Vec3x8::select(away, -place.ng, place.ng),
-        ns: Vec3x8::select(away, -place.ns, place.ns),
+        ng,
+        ns,
         dir: rays.dir,
         offset: place.offset,
         entering: !away,
         maybe_unseen,
+        bumped: bumps.is_some(),
         ray,
         material: batch.material,
     }

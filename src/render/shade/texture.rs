@@ -1,5 +1,5 @@
-//! Colours at eight hits, factors of Ka and Kd: of a texture, bilinear between texel centres,
-//! decoded from sRGB first; and of the vertices, by the barycentric weights.
+//! Values of textures at eight hits, bilinear between texel centres, colours decoded from sRGB
+//! first; and colours of the vertices, by the barycentric weights.
 //!
 //! Texel positions follow from any finite texture coordinates, however large. Coordinates beyond
 //! ±[`WHOLE`] count as integers, as single precision has almost no fractions there. So do values
@@ -7,13 +7,13 @@
 
 use super::surface_point::corner_columns;
 use glam::Vec3;
-use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb};
-use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
+use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb, share_of_byte};
+use phalanx_scene::{MapTarget, NO_TEXTURE, Scene, Texture, TextureMap, Wrap};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// The colour without effect.
-pub const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
+const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
 
 /// 2²²: from here on a number counts as an integer. Below it, adding [`ROUND_MAGIC`] rounds.
 const WHOLE: f32 = 4_194_304.0;
@@ -57,40 +57,77 @@ fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     if texture == NO_TEXTURE {
         return WHITE;
     }
-    let corners = hits.prim_id.to_array().map(|id| {
-        let prim = scene.resolve(id).prim;
-        scene
-            .triangles
-            .corner_uvs(scene.prims[prim as usize].index())
-    });
-    let given = corners.iter().enumerate();
-    let given = given.fold(0, |bits, (k, uvs)| bits | u32::from(uvs.is_some()) << k);
-    if given == 0 {
-        return WHITE;
+    match TexturePosition::of(scene, 0, hits) {
+        None => WHITE,
+        Some(at) => {
+            let color = sample(&scene.textures[texture as usize], linear_of_srgb(), &at);
+            Vec3x8::select(at.given, color, WHITE)
+        }
     }
-    let (beta, gamma) = (hits.u, hits.v);
-    let alpha = (F32x8::ONE - beta) - gamma;
-    let place = |axis: usize| {
-        let at =
-            |corner: usize| F32x8::new(corners.map(|uvs| uvs.map_or(0.0, |uvs| uvs[corner][axis])));
-        (at(0) * alpha + at(1) * beta) + at(2) * gamma
-    };
-    let color = sample(&scene.textures[texture as usize], place(0), place(1));
-    Vec3x8::select(Mask8::from_bits(given), color, WHITE)
 }
 
-/// Interpolates between the four texels around a point: a + (b − a)·t along the rows, then between
+/// The values of a map's picture, and the lanes whose triangles have texture coordinates; `None` if
+/// no lane has them.
+pub(super) fn map_value(
+    scene: &Scene,
+    map: &TextureMap,
+    hits: &HitPacket,
+) -> Option<(Mask8, Vec3x8)> {
+    let at = TexturePosition::of(scene, map.uv_layer, hits)?;
+    let decoded = match map.target {
+        MapTarget::Emission | MapTarget::Specular => linear_of_srgb(),
+        _ => share_of_byte(),
+    };
+    let texture = &scene.textures[map.texture as usize];
+    Some((at.given, sample(texture, decoded, &at)))
+}
+
+/// Texture coordinates of eight hits, in the lanes that have them.
+struct TexturePosition {
+    given: Mask8,
+    u: F32x8,
+    v: F32x8,
+}
+
+impl TexturePosition {
+    /// Interpolates a layer of the coordinates at hits on triangles; `None` if no lane has them.
+    fn of(scene: &Scene, layer: u32, hits: &HitPacket) -> Option<TexturePosition> {
+        let corners = hits.prim_id.to_array().map(|id| {
+            let prim = scene.prims[scene.resolve(id).prim as usize];
+            scene.triangles.corner_uvs(prim.index(), layer)
+        });
+        let given = corners.iter().enumerate();
+        let given = given.fold(0, |bits, (k, uvs)| bits | u32::from(uvs.is_some()) << k);
+        if given == 0 {
+            return None;
+        }
+        let (beta, gamma) = (hits.u, hits.v);
+        let alpha = (F32x8::ONE - beta) - gamma;
+        let place = |axis: usize| {
+            let at = |corner: usize| {
+                F32x8::new(corners.map(|uvs| uvs.map_or(0.0, |uvs| uvs[corner][axis])))
+            };
+            (at(0) * alpha + at(1) * beta) + at(2) * gamma
+        };
+        Some(TexturePosition {
+            given: Mask8::from_bits(given),
+            u: place(0),
+            v: place(1),
+        })
+    }
+}
+
+/// Interpolates between the values of the four texels around a point: a + (b − a)·t along the rows, then between
 /// the rows.
-fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
-    let across = TexelPair::of(u, texture.wrap[0], texture.width);
-    let down = TexelPair::of(v, texture.wrap[1], texture.height);
-    let linear = linear_of_srgb();
+fn sample(texture: &Texture, value: &[f32; 256], at: &TexturePosition) -> Vec3x8 {
+    let across = TexelPair::of(at.u, texture.wrap[0], texture.width);
+    let down = TexelPair::of(at.v, texture.wrap[1], texture.height);
     let fetch = |columns: &[u32; LANES], rows: &[u32; LANES]| {
         let texels: [[u8; 3]; LANES] = std::array::from_fn(|k| {
             let row = rows[k] as usize * texture.width as usize;
             texture.texels[row + columns[k] as usize]
         });
-        let channel = |c: usize| F32x8::new(texels.map(|texel| linear[usize::from(texel[c])]));
+        let channel = |c: usize| F32x8::new(texels.map(|texel| value[usize::from(texel[c])]));
         Vec3x8::new(channel(0), channel(1), channel(2))
     };
     let along = |rows: &[u32; LANES]| {

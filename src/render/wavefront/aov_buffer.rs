@@ -3,7 +3,7 @@
 use super::bounce_queue::BounceSlice;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
-use crate::shade::ShadeMaterial;
+use crate::shade::CurrentMaterial;
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 use phalanx_scene::film::{Aovs, SurfaceAov};
@@ -74,15 +74,12 @@ impl<'arena> AovBuffer<'arena> {
     }
 
     fn record_surfaces(&mut self, scene: &Scene, hits: &[HitPacket], groups: &HitGroups) {
+        let mut materials = CurrentMaterial::new(scene, groups);
         for (k, at) in groups.surfaces.iter().enumerate() {
-            let kd = ShadeMaterial::of(scene, at.material).kd;
+            let kd = materials.of(k).kd;
             for lane in at.active.lanes() {
                 let ray = at.ray[lane] as usize;
                 let hit = &hits[ray / LANES];
-                let color = groups
-                    .tints
-                    .get(k)
-                    .map_or(glam::Vec3::ONE, |t| vec3(t, lane));
                 self.surfaces[ray] = SurfaceAov {
                     depth: hit.t.lane(ray % LANES) / scene.scale,
                     position: scene
@@ -91,7 +88,7 @@ impl<'arena> AovBuffer<'arena> {
                         .to_array(),
                     ng: vec3(&at.ng, lane).to_array(),
                     ns: vec3(&at.ns, lane).to_array(),
-                    albedo: (kd * color).to_array(),
+                    albedo: vec3(&kd, lane).to_array(),
                     material: at.material,
                     primitive: hit.prim_id.lane(ray % LANES),
                 };

@@ -3,38 +3,29 @@
 use super::coverage::WaveCoverage;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
-use crate::shade::{CurrentMaterial, ShadeMaterial};
+use crate::shade::CurrentMaterial;
 use phalanx_scene::Scene;
-use phalanx_trace::simd::{LANES, LaneMask};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask};
 
-/// Initialises every hit's sum to Ka + Ke, or to Ka times the surface's colour + Ke, weighted by
-/// its coverage.
+/// Initialises every hit's sum to Ka + Ke, weighted by its coverage.
 pub(super) fn add_ambient_and_emission(
     scene: &Scene,
     groups: &HitGroups,
     coverage: WaveCoverage,
     radiance: &mut [RadianceX8],
 ) {
-    let mut materials = CurrentMaterial::new(scene);
+    let mut materials = CurrentMaterial::new(scene, groups);
     for (k, at) in groups.surfaces.iter().enumerate() {
-        let ShadeMaterial { ka, ke, .. } = materials.row(at.material);
-        let own = (ka + ke).to_array();
-        let share = coverage.of(at);
-        if let (None, None, Some(packet)) = (groups.tints.get(k), share, at.whole_packet()) {
-            radiance[packet] = RadianceX8(own.map(|c| [c; LANES]));
+        let own = materials.of(k).own;
+        let own = coverage.of(at).map_or(own, |share| own.scale(share));
+        let own = [own.x, own.y, own.z].map(F32x8::to_array);
+        if let Some(packet) = at.whole_packet() {
+            radiance[packet] = RadianceX8(own);
             continue;
         }
         for lane in at.active.lanes() {
-            let own = match groups.tints.get(k) {
-                Some(t) => {
-                    let t = glam::Vec3::new(t.x.lane(lane), t.y.lane(lane), t.z.lane(lane));
-                    (ka * t + ke).to_array()
-                }
-                None => own,
-            };
-            let own = share.map_or(own, |share| own.map(|c| c * share.lane(lane)));
             let ray = at.ray[lane] as usize;
-            radiance[ray / LANES].set(ray % LANES, own);
+            radiance[ray / LANES].set(ray % LANES, own.map(|c| c[lane]));
         }
     }
 }

@@ -1,19 +1,19 @@
 //! Hits grouped by kind and material: eight surfaces of one kind and material are shaded together.
 
 use super::ray_batch::QueueSlice;
-use crate::shade::{ShadeGroup, Surface, WHITE, surface, tint};
+use crate::shade::{ShadeGroup, ShadeMaterial, Surface, surface};
 use bumpalo::Bump;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, packets_for};
-use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8};
 
 /// The hits of a wave, as surfaces of eight.
 #[derive(Clone, Copy)]
 pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
-    /// The factor of each surface's colour; empty if the scene has neither textures nor vertex
-    /// colours, so that such a scene does not pay for them.
-    pub(super) tints: &'arena [Vec3x8],
+    /// The material of each surface; empty if the scene has neither textures nor vertex colours, so
+    /// that such a scene does not pay for them.
+    pub(crate) materials: &'arena [ShadeMaterial],
 }
 
 /// A [`ShadeGroup`] in one word: kind in the upper bits, then the bit for instances, then the
@@ -73,15 +73,18 @@ pub(crate) fn group_hits<'arena>(
     if scene.textures.is_empty() && scene.triangles.colors.is_empty() {
         return HitGroups {
             surfaces,
-            tints: &[],
+            materials: &[],
         };
     }
     let mut next = batches();
-    let tints = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
-        Some(&(packet, key)) => tint_of(scene, key, &hits[packet as usize]),
-        None => partial_tint(scene, rays, hits, next.next().unwrap_or_default()),
+    let materials = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
+        Some(&(packet, key)) => material_of(scene, key, &hits[packet as usize]),
+        None => partial_material(scene, rays, hits, next.next().unwrap_or_default()),
     });
-    HitGroups { surfaces, tints }
+    HitGroups {
+        surfaces,
+        materials,
+    }
 }
 
 /// Returns the packets whose lanes all hit one kind and material, and the other hits, sorted.
@@ -123,17 +126,22 @@ fn sort_hits<'arena>(
     (&full[..fulls], partial)
 }
 
-fn tint_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> Vec3x8 {
+fn material_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> ShadeMaterial {
     let group = unpack_key(key);
     match group.kind {
-        PrimKind::Triangle => tint(scene, group.material, hits),
-        _ => WHITE,
+        PrimKind::Triangle => ShadeMaterial::at(scene, group.material, hits),
+        _ => ShadeMaterial::of(scene, group.material),
     }
 }
 
-fn partial_tint(scene: &Scene, rays: &QueueSlice, hits: &[HitPacket], batch: &[HitKey]) -> Vec3x8 {
+fn partial_material(
+    scene: &Scene,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+    batch: &[HitKey],
+) -> ShadeMaterial {
     let (_, hits) = gather(rays, hits, &rays_of(batch));
-    tint_of(scene, shade_key_of(batch[0]), &hits)
+    material_of(scene, shade_key_of(batch[0]), &hits)
 }
 
 fn full_surface(

@@ -40,7 +40,7 @@ pub(super) use aov_buffer::AovBuffer;
 pub use camera_rays::push_camera_rays;
 pub(super) use camera_rays::{block_of, pixel_of, push_block, push_samples};
 pub(super) use fragments::{FragmentSink, RayFragment};
-pub(super) use hit_grouping::group_hits;
+pub(super) use hit_grouping::{HitGroups, group_hits};
 pub(super) use levels::{Levels, trace_waves};
 pub(super) use ray_batch::{QueueSlice, RadianceX8};
 pub(super) use shadow_filter::{RefineRequest, ShadowFilter};
@@ -84,7 +84,7 @@ fn trace_wavefront(
     trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
     aovs.record(context.scene, hits, &groups, radiance);
     if let Some(bounces) = queues.bounces {
-        spawn_secondary_rays(context, arena, rays, groups.surfaces, coverage, bounces);
+        spawn_secondary_rays(context, arena, rays, &groups, coverage, bounces);
     }
     if let Some(passes) = queues.passes {
         queue_passes(context, rays, hits, coverage, passes);

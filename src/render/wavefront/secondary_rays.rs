@@ -2,15 +2,18 @@
 
 use super::bounce_queue::BounceQueue;
 use super::coverage::WaveCoverage;
+use super::hit_grouping::HitGroups;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::{WavefrontContext, is_worth_tracing};
-use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
+use crate::shade::{
+    CurrentMaterial, SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy,
+};
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_scene::Scene;
 use phalanx_scene::sampling::{BounceKind, child_seed};
 use phalanx_trace::packet::RayQueue;
-use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
+use phalanx_trace::simd::Vec3x8;
 
 /// Fills an empty queue with the mirror rays of all hits, then the refracted ones, except those
 /// that are not worth tracing.
@@ -18,17 +21,19 @@ pub(super) fn spawn_secondary_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
     rays: &QueueSlice,
-    groups: &[Surface],
+    groups: &HitGroups,
     coverage: WaveCoverage,
     bounces: &mut BounceQueue,
 ) {
-    let (bouncing, ways) = bouncing_groups(context.scene, arena, groups);
+    let (bouncing, ways) = bouncing_groups(context.scene, arena, groups.surfaces);
     if bouncing.is_empty() {
         return;
     }
-    let groups = || bouncing.iter().map(|&k| &groups[k as usize]);
-    let outgoing = groups().map(|at| {
-        let mut out = sample_bounces(context, rays, at);
+    let mut materials = CurrentMaterial::new(context.scene, groups);
+    let surface = |k: &u32| &groups.surfaces[*k as usize];
+    let outgoing = bouncing.iter().map(|k| {
+        let at = surface(k);
+        let mut out = sample_bounces(context, rays, materials.of(*k as usize), at);
         if let Some(share) = coverage.of(at) {
             for out in [&mut out.mirror, &mut out.refracted] {
                 out.weight = out.weight.scale(share);
@@ -38,14 +43,15 @@ pub(super) fn spawn_secondary_rays(
     });
     let outgoing = arena.alloc_slice_fill_iter(outgoing);
     let shares: &[[Vec3x8; 2]] = if context.columns.shares {
-        let outgoing = groups().zip(&mut *outgoing);
-        arena.alloc_slice_fill_iter(outgoing.map(|(at, out)| {
-            let whole = ShadeMaterial::of(context.scene, at.material).secondary_weight();
-            drop_below_min_weight(context.min_weight, rays.shares(&at.ray), whole, out)
+        let outgoing = bouncing.iter().zip(&mut *outgoing);
+        arena.alloc_slice_fill_iter(outgoing.map(|(k, out)| {
+            let whole = materials.of(*k as usize).secondary_weight();
+            drop_below_min_weight(context.min_weight, rays.shares(&surface(k).ray), whole, out)
         }))
     } else {
         &[]
     };
+    let groups = || bouncing.iter().map(surface);
     bounces.fill(rays.packets.len(), ways, context.columns, |queue| {
         push_bounces(queue, BounceKind::Mirror, rays, groups(), outgoing, shares);
         let mirrored = queue.len();
@@ -72,8 +78,8 @@ fn bouncing_groups<'arena>(
     let bouncing = arena.alloc_slice_fill_copy(groups.len(), 0);
     let (mut len, mut most) = (0, 0);
     for (k, at) in (0..).zip(groups) {
-        let m = ShadeMaterial::of(scene, at.material);
-        let ways = usize::from(m.ks != Vec3::ZERO) + usize::from(m.kt != Vec3::ZERO);
+        let (m, i) = (&scene.materials, at.material as usize);
+        let ways = usize::from(m.may_mirror(i)) + usize::from(m.kt.get(i) != Vec3::ZERO);
         bouncing[len] = k;
         len += usize::from(ways > 0);
         most = most.max(ways);
@@ -109,9 +115,13 @@ fn push_bounces<'g>(
 }
 
 /// The bounces of eight hits.
-fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -> SecondaryRays {
-    let material = ShadeMaterial::of(context.scene, at.material);
-    let mut out = bounces(&material, at);
+fn sample_bounces(
+    context: &WavefrontContext,
+    rays: &QueueSlice,
+    material: &ShadeMaterial,
+    at: &Surface,
+) -> SecondaryRays {
+    let mut out = bounces(material, at);
     if context.columns.seeds {
         let gloss = context.scene.materials.gloss[at.material as usize];
         if gloss > 0.0 {
@@ -128,12 +138,12 @@ fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -
 fn drop_below_min_weight(
     min_weight: f32,
     share: Vec3x8,
-    whole: Vec3,
+    whole: Vec3x8,
     out: &mut SecondaryRays,
 ) -> [Vec3x8; 2] {
-    let [x, y, z] = whole.to_array().map(F32x8::splat);
     [&mut out.mirror, &mut out.refracted].map(|out| {
-        let part = Vec3x8::new(out.weight.x / x, out.weight.y / y, out.weight.z / z);
+        let weight = out.weight;
+        let part = Vec3x8::new(weight.x / whole.x, weight.y / whole.y, weight.z / whole.z);
         let share = share.mul_elementwise(part);
         out.active = out.active & is_worth_tracing(min_weight, share);
         share

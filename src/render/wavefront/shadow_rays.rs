@@ -28,15 +28,14 @@ pub(super) fn trace_shadow_rays(
         queue.clear();
         let shade_light = ShadeLight::of(scene, light);
         let one = shade_light.sample_position([0; LANES], context.sample);
-        let mut materials = CurrentMaterial::new(scene);
+        let mut materials = CurrentMaterial::new(scene, groups);
         for (k, at) in groups.surfaces.iter().enumerate() {
-            let material = materials.row(at.material);
             let position = if shade_light.is_area() {
                 shade_light.sample_position(rays.seeds(&at.ray), context.sample)
             } else {
                 one
             };
-            let mut sample = shade_light.sample(position, &material, groups.tints.get(k), at);
+            let mut sample = shade_light.sample(position, materials.of(k), at);
             if let Some(share) = coverage.of(at) {
                 sample.weigh(share);
             }

@@ -12,7 +12,6 @@
 
 use super::bounce_queue::BounceLevel;
 use super::ray_batch::RadianceX8;
-use crate::shade::ShadeMaterial;
 use phalanx_scene::{MAX_PASSES, Scene};
 use phalanx_trace::packet::{HitPacket, QueueColumns, QueueStorage};
 use phalanx_trace::simd::LANES;
@@ -64,10 +63,15 @@ impl BounceWeights {
         for i in 0..m.len() {
             let (ks, kt) = (m.ks.get(i), m.kt.get(i));
             let black = |c: &glam::Vec3| *c == glam::Vec3::ZERO;
-            let ways = [ks, kt].iter().filter(|c| !black(c)).count();
+            let ways = usize::from(m.may_mirror(i)) + usize::from(!black(&kt));
             all.ways = all.ways.max(ways);
+            if m.is_mapped(i) && ways > 0 {
+                // Textures may say anything up to the whole.
+                (all.least, all.most) = (0.0, all.most.max(1.0));
+                continue;
+            }
             let total = if black(&kt) { kt } else { ks + kt };
-            let whole = ShadeMaterial::of(scene, i as u32).secondary_weight();
+            let whole = (ks.abs() + kt.abs()).max(glam::Vec3::ONE);
             for weight in [ks, kt, total].into_iter().filter(|c| !black(c)) {
                 let weight = weight / whole;
                 all.least = all.least.min(f64::from(weight.abs().min_element()));

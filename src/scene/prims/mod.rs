@@ -13,7 +13,9 @@ pub use cones::{Cone, ConeFrame, ConeProfile, Cones};
 pub use ellipsoids::Ellipsoids;
 pub use row_check::RowCheck;
 pub use spheres::Spheres;
-pub use triangles::{INWARD, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_UVS, Triangles};
+pub use triangles::{
+    INWARD, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_UVS, Triangles,
+};
 
 use bytemuck::{Pod, Zeroable};
 

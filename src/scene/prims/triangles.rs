@@ -15,6 +15,8 @@ pub const NO_NORMALS: u32 = u32::MAX;
 pub const INWARD: f32 = -1e-3;
 /// Marks a triangle without texture coordinates in [`Triangles::uvs`].
 pub const NO_UVS: u32 = u32::MAX;
+/// Marks a triangle without tangents in [`Triangles::tangents`].
+pub const NO_TANGENTS: u32 = u32::MAX;
 /// Marks a triangle without vertex colours in [`Triangles::colors`].
 pub const NO_COLORS: u32 = u32::MAX;
 
@@ -34,10 +36,19 @@ pub struct Triangles {
     /// Vertex normals, of any length but zero.
     pub vertex_normals: Vec3s,
     /// Indices of the vertices' texture coordinates in `vertex_uvs`, or three times [`NO_UVS`];
-    /// empty if no triangle has any.
+    /// empty if no triangle has any. Coordinates of further layers follow those of the first: see
+    /// [`TextureMap::uv_layer`](crate::TextureMap::uv_layer).
     pub uvs: Column<[u32; 3]>,
     /// Texture coordinates: (0, 0) is a texture's upper left corner, (1, 1) its lower right one.
     pub vertex_uvs: Vec2s,
+    /// Indices of the vertices' tangents in `vertex_tangents`, or three times [`NO_TANGENTS`];
+    /// empty if no triangle has any. Only normal maps need them.
+    pub tangents: Column<[u32; 3]>,
+    /// Directions in which u grows, of any length.
+    pub vertex_tangents: Vec3s,
+    /// Factor, 1 or −1, that turns normal × tangent toward the upper edge of the picture, one for
+    /// each tangent (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008).
+    pub bitangent_signs: Column<f32>,
     /// Indices of the vertices' colours in `vertex_colors`, or three times [`NO_COLORS`]; empty if
     /// no triangle has any.
     pub colors: Column<[u32; 3]>,
@@ -65,6 +76,12 @@ pub struct Mesh {
     pub uvs: Column<[u32; 3]>,
     /// Texture coordinates.
     pub vertex_uvs: Vec2s,
+    /// Indices of the tangents: empty, or one row for each triangle.
+    pub tangents: Column<[u32; 3]>,
+    /// Tangents.
+    pub vertex_tangents: Vec3s,
+    /// Signs of the bitangents, one for each tangent.
+    pub bitangent_signs: Column<f32>,
     /// Indices of the colours: empty, or one row for each triangle.
     pub colors: Column<[u32; 3]>,
     /// Vertex colours, linear, at least 0.
@@ -121,6 +138,7 @@ impl Triangles {
         };
         append_optional(&mut self.normals, rows, before, 1, NO_NORMALS);
         append_optional(&mut self.uvs, Column::new(), before, 1, NO_UVS);
+        append_optional(&mut self.tangents, Column::new(), before, 1, NO_TANGENTS);
         append_optional(&mut self.colors, Column::new(), before, 1, NO_COLORS);
         self.corners.push(three(first));
         self.material.push(material);
@@ -139,9 +157,11 @@ impl Triangles {
         let corners = shifted(mesh.corners, self.vertices.len(), u32::MAX);
         let normals = shifted(mesh.normals, self.vertex_normals.len(), NO_NORMALS);
         let uvs = shifted(mesh.uvs, self.vertex_uvs.len(), NO_UVS);
+        let tangents = shifted(mesh.tangents, self.vertex_tangents.len(), NO_TANGENTS);
         let colors = shifted(mesh.colors, self.vertex_colors.len(), NO_COLORS);
         append_optional(&mut self.normals, normals, before, more, NO_NORMALS);
         append_optional(&mut self.uvs, uvs, before, more, NO_UVS);
+        append_optional(&mut self.tangents, tangents, before, more, NO_TANGENTS);
         append_optional(&mut self.colors, colors, before, more, NO_COLORS);
         match mesh.vertex_opacity.is_empty() {
             true => {
@@ -155,6 +175,8 @@ impl Triangles {
         self.vertices.append(mesh.vertices);
         self.vertex_normals.append(mesh.vertex_normals);
         self.vertex_uvs.append(mesh.vertex_uvs);
+        self.vertex_tangents.append(mesh.vertex_tangents);
+        self.bitangent_signs.append(mesh.bitangent_signs);
         match mesh.material {
             MeshMaterial::One(row) => self.material.extend(std::iter::repeat_n(row, more)),
             MeshMaterial::Each(rows) => self.material.append(rows),
@@ -211,11 +233,22 @@ impl Triangles {
         Some(rows.map(|row| self.vertex_normals.get(row as usize)))
     }
 
-    /// The texture coordinates of the vertices, if the triangle has them.
+    /// The texture coordinates of the vertices in a layer, if the triangle has them.
     #[inline]
-    pub fn corner_uvs(&self, i: usize) -> Option<[Vec2; 3]> {
+    pub fn corner_uvs(&self, i: usize, layer: u32) -> Option<[Vec2; 3]> {
         let rows = self.uvs.get(i).filter(|r| r[0] != NO_UVS)?;
-        Some(rows.map(|row| self.vertex_uvs.get(row as usize)))
+        let rows = rows.map(|row| row as usize + layer as usize);
+        let count = self.vertex_uvs.len();
+        (rows.iter().all(|&row| row < count)).then(|| rows.map(|row| self.vertex_uvs.get(row)))
+    }
+
+    /// The tangents of the vertices and the sign of the first one's bitangent, if the triangle has
+    /// them.
+    #[inline]
+    pub fn corner_tangents(&self, i: usize) -> Option<([Vec3; 3], f32)> {
+        let rows = self.tangents.get(i).filter(|r| r[0] != NO_TANGENTS)?;
+        let sign = self.bitangent_signs[rows[0] as usize];
+        Some((rows.map(|row| self.vertex_tangents.get(row as usize)), sign))
     }
 
     /// Rows of the triangle's colours, if it has any.
@@ -246,6 +279,9 @@ impl PrimColumns for Triangles {
             vertex_normals,
             uvs,
             vertex_uvs,
+            tangents,
+            vertex_tangents,
+            bitangent_signs,
             colors,
             vertex_colors,
             vertex_opacity,
@@ -255,6 +291,7 @@ impl PrimColumns for Triangles {
         let corner_rows = rows(vertices.len(), None);
         let normal_rows = rows(vertex_normals.len(), Some(NO_NORMALS));
         let uv_rows = rows(vertex_uvs.len(), Some(NO_UVS));
+        let tangent_rows = rows(vertex_tangents.len(), Some(NO_TANGENTS));
         let color_rows = rows(vertex_colors.len(), Some(NO_COLORS));
         let uv = ["texture places", "texture place"];
         let opacity = ["vertex opacity", "opacity"];
@@ -271,6 +308,11 @@ impl PrimColumns for Triangles {
             .of_each("vertex", vertex_uvs.len())
             .column(uv, &vertex_uvs.x, Finite)
             .column(uv, &vertex_uvs.y, Finite)
+            .of_each("triangle", self.len())
+            .optional(["triangle tangents", "tangents"], tangents, tangent_rows)
+            .of_each("vertex tangent", vertex_tangents.len())
+            .vectors(["vertex tangents", "direction"], [vertex_tangents], Finite)
+            .column(["vertex tangents", "sign"], bitangent_signs, Finite)
             .of_each("triangle", self.len())
             .optional(["triangle colours", "colors"], colors, color_rows)
             .of_each("vertex", vertex_colors.len())
@@ -289,6 +331,9 @@ impl PrimColumns for Triangles {
         all.push(&mut self.uvs);
         all.push(&mut self.vertex_uvs.x);
         all.push(&mut self.vertex_uvs.y);
+        all.push(&mut self.tangents);
+        all.extend(parts_mut([&mut self.vertex_tangents]));
+        all.push(&mut self.bitangent_signs);
         all.push(&mut self.colors);
         all.extend(parts_mut([&mut self.vertex_colors]));
         all.push(&mut self.vertex_opacity);

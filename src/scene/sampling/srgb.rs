@@ -22,6 +22,23 @@ pub fn linear_of_srgb() -> &'static [f32; 256] {
     &LINEAR
 }
 
+/// Each byte as a share of 255.
+static SHARES: [f32; 256] = {
+    let mut shares = [0.0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        shares[byte] = byte as f32 / 255.0;
+        byte += 1;
+    }
+    shares
+};
+
+/// The share of 255 of each byte: the value of pictures that are data, not colours.
+#[inline]
+pub fn share_of_byte() -> &'static [f32; 256] {
+    &SHARES
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,49 @@
+//! Shading normals turned by a normal map, in the space where the triangles are stored: relief is
+//! mirrored, sheared and scaled with its instance.
+
+use super::surface_point::{corner_columns, unit_or};
+use super::texture::map_value;
+use glam::Vec3;
+use phalanx_scene::{Scene, TextureMap};
+use phalanx_trace::packet::HitPacket;
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+
+/// Turns the unit normals `ns` of hits on triangles in these rows: x along the tangent, made
+/// perpendicular to the normal, y along their cross product times the sign, z along the normal
+/// (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008). Lanes without texture
+/// coordinates or tangents keep theirs.
+pub(super) fn mapped_normals(
+    scene: &Scene,
+    map: &TextureMap,
+    rows: &[usize; LANES],
+    hits: &HitPacket,
+    ns: Vec3x8,
+) -> Vec3x8 {
+    let Some((given, value)) = map_value(scene, map, hits) else {
+        return ns;
+    };
+    let own = rows.map(|row| scene.triangles.corner_tangents(row));
+    let with = own.iter().enumerate();
+    let with = with.fold(0, |bits, (k, own)| bits | u32::from(own.is_some()) << k);
+    let own = own.map(|own| own.unwrap_or(([Vec3::ZERO; 3], 1.0)));
+    let [a, b, c] = corner_columns(own.map(|(tangents, _)| tangents));
+    let (beta, gamma) = (hits.u, hits.v);
+    let alpha = (F32x8::ONE - beta) - gamma;
+    let along = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
+    let across = along - ns.scale(ns.dot(along));
+    let tangent = unit_or(across, Vec3x8::ZERO);
+    let sign = F32x8::new(own.map(|(_, sign)| sign));
+    let bitangent = ns.cross(tangent).scale(sign);
+    let [x, y, z] = [value.x, value.y, value.z].map(|c| c * F32x8::splat(2.0) - F32x8::ONE);
+    let scale = F32x8::splat(map.scale);
+    let normal = (tangent.scale(x * scale) + bitangent.scale(y * scale)) + ns.scale(z);
+    Vec3x8::select(given & Mask8::from_bits(with), unit_or(normal, ns), ns)
+}
+
+/// Normals that point behind the surface, mirrored to the front of it. Both are turned toward the
+/// viewer.
+pub(super) fn in_front(ns: Vec3x8, ng: Vec3x8) -> Vec3x8 {
+    let beside = ns.dot(ng);
+    let turned = ns - ng.scale(F32x8::splat(2.0) * beside);
+    Vec3x8::select(beside.lt(F32x8::ZERO), turned, ns)
+}
