@@ -35,7 +35,7 @@ impl<const N: usize> LobeWeights<N> {
     /// wide as that of α = r² (Karis, "Specular BRDF Reference", 2013).
     #[inline]
     pub fn of(metallic: [f32; N], roughness: [f32; N]) -> LobeWeights<N> {
-        let share = |x: f32| x.max(0.0).min(1.0);
+        let share = |x: f32| x.clamp(0.0, 1.0);
         let gloss = roughness.map(|r| {
             let left = (1.0 - share(r) / MATT).max(0.0);
             left * left
@@ -45,7 +45,7 @@ impl<const N: usize> LobeWeights<N> {
             dielectric: std::array::from_fn(|k| (1.0 - share(metallic[k])) * gloss[k]),
             shininess: roughness.map(|r| {
                 let alpha = share(r) * share(r);
-                (2.0 / (alpha * alpha) - 2.0).max(0.0).min(SHARPEST)
+                (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST)
             }),
         }
     }

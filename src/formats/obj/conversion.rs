@@ -39,7 +39,7 @@
 //! 9. Blender writes normal maps as `map_Bump`: a bluish picture is one, any other is heights, for
 //!    which MTL has no unit.
 //! 10. What is missing is 1 with a texture, else metallic 0, and the roughness of `Ns`: the one
-//!    whose exponent in glTF's table is `Ns`.
+//!     whose exponent in glTF's table is `Ns`.
 
 use super::mtl::{MapKind, MtlMaterial};
 use crate::metallic_roughness::{DIELECTRIC, PbrSurface};

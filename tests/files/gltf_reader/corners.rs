@@ -21,7 +21,10 @@ fn an_accessor_without_a_view_is_zeros() {
     primitive["material"] = json!(0);
     let loaded = file.loaded();
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    assert_eq!(loaded.scene.triangles.corner_uvs(0), Some([Vec2::ZERO; 3]));
+    assert_eq!(
+        loaded.scene.triangles.corner_uvs(0, 0),
+        Some([Vec2::ZERO; 3])
+    );
     // Even in a file without any buffer.
     let mut file = File::empty();
     let positions = file.add(

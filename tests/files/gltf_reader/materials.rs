@@ -3,7 +3,7 @@
 use super::{File, base64, messages};
 use glam::{Vec2, Vec3};
 use phalanx::formats::{Loaded, Options, load};
-use phalanx::scene::{Material, NO_TEXTURE, OutputEncoding, Wrap};
+use phalanx::scene::{MapTarget, Material, NO_TEXTURE, OutputEncoding, Scene, TextureMap, Wrap};
 use serde_json::{Value, json};
 
 /// A picture of 2 × 1 texels, red and green.
@@ -165,14 +165,14 @@ fn transmission_without_a_volume_is_a_thin_sheet() {
 #[test]
 fn what_is_not_shown_is_told_once() {
     let loaded = with_material(json!({
-        "normalTexture": {"index": 0}, "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1],
+        "occlusionTexture": {"index": 0}, "emissiveTexture": {}, "emissiveFactor": [1, 1, 1],
         "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}
     }))
     .loaded();
     assert_eq!(loaded.scene.materials.get(0).ke, Vec3::ZERO);
     let said = messages(&loaded.warnings);
     assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("emissive textures") && said[0].contains("normal textures"));
+    assert!(said[0].contains("occlusion textures"), "{said:?}");
     assert!(said[0].contains("`KHR_materials_clearcoat`"), "{said:?}");
 }
 
@@ -231,7 +231,7 @@ fn assert_textured(loaded: &Loaded) {
     assert_eq!((texture.width, texture.height), (2, 1));
     assert_eq!(texture.texels, [[255, 0, 0], [0, 255, 0]]);
     assert_eq!(texture.wrap, [Wrap::Clamp, Wrap::Mirror]);
-    let uvs = scene.triangles.corner_uvs(0).expect("uvs");
+    let uvs = scene.triangles.corner_uvs(0, 0).expect("uvs");
     assert_eq!(uvs, [Vec2::ZERO, Vec2::X, Vec2::Y]);
 }
 
@@ -269,7 +269,7 @@ fn pictures_in_buffers_text_and_files() {
             message.contains("left out") && message.contains(reason),
             "{uri}: {message}"
         );
-        assert_eq!(loaded.scene.triangles.corner_uvs(0), None);
+        assert_eq!(loaded.scene.triangles.corner_uvs(0, 0), None);
     }
 }
 
@@ -278,7 +278,7 @@ fn uvs_are_chosen_and_transformed() {
     let uvs = |info: Value| {
         let mut file = textured(data_uri);
         file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = info;
-        file.loaded().scene.triangles.corner_uvs(0).expect("uvs")
+        file.loaded().scene.triangles.corner_uvs(0, 0).expect("uvs")
     };
     let second = [Vec2::splat(0.5), Vec2::new(0.25, 0.5), Vec2::new(0.5, 0.25)];
     assert_eq!(uvs(json!({"index": 0, "texCoord": 1})), second);
@@ -305,15 +305,84 @@ fn uvs_are_chosen_and_transformed() {
     );
 }
 
+/// Maps of the first material.
+fn maps(scene: &Scene) -> Vec<TextureMap> {
+    scene.maps.of(scene.materials.get(0).maps).collect()
+}
+
 #[test]
-fn textured_metal_is_matt_paint() {
+fn maps_have_channels_and_layers_of_their_own() {
+    let mut file = textured(data_uri);
+    let second = || json!({"index": 0, "texCoord": 1});
+    let material = &mut file.json["materials"][0];
+    material["emissiveFactor"] = json!([1, 2, 3]);
+    material["emissiveTexture"] = second();
+    material["normalTexture"] = json!({"index": 0, "scale": 0.5});
+    let pbr = &mut material["pbrMetallicRoughness"];
+    pbr["metallicRoughnessTexture"] = second();
+    pbr["metallicFactor"] = json!(0.75);
+    pbr["roughnessFactor"] = json!(0.25);
+    let scene = file.loaded().scene;
+    let found = maps(&scene).into_iter();
+    let found = found.map(|map| (map.target, map.channel, map.uv_layer, map.scale));
+    let expected = [
+        (MapTarget::Emission, 0, 1, 1.0),
+        (MapTarget::Normal, 0, 0, 0.5),
+        (MapTarget::Roughness, 1, 1, 1.0),
+        (MapTarget::Metallic, 2, 1, 1.0),
+    ];
+    assert!(found.eq(expected), "{:?}", maps(&scene));
+    let material = scene.materials.get(0);
+    let lobes = material.metallic_roughness.expect("varied");
+    assert_eq!((lobes.metallic, lobes.roughness), (0.75, 0.25));
+    assert_eq!(
+        (material.kd, material.ke),
+        (Vec3::ONE, Vec3::new(1.0, 2.0, 3.0))
+    );
+    let uvs = |layer| scene.triangles.corner_uvs(0, layer).expect("coordinates");
+    assert_ne!(uvs(0), uvs(1));
+    assert_eq!(scene.triangles.corner_uvs(0, 2), None);
+    // The file has no tangents: those of the texture coordinates.
+    assert!(scene.triangles.corner_tangents(0).is_some());
+}
+
+#[test]
+fn tangents_are_the_files() {
+    let tangents = [0.0, 0.0, -2.0, -1.0].repeat(3);
+    let with = |normal: Value| {
+        let mut file = textured(data_uri);
+        let normals = file.floats(3, &[0.0, 0.0, 1.0].repeat(3));
+        let rows = file.floats(4, &tangents);
+        let attributes = &mut file.json["meshes"][0]["primitives"][0]["attributes"];
+        (attributes["NORMAL"], attributes["TANGENT"]) = (json!(normals), json!(rows));
+        file.json["materials"][0]["normalTexture"] = normal;
+        let scene = file.loaded().scene;
+        scene.triangles.corner_tangents(0).expect("tangents")
+    };
+    let (found, sign) = with(json!({"index": 0}));
+    assert_eq!((found, sign), ([-Vec3::Z; 3], -1.0));
+    let turned = json!({"index": 0, "extensions": {"KHR_texture_transform": {"rotation": 1}}});
+    assert_ne!(
+        with(turned).0[0],
+        -Vec3::Z,
+        "those of the texture coordinates"
+    );
+}
+
+#[test]
+fn textured_metal_is_converted_at_each_hit() {
     let mut file = textured(data_uri);
     let pbr = &mut file.json["materials"][0]["pbrMetallicRoughness"];
     pbr["metallicFactor"] = json!(1);
-    pbr["metallicRoughnessTexture"] = json!({"index": 0});
     pbr["roughnessFactor"] = json!(0);
     let surface = file.loaded().scene.materials.get(0);
+    assert_eq!((surface.kd, surface.ks), (Vec3::ONE, Vec3::splat(0.04)));
+    assert!(surface.metallic_roughness.is_some());
+    // Rough metal is matt paint everywhere.
+    file.json["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.5);
+    let surface = file.loaded().scene.materials.get(0);
     assert_eq!((surface.kd, surface.ks), (Vec3::ONE, Vec3::ZERO));
+    assert_eq!(surface.metallic_roughness, None);
 }
 
 #[test]

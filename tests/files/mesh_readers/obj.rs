@@ -66,7 +66,7 @@ fn normals_and_uvs_have_numbers_of_their_own() {
         Vec2::new(0.5, 1.0),
         Vec2::new(1.0, 1.0),
     ];
-    assert_eq!((t.corner_uvs(0), t.corner_uvs(1)), (Some(uvs), None));
+    assert_eq!((t.corner_uvs(0, 0), t.corner_uvs(1, 0)), (Some(uvs), None));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::{FLAT, messages, triangles};
 use glam::{Vec2, Vec3};
 use phalanx::formats::{Loaded, Options, load};
-use phalanx::scene::{Material, NO_TEXTURE, Scene};
+use phalanx::scene::{MapTarget, Material, NO_TEXTURE, Scene};
 use std::path::Path;
 
 const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -206,7 +206,7 @@ fn textures_are_scaled_and_moved() {
     let places = |options: &str| {
         let loaded = with_material(&format!("newmtl m\nmap_Kd {options} tex.png\n"));
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-        loaded.scene.triangles.corner_uvs(0).expect("places")
+        loaded.scene.triangles.corner_uvs(0, 0).expect("places")
     };
     let plain = [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]].map(Vec2::from);
     assert_eq!(places(""), plain);
@@ -229,7 +229,7 @@ fn textures_are_scaled_and_moved() {
 #[test]
 fn what_a_material_leaves_out_is_named_once_where_it_stands() {
     let mtl = "# made by\nnewmtl m\nKs 1 1 1\nKe 1 1 1\nillum 3\nmap_Kd -mm 0 1 tex.png\nmap_Ka mask.png\n\
-               map_Ks mask.png\n\tmap_Ke mask.png\nMap_Bump -bm 1 mask.png\nbump mask.png\nPr 0.5\nNs -nan(ind)\n\
+               map_Refl mask.png\n\tPs 1\nmap_Ke absent.png\nMap_Bump -bm 1 -cc on mask.png\nPcr 0.5\nNs -nan(ind)\n\
                newmtl unused\ndisp mask.png\nnewmtl n\nmap_bump mask.png\n";
     let obj =
         format!("mtllib a.mtl\n{CORNERS}{PLACES}usemtl m\nf 1/1 2/2 3/3\nusemtl n\nf 1 2 3\n");
@@ -244,20 +244,15 @@ fn what_a_material_leaves_out_is_named_once_where_it_stands() {
     );
     let said = messages(&loaded.warnings);
     let expected = [
-        "a.mtl:6:8: `-mm`, `Map_Bump`, `bump`, `Pr` are left out (not shown); \
-         `map_Ks` is left out (not shown, and Ks counts as 0, because the whole surface would mirror evenly); \
-         `map_Ke` is left out (not shown, and Ke counts as 0, because the whole surface would glow evenly); \
+        "a.mtl:6:8: `-mm`, `map_Refl`, `Ps`, `-cc`, `Pcr` are left out (not shown); \
          `Ns` is left out (a number that is not finite)",
         "a.mtl:7:8: `mask.png`: its picture is not shown: that of map_Kd colours the ambient light",
+        "a.mtl:10:8: the texture `absent.png` is left out: No such file or directory (os error 2)",
     ];
     assert_eq!(said, expected);
     assert!(loaded.warnings.iter().all(|w| (w.line, w.column) == (1, 8)));
-    let material = first_material(&loaded.scene);
-    assert_eq!(
-        (material.ke, material.ks),
-        (Vec3::ZERO, Vec3::ZERO),
-        "not evenly"
-    );
+    let glow = first_material(&loaded.scene).ke;
+    assert_eq!(glow, Vec3::ZERO, "without its texture");
     let same = with_material("newmtl m\nmap_Ka tex.png\nmap_Kd tex.png\n");
     assert!(same.warnings.is_empty(), "{:?}", same.warnings);
     let alone = with_material("newmtl m\nmap_Ka tex.png\n");
@@ -416,11 +411,11 @@ fn numbers_out_of_range_cost_a_face_its_texture_or_normals() {
         let loaded = read(&format!("{text}{face}\nf 1/1/1 2/2/1 3/3/1\n"));
         let t = &loaded.scene.triangles;
         assert_eq!(
-            (t.corner_uvs(0).is_some(), t.corner_normals(0).is_some()),
+            (t.corner_uvs(0, 0).is_some(), t.corner_normals(0).is_some()),
             (places, normals),
             "{face}"
         );
-        assert!(t.corner_uvs(1).is_some() && t.corner_normals(1).is_some());
+        assert!(t.corner_uvs(1, 0).is_some() && t.corner_normals(1).is_some());
         let told = messages(&loaded.warnings);
         assert!(
             told.len() == 1 && told[0].contains(said),
@@ -495,4 +490,55 @@ fn a_texture_needs_places_and_may_have_options_behind_its_name() {
         said,
         ["a triangle has a texture and no places in it: it is not shown there"]
     );
+}
+
+#[test]
+fn maps_vary_what_their_statements_name() {
+    let file = |name: &str| (name.to_owned(), rgb());
+    let names = ["tex.png", "e.png", "s.png", "n.png", "r.png", "b.png"].map(file);
+    let of = |mtl: &str| {
+        let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}usemtl m\nf 1/1 2/2 3/3\n");
+        let mtl = format!("newmtl m\n{mtl}");
+        let mut files: Vec<(&str, &[u8])> = vec![("a.mtl", mtl.as_bytes())];
+        files.extend(names.iter().map(|(name, bytes)| (&name[..], &bytes[..])));
+        let loaded = beside(&obj, &files);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        let material = first_material(&loaded.scene);
+        let maps = loaded.scene.maps.of(material.maps);
+        let maps: Vec<_> = maps
+            .map(|map| (map.target, map.channel, map.scale))
+            .collect();
+        (material, maps, loaded.scene)
+    };
+    let (plain, maps, scene) = of("Ks 1 1 1\nNs 50\nillum 3\nmap_Kd tex.png\nmap_Ke e.png\n\
+        map_Ks s.png\nmap_Ns -imfchan g n.png\nbump -bm 2 b.png\n");
+    let expected = [
+        (MapTarget::Emission, 0, 1.0),
+        (MapTarget::Specular, 0, 1.0),
+        (MapTarget::Shininess, 1, 1.0),
+        (MapTarget::Normal, 0, 2.0),
+    ];
+    assert_eq!(maps, expected);
+    assert_eq!(
+        (plain.ke, plain.ks, plain.shininess),
+        (Vec3::ONE, Vec3::ONE, 50.0)
+    );
+    // Heights become a texture of their own.
+    assert_eq!(scene.textures.len(), 6);
+    assert!(scene.triangles.corner_tangents(0).is_some());
+    // A matt material shows no highlight, whatever its map.
+    assert_eq!(
+        of("Ks 1 1 1\nmap_Ks s.png\nnorm n.png\nbump b.png\n").1,
+        [(MapTarget::Normal, 0, 1.0),]
+    );
+    let (pbr, maps, _) =
+        of("Kd .5 .5 .5\nKs 1 1 1\nNs 50\nPm .5\nmap_Pr -imfchan b r.png\nmap_Ks s.png\n");
+    assert_eq!(maps, [(MapTarget::Roughness, 2, 1.0)]);
+    let lobes = pbr.metallic_roughness.expect("varied");
+    assert_eq!((lobes.metallic, lobes.roughness), (0.5, 1.0));
+    assert_eq!((pbr.kd, pbr.ks), (Vec3::splat(0.5), Vec3::splat(0.04)));
+    // Without textures, they are converted once, as in glTF.
+    let (even, maps, _) = of("Kd .5 .5 .5\nPm 1\nPr 0\n");
+    assert!(maps.is_empty() && even.metallic_roughness.is_none());
+    assert_eq!((even.kd, even.ks), (Vec3::ZERO, Vec3::splat(0.5)));
 }

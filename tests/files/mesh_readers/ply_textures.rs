@@ -104,8 +104,8 @@ fn material(scene: &Scene, triangle: usize) -> Material {
 fn assert_shown(loaded: &Loaded) {
     let t = &loaded.scene.triangles;
     let places = |corners: [usize; 3]| corners.map(|k| Vec2::new(UVS[k][0], 1.0 - UVS[k][1]));
-    assert_eq!(t.corner_uvs(0), Some(places([0, 1, 2])));
-    assert_eq!(t.corner_uvs(1), Some(places([0, 2, 3])));
+    assert_eq!(t.corner_uvs(0, 0), Some(places([0, 1, 2])));
+    assert_eq!(t.corner_uvs(1, 0), Some(places([0, 2, 3])));
     let shown = material(&loaded.scene, 0);
     assert_eq!(shown.kd, glam::Vec3::ONE, "the picture is not tinted");
     let texture = &loaded.scene.textures[shown.texture as usize];
@@ -211,19 +211,19 @@ fn polygons_keep_their_coordinates_and_faces_without_them_have_none() {
     let loaded = beside(text.as_bytes());
     let t = &loaded.scene.triangles;
     assert_eq!(
-        (t.corner_uvs(0), t.corner_uvs(1), t.corner_uvs(4)),
+        (t.corner_uvs(0, 0), t.corner_uvs(1, 0), t.corner_uvs(4, 0)),
         (None, None, None)
     );
     for triangle in 2..4 {
         for (corner, uv) in t
             .corners(triangle)
             .iter()
-            .zip(t.corner_uvs(triangle).unwrap())
+            .zip(t.corner_uvs(triangle, 0).unwrap())
         {
             assert_eq!((uv.x, 1.0 - uv.y), (corner.x, corner.y));
         }
     }
-    assert_eq!(t.corner_uvs(5).unwrap()[2], Vec2::ZERO);
+    assert_eq!(t.corner_uvs(5, 0).unwrap()[2], Vec2::ZERO);
     let said = messages(&loaded.warnings);
     assert!(
         said[0].contains("not finite") && said[1].contains("for each corner"),
