@@ -70,14 +70,14 @@ fn lobes_of_a_map_are_those_of_constants() {
         ks: Vec3::splat(0.04),
         metallic_roughness: Some(MetallicRoughness {
             metallic: 1.0,
-            roughness: 0.5,
+            roughness: 0.3,
         }),
         ..Material::DEFAULT
     };
     let light = Vec3::new(0.3, 0.2, 1.0);
     for (target, [metallic, roughness]) in [
-        (MapTarget::Metallic, [102.0 / 255.0, 0.5]),
-        (MapTarget::Roughness, [1.0, 102.0 / 255.0 * 0.5]),
+        (MapTarget::Metallic, [102.0 / 255.0, 0.3]),
+        (MapTarget::Roughness, [1.0, 102.0 / 255.0 * 0.3]),
     ] {
         // The same once more with the map's value as a constant.
         let constant = Material {
