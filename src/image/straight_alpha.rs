@@ -15,7 +15,7 @@ impl Encoder {
         let quantize = self.exposure.encoding.quantize;
         let alpha = straighten(&mut film);
         match depth {
-            Depth::Eight => with_alpha(self.encode(&film).rgb, alpha, |a| {
+            Depth::Standard => with_alpha(self.encode(&film).rgb, alpha, |a| {
                 linear_sample(a, 255.0, quantize) as u8
             }),
             Depth::Sixteen => {
@@ -86,13 +86,13 @@ mod tests {
     #[test]
     fn colour_is_divided_by_alpha_before_the_transfer() {
         let pixels = [([0.25, 0.05, 0.5], 0.5), ([0.25, 0.05, 0.5], 1.0)];
-        let plain = samples(&pixels, (0.0, FLOOR), Depth::Eight);
+        let plain = samples(&pixels, (0.0, FLOOR), Depth::Standard);
         assert_eq!(plain, [127, 25, 255, 127, 63, 12, 127, 255]);
         // 0.5 is 187.5 in sRGB, 0.1 is 89.0; 0.25 is 137.0, 0.05 is 63.3.
-        let srgb = samples(&pixels, (0.0, ROUND), Depth::Eight);
+        let srgb = samples(&pixels, (0.0, ROUND), Depth::Standard);
         assert_eq!(srgb, [188, 89, 255, 128, 137, 63, 188, 255]);
         // Neither an exposure nor the curve changes alpha.
-        let dark = samples(&pixels, (-1.0, FLOOR), Depth::Eight);
+        let dark = samples(&pixels, (-1.0, FLOOR), Depth::Standard);
         assert_eq!(dark, [63, 12, 127, 127, 31, 6, 63, 255]);
         let deep = samples(&pixels[..1], (0.0, FLOOR), Depth::Sixteen);
         let deep: Vec<u16> = deep
@@ -108,10 +108,10 @@ mod tests {
     fn transparent_pixels_are_black_and_alpha_above_1_is_opaque() {
         let rgb = [0.5, 0.25, f32::INFINITY];
         for nothing in [0.0, -0.0, -0.01, f32::NAN] {
-            let got = samples(&[(rgb, nothing)], (0.0, ROUND), Depth::Eight);
+            let got = samples(&[(rgb, nothing)], (0.0, ROUND), Depth::Standard);
             assert_eq!(got, [0; 4], "{nothing}");
         }
-        let got = samples(&[(rgb, 1.01)], (0.0, FLOOR), Depth::Eight);
+        let got = samples(&[(rgb, 1.01)], (0.0, FLOOR), Depth::Standard);
         assert_eq!(got, [127, 63, 255, 255]);
     }
 }

@@ -74,7 +74,7 @@ fn save(folder: &TempDir, name: &str, film: Film) -> PathBuf {
             encoding: OutputEncoding::LINEAR,
         },
         depth: match format {
-            ImageFormat::Exr => Depth::Eight,
+            ImageFormat::Exr => Depth::Standard,
             _ => Depth::Sixteen,
         },
         header: Default::default(),
