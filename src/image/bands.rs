@@ -1,7 +1,7 @@
 //! Writes a picture file of any format from films that are bands of the picture. Only one of them,
 //! and its part of the file, must be in memory at a time.
 
-use super::description::{BAND_ROWS, Depth, PictureFile};
+use super::description::{BAND_ROWS, PictureFile};
 use super::encoder::Encoder;
 use super::error::PictureError;
 use super::exr::write_exr;
@@ -86,15 +86,7 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
             }
             ImageFormat::Hdr => write_hdr(out, size, &file.header, bands)?,
             _ => {
-                let rows = bands.map(|film| {
-                    Ok(match file.depth {
-                        Depth::Eight => encoder.encode(&film?).rgb,
-                        Depth::Sixteen => {
-                            let samples = encoder.encode_16(&film?).rgb;
-                            samples.iter().flat_map(|s| s.to_be_bytes()).collect()
-                        }
-                    })
-                });
+                let rows = bands.map(|film| Ok(encoder.png_samples(film?, file.depth)));
                 write_png(out, size, Some(file), rows)?;
             }
         }
@@ -151,17 +143,23 @@ impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::description::Depth;
     use crate::encoder::Exposure;
     use crate::header::PictureHeader;
+    use phalanx_scene::film::Aov;
     use phalanx_scene::{OutputEncoding, Quantize, Transfer};
     use std::fs;
 
     const WIDTH: u32 = 70;
     const HEIGHT: u32 = 200;
 
-    /// Rows of the picture, as a film.
+    fn alpha() -> Aovs {
+        Aovs::NONE.with(Aov::Alpha)
+    }
+
+    /// Rows of the picture, as a film with alpha.
     fn rows(from: u32, to: u32) -> Film {
-        let mut film = Film::new(WIDTH, to - from, false);
+        let mut film = Film::new(WIDTH, to - from, false).with_aovs(alpha());
         for y in from..to {
             for x in 0..WIDTH {
                 let at = ((y - from) * WIDTH + x) as usize;
@@ -169,6 +167,7 @@ mod tests {
                 for (k, plane) in film.planes.iter_mut().enumerate() {
                     plane[at] = value * (k + 1) as f32;
                 }
+                film.aov_planes[0][at] = x as f32 / WIDTH as f32;
             }
         }
         film
@@ -185,7 +184,7 @@ mod tests {
             height: HEIGHT,
             crop: None,
             format,
-            aovs: Aovs::default(),
+            aovs: alpha(),
             origin: [0.0; 3],
             exposure: Exposure {
                 stops: 0.5,
@@ -208,7 +207,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         for (ending, format) in ImageFormat::ENDINGS {
-            for depth in [Depth::Eight, Depth::Sixteen] {
+            for depth in [Depth::Standard, Depth::Sixteen] {
                 let of = |ends: &[u32]| {
                     save_bands(&path, &file(format, depth), cut(ends)).unwrap();
                     fs::read(&path).unwrap()
@@ -231,7 +230,7 @@ mod tests {
                     Ok(film) => Ok(film.clone()),
                     Err(error) => Err(io::Error::other(error.to_string())),
                 });
-                let saved = save_bands(&path, &file(format, Depth::Eight), again);
+                let saved = save_bands(&path, &file(format, Depth::Standard), again);
                 let error = saved.unwrap_err().to_string();
                 assert!(said.is_empty() || said == error, "{said} {error}");
                 said = error;
@@ -246,6 +245,8 @@ mod tests {
         assert!(failed(vec![Ok(rows(0, 64)), Err(io::Error::other("hit"))]).contains("hit"));
         let narrow = Film::new(WIDTH - 1, HEIGHT, false);
         assert!(failed(vec![Ok(narrow)]).contains("picture's size"));
+        let opaque = Film::new(WIDTH, HEIGHT, false);
+        assert!(failed(vec![Ok(opaque)]).contains("other layers"));
     }
 
     #[test]

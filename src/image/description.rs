@@ -10,13 +10,16 @@ use std::io;
 /// rows of a JPEG's blocks and of an OpenEXR file's tiles.
 pub const BAND_ROWS: u32 = 64;
 
-/// Bits of a PNG's samples.
+/// Bits of the samples of PNG, and of the colours of OpenEXR.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depth {
-    /// 256 values.
+    /// PNG: integers of 8 bits. OpenEXR: floats of 32 bits.
     #[default]
-    Eight,
-    /// 65,536 values.
+    Standard,
+    /// PNG: integers of 16 bits. OpenEXR: half floats for radiance and [layers of colour], floats
+    /// of 32 bits for all others.
+    ///
+    /// [layers of colour]: phalanx_scene::film::Aov::is_color
     Sixteen,
 }
 
@@ -29,8 +32,8 @@ pub struct Crop {
     pub of: (u32, u32),
 }
 
-/// Description of a picture file to be written. Linear formats store the film's radiance unchanged.
-/// JPEG uses the exposure; PNG uses the exposure and the depth.
+/// Description of a picture file to be written. JPEG and PNG use the exposure, which linear formats
+/// ignore; PNG and OpenEXR use the depth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureFile {
     /// Width in pixels.
@@ -41,7 +44,8 @@ pub struct PictureFile {
     pub crop: Option<Crop>,
     /// Kind of file.
     pub format: ImageFormat,
-    /// Layers of an OpenEXR file in addition to radiance; the films must have them.
+    /// Layers in addition to radiance, which the films must have. OpenEXR stores all of them, PNG
+    /// only alpha: see [`ImageFormat::holds`].
     pub aovs: Aovs,
     /// Origin of the scene in its file's coordinates, for the header of a file with positions: see
     /// [`Scene::origin`].

@@ -58,7 +58,7 @@ pub fn encode(film: &Film, exposure: impl Into<Exposure>) -> Picture {
 
 /// Encodes films as pictures under one exposure.
 pub(super) struct Encoder {
-    exposure: Exposure,
+    pub(super) exposure: Exposure,
     eight: SrgbTable,
     /// The table for 16-bit samples, made at its first use because it is large.
     sixteen: LazyCell<DeepTable, Box<dyn FnOnce() -> DeepTable>>,
@@ -122,13 +122,13 @@ fn interleave<S: Copy + Default>(
 
 /// Clamped to \[0, 1\]; NaN gives 0, whereas `f32::clamp` would return NaN.
 #[inline(always)]
-fn unit(c: f32) -> f32 {
+pub(super) fn unit(c: f32) -> f32 {
     if c > 0.0 { c.min(1.0) } else { 0.0 }
 }
 
 /// The value of which the integer part is the sample of `c`, out of `most`.
 #[inline(always)]
-fn linear_sample(c: f32, most: f32, quantize: Quantize) -> f32 {
+pub(super) fn linear_sample(c: f32, most: f32, quantize: Quantize) -> f32 {
     let scaled = most * unit(c);
     match quantize {
         Quantize::Floor => scaled,

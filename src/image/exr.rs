@@ -1,13 +1,14 @@
-//! OpenEXR files: unchanged radiance as 32-bit floats, in tiles of 64x64 pixels, with lossless
-//! compression.
+//! OpenEXR files: unchanged radiance as 32-bit floats, or rounded to half floats, in tiles of 64x64
+//! pixels, with lossless compression.
 
-use super::description::{Films, PictureFile};
+use super::description::{Depth, Films, PictureFile};
 use super::exr_header::{ExrChannel, TILE, header, sorted_header};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::prelude::SmallVec;
+use exr::meta::attribute::SampleType;
+use exr::prelude::{SmallVec, f16};
 use phalanx_files::WriteSeek;
 use phalanx_scene::film::{Aovs, Film};
 use rayon::prelude::*;
@@ -20,7 +21,7 @@ pub(super) fn write_exr(
     file: &PictureFile,
     bands: Films,
 ) -> io::Result<()> {
-    let channels = channels(file.aovs);
+    let channels = channels(file.aovs, file.depth);
     let header = header(file, &channels);
     let sorted = sorted_header(&header)?;
     // The error of a band is kept here, so that it is not lost among the crate's own errors.
@@ -55,16 +56,38 @@ pub(super) fn write_exr(
 }
 
 /// Radiance and the layers, named as OpenEXR names those of a single part. They are sorted by name,
-/// as the format requires.
-fn channels(aovs: Aovs) -> Vec<ExrChannel> {
-    let radiance = ["R", "G", "B"].map(|name| (name, false));
-    let all = radiance.into_iter().chain(aovs.channels());
-    let mut all: Vec<ExrChannel> = (0..)
-        .zip(all)
-        .map(|(k, (name, id))| (name, id, k))
-        .collect();
-    all.sort_unstable();
+/// as the format requires. Only colours have half floats.
+fn channels(aovs: Aovs, depth: Depth) -> Vec<ExrChannel> {
+    let color = match depth {
+        Depth::Standard => SampleType::F32,
+        Depth::Sixteen => SampleType::F16,
+    };
+    let radiance = ["R", "G", "B"].map(|name| (name, color));
+    let layers = aovs.iter().flat_map(|aov| {
+        let float = match aov.is_color() {
+            true => color,
+            false => SampleType::F32,
+        };
+        let kind = move |id: bool| if id { SampleType::U32 } else { float };
+        aov.channels()
+            .iter()
+            .map(move |&(name, id)| (name, kind(id)))
+    });
+    let all = radiance.into_iter().chain(layers).zip(0..);
+    let mut all: Vec<ExrChannel> = all.map(|((name, kind), k)| (name, kind, k)).collect();
+    all.sort_unstable_by_key(|(name, ..)| *name);
     all
+}
+
+/// The nearest half float, in integer arithmetic; ties go to the even one. Finite values beyond the
+/// largest half float become it, as in Blender: an infinity would spread through every filter of a
+/// compositor. Infinities and NaN stay what they are.
+fn half(value: f32) -> f16 {
+    let most = f16::MAX.to_f32();
+    f16::from_f32_const(match value.is_infinite() {
+        true => value,
+        false => value.clamp(-most, most),
+    })
 }
 
 /// Writes the tiles of a film that begins in this row of the picture; returns its height.
@@ -107,8 +130,16 @@ fn tile(
     let mut data = Vec::with_capacity(size.area() * 4 * channels.len());
     for y in corner.1..corner.1 + size.1 {
         let row = y * width + corner.0..y * width + corner.0 + size.0;
-        for (.., plane) in channels {
-            data.extend_from_slice(bytemuck::cast_slice(&planes[*plane][row.clone()]));
+        for &(_, kind, plane) in channels {
+            let samples = &planes[plane][row.clone()];
+            match kind {
+                SampleType::F16 => {
+                    data.extend(samples.iter().flat_map(|s| half(*s).to_ne_bytes()));
+                }
+                SampleType::F32 | SampleType::U32 => {
+                    data.extend_from_slice(bytemuck::cast_slice(samples));
+                }
+            }
         }
     }
     UncompressedBlock {
@@ -127,6 +158,7 @@ mod tests {
     use super::super::test_film::{PLAIN_EXR, bits, film};
     use super::*;
     use exr::prelude::{ReadChannels, ReadLayers};
+    use phalanx_scene::film::Aov;
     use std::io::Cursor;
 
     #[test]
@@ -162,5 +194,48 @@ mod tests {
             assert_eq!(got, bits(&film, x, y), "{x},{y}");
         }
         assert!(bytes == write(), "two times the same bytes");
+    }
+
+    #[test]
+    fn halves_are_the_nearest_and_stay_finite() {
+        for (value, want) in [
+            // Halves are 1/1024 apart from 1 on: ties go to the even one.
+            (1.0 + 1.0 / 2048.0, 0x3c00),
+            (1.0 + 3.0 / 2048.0, 0x3c02),
+            (1.0 + 1.1 / 2048.0, 0x3c01),
+            (-0.0, 0x8000),
+            // The smallest half above 0 is 2^-24.
+            (f32::exp2(-24.0), 0x0001),
+            (f32::exp2(-25.0), 0x0000),
+            (65_504.0, 0x7bff),
+            (65_519.9, 0x7bff),
+            (65_520.0, 0x7bff),
+            (f32::MAX, 0x7bff),
+            (-70_000.0, 0xfbff),
+            (f32::INFINITY, 0x7c00),
+            (f32::NEG_INFINITY, 0xfc00),
+            // The NaN of a film.
+            (f32::from_bits(0xffc0_0000), 0xfe00),
+        ] {
+            assert_eq!(half(value).to_bits(), want, "{value}");
+        }
+    }
+
+    #[test]
+    fn only_colours_are_halves() {
+        let kinds = |depth| {
+            let channels = channels(Aovs::all().with(Aov::Cost), depth);
+            let named = |kind| {
+                let those = channels.iter().filter(move |(_, other, _)| *other == kind);
+                those.map(|(name, ..)| *name).collect::<Vec<_>>()
+            };
+            [SampleType::F16, SampleType::U32].map(named)
+        };
+        let integers = ["material.id", "primitive.id", "samples.count"];
+        let colors = "A B G R albedo.B albedo.G albedo.R direct.B direct.G direct.R reflection.B \
+                      reflection.G reflection.R refraction.B refraction.G refraction.R";
+        let colors: Vec<&str> = colors.split_whitespace().collect();
+        assert_eq!(kinds(Depth::Sixteen), [&colors[..], &integers]);
+        assert_eq!(kinds(Depth::Standard), [&[][..], &integers]);
     }
 }

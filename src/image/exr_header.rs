@@ -17,9 +17,8 @@ use std::io::{self, Cursor};
 /// Side of a tile in pixels. Heights of bands are multiples of it, so that no tile is in two bands.
 pub(super) const TILE: usize = BAND_ROWS as usize;
 
-/// A channel of the file: its name, true if it holds integers, and the index of its plane in a
-/// film.
-pub(super) type ExrChannel = (&'static str, bool, usize);
+/// A channel of the file: its name, the type of its samples, and the index of its plane in a film.
+pub(super) type ExrChannel = (&'static str, SampleType, usize);
 
 /// Name of the attribute for the scene's origin in the coordinates of its file, as three decimals,
 /// in a picture file with positions. Far from the origin, positions in the file's coordinates are
@@ -39,12 +38,12 @@ fn text(text: &str) -> Text {
 
 /// The header of a file.
 pub(super) fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
-    let channels = channels.iter().map(|&(name, id, _)| ChannelDescription {
+    let channel = |&(name, sample_type, _): &ExrChannel| ChannelDescription {
         name: Text::from(name),
-        sample_type: if id { SampleType::U32 } else { SampleType::F32 },
+        sample_type,
         quantize_linearly: false,
         sampling: Vec2(1, 1),
-    });
+    };
     let blocks = BlockDescription::Tiles(TileDescription {
         tile_size: Vec2(TILE, TILE),
         level_mode: LevelMode::Singular,
@@ -52,7 +51,7 @@ pub(super) fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
     });
     let size = Vec2(file.width as usize, file.height as usize);
     let name = Text::default();
-    let mut header = Header::new(name, size, channels.collect()).with_encoding(
+    let mut header = Header::new(name, size, channels.iter().map(channel).collect()).with_encoding(
         Compression::ZIP16,
         blocks,
         LineOrder::Increasing,
@@ -169,7 +168,7 @@ mod tests {
     use crate::PictureHeader;
     use phalanx_scene::film::Aovs;
 
-    const RED: &[ExrChannel] = &[("R", false, 0)];
+    const RED: &[ExrChannel] = &[("R", SampleType::F32, 0)];
 
     #[test]
     fn only_a_moved_scene_with_positions_has_its_origin_in_the_header() {

@@ -1,5 +1,6 @@
 //! Kinds of picture files, by the ending of their name.
 
+use phalanx_scene::film::Aov;
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -10,7 +11,7 @@ pub enum ImageFormat {
     Png,
     /// 8 bits per sample, lossy.
     Jpeg,
-    /// OpenEXR: linear radiance as 32-bit floats, in tiles.
+    /// OpenEXR: linear radiance as floats of 32 or 16 bits, in tiles.
     Exr,
     /// Radiance RGBE: linear radiance, three mantissas of 8 bits with one exponent.
     Hdr,
@@ -47,6 +48,24 @@ impl ImageFormat {
     /// Returns true if it holds linear radiance rather than samples for a screen.
     pub fn is_linear(self) -> bool {
         matches!(self, ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Pfm)
+    }
+
+    /// Bits per sample that its files may have, the default first; empty if there is no choice.
+    pub fn bits(self) -> &'static [u8] {
+        match self {
+            ImageFormat::Png => &[8, 16],
+            ImageFormat::Exr => &[32, 16],
+            ImageFormat::Jpeg | ImageFormat::Hdr | ImageFormat::Pfm => &[],
+        }
+    }
+
+    /// Returns true if its files can hold this layer in addition to radiance.
+    pub fn holds(self, aov: Aov) -> bool {
+        match self {
+            ImageFormat::Exr => true,
+            ImageFormat::Png => aov == Aov::Alpha,
+            ImageFormat::Jpeg | ImageFormat::Hdr | ImageFormat::Pfm => false,
+        }
     }
 
     /// Returns true if its writer seeks back in the file. To a pipe, such a file is written once it

@@ -24,6 +24,7 @@ mod header;
 mod jpeg;
 mod png;
 mod read;
+mod straight_alpha;
 #[cfg(test)]
 mod test_film;
 

@@ -9,6 +9,7 @@ use ::png::{
 };
 use phalanx_files::replace_file;
 use phalanx_scene::Transfer;
+use phalanx_scene::film::Aov;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -49,7 +50,7 @@ fn write_picture(out: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
 const CHUNK: usize = 1 << 20;
 
 /// Writes the samples of a picture as they arrive, in chunks of whole rows. Without a description,
-/// they have 8 bits, and the file has no texts.
+/// they are RGB of 8 bits, and the file has no texts.
 pub(super) fn write_png(
     out: &mut dyn io::Write,
     (width, height): (u32, u32),
@@ -57,7 +58,10 @@ pub(super) fn write_png(
     bands: impl Iterator<Item = io::Result<Vec<u8>>>,
 ) -> io::Result<()> {
     let mut encoder = ::png::Encoder::new(out, width, height);
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(match file.is_some_and(|file| file.aovs.has(Aov::Alpha)) {
+        true => ColorType::Rgba,
+        false => ColorType::Rgb,
+    });
     encoder.set_depth(match file.map(|file| file.depth) {
         Some(Depth::Sixteen) => BitDepth::Sixteen,
         _ => BitDepth::Eight,

@@ -16,7 +16,7 @@ pub(super) const PLAIN_EXR: PictureFile = PictureFile {
         stops: 0.0,
         encoding: OutputEncoding::LINEAR,
     },
-    depth: Depth::Eight,
+    depth: Depth::Standard,
     header: PictureHeader::NONE,
 };
 

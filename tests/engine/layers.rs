@@ -167,7 +167,7 @@ fn the_file_has_them_by_name() {
         aovs: Aovs::all(),
         origin: [0.0; 3],
         exposure: Exposure::from(scene().encoding),
-        depth: Depth::Eight,
+        depth: Depth::Standard,
         header: PictureHeader::NONE,
     };
     save_bands(&path, &file, [Ok(film.clone())]).unwrap();

@@ -27,10 +27,13 @@ pub fn picture_file(
             "{option} is for PNG and JPEG: {name} stores linear radiance"
         )));
     }
-    if encoding.bits.is_some() && format != ImageFormat::Png {
-        return Err(CliError::Usage(format!(
-            "--bits is for PNG: {name} is not a PNG"
-        )));
+    if let Some(bits) = encoding.bits.filter(|bits| !format.bits().contains(bits)) {
+        return Err(CliError::Usage(match format.bits() {
+            [usual, other] => {
+                format!("--bits {bits}: {name} can have {usual} or {other} bits per sample")
+            }
+            _ => format!("--bits is for PNG and OpenEXR: {name} is neither"),
+        }));
     }
     OutputFile::for_picture(path, format, &spec.resolve(scene), scene.origin)
 }

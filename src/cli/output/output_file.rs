@@ -4,7 +4,7 @@ use super::destination::is_replaced;
 use super::error::CliError;
 use super::stdout::is_dash;
 use phalanx::files::shown_path;
-use phalanx::frame::{Control, Tile};
+use phalanx::frame::{Aov, Control, Tile};
 use phalanx::image::{Crop, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands};
 use phalanx::jobs::{BandsError, PictureSpec, spec::set_header};
 use phalanx::render::Film;
@@ -57,9 +57,14 @@ impl OutputFile {
         origin: [f64; 3],
     ) -> Result<OutputFile, CliError> {
         let (aovs, of) = (spec.pixels.aovs(), spec.pixels.size.unwrap_or_default());
-        if !aovs.is_empty() && format != ImageFormat::Exr {
+        let mut layers = Aov::ALL.iter();
+        if let Some((name, aov)) = layers.find(|(_, aov)| aovs.has(*aov) && !format.holds(*aov)) {
+            let needed = match ImageFormat::Png.holds(*aov) {
+                true => "a PNG or OpenEXR file (.png, .exr)",
+                false => "an OpenEXR file (.exr)",
+            };
             return Err(CliError::Usage(format!(
-                "--aov needs an OpenEXR file (.exr), not {}",
+                "--aov {name} needs {needed}, not {}",
                 shown_path(path)
             )));
         }

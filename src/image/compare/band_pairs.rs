@@ -2,6 +2,9 @@
 
 use super::super::error::{CompareError, PictureError};
 use super::super::read::{PictureLayout, PictureReader, SamplePlanes};
+use super::layer_pairs::{ChannelPair, LayerPair};
+use super::on_screen::{OPAQUE, over_black};
+use std::borrow::Cow;
 
 /// Bytes of a band of both pictures, unless a few rows take more.
 const BAND_BYTES: u64 = 64 << 20;
@@ -20,6 +23,28 @@ pub(super) struct BandPair {
     pub(super) rows: u32,
     /// Samples of each picture.
     pub(super) planes: [SamplePlanes; 2],
+}
+
+impl BandPair {
+    /// The sample of a channel of one picture.
+    pub(super) fn bits(&self, side: usize, channel: &ChannelPair, at: usize) -> u32 {
+        self.planes[side][channel.index[side]][at]
+    }
+
+    /// Samples of a layer's red, green and blue in one picture, over black: see [`over_black`].
+    pub(super) fn shown_rgb(&self, side: usize, layer: &LayerPair) -> Option<[Cow<'_, [u32]>; 3]> {
+        let plane = |channel: &ChannelPair| &self.planes[side][channel.index[side]][..];
+        let alpha = layer.straight_alpha(side).map(plane);
+        let alpha = alpha.filter(|alpha| alpha.iter().any(|a| *a < OPAQUE));
+        let shown = |channel| match alpha {
+            None => Cow::Borrowed(plane(channel)),
+            Some(alpha) => {
+                let samples = plane(channel).iter().zip(alpha);
+                samples.map(|(s, a)| over_black(*s, *a)).collect()
+            }
+        };
+        layer.rgb().map(|rgb| rgb.map(shown))
+    }
 }
 
 /// Reads two pictures of the same size from the top.

@@ -8,6 +8,7 @@ use super::flip::{FlipSum, RgbRow};
 use super::layer_pairs::{ChannelPair, LayerPair, LayerPairs, pair_layers};
 use super::ssim::SsimChannel;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Differences of two pictures of one size. Samples for a screen are in steps of an 8-bit sample, 0
 /// to 255, of which 16-bit files give fractions; linear samples are as in the files.
@@ -50,8 +51,8 @@ pub struct LayerComparison {
     /// Peak signal-to-noise ratio in decibels, of a peak of 255 for a screen, and for linear
     /// samples of the largest in both pictures, at least 1. `None` if the error is 0.
     pub psnr: Option<f64>,
-    /// Mean structural similarity of red, green and blue as a screen shows them. `None` for other
-    /// layers, and for pictures smaller than 11x11.
+    /// Mean structural similarity of red, green and blue as a screen shows them over black. `None`
+    /// for other layers, and for pictures smaller than 11x11.
     pub ssim: Option<f64>,
     /// Mean FLIP of red, green and blue as a screen shows them, 0 to 1, at 67 pixels per degree.
     /// `None` for other layers.
@@ -170,23 +171,22 @@ impl ComparisonSums {
 
 impl LayerFigures {
     fn add_seen(&mut self, pair: &LayerPair, band: &BandPair, width: usize) {
-        let Some(rgb) = pair.rgb() else { return };
-        let channels = rgb.par_iter().zip(&mut self.ssim);
-        channels.for_each(|(channel, ssim)| {
-            let [a, b] = [0, 1].map(|side| &band.planes[side][channel.index[side]]);
+        let [Some(first), Some(second)] = [0, 1].map(|side| band.shown_rgb(side, pair)) else {
+            return;
+        };
+        let channels = first.par_iter().zip(&second).zip(&mut self.ssim);
+        channels.for_each(|((a, b), ssim)| {
             let rows = a.chunks_exact(width).zip(b.chunks_exact(width));
             rows.for_each(|(a, b)| ssim.push(a, b));
         });
         let Some(flip) = &mut self.flip else { return };
-        let row = |side: usize, row: usize| -> RgbRow {
-            rgb.map(|channel| {
-                let plane = &band.planes[side][channel.index[side]];
-                plane[row * width..(row + 1) * width].to_vec()
-            })
+        let row = |rgb: &[Cow<[u32]>; 3], row: usize| -> RgbRow {
+            [0, 1, 2].map(|c: usize| rgb[c][row * width..(row + 1) * width].to_vec())
         };
         for top in (0..band.rows as usize).step_by(FLIP_ROWS) {
             let end = (top + FLIP_ROWS).min(band.rows as usize);
-            flip.push((top..end).map(|y| [row(0, y), row(1, y)]).collect());
+            let rows = (top..end).map(|y| [row(&first, y), row(&second, y)]);
+            flip.push(rows.collect());
         }
     }
 

@@ -35,6 +35,14 @@ impl LayerPair {
         let named = |name| self.channels.iter().find(|channel| channel.name == name);
         Some([named("R")?, named("G")?, named("B")?])
     }
+
+    /// The channel of straight alpha of one picture: that of samples for a screen. Linear colours
+    /// are already weighted by their alpha.
+    pub(super) fn straight_alpha(&self, side: usize) -> Option<&ChannelPair> {
+        let straight = |channel: &&ChannelPair| channel.kind[side] == SampleKind::Display;
+        let mut straight = self.channels.iter().filter(straight);
+        straight.find(|channel| channel.name == "A")
+    }
 }
 
 /// Layers of two pictures.

@@ -22,6 +22,15 @@ pub(super) fn linear_on_screen(kind: SampleKind, bits: u32) -> f64 {
     }
 }
 
+/// Alpha of opaque pixels of pictures for a screen.
+pub(super) const OPAQUE: u32 = u16::MAX as u32;
+
+/// A sample for a screen with this straight alpha over black, blended as screens do, without
+/// regard to the curve.
+pub(super) fn over_black(sample: u32, alpha: u32) -> u32 {
+    (sample * alpha + OPAQUE / 2) / OPAQUE
+}
+
 /// Clamped to \[0, 1\]; NaN gives 0.
 pub(super) fn unit(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }

@@ -7,7 +7,7 @@ use super::band_pairs::{BandPair, BandPairs};
 use super::comparison::PictureComparison;
 use super::difference::SamplePair;
 use super::layer_pairs::{LayerPair, pair_layers};
-use super::on_screen::{on_screen, unit};
+use super::on_screen::{on_screen, over_black, unit};
 use phalanx_files::replace_file;
 use std::io;
 use std::path::Path;
@@ -35,8 +35,8 @@ pub fn save_heat(
 }
 
 /// Writes a PNG of the first picture, the second, and their differences as in [`save_heat`], side
-/// by side. Linear colours are sRGB-encoded; other layers are shown by the absolute values of their
-/// first three channels, as a share of the largest one.
+/// by side, over black. Linear colours are sRGB-encoded; other layers are shown by the absolute
+/// values of their first three channels, as a share of the largest one.
 ///
 /// # Errors
 /// As [`save_heat`].
@@ -100,25 +100,22 @@ impl Drawing<'_> {
     /// Adds a row of the differences to the samples, to the right of both pictures if `beside` is
     /// set.
     fn row(&self, band: &BandPair, row: usize, beside: bool, rgb: &mut Vec<u8>) {
+        let row = row * self.width..(row + 1) * self.width;
         for side in 0..if beside { 2 } else { 0 } {
-            rgb.extend((0..self.width).flat_map(|x| self.pixel(band, side, row, x)));
+            rgb.extend(row.clone().flat_map(|at| self.pixel(band, side, at)));
             rgb.extend([GAP_COLOR; GAP].as_flattened());
         }
-        rgb.extend((0..self.width).flat_map(|x| self.heat(band, row, x)));
+        rgb.extend(row.flat_map(|at| self.heat(band, at)));
     }
 
-    /// The sample of a channel of one picture.
-    fn bits(&self, band: &BandPair, side: usize, channel: usize, row: usize, x: usize) -> u32 {
-        let index = self.layer.channels[channel].index[side];
-        band.planes[side][index][row * self.width + x]
-    }
-
-    fn pixel(&self, band: &BandPair, side: usize, row: usize, x: usize) -> [u8; 3] {
+    fn pixel(&self, band: &BandPair, side: usize, at: usize) -> [u8; 3] {
+        let alpha = self.layer.straight_alpha(side);
+        let alpha = alpha.map(|alpha| band.bits(side, alpha, at));
         let share = |channel: usize| {
-            let kind = self.layer.channels[channel].kind[side];
-            let bits = self.bits(band, side, channel, row, x);
+            let channel = &self.layer.channels[channel];
+            let (kind, bits) = (channel.kind[side], band.bits(side, channel, at));
             match self.color {
-                true => on_screen(kind, bits),
+                true => on_screen(kind, alpha.map_or(bits, |alpha| over_black(bits, alpha))),
                 false => unit(kind.value(bits).abs() / self.peak.max(f64::MIN_POSITIVE)),
             }
         };
@@ -130,10 +127,10 @@ impl Drawing<'_> {
         }
     }
 
-    fn heat(&self, band: &BandPair, row: usize, x: usize) -> [u8; 3] {
+    fn heat(&self, band: &BandPair, at: usize) -> [u8; 3] {
         let mut largest: f64 = 0.0;
-        for (c, channel) in self.layer.channels.iter().enumerate() {
-            let bits = [0, 1].map(|side| self.bits(band, side, c, row, x));
+        for channel in &self.layer.channels {
+            let bits = [0, 1].map(|side| band.bits(side, channel, at));
             let pair = SamplePair::of(channel.kind, bits);
             match pair.finite {
                 false if pair.same_number => {}

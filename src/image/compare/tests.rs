@@ -61,18 +61,22 @@ fn linear(changed: bool, aovs: Aovs) -> Film {
 
 fn save(folder: &TempDir, name: &str, film: Film) -> PathBuf {
     let path = folder.path().join(name);
+    let format = ImageFormat::of(&path).unwrap();
     let file = PictureFile {
         width: film.width,
         height: film.height,
         crop: None,
-        format: ImageFormat::of(&path).unwrap(),
+        format,
         aovs: film.aovs,
         origin: [0.0; 3],
         exposure: Exposure {
             stops: 0.0,
             encoding: OutputEncoding::LINEAR,
         },
-        depth: Depth::Sixteen,
+        depth: match format {
+            ImageFormat::Exr => Depth::Standard,
+            _ => Depth::Sixteen,
+        },
         header: Default::default(),
     };
     save_bands(&path, &file, [Ok(film)]).unwrap();
@@ -242,6 +246,53 @@ fn pictures_of_other_meaning_or_size_are_refused() {
     }
     let sizes = refusal(&exr, &pfm).to_string();
     assert_eq!(sizes, "the pictures differ in size: 32x24 and 3x2");
+}
+
+/// Straight alpha weights colours where they are shown; the samples themselves are compared as they
+/// are.
+#[test]
+fn colours_that_alpha_hides_are_not_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let alpha = Aovs::NONE.with(Aov::Alpha);
+    let saved = |name: &str, changed: bool, shade: &dyn Fn(usize) -> f32| {
+        let mut film = linear(changed, alpha);
+        for k in 0..film.aov_planes[0].len() {
+            let a = shade(k);
+            film.aov_planes[0][k] = a;
+            // Radiance of a film is already weighted.
+            film.planes.iter_mut().for_each(|plane| plane[k] *= a / 4.0);
+        }
+        save(&folder, name, film)
+    };
+    // Other colours, but as good as invisible from the tenth column on.
+    let faint = |k: usize| if k % 32 < 10 { 1.0 } else { 1e-5 };
+    let [a, b] = [("a.png", false), ("b.png", true)].map(|(n, changed)| saved(n, changed, &faint));
+    let found = compared(&a, &b, None);
+    let layer = &found.layers[0];
+    assert_eq!(layer.channels, ["R", "G", "B", "A"]);
+    assert!(layer.rmse > 1.0 && found.differing == 528, "{layer:?}");
+    assert!(layer.ssim.unwrap() > 0.999_999, "{:?}", layer.ssim);
+    assert!(layer.flip.unwrap() < 1e-3, "{:?}", layer.flip);
+    // The same colours, but half of them half as visible.
+    let half = |k: usize| if k % 32 < 10 { 1.0_f32 } else { 0.5 };
+    let [c, d] = [
+        ("c.png", &half as &dyn Fn(usize) -> f32),
+        ("d.png", &|_| 1.0),
+    ]
+    .map(|(name, shade)| saved(name, false, shade));
+    let found = compared(&c, &d, None);
+    let layer = &found.layers[0];
+    assert!(layer.rmse < 1e-2 && layer.flip.unwrap() > 0.05, "{layer:?}");
+    assert_eq!(layer.largest.as_ref().unwrap().channel, "A");
+    assert!(compared(&c, &c, None).identical());
+    let beside = folder.path().join("beside.png");
+    save_side_by_side(&beside, &mut open(&c), &mut open(&d), &found).unwrap();
+    let beside = load(&beside).unwrap();
+    for x in 0..32 {
+        let [left, right] = [x, x + 40].map(|x| i32::from(beside.pixels[x][1] / 257));
+        let shown = if x < 10 { right } else { right / 2 };
+        assert!((left - shown).abs() <= 1, "{x}: {left} of {right}");
+    }
 }
 
 #[test]

@@ -110,7 +110,10 @@ fn saved(folder: &Path, name: &str) -> PathBuf {
             stops: 0.0,
             encoding: OutputEncoding::SRGB,
         },
-        depth: Depth::Sixteen,
+        depth: match format {
+            ImageFormat::Exr => Depth::Standard,
+            _ => Depth::Sixteen,
+        },
         header: Default::default(),
     };
     save_bands(&path, &file, [Ok(film)]).unwrap();

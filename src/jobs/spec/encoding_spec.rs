@@ -1,4 +1,4 @@
-//! Options for converting radiance to the integer samples of PNG and JPEG.
+//! Options for converting radiance to the samples of picture files.
 
 #[cfg(feature = "clap")]
 use super::headings;
@@ -32,7 +32,7 @@ pub struct ToneSpec {
     pub quantize: Option<String>,
 }
 
-/// All options for integer samples.
+/// All options for the samples of a picture's file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::OUTPUT))]
@@ -45,7 +45,11 @@ pub struct EncodingSpec {
     /// Positive values brighten, negative ones darken, as in --exposure=-1.5. [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "STOPS", hide_short_help = true, value_parser = parse_exposure))]
     pub exposure: Option<f32>,
-    /// Bits per sample of PNG output: 8 or 16 [default: 8]
+    /// Bits per sample: PNG 8 (default) or 16, EXR 32 (default) or 16
+    ///
+    /// With 16, OpenEXR output has half floats for R, G, B, A, albedo, direct, reflection and
+    /// refraction, rounded to nearest even; finite values beyond 65504 become 65504. Its other
+    /// layers keep 32 bits. [default: 8 for PNG, 32 for OpenEXR]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true, value_parser = parse_bits))]
     pub bits: Option<u8>,
 }
@@ -61,7 +65,8 @@ fn parse_bits(text: &str) -> Result<u8, String> {
     match text {
         "8" => Ok(8),
         "16" => Ok(16),
-        _ => Err("expected 8 or 16".to_owned()),
+        "32" => Ok(32),
+        _ => Err("expected 8, 16 or 32".to_owned()),
     }
 }
 
@@ -117,11 +122,11 @@ impl EncodingSpec {
         }
     }
 
-    /// Bits per sample of PNG output.
+    /// Bits per sample of PNG and OpenEXR output.
     pub fn depth(&self) -> Depth {
         match self.bits {
             Some(16) => Depth::Sixteen,
-            _ => Depth::Eight,
+            _ => Depth::Standard,
         }
     }
 
@@ -147,7 +152,7 @@ impl EncodingSpec {
         let resolved = self.resolve(OutputEncoding::LINEAR);
         if self.bits != resolved.bits {
             let bits = self.bits.unwrap_or_default().to_string();
-            return wrong("bits", bits, "16, or none for 8");
+            return wrong("bits", bits, "16, or none for the default");
         }
         match self.tone == resolved.tone {
             true => Ok(()),

@@ -111,9 +111,15 @@ pub fn set_header(file: &mut PictureFile, mut header: PictureHeader) {
     if file.format != ImageFormat::Png {
         options.extend(["--format", file.format.ending()].map(str::to_owned));
     }
-    if !file.format.is_linear() {
-        options.extend(words(&EncodingSpec::of(file.exposure, file.depth)));
-    }
+    let encoding = EncodingSpec::of(file.exposure, file.depth);
+    let bits = encoding.bits;
+    options.extend(words(&EncodingSpec {
+        bits: bits.filter(|bits| file.format.bits().contains(bits)),
+        ..match file.format.is_linear() {
+            true => EncodingSpec::default(),
+            false => encoding,
+        }
+    }));
     if !header.command.is_empty() && !options.is_empty() {
         header.command = format!("{} {}", header.command, command_line(&options));
     }

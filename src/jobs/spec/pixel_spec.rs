@@ -106,14 +106,14 @@ pub struct PixelSpec {
     /// Column and row of the region's top left pixel, then its width and height, all in pixels.
     #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"], help_heading = headings::OUTPUT, hide_short_help = true))]
     pub region: Option<Vec<u32>>,
-    /// EXR layers: Z, N, albedo, alpha, …, or all
+    /// EXR layers: Z, N, albedo, …, or all; PNG: alpha
     ///
     /// AOVs (arbitrary output variables) to write as layers of an OpenEXR file, separated by
     /// commas: depth (Z), position (P), ng (Ng), ns (N: shading normals), albedo, material,
     /// primitive, direct, reflection, refraction, samples, crypto_object, crypto_material
     /// (Cryptomatte), or all of these. Not included in all: alpha (A), which makes the background
     /// black and transparent, and cost (BVH nodes visited by the first camera ray; depends on the
-    /// build).
+    /// build). PNG output takes alpha alone, and gets straight (unassociated) alpha.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", help_heading = headings::OUTPUT, value_delimiter = ',', hide_possible_values = true, value_parser = aov_parser()))]
     pub aov: Vec<String>,
 }

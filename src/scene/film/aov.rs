@@ -89,6 +89,13 @@ impl Aov {
         all.find(|(known, _)| *known == name).map(|(_, aov)| *aov)
     }
 
+    /// Returns true if the layer is a colour or its alpha, which half floats hold well enough.
+    /// Geometry, counts and identifiers need all bits of a float.
+    pub fn is_color(self) -> bool {
+        let light = RadianceAovs::AOVS.contains(&self);
+        light || matches!(self, Aov::Albedo | Aov::Alpha)
+    }
+
     /// The layer's channels, named as other programs look for them in OpenEXR files.
     pub fn channels(self) -> &'static [AovChannel] {
         match self {

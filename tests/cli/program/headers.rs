@@ -50,6 +50,7 @@ fn the_command_in_a_picture_makes_it_again() {
             "--spp 4 --filter tent --aa adaptive --threshold .01 --region 3 4 20 11 --bits 16 --exposure=-.5",
             "--region 3 4 20 11",
         ),
+        ("--aov alpha --bits 16 --transfer srgb", "--aov alpha"),
         (
             "--camera 0.1,1,5 0,0,0 0,1,0 45 --light dir:1,2,3,.5,.25,1 --light 1,1,7 --background .1,.2,.3 \
              --integrator ao --ao-distance 3 --spp 2 --transfer srgb --origin 1,2,3 --ortho=5.5",
@@ -79,8 +80,9 @@ fn the_command_in_a_picture_makes_it_again() {
     assert_eq!(text(&three, "Title"), "it\'s ä.test");
     again(&room, &text(&three, "Comment"), "four.png");
     assert!(bytes("four.png") == three);
-    room.ok("render a.test -o f#.exr --frames 1..2 --turntable 5 --aov depth");
+    room.ok("render a.test -o f#.exr --frames 1..2 --turntable 5 --aov depth --bits 16");
     let command = attribute(&bytes("f2.exr"), "phalanx.command");
+    assert!(command.ends_with("--format exr --bits 16"), "{command}");
     again(&room, &command, "two.exr");
     assert!(bytes("two.exr") == bytes("f2.exr"), "{command}");
     assert!(bytes("f1.exr") != bytes("f2.exr"));

@@ -296,18 +296,28 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
         assert!(bytes(&room, "merged.png") == whole, "{shards} shards");
         fs::remove_file(room.path().join("merged.png")).unwrap();
     }
-    // The picture of a region, in another format, from another folder.
-    let region =
-        "--size 200x150 --region 13 9 101 77 --aov all --spp 20 --aa adaptive --threshold .02";
-    room.ok(&format!("render a.test -o whole.exr {region}"));
-    room.ok(&format!(
-        "plan a.test --shards 3 -o merged.exr --plan r.json {region}"
-    ));
-    for shard in 0..3 {
-        room.ok(&format!("render --plan r.json --shard {shard}"));
+    // The picture of a region, in other formats, from another folder.
+    for (k, (ending, options)) in (0..).zip([
+        ("exr", "--aov all"),
+        ("exr", "--aov all,alpha --bits 16"),
+        ("png", "--aov alpha --bits 16"),
+        ("png", "--aov alpha --transfer srgb"),
+    ]) {
+        let region = format!(
+            "--size 200x150 --region 13 9 101 77 {options} --spp 20 --aa adaptive --threshold .02"
+        );
+        room.ok(&format!("render a.test -o whole.{ending} {region}"));
+        room.ok(&format!(
+            "plan a.test --shards 3 -o merged.{ending} --plan r{k}.json {region}"
+        ));
+        for shard in 0..3 {
+            room.ok(&format!("render --plan r{k}.json --shard {shard}"));
+        }
+        room.ok(&format!("merge r{k}.json -o other.{ending}"));
+        let same =
+            bytes(&room, &format!("other.{ending}")) == bytes(&room, &format!("whole.{ending}"));
+        assert!(same, "{ending} {options}");
     }
-    room.ok("merge r.json -o other.exr");
-    assert!(bytes(&room, "other.exr") == bytes(&room, "whole.exr"));
 }
 
 #[test]

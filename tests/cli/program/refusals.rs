@@ -69,12 +69,36 @@ fn usage_errors_are_2() {
             "render a.test -o a.pfm --transfer srgb",
             "--transfer is for PNG and JPEG",
         ),
-        ("render a.test -o a.jpg --bits 16", "--bits is for PNG"),
+        (
+            "render a.test -o a.jpg --bits 16",
+            "--bits is for PNG and OpenEXR: a.jpg is neither",
+        ),
+        (
+            "render a.test -o a.exr --bits 8",
+            "--bits 8: a.exr can have 32 or 16 bits per sample",
+        ),
+        ("render a.test --bits 32", "a.png can have 8 or 16 bits"),
+        (
+            "plan a.test -o a.hdr --shards 2 --plan p.json --bits 16",
+            "--bits is for PNG and OpenEXR",
+        ),
+        (
+            "render a.test -o a.jpg --aov alpha",
+            "--aov alpha needs a PNG or OpenEXR file (.png, .exr), not a.jpg",
+        ),
+        (
+            "render a.test --aov ns,alpha",
+            "--aov ns needs an OpenEXR file (.exr), not a.png",
+        ),
+        (
+            "plan a.test -o a.png --shards 2 --plan p.json --aov all",
+            "--aov depth needs an OpenEXR file",
+        ),
         (
             "render a.test -o a.jpg --size 65536x1",
             "at most 65535 pixels",
         ),
-        ("render a.test --bits 12", "8 or 16"),
+        ("render a.test --bits 12", "8, 16 or 32"),
         ("render a.test --exposure bright", "stops"),
         ("render a.test --spp 0", "1..=65536"),
         ("render a.test --filter gauss", "mitchell"),

@@ -21,6 +21,8 @@ fn a_picture_to_stdout_is_that_of_the_file() {
         ("--format png --bits 16", "png"),
         ("--format jpg", "jpg"),
         ("--format exr", "exr"),
+        ("--format png --aov alpha", "png"),
+        ("--format exr --aov alpha --bits 16", "exr"),
         ("--format hdr", "hdr"),
         ("--format pfm", "pfm"),
     ] {
