@@ -9,6 +9,7 @@
 //! step, with `framing` for its camera, which shows the `visible_vertices`.
 
 mod bytes;
+mod camera_choice;
 mod chunk_remarks;
 mod command;
 mod decimal;
@@ -26,6 +27,7 @@ mod memory;
 mod mesh;
 mod mesh_chunk;
 mod mesh_defaults;
+mod named_runs;
 mod nff;
 mod number;
 mod obj;
