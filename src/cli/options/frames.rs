@@ -60,11 +60,16 @@ impl FrameArgs {
         self.turntable.is_some() || self.keyframes.is_some()
     }
 
-    /// Prints a note if --camera has no effect.
+    /// Prints a note if --camera or --camera-name has no effect.
     pub fn note_camera(&self, scene: &SceneArgs) {
-        if scene.overrides.camera.is_some() && self.keyframes.is_some() {
-            output::note("--camera has no effect with --keyframes");
-        }
+        let overrides = &scene.overrides;
+        let option = match (&overrides.camera, &overrides.camera_name) {
+            _ if self.keyframes.is_none() => return,
+            (None, None) => return,
+            (Some(_), _) => "--camera",
+            (None, Some(_)) => "--camera-name",
+        };
+        output::note(&format!("{option} has no effect with --keyframes"));
     }
 
     /// The picture that the scene is opened for.

@@ -1,6 +1,7 @@
 //! The first difference between two films, and the values of both engines at that pixel.
 
 use crate::cli::output::to_file_coordinates;
+use phalanx::files::quoted_text;
 use phalanx::frame::Settings;
 use phalanx::render::{Film, NO_HIT};
 use phalanx::scene::Scene;
@@ -16,8 +17,31 @@ pub struct FilmDifference {
     pixels: usize,
     /// The pixel's first camera ray; a rendered scene has one.
     ray: Option<CameraRay>,
-    scalar: PixelBits,
-    simd: PixelBits,
+    scalar: PixelRecord,
+    simd: PixelRecord,
+}
+
+/// The values of a pixel, and the names of the object and the material that it shows, if they have
+/// any.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct PixelRecord {
+    #[serde(flatten)]
+    bits: PixelBits,
+    object: Option<String>,
+    material: Option<String>,
+}
+
+impl PixelRecord {
+    fn of(scene: &Scene, film: &Film, i: usize) -> PixelRecord {
+        let bits = PixelBits::of(film, i);
+        let hit = bits.hit.map_or(NO_HIT, |hit| hit.prim_id);
+        let [object, material] = scene.prim_names(hit).map(|name| name.map(str::to_owned));
+        PixelRecord {
+            bits,
+            object,
+            material,
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -84,8 +108,8 @@ pub fn first_difference(
         y,
         pixels: 1 + differing.count(),
         ray: camera_ray(scene, settings, x, y),
-        scalar: PixelBits::of(scalar, first),
-        simd: PixelBits::of(simd, first),
+        scalar: PixelRecord::of(scene, scalar, first),
+        simd: PixelRecord::of(scene, simd, first),
     })
 }
 
@@ -114,6 +138,17 @@ impl fmt::Display for FilmDifference {
         }
         writeln!(f, "  scalar {scalar}")?;
         write!(f, "  simd   {simd}")
+    }
+}
+
+impl fmt::Display for PixelRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.bits)?;
+        let names = [("object", &self.object), ("material", &self.material)];
+        let mut known = names
+            .iter()
+            .filter_map(|(kind, name)| Some((kind, name.as_ref()?)));
+        known.try_for_each(|(kind, name)| write!(f, "; {kind} {}", quoted_text(name)))
     }
 }
 
