@@ -3,14 +3,14 @@
 use crate::arrays::{shaped, wrong_shape};
 use crate::coordinates::Coordinates;
 use crate::errors::{geometry_error, open_error, value_error, write_error};
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
-use phalanx::scene::GeomId;
+use phalanx::scene::{GeomId, SceneCamera};
 use phalanx::{BuildSettings, Bvh, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
-use pyo3::types::{PyBytes, PyTuple};
+use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -145,6 +145,19 @@ impl PyScene {
         self.lock(py).clone()
     }
 
+    /// Names of the objects (0) or of the materials (1) of primitives.
+    fn names_of(
+        &self,
+        py: Python<'_>,
+        prim_id: &Bound<'_, PyAny>,
+        kind: usize,
+    ) -> PyResult<Vec<Option<String>>> {
+        let ids = crate::arrays::as_contiguous::<i64>("prim_id", prim_id)?;
+        let scene = self.now(py).scene;
+        let name = |id: i64| scene.prim_names(u32::try_from(id).ok()?)[kind].map(str::to_owned);
+        Ok(ids.to_vec()?.into_iter().map(name).collect())
+    }
+
     /// Changes the scene, which its tree has to follow.
     fn change<T>(
         &self,
@@ -217,15 +230,25 @@ impl PyScene {
     ///     OBJ, PLY, STL, glTF, NFF, .test, a scene written by save() (.phx),
     ///     or the name of a standard scene, such as 'standard:room:50k'.
     /// threads : int; 0 or None for one per CPU
+    /// camera : str or int
+    ///     The camera of the file by name, or by number from 0, as in
+    ///     cameras. None for the first.
     ///
-    /// Includes camera, materials and lights. The reader's remarks become
-    /// warnings. Raises OSError if the system cannot read the file,
-    /// ValueError for errors in its contents.
+    /// Includes camera, materials, lights and names. The reader's remarks
+    /// become warnings. Raises OSError if the system cannot read the file,
+    /// ValueError for errors in its contents and for an unknown camera.
     #[staticmethod]
-    #[pyo3(signature = (path, threads=None))]
-    fn load(py: Python<'_>, path: PathBuf, threads: Option<i64>) -> PyResult<PyScene> {
+    #[pyo3(signature = (path, threads=None, camera=None))]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        threads: Option<i64>,
+        camera: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<PyScene> {
+        let camera = camera.map(|camera| Ok::<_, PyErr>(camera.str()?.to_string()));
         let options = Options {
             threads: self::threads(threads)?,
+            camera: camera.transpose()?,
             ..Options::default()
         };
         let opened = py.detach(|| phalanx::open::open(&path, &options));
@@ -481,6 +504,62 @@ impl PyScene {
         self.change(py, |scene| {
             scene.set_mask(geom_id, mask).map_err(geometry_error)
         })
+    }
+
+    /// Names a geometry. Its object in Cryptomatte layers has this name;
+    /// geometries of one name are one object there. '' takes the name away.
+    ///
+    /// Raises IndexError for an unknown geom_id.
+    fn set_name(&self, py: Python<'_>, geom_id: GeomId, name: &str) -> PyResult<()> {
+        let mut now = self.lock(py);
+        let scene = Arc::make_mut(&mut now.scene);
+        scene.set_name(geom_id, name).map_err(geometry_error)
+    }
+
+    /// Names of the objects that primitives belong to: a flat list of str,
+    /// None without a name and for a miss.
+    ///
+    /// prim_id : integers, such as hits.prim_id
+    fn object_names(
+        &self,
+        py: Python<'_>,
+        prim_id: &Bound<'_, PyAny>,
+    ) -> PyResult<Vec<Option<String>>> {
+        self.names_of(py, prim_id, 0)
+    }
+
+    /// Names of the materials of primitives, as object_names() those of their
+    /// objects.
+    fn material_names(
+        &self,
+        py: Python<'_>,
+        prim_id: &Bound<'_, PyAny>,
+    ) -> PyResult<Vec<Option<String>>> {
+        self.names_of(py, prim_id, 1)
+    }
+
+    /// The named objects, the largest first, each with the number of its
+    /// primitives: a dict.
+    #[getter]
+    fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let now = self.now(py);
+        now.scene.name_sizes()[0].clone().into_py_dict(py)
+    }
+
+    /// The named materials, as objects.
+    #[getter]
+    fn materials<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let now = self.now(py);
+        now.scene.name_sizes()[1].clone().into_py_dict(py)
+    }
+
+    /// Names of the file's cameras, in the order of their numbers: a list of
+    /// str, None without a name.
+    #[getter]
+    fn cameras(&self, py: Python<'_>) -> Vec<Option<String>> {
+        let scene = self.now(py).scene;
+        let name = |camera: &SceneCamera| scene.names.get(camera.name).map(str::to_owned);
+        scene.cameras.iter().map(name).collect()
     }
 
     /// Lets the tree follow all changes now, instead of in the next query:
