@@ -7,7 +7,7 @@ use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
 use phalanx::scene::{GeomId, SceneCamera};
-use phalanx::{BuildSettings, Bvh, Scene};
+use phalanx::{BuildSettings, Bvh, NO_PRIM, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
@@ -143,19 +143,6 @@ impl PyScene {
     /// The current scene.
     pub(crate) fn now(&self, py: Python<'_>) -> Snapshot {
         self.lock(py).clone()
-    }
-
-    /// Names of the objects (0) or of the materials (1) of primitives.
-    fn names_of(
-        &self,
-        py: Python<'_>,
-        prim_id: &Bound<'_, PyAny>,
-        kind: usize,
-    ) -> PyResult<Vec<Option<String>>> {
-        let ids = crate::arrays::as_contiguous::<i64>("prim_id", prim_id)?;
-        let scene = self.now(py).scene;
-        let name = |id: i64| scene.prim_names(u32::try_from(id).ok()?)[kind].map(str::to_owned);
-        Ok(ids.to_vec()?.into_iter().map(name).collect())
     }
 
     /// Changes the scene, which its tree has to follow.
@@ -516,41 +503,31 @@ impl PyScene {
         scene.set_name(geom_id, name).map_err(geometry_error)
     }
 
-    /// Names of the objects that primitives belong to: a flat list of str,
-    /// None without a name and for a miss.
+    /// Names of the object and of the material of primitives: a flat list of
+    /// pairs of str, None without a name and for a miss.
     ///
     /// prim_id : integers, such as hits.prim_id
-    fn object_names(
+    fn prim_names(
         &self,
         py: Python<'_>,
         prim_id: &Bound<'_, PyAny>,
-    ) -> PyResult<Vec<Option<String>>> {
-        self.names_of(py, prim_id, 0)
+    ) -> PyResult<Vec<(Option<String>, Option<String>)>> {
+        let ids = crate::arrays::as_contiguous::<i64>("prim_id", prim_id)?;
+        let scene = self.now(py).scene;
+        let names = ids.to_vec()?.into_iter().map(|id| {
+            let names = scene.prim_names(u32::try_from(id).unwrap_or(NO_PRIM));
+            names.map(|name| name.map(str::to_owned)).into()
+        });
+        Ok(names.collect())
     }
 
-    /// Names of the materials of primitives, as object_names() those of their
-    /// objects.
-    fn material_names(
-        &self,
-        py: Python<'_>,
-        prim_id: &Bound<'_, PyAny>,
-    ) -> PyResult<Vec<Option<String>>> {
-        self.names_of(py, prim_id, 1)
-    }
-
-    /// The named objects, the largest first, each with the number of its
-    /// primitives: a dict.
+    /// The file's names of objects and of materials: two dicts, the largest
+    /// first, each name with the number of its primitives.
     #[getter]
-    fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let now = self.now(py);
-        now.scene.name_sizes()[0].clone().into_py_dict(py)
-    }
-
-    /// The named materials, as objects.
-    #[getter]
-    fn materials<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let now = self.now(py);
-        now.scene.name_sizes()[1].clone().into_py_dict(py)
+    fn names<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyDict>; 2]> {
+        let scene = self.now(py).scene;
+        let [objects, materials] = scene.name_sizes();
+        Ok([objects.into_py_dict(py)?, materials.into_py_dict(py)?])
     }
 
     /// Names of the file's cameras, in the order of their numbers: a list of

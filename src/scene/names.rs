@@ -129,33 +129,21 @@ impl Names {
     fn begin_run(&mut self, prim: u32) -> usize {
         let row = self.runs.partition_point(|run| run[0] < prim);
         if self.runs.get(row).is_none_or(|run| run[0] != prim) {
-            let [object, material] = self.of_row(row.checked_sub(1));
+            let [object, material] = prim
+                .checked_sub(1)
+                .map_or([NO_NAME; 2], |p| self.of_prim(p));
             self.runs.make_mut().insert(row, [prim, object, material]);
         }
         row
     }
 
-    fn of_row(&self, row: Option<usize>) -> [u32; 2] {
-        let run = row.and_then(|row| self.runs.get(row));
-        run.map_or([NO_NAME; 2], |&[_, object, material]| [object, material])
-    }
-
     /// Numbers of the names of a stored primitive's object and material.
     #[inline]
     pub fn of_prim(&self, prim: u32) -> [u32; 2] {
-        let after = self.runs.partition_point(|run| run[0] <= prim);
-        self.of_row(after.checked_sub(1))
-    }
-
-    /// The runs, each with its names.
-    fn ranges(&self) -> impl Iterator<Item = (Range<u32>, [u32; 2])> {
-        let ends = self.runs.iter().skip(1).map(|run| run[0]).chain([u32::MAX]);
-        let runs = self.runs.iter().zip(ends);
-        runs.map(|(&[first, object, material], end)| (first..end, [object, material]))
-    }
-
-    fn has(&self, name: u32) -> bool {
-        name == NO_NAME || (name as usize) < self.len()
+        match self.runs.partition_point(|run| run[0] <= prim) {
+            0 => [NO_NAME; 2],
+            after => [1, 2].map(|k| self.runs[after - 1][k]),
+        }
     }
 }
 
@@ -209,31 +197,32 @@ impl Scene {
     pub fn name_sizes(&self) -> [Vec<(&str, u64)>; 2] {
         let mut sizes = [(); 2].map(|()| vec![0u64; self.names.len()]);
         let mut add = |kind: usize, name: u32, count: u64| {
-            if let Some(size) = sizes[kind].get_mut(name as usize) {
-                *size += count;
+            let size = sizes[kind].get_mut(name as usize);
+            size.map(|size| *size += count);
+        };
+        let runs = &self.names.runs;
+        let ends = runs.iter().skip(1).map(|run| run[0]);
+        let ends: Vec<u32> = ends.chain([self.prim_count() as u32]).collect();
+        let mut add_runs = |prims: Range<u32>, object: Option<u32>| {
+            let first = runs.partition_point(|run| run[0] <= prims.start);
+            let rows = first.saturating_sub(1)..runs.partition_point(|run| run[0] < prims.end);
+            for (&[start, named, material], &end) in runs[rows.clone()].iter().zip(&ends[rows]) {
+                let count = end.min(prims.end).saturating_sub(start.max(prims.start));
+                add(0, object.unwrap_or(named), count.into());
+                add(1, material, count.into());
             }
         };
-        let mut places = vec![0u64; self.meshes.len()];
-        for (&mesh, &name) in self.instances.mesh.iter().zip(self.instances.name.iter()) {
-            places[mesh as usize] += 1;
-            add(0, name, self.meshes.count[mesh as usize].into());
-        }
-        let stored = self.prim_count() as u32;
-        for (prims, [object, material]) in self.names.ranges() {
-            let count = u64::from(prims.end.min(stored).saturating_sub(prims.start));
-            let mesh = self.meshes.first.partition_point(|&f| f <= prims.start);
-            let mesh = mesh.checked_sub(1);
-            let mesh = mesh.filter(|&mesh| self.meshes.prims(mesh).contains(&prims.start));
-            if mesh.is_none() {
-                add(0, object, count);
-            }
-            add(1, material, count * mesh.map_or(1, |mesh| places[mesh]));
+        (self.world_runs().into_iter()).for_each(|prims| add_runs(prims, None));
+        for (k, &mesh) in self.instances.mesh.iter().enumerate() {
+            add_runs(
+                self.meshes.prims(mesh as usize),
+                Some(self.instances.name[k]),
+            );
         }
         sizes.map(|sizes| {
             let sizes = (0..).zip(sizes).filter(|(_, size)| *size > 0);
-            let mut all: Vec<_> = sizes
-                .filter_map(|(name, size)| Some((self.names.get(name)?, size)))
-                .collect();
+            let names = sizes.filter_map(|(name, size)| Some((self.names.get(name)?, size)));
+            let mut all = Vec::from_iter(names);
             all.sort_by_key(|&(_, size)| Reverse(size));
             all
         })
@@ -241,37 +230,22 @@ impl Scene {
 
     /// Checks that names are text, and that there is one for each number.
     pub(crate) fn validate_names(&self) -> Result<(), SceneError> {
-        let names = &self.names;
-        let fault = |column, index, problem| {
-            Err(SceneError::Column {
-                kind: "name",
-                column,
-                index,
-                problem,
-            })
-        };
-        let text = std::str::from_utf8(&names.text);
-        let is_end = |&end: &u32| text.is_ok_and(|text| text.is_char_boundary(end as usize));
-        let last = names.ends.last().map_or(0, |&end| end as usize);
-        if !names.ends.iter().all(is_end) || last != names.text.len() {
-            return fault("text", 0, "not UTF-8, or cut elsewhere");
-        }
-        if let Some(row) = names.ends.windows(2).position(|pair| pair[0] > pair[1]) {
-            return fault("end", row, "not ascending");
-        }
-        if let Some(row) = names
-            .runs
-            .windows(2)
-            .position(|pair| pair[0][0] >= pair[1][0])
-        {
-            return fault("run", row, "not ascending");
-        }
-        let of_runs = names.runs.iter().flat_map(|run| &run[1..]);
+        let Names {
+            text, ends, runs, ..
+        } = &self.names;
+        let is_text = std::str::from_utf8(text).is_ok_and(|text| {
+            let mut ends = ends.iter().map(|&end| end as usize);
+            ends.all(|end| text.is_char_boundary(end))
+        });
+        let is_whole = ends.last().map_or(0, |&end| end as usize) == text.len();
+        let ascending = ends.is_sorted() && runs.is_sorted_by(|a, b| a[0] < b[0]);
+        let of_runs = runs.iter().flat_map(|run| &run[1..]);
         let of_cameras = self.cameras.iter().map(|camera| &camera.name);
         let mut all = of_runs.chain(self.instances.name.iter()).chain(of_cameras);
-        match all.position(|&name| !names.has(name)) {
-            Some(row) => fault("number", row, "out of range"),
-            None => Ok(()),
+        let known = all.all(|&name| name == NO_NAME || (name as usize) < ends.len());
+        match is_text && is_whole && ascending && known {
+            true => Ok(()),
+            false => Err(SceneError::Names),
         }
     }
 }
@@ -418,10 +392,7 @@ mod tests {
         for (k, spoil) in spoilers.into_iter().enumerate() {
             let mut bad = scene.clone();
             spoil(&mut bad);
-            assert!(
-                matches!(bad.validate(), Err(SceneError::Column { kind: "name", .. })),
-                "{k}"
-            );
+            assert!(matches!(bad.validate(), Err(SceneError::Names)), "{k}");
         }
     }
 

@@ -38,6 +38,9 @@ pub enum SceneError {
         /// Description of the error.
         problem: &'static str,
     },
+    /// Names that are not text, or out of order, or fewer than their numbers.
+    #[error("the names of objects, materials or cameras are damaged")]
+    Names,
     /// No camera of the file has this name or number.
     #[error("no camera is called {asked}: {known}")]
     NoCamera {

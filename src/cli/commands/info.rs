@@ -53,18 +53,12 @@ struct ImageSize {
     height: u32,
 }
 
-/// Names from the file, those of the most primitives first.
-#[derive(Debug, Default, Serialize)]
+/// Names of objects or materials from the file, the largest first, each with its number of visible
+/// primitives.
+#[derive(Debug, Serialize)]
 struct NameList {
     count: usize,
-    largest: Vec<NameSize>,
-}
-
-/// A name, and the number of visible primitives that have it.
-#[derive(Debug, Serialize)]
-struct NameSize {
-    name: String,
-    primitives: u64,
+    largest: Vec<(String, u64)>,
 }
 
 /// A camera of the file, which may have no name.
@@ -74,35 +68,30 @@ struct CameraRow {
     used: bool,
 }
 
-/// Most names in the report, and in its table.
+/// Most names in the report.
 const MAX_NAMES: usize = 1000;
+/// Most names in a row of the table, and most characters of each.
 const MAX_SHOWN: usize = 8;
-/// Most characters of a name in the table.
 const NAME_CHARS: usize = 40;
 
 impl NameList {
     fn of(sizes: &[(&str, u64)]) -> NameList {
         let largest = sizes.iter().take(MAX_NAMES);
-        let row = |&(name, primitives): &(&str, u64)| NameSize {
-            name: name.to_owned(),
-            primitives,
-        };
         NameList {
             count: sizes.len(),
-            largest: largest.map(row).collect(),
+            largest: largest
+                .map(|&(name, size)| (name.to_owned(), size))
+                .collect(),
         }
     }
 
     /// The largest in words; none if nothing has a name.
     fn words(&self) -> Option<String> {
-        let rows = self.largest.iter().take(MAX_SHOWN);
-        let words = rows.map(|row| format!("{} {}", short(&row.name), grouped(row.primitives)));
-        let mut words: Vec<String> = words.collect();
-        if self.count > MAX_SHOWN {
-            words.push("…".to_owned());
-        }
+        let word = |(name, size): &(String, u64)| format!("{} {}", short(name), grouped(*size));
+        let words = first_words(self.largest.iter().map(word))?;
+        let plural = if self.count == 1 { "" } else { "s" };
         let count = grouped(self.count as u64);
-        (self.count > 0).then(|| format!("{count} names: {}", words.join(", ")))
+        Some(format!("{count} name{plural}: {words}"))
     }
 }
 
@@ -114,30 +103,24 @@ fn short(name: &str) -> String {
     }
 }
 
-fn cameras(scene: &Scene) -> Vec<CameraRow> {
-    let used = scene.used_camera();
-    let cameras = scene.cameras.iter().enumerate();
-    let row = cameras.map(|(row, camera)| CameraRow {
-        name: scene.names.get(camera.name).map(str::to_owned),
-        used: used == Some(row),
-    });
-    row.collect()
+/// The first of some words; none if there are none.
+fn first_words(words: impl Iterator<Item = String>) -> Option<String> {
+    let mut first: Vec<String> = words.take(MAX_SHOWN + 1).collect();
+    if let Some(more) = first.get_mut(MAX_SHOWN) {
+        *more = "…".to_owned();
+    }
+    (!first.is_empty()).then(|| first.join(", "))
 }
 
-/// Cameras in words, by the numbers and names that --camera-name takes; none if there are none.
+/// Cameras in words, by the numbers and names that --camera-name takes.
 fn camera_words(cameras: &[CameraRow]) -> Option<String> {
-    let words = cameras.iter().enumerate().take(MAX_SHOWN);
-    let words = words.map(|(row, camera)| {
-        let used = if camera.used { " (used)" } else { "" };
+    let word = |(row, camera): (usize, &CameraRow)| {
         let name = camera.name.as_deref().map(short);
-        let name = name.map_or_else(String::new, |name| format!(" {name}"));
-        format!("{row}{name}{used}")
-    });
-    let mut words: Vec<String> = words.collect();
-    if cameras.len() > MAX_SHOWN {
-        words.push(format!("… {}", cameras.len() - 1));
-    }
-    (!words.is_empty()).then(|| words.join(", "))
+        let used = camera.used.then(|| "(used)".to_owned());
+        let parts = [Some(row.to_string()), name, used];
+        Vec::from_iter(parts.into_iter().flatten()).join(" ")
+    };
+    first_words(cameras.iter().enumerate().map(word))
 }
 
 /// Numbers of meshes, instances and visible primitives.
@@ -211,6 +194,12 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
 impl InfoDocument {
     fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> InfoDocument {
         let [named_objects, named_materials] = scene.name_sizes().map(|sizes| NameList::of(&sizes));
+        let used = scene.used_camera();
+        let cameras = (scene.cameras.iter().enumerate()).map(|(row, camera)| CameraRow {
+            name: scene.names.get(camera.name).map(str::to_owned),
+            used: used == Some(row),
+        });
+        let cameras = cameras.collect();
         InfoDocument {
             scene: path.to_string_lossy().into_owned(),
             image: ImageSize {
@@ -228,7 +217,7 @@ impl InfoDocument {
             materials: scene.materials.len(),
             named_objects,
             named_materials,
-            cameras: cameras(scene),
+            cameras,
             bounds: bounds(scene),
             origin: scene.origin,
             bvh: tree.into(),

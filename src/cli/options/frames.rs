@@ -63,13 +63,10 @@ impl FrameArgs {
     /// Prints a note if --camera or --camera-name has no effect.
     pub fn note_camera(&self, scene: &SceneArgs) {
         let overrides = &scene.overrides;
-        let option = match (&overrides.camera, &overrides.camera_name) {
-            _ if self.keyframes.is_none() => return,
-            (None, None) => return,
-            (Some(_), _) => "--camera",
-            (None, Some(_)) => "--camera-name",
-        };
-        output::note(&format!("{option} has no effect with --keyframes"));
+        let is_given = overrides.camera.is_some() || overrides.camera_name.is_some();
+        if is_given && self.keyframes.is_some() {
+            output::note("--camera and --camera-name have no effect with --keyframes");
+        }
     }
 
     /// The picture that the scene is opened for.

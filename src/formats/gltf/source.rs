@@ -109,18 +109,11 @@ impl<'a> GltfSource<'a> {
 
     /// A row of one of the document's lists as messages call it, with its name.
     fn label(&self, list: &str, row: usize) -> String {
-        let GltfDocument {
-            nodes,
-            meshes,
-            materials,
-            cameras,
-            ..
-        } = &self.document;
+        let all = &self.document;
         let name = match list {
-            "nodes" => nodes.get(row).map(|node| &node.name),
-            "meshes" => meshes.get(row).map(|mesh| &mesh.name),
-            "materials" => materials.get(row).map(|material| &material.name),
-            "cameras" => cameras.get(row).map(|camera| &camera.name),
+            "nodes" => all.nodes.get(row).map(|node| &node.name),
+            "meshes" => all.meshes.get(row).map(|mesh| &mesh.name),
+            "materials" => all.materials.get(row).map(|material| &material.name),
             _ => None,
         };
         match name.map(GltfName::text) {

@@ -118,7 +118,7 @@ fn read(file: &File, camera: Option<&str>) -> Result<Loaded, Vec<String>> {
         ..Options::default()
     };
     let read = read_bytes("gltf", file.text().as_bytes(), &options).unwrap();
-    read.map_err(|errors| messages(&errors))
+    read.map_err(|errors| errors.into_iter().map(|error| error.message).collect())
 }
 
 #[test]

@@ -21,26 +21,20 @@ pub struct FilmDifference {
     simd: PixelRecord,
 }
 
-/// The values of a pixel, and the names of the object and the material that it shows, if they have
-/// any.
+/// The values of a pixel, and the names of the object and the material that it shows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct PixelRecord {
     #[serde(flatten)]
     bits: PixelBits,
-    object: Option<String>,
-    material: Option<String>,
+    names: [Option<String>; 2],
 }
 
 impl PixelRecord {
     fn of(scene: &Scene, film: &Film, i: usize) -> PixelRecord {
         let bits = PixelBits::of(film, i);
-        let hit = bits.hit.map_or(NO_HIT, |hit| hit.prim_id);
-        let [object, material] = scene.prim_names(hit).map(|name| name.map(str::to_owned));
-        PixelRecord {
-            bits,
-            object,
-            material,
-        }
+        let prim = bits.hit.map_or(NO_HIT, |hit| hit.prim_id);
+        let names = scene.prim_names(prim).map(|name| name.map(str::to_owned));
+        PixelRecord { bits, names }
     }
 }
 
@@ -144,10 +138,8 @@ impl fmt::Display for FilmDifference {
 impl fmt::Display for PixelRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.bits)?;
-        let names = [("object", &self.object), ("material", &self.material)];
-        let mut known = names
-            .iter()
-            .filter_map(|(kind, name)| Some((kind, name.as_ref()?)));
+        let names = ["object", "material"].iter().zip(&self.names);
+        let mut known = names.filter_map(|(kind, name)| Some((kind, name.as_deref()?)));
         known.try_for_each(|(kind, name)| write!(f, "; {kind} {}", quoted_text(name)))
     }
 }
@@ -274,6 +266,27 @@ mod tests {
         assert_eq!((json["x"].as_u64(), json["y"].as_u64()), (Some(2), Some(0)));
         assert_eq!(json["simd"]["prim_id"], 7);
         assert_eq!(json["scalar"]["t_bits"], "3f800000");
+    }
+
+    #[test]
+    fn what_a_pixel_shows_is_named() {
+        let mut scene = Scene::default();
+        let balls = scene.add_spheres(&[[0.0; 3]; 3], &[1.0; 3]).unwrap();
+        scene.set_name(balls, "b\u{1b}").unwrap();
+        let mut other = film();
+        hits(&mut other).prim_id[2] = NO_HIT;
+        let found = first_difference(&scene, &settings(3, 2), &film(), &other).unwrap();
+        let text = found.to_string();
+        assert!(
+            text.contains("hits prim 2") && text.contains("; object `b\\u{1b}`\n"),
+            "{text}"
+        );
+        let json = serde_json::to_value(&found).unwrap();
+        assert_eq!(
+            json["scalar"]["names"],
+            serde_json::json!(["b\u{1b}", null])
+        );
+        assert_eq!(json["simd"]["names"], serde_json::json!([null, null]));
     }
 
     #[test]
