@@ -270,11 +270,11 @@ pub mod scene {
         DefaultedParts, Ellipsoids, FileView, GeomId, Geometries, GeometryError, Instances,
         LightShape, Lights, LobeWeights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, MapTarget,
         Material, MaterialTable, Materials, MatteIds, Mesh, MeshMaterial, Meshes,
-        MetallicRoughness, NO_COLORS, NO_GEOM, NO_NORMALS, NO_PRIM, NO_TANGENTS, NO_TEXTURE,
-        NO_UVS, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim, Scene,
-        SceneError, Sky, Spheres, Texture, TextureMap, TextureMaps, Transfer, Triangles, UpAxis,
-        Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id,
-        object_names,
+        MetallicRoughness, NO_COLORS, NO_GEOM, NO_NAME, NO_NORMALS, NO_PRIM, NO_TANGENTS,
+        NO_TEXTURE, NO_UVS, Names, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize,
+        ResolvedPrim, Scene, SceneCamera, SceneError, Sky, Spheres, Texture, TextureMap,
+        TextureMaps, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View, ViewError, Wrap,
+        check_image_size, material_names, matte_id, object_names,
     };
 }
 #[doc(inline)]

@@ -1,6 +1,7 @@
 //! The last step of every reader: it applies the user's overrides, adds what the file lacks, and
 //! checks that the scene can be traced.
 
+use super::camera_choice;
 use super::diagnostics::{DiagnosticSink, Span};
 use super::framing::{PictureShape, framing, middle_and_half, parallel_height};
 use super::loaded::Loaded;
@@ -73,7 +74,10 @@ pub(super) fn finish_scene(
         if missing.background {
             scene.background = BACKGROUND;
         }
-        decide(&mut scene, options);
+        if let Err(error) = decide(&mut scene, options) {
+            report.error(Span::START, error.to_string());
+            return Err(ReadStop::of(report));
+        }
         notes = notes_on(&scene, missing, options);
         // Checked once in the file's units, and once as it will be traced: a scene that holds both
         // 1e30 and 1e-30 units cannot be brought into f32's comfortable range as a whole.
@@ -130,6 +134,7 @@ fn notes_on(scene: &Scene, missing: &MissingParts, options: &Options) -> Vec<Str
                 .into(),
         );
     }
+    notes.extend(camera_choice::note(scene, options));
     notes.extend(note_on_up(scene, options));
     if view && options.up.is_none() && missing.up != UpAxis::Y {
         notes.push("the model is taken as Z-up, as is the custom in its format (see --up)".into());
@@ -145,8 +150,9 @@ const NADIR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
 /// Applies the options, and makes what is made up: the one place for all that depends on the
 /// picture. Parts that it made for another picture are made again, from [`Scene::defaulted`], so
 /// that a cache gives the picture of its file; looking at millions of vertices takes time.
-fn decide(scene: &mut Scene, options: &Options) {
+fn decide(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
     let before = scene.defaulted;
+    camera_choice::choose(scene, options)?;
     apply_overrides(scene, options);
     let DefaultedParts {
         view,
@@ -167,8 +173,9 @@ fn decide(scene: &mut Scene, options: &Options) {
         (1.0, false)
     };
     scene.defaulted.made_for = Some(picture);
-    if scene.defaulted == before && options.view.is_none() {
-        return;
+    let is_placed = options.view.is_some() || options.camera.is_some();
+    if scene.defaulted == before && !is_placed {
+        return Ok(());
     }
     let mut fitting = None;
     if view || light {
@@ -204,6 +211,7 @@ fn decide(scene: &mut Scene, options: &Options) {
             zenith: ZENITH,
         });
     }
+    Ok(())
 }
 
 /// Visible height of a perspective, as far away as the point that it looks at.
@@ -244,16 +252,24 @@ fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
 /// # Errors
 /// [`SceneError`] if the result cannot be traced; the scene must not be used then.
 pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String>, SceneError> {
-    decide(scene, options);
+    decide(scene, options)?;
     // The scene was rescaled into the comfortable range when it was made. Parts that are placed now
     // cannot change its scale any more.
     let DefaultedParts { view, light, .. } = scene.defaulted;
-    let placed = options.view.is_some() || !options.lights.is_empty() || view || light;
+    let placed = options.view.is_some()
+        || options.camera.is_some()
+        || !options.lights.is_empty()
+        || view
+        || light;
     if placed && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
     }
     scene.validate_settings()?;
-    Ok(note_on_up(scene, options).into_iter().collect())
+    let notes = [
+        camera_choice::note(scene, options),
+        note_on_up(scene, options),
+    ];
+    Ok(notes.into_iter().flatten().collect())
 }
 
 fn apply_overrides(scene: &mut Scene, options: &Options) {

@@ -9,6 +9,7 @@
 //! step, with `framing` for its camera, which shows the `visible_vertices`.
 
 mod bytes;
+mod camera_choice;
 mod chunk_remarks;
 mod command;
 mod decimal;
@@ -27,6 +28,7 @@ mod mesh;
 mod mesh_chunk;
 mod mesh_defaults;
 mod metallic_roughness;
+mod named_runs;
 mod nff;
 mod number;
 mod obj;

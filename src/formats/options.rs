@@ -10,6 +10,8 @@ use std::path::PathBuf;
 pub struct Options {
     /// Replaces the file's camera.
     pub view: Option<FileView>,
+    /// Takes another camera of the file than the first, by its name, or else by its number from 0.
+    pub camera: Option<String>,
     /// Size of the picture, in pixels, for a default camera if the file has none; `None` for the
     /// scene's size.
     pub size: Option<(u32, u32)>,

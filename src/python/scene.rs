@@ -3,14 +3,14 @@
 use crate::arrays::{shaped, wrong_shape};
 use crate::coordinates::Coordinates;
 use crate::errors::{geometry_error, open_error, value_error, write_error};
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
-use phalanx::scene::GeomId;
-use phalanx::{BuildSettings, Bvh, Scene};
+use phalanx::scene::{GeomId, SceneCamera};
+use phalanx::{BuildSettings, Bvh, NO_PRIM, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
-use pyo3::types::{PyBytes, PyTuple};
+use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -217,15 +217,25 @@ impl PyScene {
     ///     OBJ, PLY, STL, glTF, NFF, .test, a scene written by save() (.phx),
     ///     or the name of a standard scene, such as 'standard:room:50k'.
     /// threads : int; 0 or None for one per CPU
+    /// camera : str or int
+    ///     The camera of the file by name, or by number from 0, as in
+    ///     cameras. None for the first.
     ///
-    /// Includes camera, materials and lights. The reader's remarks become
-    /// warnings. Raises OSError if the system cannot read the file,
-    /// ValueError for errors in its contents.
+    /// Includes camera, materials, lights and names. The reader's remarks
+    /// become warnings. Raises OSError if the system cannot read the file,
+    /// ValueError for errors in its contents and for an unknown camera.
     #[staticmethod]
-    #[pyo3(signature = (path, threads=None))]
-    fn load(py: Python<'_>, path: PathBuf, threads: Option<i64>) -> PyResult<PyScene> {
+    #[pyo3(signature = (path, threads=None, camera=None))]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        threads: Option<i64>,
+        camera: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<PyScene> {
+        let camera = camera.map(|camera| Ok::<_, PyErr>(camera.str()?.to_string()));
         let options = Options {
             threads: self::threads(threads)?,
+            camera: camera.transpose()?,
             ..Options::default()
         };
         let opened = py.detach(|| phalanx::open::open(&path, &options));
@@ -481,6 +491,52 @@ impl PyScene {
         self.change(py, |scene| {
             scene.set_mask(geom_id, mask).map_err(geometry_error)
         })
+    }
+
+    /// Names a geometry. Its object in Cryptomatte layers has this name;
+    /// geometries of one name are one object there. '' takes the name away.
+    ///
+    /// Raises IndexError for an unknown geom_id.
+    fn set_name(&self, py: Python<'_>, geom_id: GeomId, name: &str) -> PyResult<()> {
+        let mut now = self.lock(py);
+        let scene = Arc::make_mut(&mut now.scene);
+        scene.set_name(geom_id, name).map_err(geometry_error)
+    }
+
+    /// Names of the object and of the material of primitives: a flat list of
+    /// pairs of str, None without a name and for a miss.
+    ///
+    /// prim_id : integers, such as hits.prim_id
+    fn prim_names(
+        &self,
+        py: Python<'_>,
+        prim_id: &Bound<'_, PyAny>,
+    ) -> PyResult<Vec<(Option<String>, Option<String>)>> {
+        let ids = crate::arrays::as_contiguous::<i64>("prim_id", prim_id)?;
+        let scene = self.now(py).scene;
+        let names = ids.to_vec()?.into_iter().map(|id| {
+            let names = scene.prim_names(u32::try_from(id).unwrap_or(NO_PRIM));
+            names.map(|name| name.map(str::to_owned)).into()
+        });
+        Ok(names.collect())
+    }
+
+    /// The file's names of objects and of materials: two dicts, the largest
+    /// first, each name with the number of its primitives.
+    #[getter]
+    fn names<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyDict>; 2]> {
+        let scene = self.now(py).scene;
+        let [objects, materials] = scene.name_sizes();
+        Ok([objects.into_py_dict(py)?, materials.into_py_dict(py)?])
+    }
+
+    /// Names of the file's cameras, in the order of their numbers: a list of
+    /// str, None without a name.
+    #[getter]
+    fn cameras(&self, py: Python<'_>) -> Vec<Option<String>> {
+        let scene = self.now(py).scene;
+        let name = |camera: &SceneCamera| scene.names.get(camera.name).map(str::to_owned);
+        scene.cameras.iter().map(name).collect()
     }
 
     /// Lets the tree follow all changes now, instead of in the next query:

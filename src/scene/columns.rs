@@ -25,6 +25,7 @@ impl Scene {
         let (m, l) = (&self.materials, &self.lights);
         let (maps, textures) = (&self.maps, self.textures.len());
         let texture = Texture(textures);
+        let names = &self.names;
         ColumnTable::default()
             .of_each("mesh", meshes.len())
             .column(["meshes", "size"], &meshes.first, Any)
@@ -38,8 +39,15 @@ impl Scene {
             .of_each("instance", i.len())
             .column(["instances", "mesh"], &i.mesh, Below(meshes.len()))
             .column(["instances", "number"], &i.first, Any)
+            .column(["instances", "name"], &i.name, Any)
             .vectors(["instance maps", "transform"], &i.to_world, Finite)
             .vectors(["instance maps", "transform"], &i.to_object, Finite)
+            .of_each("byte of names", names.text.len())
+            .column(["names", "text"], &names.text, Any)
+            .of_each("name", names.len())
+            .column(["names", "end"], &names.ends, Any)
+            .of_each("run of names", names.runs.len())
+            .column(["names", "first primitive"], &names.runs, Any)
             .of_each("material", m.len())
             .vectors(["materials", "ka"], [&m.ka], Finite)
             .vectors(["materials", "ke"], [&m.ke], Finite)
@@ -116,8 +124,12 @@ impl Scene {
             &mut self.geometries.vertex_runs,
             &mut i.mesh,
             &mut i.first,
+            &mut i.name,
         ];
         all.extend(parts_mut(i.to_world.iter_mut().chain(&mut i.to_object)));
+        all.push(&mut self.names.text);
+        all.push(&mut self.names.ends);
+        all.push(&mut self.names.runs);
         let colors = [&mut m.ka, &mut m.ke, &mut m.kd, &mut m.ks, &mut m.kt];
         all.extend(parts_mut(colors));
         all.push(&mut m.shininess);

@@ -1,6 +1,6 @@
 //! Meshes stored once and placed many times.
 
-use super::{Bounds, Column, PAD, Vec3s};
+use super::{Bounds, Column, NO_NAME, PAD, Vec3s};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Meshes: runs of [`super::Scene::prims`] that are visible only through instances.
@@ -41,6 +41,8 @@ pub struct Instances {
     pub mesh: Column<u32>,
     /// Number of primitives of all instances before this one: see [`super::Scene::resolve`].
     pub first: Column<u32>,
+    /// Number of its name in [`super::Scene::names`], or [`NO_NAME`].
+    pub name: Column<u32>,
     /// Mesh-to-world map.
     pub to_world: [Vec3s; 4],
     /// World-to-mesh map.
@@ -74,6 +76,7 @@ impl Instances {
         self.set_maps(self.len(), maps);
         self.mesh.push(mesh);
         self.first.push(first);
+        self.name.push(NO_NAME);
         Some(())
     }
 

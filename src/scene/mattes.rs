@@ -1,12 +1,12 @@
 //! Identifiers of objects and materials in the form of Cryptomatte (Friedman and Jones, "Fully
 //! Automatic ID Mattes with Support for Motion Blur and Transparency", 2015; specification 1.2.0).
 //!
-//! Everything has a name, and its identifier is a hash of the name. Scenes do not keep the names in
-//! their files, so names are made from numbers: of materials, instances, geometries, or otherwise
-//! primitives.
+//! Everything has a name, and its identifier is a hash of the name. What has no name in the file
+//! gets one from a number: of the material, instance or geometry, or otherwise of the primitive.
 
-use crate::Scene;
 use crate::geometries::Geometry;
+use crate::{NO_NAME, Scene};
+use std::collections::BTreeSet;
 
 /// Identifiers of a scene's objects and materials: the bits of floats.
 #[derive(Clone, Debug, Default)]
@@ -14,6 +14,9 @@ pub struct MatteIds {
     /// First primitive of each object, in ascending order.
     starts: Vec<u32>,
     objects: Vec<u32>,
+    /// Identifiers of names, by their numbers.
+    names: Vec<u32>,
+    /// Identifiers of materials without a name.
     materials: Vec<u32>,
 }
 
@@ -21,10 +24,15 @@ impl MatteIds {
     /// The identifiers of all objects and materials.
     pub fn of(scene: &Scene) -> MatteIds {
         let (starts, names): (_, Vec<String>) = objects(scene).unzip();
+        let known = (0..scene.names.len() as u32).map(|name| scene.names.get(name));
+        let rows = 0..scene.materials.len() as u32;
         MatteIds {
             starts,
             objects: names.iter().map(|name| matte_id(name)).collect(),
-            materials: material_names(scene).map(|name| matte_id(&name)).collect(),
+            names: known
+                .map(|name| matte_id(name.unwrap_or_default()))
+                .collect(),
+            materials: rows.map(|row| matte_id(&unnamed_material(row))).collect(),
         }
     }
 
@@ -39,22 +47,42 @@ impl MatteIds {
         else {
             return [0; 2];
         };
-        let material = scene.prim_material(scene.resolve(prim_id).prim);
-        [self.objects[object], self.materials[material as usize]]
+        let prim = scene.resolve(prim_id).prim;
+        let [_, name] = scene.names.of_prim(prim);
+        let material = match self.names.get(name as usize) {
+            Some(&id) => id,
+            None => self.materials[scene.prim_material(prim) as usize],
+        };
+        [self.objects[object], material]
     }
 }
 
-/// Names of a scene's objects. An instance is an object, and so are the primitives that were added
-/// together (see [`Scene::add_mesh`]). Of the others, each sphere and each ellipsoid is one, and so
-/// are triangles or cones that follow each other with one material. The number in a name is that of
-/// the instance, of the geometry, or of the first primitive.
+/// Names of a scene's objects. An instance is an object, and so are primitives of one name that
+/// follow each other. Of those without a name, primitives that were added together are an object
+/// (see [`Scene::add_mesh`]), each other sphere and ellipsoid is one, and so are triangles or cones
+/// that follow each other with one material. The number in a name is that of the instance, of the
+/// geometry, or of the first primitive.
 pub fn object_names(scene: &Scene) -> impl Iterator<Item = String> {
     objects(scene).map(|(_, name)| name)
 }
 
-/// Names of a scene's materials, which are their numbers.
+/// Names of a scene's materials. Those without a name have their numbers.
 pub fn material_names(scene: &Scene) -> impl Iterator<Item = String> {
-    (0..scene.materials.len()).map(|material| format!("material{material}"))
+    let named = scene.names.runs.iter().map(|&[.., name]| name);
+    let named: BTreeSet<u32> = named.collect();
+    let mut is_bare = vec![false; scene.materials.len()];
+    let prims = 0..scene.prim_count() as u32;
+    for prim in prims.filter(|&prim| scene.names.of_prim(prim)[1] == NO_NAME) {
+        is_bare[scene.prim_material(prim) as usize] = true;
+    }
+    let named = named.into_iter();
+    let named = named.filter_map(|name| scene.names.get(name).map(str::to_owned));
+    let bare = (0..).zip(is_bare).filter(|(_, is_bare)| *is_bare);
+    named.chain(bare.map(|(row, _)| unnamed_material(row)))
+}
+
+fn unnamed_material(row: u32) -> String {
+    format!("material{row}")
 }
 
 /// The objects of a scene: the first primitive of each, and its name.
@@ -72,27 +100,31 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
         while geometries.next_if(|(_, prims)| prims.end <= prim).is_some() {}
         let geometry = geometries.peek().filter(|(_, prims)| prims.start <= prim);
         let geometry = geometry.map(|(geometry, _)| *geometry);
+        let [name, _] = scene.names.of_prim(prim);
         let kind = scene.prims[prim as usize].kind();
-        let alone = kind.is_whole_object();
-        let plural = if alone { "" } else { "s" };
-        let run = match geometry {
-            Some(_) => (geometry, None),
-            None => (None, Some((kind, scene.prim_material(prim)))),
+        let bare = name == NO_NAME && geometry.is_none();
+        let alone = bare && kind.is_whole_object();
+        let run = match bare {
+            true => (name, None, Some((kind, scene.prim_material(prim)))),
+            false => (name, geometry.filter(|_| name == NO_NAME), None),
         };
         let last = before.replace((run, prim));
         let goes_on = last.is_some_and(|(last_run, last)| last_run == run && last + 1 == prim);
-        if goes_on && !(alone && geometry.is_none()) {
+        if goes_on && !alone {
             return None;
         }
-        Some(match geometry {
-            Some(geometry) => (prim, format!("geometry{geometry}")),
-            None => (prim, format!("{}{plural}{prim}", kind.name())),
+        let plural = if alone { "" } else { "s" };
+        Some(match (scene.names.get(name), geometry) {
+            (Some(name), _) => (prim, name.to_owned()),
+            (None, Some(geometry)) => (prim, format!("geometry{geometry}")),
+            (None, None) => (prim, format!("{}{plural}{prim}", kind.name())),
         })
     });
     let instances = (0..scene.instances.len()).map(|instance| {
+        let name = scene.names.get(scene.instances.name[instance]);
         (
             scene.instance_first_id(instance),
-            format!("instance{instance}"),
+            name.map_or_else(|| format!("instance{instance}"), str::to_owned),
         )
     });
     stored.chain(instances)
@@ -205,5 +237,61 @@ mod tests {
             assert_eq!(material, matte_id(&format!("material{stored}")), "{prim}");
         }
         assert_eq!(MatteIds::default().find(&scene, 3), [0; 2]);
+    }
+
+    /// Materials of one row keep their names, and objects of one name are one.
+    #[test]
+    fn names_of_the_file_take_the_place_of_numbers() {
+        let mut scene = Scene::new();
+        scene.materials.push(&Material::default());
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        for _ in 0..5 {
+            scene.add_triangle(corners, None, 0);
+        }
+        scene.add_sphere(Vec3::ZERO, 1.0, 0);
+        scene.add_sphere(Vec3::ONE, 1.0, 0);
+        let mesh = scene.begin_mesh();
+        scene.add_triangle(corners, None, 0);
+        scene.end_mesh(mesh);
+        for _ in 0..2 {
+            scene.add_instance(mesh, DAffine3::IDENTITY).unwrap();
+        }
+        let names = ["cup", "red", "blue", "rim"];
+        let [cup, red, blue, rim] = names.map(|name| scene.names.intern(name.as_bytes()));
+        scene.names.name_run(0..1, cup, Some(red));
+        scene.names.name_run(1..2, cup, Some(blue));
+        scene.names.name_run(3..4, cup, None);
+        scene.names.name_run(5..7, rim, None);
+        scene.names.name_run(7..8, NO_NAME, Some(red));
+        scene.instances.name[1] = rim;
+        let objects: Vec<String> = object_names(&scene).collect();
+        assert_eq!(
+            objects,
+            [
+                "cup",
+                "triangles2",
+                "cup",
+                "triangles4",
+                "rim",
+                "instance0",
+                "rim"
+            ]
+        );
+        let materials: Vec<String> = material_names(&scene).collect();
+        assert_eq!(materials, ["red", "blue", "material0"]);
+        let ids = MatteIds::of(&scene);
+        for (prim, object, material) in [
+            (0, "cup", "red"),
+            (1, "cup", "blue"),
+            (2, "triangles2", "material0"),
+            (3, "cup", "material0"),
+            (4, "triangles4", "material0"),
+            (6, "rim", "material0"),
+            (8, "instance0", "red"),
+            (9, "rim", "red"),
+        ] {
+            let want = [object, material].map(matte_id);
+            assert_eq!(ids.find(&scene, prim), want, "{prim}");
+        }
     }
 }

@@ -108,10 +108,11 @@ impl Scene {
     fn scale_by(&mut self, scale: ScaleFactors) {
         let world = scale.world;
         self.scale *= world;
-        self.view.eye *= world;
-        self.view.center *= world;
-        if let Some(height) = &mut self.view.ortho {
-            *height *= world;
+        let cameras = self.cameras.iter_mut().map(|camera| &mut camera.view);
+        for view in cameras.chain([&mut self.view]) {
+            view.eye *= world;
+            view.center *= world;
+            view.ortho = view.ortho.map(|height| height * world);
         }
         self.scale_shapes(scale);
         self.scale_instances(scale);

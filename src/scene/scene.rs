@@ -1,6 +1,7 @@
 //! The scene itself: columns, the numbers of primitives, bounds.
 
 use crate::bounds::Bounds;
+use crate::cameras::SceneCamera;
 use crate::column::Column;
 use crate::defaulted_parts::DefaultedParts;
 use crate::edits::Edits;
@@ -9,6 +10,7 @@ use crate::geometries::{Geometries, Geometry};
 use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
 use crate::materials::Materials;
+use crate::names::Names;
 use crate::prims::{
     Cone, Cones, Ellipsoids, Mesh, Prim, PrimColumns, PrimKind, Spheres, Triangles,
 };
@@ -54,6 +56,8 @@ pub struct Scene {
     pub encoding: OutputEncoding,
     /// Camera.
     pub view: View,
+    /// Cameras of the file, in its order; empty for formats that have but one.
+    pub cameras: Vec<SceneCamera>,
     /// Parts that are made for each picture anew.
     pub defaulted: DefaultedParts,
     /// Kind and column index of each stored primitive, in file order.
@@ -72,6 +76,8 @@ pub struct Scene {
     pub instances: Instances,
     /// Primitives that were added together: see [`Scene::add_mesh`].
     pub geometries: Geometries,
+    /// Names of objects, materials and cameras.
+    pub names: Names,
     /// Surface parameters, shared between primitives.
     pub materials: Materials,
     /// Textures that vary materials over their surfaces.
@@ -108,6 +114,7 @@ impl Default for Scene {
                 fovy: 45.0,
                 ortho: None,
             },
+            cameras: Vec::new(),
             defaulted: DefaultedParts::default(),
             prims: Column::new(),
             spheres: Spheres::default(),
@@ -117,6 +124,7 @@ impl Default for Scene {
             meshes: Meshes::default(),
             instances: Instances::default(),
             geometries: Geometries::default(),
+            names: Names::default(),
             materials: Materials::default(),
             maps: TextureMaps::default(),
             textures: Vec::new(),

@@ -38,6 +38,17 @@ pub enum SceneError {
         /// Description of the error.
         problem: &'static str,
     },
+    /// Names that are not text, or out of order, or fewer than their numbers.
+    #[error("the names of objects, materials or cameras are damaged")]
+    Names,
+    /// No camera of the file has this name or number.
+    #[error("no camera is called {asked}: {known}")]
+    NoCamera {
+        /// Name or number that was asked for, in quotes.
+        asked: String,
+        /// The cameras that there are.
+        known: String,
+    },
     /// A camera or a light that is given for a finished scene is too far from its origin.
     #[error(
         "the camera or a light is too far away: a finished scene takes coordinates of at most {0:e}"
@@ -91,6 +102,7 @@ impl Scene {
         self.validate_extents()?;
         self.validate_instances()?;
         self.validate_geometries()?;
+        self.validate_names()?;
         self.validate_textures()?;
         self.validate_materials()?;
         self.validate_lights()

@@ -36,6 +36,9 @@ struct InfoDocument {
     instances: InstanceCounts,
     lights: LightCounts,
     materials: usize,
+    named_objects: NameList,
+    named_materials: NameList,
+    cameras: Vec<CameraRow>,
     /// Bounds in the file's own coordinates; `None` for a scene without primitives.
     bounds: Option<FileBounds>,
     /// Origin of the scene's coordinates, in the file's; zero if they are the same.
@@ -48,6 +51,76 @@ struct InfoDocument {
 struct ImageSize {
     width: u32,
     height: u32,
+}
+
+/// Names of objects or materials from the file, the largest first, each with its number of visible
+/// primitives.
+#[derive(Debug, Serialize)]
+struct NameList {
+    count: usize,
+    largest: Vec<(String, u64)>,
+}
+
+/// A camera of the file, which may have no name.
+#[derive(Debug, Serialize)]
+struct CameraRow {
+    name: Option<String>,
+    used: bool,
+}
+
+/// Most names in the report.
+const MAX_NAMES: usize = 1000;
+/// Most names in a row of the table, and most characters of each.
+const MAX_SHOWN: usize = 8;
+const NAME_CHARS: usize = 40;
+
+impl NameList {
+    fn of(sizes: &[(&str, u64)]) -> NameList {
+        let largest = sizes.iter().take(MAX_NAMES);
+        NameList {
+            count: sizes.len(),
+            largest: largest
+                .map(|&(name, size)| (name.to_owned(), size))
+                .collect(),
+        }
+    }
+
+    /// The largest in words; none if nothing has a name.
+    fn words(&self) -> Option<String> {
+        let word = |(name, size): &(String, u64)| format!("{} {}", short(name), grouped(*size));
+        let words = first_words(self.largest.iter().map(word))?;
+        let plural = if self.count == 1 { "" } else { "s" };
+        let count = grouped(self.count as u64);
+        Some(format!("{count} name{plural}: {words}"))
+    }
+}
+
+/// A name in the table.
+fn short(name: &str) -> String {
+    match name.char_indices().nth(NAME_CHARS) {
+        Some((end, _)) => format!("`{}…`", &name[..end]),
+        None => format!("`{name}`"),
+    }
+}
+
+/// The first of some words; none if there are none.
+fn first_words(words: impl Iterator<Item = String>) -> Option<String> {
+    let mut first: Vec<String> = words.take(MAX_SHOWN + 1).collect();
+    if let Some(more) = first.get_mut(MAX_SHOWN) {
+        *more = "…".to_owned();
+    }
+    (!first.is_empty()).then(|| first.join(", "))
+}
+
+/// Cameras in words, by the numbers and names that --camera-name takes.
+fn camera_words(cameras: &[CameraRow]) -> Option<String> {
+    let word = |(row, camera): (usize, &CameraRow)| {
+        let name = camera.name.as_deref().map(short);
+        let used = camera.used.then(|| "(used)".to_owned());
+        let parts = [Some(row.to_string()), name, used];
+        Vec::from_iter(parts.into_iter().flatten()).join(" ")
+    };
+    first_words(cameras.iter().enumerate().map(word))
 }
 
 /// Numbers of meshes, instances and visible primitives.
@@ -120,6 +193,13 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
 
 impl InfoDocument {
     fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> InfoDocument {
+        let [named_objects, named_materials] = scene.name_sizes().map(|sizes| NameList::of(&sizes));
+        let used = scene.used_camera();
+        let cameras = (scene.cameras.iter().enumerate()).map(|(row, camera)| CameraRow {
+            name: scene.names.get(camera.name).map(str::to_owned),
+            used: used == Some(row),
+        });
+        let cameras = cameras.collect();
         InfoDocument {
             scene: path.to_string_lossy().into_owned(),
             image: ImageSize {
@@ -135,6 +215,9 @@ impl InfoDocument {
             },
             lights: LightCounts::of(scene),
             materials: scene.materials.len(),
+            named_objects,
+            named_materials,
+            cameras,
             bounds: bounds(scene),
             origin: scene.origin,
             bvh: tree.into(),
@@ -153,29 +236,32 @@ impl Output for InfoDocument {
         let ImageSize { width, height } = self.image;
         let image = format!("{width}x{height}, max depth {}", self.max_depth);
         let tree = format!("{}, cost {:.2}", self.bvh.words(), self.bvh.sah);
-        let mut rows = vec![
-            ("scene", self.scene.clone()),
-            ("image", image),
-            ("primitives", self.primitives.words()),
-            ("lights", self.lights.words()),
-            ("materials", grouped(self.materials as u64)),
-            ("bounds", bounds),
-            ("tree", tree),
-        ];
+        let materials = grouped(self.materials as u64);
+        let materials = [Some(materials), self.named_materials.words()];
+        let materials = Vec::from_iter(materials.into_iter().flatten()).join(", ");
         let placed = &self.instances;
-        if placed.meshes > 0 {
-            let words = format!(
+        let placed = (placed.meshes > 0).then(|| {
+            format!(
                 "{} of {} meshes: {} visible primitives",
                 grouped(placed.instances as u64),
                 grouped(placed.meshes as u64),
                 grouped(placed.visible_primitives)
-            );
-            rows.insert(3, ("instances", words));
-        }
-        let bounds = rows.iter().position(|(name, _)| *name == "bounds");
-        if let (Some(at), Some(row)) = (bounds, origin_row(self.origin)) {
-            rows.insert(at + 1, row);
-        }
+            )
+        });
+        let rows = [
+            Some(("scene", self.scene.clone())),
+            Some(("image", image)),
+            camera_words(&self.cameras).map(|words| ("cameras", words)),
+            Some(("primitives", self.primitives.words())),
+            placed.map(|words| ("instances", words)),
+            self.named_objects.words().map(|words| ("objects", words)),
+            Some(("lights", self.lights.words())),
+            Some(("materials", materials)),
+            Some(("bounds", bounds)),
+            origin_row(self.origin),
+            Some(("tree", tree)),
+        ];
+        let mut rows = Vec::from_iter(rows.into_iter().flatten());
         rows.extend(self.memory.rows());
         lines(&rows)
     }

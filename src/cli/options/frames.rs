@@ -60,10 +60,12 @@ impl FrameArgs {
         self.turntable.is_some() || self.keyframes.is_some()
     }
 
-    /// Prints a note if --camera has no effect.
+    /// Prints a note if --camera or --camera-name has no effect.
     pub fn note_camera(&self, scene: &SceneArgs) {
-        if scene.overrides.camera.is_some() && self.keyframes.is_some() {
-            output::note("--camera has no effect with --keyframes");
+        let overrides = &scene.overrides;
+        let is_given = overrides.camera.is_some() || overrides.camera_name.is_some();
+        if is_given && self.keyframes.is_some() {
+            output::note("--camera and --camera-name have no effect with --keyframes");
         }
     }
 

@@ -1,11 +1,11 @@
-//! Cameras: the first one that can be used is the scene's view.
+//! Cameras: the first one that can be used is the scene's view. The others can be chosen.
 
 use super::document::{GltfCamera, Orthographic};
 use super::nodes::PlacedNode;
 use super::source::GltfSource;
 use crate::diagnostics::DiagnosticSink;
 use glam::DVec3;
-use phalanx_scene::{Bounds, Scene, View};
+use phalanx_scene::{Bounds, NO_NAME, Scene, SceneCamera, View};
 
 /// Lens of a camera, and its picture's aspect ratio, if given in the file.
 struct Projection {
@@ -21,9 +21,9 @@ const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 /// Placeholder for the field of view of parallel rays, which do not use it.
 const UNUSED_FOVY: f32 = 45.0;
 
-/// Takes the camera of the first node with a usable one: the scene's view, and the width of its
-/// picture. Returns true if there is one.
-pub(super) fn add_camera(
+/// Adds the cameras of all nodes that have a usable one, and takes the first: the scene's view, and
+/// the width of its picture. Returns true if there is one.
+pub(super) fn add_cameras(
     source: &GltfSource,
     nodes: &[PlacedNode],
     bounds: Bounds,
@@ -48,14 +48,23 @@ pub(super) fn add_camera(
             report.warning(source.span_of("cameras", row), message);
             continue;
         };
-        scene.view = view;
-        scene.defaulted.ortho_size = projection.ortho_size;
-        if let Some(aspect) = projection.aspect.filter(|a| ASPECTS.contains(a)) {
-            scene.width = libm::round(f64::from(scene.height) * aspect) as u32;
-        }
-        return true;
+        let node = &source.document.nodes[placed.node];
+        let name = match scene.names.intern(node.name.text().as_bytes()) {
+            NO_NAME => scene.names.intern(camera.name.text().as_bytes()),
+            name => name,
+        };
+        let aspect = projection.aspect.filter(|a| ASPECTS.contains(a));
+        scene.cameras.push(SceneCamera {
+            name,
+            view,
+            ortho_size: projection.ortho_size,
+            width: aspect.map_or(scene.width, |aspect| {
+                libm::round(f64::from(scene.height) * aspect) as u32
+            }),
+        });
     }
-    false
+    let first = scene.cameras.first().copied();
+    first.map(|first| scene.use_camera(first)).is_some()
 }
 
 fn projection(camera: &GltfCamera) -> Option<Projection> {

@@ -3,6 +3,7 @@
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
 #[derive(Deserialize, Default)]
@@ -25,6 +26,20 @@ pub(super) struct GltfDocument {
     pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
     pub(super) extensions: Extensions,
+}
+
+/// A name, or whatever stands in its place: nothing depends on it, so nothing there is a fault.
+#[derive(Deserialize, Default)]
+#[serde(transparent)]
+pub(super) struct GltfName(Option<Box<RawValue>>);
+
+impl GltfName {
+    /// Its text; empty if there is none.
+    pub(super) fn text(&self) -> String {
+        let json = self.0.as_ref().map(|name| name.get().as_bytes());
+        let text = json.map(serde_json::from_slice).transpose();
+        text.ok().flatten().unwrap_or_default()
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -86,6 +101,7 @@ pub(super) struct GltfScene {
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(super) struct GltfNode {
+    pub(super) name: GltfName,
     pub(super) children: Vec<usize>,
     pub(super) mesh: Option<usize>,
     pub(super) camera: Option<usize>,
@@ -133,6 +149,7 @@ pub(super) struct LightIndex {
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(super) struct GltfMesh {
+    pub(super) name: GltfName,
     pub(super) primitives: Vec<Primitive>,
     pub(super) weights: Vec<f64>,
 }
@@ -280,6 +297,7 @@ pub(super) struct Sampler {
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct GltfMaterial {
+    pub(super) name: GltfName,
     pub(super) pbr_metallic_roughness: MetallicRoughness,
     pub(super) normal_texture: Option<TextureInfo>,
     pub(super) occlusion_texture: Option<IgnoredAny>,
@@ -411,6 +429,7 @@ pub(super) struct SpecularGlossiness {
 
 #[derive(Deserialize)]
 pub(super) struct GltfCamera {
+    pub(super) name: GltfName,
     pub(super) perspective: Option<Perspective>,
     pub(super) orthographic: Option<Orthographic>,
 }

@@ -14,6 +14,8 @@ pub(super) struct PrimitiveGeometry<'a> {
     pub(super) vertices: PrimitiveVertices<'a>,
     pub(super) corners: Vec<[u32; 3]>,
     pub(super) material: u32,
+    /// Number of the material's name in the scene.
+    pub(super) name: u32,
 }
 
 /// Bytes of a triangle of a shape.
@@ -25,7 +27,7 @@ impl<'a> PrimitiveGeometry<'a> {
     pub(super) fn open(
         source: &'a GltfSource,
         primitive: &Primitive,
-        material: &PrimitiveMaterial,
+        (material, name): (&PrimitiveMaterial, u32),
         vertices: PrimitiveVertices<'a>,
         most: u64,
         room: impl FnOnce(u64, u64) -> Result<(), OverLimit>,
@@ -34,6 +36,7 @@ impl<'a> PrimitiveGeometry<'a> {
             vertices,
             corners: Vec::new(),
             material: material.material,
+            name,
         };
         let room = |count: u64| Ok(room(count, shape.bytes_of(count))?);
         shape.corners = triangles(source, primitive, shape.vertices.count, most, room)?;

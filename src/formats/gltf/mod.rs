@@ -31,6 +31,11 @@
 //! of meshes too large or small to be instanced as they are. Points, lines and primitives without
 //! positions are left out.
 //!
+//! # Names
+//! An object is what a node shows, whatever materials it has: it has the name of the node, or else
+//! of the mesh. All copies that a node makes are one object. A camera has the name of its node, or
+//! else its own.
+//!
 //! # Pose
 //! The file's pose at rest, since animations are not played: morph targets by the weights of the
 //! node, or else of the mesh, and skins by the nodes of their joints. The node of a mesh with a
@@ -68,8 +73,8 @@
 //! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance
 //! 1/π. Point and spot lights fade with the square of the distance. If the middle of the scene then
 //! gets less than 0.25 or more than 4, all lights are scaled alike to give it 1, with a warning.
-//! The first camera is the view, and its aspect ratio is that of the picture. The scale of its node
-//! is ignored. An orthographic camera shows all of its width and height, and nothing behind it.
+//! The first camera is the view unless the options name another one of the shown nodes, and its
+//! aspect ratio is that of the picture. The scale of its node is ignored. An orthographic camera shows all of its width and height, and nothing behind it.
 
 mod accessor;
 mod bake;

@@ -14,7 +14,8 @@ use std::collections::HashMap;
 pub(super) struct PlacedMesh<'a> {
     pub(super) mesh: usize,
     pub(super) pose: Pose<'a>,
-    pub(super) maps: Vec<DAffine3>,
+    /// Its placements: the node, and the map.
+    pub(super) maps: Vec<(usize, DAffine3)>,
 }
 
 /// Pose of a mesh: weights of its morph targets, and the skin that moves its vertices.
@@ -144,6 +145,7 @@ impl<'a> Placements<'a> {
                 maps: Vec::new(),
             });
         }
+        let maps = maps.into_iter().map(|map| (placed.node, map));
         self.placed[at].maps.extend(maps);
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The reader: meshes of nodes, baked or instanced, and everything around them.
 
 use super::bake::BadAttributes;
+use super::document::GltfDocument;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, UvLayer, VertexPaint};
 use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
@@ -21,7 +22,7 @@ use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
 use crate::text;
 use glam::{DAffine3, DVec3};
-use phalanx_scene::{Bounds, GeometryError, Scene};
+use phalanx_scene::{Bounds, GeometryError, NO_NAME, Scene};
 use std::collections::HashSet;
 
 /// The text of a file; empty for a GLB, which has none to show.
@@ -163,8 +164,15 @@ impl<'a, 't> GltfReader<'a, 't> {
                 if self.report.is_full() {
                     return Ok(());
                 }
-                let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
-                let maps: Vec<DAffine3> = placed.maps.iter().copied().flat_map(times).collect();
+                let mut last = (usize::MAX, NO_NAME);
+                let maps = placed.maps.iter().flat_map(|&(node, map)| {
+                    // A node may have any number of copies.
+                    if last.0 != node {
+                        last = (node, self.name(node));
+                    }
+                    std::iter::repeat_n((last.1, map), part.times)
+                });
+                let maps: Vec<(u32, DAffine3)> = maps.collect();
                 if let Err(message) = self.mesh(&placed, &part, &maps) {
                     source.error(&mut self.report, "meshes", placed.mesh, &message);
                 }
@@ -195,15 +203,29 @@ impl<'a, 't> GltfReader<'a, 't> {
 
     fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
-        missing.view = !cameras::add_camera(source, nodes, bounds, scene, report);
+        missing.view = !cameras::add_cameras(source, nodes, bounds, scene, report);
         missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 
+    /// The name of the object that a node shows: its own, or that of its mesh.
+    fn name(&mut self, node: usize) -> u32 {
+        let GltfDocument { nodes, meshes, .. } = &self.source.document;
+        let node = &nodes[node];
+        let names = &mut self.scene.names;
+        match names.intern(node.name.text().as_bytes()) {
+            NO_NAME => node.mesh.map_or(NO_NAME, |mesh| {
+                names.intern(meshes[mesh].name.text().as_bytes())
+            }),
+            name => name,
+        }
+    }
+
+    /// Adds a part of a mesh under each of the maps, which have names of objects.
     fn mesh(
         &mut self,
         placed: &PlacedMesh,
         part: &MeshPart,
-        maps: &[DAffine3],
+        maps: &[(u32, DAffine3)],
     ) -> Result<(), String> {
         let mesh = placed.mesh;
         let shapes = self.shapes(mesh, part, &placed.pose)?;
@@ -215,7 +237,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         let (Some(bounds), Some(size)) = (bounds, size) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
-            for map in maps {
+            for &map in maps {
                 bad = self.bake(&shapes, map, joints)?;
             }
             self.warn_bad_attributes(mesh, bad);
@@ -226,19 +248,20 @@ impl<'a, 't> GltfReader<'a, 't> {
         // have accessors in the coordinates of a map, and nodes that move them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
-        let bad = self.bake(&shapes, &taken, None)?;
+        let bad = self.bake(&shapes, (NO_NAME, taken), None)?;
         self.scene.end_mesh(stored);
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
-        for map in maps {
+        for &(name, map) in maps {
             // If there is nothing to undo, no product is computed: zeros keep their signs.
             let undone = own.is_none() && size == 1.0;
-            let to_world = if undone { *map } else { *map * back };
+            let to_world = if undone { map } else { map * back };
+            let placed_before = self.scene.instances.len();
             match self.scene.add_instance(stored, to_world) {
-                Ok(_) => {}
+                Ok(_) => self.scene.instances.name[placed_before] = name,
                 Err(GeometryError::NotInvertible) => {
                     baked += 1;
-                    self.bake(&shapes, map, None)?;
+                    self.bake(&shapes, (name, map), None)?;
                 }
                 Err(error) => return Err(error.to_string()),
             }
@@ -254,12 +277,12 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(())
     }
 
-    /// Adds shapes under a map to the scene, and subtracts their triangles from those that may
-    /// still be made.
+    /// Adds shapes under a map to the scene, as a named object, and subtracts their triangles from
+    /// those that may still be made.
     fn bake(
         &mut self,
         shapes: &[PrimitiveGeometry],
-        map: &DAffine3,
+        (name, map): (u32, DAffine3),
         joints: Option<&[DAffine3]>,
     ) -> Result<BadAttributes, String> {
         let mut all = BadAttributes::default();
@@ -275,8 +298,10 @@ impl<'a, 't> GltfReader<'a, 't> {
             let left = self.displacements_left.checked_sub(shape.displacements());
             self.displacements_left =
                 left.ok_or("its morph targets are too many for a file of this size")?;
-            let (mesh, bad) = shape.mesh(map, joints, self.options.origin);
-            self.scene.append_mesh(mesh);
+            let (mesh, bad) = shape.mesh(&map, joints, self.options.origin);
+            let first = self.scene.append_mesh(mesh);
+            let prims = first..self.scene.prim_count() as u32;
+            self.scene.names.name_run(prims, name, Some(shape.name));
             all.add(bad);
         }
         self.inexact |= all.inexact;
@@ -364,7 +389,10 @@ impl<'a, 't> GltfReader<'a, 't> {
                 let what = format!("for {triangles} more triangles");
                 memory.lend(open.saturating_add(columns), what)
             };
-            let shape = PrimitiveGeometry::open(source, primitive, &material, vertices, left, room)
+            let name = row.and_then(|row| source.document.materials.get(row));
+            let name = name.map_or(String::new(), |material| material.name.text());
+            let looks = (&material, self.scene.names.intern(name.as_bytes()));
+            let shape = PrimitiveGeometry::open(source, primitive, looks, vertices, left, room)
                 .map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {

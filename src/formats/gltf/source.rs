@@ -2,9 +2,9 @@
 //! its rows in the text.
 
 use super::container::{Container, ContainerFault};
-use super::document::GltfDocument;
+use super::document::{GltfDocument, GltfName};
 use super::{rewriting, version};
-use crate::diagnostics::{DiagnosticSink, Span, quoted_file};
+use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found};
 use base64::Engine;
 use base64::alphabet::STANDARD;
@@ -107,10 +107,26 @@ impl<'a> GltfSource<'a> {
         }
     }
 
+    /// A row of one of the document's lists as messages call it, with its name.
+    fn label(&self, list: &str, row: usize) -> String {
+        let all = &self.document;
+        let name = match list {
+            "nodes" => all.nodes.get(row).map(|node| &node.name),
+            "meshes" => all.meshes.get(row).map(|mesh| &mesh.name),
+            "materials" => all.materials.get(row).map(|material| &material.name),
+            _ => None,
+        };
+        match name.map(GltfName::text) {
+            Some(name) if !name.is_empty() => format!("{list}[{row}] {}", quoted(&name)),
+            _ => format!("{list}[{row}]"),
+        }
+    }
+
     /// Adds an error about a row.
     pub(super) fn error(&self, report: &mut DiagnosticSink, list: &str, row: usize, message: &str) {
         if !report.is_full() {
-            report.error(self.span_of(list, row), format!("{list}[{row}]: {message}"));
+            let label = self.label(list, row);
+            report.error(self.span_of(list, row), format!("{label}: {message}"));
         }
     }
 
@@ -122,7 +138,8 @@ impl<'a> GltfSource<'a> {
         row: usize,
         message: &str,
     ) {
-        report.warning(self.span_of(list, row), format!("{list}[{row}]: {message}"));
+        let label = self.label(list, row);
+        report.warning(self.span_of(list, row), format!("{label}: {message}"));
     }
 
     /// Reads every buffer: from the file's own chunk, from the text, or from a file next to it.

@@ -8,6 +8,7 @@ use crate::diagnostics::Span;
 use crate::faces::FaceCorner;
 use crate::memory::LedgerShare;
 use crate::mesh_chunk::{MeshChunk, push};
+use crate::named_runs::change;
 use crate::text::mark_length;
 use glam::DVec3;
 
@@ -42,6 +43,9 @@ pub(super) struct ObjChunk {
     /// Changes of the material by `usemtl`: the first triangle with the new one, and the span of
     /// its name.
     pub(super) switches: Vec<(usize, Span)>,
+    /// Changes of the object by `o` and `g`: the first triangle of the new one, the span of its
+    /// name, and true for `o`. A `g` after an `o` is left out.
+    pub(super) objects: Vec<(usize, (Span, bool))>,
     /// The operands of each `mtllib`.
     pub(super) libraries: Vec<Span>,
     /// Numbers of UVs and normals that the file does not have.
@@ -169,9 +173,21 @@ impl ObjReader<'_> {
             }
             b"s" => self.smoothing_group(),
             b"l" | b"p" => self.skip_line(name),
-            b"g" | b"o" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" | b"maplib"
-            | b"usemap" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {
+            word @ (b"o" | b"g") => {
+                let is_object = word == b"o";
+                let name = self.cursor.rest_of_line();
+                let chunk = &mut self.chunk;
+                let in_object = chunk.objects.last().is_some_and(|(_, last)| last.1);
+                if is_object || !in_object {
+                    change(
+                        &mut chunk.objects,
+                        chunk.mesh.faces.len(),
+                        (name, is_object),
+                    );
+                }
             }
+            b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" | b"maplib" | b"usemap"
+            | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf"
             | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" => {
                 self.chunk.remarks.warn(

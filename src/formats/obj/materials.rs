@@ -7,6 +7,7 @@ use super::{file_list, mtl};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found, NamedFile};
 use crate::memory::MemoryLedger;
+use crate::named_runs::NameChanges;
 use crate::texture::TextureLibrary;
 use crate::utf16;
 use phalanx_scene::{MaterialTable, Scene};
@@ -173,20 +174,21 @@ impl<'a> MaterialLibrary<'a> {
         });
     }
 
-    /// The material that a `usemtl` names.
-    fn find(&self, name: &[u8]) -> Option<&KnownMaterial> {
+    /// The material that a `usemtl` names, and the spelling of its name.
+    fn find<'n>(&self, name: &'n [u8]) -> Option<(&'n [u8], &KnownMaterial)> {
         let known = |name: &[u8]| {
             self.by_name
                 .get(name)
                 .or_else(|| self.by_short_name.get(name))
         };
         spellings(name)
-            .find_map(known)
-            .map(|&known| &self.materials[known])
+            .find_map(|name| Some((name, known(name)?)))
+            .map(|(name, &known)| (name, &self.materials[known]))
     }
 
     /// Materials of `triangles` triangles whose materials change at `runs`. Triangles before the
-    /// first change, and those of an unknown name, have row 0. Textures become the scene's.
+    /// first change, and those of an unknown name, have row 0. Textures become the scene's. The
+    /// second result is the changes of the materials' names.
     pub(super) fn resolve(
         &self,
         mut runs: Vec<(usize, Span)>,
@@ -194,7 +196,7 @@ impl<'a> MaterialLibrary<'a> {
         scene: &mut Scene,
         table: &mut MaterialTable,
         report: &mut DiagnosticSink,
-    ) -> MeshMaterials {
+    ) -> (MeshMaterials, NameChanges) {
         // If several changes fall on one triangle, only the last has an effect.
         runs.dedup_by(|later, earlier| {
             let same = later.0 == earlier.0;
@@ -209,10 +211,18 @@ impl<'a> MaterialLibrary<'a> {
         let mut known = HashMap::new();
         let mut missing = HashSet::new();
         let mut named = Vec::with_capacity(runs.len());
+        let mut names = NameChanges::with_capacity(runs.len());
+        let mut numbers = HashMap::new();
         for (first, span) in runs {
             let name = self.text.bytes(span);
+            let number = *numbers.entry(name).or_insert_with(|| {
+                let spelled = self.find(name).map(|(spelled, _)| spelled);
+                let spelled = spelled.unwrap_or_else(|| without_comment(name));
+                scene.names.intern(spelled)
+            });
+            names.push((first, number));
             let look = *known.entry(name).or_insert_with(|| match self.find(name) {
-                Some(material) => reader.look(material, scene, table),
+                Some((_, material)) => reader.look(material, scene, table),
                 None if self.incomplete || !missing.insert(without_comment(name)) => {
                     Default::default()
                 }
@@ -226,6 +236,6 @@ impl<'a> MaterialLibrary<'a> {
             named.push((first, look));
         }
         scene.textures = reader.finish(report);
-        MeshMaterials::new(&named, triangles)
+        (MeshMaterials::new(&named, triangles), names)
     }
 }

@@ -14,11 +14,15 @@
 //! | `v x y z w` | the weight is not used |
 //! | `#MRGB MMRRGGBB…` | ZBrush: colours of vertices in their order, if no vertex has one itself |
 //! | `s 1`, `s off` | smoothing groups: faces of a group without normals get common ones (2) |
+//! | `o name`, `g name` | the object of the faces that follow (3) |
 //! | `vt`, `vn` out of range or 0 | the face has no UVs or normals, with a warning |
 //!
 //! 1. Colours are sRGB from 0 to 1, as Blender, three.js and MeshLab write and read them. If any of
 //!    the file is above 1, all are from 0 to 255. Vertices without a colour are white.
 //! 2. Weighted by the angles of the corners. Files without `s` are flat.
+//! 3. As in Blender: objects are those of `o`, and groups make objects only before the first `o`.
+//!    The name is the whole line, since names may hold blanks and `#`. Materials have the names of
+//!    `usemtl`, with or without a material of that name.
 
 mod chunk;
 mod color_operands;

@@ -9,6 +9,7 @@ use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh::{self, NotFinite, PolygonMesh};
 use crate::mesh_chunk;
+use crate::named_runs::{self, NAME_BYTES};
 use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
 use crate::text::HEAD_BYTES;
@@ -88,9 +89,11 @@ fn read_in_chunks(
     }
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
+        let named = (changes.objects.len() + changes.materials.len()) as u64;
+        memory.take(named * NAME_BYTES, "for the names of the file's objects")?;
         let library =
             materials::MaterialLibrary::new(bytes, asset_dir, &changes.libraries, &mut report);
-        let materials = library.resolve(
+        let (materials, material_names) = library.resolve(
             changes.materials,
             triangles,
             &mut scene,
@@ -98,6 +101,11 @@ fn read_in_chunks(
             &mut report,
         );
         joined.material = materials.rows;
+        let names = &mut scene.names;
+        let objects = changes.objects.iter();
+        let objects = objects.map(|&(first, name)| (first, names.intern(&bytes[name.range()])));
+        let objects = objects.collect();
+        named_runs::name(names, &objects, &material_names, triangles);
         remarks::warn_unplaced(&scene, &joined, &mut report);
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
@@ -175,6 +183,8 @@ struct StateChanges {
     materials: Vec<(usize, Span)>,
     /// Numbers of smoothing groups, 0 for none.
     smoothing: Vec<(usize, u32)>,
+    /// Spans of the objects' names.
+    objects: Vec<(usize, Span)>,
     /// The operands of each `mtllib`.
     libraries: Vec<Span>,
 }
@@ -189,6 +199,7 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
     let limits = limits_of(&chunks);
     let (mut meshes, mut triangles) = (Vec::new(), 0);
     let mut changes = StateChanges::default();
+    let mut in_object = false;
     for (chunk, IndexLimits { before, .. }) in chunks.into_iter().zip(limits) {
         let mut mesh = chunk.mesh;
         shift(&mut mesh.not_finite, before[VERTEX]);
@@ -198,6 +209,12 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
         (changes.materials).extend(switches.map(|&(first, name)| (triangles + first, name)));
         let groups = chunk.smoothing.iter();
         (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
+        for (first, (name, is_object)) in chunk.objects {
+            if is_object || !in_object {
+                changes.objects.push((triangles + first, name));
+            }
+            in_object |= is_object;
+        }
         changes.libraries.extend(chunk.libraries);
         triangles += mesh.faces.len();
         meshes.push(mesh);

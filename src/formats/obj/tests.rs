@@ -17,6 +17,7 @@ fn digest(scene: &Scene) -> String {
         (
             &scene.triangles,
             &scene.materials,
+            &scene.names,
             &scene.view,
             &scene.lights
         )
@@ -33,6 +34,12 @@ fn everything() -> String {
         text += &format!("v {x} {y} 0.{k}{color}\nvt 0.{k} .5\nvn 0 {} 1\n", k % 2);
         if k % 9 == 5 {
             text += &format!("s {}\nvt 1.#QNAN\n", k % 4);
+        }
+        if k % 6 == 1 {
+            text += &format!("g group {k}\ng {}\n", k % 4);
+        }
+        if k > 40 && k % 5 == 0 {
+            text += &format!("o part {}\n", k % 3);
         }
         if k % 7 == 3 {
             text += &format!("usemtl m{}\n", k % 3);
@@ -62,7 +69,9 @@ fn neither_threads_nor_chunks_change_the_scene() {
         (digest(&loaded.scene), loaded.warnings)
     };
     let whole = read(1, CHUNK_BYTES);
-    assert!(whole.0.contains("corners"));
+    for part in ["corners", "\"part 1\"", "\"m2\""] {
+        assert!(whole.0.contains(part), "{part}");
+    }
     for chunk_bytes in [1, 7, 64, 500] {
         for threads in [1, 2, 5] {
             assert_eq!(

@@ -9,6 +9,7 @@ use super::lexer::{StlLexer, is_in_remark};
 use crate::chunk_remarks::{ChunkRemarks, ParseError};
 use crate::decimal;
 use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
+use crate::named_runs::change;
 use crate::text::mark_length;
 use crate::workers;
 use glam::DVec3;
@@ -23,7 +24,8 @@ const END: &[u8] = b"endfacet";
 /// Most names and comments with that word that are passed in search of the end of a chunk.
 const MAX_REMARKS: usize = 1000;
 
-/// The corners of all facets; errors are added to the report.
+/// The corners of all facets, and the names of solids with the facet that each begins at; errors are
+/// added to the report.
 ///
 /// `origin` is subtracted from corners before they are rounded.
 pub(super) fn read(
@@ -32,7 +34,7 @@ pub(super) fn read(
     chunk_bytes: usize,
     origin: DVec3,
     report: &mut DiagnosticSink,
-) -> Soup {
+) -> (Soup, Vec<(usize, Span)>) {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
     let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
@@ -50,13 +52,15 @@ pub(super) fn read(
         reader.chunk
     };
     if !begins_well(bytes, start, report) {
-        return Soup::new();
+        return Default::default();
     }
-    let mut soups = Vec::new();
+    let (mut soups, mut names, mut facets) = (Vec::new(), Vec::new(), 0);
     let (mut remarks, mut cut_off) = (ChunkRemarks::default(), None);
     for chunk in workers::map(threads, ranges, read) {
         remarks.merge(chunk.remarks);
         cut_off = cut_off.or(chunk.cut_off);
+        names.extend(chunk.names.iter().map(|&(at, name)| (facets + at, name)));
+        facets += chunk.soup.len();
         soups.push(chunk.soup);
     }
     remarks.emit(report);
@@ -70,7 +74,7 @@ pub(super) fn read(
             }
         }
     }
-    soup
+    (soup, names)
 }
 
 /// Checks the first word.
@@ -101,7 +105,7 @@ pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
     let mut count = 0;
     loop {
         if words.take_solid() {
-            words.skip_name();
+            words.name();
         }
         match words.word() {
             None => return Span::START,
@@ -120,6 +124,8 @@ pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
 #[derive(Default)]
 struct StlChunk {
     soup: Soup,
+    /// Spans of the names of solids, and the first facet of each.
+    names: Vec<(usize, Span)>,
     remarks: ChunkRemarks,
     /// The error of a facet that the end of the text cuts off.
     cut_off: Option<ParseError>,
@@ -152,8 +158,12 @@ impl<'a> StlAsciiReader<'a> {
         loop {
             let read = if self.words.take(b"facet").is_some() {
                 self.facet()
-            } else if self.words.take_solid() {
-                self.words.skip_name();
+            } else if self.words.take(b"solid").is_some() {
+                let name = self.words.name();
+                change(&mut self.chunk.names, self.chunk.soup.len(), name);
+                Ok(())
+            } else if self.words.take_end(b"solid").is_some() {
+                self.words.name();
                 Ok(())
             } else {
                 let before = self.words;

@@ -88,25 +88,27 @@ impl<'a> StlLexer<'a> {
         self.take(b"solid").is_some() || self.take_end(b"solid").is_some()
     }
 
-    /// Moves behind the name of a solid, which may hold blanks. It ends with its line, with a
-    /// comment, or before a facet: some files are one line.
-    pub(super) fn skip_name(&mut self) {
+    /// Takes the name of a solid, which may hold blanks. It ends with its line, with a comment, or
+    /// before a facet: some files are one line.
+    pub(super) fn name(&mut self) -> Span {
+        let start = self.at;
         loop {
             let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
             let blank = |byte: &&u8| **byte <= b' ' && !is_end(byte);
             self.at += self.text[self.at..].iter().take_while(blank).count();
-            let rest = &self.text[self.at..];
+            let (rest, name) = (&self.text[self.at..], Span::between(start, self.at));
             if rest.first().is_none_or(is_end) {
-                return;
+                return name;
             }
             if is_comment(rest) {
-                return self.skip_line();
+                self.skip_line();
+                return name;
             }
             let mut next = *self;
             if next.take(b"facet").is_some()
                 && (next.take(b"normal").is_some() || next.take(b"outer").is_some())
             {
-                return;
+                return name;
             }
             self.word();
         }
@@ -124,7 +126,7 @@ pub(super) fn is_in_remark(bytes: &[u8], at: usize) -> bool {
     // The line up to the first letter of the word.
     let mut words = StlLexer::new(&bytes[..=at], end.map_or(from, |end| from + end + 1));
     if words.take_solid() {
-        words.skip_name();
+        words.name();
     }
     while let Some(word) = words.word() {
         if word.offset == at {
@@ -151,7 +153,7 @@ mod tests {
             ("", ""),
         ] {
             let mut words = StlLexer::new(text.as_bytes(), 0);
-            words.skip_name();
+            words.name();
             assert_eq!(&text[words.at..], rest, "{text:?}");
         }
     }

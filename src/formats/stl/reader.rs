@@ -8,12 +8,13 @@ use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh::{self, MergedMesh};
 use crate::mesh_defaults::BARE;
+use crate::named_runs::{self, NAME_BYTES};
 use crate::options::Options;
 use crate::origin::ReadStop;
 use crate::text;
 use crate::vertex_colors::MeshColors;
 use crate::workers;
-use phalanx_scene::{MaterialTable, UpAxis};
+use phalanx_scene::{MaterialTable, Scene, UpAxis};
 
 /// The text of a file; a binary one has none.
 pub(crate) fn text(bytes: &[u8]) -> String {
@@ -64,12 +65,23 @@ fn read_in_chunks(
     }
     let mut report = DiagnosticSink::new(bytes);
     let origin = options.origin.position();
-    let soup = ascii::read(bytes, threads, chunk_bytes, origin, &mut report);
+    let (soup, solids) = ascii::read(bytes, threads, chunk_bytes, origin, &mut report);
     let corner = |k: usize| soup[k / 3][k % 3].map(f32::to_bits);
     let span = |corner| ascii::corner_span(bytes, corner);
     let welded = weld::weld(soup.len(), threads, corner).into_mesh(span);
     let joined = welded.triangulated(threads, &mut report);
-    finish(joined, options, report)
+    let bytes_of_names = solids.len() as u64 * NAME_BYTES;
+    memory.take(bytes_of_names, "for the names of the file's solids")?;
+    let mut scene = bare_scene(options);
+    let solids = solids.into_iter();
+    let solids = solids.map(|(at, name)| (at, scene.names.intern(&bytes[name.range()])));
+    let solids = solids.collect();
+    named_runs::name(&mut scene.names, &solids, &Vec::new(), soup.len());
+    finish(scene, joined, options, report)
+}
+
+fn bare_scene(options: &Options) -> Scene {
+    mesh::bare_scene(options, &mut MaterialTable::default())
 }
 
 fn read_binary(
@@ -92,10 +104,11 @@ fn read_binary(
         colors,
         ..welded.triangulated(threads, &mut report)
     };
-    finish(joined, options, report)
+    finish(bare_scene(options), joined, options, report)
 }
 
 fn finish(
+    scene: Scene,
     joined: MergedMesh,
     options: &Options,
     report: DiagnosticSink,
@@ -103,7 +116,6 @@ fn finish(
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
-    let scene = mesh::bare_scene(options, &mut MaterialTable::default());
     let missing = MissingParts {
         up: UpAxis::Z,
         ..BARE

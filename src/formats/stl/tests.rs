@@ -15,6 +15,9 @@ fn neither_threads_nor_chunks_change_the_scene() {
     let mut text = String::from(" solid of many facets\n");
     for k in 0..50 {
         let x = k as f32;
+        if k % 9 == 8 {
+            writeln!(text, "end solid x\nsolid part {k} # of it").unwrap();
+        }
         facet(
             &mut text,
             [[x, 0.0, -0.0], [x + 1.0, 0.0, 0.0], [x, 1.5, 0.0]],
@@ -33,9 +36,12 @@ fn neither_threads_nor_chunks_change_the_scene() {
             chunk_bytes,
         )
         .unwrap();
-        format!("{:?}", loaded.scene.triangles)
+        format!("{:?}", (&loaded.scene.triangles, &loaded.scene.names))
     };
     let whole = read(1, CHUNK_BYTES);
+    for name in ["\"of many facets\"", "\"part 8\"", "\"part 44\""] {
+        assert!(whole.contains(name), "{name}");
+    }
     for chunk_bytes in [1, 50, 1000] {
         for threads in [1, 2, 5] {
             assert!(

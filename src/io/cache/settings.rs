@@ -3,8 +3,8 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    DefaultedParts, MAX_TEXTURE_SIDE, OrthoHeight, OutputEncoding, Quantize, Scene, Sky, Texture,
-    Transfer, UpAxis, View, Wrap,
+    DefaultedParts, MAX_TEXTURE_SIDE, NO_NAME, OrthoHeight, OutputEncoding, Quantize, Scene,
+    SceneCamera, Sky, Texture, Transfer, UpAxis, View, Wrap,
 };
 
 /// Values that the settings hold beside the scene's own.
@@ -56,7 +56,7 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
 /// All settings in the order of their bytes. To write, `from` and `extra` are passed through; to
 /// read, they stand for what is not known yet.
 fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene, Extra)> {
-    let (view, defaulted) = (&from.view, &from.defaulted);
+    let (view, defaulted) = (from.view, &from.defaulted);
     let sky = from.sky.map(|sky| [sky.up, sky.nadir, sky.zenith]);
     let (ortho, height) = match defaulted.ortho {
         None => (0, 0.0),
@@ -77,13 +77,7 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
             transfer: bytes.one_of(from.encoding.transfer, [Transfer::None, Transfer::Srgb])?,
             quantize: bytes.one_of(from.encoding.quantize, [Quantize::Floor, Quantize::Round])?,
         },
-        view: View {
-            eye: bytes.vec3(view.eye)?,
-            center: bytes.vec3(view.center)?,
-            up: bytes.vec3(view.up)?,
-            fovy: bytes.float(view.fovy)?,
-            ortho: bytes.option(view.ortho, SettingsPass::float)?,
-        },
+        view: bytes.view(view)?,
         defaulted: DefaultedParts {
             view: bytes.flag(defaulted.view)?,
             light: bytes.flag(defaulted.light)?,
@@ -94,9 +88,7 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
                 1 => Some(OrthoHeight::Fitting),
                 _ => Some(OrthoHeight::Given(bytes.length(height)?)),
             },
-            ortho_size: bytes.option(defaulted.ortho_size, |bytes, size| {
-                bytes.each(size, SettingsPass::length)
-            })?,
+            ortho_size: bytes.option(defaulted.ortho_size, SettingsPass::size)?,
             made_for: bytes.option(defaulted.made_for, |bytes, (aspect, turntable)| {
                 Some((bytes.length(aspect)?, bytes.flag(turntable)?))
             })?,
@@ -108,6 +100,21 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
     for k in 0..bytes.word(lights.len() as u32)? as usize {
         let directional = lights.get(k).copied().unwrap_or_default();
         scene.lights.directional.push(bytes.flag(directional)?);
+    }
+    for k in 0..bytes.word(from.cameras.len() as u32)? as usize {
+        let camera = from.cameras.get(k).copied();
+        let camera = camera.unwrap_or(SceneCamera {
+            name: NO_NAME,
+            view,
+            ortho_size: None,
+            width: from.width,
+        });
+        scene.cameras.push(SceneCamera {
+            name: bytes.word(camera.name)?,
+            view: bytes.view(camera.view)?,
+            ortho_size: bytes.option(camera.ortho_size, SettingsPass::size)?,
+            width: bytes.word(camera.width)?,
+        });
     }
     let mut has_alpha = Vec::new();
     for k in 0..bytes.word(from.textures.len() as u32)? as usize {
@@ -191,6 +198,21 @@ impl SettingsPass<'_> {
 
     fn vec3(&mut self, v: Vec3) -> Option<Vec3> {
         self.each(v.to_array(), Self::float).map(Vec3::from)
+    }
+
+    /// Width and height.
+    fn size(&mut self, size: [f64; 2]) -> Option<[f64; 2]> {
+        self.each(size, SettingsPass::length)
+    }
+
+    fn view(&mut self, view: View) -> Option<View> {
+        Some(View {
+            eye: self.vec3(view.eye)?,
+            center: self.vec3(view.center)?,
+            up: self.vec3(view.up)?,
+            fovy: self.float(view.fovy)?,
+            ortho: self.option(view.ortho, SettingsPass::float)?,
+        })
     }
 
     fn option<T: Default>(

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 /// Order of options in commands and messages; all others come last.
-const ORDER: &str = "format camera ortho up light background material two_sided origin \
+const ORDER: &str = "format camera camera_name ortho up light background material two_sided origin \
     size region aov max_depth min_weight spp filter aa threshold aperture focus integrator \
     ao_distance transfer quantize bits exposure";
 
@@ -102,7 +102,7 @@ pub(super) fn words(part: &impl Serialize) -> Vec<String> {
             "two_sided" => words.push(option),
             "ortho" if text == "fit" => words.push(option),
             // Their values may begin with a minus sign.
-            "ortho" | "up" | "exposure" => words.push(format!("{option}={text}")),
+            "camera_name" | "ortho" | "up" | "exposure" => words.push(format!("{option}={text}")),
             "light" => words.extend(values.flat_map(|light| [option.clone(), light])),
             "size" | "aov" => words.extend([option, text]),
             _ => words.extend([option].into_iter().chain(values)),

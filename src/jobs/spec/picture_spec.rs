@@ -10,6 +10,7 @@ use phalanx_io::open::standard_name;
 use phalanx_render::frame::Aov;
 use phalanx_scene::{CameraMatrices, Scene, material_names, object_names};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -92,16 +93,21 @@ impl PictureSpec {
     }
 }
 
-/// Most names in a file: some megabytes.
+/// Most names in a file, and most bytes of them.
 const MAX_NAMES: usize = 1 << 16;
+const MAX_NAME_BYTES: usize = 1 << 22;
 
-/// The names for a file, or none if they are too many.
+/// The names for a file, each once, or none if they are too many.
 fn manifest(names: impl Iterator<Item = String>) -> Vec<String> {
-    let names: Vec<String> = names.take(MAX_NAMES + 1).collect();
-    match names.len() > MAX_NAMES {
-        true => Vec::new(),
-        false => names,
+    let (mut all, mut bytes) = (BTreeSet::new(), 0);
+    for name in names {
+        let length = name.len();
+        bytes += if all.insert(name) { length } else { 0 };
+        if all.len() > MAX_NAMES || bytes > MAX_NAME_BYTES {
+            return Vec::new();
+        }
     }
+    Vec::from_iter(all)
 }
 
 /// Sets the header of a file, and completes its command, if it has one, with the file's format and

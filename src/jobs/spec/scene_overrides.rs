@@ -58,6 +58,12 @@ pub struct SceneOverrides {
     /// degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
     #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], help_heading = headings::CAMERA, allow_hyphen_values = true))]
     pub camera: Option<Vec<String>>,
+    /// Camera of the file, by name or number
+    ///
+    /// Uses the file's camera of this name or, if there is none, of this number, counted from 0 as
+    /// phalanx info lists them. [default: the first]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|NUMBER", help_heading = headings::CAMERA, allow_hyphen_values = true, conflicts_with = "camera"))]
+    pub camera_name: Option<String>,
     /// Up axis, if the file has no camera
     ///
     /// x, y, z, -x, -y or -z. Applies to the camera that frames the whole model if the file has
@@ -83,6 +89,7 @@ impl SceneOverrides {
         let lights: Result<_, _> = self.light.iter().map(|light| parse_light(light)).collect();
         Ok(Options {
             view: view.map_err(|reason| format!("--camera: {reason}"))?,
+            camera: self.camera_name.clone(),
             up: parsed("up", &self.up, parse_up)?,
             ortho: parsed("ortho", &self.ortho, parse_ortho)?,
             lights: lights.map_err(|reason| format!("--light: {reason}"))?,
@@ -107,6 +114,7 @@ impl SceneOverrides {
         let height = (view.ortho).map(|height| f64::from(height) / f64::from(scene.scale));
         SceneOverrides {
             camera: Some(vec![eye, center, up, view.fovy.to_string()]),
+            camera_name: None,
             ortho: height.map(|height| height.to_string()),
             up: None,
             ..self.clone()

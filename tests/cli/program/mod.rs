@@ -11,6 +11,7 @@ mod inputs;
 mod jobs;
 mod made_up;
 mod memory;
+mod names;
 mod origin;
 mod pictures;
 mod places;

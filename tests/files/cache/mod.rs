@@ -11,7 +11,8 @@ use phalanx::bvh::Bvh;
 use phalanx::cache::{self, Cached};
 use phalanx::frame::{Accel, Control, Engine, Frame, Kernel, Settings, render};
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_UVS, OutputEncoding, Scene, Texture, View, Wrap,
+    Material, Mesh, MeshMaterial, NO_NAME, NO_UVS, OutputEncoding, Scene, SceneCamera, Texture,
+    View, Wrap,
 };
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -65,6 +66,9 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         let mesh = if k % 3 == 0 { other } else { run };
         scene.add_instance(mesh, map).expect("an invertible map");
     }
+    let names = ["ä\0", "b", "c"].map(|name| scene.names.intern(name.as_bytes()));
+    (scene.names).name_run(0..scene.prim_count() as u32, names[0], Some(names[1]));
+    scene.set_name(1, "c").expect("a geometry");
     scene.lights.add_point(Vec3::splat(6.0), Vec3::ONE, Vec3::X);
     scene.lights.add_directional(Vec3::Y, Vec3::splat(0.3));
     let (dim, fading) = (Vec3::splat(0.2), Vec3::new(0.5, 0.1, 0.0));
@@ -80,6 +84,25 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         fovy: 40.0,
         ortho: None,
     };
+    let camera = SceneCamera {
+        name: names[2],
+        view: scene.view,
+        ortho_size: None,
+        width: 7,
+    };
+    let parallel = View {
+        ortho: Some(3.0),
+        ..scene.view
+    };
+    scene.cameras = vec![
+        camera,
+        SceneCamera {
+            name: NO_NAME,
+            view: parallel,
+            ortho_size: Some([4.0, 3.0]),
+            ..camera
+        },
+    ];
     (scene.width, scene.height, scene.max_depth) = (24, 16, 3);
     scene.output = Some("shown.png".to_owned());
     scene.encoding = OutputEncoding::SRGB;

@@ -10,6 +10,7 @@ mod files;
 mod geometry;
 mod mangled;
 mod materials;
+mod names;
 mod origin;
 mod pose;
 mod surroundings;

@@ -1,6 +1,7 @@
 //! The mesh readers: meaning of files, messages about bad ones, and agreement with other readers.
 
 mod framing;
+mod names;
 mod obj;
 mod obj_exporters;
 mod obj_others;

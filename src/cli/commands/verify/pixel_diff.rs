@@ -1,6 +1,7 @@
 //! The first difference between two films, and the values of both engines at that pixel.
 
 use crate::cli::output::to_file_coordinates;
+use phalanx::files::quoted_text;
 use phalanx::frame::Settings;
 use phalanx::render::{Film, NO_HIT};
 use phalanx::scene::Scene;
@@ -16,8 +17,25 @@ pub struct FilmDifference {
     pixels: usize,
     /// The pixel's first camera ray; a rendered scene has one.
     ray: Option<CameraRay>,
-    scalar: PixelBits,
-    simd: PixelBits,
+    scalar: PixelRecord,
+    simd: PixelRecord,
+}
+
+/// The values of a pixel, and the names of the object and the material that it shows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct PixelRecord {
+    #[serde(flatten)]
+    bits: PixelBits,
+    names: [Option<String>; 2],
+}
+
+impl PixelRecord {
+    fn of(scene: &Scene, film: &Film, i: usize) -> PixelRecord {
+        let bits = PixelBits::of(film, i);
+        let prim = bits.hit.map_or(NO_HIT, |hit| hit.prim_id);
+        let names = scene.prim_names(prim).map(|name| name.map(str::to_owned));
+        PixelRecord { bits, names }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -84,8 +102,8 @@ pub fn first_difference(
         y,
         pixels: 1 + differing.count(),
         ray: camera_ray(scene, settings, x, y),
-        scalar: PixelBits::of(scalar, first),
-        simd: PixelBits::of(simd, first),
+        scalar: PixelRecord::of(scene, scalar, first),
+        simd: PixelRecord::of(scene, simd, first),
     })
 }
 
@@ -114,6 +132,15 @@ impl fmt::Display for FilmDifference {
         }
         writeln!(f, "  scalar {scalar}")?;
         write!(f, "  simd   {simd}")
+    }
+}
+
+impl fmt::Display for PixelRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.bits)?;
+        let names = ["object", "material"].iter().zip(&self.names);
+        let mut known = names.filter_map(|(kind, name)| Some((kind, name.as_deref()?)));
+        known.try_for_each(|(kind, name)| write!(f, "; {kind} {}", quoted_text(name)))
     }
 }
 
@@ -239,6 +266,27 @@ mod tests {
         assert_eq!((json["x"].as_u64(), json["y"].as_u64()), (Some(2), Some(0)));
         assert_eq!(json["simd"]["prim_id"], 7);
         assert_eq!(json["scalar"]["t_bits"], "3f800000");
+    }
+
+    #[test]
+    fn what_a_pixel_shows_is_named() {
+        let mut scene = Scene::default();
+        let balls = scene.add_spheres(&[[0.0; 3]; 3], &[1.0; 3]).unwrap();
+        scene.set_name(balls, "b\u{1b}").unwrap();
+        let mut other = film();
+        hits(&mut other).prim_id[2] = NO_HIT;
+        let found = first_difference(&scene, &settings(3, 2), &film(), &other).unwrap();
+        let text = found.to_string();
+        assert!(
+            text.contains("hits prim 2") && text.contains("; object `b\\u{1b}`\n"),
+            "{text}"
+        );
+        let json = serde_json::to_value(&found).unwrap();
+        assert_eq!(
+            json["scalar"]["names"],
+            serde_json::json!(["b\u{1b}", null])
+        );
+        assert_eq!(json["simd"]["names"], serde_json::json!([null, null]));
     }
 
     #[test]

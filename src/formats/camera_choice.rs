@@ -1,0 +1,65 @@
+//! The choice among the cameras of a file.
+
+use super::diagnostics::quoted;
+use super::options::Options;
+use phalanx_scene::{Scene, SceneError};
+
+/// Most cameras that a message lists.
+const MAX_LISTED: usize = 12;
+
+/// Takes the view of the camera that the options name: the first of that name, or else the one of
+/// that number, from 0.
+///
+/// # Errors
+/// [`SceneError::NoCamera`].
+pub(super) fn choose(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
+    let Some(asked) = &options.camera else {
+        return Ok(());
+    };
+    let named = |name: u32| scene.names.get(name) == Some(asked.trim());
+    let by_name = scene.cameras.iter().find(|camera| named(camera.name));
+    let number: Option<usize> = asked.trim().parse().ok();
+    let by_number = number.and_then(|number| scene.cameras.get(number));
+    let chosen = by_name.or(by_number).copied().ok_or_else(|| {
+        let known = match scene.cameras.is_empty() {
+            true => "the scene has no cameras to choose from".to_owned(),
+            false => format!("the cameras are {}", listed(scene, |_| true)),
+        };
+        SceneError::NoCamera {
+            asked: quoted(asked),
+            known,
+        }
+    })?;
+    scene.use_camera(chosen);
+    Ok(())
+}
+
+/// A note on the camera that is used, if there are several and the options name none.
+pub(super) fn note(scene: &Scene, options: &Options) -> Option<String> {
+    let used = scene.used_camera()?;
+    if options.camera.is_some() || options.view.is_some() || scene.cameras.len() < 2 {
+        return None;
+    }
+    let (count, others) = (scene.cameras.len(), listed(scene, |row| row != used));
+    let used = listed(scene, |row| row == used);
+    Some(format!(
+        "the file has {count} cameras: {used} is used, not {others} (see --camera-name)"
+    ))
+}
+
+/// The cameras of some rows, by their names and numbers.
+fn listed(scene: &Scene, is_meant: impl Fn(usize) -> bool) -> String {
+    let cameras = scene.cameras.iter().enumerate();
+    let labels = cameras
+        .filter(|(row, _)| is_meant(*row))
+        .map(|(row, camera)| match scene.names.get(camera.name) {
+            Some(name) => format!("{} ({row})", quoted(name)),
+            None => row.to_string(),
+        });
+    let labels: Vec<String> = labels.collect();
+    let (shown, more) = labels.split_at(labels.len().min(MAX_LISTED));
+    match more.len() {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
