@@ -271,8 +271,8 @@ pub mod scene {
         LightShape, Lights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, Material, MaterialTable,
         Materials, MatteIds, Mesh, MeshMaterial, Meshes, NO_COLORS, NO_GEOM, NO_NORMALS, NO_PRIM,
         NO_TEXTURE, NO_UVS, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim,
-        Scene, SceneError, Sky, Spheres, Texture, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View,
-        ViewError, Wrap, check_image_size, material_names, matte_id, object_names,
+        SHADOWLESS, Scene, SceneError, Sky, Spheres, Texture, Transfer, Triangles, UpAxis, Vec2s,
+        Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id, object_names,
     };
 }
 #[doc(inline)]

@@ -56,7 +56,7 @@ pub use encoding::{OutputEncoding, Quantize, Transfer};
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;
 pub use instances::{Instances, Meshes};
-pub use lights::{LightShape, Lights};
+pub use lights::{LightShape, Lights, SHADOWLESS};
 pub use materials::{Material, MaterialTable, Materials, SINGLE_SIDED, THIN};
 pub use mattes::{MatteIds, material_names, matte_id, object_names};
 pub use origin::FileView;
