@@ -272,8 +272,8 @@ pub mod scene {
         Material, MaterialTable, Materials, MatteIds, Mesh, MeshMaterial, Meshes,
         MetallicRoughness, NO_COLORS, NO_GEOM, NO_NAME, NO_NORMALS, NO_PRIM, NO_TANGENTS,
         NO_TEXTURE, NO_UVS, Names, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize,
-        ResolvedPrim, Scene, SceneCamera, SceneError, Sky, Spheres, Texture, TextureMap,
-        TextureMaps, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View, ViewError, Wrap,
+        ResolvedPrim, SHADOWLESS, Scene, SceneCamera, SceneError, Sky, Spheres, Texture,
+        TextureMap, TextureMaps, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View, ViewError, Wrap,
         check_image_size, material_names, matte_id, object_names,
     };
 }

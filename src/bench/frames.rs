@@ -8,7 +8,9 @@ use super::rounds::{Measurement, SampleFn};
 use super::timer::Timing;
 use super::workload::BenchTrees;
 use phalanx_render::NO_HIT;
-use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, render_with};
+use phalanx_render::frame::{
+    AccelRef, Control, Frame, FrameError, Sampling, Settings, render_with,
+};
 use phalanx_report::{FRAME, ORACLE, PHALANX};
 use phalanx_trace::Kernel;
 
@@ -32,6 +34,7 @@ impl<'a> Frames<'a> {
         let settings = Settings {
             width: plan.size[0].div_ceil(SHRINK),
             height: plan.size[1].div_ceil(SHRINK),
+            sampling: Sampling::CENTER,
             ..Settings::of(trees.scene)
         };
         let mut all = Vec::new();

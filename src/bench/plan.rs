@@ -1,7 +1,7 @@
 //! Settings of a run: what to measure, and for how long.
 
 use crate::peers::Peer;
-use phalanx_render::frame::CoreAffinity;
+use phalanx_render::frame::{CoreAffinity, Sampling};
 use phalanx_report::{RayKind, RaySetRecord, RunInfo};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::{BuildSettings, Quality};
@@ -77,6 +77,7 @@ impl BenchPlan<'_> {
             seconds,
             size: self.size,
             repeat: self.repeat as u32,
+            spp: Sampling::CENTER.spp,
             min_time: self.min_time,
             pinned: self.pin,
             quality: self.quality.name().to_owned(),

@@ -126,11 +126,13 @@ fn hits<'s>(
     })
 }
 
-/// The target of shadow rays: the first point light, or else the first light.
+/// The target of shadow rays: of the lights that cast shadows, the first point light, or else the
+/// first.
 fn light(scene: &Scene) -> Option<usize> {
-    let directional = &scene.lights.directional;
-    let point = directional.iter().position(|&far| !far);
-    point.or((!directional.is_empty()).then_some(0))
+    let lights = &scene.lights;
+    let mut casting = (0..lights.len()).filter(|&light| lights.casts_shadows(light));
+    let point = casting.clone().find(|&light| !lights.directional[light]);
+    point.or(casting.next())
 }
 
 /// The shadow ray toward a light, if the surface faces it.

@@ -46,6 +46,9 @@ const BACKGROUND: Vec3 = Vec3::new(0.095, 0.11, 0.135);
 /// Colour of the key light.
 const KEY_LIGHT_COLOR: Vec3 = Vec3::new(1.0, 0.97, 0.92);
 
+/// Colour of the fill light: dim enough for shadows to show, bright enough for the forms in them.
+const FILL_LIGHT_COLOR: Vec3 = Vec3::new(0.17, 0.19, 0.225);
+
 /// Applies the options, adds what is missing, and checks the scene.
 pub(super) fn finish_scene(
     mut scene: Scene,
@@ -67,6 +70,7 @@ pub(super) fn finish_scene(
         scene.defaulted = DefaultedParts {
             view: missing.view,
             light: missing.lights,
+            bare: missing.view && missing.lights && missing.background,
             sky: missing.background,
             up: missing.up,
             ..scene.defaulted
@@ -123,10 +127,13 @@ fn notes_on(scene: &Scene, missing: &MissingParts, options: &Options) -> Vec<Str
         notes.push(format!("{used}{options_of}"));
     }
     if light {
-        notes.push(
-            "the file has no light: a point light over the camera's shoulder is used (see --light)"
-                .into(),
-        );
+        let fill = match scene.defaulted.bare {
+            true => " and a fill light are",
+            false => " is",
+        };
+        notes.push(format!(
+            "the file has no light: a point light over the camera's shoulder{fill} used (see --light)"
+        ));
     }
     if sky && scene.sky.is_some() {
         notes.push(
@@ -194,7 +201,7 @@ fn decide(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
             }
         }
         if light {
-            make_up_light(scene, bounds);
+            make_up_lights(scene, bounds);
         }
     }
     let visible_height = match (ortho, ortho_size) {
@@ -227,10 +234,24 @@ fn has_mirrors(scene: &Scene) -> bool {
     (0..m.len()).any(bounces)
 }
 
-fn make_up_light(scene: &mut Scene, bounds: Bounds) {
-    let position = key_light(&scene.view, bounds);
+/// Adds a key light above and to the left of the camera, and for a bare mesh a fill light.
+fn make_up_lights(scene: &mut Scene, bounds: Bounds) {
+    let (center, half) = middle_and_half(bounds);
+    let from = scene.view.eye.as_dvec3() - center;
+    let back = from.normalize_or(DVec3::Z);
+    let up = scene.view.up.as_dvec3().normalize_or(DVec3::Y);
+    let right = up.cross(back).normalize_or(DVec3::X);
+    // As far from the middle as the camera, so that the shadow side shows the shape.
+    let reach = from.length().max(2.0 * half.length());
+    let key = (back * 0.75 - right * 0.7 + up * 0.85).normalize();
+    let position = (center + key * reach * 1.5).as_vec3();
     scene.lights = Default::default();
     scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
+    if scene.defaulted.bare {
+        // From below the other shoulder, where the key light's shadows fall.
+        let fill = (back * 0.55 + right * 0.7 - up * 0.35).normalize();
+        scene.lights.add_fill(fill.as_vec3(), FILL_LIGHT_COLOR);
+    }
 }
 
 /// A note if `--up` was given and has no effect.
@@ -276,6 +297,7 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     if let Some(view) = &options.view {
         scene.view = scene.view_of(view);
         scene.defaulted.view = false;
+        scene.defaulted.bare = false;
         scene.defaulted.ortho_size = None;
     }
     scene.defaulted.up = options.up.unwrap_or(scene.defaulted.up);
@@ -283,6 +305,7 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     if !options.lights.is_empty() {
         scene.lights = Default::default();
         scene.defaulted.light = false;
+        scene.defaulted.bare = false;
         for light in &options.lights {
             add_light(scene, light);
         }
@@ -309,17 +332,4 @@ fn add_light(scene: &mut Scene, light: &AddedLight) {
             scene.lights.add_directional(unit.as_vec3(), color);
         }
     }
-}
-
-/// A light above and to the left of the camera, as far from the middle as the camera, so that the
-/// shadow side shows the shape.
-fn key_light(view: &View, bounds: Bounds) -> Vec3 {
-    let (center, half) = middle_and_half(bounds);
-    let from = view.eye.as_dvec3() - center;
-    let reach = from.length().max(2.0 * half.length());
-    let back = from.normalize_or(DVec3::Z);
-    let up = view.up.as_dvec3().normalize_or(DVec3::Y);
-    let right = up.cross(back).normalize_or(DVec3::X);
-    let position = center + (back * 0.75 - right * 0.7 + up * 0.85).normalize() * reach * 1.5;
-    position.as_vec3()
 }

@@ -207,6 +207,10 @@ impl<'a> WhittedIntegrator<'a> {
             let Some(sample) = shading::sample_light(scene, light, &lit, &at) else {
                 continue;
             };
+            if !scene.lights.casts_shadows(light) {
+                parts.direct += sample.radiance;
+                continue;
+            }
             if self.search.has_clear_shadows {
                 self.ray_counts.shadow += 1;
                 let passed = self.search.visibility(&sample.ray, sample.tmax);

@@ -25,7 +25,8 @@ impl PyScene {
     ///     None for the file's camera, or one that frames everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
     /// spp : int
-    ///     Samples per pixel.
+    ///     Samples per pixel; None for 1, or for 4 if a mesh has neither a
+    ///     camera nor a light.
     /// max_depth : int
     ///     Maximum number of bounces; None for the scene's.
     /// aovs : list of str
@@ -37,14 +38,14 @@ impl PyScene {
     ///
     /// These are the bits that `phalanx render` writes to an OpenEXR file.
     /// Raises ValueError for an invalid camera, size or layer.
-    #[pyo3(signature = (camera=None, size=None, spp=1, max_depth=None, aovs=None, threads=None))]
+    #[pyo3(signature = (camera=None, size=None, spp=None, max_depth=None, aovs=None, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         camera: Option<PyCamera>,
         size: Option<(u32, u32)>,
-        spp: u32,
+        spp: Option<u32>,
         max_depth: Option<u32>,
         aovs: Option<Vec<String>>,
         threads: Option<i64>,
@@ -82,7 +83,7 @@ impl PyScene {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let asked = Aovs::default().with(Aov::Depth);
-        let frame = self.frame_of(py, (camera, size), 1, Some(0), (asked, threads))?;
+        let frame = self.frame_of(py, (camera, size), Some(1), Some(0), (asked, threads))?;
         plane(py, &frame.film, Aov::Depth)
     }
 }
@@ -92,7 +93,7 @@ impl PyScene {
         &self,
         py: Python<'_>,
         (camera, size): (Option<PyCamera>, Option<(u32, u32)>),
-        spp: u32,
+        spp: Option<u32>,
         max_depth: Option<u32>,
         (aovs, threads): (Aovs, Option<i64>),
     ) -> PyResult<Frame> {
@@ -105,7 +106,9 @@ impl PyScene {
             aovs,
             ..Settings::of(&scene)
         };
-        settings.sampling.spp = spp;
+        if let Some(spp) = spp {
+            settings.sampling.spp = spp;
+        }
         if let Some(depth) = max_depth {
             settings.max_depth = depth;
         }

@@ -204,6 +204,7 @@ impl PyScene {
             defaulted: phalanx::scene::DefaultedParts {
                 view: true,
                 light: true,
+                bare: true,
                 ..Default::default()
             },
             ..Scene::new()

@@ -103,6 +103,9 @@ pub struct RunInfo {
     pub seconds: f64,
     /// Picture size of the rays, unless a scene says otherwise.
     pub size: [u32; 2],
+    /// Camera rays per pixel, of the rays and of frames.
+    #[serde(default = "one")]
+    pub spp: u32,
     /// Requested samples of each row.
     pub repeat: u32,
     /// Least total time of each row's samples, in seconds.
@@ -114,6 +117,11 @@ pub struct RunInfo {
     pub quality: String,
     /// Libraries of peers that took part, such as `embree 4.4.0`.
     pub peers: Vec<String>,
+}
+
+/// Camera rays per pixel in records from before they were named.
+fn one() -> u32 {
+    1
 }
 
 /// The quality in records from before `--quality` existed.

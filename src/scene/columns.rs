@@ -92,6 +92,7 @@ impl Scene {
             .vectors(["light cones", "axis"], [&l.axis], Finite)
             .column(["light cones", "cone"], &l.cone.x, Finite)
             .column(["light cones", "cone"], &l.cone.y, Finite)
+            .column(["light flags", "flag"], &l.flags, Any)
             .columns
     }
 
@@ -158,6 +159,7 @@ impl Scene {
         all.extend(parts_mut([&mut l.axis]));
         all.push(&mut l.cone.x);
         all.push(&mut l.cone.y);
+        all.push(&mut l.flags);
         all
     }
 }

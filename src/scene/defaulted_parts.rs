@@ -8,8 +8,11 @@ use crate::up_axis::UpAxis;
 pub struct DefaultedParts {
     /// True if the view is one that frames everything.
     pub view: bool,
-    /// True if the only light is a key light beside the camera.
+    /// True if the only lights are a key light beside the camera, and for a bare mesh a fill light.
     pub light: bool,
+    /// True if this is a mesh for which nobody gave a camera or a light. Its picture is a first
+    /// look at it, with a fill light and several samples per pixel.
+    pub bare: bool,
     /// True if there are no surroundings: mirrors, if any, reflect a sky.
     pub sky: bool,
     /// The up axis of the default view and sky.

@@ -62,7 +62,7 @@ pub use encoding::{OutputEncoding, Quantize, Transfer};
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;
 pub use instances::{Instances, Meshes};
-pub use lights::{LightShape, Lights};
+pub use lights::{LightShape, Lights, SHADOWLESS};
 pub use materials::{METALLIC_ROUGHNESS, Material, MaterialTable, Materials, SINGLE_SIDED, THIN};
 pub use mattes::{MatteIds, material_names, matte_id, object_names};
 pub use metallic_roughness::{LobeWeights, MetallicRoughness};

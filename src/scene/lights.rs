@@ -30,7 +30,13 @@ pub struct Lights {
     /// Slope and intercept of a spot light's cone, as set by [`Lights::add_spot`]; (0, 1) for a
     /// light that emits in all directions.
     pub cone: Vec2s,
+    /// Bits of each light, such as [`SHADOWLESS`].
+    pub flags: Column<u8>,
 }
+
+/// Bit of [`Lights::flags`] for a light that nothing blocks: a fill light, which shows forms in the
+/// shadow of others. No shadow ray is traced toward it.
+pub const SHADOWLESS: u8 = 1;
 
 /// Shape of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,10 +140,24 @@ impl Lights {
         self.axis.get(i) != Vec3::ZERO
     }
 
+    /// Returns true if surfaces block the rays of light `i`.
+    #[inline]
+    pub fn casts_shadows(&self, i: usize) -> bool {
+        self.flags[i] & SHADOWLESS == 0
+    }
+
     /// Adds a directional light; `toward` is the unit vector toward it.
     #[inline]
     pub fn add_directional(&mut self, toward: Vec3, color: Vec3) {
         self.add(true, toward, color, Vec3::X);
+    }
+
+    /// Adds a directional light that shines through everything: see [`SHADOWLESS`].
+    #[inline]
+    pub fn add_fill(&mut self, toward: Vec3, color: Vec3) {
+        self.add_directional(toward, color);
+        let last = self.len() - 1;
+        self.flags[last] = SHADOWLESS;
     }
 
     /// Adds a sphere light, whose surface shines.
@@ -172,5 +192,6 @@ impl Lights {
         self.edges.iter_mut().for_each(|edge| edge.push(Vec3::ZERO));
         self.axis.push(Vec3::ZERO);
         self.cone.push(Vec2::Y);
+        self.flags.push(0);
     }
 }

@@ -9,7 +9,7 @@ use phalanx::frame::{
     Accel, Adaptive, Aovs, Engine, Filter, Integrator, Kernel, Lens, Sampling, Settings,
 };
 use phalanx::render::RayCounts;
-use phalanx::scene::Scene;
+use phalanx::scene::{SHADOWLESS, Scene};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::cell::Cell;
@@ -158,7 +158,10 @@ fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
         } else {
             rng.direction()
         };
-        return scene.lights.add_directional(toward, color);
+        return match rng.once_in(2) {
+            true => scene.lights.add_fill(toward, color),
+            false => scene.lights.add_directional(toward, color),
+        };
     }
     let position = match rng.below(3) {
         // Exactly on a surface.
@@ -174,6 +177,10 @@ fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
         Vec3::new(0.0, 0.0, 1e-30),
     ]);
     scene.lights.add_point(position, color, attenuation);
+    if rng.once_in(4) {
+        let last = scene.lights.len() - 1;
+        scene.lights.flags[last] = SHADOWLESS;
+    }
 }
 
 fn place_eye(scene: &mut Scene, place: EyePlace, scale: f32, rng: &mut Rng) {

@@ -9,8 +9,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use phalanx::frame::{Accel, Engine, Integrator, Settings};
 use phalanx::sampling::{Adaptive, Sampling};
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_TEXTURE, NO_UVS, Scene,
-    Sky, Texture, View, Wrap,
+    Material, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_TEXTURE, NO_UVS,
+    SHADOWLESS, Scene, Sky, Texture, View, Wrap,
 };
 use phalanx::trace::Kernel;
 use std::time::{Duration, Instant};
@@ -200,6 +200,29 @@ fn surfaces_in_one_place_take_few_traversals() {
     for opacity in [0.0, 0.001, 0.5, 0.999] {
         let [few, many] = [300, 3000].map(|surfaces| packets(opacity, surfaces));
         assert!(many <= 2 * few, "{opacity}: {few}, {many}");
+    }
+}
+
+#[test]
+fn a_light_without_shadows_shines_through_everything() {
+    let mut scene = empty();
+    scene.view.ortho = Some(0.1);
+    add_wall(&mut scene, 0.0, 9.0, &white(1.0));
+    // Behind the camera: what it hides from, the others shine through.
+    add_wall(&mut scene, 5.0, 9.0, &white(1.0));
+    scene.lights.add_fill(Vec3::Z, Vec3::splat(0.5));
+    scene.lights.add_directional(Vec3::Z, Vec3::ONE);
+    scene.lights.add_point(Vec3::Z * 8.0, Vec3::X, Vec3::X);
+    scene.lights.flags[2] = SHADOWLESS;
+    assert_eq!(middle(&scene), Vec3::new(1.5, 0.5, 0.5));
+    for engine in [Engine::Simd, Engine::Scalar] {
+        let settings = Settings {
+            engine,
+            ..Settings::of(&scene)
+        };
+        let stats = frame_of(&scene, &Accel::build(&scene, engine), settings).stats;
+        // One toward the light that casts shadows.
+        assert_eq!((stats.rays.primary, stats.rays.shadow), (9, 9));
     }
 }
 

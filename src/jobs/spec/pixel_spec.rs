@@ -40,11 +40,11 @@ const INTEGRATORS: [(&str, &str); 2] = [
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::QUALITY))]
 pub struct PixelSpec {
-    /// Samples per pixel (anti-aliasing) [default: 1]
+    /// Samples per pixel (anti-aliasing) [default: 1; bare meshes: 4]
     ///
     /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
     /// single sample goes through the pixel's centre, several are spread over the filter. [default:
-    /// 1; 256 with --aa adaptive]
+    /// 1; 4 for a mesh without a camera or a light, given or in the file; 256 with --aa adaptive]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP))))]
     pub spp: Option<u32>,
     /// Anti-aliasing: uniform (default) or adaptive
@@ -180,14 +180,18 @@ impl PixelSpec {
         let mut filters = Filter::ALL.iter();
         let filter = filters.find(|(name, _)| self.filter.as_deref() == Some(*name));
         let lens = self.aperture.zip(self.focus);
+        let default = Settings::of(scene);
         Settings {
             width,
             height,
             region: self.part(),
             max_depth: self.max_depth.unwrap_or(scene.max_depth),
-            min_weight: self.min_weight.or(Settings::of(scene).min_weight),
+            min_weight: self.min_weight.or(default.min_weight),
             sampling: Sampling {
-                spp: self.spp.unwrap_or(if adaptive { ADAPTIVE_SPP } else { 1 }),
+                spp: self.spp.unwrap_or(match adaptive {
+                    true => ADAPTIVE_SPP,
+                    false => default.sampling.spp,
+                }),
                 filter: filter.map_or(Filter::Box, |(_, filter)| *filter),
                 adaptive: adaptive.then(|| Adaptive {
                     threshold: self.threshold.unwrap_or(THRESHOLD),
@@ -201,7 +205,7 @@ impl PixelSpec {
                 false => Integrator::Whitted,
             },
             aovs: self.aovs(),
-            ..Settings::of(scene)
+            ..default
         }
     }
 

@@ -96,9 +96,10 @@ pub const MIN_WEIGHT: f32 = 1.0 / 4096.0;
 pub const FULL_DEPTH: u32 = 10;
 
 impl Settings {
-    /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the
-    /// packet engine. If rays may pass partly transparent surfaces, the minimum weight of bounces
-    /// is 2⁻¹² at any depth.
+    /// The scene's own size and depth, one ray through the centre of each pixel (four rays if the
+    /// scene is [bare](phalanx_scene::DefaultedParts::bare)), one thread, the packet engine. If
+    /// rays may pass partly transparent surfaces, the minimum weight of bounces is 2⁻¹² at any
+    /// depth.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
@@ -107,7 +108,10 @@ impl Settings {
             max_depth: scene.max_depth,
             // Rays that pass surfaces are not limited by the depth.
             min_weight: scene.has_coverage().then_some(MIN_WEIGHT),
-            sampling: Sampling::CENTER,
+            sampling: match scene.defaulted.bare {
+                true => Sampling::FIRST_LOOK,
+                false => Sampling::CENTER,
+            },
             lens: None,
             integrator: Integrator::default(),
             threads: 1,

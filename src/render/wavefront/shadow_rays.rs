@@ -9,9 +9,10 @@ use crate::shade::{CurrentMaterial, ShadeLight};
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
-use phalanx_trace::simd::{LANES, LaneMask, Mask8};
+use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 
-/// Adds each unoccluded light's term, in the order of the lights in the file.
+/// Adds each unoccluded light's term, in the order of the lights in the file. Nothing occludes a
+/// light that casts no shadows.
 pub(super) fn trace_shadow_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
@@ -29,6 +30,7 @@ pub(super) fn trace_shadow_rays(
         let shade_light = ShadeLight::of(scene, light);
         let one = shade_light.sample_position([0; LANES], context.sample);
         let mut materials = CurrentMaterial::new(scene, groups);
+        let casts_shadows = scene.lights.casts_shadows(light);
         for (k, at) in groups.surfaces.iter().enumerate() {
             let position = if shade_light.is_area() {
                 shade_light.sample_position(rays.seeds(&at.ray), context.sample)
@@ -38,6 +40,12 @@ pub(super) fn trace_shadow_rays(
             let mut sample = shade_light.sample(position, materials.of(k), at);
             if let Some(share) = coverage.of(at) {
                 sample.weigh(share);
+            }
+            if !casts_shadows {
+                let Vec3x8 { x, y, z } = sample.radiance;
+                let carried = [x, y, z].map(|c| c.to_array());
+                add_lanes(radiance, sample.needed, &at.ray, &carried);
+                continue;
             }
             let asked = known.unknown(light, (k, at), &sample, radiance);
             queue.push(asked, sample.org, sample.dir, sample.radiance, &at.ray);

@@ -38,6 +38,12 @@ impl Sampling {
         adaptive: None,
     };
 
+    /// Samples of a first look at a scene: smooth edges.
+    pub const FIRST_LOOK: Sampling = Sampling {
+        spp: 4,
+        ..Sampling::CENTER
+    };
+
     /// The criterion for when a pixel has enough camera rays, if it is set; none for a single ray.
     #[inline]
     pub fn adaptively(&self) -> Option<Adaptive> {

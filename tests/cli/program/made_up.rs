@@ -148,6 +148,65 @@ fn a_picture_that_shows_nothing_says_why() {
     assert!(!said("Kd 1 1 1\nd 0", &detail).contains("empty"));
 }
 
+/// Lights and samples of a first look, on all ways to a picture.
+#[test]
+fn a_bare_mesh_is_smooth_and_its_dark_side_lit_however_it_is_rendered() {
+    let room = room("Kd 1 1 1");
+    let spp = |line: &str| {
+        let report = room.json(&format!("render {line} -o out.png --size 40x30 --json"));
+        report["spp"].as_u64().unwrap()
+    };
+    room.ok("build s.obj -o s.phx");
+    let camera = "--camera 0,0,9 0,0,0 0,1,0 40";
+    for (line, want) in [
+        ("s.obj", 4),
+        ("s.phx", 4),
+        ("s.obj --spp 1", 1),
+        ("s.obj --spp 7", 7),
+        ("s.obj --aa adaptive --spp 9", 9),
+        ("s.obj --light 1,2,3", 1),
+        ("s.phx --light 1,2,3", 1),
+    ] {
+        assert_eq!(spp(line), want, "{line}");
+    }
+    for scene in ["s.obj", "s.phx"] {
+        assert_eq!(spp(&format!("{scene} {camera}")), 1);
+        let lights =
+            |line: &str| room.json(&format!("info {scene} {line} --json"))["lights"].clone();
+        assert_eq!(lights("")["directional"], 1);
+        assert_eq!(lights(camera)["directional"], 0);
+    }
+    let picture = "--size 40x30 --tile 8";
+    let bytes = |name: &str| std::fs::read(room.path().join(name)).unwrap();
+    room.ok(&format!(
+        "render s.obj -o a.png {picture} --checkpoint a.tiles"
+    ));
+    room.ok(&format!(
+        "plan s.obj --shards 2 -o b.png --plan p.json {picture}"
+    ));
+    for shard in 0..2 {
+        room.ok(&format!("render --plan p.json --shard {shard}"));
+    }
+    room.ok("merge p.json");
+    room.ok(&format!("render s.obj -o c.png {picture} --engine scalar"));
+    room.ok(&format!(
+        "render s.obj -o d.png {picture} --spp 4 --checkpoint a.tiles"
+    ));
+    room.ok(&format!("render s.phx -o e.png {picture}"));
+    for other in ["b.png", "c.png", "d.png"] {
+        assert!(bytes("a.png") == bytes(other), "{other}");
+    }
+    let pixels = |name: &str| {
+        phalanx::image::load(&room.path().join(name))
+            .unwrap()
+            .pixels
+    };
+    assert_eq!(pixels("a.png"), pixels("e.png"));
+    room.ok(&format!(
+        "verify s.obj {picture} --frames 1..2 --turntable 3"
+    ));
+}
+
 #[test]
 fn a_made_up_camera_frames_the_picture_that_is_asked_for() {
     let room = TestFolder::new();

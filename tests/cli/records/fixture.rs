@@ -147,6 +147,7 @@ fn run() -> RunInfo {
         seconds: 600.0,
         size: [1280, 960],
         repeat: 9,
+        spp: 1,
         min_time: 0.5,
         pinned: false,
         quality: "best".into(),

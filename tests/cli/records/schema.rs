@@ -104,7 +104,7 @@ fn kinds_of_rays_are_the_benchmarks() {
 }
 
 /// Optional fields.
-const OPTIONAL: [(&str, &str); 1] = [("scene", "origin")];
+const OPTIONAL: [(&str, &str); 2] = [("scene", "origin"), ("run", "spp")];
 
 /// Checks that every field is described and, apart from the optional ones, required, and that no
 /// object accepts others. Maps describe their values.

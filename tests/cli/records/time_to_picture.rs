@@ -89,8 +89,10 @@ fn table(record: &Value) -> String {
         .map(|(tracer, name)| format!("{name} {}", text(tracer, "version")))
         .collect();
     let day = text(record, "started").split('T').next().unwrap_or("");
+    let spp = record["samples_per_pixel"].as_u64().unwrap_or(1);
+    let plural = if spp == 1 { "" } else { "s" };
     out += &format!(
-        "\nMedians of {} whole processes, in turns; {facts}; {}; {day}.",
+        "\nMedians of {} whole processes, in turns, {spp} sample{plural} per pixel; {facts}; {}; {day}.",
         record["rounds"],
         versions.join(", ")
     );
@@ -126,6 +128,7 @@ fn a_table_of_two_scenes() {
         "started": "2026-11-26T01:02:03Z",
         "machine": {"cpu": "Imaginary 9000", "hardware_threads": 4, "virtualised": true},
         "threads": 1,
+        "samples_per_pixel": 4,
         "rounds": 3,
         "tracers": [
             {"name": "phalanx", "version": "0.1.0"},
@@ -155,7 +158,7 @@ fn a_table_of_two_scenes() {
 | A, 12 triangles, 4×3 | **0.50** | 12.0 (× 24.0) |
 | B, 2 spheres, 1×1 | **1.50** | – |
 
-Medians of 3 whole processes, in turns; Imaginary 9000, 4 hardware threads, virtualised; phalanx 0.1.0, Mitsuba scalar_rgb 3.9.1; 2026-11-26. Pixels whose depth differs by more than 0.1 %: 12 (a).
+Medians of 3 whole processes, in turns, 4 samples per pixel; Imaginary 9000, 4 hardware threads, virtualised; phalanx 0.1.0, Mitsuba scalar_rgb 3.9.1; 2026-11-26. Pixels whose depth differs by more than 0.1 %: 12 (a).
 ";
     assert_eq!(table(&record), expected);
 }

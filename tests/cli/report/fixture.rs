@@ -288,6 +288,7 @@ pub fn minimal() -> BenchRecord {
             seconds: 712.0,
             size: [1024, 1024],
             repeat: 7,
+            spp: 1,
             min_time: 0.5,
             pinned: true,
             quality: "best".to_owned(),

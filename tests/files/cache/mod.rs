@@ -73,6 +73,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
     scene.lights.add_directional(Vec3::Y, Vec3::splat(0.3));
     let (dim, fading) = (Vec3::splat(0.2), Vec3::new(0.5, 0.1, 0.0));
     scene.lights.add_sphere(Vec3::splat(-5.0), 0.5, dim, fading);
+    scene.lights.add_fill(Vec3::X, dim);
     let edges = [Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, -1.0, 3.0)];
     scene
         .lights

@@ -393,6 +393,6 @@ fn defaults_of_a_bare_mesh() {
         (scene.width, scene.height, scene.encoding),
         (1280, 960, OutputEncoding::SRGB)
     );
-    assert_eq!(scene.lights.len(), 1);
+    assert_eq!(scene.lights.len(), 2);
     assert!(scene.background.min_element() > 0.0);
 }

@@ -215,9 +215,16 @@ fn a_bare_mesh_gets_everything_a_picture_needs() {
     );
     assert_eq!(
         (s.lights.len(), s.materials.len(), loaded.notes.len()),
-        (1, 1, 2)
+        (2, 1, 2)
     );
     assert!(s.materials.get(0).kd.min_element() > 0.5);
+    // A key light, and a dim fill light from the other side, which nothing blocks.
+    let casts = [0, 1].map(|light| s.lights.casts_shadows(light));
+    assert_eq!(casts, [true, false]);
+    let toward = [0, 1].map(|light| s.lights.position.get(light).normalize());
+    assert!(toward[0].dot(toward[1]) < 0.0, "{toward:?}");
+    let [key, fill] = [0, 1].map(|light| s.lights.color.get(light));
+    assert!(fill.max_element() < key.min_element() / 3.0, "{fill}");
 }
 
 const LIBRARY: &str =
