@@ -6,7 +6,6 @@ mod files;
 pub mod html;
 mod numbers;
 mod ray_kind;
-mod readme_table;
 mod record;
 mod record_index;
 mod report_table;
@@ -21,11 +20,10 @@ pub use comparison::{
     comparison_text, counters, counters_table, regressions_table,
 };
 pub use files::{RecordError, load, to_csv, to_json};
-pub use numbers::{grouped, rate};
+pub use numbers::{NONE, counted, grouped, rate};
 pub use ray_kind::{FRAME, QueryKind, RayKind};
-pub use readme_table::{readme_table, scene_table};
 pub use record::*;
 pub use record_index::{AUTO, RecordIndex, SpeedRatio, is_peer, kinds_frame_first, quotable_line};
 pub use report_table::ReportTable;
 pub use statistics::{geometric_mean, median};
-pub use text::wrapped;
+pub use text::{commit, day, markdown, wrapped};

@@ -2,7 +2,7 @@
 //! become a dash.
 
 /// Text instead of a missing number.
-pub(super) const NONE: &str = "–";
+pub const NONE: &str = "–";
 
 /// Narrow space that does not break, between the digits of long numbers and before units.
 pub(super) const THIN: char = '\u{202f}';
@@ -34,7 +34,7 @@ pub(super) fn threshold(share: f64) -> String {
 }
 
 /// `3 scenes`, `1 scene`.
-pub(super) fn counted(count: usize, noun: &str) -> String {
+pub fn counted(count: usize, noun: &str) -> String {
     let end = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{end}")
 }

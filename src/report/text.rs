@@ -19,7 +19,7 @@ pub fn wrapped(text: &str, indent: &str, width: usize) -> String {
 }
 
 /// The day of a moment such as `2026-11-27T09:00:00Z`.
-pub(super) fn day(moment: &str) -> &str {
+pub fn day(moment: &str) -> &str {
     moment.split('T').next().unwrap_or_default()
 }
 
@@ -29,7 +29,7 @@ pub(super) fn short_commit(commit: &str) -> String {
 }
 
 /// The first letters of a program's commit, and whether files differed from it.
-pub(super) fn commit(program: &Program) -> Option<String> {
+pub fn commit(program: &Program) -> Option<String> {
     let short = short_commit(program.git_revision.as_ref()?);
     Some(match program.git_dirty {
         Some(true) => format!("{short}, changed"),
@@ -64,7 +64,7 @@ pub(super) fn listed(words: &[String]) -> String {
 }
 
 /// Text with Markdown's special characters escaped.
-pub(super) fn markdown(text: &str) -> String {
+pub fn markdown(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -5,6 +5,7 @@ mod comparison;
 mod files;
 mod fixture;
 mod markers;
+mod rate_tables;
 mod readme_table;
 mod schema;
 mod time_to_picture;

@@ -1,9 +1,10 @@
 //! The tables of rates in the README and in `perf/rates.md` match a record in `perf/`.
 //!
-//! Both are made by the program's own [`readme_table`] and [`scene_table`].
+//! Both are made by [`readme_table`] and [`scene_table`].
 
+use super::rate_tables::{readme_table, scene_table};
 use super::{fixture, markers};
-use phalanx::report::{BenchRecord, load, readme_table, scene_table};
+use phalanx::report::{BenchRecord, load};
 
 /// A function that makes a table of a record, as Markdown.
 type TableWriter = fn(&BenchRecord) -> String;

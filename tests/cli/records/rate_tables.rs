@@ -1,9 +1,9 @@
 //! The tables of rates in the README and in `perf/rates.md`, as Markdown.
 
-use crate::numbers::{NONE, counted, rate};
-use crate::report_table::ReportTable;
-use crate::text::{commit, day, markdown};
-use crate::{AUTO, BenchRecord, ORACLE, RayKind, RecordIndex};
+use phalanx::report::{
+    AUTO, BenchRecord, NONE, ORACLE, RayKind, RecordIndex, ReportTable, commit, counted, day,
+    markdown, rate,
+};
 
 /// Geometric means over a record's scenes as Markdown, by kind of rays on the fewest threads: our
 /// rates (`auto`), their ratios to each peer's best mode with exact results and to the oracle, and
