@@ -468,6 +468,7 @@ fn more_primitives_than_there_are_numbers_are_refused_wherever_they_come_from() 
     // Rows filled by hand.
     scene.instances.mesh.push(mesh);
     scene.instances.first.push(4094 << 20);
+    scene.instances.name.push(phalanx::scene::NO_NAME);
     let maps = &mut scene.instances;
     for column in maps.to_world.iter_mut().chain(&mut maps.to_object) {
         column.push(column.get(0));

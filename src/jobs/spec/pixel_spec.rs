@@ -40,7 +40,7 @@ const INTEGRATORS: [(&str, &str); 2] = [
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::QUALITY))]
 pub struct PixelSpec {
-    /// Samples per pixel (anti-aliasing) [default: 1; bare meshes: 4]
+    /// Samples per pixel [default: 1; 4 for bare meshes]
     ///
     /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
     /// single sample goes through the pixel's centre, several are spread over the filter. [default:
