@@ -270,10 +270,10 @@ pub mod scene {
         DefaultedParts, Ellipsoids, FileView, GeomId, Geometries, GeometryError, Instances,
         LightShape, Lights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, Material, MaterialTable,
         Materials, MatteIds, Mesh, MeshMaterial, Meshes, NO_COLORS, NO_GEOM, NO_NAME, NO_NORMALS,
-        NO_PRIM, NO_TEXTURE, NO_UVS, Names, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize,
-        ResolvedPrim, Scene, SceneCamera, SceneError, Sky, Spheres, Texture, Transfer, Triangles,
-        UpAxis, Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id,
-        object_names,
+        NO_PRIM, NO_TEXTURE, NO_UVS, NameTable, OrthoHeight, OutputEncoding, Prim, PrimKind,
+        Quantize, ResolvedPrim, Scene, SceneCamera, SceneError, Sky, Spheres, Texture, Transfer,
+        Triangles, UpAxis, Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, material_names,
+        matte_id, object_names,
     };
 }
 #[doc(inline)]
