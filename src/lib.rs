@@ -271,7 +271,7 @@ pub mod scene {
         LightShape, Lights, LobeWeights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, MapTarget,
         Material, MaterialTable, Materials, MatteIds, Mesh, MeshMaterial, Meshes,
         MetallicRoughness, NO_COLORS, NO_GEOM, NO_NAME, NO_NORMALS, NO_PRIM, NO_TANGENTS,
-        NO_TEXTURE, NO_UVS, Names, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize,
+        NO_TEXTURE, NO_UVS, NameTable, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize,
         ResolvedPrim, SHADOWLESS, Scene, SceneCamera, SceneError, Sky, Spheres, Texture,
         TextureMap, TextureMaps, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View, ViewError, Wrap,
         check_image_size, material_names, matte_id, object_names,

@@ -1,6 +1,6 @@
 //! Names of triangles, from the statements of a file that change them.
 
-use phalanx_scene::{NO_NAME, Names};
+use phalanx_scene::{NO_NAME, NameTable};
 
 /// Changes of a name, ascending: the first triangle that has it, and its number.
 pub(super) type NameChanges = Vec<(usize, u32)>;
@@ -18,7 +18,7 @@ pub(super) fn change<T>(changes: &mut Vec<(usize, T)>, first: usize, state: T) {
 
 /// Names the triangles of a scene of nothing else by the changes of their objects and materials.
 pub(super) fn name(
-    names: &mut Names,
+    names: &mut NameTable,
     objects: &NameChanges,
     materials: &NameChanges,
     triangles: usize,

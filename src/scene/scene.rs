@@ -10,7 +10,7 @@ use crate::geometries::{Geometries, Geometry};
 use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
 use crate::materials::Materials;
-use crate::names::Names;
+use crate::names::NameTable;
 use crate::prims::{
     Cone, Cones, Ellipsoids, Mesh, Prim, PrimColumns, PrimKind, Spheres, Triangles,
 };
@@ -77,7 +77,7 @@ pub struct Scene {
     /// Primitives that were added together: see [`Scene::add_mesh`].
     pub geometries: Geometries,
     /// Names of objects, materials and cameras.
-    pub names: Names,
+    pub names: NameTable,
     /// Surface parameters, shared between primitives.
     pub materials: Materials,
     /// Textures that vary materials over their surfaces.
@@ -124,7 +124,7 @@ impl Default for Scene {
             meshes: Meshes::default(),
             instances: Instances::default(),
             geometries: Geometries::default(),
-            names: Names::default(),
+            names: NameTable::default(),
             materials: Materials::default(),
             maps: TextureMaps::default(),
             textures: Vec::new(),
@@ -146,6 +146,25 @@ pub struct ResolvedPrim {
 }
 
 impl Scene {
+    /// Takes the view and the picture's shape of a camera of the file.
+    pub fn use_camera(&mut self, camera: SceneCamera) {
+        self.view = camera.view;
+        self.width = camera.width;
+        self.defaulted.view = false;
+        self.defaulted.ortho_size = camera.ortho_size;
+    }
+
+    /// Index of the camera that gives the view. The height of its parallel rays may be another,
+    /// which depends on the picture.
+    pub fn used_camera(&self) -> Option<usize> {
+        let placed = |view: View| View {
+            ortho: None,
+            ..view
+        };
+        let mut cameras = self.cameras.iter();
+        cameras.position(|camera| placed(camera.view) == placed(self.view))
+    }
+
     /// Number of stored primitives of all kinds, those of meshes among them.
     #[inline]
     pub fn prim_count(&self) -> usize {

@@ -40,7 +40,7 @@ pub enum SceneError {
     },
     /// Names that are not text, or out of order, or fewer than their numbers.
     #[error("the names of objects, materials or cameras are damaged")]
-    Names,
+    DamagedNames,
     /// No camera of the file has this name or number.
     #[error("no camera is called {asked}: {known}")]
     NoCamera {

@@ -24,8 +24,8 @@ const END: &[u8] = b"endfacet";
 /// Most names and comments with that word that are passed in search of the end of a chunk.
 const MAX_REMARKS: usize = 1000;
 
-/// The corners of all facets, and the names of solids with the facet that each begins at; errors are
-/// added to the report.
+/// The corners of all facets, and the names of solids with the facet that each begins at. Errors
+/// are added to the report.
 ///
 /// `origin` is subtracted from corners before they are rounded.
 pub(super) fn read(

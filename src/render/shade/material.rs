@@ -4,7 +4,7 @@ use super::texture::{map_value, tint};
 use super::wide;
 use crate::wavefront::HitGroups;
 use glam::Vec3;
-use phalanx_scene::{LobeWeights, METALLIC_ROUGHNESS, MapTarget, Scene};
+use phalanx_scene::{LobeWeights, METALLIC_ROUGHNESS, MapTarget, MetallicRoughness, Scene};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
 
@@ -31,14 +31,54 @@ impl ShadeMaterial {
     /// A row of the columns, the same for all hits.
     #[inline(always)]
     pub fn of(scene: &Scene, index: u32) -> ShadeMaterial {
-        Varied::row(scene, index).into_material(scene, index)
+        MaterialRow::of(scene, index).widened()
     }
 
     /// A row of the columns as textures and vertex colours vary it at eight hits on triangles.
     pub fn at(scene: &Scene, index: u32, hits: &HitPacket) -> ShadeMaterial {
-        let mut varied = Varied::row(scene, index);
-        varied.apply_textures(scene, index, hits);
-        varied.into_material(scene, index)
+        let (m, i) = (&scene.materials, index as usize);
+        let tint = tint(scene, index, hits);
+        let mut ambient = wide(m.ka.get(i)).mul_elementwise(tint);
+        let mut kd = wide(m.kd.get(i)).mul_elementwise(tint);
+        let (mut ke, mut ks) = (wide(m.ke.get(i)), wide(m.ks.get(i)));
+        let [mut shininess, mut metallic, mut roughness] =
+            [&m.shininess, &m.metallic, &m.roughness].map(|column| F32x8::splat(column[i]));
+        for map in scene.maps.of(m.maps[i]) {
+            if map.target == MapTarget::Normal {
+                continue;
+            }
+            let Some((given, value)) = map_value(scene, &map, hits) else {
+                continue;
+            };
+            let colored = |c: Vec3x8| Vec3x8::select(given, c.mul_elementwise(value), c);
+            let channel = [value.x, value.y, value.z][map.channel as usize];
+            let scaled = |c: F32x8| given.select(c * channel, c);
+            match map.target {
+                MapTarget::Emission => ke = colored(ke),
+                MapTarget::Specular => ks = colored(ks),
+                MapTarget::Shininess => shininess = scaled(shininess),
+                MapTarget::Metallic => metallic = scaled(metallic),
+                MapTarget::Roughness => roughness = scaled(roughness),
+                MapTarget::Normal => {}
+            }
+        }
+        if m.flags[i] & METALLIC_ROUGHNESS != 0 {
+            let lobes = LobeWeights::of(metallic.to_array(), roughness.to_array());
+            let [metal, dielectric] = [lobes.metal, lobes.dielectric].map(F32x8::new);
+            ks = ks.scale(dielectric) + kd.scale(metal);
+            ambient = ambient.scale(F32x8::ONE - metal);
+            kd = kd.scale(F32x8::ONE - metal);
+            shininess = F32x8::new(lobes.shininess);
+        }
+        ShadeMaterial {
+            own: ambient + ke,
+            kd,
+            ks,
+            kt: m.kt.get(i),
+            shininess,
+            ior: m.ior[i],
+            shines: is_not_zero(ks),
+        }
     }
 
     /// Divisor that turns Ks and Kt into shares: Ks + Kt, but no less than 1. A share is the part
@@ -61,77 +101,64 @@ pub(super) fn is_not_zero(v: Vec3x8) -> Mask8 {
     !(v.x.eq(zero) & v.y.eq(zero) & v.z.eq(zero))
 }
 
-/// Parameters that may vary over a surface.
-struct Varied {
-    ambient: Vec3x8,
-    ke: Vec3x8,
-    kd: Vec3x8,
-    ks: Vec3x8,
-    shininess: F32x8,
-    metallic: F32x8,
-    roughness: F32x8,
+/// One row of the material columns.
+#[derive(Clone, Copy)]
+struct MaterialRow {
+    own: Vec3,
+    kd: Vec3,
+    ks: Vec3,
+    kt: Vec3,
+    shininess: f32,
+    ior: f32,
 }
 
-impl Varied {
+impl MaterialRow {
     #[inline(always)]
-    fn row(scene: &Scene, index: u32) -> Varied {
+    fn of(scene: &Scene, index: u32) -> MaterialRow {
         let (m, i) = (&scene.materials, index as usize);
-        Varied {
-            ambient: wide(m.ka.get(i)),
-            ke: wide(m.ke.get(i)),
-            kd: wide(m.kd.get(i)),
-            ks: wide(m.ks.get(i)),
-            shininess: F32x8::splat(m.shininess[i]),
-            metallic: F32x8::splat(m.metallic[i]),
-            roughness: F32x8::splat(m.roughness[i]),
-        }
-    }
-
-    fn apply_textures(&mut self, scene: &Scene, index: u32, hits: &HitPacket) {
-        let tint = tint(scene, index, hits);
-        self.ambient = self.ambient.mul_elementwise(tint);
-        self.kd = self.kd.mul_elementwise(tint);
-        for map in scene.maps.of(scene.materials.maps[index as usize]) {
-            if map.target == MapTarget::Normal {
-                continue;
-            }
-            let Some((given, value)) = map_value(scene, &map, hits) else {
-                continue;
-            };
-            let colored = |c: Vec3x8| Vec3x8::select(given, c.mul_elementwise(value), c);
-            let channel = [value.x, value.y, value.z][map.channel as usize];
-            let scaled = |c: F32x8| given.select(c * channel, c);
-            match map.target {
-                MapTarget::Emission => self.ke = colored(self.ke),
-                MapTarget::Specular => self.ks = colored(self.ks),
-                MapTarget::Shininess => self.shininess = scaled(self.shininess),
-                MapTarget::Metallic => self.metallic = scaled(self.metallic),
-                MapTarget::Roughness => self.roughness = scaled(self.roughness),
-                MapTarget::Normal => {}
-            }
-        }
-    }
-
-    /// Converts metallic and roughness, where the material has them.
-    #[inline(always)]
-    fn into_material(mut self, scene: &Scene, index: u32) -> ShadeMaterial {
-        let (m, i) = (&scene.materials, index as usize);
-        if m.flags[i] & METALLIC_ROUGHNESS != 0 {
-            let lobes = LobeWeights::of(self.metallic.to_array(), self.roughness.to_array());
-            let [metal, dielectric] = [lobes.metal, lobes.dielectric].map(F32x8::new);
-            self.ks = self.ks.scale(dielectric) + self.kd.scale(metal);
-            self.ambient = self.ambient.scale(F32x8::ONE - metal);
-            self.kd = self.kd.scale(F32x8::ONE - metal);
-            self.shininess = F32x8::new(lobes.shininess);
-        }
-        ShadeMaterial {
-            own: self.ambient + self.ke,
-            kd: self.kd,
-            ks: self.ks,
+        let row = MaterialRow {
+            own: m.ka.get(i) + m.ke.get(i),
+            kd: m.kd.get(i),
+            ks: m.ks.get(i),
             kt: m.kt.get(i),
-            shininess: self.shininess,
+            shininess: m.shininess[i],
             ior: m.ior[i],
-            shines: is_not_zero(self.ks),
+        };
+        match m.metallic_roughness(i) {
+            None => row,
+            Some(lobes) => row.converted(m.ka.get(i), m.ke.get(i), lobes),
+        }
+    }
+
+    /// The row with Kd, Ks and exponent that follow from metallic and roughness.
+    #[cold]
+    fn converted(self, ka: Vec3, ke: Vec3, lobes: MetallicRoughness) -> MaterialRow {
+        let lobes = LobeWeights::of([lobes.metallic], [lobes.roughness]);
+        let [metal] = lobes.metal;
+        MaterialRow {
+            own: ka * (1.0 - metal) + ke,
+            kd: self.kd * (1.0 - metal),
+            ks: self.ks * lobes.dielectric[0] + self.kd * metal,
+            shininess: lobes.shininess[0],
+            ..self
+        }
+    }
+
+    /// The row in every lane. Callers use a few of the fields, and the rest is not made where this
+    /// is inlined.
+    #[inline(always)]
+    fn widened(&self) -> ShadeMaterial {
+        ShadeMaterial {
+            own: wide(self.own),
+            kd: wide(self.kd),
+            ks: wide(self.ks),
+            kt: self.kt,
+            shininess: F32x8::splat(self.shininess),
+            ior: self.ior,
+            shines: match self.ks == Vec3::ZERO {
+                true => Mask8::none(),
+                false => !Mask8::none(),
+            },
         }
     }
 }
@@ -140,7 +167,7 @@ impl Varied {
 pub(crate) struct CurrentMaterial<'g> {
     scene: &'g Scene,
     groups: &'g HitGroups<'g>,
-    current: Option<(u32, ShadeMaterial)>,
+    current: Option<(u32, MaterialRow)>,
 }
 
 impl<'g> CurrentMaterial<'g> {
@@ -155,15 +182,16 @@ impl<'g> CurrentMaterial<'g> {
 
     /// The material of the surface `k`.
     #[inline(always)]
-    pub(crate) fn of(&mut self, k: usize) -> &ShadeMaterial {
+    pub(crate) fn of(&mut self, k: usize) -> ShadeMaterial {
         if let Some(material) = self.groups.materials.get(k) {
-            return material;
+            return *material;
         }
         let index = self.groups.surfaces[k].material;
-        if self.current.is_none_or(|(current, _)| current != index) {
-            self.current = None;
-        }
-        let read = || (index, ShadeMaterial::of(self.scene, index));
-        &self.current.get_or_insert_with(read).1
+        let row = match self.current {
+            Some((current, row)) if current == index => row,
+            _ => MaterialRow::of(self.scene, index),
+        };
+        self.current = Some((index, row));
+        row.widened()
     }
 }

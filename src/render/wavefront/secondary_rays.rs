@@ -33,7 +33,7 @@ pub(super) fn spawn_secondary_rays(
     let surface = |k: &u32| &groups.surfaces[*k as usize];
     let outgoing = bouncing.iter().map(|k| {
         let at = surface(k);
-        let mut out = sample_bounces(context, rays, materials.of(*k as usize), at);
+        let mut out = sample_bounces(context, rays, &materials.of(*k as usize), at);
         if let Some(share) = coverage.of(at) {
             for out in [&mut out.mirror, &mut out.refracted] {
                 out.weight = out.weight.scale(share);

@@ -37,7 +37,7 @@ pub(super) fn trace_shadow_rays(
             } else {
                 one
             };
-            let mut sample = shade_light.sample(position, materials.of(k), at);
+            let mut sample = shade_light.sample(position, &materials.of(k), at);
             if let Some(share) = coverage.of(at) {
                 sample.weigh(share);
             }

@@ -200,7 +200,7 @@ fn a_finished_scene_takes_another_camera() {
             };
             let taken = phalanx::formats::override_scene(&mut scene, &options);
             if matches!(taken, Err(SceneError::TooFar(_))) {
-                assert_eq!((asked, built_with), ("C", None));
+                assert!(asked == "C" && built_with != Some("C"));
                 continue;
             }
             assert_eq!(
