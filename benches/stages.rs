@@ -16,7 +16,7 @@ use phalanx::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx::render::{RayCounts, microbench};
 use phalanx::scene::Scene;
-use phalanx::shade::{ShadeLight, ShadeMaterial, Surface, bounces};
+use phalanx::shade::{MaterialRow, ShadeLight, ShadeMaterial, Surface, bounces};
 use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
 use std::ops::Range;
@@ -119,7 +119,8 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
         let light = ShadeLight::of(scene, light);
         let position = light.sample_position([0; LANES], 0);
         for at in surfaces {
-            let material = ShadeMaterial::of(scene, at.material);
+            let row = &MaterialRow::of(scene, at.material);
+            let material = ShadeMaterial { row, varied: None };
             let s = light.sample(position, &material, at);
             queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
         }
@@ -132,7 +133,8 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
 fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64 {
     queue.clear();
     for at in surfaces {
-        let material = ShadeMaterial::of(scene, at.material);
+        let row = &MaterialRow::of(scene, at.material);
+        let material = ShadeMaterial { row, varied: None };
         let out = bounces(&material, at);
         for out in [out.mirror, out.refracted] {
             queue.push(out.active, out.org, out.dir, out.weight, &at.ray);

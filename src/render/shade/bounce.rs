@@ -43,11 +43,12 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
         reflect_dir = mirror_into_hemisphere(at, reflect_dir, at.ng);
     }
     let cos = -along;
-    let eta = at
-        .entering
-        .select(F32x8::splat(1.0 / material.ior), F32x8::splat(material.ior));
+    let eta = at.entering.select(
+        F32x8::splat(1.0 / material.ior()),
+        F32x8::splat(material.ior()),
+    );
     let k = F32x8::ONE - (eta * eta) * (F32x8::ONE - cos * cos);
-    let transmits = material.kt != Vec3::ZERO;
+    let transmits = material.kt() != Vec3::ZERO;
     let total = if transmits {
         k.lt(F32x8::ZERO)
     } else {
@@ -55,14 +56,14 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     };
     let bent = d.scale(eta) + n.scale(eta * cos - k.sqrt());
     let refract_dir = bent.normalized();
-    let both = material.ks + wide(material.kt);
-    let reflect = (total & is_not_zero(both)) | (!total & material.shines);
+    let both = material.ks() + wide(material.kt());
+    let reflect = (total & is_not_zero(both)) | (!total & material.shines());
     SecondaryRays {
         mirror: BounceRays {
             active: at.active & reflect,
             org: offset_origin(at, reflect_dir),
             dir: reflect_dir,
-            weight: Vec3x8::select(total, both, material.ks),
+            weight: Vec3x8::select(total, both, material.ks()),
         },
         refracted: BounceRays {
             active: if transmits {
@@ -72,7 +73,7 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
             },
             org: offset_origin(at, refract_dir),
             dir: refract_dir,
-            weight: wide(material.kt),
+            weight: wide(material.kt()),
         },
     }
 }

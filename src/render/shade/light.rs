@@ -103,13 +103,13 @@ impl ShadeLight {
             return LightSample::none();
         }
         let diffuse = positive(to_light.dot(at.ns));
-        let specular = if material.shines.any() {
+        let specular = if material.shines().any() {
             let half = (to_light - at.dir).normalized();
-            pow(positive(half.dot(at.ns)), material.shininess)
+            pow(positive(half.dot(at.ns)), material.shininess())
         } else {
             F32x8::ZERO
         };
-        let lobe = material.kd.scale(diffuse) + material.ks.scale(specular);
+        let lobe = material.kd().scale(diffuse) + material.ks().scale(specular);
         let radiance = radiance.mul_elementwise(lobe);
         LightSample {
             needed: lit & is_nonzero(radiance),

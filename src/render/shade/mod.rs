@@ -27,8 +27,7 @@ mod texture;
 
 pub use bounce::{BounceRays, SecondaryRays, bounces, sample_ao_ray, sample_glossy};
 pub use light::{LightSample, ShadeLight};
-pub(crate) use material::CurrentMaterial;
-pub use material::ShadeMaterial;
+pub use material::{MaterialRow, ShadeMaterial, VariedMaterial};
 pub use pow::pow;
 pub use surface::{ShadeGroup, Surface, surface};
 

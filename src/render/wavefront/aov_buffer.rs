@@ -3,7 +3,6 @@
 use super::bounce_queue::BounceSlice;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
-use crate::shade::CurrentMaterial;
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 use phalanx_scene::film::{Aovs, SurfaceAov};
@@ -74,9 +73,8 @@ impl<'arena> AovBuffer<'arena> {
     }
 
     fn record_surfaces(&mut self, scene: &Scene, hits: &[HitPacket], groups: &HitGroups) {
-        let mut materials = CurrentMaterial::new(scene, groups);
         for (k, at) in groups.surfaces.iter().enumerate() {
-            let kd = materials.of(k).kd;
+            let kd = groups.material(k).kd();
             for lane in at.active.lanes() {
                 let ray = at.ray[lane] as usize;
                 let hit = &hits[ray / LANES];

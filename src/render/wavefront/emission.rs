@@ -3,20 +3,16 @@
 use super::coverage::WaveCoverage;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::RadianceX8;
-use crate::shade::CurrentMaterial;
-use phalanx_scene::Scene;
 use phalanx_trace::simd::{F32x8, LANES, LaneMask};
 
 /// Initialises every hit's sum to Ka + Ke, weighted by its coverage.
 pub(super) fn add_ambient_and_emission(
-    scene: &Scene,
     groups: &HitGroups,
     coverage: WaveCoverage,
     radiance: &mut [RadianceX8],
 ) {
-    let mut materials = CurrentMaterial::new(scene, groups);
     for (k, at) in groups.surfaces.iter().enumerate() {
-        let own = materials.of(k).own;
+        let own = groups.material(k).own();
         let own = coverage.of(at).map_or(own, |share| own.scale(share));
         let own = [own.x, own.y, own.z].map(F32x8::to_array);
         if let Some(packet) = at.whole_packet() {

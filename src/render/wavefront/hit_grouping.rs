@@ -1,7 +1,7 @@
 //! Hits grouped by kind and material: eight surfaces of one kind and material are shaded together.
 
 use super::ray_batch::QueueSlice;
-use crate::shade::{ShadeGroup, ShadeMaterial, Surface, surface};
+use crate::shade::{MaterialRow, ShadeGroup, ShadeMaterial, Surface, VariedMaterial, surface};
 use bumpalo::Bump;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, packets_for};
@@ -11,9 +11,22 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8};
 #[derive(Clone, Copy)]
 pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
-    /// The material of each surface; empty if the scene has neither textures nor vertex colours, so
-    /// that such a scene does not pay for them.
-    pub(crate) materials: &'arena [ShadeMaterial],
+    /// The row of each surface's material.
+    rows: &'arena [MaterialRow],
+    /// What varies the material of each surface; empty if the scene has neither textures nor vertex
+    /// colours, so that such a scene does not pay for them.
+    varied: &'arena [VariedMaterial],
+}
+
+impl HitGroups<'_> {
+    /// The material of the surface `k`.
+    #[inline(always)]
+    pub(super) fn material(&self, k: usize) -> ShadeMaterial<'_> {
+        ShadeMaterial {
+            row: &self.rows[k],
+            varied: self.varied.get(k),
+        }
+    }
 }
 
 /// A [`ShadeGroup`] in one word: kind in the upper bits, then the bit for instances, then the
@@ -70,21 +83,41 @@ pub(crate) fn group_hits<'arena>(
         Some(&(packet, key)) => full_surface(scene, rays, hits, packet as usize, key),
         None => partial_surface(scene, rays, hits, next.next().unwrap_or_default()),
     });
+    let rows = material_rows(arena, scene, surfaces);
     if scene.textures.is_empty() && scene.triangles.colors.is_empty() {
         return HitGroups {
             surfaces,
-            materials: &[],
+            rows,
+            varied: &[],
         };
     }
     let mut next = batches();
-    let materials = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
+    let varied = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
         Some(&(packet, key)) => material_of(scene, key, &hits[packet as usize]),
         None => partial_material(scene, rays, hits, next.next().unwrap_or_default()),
     });
     HitGroups {
         surfaces,
-        materials,
+        rows,
+        varied,
     }
+}
+
+/// The rows of the surfaces' materials, each read when it differs from the one before.
+fn material_rows<'arena>(
+    arena: &'arena Bump,
+    scene: &Scene,
+    surfaces: &[Surface],
+) -> &'arena [MaterialRow] {
+    let mut current: Option<(u32, MaterialRow)> = None;
+    arena.alloc_slice_fill_iter(surfaces.iter().map(|at| {
+        let row = match current {
+            Some((index, row)) if index == at.material => row,
+            _ => MaterialRow::of(scene, at.material),
+        };
+        current = Some((at.material, row));
+        row
+    }))
 }
 
 /// Returns the packets whose lanes all hit one kind and material, and the other hits, sorted.
@@ -126,11 +159,11 @@ fn sort_hits<'arena>(
     (&full[..fulls], partial)
 }
 
-fn material_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> ShadeMaterial {
+fn material_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> VariedMaterial {
     let group = unpack_key(key);
     match group.kind {
-        PrimKind::Triangle => ShadeMaterial::at(scene, group.material, hits),
-        _ => ShadeMaterial::of(scene, group.material),
+        PrimKind::Triangle => VariedMaterial::at(scene, group.material, hits),
+        _ => VariedMaterial::even(scene, group.material),
     }
 }
 
@@ -139,7 +172,7 @@ fn partial_material(
     rays: &QueueSlice,
     hits: &[HitPacket],
     batch: &[HitKey],
-) -> ShadeMaterial {
+) -> VariedMaterial {
     let (_, hits) = gather(rays, hits, &rays_of(batch));
     material_of(scene, shade_key_of(batch[0]), &hits)
 }

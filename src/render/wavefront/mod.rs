@@ -40,7 +40,7 @@ pub(super) use aov_buffer::AovBuffer;
 pub use camera_rays::push_camera_rays;
 pub(super) use camera_rays::{block_of, pixel_of, push_block, push_samples};
 pub(super) use fragments::{FragmentSink, RayFragment};
-pub(super) use hit_grouping::{HitGroups, group_hits};
+pub(super) use hit_grouping::group_hits;
 pub(super) use levels::{Levels, trace_waves};
 pub(super) use ray_batch::{QueueSlice, RadianceX8};
 pub(super) use shadow_filter::{RefineRequest, ShadowFilter};
@@ -79,7 +79,7 @@ fn trace_wavefront(
         collect_fragments(context, rays, hits, coverage, fragments);
     }
     handle_escaped_rays(context, rays, *bounced, hits, radiance);
-    add_ambient_and_emission(context.scene, &groups, coverage, radiance);
+    add_ambient_and_emission(&groups, coverage, radiance);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);
     trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
     aovs.record(context.scene, hits, &groups, radiance);

@@ -5,9 +5,7 @@ use super::coverage::WaveCoverage;
 use super::hit_grouping::HitGroups;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::{WavefrontContext, is_worth_tracing};
-use crate::shade::{
-    CurrentMaterial, SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy,
-};
+use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_scene::Scene;
@@ -29,11 +27,10 @@ pub(super) fn spawn_secondary_rays(
     if bouncing.is_empty() {
         return;
     }
-    let mut materials = CurrentMaterial::new(context.scene, groups);
     let surface = |k: &u32| &groups.surfaces[*k as usize];
     let outgoing = bouncing.iter().map(|k| {
         let at = surface(k);
-        let mut out = sample_bounces(context, rays, &materials.of(*k as usize), at);
+        let mut out = sample_bounces(context, rays, &groups.material(*k as usize), at);
         if let Some(share) = coverage.of(at) {
             for out in [&mut out.mirror, &mut out.refracted] {
                 out.weight = out.weight.scale(share);
@@ -45,7 +42,7 @@ pub(super) fn spawn_secondary_rays(
     let shares: &[[Vec3x8; 2]] = if context.columns.shares {
         let outgoing = bouncing.iter().zip(&mut *outgoing);
         arena.alloc_slice_fill_iter(outgoing.map(|(k, out)| {
-            let whole = materials.of(*k as usize).secondary_weight();
+            let whole = groups.material(*k as usize).secondary_weight();
             drop_below_min_weight(context.min_weight, rays.shares(&surface(k).ray), whole, out)
         }))
     } else {

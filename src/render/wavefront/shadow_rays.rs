@@ -5,7 +5,7 @@ use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8, add_lanes};
 use super::shadow_filter::KnownLights;
 use super::wavefront_context::WavefrontContext;
-use crate::shade::{CurrentMaterial, ShadeLight};
+use crate::shade::ShadeLight;
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
@@ -29,7 +29,6 @@ pub(super) fn trace_shadow_rays(
         queue.clear();
         let shade_light = ShadeLight::of(scene, light);
         let one = shade_light.sample_position([0; LANES], context.sample);
-        let mut materials = CurrentMaterial::new(scene, groups);
         let casts_shadows = scene.lights.casts_shadows(light);
         for (k, at) in groups.surfaces.iter().enumerate() {
             let position = if shade_light.is_area() {
@@ -37,7 +36,7 @@ pub(super) fn trace_shadow_rays(
             } else {
                 one
             };
-            let mut sample = shade_light.sample(position, &materials.of(k), at);
+            let mut sample = shade_light.sample(position, &groups.material(k), at);
             if let Some(share) = coverage.of(at) {
                 sample.weigh(share);
             }
