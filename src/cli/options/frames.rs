@@ -63,9 +63,13 @@ impl FrameArgs {
     /// Prints a note if --camera or --camera-name has no effect.
     pub fn note_camera(&self, scene: &SceneArgs) {
         let overrides = &scene.overrides;
-        let is_given = overrides.camera.is_some() || overrides.camera_name.is_some();
-        if is_given && self.keyframes.is_some() {
-            output::note("--camera and --camera-name have no effect with --keyframes");
+        let options = [
+            (overrides.camera.is_some(), "--camera"),
+            (overrides.camera_name.is_some(), "--camera-name"),
+        ];
+        let given = options.iter().find(|(is_given, _)| *is_given);
+        if let (Some((_, option)), Some(_)) = (given, &self.keyframes) {
+            output::note(&format!("{option} has no effect with --keyframes"));
         }
     }
 
