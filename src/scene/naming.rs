@@ -55,8 +55,9 @@ impl Scene {
     pub fn name_sizes(&self) -> [Vec<(&str, u64)>; 2] {
         let mut sizes = [(); 2].map(|()| vec![0u64; self.names.len()]);
         let mut add = |kind: usize, name: u32, count: u64| {
-            let size = sizes[kind].get_mut(name as usize);
-            size.map(|size| *size += count);
+            if let Some(size) = sizes[kind].get_mut(name as usize) {
+                *size += count;
+            }
         };
         let runs = &self.names.runs;
         let ends = runs.iter().skip(1).map(|run| run[0]);

@@ -211,7 +211,7 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
         (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
         for (first, (name, is_object)) in chunk.objects {
             if is_object || !in_object {
-                changes.objects.push((triangles + first, name));
+                named_runs::change(&mut changes.objects, triangles + first, name);
             }
             in_object |= is_object;
         }

@@ -59,7 +59,9 @@ pub(super) fn read(
     for chunk in workers::map(threads, ranges, read) {
         remarks.merge(chunk.remarks);
         cut_off = cut_off.or(chunk.cut_off);
-        names.extend(chunk.names.iter().map(|&(at, name)| (facets + at, name)));
+        for (at, name) in chunk.names {
+            change(&mut names, facets + at, name);
+        }
         facets += chunk.soup.len();
         soups.push(chunk.soup);
     }
