@@ -45,9 +45,10 @@ use super::mtl::{MapKind, MtlMaterial};
 use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
 use glam::Vec3;
 use phalanx_scene::{Material, MetallicRoughness, NO_TEXTURE};
+use std::collections::BTreeMap;
 
-/// Textures by [`MapKind`], each [`NO_TEXTURE`] if there is none that can be read.
-pub(super) type MapTextures = [u32; MapKind::COUNT];
+/// Rows of the textures that a material shows and that can be read.
+pub(super) type MapTextures = BTreeMap<MapKind, u32>;
 
 /// Brightness of the room relative to its lamps.
 const AMBIENT: f32 = 0.1;
@@ -77,7 +78,7 @@ impl MtlMaterial {
 
     /// Returns true for a black `Kd` that is only a placeholder for the texture.
     pub(super) fn kd_is_placeholder(&self) -> bool {
-        self.kd == Some(Vec3::ZERO) && self.map(MapKind::Kd).is_some()
+        self.kd == Some(Vec3::ZERO) && self.maps.contains_key(&MapKind::Kd)
     }
 
     /// Share of Ks that is a mirror, without regard to its texture.
@@ -91,34 +92,27 @@ impl MtlMaterial {
     }
 
     fn is_pbr(&self) -> bool {
-        let maps = [MapKind::Pr, MapKind::Pm].map(|kind| self.map(kind).is_some());
+        let maps = [MapKind::Pr, MapKind::Pm].map(|kind| self.maps.contains_key(&kind));
         self.pr.is_some() || self.pm.is_some() || maps.contains(&true)
     }
 
     /// Returns true if the material shows the texture of a kind, if it can be read.
     pub(super) fn shows(&self, kind: MapKind) -> bool {
         match kind {
-            MapKind::Ka => self.map(MapKind::Kd).is_none(),
+            MapKind::Ka => !self.maps.contains_key(&MapKind::Kd),
             MapKind::Ks | MapKind::Ns => !self.is_pbr() && self.mirror() > 0.0,
-            MapKind::Bump => self.map(MapKind::Norm).is_none(),
+            MapKind::Bump => !self.maps.contains_key(&MapKind::Norm),
             _ => true,
         }
     }
 
     /// Metallic and roughness, and true if a texture of `textures` varies them.
     fn lobes(&self, textures: &MapTextures) -> (MetallicRoughness, bool) {
-        let has = |kind: MapKind| textures[kind as usize] != NO_TEXTURE;
-        let (rough, metal) = (has(MapKind::Pr), has(MapKind::Pm));
+        let [rough, metal] = [MapKind::Pr, MapKind::Pm].map(|kind| textures.contains_key(&kind));
         let exponent = self.ns.unwrap_or(MATT).max(0.0);
         let of_exponent = (2.0 / (exponent + 2.0)).sqrt().sqrt();
-        let lobes = MetallicRoughness {
-            metallic: self.pm.unwrap_or(if metal { 1.0 } else { 0.0 }),
-            roughness: self.pr.unwrap_or(if rough { 1.0 } else { of_exponent }),
-        };
-        let MetallicRoughness {
-            metallic,
-            roughness,
-        } = lobes;
+        let metallic = self.pm.unwrap_or(if metal { 1.0 } else { 0.0 });
+        let roughness = self.pr.unwrap_or(if rough { 1.0 } else { of_exponent });
         let lobes = MetallicRoughness {
             metallic: metallic.clamp(0.0, 1.0),
             roughness: roughness.clamp(0.0, 1.0),
@@ -129,9 +123,9 @@ impl MtlMaterial {
     /// A colour that its texture multiplies: 0 if that cannot be read, 1 if it is only a
     /// placeholder.
     fn beneath(&self, color: Vec3, kind: MapKind, textures: &MapTextures) -> Vec3 {
-        match (self.map(kind), textures[kind as usize]) {
-            (Some(_), NO_TEXTURE) => Vec3::ZERO,
-            (Some(_), _) if color == Vec3::ZERO => Vec3::ONE,
+        match (self.maps.contains_key(&kind), textures.contains_key(&kind)) {
+            (true, false) => Vec3::ZERO,
+            (true, true) if color == Vec3::ZERO => Vec3::ONE,
             _ => color,
         }
     }
@@ -144,16 +138,16 @@ impl MtlMaterial {
         let refracts = self.refracts();
         let transmits = refracts || self.has_colored_filter() && d < 1.0;
         let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
-        let [map_kd, map_ka] = [MapKind::Kd, MapKind::Ka].map(|kind| self.map(kind).is_some());
-        let textured = map_kd || map_ka;
+        let textured = [MapKind::Kd, MapKind::Ka].map(|kind| self.maps.contains_key(&kind));
+        let textured = textured.contains(&true);
         let kd = match self.kd {
             Some(kd) if !self.kd_is_placeholder() => kd,
             None if !textured => PLAIN,
             _ => Vec3::ONE,
         };
         let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
-        let texture = [MapKind::Kd, MapKind::Ka].map(|kind| textures[kind as usize]);
-        let texture = texture[usize::from(!map_kd)];
+        let texture = textures.get(&MapKind::Kd).or(textures.get(&MapKind::Ka));
+        let texture = texture.copied().unwrap_or(NO_TEXTURE);
         let surface = if self.is_pbr() {
             let (lobes, varied) = self.lobes(textures);
             let surface = PbrSurface {
@@ -197,7 +191,7 @@ mod tests {
     fn surface(body: &str) -> Material {
         let mut materials = mtl::read(format!("newmtl a\n{body}").as_bytes());
         let material = materials.pop().expect("a material");
-        material.to_material(&[NO_TEXTURE; MapKind::COUNT], NO_TEXTURE)
+        material.to_material(&MapTextures::new(), NO_TEXTURE)
     }
 
     #[test]

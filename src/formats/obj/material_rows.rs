@@ -1,5 +1,6 @@
 //! Materials of triangles: rows of the scene, with the textures that they name.
 
+use super::conversion::MapTextures;
 use super::mtl::{MapKind, MtlMaterial, MtlOmission};
 use super::name::{text_of, texture_spellings, without_comment};
 use super::runs;
@@ -134,20 +135,20 @@ impl<'a> MaterialReader<'a> {
             self.leave_out(*source, left_out);
         }
         self.warn_of_readings(*source, material);
-        let mut textures = [NO_TEXTURE; MapKind::COUNT];
-        let shown: Vec<(MapKind, TextureMap)> = MapKind::ALL
-            .into_iter()
-            .filter(|&kind| material.shows(kind))
-            .filter_map(|kind| Some((kind, material.map(kind)?)))
-            .collect();
+        let shown = material
+            .maps
+            .iter()
+            .filter(|(kind, _)| material.shows(**kind));
+        let shown: Vec<(MapKind, TextureMap)> = shown.map(|(&kind, &map)| (kind, map)).collect();
+        let mut textures = MapTextures::new();
         for (kind, map) in shown.iter().filter(|(kind, _)| *kind != MapKind::D) {
-            textures[*kind as usize] = self.texture(*source, map);
+            let texture = self.texture(*source, map);
+            textures.extend((texture != NO_TEXTURE).then_some((*kind, texture)));
         }
-        let [kd, ka, mask] = [MapKind::Kd, MapKind::Ka, MapKind::D].map(|kind| material.map(kind));
-        let color = [(kd, MapKind::Kd), (ka, MapKind::Ka)];
-        let color = color.into_iter().find_map(|(map, kind)| Some((map?, kind)));
-        let texture = color.map_or(NO_TEXTURE, |(_, kind)| textures[kind as usize]);
-        let color = color.map(|(map, _)| map);
+        let [kd, ka, mask] =
+            [MapKind::Kd, MapKind::Ka, MapKind::D].map(|kind| material.maps.get(&kind).copied());
+        let texture = textures.get(&MapKind::Kd).or(textures.get(&MapKind::Ka));
+        let (color, texture) = (kd.or(ka), texture.copied().unwrap_or(NO_TEXTURE));
         let mask = mask.map(|map| self.mask(*source, &map, color, texture));
         if let (Some(kd), Some(ka)) = (&kd, &ka)
             && !self.same_file(*source, kd, ka)
@@ -163,14 +164,13 @@ impl<'a> MaterialReader<'a> {
         }
         let mask = mask.unwrap_or(NO_TEXTURE);
         let mut converted = material.to_material(&textures, mask);
-        let maps = shown.iter().filter_map(|(kind, map)| {
-            let texture = textures[*kind as usize];
-            self.row_of(*source, *kind, map, texture)
-        });
+        let maps = shown
+            .iter()
+            .filter_map(|(kind, map)| self.row_of(*source, *kind, map, *textures.get(kind)?));
         let maps: Vec<phalanx_scene::TextureMap> = maps.collect();
         converted.maps = scene.maps.push_all(&maps);
-        let textured = textures.iter().any(|&texture| texture != NO_TEXTURE);
-        let moved = (textured || mask != NO_TEXTURE) && transform != UvTransform::IDENTITY;
+        let textured = !textures.is_empty() || mask != NO_TEXTURE;
+        let moved = textured && transform != UvTransform::IDENTITY;
         MaterialLook {
             row: table.intern(&converted, &mut scene.materials),
             transform: moved.then_some(transform),

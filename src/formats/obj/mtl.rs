@@ -6,6 +6,7 @@ use super::texture_map::{self, TextureMap};
 use crate::diagnostics::{MAX_DIAGNOSTICS, Span};
 use crate::text::mark_length;
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 /// A material as the file has it.
 #[derive(Debug, Default)]
@@ -28,14 +29,13 @@ pub(super) struct MtlMaterial {
     /// Roughness and metallic of the PBR extension.
     pub(super) pr: Option<f32>,
     pub(super) pm: Option<f32>,
-    /// Textures by [`MapKind`].
-    maps: [Option<TextureMap>; MapKind::COUNT],
+    pub(super) maps: BTreeMap<MapKind, TextureMap>,
     /// Statements and options that are omitted, each kind once, and at most [`MAX_DIAGNOSTICS`].
     pub(super) left_out: Vec<MtlOmission>,
 }
 
 /// Parameter for which a statement names a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum MapKind {
     Kd,
     Ka,
@@ -52,21 +52,6 @@ pub(super) enum MapKind {
 }
 
 impl MapKind {
-    pub(super) const COUNT: usize = MapKind::ALL.len();
-    /// All kinds in the order of their numbers.
-    pub(super) const ALL: [MapKind; 10] = [
-        MapKind::Kd,
-        MapKind::Ka,
-        MapKind::D,
-        MapKind::Ke,
-        MapKind::Ks,
-        MapKind::Ns,
-        MapKind::Pr,
-        MapKind::Pm,
-        MapKind::Norm,
-        MapKind::Bump,
-    ];
-
     /// The kind of a keyword in lower case.
     fn of(keyword: &[u8]) -> Option<MapKind> {
         Some(match keyword {
@@ -109,11 +94,6 @@ impl MtlMaterial {
             tr_keyword: name,
             ..MtlMaterial::default()
         }
-    }
-
-    /// The texture of a kind.
-    pub(super) fn map(&self, kind: MapKind) -> Option<TextureMap> {
-        self.maps[kind as usize]
     }
 
     /// Notes something that is omitted, unless its kind is known to be.
@@ -230,8 +210,7 @@ fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, kind: MapKin
     if map.is_none() {
         material.leave_out(cursor, name, NO_NAME);
     }
-    let known = &mut material.maps[kind as usize];
-    *known = map.or(known.take());
+    material.maps.extend(map.map(|map| (kind, map)));
 }
 
 /// One number for grey, or three; else the reason why there is no colour.
@@ -274,7 +253,7 @@ mod tests {
         let material = &materials[0];
         assert_eq!(&text[material.name.range()], b"a");
         assert_eq!((material.kd, material.tr), (Some(Vec3::X), Some(0.5)));
-        assert!(material.map(MapKind::Kd).is_some());
+        assert!(material.maps.contains_key(&MapKind::Kd));
         assert_eq!((material.illum, material.ni), (Some(4.0), 1.5));
         assert_eq!(most_materials(text), 1);
     }
