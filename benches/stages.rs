@@ -120,7 +120,7 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
         let position = light.sample_position([0; LANES], 0);
         for at in surfaces {
             let material = ShadeMaterial::of(scene, at.material);
-            let s = light.sample(position, &material, None, at);
+            let s = light.sample(position, &material, at, None);
             queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
         }
         rays += black_box(&*queue).len() as u64;

@@ -7,6 +7,7 @@ use super::pixel::RadianceParts;
 use super::search::SceneSearch;
 use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSeed};
 use super::shadow_cache_cursor::ShadowCacheCursor;
+use super::terminator::OracleTerminatorShift;
 use glam::Vec3;
 use phalanx_scene::sampling::BounceKind;
 use phalanx_scene::{MAX_PASSES, RayCounts, SurfaceHit};
@@ -198,11 +199,14 @@ impl<'a> WhittedIntegrator<'a> {
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
+        let above = OracleTerminatorShift::of(scene, &hit, &at);
+        let above = above.filter(|above| above.is_open(&self.search, &at));
         for light in 0..scene.lights.len() {
             let lit = shading::Lit {
                 seed: segment.chance,
                 material: &material,
                 coverage,
+                above,
             };
             let Some(sample) = shading::sample_light(scene, light, &lit, &at) else {
                 continue;

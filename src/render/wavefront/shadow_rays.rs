@@ -5,23 +5,26 @@ use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8, add_lanes};
 use super::shadow_filter::KnownLights;
 use super::wavefront_context::WavefrontContext;
-use crate::shade::{CurrentMaterial, ShadeLight};
+use crate::shade::{CurrentMaterial, ShadeLight, TerminatorShift};
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{LANES, LaneMask, Mask8};
 
-/// Adds each unoccluded light's term, in the order of the lights in the file.
+/// Adds each unoccluded light's term, in the order of the lights in the file. `above` has the
+/// smooth surface above each surface; empty if there is none.
 pub(super) fn trace_shadow_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
     rays: &QueueSlice,
     groups: &HitGroups,
     coverage: WaveCoverage,
+    above: &[Option<TerminatorShift>],
     mut known: KnownLights,
     radiance: &mut [RadianceX8],
 ) {
     let scene = context.scene;
+    let above = |k: usize| above.get(k).and_then(Option::as_ref);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
     let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
     for light in 0..scene.lights.len() {
@@ -35,7 +38,7 @@ pub(super) fn trace_shadow_rays(
             } else {
                 one
             };
-            let mut sample = shade_light.sample(position, materials.of(k), at);
+            let mut sample = shade_light.sample(position, materials.of(k), at, above(k));
             if let Some(share) = coverage.of(at) {
                 sample.weigh(share);
             }

@@ -1,0 +1,56 @@
+//! Smooth surfaces above the hits of a wave, from which shadow rays leave.
+
+use super::hit_grouping::{HitGroups, hits_of};
+use super::wavefront_context::WavefrontContext;
+use crate::shade::{ShadeLight, TerminatorShift};
+use bumpalo::Bump;
+use phalanx_scene::SMOOTH_REACH;
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::simd::{LANES, LaneMask, Lanes, Mask8, Vec3x8};
+
+/// The smooth surface above each surface of the wave, without the lanes where something is in the
+/// way; empty if the scene's shadows follow its facets. The rays that test the way carry no light,
+/// so they are not counted as shadow rays; only hits that may be lit need them.
+pub(super) fn find_smooth_surfaces<'arena>(
+    context: &mut WavefrontContext,
+    arena: &'arena Bump,
+    groups: &HitGroups,
+    hits: &[HitPacket],
+) -> &'arena [Option<TerminatorShift>] {
+    let scene = context.scene;
+    if !scene.smooth_shadows || scene.triangles.normals.is_empty() {
+        return &[];
+    }
+    let surfaces = groups.surfaces;
+    let shifts = arena.alloc_slice_fill_with(surfaces.len(), |k| {
+        let at = &surfaces[k];
+        match at.whole_packet() {
+            Some(packet) => TerminatorShift::of(scene, at, &hits[packet]),
+            None => TerminatorShift::of(scene, at, &hits_of(hits, &at.ray)),
+        }
+    });
+    let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
+    for (k, (at, above)) in surfaces.iter().zip(&*shifts).enumerate() {
+        let Some(above) = above else { continue };
+        let far = above.smooth & above.shift.max_abs().gt(at.offset);
+        let lights = (0..scene.lights.len()).map(|light| ShadeLight::of(scene, light));
+        let facing = lights.map(|light| light.may_face(above.normal, at));
+        let lit = facing.fold(Mask8::none(), |lit, facing| lit | facing);
+        let org = at.point + at.ng.scale(at.offset);
+        let lanes = std::array::from_fn(|lane| (k * LANES + lane) as u32);
+        queue.push(far & lit, org, above.shift, Vec3x8::ZERO, &lanes);
+    }
+    let blocked = arena.alloc_slice_fill_copy(queue.packets(), 0);
+    let all = 0..queue.packets();
+    (context.traversal).occluded(&queue, all, SMOOTH_REACH, blocked);
+    for (packet, &blocked) in blocked.iter().enumerate() {
+        let (_, lanes) = queue.payload(packet);
+        let blocked = Mask8::from_bits(u32::from(blocked));
+        for lane in blocked.lanes().map(|lane| lanes[lane] as usize) {
+            if let Some(above) = &mut shifts[lane / LANES] {
+                above.smooth = above.smooth & !Mask8::from_bits(1 << (lane % LANES));
+            }
+        }
+    }
+    shifts
+}
