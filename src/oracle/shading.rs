@@ -3,7 +3,6 @@
 use super::instance::to_object;
 use super::intersect::{OracleHit, OracleRay, max, max_abs, min};
 use super::primitives::{OraclePoint, surface_point, unit, unit_or};
-use super::terminator::OracleTerminatorShift;
 use super::texture::{map_value, mapped_normal, tint};
 use glam::Vec3;
 use phalanx_scene::sampling::{
@@ -211,6 +210,15 @@ pub(super) struct Lit<'m> {
     pub(super) material: &'m OracleMaterial,
     pub(super) coverage: f32,
     pub(super) above: Option<OracleTerminatorShift>,
+}
+
+/// The smooth surface above a hit.
+#[derive(Clone, Copy)]
+pub(super) struct OracleTerminatorShift {
+    /// Vector from the hit point to the smooth surface.
+    pub(super) shift: Vec3,
+    /// Unit normal of the smooth surface, turned toward the viewer.
+    pub(super) normal: Vec3,
 }
 
 /// Share of a spot light's light in a direction; explained in `shade`.

@@ -4,18 +4,9 @@
 use super::intersect::{OracleHit, OracleRay, max, max_abs};
 use super::primitives::unit_or;
 use super::search::SceneSearch;
-use super::shading::OracleSurface;
+use super::shading::{OracleSurface, OracleTerminatorShift};
 use glam::Vec3;
 use phalanx_scene::{PrimKind, SMOOTH_REACH, SMOOTH_SLOPE, Scene};
-
-/// The smooth surface above a hit.
-#[derive(Clone, Copy)]
-pub(super) struct OracleTerminatorShift {
-    /// Vector from the hit point to the smooth surface.
-    pub(super) shift: Vec3,
-    /// Unit normal of the smooth surface, turned toward the viewer.
-    pub(super) normal: Vec3,
-}
 
 impl OracleTerminatorShift {
     /// The smooth surface; `None` if shadows follow the triangle itself.

@@ -7,7 +7,6 @@ use super::pixel::RadianceParts;
 use super::search::SceneSearch;
 use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSeed};
 use super::shadow_cache_cursor::ShadowCacheCursor;
-use super::terminator::OracleTerminatorShift;
 use glam::Vec3;
 use phalanx_scene::sampling::BounceKind;
 use phalanx_scene::{MAX_PASSES, RayCounts, SurfaceHit};
@@ -199,7 +198,7 @@ impl<'a> WhittedIntegrator<'a> {
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
-        let above = OracleTerminatorShift::of(scene, &hit, &at);
+        let above = shading::OracleTerminatorShift::of(scene, &hit, &at);
         let above = above.filter(|above| above.is_open(&self.search, &at));
         for light in 0..scene.lights.len() {
             let lit = shading::Lit {

@@ -125,7 +125,7 @@ fn wrong_pixels(scene: &Scene, toward: Vec3) -> usize {
 
 #[test]
 fn coarse_spheres_have_the_terminator_of_the_sphere() {
-    for toward in [[0.8, 0.5, 0.1], [-0.3, 0.9, -0.3], [0.5, -0.5, 0.7]] {
+    for toward in [[0.8, 0.5, 0.1], [-0.3, 0.9, -0.3], [0.5, -0.5, 0.2]] {
         let toward = Vec3::from(toward).normalize();
         for stretch in [
             None,

@@ -10,7 +10,7 @@ use phalanx_trace::simd::{LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// The smooth surface above each surface of the wave, without the lanes where something is in the
 /// way; empty if the scene's shadows follow its facets. The rays that test the way carry no light,
-/// so they are not counted as shadow rays; only hits that may be lit need them.
+/// so they are not counted as shadow rays; only hits that may be lit by either normal need them.
 pub(super) fn find_smooth_surfaces<'arena>(
     context: &mut WavefrontContext,
     arena: &'arena Bump,
@@ -34,7 +34,8 @@ pub(super) fn find_smooth_surfaces<'arena>(
         let Some(above) = above else { continue };
         let far = above.smooth & above.shift.max_abs().gt(at.offset);
         let lights = (0..scene.lights.len()).map(|light| ShadeLight::of(scene, light));
-        let facing = lights.map(|light| light.may_face(above.normal, at));
+        let facing =
+            lights.map(|light| light.may_face(above.normal, at) | light.may_face(at.ng, at));
         let lit = facing.fold(Mask8::none(), |lit, facing| lit | facing);
         let org = at.point + at.ng.scale(at.offset);
         let lanes = std::array::from_fn(|lane| (k * LANES + lane) as u32);
