@@ -96,14 +96,15 @@ impl ShadeLight {
         }
     }
 
-    /// Lanes that may face the light by this normal: all of them if the light is an area light.
-    pub(crate) fn may_face(&self, normal: Vec3x8, at: &Surface) -> Mask8 {
+    /// Lanes that may face the light by the geometric or the interpolated normal: all of them if
+    /// the light is an area light or a normal map hides the latter.
+    pub(crate) fn may_face(&self, at: &Surface) -> Mask8 {
         let toward = match self.shape {
-            LightShape::Directional => wide(self.position),
-            LightShape::Point => wide(self.position) - at.point,
+            LightShape::Directional if !at.bumped => wide(self.position),
+            LightShape::Point if !at.bumped => wide(self.position) - at.point,
             _ => return at.active,
         };
-        may_point_along(normal, toward)
+        may_point_along(at.ng, toward) | may_point_along(at.ns, toward)
     }
 
     /// Evaluates the light at position `position` for a batch. Hits on the smooth surface `above`

@@ -4,10 +4,10 @@
 
 use super::instance::{InstanceTransforms, linear};
 use super::surface::Surface;
-use super::surface_point::{corner_columns, gather_column, unit_or};
-use phalanx_scene::{PrimKind, SMOOTH_SLOPE, Scene};
+use super::surface_point::{gather_column, unit_or};
+use phalanx_scene::{NO_NORMALS, PrimKind, SMOOTH_SLOPE, Scene};
 use phalanx_trace::packet::HitPacket;
-use phalanx_trace::simd::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
+use phalanx_trace::simd::{F32x8, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 
 /// The smooth surface above eight hits, for lights.
 #[derive(Clone, Copy, Debug)]
@@ -34,9 +34,12 @@ impl TerminatorShift {
             return None;
         }
         let rows = placed.map(|placed| scene.prims[placed.prim as usize].index());
-        // Without normals, nothing is below a tangent plane.
-        let own = rows.map(|row| t.corner_normals(row).unwrap_or_default());
-        let normals = corner_columns(own).map(|n| Vec3x8::select(at.entering, n, -n));
+        let own = rows.map(|row| t.normals[row]);
+        let without = U32x8::new(own.map(|own| own[0])).eq(U32x8::splat(NO_NORMALS));
+        let last = t.vertex_normals.len() - 1;
+        let column = |k: usize| own.map(|own| last.min(own[k] as usize));
+        let normals = [0, 1, 2].map(|k| gather_column(&t.vertex_normals, &column(k)));
+        let normals = normals.map(|n| Vec3x8::select(at.entering, n, -n));
         let [na, nb, nc] = normals.map(|n| unit_or(n, Vec3x8::ZERO));
         let vertex = |k: usize| rows.map(|row| t.corners[row][k] as usize);
         let [a, b, c] = [0, 1, 2].map(|k| gather_column(&t.vertices, &vertex(k)));
@@ -48,8 +51,8 @@ impl TerminatorShift {
         let (depth_ca, depth_cb) = (ac.dot(nc), bc.dot(nc));
         let depths = [depth_ac, depth_ba, depth_bc, depth_ca, depth_cb];
         let deepest = depths.into_iter().fold(depth_ab, F32x8::max);
-        let edges = ab.max_abs().max(ac.max_abs());
-        let smooth = at.active & deepest.gt(edges * F32x8::splat(SMOOTH_SLOPE));
+        let least = ab.max_abs().max(ac.max_abs()) * F32x8::splat(SMOOTH_SLOPE);
+        let smooth = at.active & !without & deepest.gt(least);
         if !smooth.any() {
             return None;
         }

@@ -10,39 +10,36 @@ use phalanx_trace::simd::{LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// The smooth surface above each surface of the wave, without the lanes where something is in the
 /// way; empty if the scene's shadows follow its facets. The rays that test the way carry no light,
-/// so they are not counted as shadow rays; only hits that may be lit by either normal need them.
+/// so they are not counted as shadow rays. Surfaces that no light may face need none.
 pub(super) fn find_smooth_surfaces<'arena>(
     context: &mut WavefrontContext,
     arena: &'arena Bump,
     groups: &HitGroups,
     hits: &[HitPacket],
 ) -> &'arena [Option<TerminatorShift>] {
-    let scene = context.scene;
-    if !scene.smooth_shadows || scene.triangles.normals.is_empty() {
+    let (scene, t) = (context.scene, &context.scene.triangles);
+    if !scene.smooth_shadows || t.normals.is_empty() || t.vertex_normals.is_empty() {
         return &[];
     }
     let surfaces = groups.surfaces;
+    let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
     let shifts = arena.alloc_slice_fill_with(surfaces.len(), |k| {
         let at = &surfaces[k];
-        match at.whole_packet() {
-            Some(packet) => TerminatorShift::of(scene, at, &hits[packet]),
-            None => TerminatorShift::of(scene, at, &hits_of(hits, &at.ray)),
+        let faces = |light| ShadeLight::of(scene, light).may_face(at).any();
+        if !(0..scene.lights.len()).any(faces) {
+            return None;
         }
-    });
-    let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
-    for (k, (at, above)) in surfaces.iter().zip(&*shifts).enumerate() {
-        let Some(above) = above else { continue };
+        let whole = at.whole_packet().map(|packet| hits[packet]);
+        let hits = whole.unwrap_or_else(|| hits_of(hits, &at.ray));
+        let above = TerminatorShift::of(scene, at, &hits)?;
         let far = above.smooth & above.shift.max_abs().gt(at.offset);
-        let lights = (0..scene.lights.len()).map(|light| ShadeLight::of(scene, light));
-        let facing =
-            lights.map(|light| light.may_face(above.normal, at) | light.may_face(at.ng, at));
-        let lit = facing.fold(Mask8::none(), |lit, facing| lit | facing);
         let org = at.point + at.ng.scale(at.offset);
         let lanes = std::array::from_fn(|lane| (k * LANES + lane) as u32);
-        queue.push(far & lit, org, above.shift, Vec3x8::ZERO, &lanes);
-    }
+        queue.push(far, org, above.shift, Vec3x8::ZERO, &lanes);
+        Some(above)
+    });
     let blocked = arena.alloc_slice_fill_copy(queue.packets(), 0);
-    let all = 0..queue.packets();
+    let all = 0..blocked.len();
     (context.traversal).occluded(&queue, all, SMOOTH_REACH, blocked);
     for (packet, &blocked) in blocked.iter().enumerate() {
         let (_, lanes) = queue.payload(packet);
