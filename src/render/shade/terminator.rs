@@ -21,9 +21,9 @@ pub struct TerminatorShift {
 }
 
 impl TerminatorShift {
-    /// The smooth surface above the hits of `at`; `None` if shadows follow all their triangles. Each
-    /// hit point is raised to the tangent planes at the corners of its triangle, weighted by its
-    /// barycentric coordinates, where those planes are above it. Vertex normals are turned as
+    /// The smooth surface above the hits of `at`; `None` if shadows follow all of their triangles.
+    /// Each hit point is raised to the tangent planes at the corners of its triangle, weighted by
+    /// its barycentric coordinates, where those planes are above it. Vertex normals are turned as
     /// [`Surface::ng`] is, so that nothing is raised where the viewer sees a hollow. On instances,
     /// the shift is that of the mesh, transformed.
     pub fn of(scene: &Scene, at: &Surface, hits: &HitPacket) -> Option<TerminatorShift> {
