@@ -121,7 +121,7 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
         for at in surfaces {
             let row = &MaterialRow::of(scene, at.material);
             let material = ShadeMaterial { row, varied: None };
-            let s = light.sample(position, &material, at);
+            let s = light.sample(position, &material, at, None);
             queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
         }
         rays += black_box(&*queue).len() as u64;

@@ -315,6 +315,7 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
         scene.defaulted.sky = false;
         scene.sky = None;
     }
+    scene.smooth_shadows = options.smooth_shadows.unwrap_or(scene.smooth_shadows);
     if options.two_sided && scene.has_unseen_backs() {
         let flags = scene.materials.flags.make_mut();
         flags.iter_mut().for_each(|flags| *flags &= !SINGLE_SIDED);

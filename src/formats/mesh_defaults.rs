@@ -33,12 +33,13 @@ pub(super) const BARE: MissingParts = MissingParts {
     up_unsaid: true,
 };
 
-/// An empty scene for a mesh, with only the picture's size and tone.
+/// An empty scene for a mesh, with only the picture's size and tone, and with smooth shadows.
 pub(super) fn empty_scene() -> Scene {
     Scene {
         width: 1280,
         height: 960,
         max_depth: 5,
+        smooth_shadows: true,
         encoding: OutputEncoding::SRGB,
         ..Scene::default()
     }

@@ -28,6 +28,8 @@ pub struct Options {
     pub background: Option<Vec3>,
     /// Material for triangles whose file names none.
     pub material: Option<Material>,
+    /// Replaces the format's [`Scene::smooth_shadows`](phalanx_scene::Scene::smooth_shadows).
+    pub smooth_shadows: Option<bool>,
     /// Shows single-sided materials from behind, too.
     pub two_sided: bool,
     /// Position of the scene's origin.

@@ -16,6 +16,7 @@ mod primitives;
 mod search;
 mod shading;
 mod shadow_cache_cursor;
+mod terminator;
 mod texture;
 mod tree;
 mod whitted;

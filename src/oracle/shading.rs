@@ -82,7 +82,7 @@ pub struct OracleSurface {
     /// Shading normal, of unit length.
     pub ns: Vec3,
     dir: Vec3,
-    offset: f32,
+    pub(super) offset: f32,
     /// True if the ray comes from outside.
     pub entering: bool,
     bumped: bool,
@@ -209,6 +209,16 @@ pub(super) struct Lit<'m> {
     pub(super) seed: SampleSeed,
     pub(super) material: &'m OracleMaterial,
     pub(super) coverage: f32,
+    pub(super) above: Option<OracleTerminatorShift>,
+}
+
+/// The smooth surface above a hit.
+#[derive(Clone, Copy)]
+pub(super) struct OracleTerminatorShift {
+    /// Vector from the hit point to the smooth surface.
+    pub(super) shift: Vec3,
+    /// Unit normal of the smooth surface, turned toward the viewer.
+    pub(super) normal: Vec3,
 }
 
 /// Share of a spot light's light in a direction; explained in `shade`.
@@ -231,6 +241,7 @@ pub(super) fn sample_light(
         seed,
         material,
         coverage,
+        above,
     } = lit;
     let position = sample_light_position(scene, light, seed);
     let color = lights.color.get(light);
@@ -260,10 +271,17 @@ pub(super) fn sample_light(
         pow(max(half.dot(at.ns), 0.0), material.shininess)
     };
     let radiance = (seen * (material.kd * diffuse + material.ks * specular)) * coverage;
-    let facing = to_light.dot(at.ng) > 0.0;
+    let facing = to_light.dot(above.map_or(at.ng, |above| above.normal)) > 0.0;
+    let (mut org, mut dir) = (at.point + at.ng * at.offset, dir);
+    if let Some(above) = above {
+        org += above.shift;
+        if !lights.directional[light] {
+            dir -= above.shift;
+        }
+    }
     let adds = !radiance.is_nan() && radiance != Vec3::ZERO;
     (facing && adds).then(|| OracleLightSample {
-        ray: OracleRay::new(at.point + at.ng * at.offset, dir),
+        ray: OracleRay::new(org, dir),
         tmax,
         radiance,
     })

@@ -198,11 +198,14 @@ impl<'a> WhittedIntegrator<'a> {
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
+        let above = shading::OracleTerminatorShift::of(scene, &hit, &at);
+        let above = above.filter(|above| above.is_open(&self.search, &at));
         for light in 0..scene.lights.len() {
             let lit = shading::Lit {
                 seed: segment.chance,
                 material: &material,
                 coverage,
+                above,
             };
             let Some(sample) = shading::sample_light(scene, light, &lit, &at) else {
                 continue;

@@ -50,7 +50,7 @@ mod view;
 
 pub use bounds::{
     Bounds, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE, PAD,
-    PLANE_ROUNDING,
+    PLANE_ROUNDING, SMOOTH_REACH, SMOOTH_SLOPE,
 };
 pub use camera_matrices::CameraMatrices;
 pub use camera_path::{CameraKey, CameraPath};

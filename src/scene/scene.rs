@@ -52,6 +52,9 @@ pub struct Scene {
     /// Radiance of a mirrored or refracted ray that misses everything; `None` if it is that of the
     /// background.
     pub sky: Option<Sky>,
+    /// True if shadow rays leave triangles from the smooth surface that their vertex normals
+    /// describe, so that the shadow terminator of a model of few triangles has no steps.
+    pub smooth_shadows: bool,
     /// Encoding that the format prescribes for its pictures.
     pub encoding: OutputEncoding,
     /// Camera.
@@ -106,6 +109,7 @@ impl Default for Scene {
             output: None,
             background: Vec3::ZERO,
             sky: None,
+            smooth_shadows: false,
             encoding: OutputEncoding::LINEAR,
             view: View {
                 eye: Vec3::new(0.0, 0.0, 1.0),

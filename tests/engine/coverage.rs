@@ -76,7 +76,7 @@ fn middle(scene: &Scene) -> Vec3 {
     frame.film.pixel(scene.width / 2, scene.height / 2).into()
 }
 
-fn assert_same_everywhere(scene: &Scene, what: &str) {
+pub fn assert_same_everywhere(scene: &Scene, what: &str) {
     scene.validate().expect("a scene");
     let [packets, oracle] = [Engine::Simd, Engine::Scalar].map(|e| Accel::build(scene, e));
     let halved = Sampling {
@@ -485,7 +485,7 @@ fn random_material(rng: &mut Rng, textures: usize) -> Material {
 }
 
 /// Triangles of all such surfaces, many of them in one plane, spheres, lights of all kinds, and in
-/// half of the scenes instances of everything.
+/// half of the scenes instances of everything, and in half of them smooth shadows.
 fn random_scene(seed: u64) -> Scene {
     let rng = &mut Rng::new(seed);
     let mut scene = Scene {
@@ -541,6 +541,7 @@ fn random_scene(seed: u64) -> Scene {
         (normals.into(), tangents.into(), signs.into());
     mesh.material = MeshMaterial::Each(rows.into());
     let placed = seed.is_multiple_of(2).then(|| scene.begin_mesh());
+    scene.smooth_shadows = (seed / 2).is_multiple_of(2);
     scene.append_mesh(mesh);
     scene.add_sphere(rng.point(0.8), 0.3, 1);
     scene.add_sphere(rng.point(0.8), 0.3, 2);

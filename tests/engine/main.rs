@@ -28,6 +28,7 @@ mod references;
 mod same_tree;
 mod sampling;
 mod systems;
+mod terminator;
 mod textures;
 mod traversal;
 mod watertight;

@@ -71,6 +71,7 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
         sky: bytes
             .option(sky, |bytes, sky| bytes.each(sky, SettingsPass::vec3))?
             .map(|[up, nadir, zenith]| Sky { up, nadir, zenith }),
+        smooth_shadows: bytes.flag(from.smooth_shadows)?,
         scale: bytes.float(from.scale)?,
         origin: bytes.each(from.origin, SettingsPass::double)?,
         encoding: OutputEncoding {

@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 /// Order of options in commands and messages; all others come last.
-const ORDER: &str = "format camera camera_name ortho up light background material two_sided origin \
-    size region aov max_depth min_weight spp filter aa threshold aperture focus integrator \
+const ORDER: &str = "format camera camera_name ortho up light background material two_sided terminator \
+    origin size region aov max_depth min_weight spp filter aa threshold aperture focus integrator \
     ao_distance transfer quantize bits exposure";
 
 /// Default values, which commands omit.

@@ -39,6 +39,13 @@ pub struct SceneOverrides {
     /// materials that are neither doubleSided nor transmissive. Shadows are the same either way.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub two_sided: bool,
+    /// Shadow terminator of triangles with vertex normals: smooth or faceted
+    ///
+    /// Border between light and shade on triangles with vertex normals: as on the smooth surface
+    /// that the normals describe, or along the triangles' edges. Shadows that fall on them begin
+    /// on the same surface. [default: smooth for OBJ, PLY and glTF; faceted for all others]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHAPE", hide_short_help = true, hide_possible_values = true, value_parser = TERMINATORS))]
+    pub terminator: Option<String>,
     /// Origin of the scene's coordinates: auto, none or X,Y,Z
     ///
     /// Point of the file that becomes the origin of the scene's own coordinates: near the geometry
@@ -96,6 +103,7 @@ impl SceneOverrides {
             background: parsed("background", &self.background, parse_color)?,
             material: parsed("material", &self.material, parse_material)?,
             two_sided: self.two_sided,
+            smooth_shadows: parsed("terminator", &self.terminator, parse_terminator)?,
             origin: parsed("origin", &self.origin, parse_origin)?.unwrap_or_default(),
             allow_paths: self.allow_path.clone(),
             ..Options::default()
@@ -255,6 +263,14 @@ fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, St
         true => Ok(value),
         false => Err(format!("{key} cannot be {text}")),
     }
+}
+
+/// Names of `--terminator`.
+const TERMINATORS: [&str; 2] = ["faceted", "smooth"];
+
+fn parse_terminator(text: &str) -> Result<bool, String> {
+    let known = TERMINATORS.iter().position(|&name| name == text);
+    known.map_or_else(|| Err("expected faceted or smooth".into()), |k| Ok(k == 1))
 }
 
 fn parse_origin(text: &str) -> Result<Origin, String> {

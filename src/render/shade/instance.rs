@@ -9,7 +9,7 @@ use phalanx_trace::simd::{F32x8, LANES, Lanes, Vec3x8};
 /// each.
 pub(super) struct InstanceTransforms {
     to_object: [Vec3x8; 4],
-    to_world: [Vec3x8; 4],
+    pub(super) to_world: [Vec3x8; 4],
 }
 
 impl InstanceTransforms {
@@ -30,6 +30,13 @@ impl InstanceTransforms {
         }
     }
 
+    /// Transforms a normal of the meshes' space into the world, where it has another length.
+    #[inline(always)]
+    pub(super) fn normal_to_world(&self, n: Vec3x8) -> Vec3x8 {
+        let [mx, my, mz, _] = self.to_object;
+        Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n))
+    }
+
     /// Transforms a point of the meshes' space into the world. Normals are transformed by the
     /// transpose of the map that was applied to the rays. As with ellipsoids, the offset covers the
     /// rounding of the next ray's transform into the mesh's space, where a step along the normal is
@@ -37,12 +44,11 @@ impl InstanceTransforms {
     pub(super) fn to_world(&self, inside: SurfacePoint, rays: &RayPacket) -> SurfacePoint {
         let point = linear(&self.to_world, inside.point) + self.to_world[3];
         let [mx, my, mz, shift] = self.to_object;
-        let back = |n: Vec3x8| Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n));
-        let gradient = back(inside.ng);
+        let gradient = self.normal_to_world(inside.ng);
         let length = gradient.dot(gradient).sqrt();
         let ng = unit_or(gradient, -rays.dir);
-        let ns = unit_or(back(inside.ns), ng);
-        let outward = unit_or(back(inside.outward), ng);
+        let ns = unit_or(self.normal_to_world(inside.ns), ng);
+        let outward = unit_or(self.normal_to_world(inside.outward), ng);
         let p = point.abs();
         let terms =
             ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
@@ -57,6 +63,7 @@ impl InstanceTransforms {
     }
 }
 
-fn linear([x, y, z, _]: &[Vec3x8; 4], v: Vec3x8) -> Vec3x8 {
+/// Transforms a vector.
+pub(super) fn linear([x, y, z, _]: &[Vec3x8; 4], v: Vec3x8) -> Vec3x8 {
     (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z)
 }

@@ -4,7 +4,8 @@
 
 use super::material::ShadeMaterial;
 use super::pow::pow;
-use super::surface::Surface;
+use super::surface::{Surface, may_point_along};
+use super::terminator::TerminatorShift;
 use super::wide;
 use glam::{Vec2, Vec3};
 use phalanx_scene::sampling::{self, Dimension};
@@ -95,10 +96,31 @@ impl ShadeLight {
         }
     }
 
-    /// Evaluates the light at position `position` for a batch.
-    pub fn sample(&self, position: Vec3x8, material: &ShadeMaterial, at: &Surface) -> LightSample {
-        let (dir, to_light, radiance, lit) = self.radiance_at(position, at);
-        let lit = lit & to_light.dot(at.ng).gt(F32x8::ZERO);
+    /// Lanes that may face the light by the geometric or the interpolated normal: all of them if
+    /// the light is an area light or a normal map hides the latter.
+    pub(crate) fn may_face(&self, at: &Surface) -> Mask8 {
+        let toward = match self.shape {
+            LightShape::Directional if !at.bumped => wide(self.position),
+            LightShape::Point if !at.bumped => wide(self.position) - at.point,
+            _ => return at.active,
+        };
+        may_point_along(at.ng, toward) | may_point_along(at.ns, toward)
+    }
+
+    /// Evaluates the light at position `position` for a batch. Hits on the smooth surface `above`
+    /// face the light by its normal, and send their shadow rays from there.
+    pub fn sample(
+        &self,
+        position: Vec3x8,
+        material: &ShadeMaterial,
+        at: &Surface,
+        above: Option<&TerminatorShift>,
+    ) -> LightSample {
+        let (mut dir, to_light, radiance, lit) = self.radiance_at(position, at);
+        let facing = above.map_or(at.ng, |above| {
+            Vec3x8::select(above.smooth, above.normal, at.ng)
+        });
+        let lit = lit & to_light.dot(facing).gt(F32x8::ZERO);
         if !lit.any() {
             return LightSample::none();
         }
@@ -111,10 +133,17 @@ impl ShadeLight {
         };
         let lobe = material.kd().scale(diffuse) + material.ks().scale(specular);
         let radiance = radiance.mul_elementwise(lobe);
+        let mut org = at.point + at.ng.scale(at.offset);
+        if let Some(above) = above {
+            org = Vec3x8::select(above.smooth, org + above.shift, org);
+            if self.shape != LightShape::Directional {
+                dir = Vec3x8::select(above.smooth, dir - above.shift, dir);
+            }
+        }
         LightSample {
             needed: lit & is_nonzero(radiance),
             radiance,
-            org: at.point + at.ng.scale(at.offset),
+            org,
             dir,
         }
     }

@@ -12,6 +12,7 @@
 //! | `pow` | the specular power, eight lanes at a time |
 //! | `texture` | values of textures, colours of vertices |
 //! | `normal_map` | shading normals turned by a texture |
+//! | `terminator` | origins of shadow rays on smooth surfaces of few triangles |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 
@@ -23,6 +24,7 @@ mod normal_map;
 mod pow;
 mod surface;
 mod surface_point;
+mod terminator;
 mod texture;
 
 pub use bounce::{BounceRays, SecondaryRays, bounces, sample_ao_ray, sample_glossy};
@@ -30,6 +32,7 @@ pub use light::{LightSample, ShadeLight};
 pub use material::{MaterialRow, ShadeMaterial, VariedMaterial};
 pub use pow::pow;
 pub use surface::{ShadeGroup, Surface, surface};
+pub use terminator::TerminatorShift;
 
 use glam::Vec3;
 use phalanx_trace::simd::Vec3x8;

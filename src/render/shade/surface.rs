@@ -70,7 +70,7 @@ pub fn surface(
     let flags = scene.materials.flags[batch.material as usize];
     let single_sided = batch.kind == PrimKind::Triangle && flags & SINGLE_SIDED != 0;
     let maybe_unseen = |ng: Vec3x8, dir: Vec3x8| match single_sided {
-        true => active & maybe_from_behind(ng, dir),
+        true => active & may_point_along(ng, dir),
         false => Mask8::none(),
     };
     let bumps = match batch.kind {
@@ -130,8 +130,8 @@ pub fn surface(
 /// direction: the normal's rounding, that of the products and that of two sums are 12 · 2⁻²⁴.
 const SIDE_ROUNDING: f32 = 1.0 / 1_048_576.0;
 
-/// Lanes whose rays come from behind a surface, or nearly along it.
-fn maybe_from_behind(ng: Vec3x8, dir: Vec3x8) -> Mask8 {
+/// Lanes in which a direction is on the side of a unit normal, or nearly between the sides.
+pub(super) fn may_point_along(normal: Vec3x8, dir: Vec3x8) -> Mask8 {
     let error = dir.max_abs() * F32x8::splat(SIDE_ROUNDING) + F32x8::splat(f32::MIN_POSITIVE);
-    !ng.dot(dir).lt(-error)
+    !normal.dot(dir).lt(-error)
 }

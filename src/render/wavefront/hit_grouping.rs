@@ -218,6 +218,12 @@ fn unpack_key(key: ShadeKey) -> ShadeGroup {
 /// Gathers eight rays and hits, which may be anywhere in the wave.
 fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket, HitPacket) {
     let (org, dir) = rays.queue.gather(rays.packets.start, ray);
+    let tmax = F32x8::splat(f32::INFINITY);
+    (RayPacket { org, dir, tmax }, hits_of(hits, ray))
+}
+
+/// Gathers the hits of eight rays.
+pub(super) fn hits_of(hits: &[HitPacket], ray: &[u32; LANES]) -> HitPacket {
     let of = |k: usize| (&hits[ray[k] as usize / LANES], ray[k] as usize % LANES);
     let column = |pick: fn(&HitPacket) -> &F32x8| {
         F32x8::from_lanes(|k| {
@@ -229,17 +235,10 @@ fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPack
         let (hit, lane) = of(k);
         hit.prim_id.lane(lane)
     });
-    (
-        RayPacket {
-            org,
-            dir,
-            tmax: F32x8::splat(f32::INFINITY),
-        },
-        HitPacket {
-            t: column(|hit| &hit.t),
-            u: column(|hit| &hit.u),
-            v: column(|hit| &hit.v),
-            prim_id: U32x8::new(prim_id),
-        },
-    )
+    HitPacket {
+        t: column(|hit| &hit.t),
+        u: column(|hit| &hit.u),
+        v: column(|hit| &hit.v),
+        prim_id: U32x8::new(prim_id),
+    }
 }

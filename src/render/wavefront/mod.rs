@@ -8,6 +8,7 @@
 //! | `coverage` | partly transparent surfaces: rays and light through them |
 //! | `hit_grouping` | hits grouped by kind and material, eight surfaces at a time |
 //! | `emission` | ambient light and emission |
+//! | `terminator` | smooth surfaces above the hits, from which shadow rays leave |
 //! | `shadow_rays` | lights, and the shadow rays that test them |
 //! | `shadow_filter` | shadow rays saved by neighbouring samples |
 //! | `secondary_rays` | mirror and refracted rays |
@@ -32,6 +33,7 @@ mod ray_batch;
 mod secondary_rays;
 mod shadow_filter;
 mod shadow_rays;
+mod terminator;
 mod wave_sizes;
 mod wavefront_context;
 
@@ -55,6 +57,7 @@ use coverage::{collect_fragments, group_seen_hits, pass_absent_surfaces, queue_p
 use emission::add_ambient_and_emission;
 use secondary_rays::spawn_secondary_rays;
 use shadow_rays::trace_shadow_rays;
+use terminator::find_smooth_surfaces;
 
 /// Traces a wave, writes the radiance of its rays without bounces, and queues their bounces and the
 /// rays that continue through a surface, if any are allowed.
@@ -80,8 +83,11 @@ fn trace_wavefront(
     }
     handle_escaped_rays(context, rays, *bounced, hits, radiance);
     add_ambient_and_emission(&groups, coverage, radiance);
+    let above = find_smooth_surfaces(context, arena, &groups, hits);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);
-    trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
+    trace_shadow_rays(
+        context, arena, rays, &groups, coverage, above, known, radiance,
+    );
     aovs.record(context.scene, hits, &groups, radiance);
     if let Some(bounces) = queues.bounces {
         spawn_secondary_rays(context, arena, rays, &groups, coverage, bounces);

@@ -91,6 +91,59 @@ fn backs_of_single_sided_materials_are_passed_and_counted() {
     room.refused(&other, 2, &["the scene's fingerprint is "]);
 }
 
+/// An octahedron whose normals are those of a sphere.
+#[test]
+fn meshes_with_normals_have_smooth_terminators() {
+    let room = TestFolder::new();
+    let points = ["1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0 0 1", "0 0 -1"];
+    let lines = |word: &str| points.map(|p| format!("{word} {p}\n")).concat();
+    let faces = (0..8).map(|k| {
+        let [x, y, z] = [1 + (k & 1), 3 + (k >> 1 & 1), 5 + (k >> 2)];
+        format!("f {x}//{x} {y}//{y} {z}//{z}\n")
+    });
+    let faces: String = faces.collect();
+    room.write("a.obj", &format!("{}{}{faces}", lines("v"), lines("vn")));
+    let options = "--camera 0,0,6 0,0,0 0,1,0 30 --light dir:1,.4,-.3 --size 64x64";
+    let smooth = picture(&room, &format!("a.obj {options}"));
+    let faceted = format!("a.obj {options} --terminator faceted");
+    assert_ne!(smooth, picture(&room, &faceted));
+    assert_eq!(
+        smooth,
+        picture(&room, &format!("a.obj {options} --terminator smooth"))
+    );
+    room.ok(&format!("render {faceted} -o out.png"));
+    let written =
+        String::from_utf8_lossy(&fs::read(room.path().join("out.png")).unwrap()).into_owned();
+    assert!(written.contains("--terminator faceted"), "{written}");
+    room.refused(
+        &format!("render a.obj {options} --terminator round -o out.png"),
+        2,
+        &["round", "smooth", "faceted"],
+    );
+    for terminator in ["smooth", "faceted"] {
+        room.ok(&format!(
+            "verify a.obj {options} --terminator {terminator} --kernel all"
+        ));
+        // A cache has the terminator that it was built with.
+        room.ok(&format!("build a.obj --terminator {terminator} -o a.phx"));
+        let own = picture(&room, &format!("a.phx {options}"));
+        assert_eq!(
+            own,
+            picture(&room, &format!("a.obj {options} --terminator {terminator}"))
+        );
+        assert_eq!(
+            smooth,
+            picture(&room, &format!("a.phx {options} --terminator smooth"))
+        );
+    }
+    // Tiles of one do not belong to the other.
+    room.ok(&format!(
+        "render a.obj {options} --checkpoint c.tiles -o out.png"
+    ));
+    let other = format!("render {faceted} --checkpoint c.tiles -o out.png");
+    room.refused(&other, 2, &["the scene's fingerprint is "]);
+}
+
 /// A square whose back points to +z.
 const BACK: &str = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
 "nodes": [{"mesh": 0, "rotation": [0, 1, 0, 0]}],
