@@ -15,7 +15,7 @@ pub struct MetallicRoughness {
     pub roughness: f32,
 }
 
-/// What metallic and roughness make of a material whose Kd is its base colour and whose Ks is the
+/// Effect of metallic and roughness on a material whose Kd is its base colour and whose Ks is the
 /// reflectance of its non-metal part: Kd·(1 − metal), Ks·dielectric + Kd·metal, and the exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LobeWeights<const N: usize> {

@@ -1,10 +1,21 @@
-//! Tangents of triangles whose material has a normal map and whose file gives none.
+//! Normal maps of materials, and tangents of triangles that have one and whose file gives none.
 
 use crate::prims::{NO_TANGENTS, Triangles};
 use crate::scene::Scene;
+use crate::texture_maps::{MapTarget, TextureMap};
 use glam::Vec3;
 
 impl Scene {
+    /// The normal map of a material, if it has one.
+    #[inline]
+    pub fn normal_map(&self, material: u32) -> Option<TextureMap> {
+        if self.maps.is_empty() {
+            return None;
+        }
+        let mut maps = self.maps.of(self.materials.maps[material as usize]);
+        maps.find(|map| map.target == MapTarget::Normal)
+    }
+
     /// Gives a tangent to each triangle that has none and whose material has a normal map: the
     /// direction in which u grows, and the sign of the bitangent by mikktspace's convention.
     /// Triangles whose texture coordinates span no area keep none, and are not bumped.
@@ -63,7 +74,7 @@ fn face_tangent(t: &Triangles, i: usize, layer: u32) -> Option<(Vec3, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MapTarget, Material, Mesh, TextureMap};
+    use crate::{Material, Mesh};
     use glam::Vec2;
 
     /// Two triangles of a square in the plane z = 0, with v downward if `v` is −1.

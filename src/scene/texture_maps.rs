@@ -1,7 +1,6 @@
 //! Textures that vary a material over its surface, beside those of its colour and opacity.
 
 use super::Column;
-use crate::Scene;
 use std::ops::Range;
 
 /// Parameter of the surface that a map varies.
@@ -112,17 +111,5 @@ impl TextureMaps {
     pub fn of(&self, [first, count]: [u32; 2]) -> impl Iterator<Item = TextureMap> {
         let rows: Range<usize> = first as usize..(first + count) as usize;
         rows.map(|k| self.get(k))
-    }
-}
-
-impl Scene {
-    /// The normal map of a material, if it has one.
-    #[inline]
-    pub fn normal_map(&self, material: u32) -> Option<TextureMap> {
-        if self.maps.is_empty() {
-            return None;
-        }
-        let mut maps = self.maps.of(self.materials.maps[material as usize]);
-        maps.find(|map| map.target == MapTarget::Normal)
     }
 }

@@ -298,7 +298,7 @@ pub(super) struct Sampler {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct GltfMaterial {
     pub(super) name: GltfName,
-    pub(super) pbr_metallic_roughness: MetallicRoughness,
+    pub(super) pbr_metallic_roughness: PbrMetallicRoughness,
     pub(super) normal_texture: Option<TextureInfo>,
     pub(super) occlusion_texture: Option<IgnoredAny>,
     pub(super) emissive_texture: Option<TextureInfo>,
@@ -311,7 +311,7 @@ pub(super) struct GltfMaterial {
 
 #[derive(Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct MetallicRoughness {
+pub(super) struct PbrMetallicRoughness {
     pub(super) base_color_factor: [f64; 4],
     pub(super) base_color_texture: Option<TextureInfo>,
     pub(super) metallic_factor: f64,
@@ -319,9 +319,9 @@ pub(super) struct MetallicRoughness {
     pub(super) metallic_roughness_texture: Option<TextureInfo>,
 }
 
-impl Default for MetallicRoughness {
+impl Default for PbrMetallicRoughness {
     fn default() -> Self {
-        MetallicRoughness {
+        PbrMetallicRoughness {
             base_color_factor: [1.0; 4],
             base_color_texture: None,
             metallic_factor: 1.0,
@@ -337,7 +337,7 @@ pub(super) struct TextureInfo {
     pub(super) index: Option<usize>,
     #[serde(default)]
     pub(super) tex_coord: u32,
-    /// Of a normal texture: factor of its components along the surface.
+    /// Factor of a normal texture's components along the surface.
     #[serde(default = "one")]
     pub(super) scale: f64,
     #[serde(default)]

@@ -64,7 +64,8 @@
 //! material with a metallic-roughness texture, is converted at each hit. Kt is not: its m is 0 with
 //! such a texture. Each texture has its own coordinates and KHR_texture_transform. Tangents are the
 //! file's, unless the normal texture is turned; missing ones follow the texture coordinates of each
-//! triangle. Occlusion textures are left out: V is traced. KHR_materials_unlit becomes Ka = c alone.
+//! triangle. Occlusion textures are left out: V is traced. KHR_materials_unlit becomes Ka = c
+//! alone.
 //! KHR_materials_pbrSpecularGlossiness: Kd is its diffuse colour, F0 its specular colour, r = 1 −
 //! glossiness. A primitive without a material gets the user's, or the grey of all meshes; white, if
 //! its vertices have colours. The latter are single-sided, as is the default material of glTF.

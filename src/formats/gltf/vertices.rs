@@ -152,8 +152,8 @@ impl<'a> PrimitiveVertices<'a> {
         Some(morph::normal(&self.targets, row, own))
     }
 
-    /// A tangent of any length, and the sign of its bitangent, if there are any. Morph targets leave
-    /// it unchanged: it is made perpendicular to the normal at each hit.
+    /// A tangent of any length, and the sign of its bitangent, if there are any. Morph targets
+    /// leave it unchanged: it is made perpendicular to the normal at each hit.
     #[inline]
     pub(super) fn tangent(&self, row: usize) -> Option<(DVec3, f32)> {
         let [x, y, z, sign] = self.tangents?.get(row);

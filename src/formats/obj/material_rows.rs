@@ -4,11 +4,13 @@ use super::conversion::MapTextures;
 use super::mtl::{MapKind, MtlMaterial, MtlOmission};
 use super::name::{text_of, texture_spellings, without_comment};
 use super::runs;
-use super::texture_map::{TextureMap, UvTransform};
+use super::texture_map::{MtlTexture, UvTransform};
 use crate::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span, quoted_bytes};
 use crate::folder::{Folder, Found, NamedFile};
 use crate::texture::TextureLibrary;
-use phalanx_scene::{MapTarget, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
+use phalanx_scene::{
+    MapTarget, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture, TextureMap,
+};
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -139,7 +141,7 @@ impl<'a> MaterialReader<'a> {
             .maps
             .iter()
             .filter(|(kind, _)| material.shows(**kind));
-        let shown: Vec<(MapKind, TextureMap)> = shown.map(|(&kind, &map)| (kind, map)).collect();
+        let shown: Vec<(MapKind, MtlTexture)> = shown.map(|(&kind, &map)| (kind, map)).collect();
         let mut textures = MapTextures::new();
         for (kind, map) in shown.iter().filter(|(kind, _)| *kind != MapKind::D) {
             let texture = self.texture(*source, map);
@@ -167,7 +169,7 @@ impl<'a> MaterialReader<'a> {
         let maps = shown
             .iter()
             .filter_map(|(kind, map)| self.row_of(*source, *kind, map, *textures.get(kind)?));
-        let maps: Vec<phalanx_scene::TextureMap> = maps.collect();
+        let maps: Vec<TextureMap> = maps.collect();
         converted.maps = scene.maps.push_all(&maps);
         let textured = !textures.is_empty() || mask != NO_TEXTURE;
         let moved = textured && transform != UvTransform::IDENTITY;
@@ -182,9 +184,9 @@ impl<'a> MaterialReader<'a> {
         &mut self,
         source: usize,
         kind: MapKind,
-        map: &TextureMap,
+        map: &MtlTexture,
         texture: u32,
-    ) -> Option<phalanx_scene::TextureMap> {
+    ) -> Option<TextureMap> {
         let target = match kind {
             MapKind::Kd | MapKind::Ka | MapKind::D => return None,
             MapKind::Ke => MapTarget::Emission,
@@ -201,7 +203,7 @@ impl<'a> MaterialReader<'a> {
             }
             _ => texture,
         };
-        (texture != NO_TEXTURE).then_some(phalanx_scene::TextureMap {
+        (texture != NO_TEXTURE).then_some(TextureMap {
             target,
             texture,
             channel: map.channel,
@@ -220,7 +222,7 @@ impl<'a> MaterialReader<'a> {
         self.textures.into_textures()
     }
 
-    fn texture(&mut self, source: usize, map: &TextureMap) -> u32 {
+    fn texture(&mut self, source: usize, map: &MtlTexture) -> u32 {
         let (name, found) = self.find(source, map);
         let report = &mut self.reports[source];
         let found = found.map(|found| found.accepted(&name, map.name, report));
@@ -233,8 +235,8 @@ impl<'a> MaterialReader<'a> {
     fn mask(
         &mut self,
         source: usize,
-        map: &TextureMap,
-        color: Option<TextureMap>,
+        map: &MtlTexture,
+        color: Option<MtlTexture>,
         texture: u32,
     ) -> u32 {
         let same = color.is_some_and(|color| self.same_file(source, &color, map));
@@ -251,7 +253,7 @@ impl<'a> MaterialReader<'a> {
         }
     }
 
-    fn same_file(&self, source: usize, a: &TextureMap, b: &TextureMap) -> bool {
+    fn same_file(&self, source: usize, a: &MtlTexture, b: &MtlTexture) -> bool {
         let bytes = &self.files[source].bytes;
         if bytes[a.name.range()] == bytes[b.name.range()] {
             return true;
@@ -262,7 +264,7 @@ impl<'a> MaterialReader<'a> {
 
     /// The file that a material file names, and its name: without comments unless they are part of
     /// it.
-    fn find(&self, source: usize, map: &TextureMap) -> (String, Result<NamedFile, String>) {
+    fn find(&self, source: usize, map: &MtlTexture) -> (String, Result<NamedFile, String>) {
         let file = &self.files[source];
         let text = &file.bytes[map.name.range()];
         let mut last = (String::new(), Err(String::new()));
@@ -302,7 +304,7 @@ impl<'a> MaterialReader<'a> {
     }
 
     /// Warns of a texture, the first time of its kind.
-    fn warn_once(&mut self, source: usize, kind: &[u8], map: &TextureMap, reason: &str) {
+    fn warn_once(&mut self, source: usize, kind: &[u8], map: &MtlTexture, reason: &str) {
         if self.named[source].insert(kind.to_vec()) {
             let name = text_of(without_comment(&self.files[source].bytes[map.name.range()]));
             let message = format!("{}: {reason}", quoted_bytes(name.as_bytes()));

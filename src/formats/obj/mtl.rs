@@ -2,7 +2,7 @@
 
 use super::cursor::{Cursor, KEYWORD_BYTES};
 use super::name::without_comment;
-use super::texture_map::{self, TextureMap};
+use super::texture_map::{self, MtlTexture};
 use crate::diagnostics::{MAX_DIAGNOSTICS, Span};
 use crate::text::mark_length;
 use glam::Vec3;
@@ -29,7 +29,7 @@ pub(super) struct MtlMaterial {
     /// Roughness and metallic of the PBR extension.
     pub(super) pr: Option<f32>,
     pub(super) pm: Option<f32>,
-    pub(super) maps: BTreeMap<MapKind, TextureMap>,
+    pub(super) maps: BTreeMap<MapKind, MtlTexture>,
     /// Statements and options that are omitted, each kind once, and at most [`MAX_DIAGNOSTICS`].
     pub(super) left_out: Vec<MtlOmission>,
 }

@@ -7,7 +7,7 @@ use phalanx_scene::Wrap;
 
 /// A texture that a material names.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct TextureMap {
+pub(super) struct MtlTexture {
     /// The file's name, perhaps with a comment behind it.
     pub(super) name: Span,
     pub(super) wrap: [Wrap; 2],
@@ -64,8 +64,8 @@ const OPTIONS: [(&[u8], usize); 8] = [
 pub(super) fn read(
     cursor: &mut Cursor,
     mut leave_out: impl FnMut(&Cursor, Span),
-) -> Option<TextureMap> {
-    let mut map = TextureMap {
+) -> Option<MtlTexture> {
+    let mut map = MtlTexture {
         name: Span::START,
         wrap: [Wrap::Repeat; 2],
         transform: UvTransform::IDENTITY,
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     /// The name, the map, and the options that are omitted.
-    fn of(line: &str) -> Option<(&str, TextureMap, Vec<&str>)> {
+    fn of(line: &str) -> Option<(&str, MtlTexture, Vec<&str>)> {
         let mut cursor = Cursor {
             text: line.as_bytes(),
             at: 0,

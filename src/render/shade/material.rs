@@ -27,7 +27,7 @@ pub struct MaterialRow {
     ior: f32,
 }
 
-/// What textures and vertex colours make of a material at eight hits.
+/// Parameters of a material as textures and vertex colours vary them at eight hits.
 #[derive(Clone, Copy, Debug)]
 pub struct VariedMaterial {
     own: Vec3x8,

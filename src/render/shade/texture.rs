@@ -117,8 +117,8 @@ impl TexturePosition {
     }
 }
 
-/// Interpolates between the values of the four texels around a point: a + (b − a)·t along the rows, then between
-/// the rows.
+/// Interpolates between the values of the four texels around a point: a + (b − a)·t along the rows,
+/// then between the rows.
 fn sample(texture: &Texture, value: &[f32; 256], at: &TexturePosition) -> Vec3x8 {
     let across = TexelPair::of(at.u, texture.wrap[0], texture.width);
     let down = TexelPair::of(at.v, texture.wrap[1], texture.height);

@@ -13,7 +13,7 @@ pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
     /// The row of each surface's material.
     rows: &'arena [MaterialRow],
-    /// What varies the material of each surface; empty if the scene has neither textures nor vertex
+    /// The varied parameters of each surface's material; empty if the scene has neither textures nor vertex
     /// colours, so that such a scene does not pay for them.
     varied: &'arena [VariedMaterial],
 }
