@@ -13,8 +13,8 @@ pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
     /// The row of each surface's material.
     rows: &'arena [MaterialRow],
-    /// The varied parameters of each surface's material; empty if the scene has neither textures nor vertex
-    /// colours, so that such a scene does not pay for them.
+    /// The varied parameters of each surface's material; empty if the scene has neither textures
+    /// nor vertex colours, so that such a scene does not pay for them.
     varied: &'arena [VariedMaterial],
 }
 
