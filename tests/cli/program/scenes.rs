@@ -106,11 +106,8 @@ fn meshes_with_normals_have_smooth_terminators() {
     let options = "--camera 0,0,6 0,0,0 0,1,0 30 --light dir:1,.4,-.3 --size 64x64";
     let smooth = picture(&room, &format!("a.obj {options}"));
     let faceted = format!("a.obj {options} --terminator faceted");
-    assert_ne!(smooth, picture(&room, &faceted));
-    assert_eq!(
-        smooth,
-        picture(&room, &format!("a.obj {options} --terminator smooth"))
-    );
+    assert!(smooth != picture(&room, &faceted));
+    assert!(smooth == picture(&room, &format!("a.obj {options} --terminator smooth")));
     room.ok(&format!("render {faceted} -o out.png"));
     let written =
         String::from_utf8_lossy(&fs::read(room.path().join("out.png")).unwrap()).into_owned();
@@ -127,14 +124,8 @@ fn meshes_with_normals_have_smooth_terminators() {
         // A cache has the terminator that it was built with.
         room.ok(&format!("build a.obj --terminator {terminator} -o a.phx"));
         let own = picture(&room, &format!("a.phx {options}"));
-        assert_eq!(
-            own,
-            picture(&room, &format!("a.obj {options} --terminator {terminator}"))
-        );
-        assert_eq!(
-            smooth,
-            picture(&room, &format!("a.phx {options} --terminator smooth"))
-        );
+        assert!(own == picture(&room, &format!("a.obj {options} --terminator {terminator}")));
+        assert!(smooth == picture(&room, &format!("a.phx {options} --terminator smooth")));
     }
     // Tiles of one do not belong to the other.
     room.ok(&format!(
