@@ -1,7 +1,9 @@
 //! Hits grouped by kind and material: eight surfaces of one kind and material are shaded together.
 
 use super::ray_batch::QueueSlice;
-use crate::shade::{MaterialRow, ShadeGroup, ShadeMaterial, Surface, VariedMaterial, surface};
+use crate::shade::{
+    MaterialRow, ShadeGroup, ShadeMaterial, Surface, TerminatorShift, VariedMaterial, surface,
+};
 use bumpalo::Bump;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, packets_for};
@@ -16,6 +18,8 @@ pub(crate) struct HitGroups<'arena> {
     /// The varied parameters of each surface's material; empty if the scene has neither textures
     /// nor vertex colours, so that such a scene does not pay for them.
     varied: &'arena [VariedMaterial],
+    /// The smooth surface above each surface, for shadow rays; empty if there is none.
+    pub(super) above: &'arena [Option<TerminatorShift>],
 }
 
 impl HitGroups<'_> {
@@ -89,6 +93,7 @@ pub(crate) fn group_hits<'arena>(
             surfaces,
             rows,
             varied: &[],
+            above: &[],
         };
     }
     let mut next = batches();
@@ -100,6 +105,7 @@ pub(crate) fn group_hits<'arena>(
         surfaces,
         rows,
         varied,
+        above: &[],
     }
 }
 

@@ -77,17 +77,15 @@ fn trace_wavefront(
     } = wave;
     let hits = intersect_closest(context, arena, rays);
     let coverage = pass_absent_surfaces(context, arena, rays, hits);
-    let groups = group_seen_hits(context, arena, rays, hits);
+    let mut groups = group_seen_hits(context, arena, rays, hits);
     if let Some(fragments) = fragments {
         collect_fragments(context, rays, hits, coverage, fragments);
     }
     handle_escaped_rays(context, rays, *bounced, hits, radiance);
     add_ambient_and_emission(&groups, coverage, radiance);
-    let above = find_smooth_surfaces(context, arena, &groups, hits);
+    groups.above = find_smooth_surfaces(context, arena, &groups, hits);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);
-    trace_shadow_rays(
-        context, arena, rays, &groups, coverage, above, known, radiance,
-    );
+    trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
     aovs.record(context.scene, hits, &groups, radiance);
     if let Some(bounces) = queues.bounces {
         spawn_secondary_rays(context, arena, rays, &groups, coverage, bounces);

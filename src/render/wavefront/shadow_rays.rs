@@ -5,27 +5,25 @@ use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8, add_lanes};
 use super::shadow_filter::KnownLights;
 use super::wavefront_context::WavefrontContext;
-use crate::shade::{ShadeLight, TerminatorShift};
+use crate::shade::ShadeLight;
 use bumpalo::Bump;
 use glam::Vec3;
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 
 /// Adds each unoccluded light's term, in the order of the lights in the file. Nothing occludes a
-/// light that casts no shadows. `above` has the smooth surface above each surface; empty if there
-/// is none.
+/// light that casts no shadows.
 pub(super) fn trace_shadow_rays(
     context: &mut WavefrontContext,
     arena: &Bump,
     rays: &QueueSlice,
     groups: &HitGroups,
     coverage: WaveCoverage,
-    above: &[Option<TerminatorShift>],
     mut known: KnownLights,
     radiance: &mut [RadianceX8],
 ) {
     let scene = context.scene;
-    let above = |k: usize| above.get(k).and_then(Option::as_ref);
+    let above = |k: usize| groups.above.get(k).and_then(Option::as_ref);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
     let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
     for light in 0..scene.lights.len() {
