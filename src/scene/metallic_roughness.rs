@@ -31,8 +31,8 @@ impl<const N: usize> LobeWeights<N> {
     /// The weights at N points. Numbers beyond 0 to 1 count as the nearer of these.
     ///
     /// The weight of the mirror image, gloss g = max(0, 1 − 2r)², is 1 for a polished surface and 0
-    /// from [`MATT`] on, because Ks weighs a perfect mirror. The exponent 2/r⁴ − 2 has a lobe as
-    /// wide as that of α = r² (Karis, "Specular BRDF Reference", 2013).
+    /// from roughness 0.5 on, because Ks weighs a perfect mirror. The exponent 2/r⁴ − 2 has a lobe
+    /// as wide as that of α = r² (Karis, "Specular BRDF Reference", 2013).
     #[inline]
     pub fn of(metallic: [f32; N], roughness: [f32; N]) -> LobeWeights<N> {
         let share = |x: f32| x.clamp(0.0, 1.0);
