@@ -109,6 +109,9 @@ impl ShadeLight {
 
     /// Evaluates the light at position `position` for a batch. Hits on the smooth surface `above`
     /// face the light by its normal, and send their shadow rays from there.
+    ///
+    /// Inlined by force: it has one caller, the loop over surfaces.
+    #[inline(always)]
     pub fn sample(
         &self,
         position: Vec3x8,
