@@ -230,7 +230,7 @@ fn seen_height(view: &View) -> f64 {
 /// Returns true if rays bounce off or go through a surface.
 fn has_mirrors(scene: &Scene) -> bool {
     let m = &scene.materials;
-    let bounces = |k: usize| m.ks.get(k) != Vec3::ZERO || m.kt.get(k) != Vec3::ZERO;
+    let bounces = |k: usize| m.may_mirror(k) || m.kt.get(k) != Vec3::ZERO;
     (0..m.len()).any(bounces)
 }
 

@@ -111,9 +111,8 @@ impl OracleSurface {
         let mut ns = if away { -ns } else { ns };
         let bumped = scene.prims[placed.prim as usize].kind() == PrimKind::Triangle
             && scene.normal_map(scene.prim_material(placed.prim)).is_some();
-        let beside = ns.dot(ng);
-        if bumped && beside < 0.0 {
-            ns -= ng * (2.0 * beside);
+        if bumped {
+            ns = in_front(ns, ng);
         }
         OracleSurface {
             point,
@@ -300,17 +299,22 @@ fn sample_glossy(gloss: f32, seed: SampleSeed, at: &OracleSurface, mirror: Vec3)
 /// An ambient occlusion ray.
 pub(super) fn sample_ao_ray(seed: SampleSeed, at: &OracleSurface) -> OracleRay {
     let local = cosine_hemisphere(seed.point(Dimension::Sky));
-    at.offset_origin(unit(mirror_into_hemisphere(
-        at,
-        to_world_direction(local, at.ns),
-        at.ng,
-    )))
+    at.offset_origin(unit(in_front(to_world_direction(local, at.ns), at.ng)))
 }
 
 /// Rotates a vector about z to one about a unit vector.
 fn to_world_direction(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
     let [[x], [y], [z]] = to_frame(local, axis.to_array().map(|c| [c]));
     Vec3::new(x, y, z)
+}
+
+/// A vector on the side of the unit normal `ng`; one on the other side is mirrored.
+fn in_front(v: Vec3, ng: Vec3) -> Vec3 {
+    let along = v.dot(ng);
+    match along >= 0.0 {
+        true => v,
+        false => v - ng * (2.0 * along),
+    }
 }
 
 /// Mirrors a direction at the geometric surface, unless it is on the same side as `inner`.
@@ -353,7 +357,7 @@ pub(super) fn bounces(
     let mirror = (weight != Vec3::ZERO).then(|| {
         let mut straight = unit(d - n * (2.0 * along));
         if at.bumped {
-            straight = mirror_into_hemisphere(at, straight, at.ng);
+            straight = in_front(straight, at.ng);
         }
         let dir = match material.gloss > 0.0 {
             true => sample_glossy(material.gloss, seed, at, straight),

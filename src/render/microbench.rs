@@ -22,5 +22,5 @@ pub fn group_queue_hits<'arena>(
         packets,
         after: &[],
     };
-    group_hits(arena, scene, &view, hits).surfaces
+    group_hits(arena, scene, &view, hits)
 }

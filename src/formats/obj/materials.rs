@@ -197,14 +197,6 @@ impl<'a> MaterialLibrary<'a> {
         table: &mut MaterialTable,
         report: &mut DiagnosticSink,
     ) -> (MeshMaterials, NameChanges) {
-        // If several changes fall on one triangle, only the last has an effect.
-        runs.dedup_by(|later, earlier| {
-            let same = later.0 == earlier.0;
-            if same {
-                earlier.1 = later.1;
-            }
-            same
-        });
         runs.retain(|run| run.0 < triangles);
         let textures = TextureLibrary::new(self.asset_dir);
         let mut reader = MaterialReader::new(self.asset_dir, &self.files, textures);

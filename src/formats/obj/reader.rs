@@ -205,8 +205,9 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
         shift(&mut mesh.not_finite, before[VERTEX]);
         shift(&mut mesh.bad_normals, before[NORMAL]);
         mesh.faces.resolve(before.map(|count| count as u32));
-        let switches = chunk.switches.iter();
-        (changes.materials).extend(switches.map(|&(first, name)| (triangles + first, name)));
+        for (first, name) in chunk.switches {
+            named_runs::change(&mut changes.materials, triangles + first, name);
+        }
         let groups = chunk.smoothing.iter();
         (changes.smoothing).extend(groups.map(|&(first, group)| (triangles + first, group)));
         for (first, (name, is_object)) in chunk.objects {

@@ -2,6 +2,7 @@
 //! and glossy mirror rays.
 
 use super::material::{ShadeMaterial, is_not_zero};
+use super::normal_map::in_front;
 use super::surface::Surface;
 use super::wide;
 use glam::Vec3;
@@ -40,7 +41,7 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     let mut reflect_dir = mirror.normalized();
     if at.bumped {
         // Relief that has no geometry must not send a mirror ray into the surface.
-        reflect_dir = mirror_into_hemisphere(at, reflect_dir, at.ng);
+        reflect_dir = in_front(reflect_dir, at.ng);
     }
     let cos = -along;
     let eta = at.entering.select(
@@ -100,7 +101,7 @@ pub fn sample_glossy(
 /// outside of the geometric surface.
 pub fn sample_ao_ray(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
     let local = sampling::cosine_hemisphere(sampling::points(seeds, sample, Dimension::Sky));
-    let dir = mirror_into_hemisphere(at, to_world(local, at.ns), at.ng).normalized();
+    let dir = in_front(to_world(local, at.ns), at.ng).normalized();
     (offset_origin(at, dir), dir)
 }
 

@@ -3,7 +3,9 @@
 use super::texture::{map_value, tint};
 use super::wide;
 use glam::Vec3;
-use phalanx_scene::{LobeWeights, METALLIC_ROUGHNESS, MapTarget, MetallicRoughness, Scene};
+use phalanx_scene::{
+    LobeWeights, METALLIC_ROUGHNESS, MapTarget, MetallicRoughness, PrimKind, Scene,
+};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
 
@@ -139,8 +141,16 @@ impl MaterialRow {
 }
 
 impl VariedMaterial {
-    /// The material of eight hits on triangles.
-    pub fn at(scene: &Scene, index: u32, hits: &HitPacket) -> VariedMaterial {
+    /// The material of eight hits on primitives of one kind. Only that of triangles varies.
+    pub fn of(scene: &Scene, index: u32, hits: &HitPacket) -> VariedMaterial {
+        let first = scene.resolve(hits.prim_id.lane(0)).prim;
+        match scene.prims[first as usize].kind() {
+            PrimKind::Triangle => VariedMaterial::on_triangles(scene, index, hits),
+            _ => VariedMaterial::even(scene, index),
+        }
+    }
+
+    fn on_triangles(scene: &Scene, index: u32, hits: &HitPacket) -> VariedMaterial {
         let (m, i) = (&scene.materials, index as usize);
         let tint = tint(scene, index, hits);
         let mut ambient = wide(m.ka.get(i)).mul_elementwise(tint);
@@ -183,8 +193,7 @@ impl VariedMaterial {
         }
     }
 
-    /// The material of hits that nothing varies, among others.
-    pub(crate) fn even(scene: &Scene, index: u32) -> VariedMaterial {
+    fn even(scene: &Scene, index: u32) -> VariedMaterial {
         let row = MaterialRow::of(scene, index);
         VariedMaterial {
             own: wide(row.own),

@@ -40,10 +40,9 @@ pub(super) fn mapped_normals(
     Vec3x8::select(given & Mask8::from_bits(with), unit_or(normal, ns), ns)
 }
 
-/// Normals that point behind the surface, mirrored to the front of it. Both are turned toward the
-/// viewer.
-pub(super) fn in_front(ns: Vec3x8, ng: Vec3x8) -> Vec3x8 {
-    let beside = ns.dot(ng);
-    let turned = ns - ng.scale(F32x8::splat(2.0) * beside);
-    Vec3x8::select(beside.lt(F32x8::ZERO), turned, ns)
+/// Vectors on the side of the unit normal `ng`; those on the other side are mirrored.
+pub(super) fn in_front(v: Vec3x8, ng: Vec3x8) -> Vec3x8 {
+    let along = v.dot(ng);
+    let turned = v - ng.scale(F32x8::splat(2.0) * along);
+    Vec3x8::select(along.ge(F32x8::ZERO), v, turned)
 }

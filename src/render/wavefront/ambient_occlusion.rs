@@ -3,6 +3,7 @@
 
 use super::closest_hits::{handle_escaped_rays, intersect_closest};
 use super::coverage::{WaveCoverage, collect_fragments, group_seen_hits, pass_absent_surfaces};
+use super::hit_grouping::HitGroups;
 use super::shadow_rays::add_unoccluded;
 use super::wavefront_context::{Wave, WavefrontContext};
 use crate::shade::sample_ao_ray;
@@ -30,7 +31,8 @@ pub(crate) fn trace_ambient_occlusion(
     } = wave;
     let hits = intersect_closest(context, arena, &rays);
     pass_absent_surfaces(context, arena, &rays, hits);
-    let groups = group_seen_hits(context, arena, &rays, hits);
+    let surfaces = group_seen_hits(context, arena, &rays, hits);
+    let groups = HitGroups::new(arena, context.scene, surfaces, hits);
     if let Some(fragments) = &mut fragments {
         collect_fragments(context, &rays, hits, WaveCoverage::WHOLE, fragments);
     }

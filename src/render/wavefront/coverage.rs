@@ -6,7 +6,7 @@
 
 use super::bounce_queue::BounceQueue;
 use super::fragments::FragmentSink;
-use super::hit_grouping::{HitGroups, group_hits};
+use super::hit_grouping::group_hits;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::{WavefrontContext, is_worth_tracing};
 use crate::shade::Surface;
@@ -119,12 +119,12 @@ pub(super) fn group_seen_hits<'arena>(
     arena: &'arena Bump,
     rays: &QueueSlice,
     hits: &mut [HitPacket],
-) -> HitGroups<'arena> {
-    let groups = group_hits(arena, context.scene, rays, hits);
+) -> &'arena [Surface] {
+    let surfaces = group_hits(arena, context.scene, rays, hits);
     // With coverage, all backs have been passed.
-    let suspects = || groups.surfaces.iter().filter(|at| at.maybe_unseen.any());
+    let suspects = || surfaces.iter().filter(|at| at.maybe_unseen.any());
     if context.has_coverage || !context.has_unseen_backs || suspects().next().is_none() {
-        return groups;
+        return surfaces;
     }
     let lanes = arena.alloc_slice_fill_copy(hits.len(), 0);
     for at in suspects() {
@@ -142,7 +142,7 @@ pub(super) fn group_seen_hits<'arena>(
         pass_absent_in(context, rays, packet, lanes, hits, &mut [1.0; LANES]);
     }
     match context.stats.unseen_backs == before {
-        true => groups,
+        true => surfaces,
         false => group_hits(arena, context.scene, rays, hits),
     }
 }

@@ -22,7 +22,32 @@ pub(crate) struct HitGroups<'arena> {
     pub(super) above: &'arena [Option<TerminatorShift>],
 }
 
-impl HitGroups<'_> {
+impl<'arena> HitGroups<'arena> {
+    /// Reads the materials of surfaces, and applies textures and vertex colours where there are
+    /// any.
+    pub(super) fn new(
+        arena: &'arena Bump,
+        scene: &Scene,
+        surfaces: &'arena [Surface],
+        hits: &[HitPacket],
+    ) -> HitGroups<'arena> {
+        let is_even = scene.textures.is_empty() && scene.triangles.colors.is_empty();
+        let varied: &[VariedMaterial] = match is_even {
+            true => &[],
+            false => arena.alloc_slice_fill_iter(
+                surfaces
+                    .iter()
+                    .map(|at| VariedMaterial::of(scene, at.material, &hits_at(at, hits))),
+            ),
+        };
+        HitGroups {
+            surfaces,
+            rows: material_rows(arena, scene, surfaces),
+            varied,
+            above: &[],
+        }
+    }
+
     /// The material of the surface `k`.
     #[inline(always)]
     pub(super) fn material(&self, k: usize) -> ShadeMaterial<'_> {
@@ -77,36 +102,16 @@ pub(crate) fn group_hits<'arena>(
     scene: &Scene,
     rays: &QueueSlice,
     hits: &[HitPacket],
-) -> HitGroups<'arena> {
+) -> &'arena [Surface] {
     let (full, partial) = sort_hits(arena, scene, rays, hits);
     let runs = || partial.chunk_by(|a, b| shade_key_of(*a) == shade_key_of(*b));
     let batches = || runs().flat_map(|run| run.chunks(LANES));
     let count = full.len() + runs().map(|run| packets_for(run.len())).sum::<usize>();
     let mut next = batches();
-    let surfaces = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
+    arena.alloc_slice_fill_with(count, |k| match full.get(k) {
         Some(&(packet, key)) => full_surface(scene, rays, hits, packet as usize, key),
         None => partial_surface(scene, rays, hits, next.next().unwrap_or_default()),
-    });
-    let rows = material_rows(arena, scene, surfaces);
-    if scene.textures.is_empty() && scene.triangles.colors.is_empty() {
-        return HitGroups {
-            surfaces,
-            rows,
-            varied: &[],
-            above: &[],
-        };
-    }
-    let mut next = batches();
-    let varied = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
-        Some(&(packet, key)) => material_of(scene, key, &hits[packet as usize]),
-        None => partial_material(scene, rays, hits, next.next().unwrap_or_default()),
-    });
-    HitGroups {
-        surfaces,
-        rows,
-        varied,
-        above: &[],
-    }
+    })
 }
 
 /// The rows of the surfaces' materials, each read when it differs from the one before.
@@ -165,24 +170,6 @@ fn sort_hits<'arena>(
     (&full[..fulls], partial)
 }
 
-fn material_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> VariedMaterial {
-    let group = unpack_key(key);
-    match group.kind {
-        PrimKind::Triangle => VariedMaterial::at(scene, group.material, hits),
-        _ => VariedMaterial::even(scene, group.material),
-    }
-}
-
-fn partial_material(
-    scene: &Scene,
-    rays: &QueueSlice,
-    hits: &[HitPacket],
-    batch: &[HitKey],
-) -> VariedMaterial {
-    let (_, hits) = gather(rays, hits, &rays_of(batch));
-    material_of(scene, shade_key_of(batch[0]), &hits)
-}
-
 fn full_surface(
     scene: &Scene,
     rays: &QueueSlice,
@@ -228,8 +215,16 @@ fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPack
     (RayPacket { org, dir, tmax }, hits_of(hits, ray))
 }
 
+/// The hits of a surface.
+pub(super) fn hits_at(at: &Surface, hits: &[HitPacket]) -> HitPacket {
+    match at.whole_packet() {
+        Some(packet) => hits[packet],
+        None => hits_of(hits, &at.ray),
+    }
+}
+
 /// Gathers the hits of eight rays.
-pub(super) fn hits_of(hits: &[HitPacket], ray: &[u32; LANES]) -> HitPacket {
+fn hits_of(hits: &[HitPacket], ray: &[u32; LANES]) -> HitPacket {
     let of = |k: usize| (&hits[ray[k] as usize / LANES], ray[k] as usize % LANES);
     let column = |pick: fn(&HitPacket) -> &F32x8| {
         F32x8::from_lanes(|k| {

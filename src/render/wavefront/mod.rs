@@ -55,6 +55,7 @@ use bumpalo::Bump;
 use closest_hits::{handle_escaped_rays, intersect_closest};
 use coverage::{collect_fragments, group_seen_hits, pass_absent_surfaces, queue_passes};
 use emission::add_ambient_and_emission;
+use hit_grouping::HitGroups;
 use secondary_rays::spawn_secondary_rays;
 use shadow_rays::trace_shadow_rays;
 use terminator::find_smooth_surfaces;
@@ -77,7 +78,8 @@ fn trace_wavefront(
     } = wave;
     let hits = intersect_closest(context, arena, rays);
     let coverage = pass_absent_surfaces(context, arena, rays, hits);
-    let mut groups = group_seen_hits(context, arena, rays, hits);
+    let surfaces = group_seen_hits(context, arena, rays, hits);
+    let mut groups = HitGroups::new(arena, context.scene, surfaces, hits);
     if let Some(fragments) = fragments {
         collect_fragments(context, rays, hits, coverage, fragments);
     }

@@ -1,6 +1,6 @@
 //! Smooth surfaces above the hits of a wave, from which shadow rays leave.
 
-use super::hit_grouping::{HitGroups, hits_of};
+use super::hit_grouping::{HitGroups, hits_at};
 use super::wavefront_context::WavefrontContext;
 use crate::shade::{ShadeLight, TerminatorShift};
 use bumpalo::Bump;
@@ -22,16 +22,14 @@ pub(super) fn find_smooth_surfaces<'arena>(
         return &[];
     }
     let surfaces = groups.surfaces;
+    let lights = arena.alloc_slice_fill_with(scene.lights.len(), |k| ShadeLight::of(scene, k));
     let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
     let shifts = arena.alloc_slice_fill_with(surfaces.len(), |k| {
         let at = &surfaces[k];
-        let faces = |light| ShadeLight::of(scene, light).may_face(at).any();
-        if !(0..scene.lights.len()).any(faces) {
+        if !lights.iter().any(|light| light.may_face(at).any()) {
             return None;
         }
-        let whole = at.whole_packet().map(|packet| hits[packet]);
-        let hits = whole.unwrap_or_else(|| hits_of(hits, &at.ray));
-        let above = TerminatorShift::of(scene, at, &hits)?;
+        let above = TerminatorShift::of(scene, at, &hits_at(at, hits))?;
         let far = above.smooth & above.shift.max_abs().gt(at.offset);
         let org = at.point + at.ng.scale(at.offset);
         let lanes = std::array::from_fn(|lane| (k * LANES + lane) as u32);
