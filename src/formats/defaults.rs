@@ -201,7 +201,7 @@ fn decide(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
             }
         }
         if light {
-            make_up_lights(scene, bounds);
+            DefaultLights { bounds }.place(scene);
         }
     }
     let visible_height = match (ortho, ortho_size) {
@@ -234,23 +234,41 @@ fn has_mirrors(scene: &Scene) -> bool {
     (0..m.len()).any(bounces)
 }
 
-/// Adds a key light above and to the left of the camera, and for a bare mesh a fill light.
-fn make_up_lights(scene: &mut Scene, bounds: Bounds) {
-    let (center, half) = middle_and_half(bounds);
-    let from = scene.view.eye.as_dvec3() - center;
-    let back = from.normalize_or(DVec3::Z);
-    let up = scene.view.up.as_dvec3().normalize_or(DVec3::Y);
-    let right = up.cross(back).normalize_or(DVec3::X);
-    // As far from the middle as the camera, so that the shadow side shows the shape.
-    let reach = from.length().max(2.0 * half.length());
-    let key = (back * 0.75 - right * 0.7 + up * 0.85).normalize();
-    let position = (center + key * reach * 1.5).as_vec3();
-    scene.lights = Default::default();
-    scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
-    if scene.defaulted.bare {
-        // From below the other shoulder, where the key light's shadows fall.
-        let fill = (back * 0.55 + right * 0.7 - up * 0.35).normalize();
-        scene.lights.add_fill(fill.as_vec3(), FILL_LIGHT_COLOR);
+/// Lights of a scene whose file has none. They stand beside its camera, wherever that goes.
+#[derive(Clone, Copy, Debug)]
+pub struct DefaultLights {
+    /// Bounds of everything visible.
+    bounds: Bounds,
+}
+
+impl DefaultLights {
+    /// The lights of a scene, found by this many threads (0: one per CPU); `None` if its lights are
+    /// its own.
+    pub fn of(scene: &Scene, threads: usize) -> Option<DefaultLights> {
+        let bounds = || VisibleVertices::of(scene, threads).bounds(scene);
+        let lights = || DefaultLights { bounds: bounds() };
+        scene.defaulted.light.then(lights)
+    }
+
+    /// Gives the scene a key light above and to the left of its camera, and if it is a bare mesh a
+    /// fill light.
+    pub fn place(&self, scene: &mut Scene) {
+        let (center, half) = middle_and_half(self.bounds);
+        let from = scene.view.eye.as_dvec3() - center;
+        let back = from.normalize_or(DVec3::Z);
+        let up = scene.view.up.as_dvec3().normalize_or(DVec3::Y);
+        let right = up.cross(back).normalize_or(DVec3::X);
+        // As far from the middle as the camera, so that the shadow side shows the shape.
+        let reach = from.length().max(2.0 * half.length());
+        let key = (back * 0.75 - right * 0.7 + up * 0.85).normalize();
+        let position = (center + key * reach * 1.5).as_vec3();
+        scene.lights = Default::default();
+        scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
+        if scene.defaulted.bare {
+            // From below the other shoulder, where the key light's shadows fall.
+            let fill = (back * 0.55 + right * 0.7 - up * 0.35).normalize();
+            scene.lights.add_fill(fill.as_vec3(), FILL_LIGHT_COLOR);
+        }
     }
 }
 
@@ -297,7 +315,6 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     if let Some(view) = &options.view {
         scene.view = scene.view_of(view);
         scene.defaulted.view = false;
-        scene.defaulted.bare = false;
         scene.defaulted.ortho_size = None;
     }
     scene.defaulted.up = options.up.unwrap_or(scene.defaulted.up);

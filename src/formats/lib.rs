@@ -49,7 +49,7 @@ mod vertex_colors;
 mod visible_vertices;
 mod workers;
 
-pub use defaults::override_scene;
+pub use defaults::{DefaultLights, override_scene};
 pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
 pub use load::{endings, load, load_as, load_bytes, read_bytes, read_nff, read_test};
 pub use loaded::{LoadError, Loaded};

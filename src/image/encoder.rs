@@ -23,6 +23,18 @@ pub struct Picture<S = u8> {
     pub rgb: Vec<S>,
 }
 
+impl Picture {
+    /// Red, green, blue and 255 of each pixel in turn, as canvases of browsers take them.
+    pub fn rgba(&self) -> Vec<u8> {
+        let mut rgba = vec![u8::MAX; self.rgb.len() / 3 * 4];
+        let pixels = rgba.as_chunks_mut::<4>().0.iter_mut();
+        for (pixel, rgb) in pixels.zip(self.rgb.as_chunks::<3>().0) {
+            pixel[..3].copy_from_slice(rgb);
+        }
+        rgba
+    }
+}
+
 /// Maximum number of stops of an exposure, up or down: beyond it every sample of an ordinary
 /// picture is black or white.
 pub const MAX_EXPOSURE: f32 = 100.0;

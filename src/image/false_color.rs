@@ -18,8 +18,7 @@ const LEGEND: u32 = 40;
 /// legend with `title`.
 pub fn false_color(values: &[f32], width: u32, title: &str) -> Picture {
     let rows = (values.len() as u32).checked_div(width).unwrap_or(0);
-    let top = scale(values);
-    let mut rgb: Vec<u8> = values.iter().flat_map(|&v| color(v / top)).collect();
+    let (mut rgb, top) = false_colors(values);
     rgb.resize(rgb.len() + (width * LEGEND * 3) as usize, 16);
     let mut picture = Picture {
         width,
@@ -28,6 +27,13 @@ pub fn false_color(values: &[f32], width: u32, title: &str) -> Picture {
     };
     legend(&mut picture, rows, top, title);
     picture
+}
+
+/// Red, green and blue of each value in the colours of [`false_color`], and the value of the last
+/// colour.
+pub fn false_colors(values: &[f32]) -> (Vec<u8>, f32) {
+    let top = scale(values);
+    (values.iter().flat_map(|&v| color(v / top)).collect(), top)
 }
 
 /// The value of the last colour: a round number that covers nearly all pixels.

@@ -4,12 +4,24 @@ use super::encoder::Picture;
 use super::header::PictureHeader;
 use super::png::io_error;
 use ::image::codecs::jpeg::JpegEncoder;
-use ::image::{GenericImageView, Rgb};
+use ::image::{ExtendedColorType, GenericImageView, Rgb};
 use std::cell::RefCell;
 use std::io::{self, Write};
 
 /// Quality, out of 100: differences can be measured, but are hardly visible.
 const QUALITY: u8 = 95;
+
+/// A picture as the bytes of a JPEG file of this quality, out of 100, for viewing: without texts.
+pub fn jpeg_bytes(picture: &Picture, quality: u8) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let size = (picture.width, picture.height);
+    let mut encoder = JpegEncoder::new_with_quality(&mut bytes, quality);
+    // Writing to memory does not fail; if it did, there would be no picture.
+    match encoder.encode(&picture.rgb, size.0, size.1, ExtendedColorType::Rgb8) {
+        Ok(()) => bytes,
+        Err(_) => Vec::new(),
+    }
+}
 
 /// Writes pictures of whole blocks of eight rows, one below the other, as they arrive.
 pub(super) fn write_jpeg(

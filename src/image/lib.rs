@@ -36,9 +36,10 @@ pub use compare::{
 pub use description::{BAND_ROWS, Crop, Depth, PictureFile};
 pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
 pub use error::{CompareError, DifferentSizes, PictureError};
-pub use false_color::false_color;
+pub use false_color::{false_color, false_colors};
 pub use format::ImageFormat;
 pub use header::PictureHeader;
+pub use jpeg::jpeg_bytes;
 pub use png::{png_bytes, save_png};
 pub use read::{
     PictureChannel, PictureLayout, PictureReader, Raster, SampleKind, SamplePlanes, load,

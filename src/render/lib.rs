@@ -18,6 +18,7 @@ mod sample_tracer;
 pub mod shade;
 mod stats;
 mod tile_renderer;
+mod tile_sums;
 mod traced_samples;
 mod wavefront;
 mod workers;

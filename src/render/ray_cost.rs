@@ -15,6 +15,24 @@ pub enum RayCost {
     Time,
 }
 
+impl RayCost {
+    /// All of them with their names.
+    pub const ALL: [(&'static str, RayCost); 3] = [
+        ("nodes", RayCost::Nodes),
+        ("prims", RayCost::Prims),
+        ("time", RayCost::Time),
+    ];
+
+    /// Title of a map of these costs.
+    pub fn title(self) -> &'static str {
+        match self {
+            RayCost::Nodes => "nodes visited by a camera ray",
+            RayCost::Prims => "primitives tested by a camera ray",
+            RayCost::Time => "nanoseconds a camera ray",
+        }
+    }
+}
+
 /// Cost of one lane, traced in a packet of its own.
 pub(super) fn count_cost(
     tracer: &mut PacketTracer,

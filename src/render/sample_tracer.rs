@@ -15,6 +15,7 @@ use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{RayQueue, packets_for};
 use phalanx_trace::simd::LANES;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
+use std::time::Duration;
 
 /// Traces camera rays and all rays that follow from them.
 pub(super) struct SampleTracer<'a> {
@@ -58,6 +59,7 @@ impl<'a> SampleTracer<'a> {
                 scene,
                 traversal: Traversal::new(bvh, kernel),
                 stats: RenderStats::default(),
+                tracing: Duration::ZERO,
                 sample: 0,
                 min_weight: 0.0,
                 has_coverage: scene.has_coverage(),
@@ -104,6 +106,11 @@ impl<'a> SampleTracer<'a> {
             packets: self.context.traversal.stats().packets,
             ..self.context.stats
         }
+    }
+
+    /// The time that tracing rays took since the tracer was made, without shading.
+    pub(super) fn tracing(&self) -> Duration {
+        self.context.tracing
     }
 
     /// Traces up to `capacity` camera rays, which `generate` adds to the queue. If rays have seeds,

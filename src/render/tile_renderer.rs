@@ -4,6 +4,7 @@ use super::adaptive_edges::EdgeSampler;
 use super::adaptive_noise::NoiseSampler;
 use super::sample_tracer::SampleTracer;
 use super::stats::RenderStats;
+use super::tile_sums::TileSums;
 use super::traced_samples::{PixelAccumulators, TracedSamples};
 use super::wavefront::{ShadowFilter, push_camera_rays};
 use super::workers::TileRenderer;
@@ -13,6 +14,8 @@ use phalanx_scene::sampling::Sampling;
 use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Bvh;
+use std::mem::replace;
+use std::time::Duration;
 
 /// Renders tiles with packets of eight rays.
 pub struct WavefrontRenderer<'a> {
@@ -21,6 +24,8 @@ pub struct WavefrontRenderer<'a> {
     accumulators: PixelAccumulators,
     edges: EdgeSampler,
     noise: NoiseSampler,
+    /// Sums that each tile goes on from, and leaves its own in.
+    sums: Option<&'a TileSums>,
 }
 
 impl<'a> WavefrontRenderer<'a> {
@@ -38,6 +43,7 @@ impl<'a> WavefrontRenderer<'a> {
             accumulators: PixelAccumulators::default(),
             edges: EdgeSampler::default(),
             noise: NoiseSampler::default(),
+            sums: None,
         }
     }
 
@@ -61,6 +67,12 @@ impl<'a> WavefrontRenderer<'a> {
         self
     }
 
+    /// Goes on from the samples that tiles have in these sums, and leaves the new sums there.
+    pub(super) fn with_sums(mut self, sums: &'a TileSums) -> Self {
+        self.sums = Some(sums);
+        self
+    }
+
     /// Renders ambient occlusion instead of shading: a hit is white if a single ray from it meets
     /// nothing within `reach`, and black otherwise.
     pub fn with_ambient_occlusion(mut self, reach: f32) -> Self {
@@ -78,25 +90,40 @@ impl TileRenderer for WavefrontRenderer<'_> {
                 false => self.edges.render_tile(tracer, adaptive, tile, pixels),
             };
         }
-        if tracer.sampling.spp == 1 {
+        let mut sum = self.sums.map(|sums| sums.of(tile));
+        let spp = tracer.sampling.spp;
+        let first = sum.as_mut().map_or(0, |sum| replace(&mut sum.samples, spp));
+        if spp == 1 {
             let mut traced = trace_tile(tracer, tile, 0, pixels.record_hits());
             traced.write_pixels(pixels);
             return traced.write_hits(pixels, Some);
         }
-        self.accumulators.fit(tile.pixels() as usize, tracer.aovs);
-        for sample in 0..tracer.sampling.spp {
+        let sums = match &mut sum {
+            Some(sum) => &mut sum.pixels,
+            None => &mut self.accumulators,
+        };
+        // A single sample is a picture of its own.
+        let first = if first < 2 { 0 } else { first };
+        if first == 0 {
+            sums.fit(tile.pixels() as usize, tracer.aovs);
+        }
+        for sample in first..spp {
             let mut traced = trace_tile(tracer, tile, sample, pixels.record_hits());
-            self.accumulators.add(&traced, tile.width);
+            sums.add(&traced, tile.width);
             traced.write_hits(pixels, Some);
         }
         for at in 0..tile.pixels() as u32 {
             let (x, y) = (at % tile.width, at / tile.width);
-            self.accumulators.write_pixel(at as usize, pixels, (x, y));
+            sums.write_pixel(at as usize, pixels, (x, y));
         }
     }
 
     fn stats(&self) -> RenderStats {
         self.tracer.stats()
+    }
+
+    fn tracing(&self) -> Duration {
+        self.tracer.tracing()
     }
 }
 

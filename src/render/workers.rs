@@ -5,6 +5,7 @@ use phalanx_scene::film::Tile;
 use phalanx_scene::film::{TileBuffer, TileSink};
 use phalanx_trace::stopwatch::Stopwatch;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::time::Duration;
 
 /// Binding of workers to cores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +62,10 @@ pub trait TileRenderer {
     fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer);
     /// The work since the renderer was made.
     fn stats(&self) -> RenderStats;
+    /// The time that tracing rays took since the renderer was made, if it is measured.
+    fn tracing(&self) -> Duration {
+        Duration::ZERO
+    }
 }
 
 /// Totals of rendering all tiles.
@@ -70,6 +75,8 @@ pub struct RenderedTiles {
     pub stats: RenderStats,
     /// Seconds that each tile took the worker that rendered it.
     pub tile_seconds: Vec<f64>,
+    /// Time that tracing rays took, without shading: the sum over all workers.
+    pub tracing: Duration,
 }
 
 /// Renders all tiles on `threads` workers, each with its own renderer from `renderer`, and puts
@@ -113,15 +120,16 @@ pub fn render_on_workers<P: TileRenderer>(
             control.pixels.fetch_add(tile.pixels(), Relaxed);
             counted = rays;
         }
-        (renderer.stats(), took)
+        (renderer.stats(), renderer.tracing(), took)
     };
     let work = &work;
     let mut painted = RenderedTiles {
         tile_seconds: vec![0.0; tiles.len()],
         ..RenderedTiles::default()
     };
-    let mut add = |(stats, took): (RenderStats, Vec<(usize, f64)>)| {
+    let mut add = |(stats, tracing, took): (RenderStats, Duration, Vec<(usize, f64)>)| {
         painted.stats.add(&stats);
+        painted.tracing += tracing;
         for (k, seconds) in took {
             painted.tile_seconds[k] = seconds;
         }

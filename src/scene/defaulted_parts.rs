@@ -10,8 +10,8 @@ pub struct DefaultedParts {
     pub view: bool,
     /// True if the only lights are a key light beside the camera, and for a bare mesh a fill light.
     pub light: bool,
-    /// True if this is a mesh for which nobody gave a camera or a light. Its picture is a first
-    /// look at it, with a fill light and several samples per pixel.
+    /// True if this is a mesh without camera, light and surroundings in its file, and no light is
+    /// given. Its picture is a first look at it, with a fill light and several samples per pixel.
     pub bare: bool,
     /// True if there are no surroundings: mirrors, if any, reflect a sky.
     pub sky: bool,

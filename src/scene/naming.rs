@@ -1,6 +1,6 @@
 //! Names of a scene's parts: given, looked up, counted and checked.
 
-use super::{GeometryError, NO_NAME, NameTable, Scene, SceneError};
+use super::{Bounds, GeometryError, NO_NAME, NameTable, Scene, SceneError};
 use crate::geometries::{GeomId, Geometry};
 use std::cmp::Reverse;
 use std::ops::Range;
@@ -48,6 +48,26 @@ impl Scene {
         let [object, material] = self.names.of_prim(resolved.prim);
         let placed = resolved.instance.map(|k| self.instances.name[k as usize]);
         [placed.unwrap_or(object), material].map(|name| self.names.get(name))
+    }
+
+    /// Bounds of what a `prim_id` is a part of: its instance, or the primitives beside it whose
+    /// object has the same name; the whole scene where nothing has a name.
+    pub fn object_bounds(&self, prim_id: u32) -> Bounds {
+        let resolved = self.resolve(prim_id);
+        if let Some(k) = resolved.instance {
+            let mesh = self.mesh_bounds(self.instances.mesh[k as usize] as usize);
+            return self.instances.bounds(k as usize, mesh);
+        }
+        let [object, _] = self.names.of_prim(resolved.prim);
+        if object == NO_NAME {
+            return self.bounds();
+        }
+        let is_part = |prim: &u32| self.names.of_prim(*prim)[0] == object;
+        let before = (0..=resolved.prim).rev().take_while(is_part);
+        let after = (resolved.prim..self.prim_count() as u32).take_while(is_part);
+        before
+            .chain(after)
+            .fold(Bounds::EMPTY, |all, prim| all.union(self.prim_bounds(prim)))
     }
 
     /// The named objects and the named materials, each with the number of its visible primitives,

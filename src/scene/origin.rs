@@ -79,6 +79,18 @@ impl Scene {
         }
     }
 
+    /// The view in the file's coordinates of a view of the scene.
+    pub fn file_view(&self, view: &View) -> FileView {
+        let height = view.ortho.map(f64::from);
+        FileView {
+            eye: self.file_position(view.eye),
+            center: self.file_position(view.center),
+            up: view.up,
+            fovy: view.fovy,
+            ortho: height.map(|height| height / f64::from(self.scale)),
+        }
+    }
+
     /// Returns true if the scene has a local origin: its coordinates differ from those of the file.
     pub fn is_moved(&self) -> bool {
         self.origin != [0.0; 3]

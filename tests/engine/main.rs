@@ -25,6 +25,7 @@ mod peers;
 mod random_scenes;
 mod ray_sets;
 mod references;
+mod refined;
 mod same_tree;
 mod sampling;
 mod systems;

@@ -4,11 +4,10 @@ use super::destination::is_replaced;
 use super::error::CliError;
 use super::stdout::is_dash;
 use phalanx::files::shown_path;
-use phalanx::frame::{Aov, Control, Tile};
-use phalanx::image::{Crop, ImageFormat, PictureFile, PictureHeader, save_bands, write_bands};
+use phalanx::frame::{Aov, Control};
+use phalanx::image::{ImageFormat, PictureFile, PictureHeader, save_bands, write_bands};
 use phalanx::jobs::{BandsError, PictureSpec, spec::set_header};
 use phalanx::render::Film;
-use phalanx::scene::OutputEncoding;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -56,7 +55,8 @@ impl OutputFile {
         spec: &PictureSpec,
         origin: [f64; 3],
     ) -> Result<OutputFile, CliError> {
-        let (aovs, of) = (spec.pixels.aovs(), spec.pixels.size.unwrap_or_default());
+        let file = spec.file(format, origin);
+        let aovs = file.aovs;
         let mut layers = Aov::ALL.iter();
         if let Some((name, aov)) = layers.find(|(_, aov)| aovs.has(*aov) && !format.holds(*aov)) {
             let needed = match ImageFormat::Png.holds(*aov) {
@@ -68,31 +68,13 @@ impl OutputFile {
                 shown_path(path)
             )));
         }
-        let Tile {
-            x,
-            y,
-            width,
-            height,
-        } = spec.pixels.window();
-        let crop = ((width, height) != of).then_some(Crop { corner: (x, y), of });
-        let longest = width.max(height);
+        let longest = file.width.max(file.height);
         if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
             return Err(CliError::Usage(format!(
                 "{}: a JPEG has at most {JPEG_SIDE} pixels per side, not {longest}: write a PNG",
                 shown_path(path)
             )));
         }
-        let file = PictureFile {
-            width,
-            height,
-            crop,
-            format,
-            aovs,
-            origin,
-            exposure: spec.encoding.exposure(OutputEncoding::LINEAR),
-            depth: spec.encoding.depth(),
-            header: PictureHeader::NONE,
-        };
         Ok(OutputFile { path, file })
     }
 

@@ -5,10 +5,10 @@ use super::options::{command_line, words};
 use super::pixel_spec::PixelSpec;
 use super::scene_overrides::SceneOverrides;
 use phalanx_files::shown_text;
-use phalanx_image::{ImageFormat, PictureFile, PictureHeader};
+use phalanx_image::{Crop, ImageFormat, PictureFile, PictureHeader};
 use phalanx_io::open::standard_name;
-use phalanx_render::frame::Aov;
-use phalanx_scene::{CameraMatrices, Scene, material_names, object_names};
+use phalanx_render::frame::{Aov, Tile};
+use phalanx_scene::{CameraMatrices, OutputEncoding, Scene, material_names, object_names};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -49,20 +49,15 @@ impl PictureSpec {
     /// scene's name and the overrides give, so that the command has to name it.
     pub fn header(&self, scene: &Scene, is_moved: bool) -> PictureHeader {
         let name = self.shown_name();
-        let mut command = vec!["phalanx".to_owned(), "render".to_owned(), name.clone()];
-        command.extend(
-            self.format
-                .iter()
-                .flat_map(|f| ["--format".to_owned(), f.clone()]),
-        );
-        command.extend(words(&SceneOverrides {
+        let view = scene.file_view(&scene.view);
+        let overrides = SceneOverrides {
             allow_path: Vec::new(),
             ..match is_moved {
-                true => self.overrides.with_view_of(scene),
+                true => self.overrides.with_view(scene, &view),
                 false => self.overrides.clone(),
             }
-        }));
-        command.extend(words(&self.pixels));
+        };
+        let command = self.render_words(&name, &overrides);
         let size = self.pixels.size.unwrap_or((scene.width, scene.height));
         let matrices = CameraMatrices::of(scene, size);
         let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
@@ -79,6 +74,48 @@ impl PictureSpec {
                 true => manifest(material_names(scene)),
                 false => Vec::new(),
             },
+        }
+    }
+
+    /// The command that renders this picture to a file, where the scene's name is a path that the
+    /// caller's folder has.
+    pub fn command(&self, output: &str) -> String {
+        let mut command = self.render_words(&self.scene, &self.overrides);
+        command.extend(words(&self.encoding));
+        command.extend(["-o", output].map(str::to_owned));
+        command_line(&command)
+    }
+
+    /// The words of a command that renders this picture, without its file and the file's options.
+    fn render_words(&self, scene: &str, overrides: &SceneOverrides) -> Vec<String> {
+        let mut command = ["phalanx", "render", scene].map(str::to_owned).to_vec();
+        let format = self.format.iter();
+        command.extend(format.flat_map(|f| ["--format".to_owned(), f.clone()]));
+        command.extend(words(overrides));
+        command.extend(words(&self.pixels));
+        command
+    }
+
+    /// The file of this picture, which is fully resolved, for a scene with this origin. Its header
+    /// is empty.
+    pub fn file(&self, format: ImageFormat, origin: [f64; 3]) -> PictureFile {
+        let Tile {
+            x,
+            y,
+            width,
+            height,
+        } = self.pixels.window();
+        let of = self.pixels.size.unwrap_or_default();
+        PictureFile {
+            width,
+            height,
+            crop: ((width, height) != of).then_some(Crop { corner: (x, y), of }),
+            format,
+            aovs: self.pixels.aovs(),
+            origin,
+            exposure: self.encoding.exposure(OutputEncoding::LINEAR),
+            depth: self.encoding.depth(),
+            header: PictureHeader::NONE,
         }
     }
 

@@ -44,7 +44,7 @@ pub struct PixelSpec {
     ///
     /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
     /// single sample goes through the pixel's centre, several are spread over the filter. [default:
-    /// 1; 4 for a mesh without a camera or a light, given or in the file; 256 with --aa adaptive]
+    /// 1; 4 for a mesh without a camera in its file, and without lights; 256 with --aa adaptive]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP))))]
     pub spp: Option<u32>,
     /// Anti-aliasing: uniform (default) or adaptive

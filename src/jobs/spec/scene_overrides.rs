@@ -110,21 +110,16 @@ impl SceneOverrides {
         })
     }
 
-    /// These overrides with the scene's current view written out as its camera.
-    pub(super) fn with_view_of(&self, scene: &Scene) -> SceneOverrides {
-        let view = scene.view;
-        let place = |at| joined(scene.file_position(at).to_array());
-        let (eye, center, up) = (
-            place(view.eye),
-            place(view.center),
-            joined(view.up.to_array()),
-        );
-        let height = (view.ortho).map(|height| f64::from(height) / f64::from(scene.scale));
+    /// These overrides with this view written out as the camera of a scene.
+    pub fn with_view(&self, scene: &Scene, view: &FileView) -> SceneOverrides {
+        let [eye, center] = [view.eye, view.center].map(|at| joined(at.to_array()));
+        let up = joined(view.up.to_array());
         SceneOverrides {
             camera: Some(vec![eye, center, up, view.fovy.to_string()]),
             camera_name: None,
-            ortho: height.map(|height| height.to_string()),
-            up: None,
+            ortho: view.ortho.map(|height| height.to_string()),
+            // The sky has an axis, too.
+            up: self.up.clone().filter(|_| scene.sky.is_some()),
             ..self.clone()
         }
     }

@@ -3,6 +3,7 @@
 mod accel;
 mod error;
 mod oracle_renderer;
+mod refined;
 mod settings;
 
 pub use crate::{Aov, Aovs, Control, CoreAffinity, Interrupted, RayCost, Tile};
@@ -12,9 +13,11 @@ pub use phalanx_scene::camera::{Lens, LensError};
 pub use phalanx_scene::sampling::{Adaptive, Filter, MAX_SPP, Sampling};
 pub use phalanx_trace::Kernel;
 pub use phalanx_trace::bvh::{BuildSettings, Quality};
+pub use refined::RefinedFrame;
 pub use settings::{DEFAULT_TILE, Engine, FULL_DEPTH, Integrator, MIN_WEIGHT, Settings};
 
 use crate::coverage_layers::mattes_for;
+use crate::tile_sums::TileSums;
 use crate::{
     Film, HeatmapRenderer, RenderStats, RenderedTiles, SharedFilm, TileSink, WavefrontRenderer,
     render_on_workers, tiles,
@@ -22,9 +25,11 @@ use crate::{
 use accel::build_wide_bvh;
 use oracle_renderer::OracleRenderer;
 use phalanx_oracle::{Oracle, OracleSearch};
-use phalanx_scene::Scene;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::stopwatch::Stopwatch;
+use std::time::Duration;
 
 /// A finished render.
 #[derive(Clone, Debug)]
@@ -35,6 +40,8 @@ pub struct Frame {
     pub stats: RenderStats,
     /// Wall seconds from the first tile to the last.
     pub seconds: f64,
+    /// Time that tracing rays took, without shading: the sum over all threads.
+    pub tracing: Duration,
     /// Seconds that each tile took the thread that rendered it.
     pub tile_seconds: Vec<f64>,
     /// Threads that worked.
@@ -78,6 +85,7 @@ pub fn render_with(
         film,
         stats: painted.stats,
         seconds,
+        tracing: painted.tracing,
         tile_seconds: painted.tile_seconds,
         threads: settings.threads.max(1),
     })
@@ -98,21 +106,12 @@ pub fn render_tiles(
 ) -> Result<RenderedTiles, FrameError> {
     let camera = settings.camera(scene)?;
     let (threads, pin) = (settings.threads.max(1), settings.pin);
-    let sky = settings.ao_distance(scene);
     let mattes = mattes_for(scene, settings.aovs);
     Ok(match tree {
         AccelRef::Packets(bvh) => {
             let kernel = build_wide_bvh(bvh, settings);
             render_on_workers(tiles, sink, threads, pin, control, || {
-                let renderer =
-                    WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
-                        .with_min_weight(settings.min_path_weight())
-                        .with_sampling(settings.sampling)
-                        .with_aovs(settings.aovs, mattes.as_ref());
-                match sky {
-                    Some(reach) => renderer.with_ambient_occlusion(reach),
-                    None => renderer,
-                }
+                wavefront_renderer(scene, (bvh, kernel), &camera, settings, mattes.as_ref())
             })
         }
         AccelRef::Oracle(forest) => render_on_workers(tiles, sink, threads, pin, control, || {
@@ -124,13 +123,55 @@ pub fn render_tiles(
                 camera: &camera,
                 scene,
                 sampling: settings.sampling,
-                oracle: match sky {
+                oracle: match settings.ao_distance(scene) {
                     Some(reach) => oracle.with_ambient_occlusion(reach),
                     None => oracle,
                 },
             }
         }),
     }?)
+}
+
+/// Renders these tiles of the picture with the packet engine, going on from the samples that they
+/// have in the sums.
+fn render_samples(
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &Settings,
+    control: &Control,
+    tiles: &[Tile],
+    sink: &dyn TileSink,
+    sums: &TileSums,
+) -> Result<RenderedTiles, FrameError> {
+    let camera = settings.camera(scene)?;
+    let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let kernel = build_wide_bvh(bvh, settings);
+    Ok(render_on_workers(
+        tiles,
+        sink,
+        threads,
+        pin,
+        control,
+        || wavefront_renderer(scene, (bvh, kernel), &camera, settings, None).with_sums(sums),
+    )?)
+}
+
+/// A renderer of the packet engine for one worker.
+fn wavefront_renderer<'a>(
+    scene: &'a Scene,
+    (bvh, kernel): (&'a Bvh, Kernel),
+    camera: &'a Camera,
+    settings: &Settings,
+    mattes: Option<&'a MatteIds>,
+) -> WavefrontRenderer<'a> {
+    let renderer = WavefrontRenderer::new(scene, bvh, camera, settings.max_depth, kernel)
+        .with_min_weight(settings.min_path_weight())
+        .with_sampling(settings.sampling)
+        .with_aovs(settings.aovs, mattes);
+    match settings.ao_distance(scene) {
+        Some(reach) => renderer.with_ambient_occlusion(reach),
+        None => renderer,
+    }
 }
 
 /// Cost for the packet engine of the camera ray of each pixel of the window, row by row from the

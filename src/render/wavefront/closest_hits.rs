@@ -16,7 +16,7 @@ pub(super) fn intersect_closest<'arena>(
     let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
     let packets = rays.packets.clone();
     if rays.after.is_empty() {
-        context.traversal.closest(rays.queue, packets, hits);
+        context.trace(|traversal| traversal.closest(rays.queue, packets, hits));
         return hits;
     }
     for (packet, hit) in hits.iter_mut().enumerate() {

@@ -76,7 +76,7 @@ pub(super) fn add_unoccluded(
     context.stats.rays.shadow += queue.len() as u64;
     let all = 0..queue.packets();
     let blocked = &mut blocked[..all.len()];
-    context.traversal.occluded(queue, all, tmax, blocked);
+    context.trace(|traversal| traversal.occluded(queue, all, tmax, blocked));
     for (packet, &blocked) in blocked.iter().enumerate() {
         let (carried, hit) = queue.payload(packet);
         let blocked = queue.active(packet) & Mask8::from_bits(u32::from(blocked));

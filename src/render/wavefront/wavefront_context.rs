@@ -9,12 +9,16 @@ use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::Traversal;
 use phalanx_trace::packet::QueueColumns;
 use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
+use phalanx_trace::stopwatch::Stopwatch;
+use std::time::Duration;
 
 /// Shared state of all waves.
 pub(crate) struct WavefrontContext<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) traversal: Traversal<'a>,
     pub(crate) stats: RenderStats,
+    /// Time that the rays of whole waves took to trace.
+    pub(crate) tracing: Duration,
     /// Index of the camera ray of each pixel that the wave follows.
     pub(crate) sample: u32,
     /// Minimum share of a ray: rays whose share of their camera ray is below this in every
@@ -32,6 +36,15 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) hides_background: bool,
     /// The columns of the queues of bounces.
     pub(crate) columns: QueueColumns,
+}
+
+impl<'a> WavefrontContext<'a> {
+    /// Traces rays, and adds the time that it takes.
+    pub(super) fn trace(&mut self, trace: impl FnOnce(&mut Traversal<'a>)) {
+        let start = Stopwatch::start();
+        trace(&mut self.traversal);
+        self.tracing += start.elapsed();
+    }
 }
 
 /// One wave: its rays, and the outputs that it fills.

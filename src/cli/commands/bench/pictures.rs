@@ -1,6 +1,5 @@
 //! Small pictures of a scene for the page: the render, and the heat map of its cost.
 
-use crate::cli::commands::render::heatmap;
 use crate::cli::output::CliError;
 use phalanx::bench::BenchPlan;
 use phalanx::bvh::Bvh;
@@ -24,7 +23,7 @@ pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, CliError> {
     let control = Control::default();
     let frame = render_with(scene, AccelRef::Packets(&bvh), &settings, &control)?;
     let nodes = render_heatmap(scene, &bvh, &settings, RayCost::Nodes, &control)?;
-    let legend = heatmap::title(RayCost::Nodes);
+    let legend = RayCost::Nodes.title();
     Ok(ScenePictures {
         scene: name.to_owned(),
         thumbnail_png: png_bytes(&encode(&frame.film, scene.encoding)),

@@ -15,13 +15,6 @@ pub struct HeatmapOutput {
 /// Maximum number of pixels.
 const PIXELS: u64 = 1 << 28;
 
-/// Names of the costs, and their titles in the legend.
-const COSTS: [(&str, RayCost, &str); 3] = [
-    ("nodes", RayCost::Nodes, "nodes visited by a camera ray"),
-    ("prims", RayCost::Prims, "primitives tested by a camera ray"),
-    ("time", RayCost::Time, "nanoseconds a camera ray"),
-];
-
 /// The heat map requested by `--heat`.
 pub fn from_args(
     heat: Option<&[String]>,
@@ -30,7 +23,7 @@ pub fn from_args(
     let Some([name, path]) = heat else {
         return Ok(None);
     };
-    let Some((_, cost, _)) = COSTS.iter().find(|(known, ..)| known == name) else {
+    let Some((_, cost)) = RayCost::ALL.iter().find(|(known, _)| known == name) else {
         return Err(CliError::Usage(format!(
             "--heat {name}: expected nodes, prims or time, and then a file name"
         )));
@@ -61,14 +54,8 @@ pub fn write(
     let costs = progress::with_progress(None, ProgressOptions::of(settings.pixels()), |control| {
         render_heatmap(scene, bvh, settings, heatmap.cost, control)
     })?;
-    let picture = false_color(&costs, settings.window().width, title(heatmap.cost));
+    let picture = false_color(&costs, settings.window().width, heatmap.cost.title());
     Ok(interrupt::block_signals(&heatmap.path, || {
         save_png(&heatmap.path, &picture)
     })??)
-}
-
-/// Title of the legend.
-pub fn title(cost: RayCost) -> &'static str {
-    let known = COSTS.iter().find(|(_, c, _)| *c == cost);
-    known.map_or("", |(_, _, title)| title)
 }

@@ -1,7 +1,7 @@
 //! `phalanx render`.
 
 mod args;
-pub mod heatmap;
+mod heatmap;
 mod interior;
 mod job;
 mod kept_tiles;

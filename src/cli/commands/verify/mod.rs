@@ -354,6 +354,7 @@ mod tests {
         Frame {
             film: fixture::film(),
             stats: RenderStats::default(),
+            tracing: std::time::Duration::ZERO,
             seconds: 1.0,
             tile_seconds: Vec::new(),
             threads: 1,
