@@ -25,6 +25,8 @@ use commands::render::{self, RenderArgs};
 use commands::scenes::{self, ScenesArgs};
 use commands::submit::{self, SubmitTo};
 use commands::verify::{self, VerifyArgs};
+#[cfg(feature = "view")]
+use commands::view::{self, ViewArgs};
 use options::OUTPUT;
 use output::Verbosity;
 use phalanx::files::steers;
@@ -96,6 +98,18 @@ pub enum Command {
                       phalanx render scene.test -o poster.png --size 40000x30000 --checkpoint poster.ckpt"
     )]
     Render(RenderArgs),
+    /// Look around a scene in the browser
+    #[cfg(feature = "view")]
+    #[command(
+        after_help = "Example: phalanx view dragon.ply --open",
+        after_long_help = "Prints the address of a page on this machine, and serves it until it is interrupted. The page turns the scene, \
+                      shows what lies under a pixel and what it costs, and gives the command that renders what is seen.\n\n\
+                      Through ssh, forward a port first:\n  \
+                      ssh -L 8000:localhost:8000 USER@HOST\n  \
+                      phalanx view scene.gltf --address 127.0.0.1:8000\n\n\
+                      Example: phalanx view dragon.ply --open"
+    )]
+    View(ViewArgs),
     /// Render with both engines and compare every bit
     #[command(
         after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
@@ -182,6 +196,8 @@ pub fn run() -> ExitCode {
     output::set_verbosity(arguments.verbosity.verbosity());
     let done = match arguments.command {
         Command::Render(args) => render::run(&args),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(&args),
         Command::Verify(args) => verify::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),

@@ -33,7 +33,7 @@ fn crates(files: impl Iterator<Item = (String, String)>) -> Vec<CrateTree> {
         let name = match segments.len() {
             1 => segments[0].clone(),
             // The program's root is `src/main.rs`.
-            _ if segments[0] == "cli" => "main".to_owned(),
+            _ if ["cli", "view"].contains(&&segments[0][..]) => "main".to_owned(),
             _ => segments.remove(0),
         };
         if ["mod", "lib", "main"].contains(&segments[segments.len() - 1].as_str()) {

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 /// Files of `src` that are not Rust sources.
 const OTHERS: [&str; 1] = ["report/html/style.css"];
 
-/// The Python package, except its extension.
-const PYTHON: [&str; 4] = [
+/// The Python package, except its extension, and the page of `phalanx view`.
+const PACKAGES: [&str; 5] = [
+    "view/page/",
     "python/phalanx/",
     "python/pyproject.toml",
     "python/README.md",
@@ -132,7 +133,7 @@ pub fn sources() -> Vec<SourceFile> {
     let found = files_below(&root, &root);
     assert!(found.len() > 20, "only {} sources found", found.len());
     let rust = |path: &str| path.ends_with(".rs");
-    let package = |path: &str| PYTHON.iter().any(|folder| path.starts_with(folder));
+    let package = |path: &str| PACKAGES.iter().any(|folder| path.starts_with(folder));
     let other =
         |path: &str| OTHERS.contains(&path) || package(path) || path.ends_with("/Cargo.toml");
     for path in &found {

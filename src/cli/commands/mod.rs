@@ -12,3 +12,5 @@ pub mod render;
 pub mod scenes;
 pub mod submit;
 pub mod verify;
+#[cfg(feature = "view")]
+pub mod view;

@@ -105,6 +105,22 @@ impl CliError {
         }
     }
 
+    /// The error in a line, for places without a terminal; empty if it has been reported.
+    pub fn reason(&self) -> String {
+        match self {
+            CliError::Load(error) => error.to_string(),
+            CliError::Cache(error) => error.to_string(),
+            CliError::Bench(error) => error.to_string(),
+            CliError::Runtime(message)
+            | CliError::Usage(message)
+            | CliError::Scene(message)
+            | CliError::Missing(message)
+            | CliError::Resumable(message) => message.clone(),
+            CliError::Mismatch | CliError::Slower => String::new(),
+            CliError::Interrupted => "interrupted".to_owned(),
+        }
+    }
+
     /// Prints the error on stderr.
     pub fn report(&self) {
         match self {

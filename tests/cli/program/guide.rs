@@ -4,11 +4,12 @@ use super::{TestFolder, ran};
 use std::fs;
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "render",
     "verify",
     "plan",
     "submit",
+    "view",
     "merge",
     "compare",
     "info",

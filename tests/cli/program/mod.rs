@@ -24,6 +24,7 @@ mod sequences;
 mod signals;
 mod standard;
 mod streams;
+mod view;
 mod words;
 
 use serde_json::Value;

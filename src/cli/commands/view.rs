@@ -1,0 +1,117 @@
+//! `phalanx view`.
+
+use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, WorkArgs};
+use crate::cli::output::{self, CliError, interrupt, is_dash};
+use crate::view::{Server, ServerError, ViewedScene};
+use clap::Args;
+use phalanx::files::shown_path;
+use phalanx::frame::Engine;
+use phalanx::jobs::{EncodingSpec, PixelSpec};
+use phalanx::open::standard_name;
+use phalanx::standard::parse_spec;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// Scene file, cache (.phx), standard:NAME[:SIZE], or -
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+    #[command(flatten)]
+    pub pixels: PixelSpec,
+    #[command(flatten)]
+    pub encoding: EncodingSpec,
+    /// Loopback address of the page [default: any port]
+    ///
+    /// Address and port that only this machine reaches. Port 0 is any free one. [default:
+    /// 127.0.0.1:0]
+    #[arg(long, value_name = "IP:PORT", help_heading = OUTPUT, default_value = "127.0.0.1:0", hide_default_value = true)]
+    pub address: SocketAddr,
+    /// Open the page in the browser
+    #[arg(long, help_heading = OUTPUT)]
+    pub open: bool,
+    #[command(flatten)]
+    pub tree: TreeArgs,
+    #[command(flatten)]
+    pub work: WorkArgs,
+}
+
+/// Serves the page, reads the scene, and shows it until the process is interrupted.
+pub fn run(args: &ViewArgs) -> Result<(), CliError> {
+    check_use(args)?;
+    interrupt::listen()?;
+    output::advise();
+    check_scene(&args.scene)?;
+    let server = Server::start(args.address)?;
+    output::print(&format!("{}\n", server.url()))?;
+    if args.open
+        && let Err(error) = open::that_detached(server.url())
+    {
+        output::warning(&format!("cannot open a browser: {error}"));
+    }
+    match load(args, &server) {
+        Ok(scene) => server.show(scene),
+        Err(error) => {
+            server.fail(&error.reason());
+            Err(error)
+        }
+    }
+}
+
+/// Refuses a scene that is not there, before there is a page.
+fn check_scene(name: &Path) -> Result<(), CliError> {
+    if let Some(standard) = standard_name(name) {
+        return Ok(parse_spec(standard).map(drop)?);
+    }
+    match std::fs::metadata(name) {
+        Err(error) if !is_dash(name) => Err(CliError::cannot_read(shown_path(name), error)),
+        _ => Ok(()),
+    }
+}
+
+/// Reads the scene, and builds its tree.
+fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
+    let (name, threads) = (&args.scene, args.work.threads);
+    let wanted = WantedPicture {
+        size: args.pixels.size,
+        turntable: false,
+    };
+    let mut input = SceneInput::load(name, &args.scene_args, wanted, threads.unwrap_or(0))?;
+    server.set_building(input.scene.id_count());
+    let settings = args.work.apply(args.pixels.settings(&input.scene));
+    let bvh = input.tree(&args.tree, settings.threads)?;
+    let name = name.to_string_lossy();
+    let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
+    Ok(ViewedScene::new(input.scene, bvh, spec, settings))
+}
+
+/// Refuses options that would have no effect.
+fn check_use(args: &ViewArgs) -> Result<(), CliError> {
+    let pixels = &args.pixels;
+    pixels.check_use().map_err(CliError::Usage)?;
+    args.scene_args.no_picture()?;
+    let without = [
+        ("--region", pixels.region.is_some()),
+        ("--aov", !pixels.aov.is_empty()),
+        ("--aa", pixels.aa.is_some()),
+        ("--engine scalar", args.work.engine == Engine::Scalar),
+    ];
+    match without.into_iter().find(|(_, given)| *given) {
+        Some((option, _)) => Err(CliError::Usage(format!("{option} has no effect on a view"))),
+        None => Ok(()),
+    }
+}
+
+impl From<ServerError> for CliError {
+    fn from(error: ServerError) -> CliError {
+        match error {
+            ServerError::Address(refused) => CliError::Usage(refused.to_string()).with_hint(
+                "from another machine: ssh -L 8000:localhost:8000 USER@HOST, then phalanx view SCENE --address 127.0.0.1:8000",
+            ),
+            ServerError::Listen { .. } => CliError::Runtime(error.to_string())
+                .with_hint("choose another port with --address"),
+            ServerError::System(_) => CliError::Runtime(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! HTTP over one socket: requests with a body of JSON, and answers. Every step has a deadline, so
+//! that nobody holds a thread by being slow.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::time::{Duration, Instant};
+
+/// Most bytes of a request's head, and of its body.
+const MAX_HEAD: usize = 8 << 10;
+const MAX_BODY: usize = 16 << 10;
+
+/// Most headers of a request.
+const MAX_HEADERS: usize = 64;
+
+/// Time that a connection may be idle, and that a request may take to arrive.
+const IDLE: Duration = Duration::from_secs(60);
+const ARRIVAL: Duration = Duration::from_secs(10);
+
+/// Time that an answer may take to leave, and the slowest reader that gets more time for more.
+const DEPARTURE: Duration = Duration::from_secs(10);
+const MIN_BYTES_PER_S: u64 = 64 << 10;
+
+/// Time and bytes for which a connection is read whose last answer has been sent.
+const LINGER: Duration = Duration::from_millis(500);
+const MAX_LINGER: usize = 1 << 18;
+
+/// A request.
+pub(super) struct Request {
+    pub(super) is_post: bool,
+    pub(super) path: String,
+    pub(super) host: String,
+    pub(super) origin: Option<String>,
+    pub(super) body: Vec<u8>,
+    pub(super) keep_alive: bool,
+}
+
+/// An answer.
+pub(super) struct Response {
+    status: u16,
+    content_type: &'static str,
+    headers: Vec<(&'static str, String)>,
+    body: Vec<u8>,
+}
+
+impl Response {
+    pub(super) fn new(status: u16, content_type: &'static str, body: Vec<u8>) -> Response {
+        let headers = Vec::new();
+        Response {
+            status,
+            content_type,
+            headers,
+            body,
+        }
+    }
+
+    /// The answer with one more header, whose value has no line ends.
+    pub(super) fn with_header(mut self, name: &'static str, value: String) -> Response {
+        self.headers.push((name, value));
+        self
+    }
+}
+
+/// The reason why a request cannot be read: the status that answers it, or none if nobody waits.
+pub(super) struct BadRequest(pub(super) Option<u16>);
+
+impl From<io::Error> for BadRequest {
+    fn from(error: io::Error) -> BadRequest {
+        let is_slow = matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock);
+        BadRequest(is_slow.then_some(408))
+    }
+}
+
+/// A socket, with the bytes that arrived behind the last request.
+pub(super) struct Connection {
+    stream: TcpStream,
+    ahead: Vec<u8>,
+}
+
+impl Connection {
+    pub(super) fn new(stream: TcpStream) -> io::Result<Connection> {
+        // On some systems it is that of the listening socket.
+        stream.set_nonblocking(false)?;
+        stream.set_nodelay(true)?;
+        let ahead = Vec::new();
+        Ok(Connection { stream, ahead })
+    }
+
+    /// The next request; `None` if the other side closes, or stays idle.
+    pub(super) fn receive(&mut self) -> Result<Option<Request>, BadRequest> {
+        if self.ahead.is_empty() {
+            match self.read_more(Instant::now() + IDLE) {
+                Ok(0) | Err(_) => return Ok(None),
+                Ok(_) => {}
+            }
+        }
+        let deadline = Instant::now() + ARRIVAL;
+        let (mut request, head, body) = loop {
+            if let Some(parsed) = parse_head(&self.ahead)? {
+                break parsed;
+            }
+            if self.ahead.len() > MAX_HEAD {
+                return Err(BadRequest(Some(431)));
+            }
+            if self.read_more(deadline)? == 0 {
+                return Err(BadRequest(None));
+            }
+        };
+        if body > MAX_BODY {
+            return Err(BadRequest(Some(413)));
+        }
+        while self.ahead.len() < head + body {
+            if self.read_more(deadline)? == 0 {
+                return Err(BadRequest(None));
+            }
+        }
+        request.body = self.ahead[head..head + body].to_vec();
+        self.ahead.drain(..head + body);
+        Ok(Some(request))
+    }
+
+    /// Reads what is there, and waits for it until the deadline. Returns 0 at the end.
+    fn read_more(&mut self, deadline: Instant) -> io::Result<usize> {
+        let mut chunk = [0; 4096];
+        self.stream.set_read_timeout(Some(time_to(deadline)?))?;
+        let count = self.stream.read(&mut chunk)?;
+        self.ahead.extend(&chunk[..count]);
+        Ok(count)
+    }
+
+    /// Sends an answer, and says whether the connection stays open.
+    pub(super) fn send(&mut self, response: &Response, keep_alive: bool) -> io::Result<()> {
+        let mut bytes = head(response, keep_alive);
+        bytes.extend(&response.body);
+        let more = bytes.len() as u64 * 1000 / MIN_BYTES_PER_S;
+        let deadline = Instant::now() + DEPARTURE + Duration::from_millis(more);
+        let mut rest = &bytes[..];
+        while !rest.is_empty() {
+            self.stream.set_write_timeout(Some(time_to(deadline)?))?;
+            match self.stream.write(rest)? {
+                0 => return Err(ErrorKind::WriteZero.into()),
+                count => rest = &rest[count..],
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a last answer. What is still arriving is read for a while, or else the system would
+    /// discard the answer together with it.
+    pub(super) fn send_last(mut self, response: &Response) -> io::Result<()> {
+        self.send(response, false)?;
+        self.stream.shutdown(Shutdown::Write)?;
+        let deadline = Instant::now() + LINGER;
+        while self.ahead.len() < MAX_LINGER && self.read_more(deadline)? > 0 {}
+        Ok(())
+    }
+
+    /// Returns false if the other side has closed the connection, so that nobody waits for an
+    /// answer.
+    pub(super) fn is_open(&self) -> bool {
+        let peek = || {
+            self.stream.set_nonblocking(true)?;
+            let seen = self.stream.peek(&mut [0]);
+            self.stream.set_nonblocking(false)?;
+            seen
+        };
+        match peek() {
+            Ok(count) => count > 0,
+            Err(error) => error.kind() == ErrorKind::WouldBlock,
+        }
+    }
+}
+
+/// The time left until a deadline.
+fn time_to(deadline: Instant) -> io::Result<Duration> {
+    let left = deadline.saturating_duration_since(Instant::now());
+    match left.is_zero() {
+        true => Err(ErrorKind::TimedOut.into()),
+        false => Ok(left),
+    }
+}
+
+/// A request without its body, and the lengths of head and body; `None` if bytes are missing.
+fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadRequest> {
+    let bad = BadRequest(Some(400));
+    let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
+    let mut parsed = httparse::Request::new(&mut headers);
+    let head = match parsed.parse(bytes) {
+        Ok(httparse::Status::Complete(head)) => head,
+        Ok(httparse::Status::Partial) => return Ok(None),
+        Err(_) => return Err(bad),
+    };
+    let mut request = Request {
+        is_post: match parsed.method {
+            Some("POST") => true,
+            Some("GET") => false,
+            _ => return Err(BadRequest(Some(405))),
+        },
+        path: parsed.path.unwrap_or_default().to_owned(),
+        host: String::new(),
+        origin: None,
+        body: Vec::new(),
+        keep_alive: parsed.version == Some(1),
+    };
+    let mut length = None;
+    for header in parsed.headers.iter() {
+        let Ok(value) = std::str::from_utf8(header.value) else {
+            return Err(bad);
+        };
+        match header.name.to_ascii_lowercase().as_str() {
+            "host" if request.host.is_empty() => request.host = value.to_owned(),
+            "origin" if request.origin.is_none() => request.origin = Some(value.to_owned()),
+            "content-length" if length.is_none() => {
+                length = Some(value.parse().map_err(|_| BadRequest(Some(400)))?);
+            }
+            // Twice, or a body whose end lies elsewhere: two readers might read two requests.
+            "host" | "origin" | "content-length" | "transfer-encoding" => return Err(bad),
+            "connection" if value.eq_ignore_ascii_case("close") => request.keep_alive = false,
+            _ => {}
+        }
+    }
+    Ok(Some((request, head, length.unwrap_or(0))))
+}
+
+fn head(response: &Response, keep_alive: bool) -> Vec<u8> {
+    let reason = match response.status {
+        200 => "OK",
+        204 => "No Content",
+        400 => "Bad Request",
+        403 => "Forbidden",
+        404 => "Not Found",
+        405 => "Method Not Allowed",
+        408 => "Request Timeout",
+        409 => "Conflict",
+        413 => "Content Too Large",
+        431 => "Request Header Fields Too Large",
+        503 => "Service Unavailable",
+        _ => "Internal Server Error",
+    };
+    let connection = if keep_alive { "keep-alive" } else { "close" };
+    let mut head = format!(
+        "HTTP/1.1 {} {reason}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: {connection}\r\n\
+         Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
+         Cross-Origin-Resource-Policy: same-origin\r\n",
+        response.status,
+        response.content_type,
+        response.body.len(),
+    );
+    for (name, value) in &response.headers {
+        head += &format!("{name}: {value}\r\n");
+    }
+    head += "\r\n";
+    head.into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status_of(text: &str) -> Option<u16> {
+        match parse_head(text.as_bytes()) {
+            Ok(_) => None,
+            Err(BadRequest(status)) => status,
+        }
+    }
+
+    #[test]
+    fn a_request_has_one_length_and_one_host() {
+        let plain = "POST /t/frame HTTP/1.1\r\nHost: localhost:1\r\nContent-Length: 2\r\n\r\n{}";
+        let (request, head, body) = parse_head(plain.as_bytes()).ok().flatten().unwrap();
+        assert_eq!((head + body, request.is_post), (plain.len(), true));
+        assert_eq!(
+            (&request.path[..], &request.host[..]),
+            ("/t/frame", "localhost:1")
+        );
+        assert!(request.keep_alive && request.origin.is_none());
+        assert!(parse_head(&plain.as_bytes()[..50]).ok().flatten().is_none());
+        for (more, status) in [
+            ("Host: evil\r\n", 400),
+            ("Content-Length: 3\r\n", 400),
+            ("Transfer-Encoding: chunked\r\n", 400),
+            ("Origin: a\r\nOrigin: b\r\n", 400),
+            ("X: \u{e9}\r\n: y\r\n", 400),
+        ] {
+            let text = plain.replace("\r\n\r\n", &format!("\r\n{more}\r\n"));
+            assert_eq!(status_of(&text), Some(status), "{more}");
+        }
+        assert_eq!(status_of("PUT / HTTP/1.1\r\n\r\n"), Some(405));
+        assert_eq!(
+            status_of("POST / HTTP/1.1\r\nContent-Length: -1\r\n\r\n"),
+            Some(400)
+        );
+    }
+}

@@ -1,0 +1,50 @@
+//! The secret in the page's address, and the places that requests may come from.
+
+use super::connection::Request;
+use std::io;
+
+/// The secret that a request must know.
+pub(super) struct Guard {
+    token: String,
+}
+
+/// 128 random bits in hexadecimal digits.
+pub(super) fn random_hex() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes)?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+impl Guard {
+    /// A new secret.
+    pub(super) fn new() -> io::Result<Guard> {
+        Ok(Guard {
+            token: random_hex()?,
+        })
+    }
+
+    /// The path of the page.
+    pub(super) fn path(&self) -> String {
+        format!("/{}/", self.token)
+    }
+
+    /// The name of what a request asks for, if it knows the token and comes from the page itself.
+    ///
+    /// A name that resolves to this machine by another's doing (DNS rebinding) gives itself away by
+    /// the host, and another page by its origin. The port may be another, if it is forwarded.
+    pub(super) fn admitted<'r>(&self, request: &'r Request) -> Option<&'r str> {
+        let is_port = |text: &str| text.bytes().all(|digit| digit.is_ascii_digit());
+        let port = request.host.rsplit_once(':');
+        let port = port.filter(|(_, port)| is_port(port));
+        let host = port.map_or(&request.host[..], |(name, _)| name);
+        let is_here = ["localhost", "127.0.0.1", "[::1]"].contains(&host);
+        let own = format!("http://{}", request.host);
+        let is_own = request.origin.as_ref().is_none_or(|origin| *origin == own);
+        let (token, name) = request.path.strip_prefix('/')?.split_once('/')?;
+        let same = token.len() == self.token.len();
+        // Every byte is compared, so that time tells nothing.
+        let pairs = token.bytes().zip(self.token.bytes());
+        let differing = pairs.fold(0, |all, (a, b)| all | (a ^ b));
+        (is_here && is_own && same && differing == 0).then_some(name)
+    }
+}

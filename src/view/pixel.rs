@@ -1,0 +1,93 @@
+//! The surfaces under a pixel, in the words of the library and of the file.
+
+use super::protocol::PixelRequest;
+use super::viewed_scene::ViewedScene;
+use phalanx::frame::{AccelRef, Aov, Aovs, Control, FrameError, Settings, Tile, render_with};
+use phalanx::{Hit, Ray, RayFilter};
+use serde_json::{Value, json};
+
+/// Most surfaces that are listed.
+const MAX_PASSED: usize = 64;
+
+impl ViewedScene {
+    /// The first surface that the picture does not pass under the centre of a pixel, with those
+    /// that it passes.
+    pub(super) fn pixel(&self, request: &PixelRequest) -> Result<Value, FrameError> {
+        let PixelRequest { shot, x, y, bounds } = *request;
+        let wanted = [
+            Aov::Position,
+            Aov::Ng,
+            Aov::Ns,
+            Aov::Albedo,
+            Aov::Material,
+            Aov::Cost,
+        ];
+        let region = Tile {
+            x,
+            y,
+            width: 1,
+            height: 1,
+        };
+        let settings = Settings {
+            region: Some(region),
+            aovs: wanted.into_iter().fold(Aovs::default(), Aovs::with),
+            record_hits: true,
+            threads: 1,
+            max_depth: 0,
+            ..self.settings(shot.mode, shot.size)
+        };
+        let tree = AccelRef::Packets(&self.bvh);
+        let frame = render_with(&self.scene, tree, &settings, &Control::default())?;
+        let [origin, direction] = settings.first_ray(&self.scene, x, y)?;
+        let ray = Ray::new(origin, direction);
+        let prim = frame.film.hits.as_ref().map(|hits| hits.prim_id[0]);
+        let along = self.bvh.all_hits_filtered(&ray, &RayFilter::default());
+        let at = along.iter().position(|hit| Some(hit.prim_id) == prim);
+        let passed = &along[..at.unwrap_or(along.len())];
+        let passed: Vec<Value> = passed
+            .iter()
+            .take(MAX_PASSED)
+            .map(|hit| self.name(hit))
+            .collect();
+        let layer = |aov: Aov| -> Vec<f32> {
+            let planes = frame.film.layer(aov).iter();
+            planes.map(|plane| plane[0]).collect()
+        };
+        let hit = at.map(|at| {
+            let mut told = self.name(&along[at]);
+            told["position"] = json!(layer(Aov::Position));
+            told["normal"] = json!(layer(Aov::Ns));
+            told["face_normal"] = json!(layer(Aov::Ng));
+            told["albedo"] = json!(layer(Aov::Albedo));
+            told["material_id"] = json!(layer(Aov::Material)[0].to_bits());
+            told["nodes"] = json!(layer(Aov::Cost)[0]);
+            told
+        });
+        let mut told = json!({
+            "pixel": [x, y],
+            "origin": origin,
+            "direction": direction,
+            "hit": hit,
+            "passed": passed,
+        });
+        if let (Some(at), true) = (at, bounds) {
+            let bounds = self.scene.object_bounds(along[at].prim_id);
+            let corner = |at| self.scene.file_position(at).to_array();
+            told["bounds"] = json!([corner(bounds.lo), corner(bounds.hi)]);
+        }
+        Ok(told)
+    }
+
+    fn name(&self, hit: &Hit) -> Value {
+        let [object, material] = self.scene.prim_names(hit.prim_id);
+        json!({
+            "primitive": hit.prim_id,
+            "geometry": Some(hit.geom_id).filter(|id| *id != phalanx::NO_GEOM),
+            "object": object,
+            "material": material,
+            "t": hit.t,
+            "u": hit.u,
+            "v": hit.v,
+        })
+    }
+}

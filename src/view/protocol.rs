@@ -1,0 +1,178 @@
+//! Requests and answers as JSON. Positions are in the file's coordinates, in units of the file.
+
+use glam::DVec3;
+use phalanx::frame::MAX_SPP;
+use phalanx::scene::FileView;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Most pixels of a picture: about those of a screen of 2560 by 1600.
+const MAX_PIXELS: u64 = 1 << 22;
+
+/// A view, as the page knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct PageView {
+    eye: [f64; 3],
+    center: [f64; 3],
+    up: [f32; 3],
+    fovy: f32,
+    ortho: Option<f64>,
+}
+
+impl From<FileView> for PageView {
+    fn from(view: FileView) -> PageView {
+        // The shortest decimals of what was in single precision.
+        let short = |c: f64| match f64::from(c as f32) == c {
+            true => (c as f32).to_string().parse().unwrap_or(c),
+            false => c,
+        };
+        PageView {
+            eye: view.eye.to_array().map(short),
+            center: view.center.to_array().map(short),
+            up: view.up.to_array(),
+            fovy: view.fovy,
+            ortho: view.ortho,
+        }
+    }
+}
+
+impl From<PageView> for FileView {
+    fn from(view: PageView) -> FileView {
+        FileView {
+            eye: DVec3::from_array(view.eye),
+            center: DVec3::from_array(view.center),
+            up: view.up.into(),
+            fovy: view.fovy,
+            ortho: view.ortho,
+        }
+    }
+}
+
+/// Quantities that a picture may show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ViewMode {
+    Shaded,
+    Ao,
+    Normals,
+    Depth,
+    Albedo,
+    #[serde(rename = "primitives")]
+    PrimIds,
+    #[serde(rename = "materials")]
+    MaterialIds,
+    Cost,
+}
+
+/// A picture, except for its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub(super) struct Shot {
+    pub(super) view: PageView,
+    pub(super) size: (u32, u32),
+    #[serde(default = "shaded")]
+    pub(super) mode: ViewMode,
+}
+
+fn shaded() -> ViewMode {
+    ViewMode::Shaded
+}
+
+/// The page that asks.
+#[derive(Deserialize)]
+pub(super) struct Asking {
+    pub(super) page: String,
+}
+
+/// The next frame.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct FrameRequest {
+    #[serde(flatten)]
+    pub(super) shot: Shot,
+    pub(super) moving: bool,
+    /// Most pixels while the camera moves.
+    pub(super) pixels: u64,
+    /// Samples that the page shows, and those that it wants at most.
+    pub(super) have: u32,
+    pub(super) samples: u32,
+    #[serde(rename = "as")]
+    pub(super) encoding: FrameEncoding,
+}
+
+/// The form in which a frame travels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum FrameEncoding {
+    /// Red, green, blue and 255, a byte each.
+    Raw,
+    Jpeg,
+}
+
+impl FrameEncoding {
+    pub(super) fn content_type(self) -> &'static str {
+        match self {
+            FrameEncoding::Raw => "application/octet-stream",
+            FrameEncoding::Jpeg => "image/jpeg",
+        }
+    }
+}
+
+/// A frame's account of itself.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct FrameInfo {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) samples: u32,
+    pub(super) moving: bool,
+    /// Bounces that were traced.
+    pub(super) max_depth: u32,
+    /// Wall time of the work, and the parts of tracing and of all else, a thread.
+    pub(super) ms: f64,
+    pub(super) trace_ms: f64,
+    pub(super) shade_ms: f64,
+    pub(super) encode_ms: f64,
+    pub(super) rays: Value,
+    pub(super) kernel: &'static str,
+    /// Value of the lightest colour of a map.
+    pub(super) scale: Option<f32>,
+}
+
+/// A pixel of a picture.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct PixelRequest {
+    #[serde(flatten)]
+    pub(super) shot: Shot,
+    pub(super) x: u32,
+    pub(super) y: u32,
+    /// True if the bounds of what is hit are wanted.
+    #[serde(default)]
+    pub(super) bounds: bool,
+}
+
+/// A picture to keep, or its command.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct KeepRequest {
+    #[serde(flatten)]
+    pub(super) shot: Shot,
+    pub(super) samples: u32,
+    /// True for the command of a sequence instead.
+    #[serde(default)]
+    pub(super) keyframes: bool,
+}
+
+impl Shot {
+    /// Refuses a picture that cannot be rendered with this many samples.
+    pub(super) fn check(&self, samples: u32) -> Result<(), String> {
+        let (width, height) = self.size;
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels == 0 || pixels > MAX_PIXELS {
+            return Err(format!(
+                "a picture has 1 to {MAX_PIXELS} pixels, not {pixels}"
+            ));
+        }
+        if !(1..=MAX_SPP).contains(&samples) {
+            return Err(format!("a picture has 1 to {MAX_SPP} samples a pixel"));
+        }
+        let view = FileView::from(self.view);
+        view.check().map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,292 @@
+//! The queue of all that pages wait for. One tracer serves them in turn: next comes the page that
+//! has had the least of its time.
+
+use super::painting::ShownPicture;
+use super::protocol::{FrameRequest, KeepRequest, PixelRequest, Shot};
+use phalanx::frame::Control;
+use serde_json::Value;
+use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Most pages, and most requests of each that wait.
+const MAX_PAGES: usize = 16;
+const MAX_WAITING: usize = 16;
+
+/// Most frames of a moving camera that wait: older ones are not worth their time.
+const MAX_MOVING: usize = 4;
+
+/// Time without a request after which a page is taken to be gone; if another wants its place, less.
+const GONE: Duration = Duration::from_secs(60);
+const GONE_FOR_ANOTHER: Duration = Duration::from_secs(5);
+
+/// A request that takes the tracer's time.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Task {
+    Frame(FrameRequest),
+    Pixel(PixelRequest),
+    Command(KeepRequest),
+    Save(KeepRequest),
+}
+
+impl Task {
+    /// The picture that it is about, and its samples.
+    pub(super) fn shot(&self) -> (&Shot, u32) {
+        match self {
+            Task::Frame(request) => (&request.shot, request.samples),
+            Task::Pixel(request) => (&request.shot, 1),
+            Task::Command(request) | Task::Save(request) => (&request.shot, request.samples),
+        }
+    }
+
+    /// The task, unless its picture cannot be rendered.
+    pub(super) fn checked(self) -> Result<Task, String> {
+        let (shot, samples) = self.shot();
+        shot.check(samples)?;
+        match self {
+            Task::Pixel(PixelRequest { x, y, .. }) if x >= shot.size.0 || y >= shot.size.1 => {
+                Err(format!("there is no pixel {x}, {y}"))
+            }
+            task => Ok(task),
+        }
+    }
+}
+
+/// An answer to it.
+#[derive(Debug)]
+pub(super) enum PageAnswer {
+    Frame(ShownPicture),
+    Json(Value),
+    File {
+        name: String,
+        bytes: Vec<u8>,
+    },
+    /// The page has asked for something else since, or has the best frame already.
+    Nothing,
+    Refused(String),
+}
+
+/// A task whose turn it is.
+pub(super) struct Turn {
+    pub(super) page: String,
+    id: u64,
+    pub(super) task: Task,
+    /// Stops the work if nobody waits for it any more.
+    pub(super) control: Arc<Control>,
+    /// True if no other page waits.
+    pub(super) is_alone: bool,
+}
+
+/// The queue of all pages.
+#[derive(Default)]
+pub(super) struct Queue {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    pages: HashMap<String, PageQueue>,
+    running: Option<(u64, Arc<Control>)>,
+    last: u64,
+}
+
+struct PageQueue {
+    waiting: VecDeque<WaitingTask>,
+    /// Seconds of the tracer's time, counted from those of the page that had least when this one
+    /// came.
+    spent: f64,
+    seen: Instant,
+}
+
+struct WaitingTask {
+    id: u64,
+    task: Task,
+    answer: Sender<PageAnswer>,
+}
+
+impl Queue {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes that a page is there. Returns false if there are too many.
+    pub(super) fn greet(&self, page: &str) -> bool {
+        self.state().greet(page)
+    }
+
+    /// Adds a task. A frame takes the place of those that the page waits for, except that frames of
+    /// a moving camera follow each other. `None` if too much waits.
+    pub(super) fn submit(&self, page: &str, task: Task) -> Option<(u64, Receiver<PageAnswer>)> {
+        let mut state = self.state();
+        if !state.greet(page) {
+            return None;
+        }
+        if let Task::Frame(request) = task {
+            state.supersede(page, request.moving);
+        }
+        let id = state.last + 1;
+        let waiting = &mut state.pages.get_mut(page)?.waiting;
+        if waiting.len() >= MAX_WAITING {
+            return None;
+        }
+        let (answer, receiver) = channel();
+        waiting.push_back(WaitingTask { id, task, answer });
+        state.last = id;
+        drop(state);
+        self.changed.notify_all();
+        Some((id, receiver))
+    }
+
+    /// Takes a task back whose answer nobody waits for.
+    pub(super) fn withdraw(&self, page: &str, id: u64) {
+        let mut state = self.state();
+        if let Some(of_page) = state.pages.get_mut(page) {
+            of_page.waiting.retain(|waiting| waiting.id != id);
+        }
+        state.stop(id);
+    }
+
+    /// Forgets a page and all that it waits for.
+    pub(super) fn leave(&self, page: &str) {
+        let mut state = self.state();
+        let gone = state.pages.remove(page);
+        for waiting in gone.into_iter().flat_map(|page| page.waiting) {
+            state.stop(waiting.id);
+        }
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Returns true for a page that has not left.
+    pub(super) fn knows(&self, page: &str) -> bool {
+        self.state().pages.contains_key(page)
+    }
+
+    /// The next task; `None` if there has been none for a while. It stays in the queue until it is
+    /// answered.
+    pub(super) fn next(&self) -> Option<Turn> {
+        let mut state = self.state();
+        for _ in 0..2 {
+            if let Some(turn) = state.turn() {
+                return Some(turn);
+            }
+            let waited = self.changed.wait_timeout(state, GONE_FOR_ANOTHER);
+            (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        }
+        state.pages.retain(|_, page| page.seen.elapsed() < GONE);
+        None
+    }
+
+    /// Ends a turn that took this time. Without an answer, the task gets another turn.
+    pub(super) fn end(&self, turn: &Turn, time: Duration, answer: Option<PageAnswer>) {
+        let mut state = self.state();
+        state.running = None;
+        let Some(page) = state.pages.get_mut(&turn.page) else {
+            return;
+        };
+        page.spent += time.as_secs_f64();
+        let (Some(answer), Some(at)) = (answer, page.place(turn.id)) else {
+            return;
+        };
+        if let Some(waiting) = page.waiting.remove(at) {
+            // A reader that is gone needs no answer.
+            let _ = waiting.answer.send(answer);
+        }
+    }
+}
+
+impl PageQueue {
+    fn place(&self, id: u64) -> Option<usize> {
+        self.waiting.iter().position(|waiting| waiting.id == id)
+    }
+
+    /// The task to serve first: what takes no time, or else the oldest.
+    fn first(&self) -> Option<&WaitingTask> {
+        let quick =
+            |waiting: &&WaitingTask| matches!(waiting.task, Task::Pixel(_) | Task::Command(_));
+        self.waiting.iter().find(quick).or(self.waiting.front())
+    }
+}
+
+impl State {
+    fn greet(&mut self, page: &str) -> bool {
+        let least = self.pages.values().map(|page| page.spent);
+        let least = least.reduce(f64::min).unwrap_or(0.0);
+        if !self.pages.contains_key(page) && self.pages.len() >= MAX_PAGES {
+            let gone = |page: &PageQueue| page.seen.elapsed() > GONE_FOR_ANOTHER;
+            self.pages
+                .retain(|_, page| !gone(page) || !page.waiting.is_empty());
+            if self.pages.len() >= MAX_PAGES {
+                return false;
+            }
+        }
+        let known = self.pages.entry(page.to_owned());
+        let known = known.or_insert_with(|| PageQueue {
+            waiting: VecDeque::new(),
+            spent: least,
+            seen: Instant::now(),
+        });
+        known.seen = Instant::now();
+        true
+    }
+
+    /// Cancels the frames of a page that a new one makes useless.
+    fn supersede(&mut self, page: &str, moving: bool) {
+        let Some(page) = self.pages.get_mut(page) else {
+            return;
+        };
+        let is_moving = |task: &Task| match task {
+            Task::Frame(request) => Some(request.moving),
+            _ => None,
+        };
+        let mut of_before = page
+            .waiting
+            .iter()
+            .filter(|w| is_moving(&w.task) == Some(true));
+        let spare = of_before.by_ref().count().saturating_sub(MAX_MOVING - 1);
+        let mut moved = 0;
+        let useless = |waiting: &WaitingTask| match is_moving(&waiting.task) {
+            Some(true) => {
+                moved += 1;
+                !moving || moved <= spare
+            }
+            Some(false) => true,
+            None => false,
+        };
+        let (cancelled, kept): (VecDeque<_>, _) = page.waiting.drain(..).partition(useless);
+        page.waiting = kept;
+        for waiting in cancelled {
+            let _ = waiting.answer.send(PageAnswer::Nothing);
+            self.stop(waiting.id);
+        }
+    }
+
+    /// Stops the work on a task, if it is the one that is worked on.
+    fn stop(&self, id: u64) {
+        if let Some((_, control)) = self.running.as_ref().filter(|(running, _)| *running == id) {
+            control.stop.store(true, Relaxed);
+        }
+    }
+
+    fn turn(&mut self) -> Option<Turn> {
+        let waits = |(_, page): &(&String, &PageQueue)| !page.waiting.is_empty();
+        let all = self.pages.iter().filter(waits);
+        let by_time =
+            |a: &(&String, &PageQueue), b: &(&String, &PageQueue)| a.1.spent.total_cmp(&b.1.spent);
+        let is_alone = all.clone().count() == 1;
+        let (page, of_page) = all.min_by(by_time)?;
+        let WaitingTask { id, task, .. } = *of_page.first()?;
+        let turn = Turn {
+            page: page.clone(),
+            id,
+            task,
+            control: Arc::default(),
+            is_alone,
+        };
+        self.running = Some((id, Arc::clone(&turn.control)));
+        Some(turn)
+    }
+}

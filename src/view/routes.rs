@@ -1,0 +1,127 @@
+//! Everything that a request may ask for, and the answers.
+
+use super::connection::{Connection, Request, Response};
+use super::document;
+use super::guard::random_hex;
+use super::protocol::{Asking, FrameEncoding};
+use super::queue::{PageAnswer, Task};
+use super::served_scene::ServedScene;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
+
+/// Interval at which a waiting thread looks whether its page is still there.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// The answer to a request; `None` if nobody waits for it any more.
+pub(super) fn respond(
+    request: &Request,
+    connection: &Connection,
+    served: &ServedScene,
+) -> Option<Response> {
+    let Some(name) = served.guard.admitted(request) else {
+        return Some(refusal(404, "there is nothing here"));
+    };
+    if !request.is_post {
+        return Some(match name {
+            "" => match random_hex() {
+                Ok(nonce) => document::page(&nonce),
+                Err(error) => refusal(500, &error.to_string()),
+            },
+            _ => refusal(404, "there is nothing here"),
+        });
+    }
+    let asking: Asking = match serde_json::from_slice(&request.body) {
+        Ok(asking) => asking,
+        Err(error) => return Some(refusal(400, &error.to_string())),
+    };
+    let page = &asking.page;
+    if page.len() != 16 || !page.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return Some(refusal(400, "a page has a name of 16 hexadecimal digits"));
+    }
+    let task = match name {
+        "state" if served.queue.greet(page) => return Some(json_response(200, &served.state())),
+        "state" => return Some(crowded()),
+        "leave" => {
+            served.queue.leave(page);
+            return Some(empty());
+        }
+        "frame" => parsed(request).map(Task::Frame),
+        "pixel" => parsed(request).map(Task::Pixel),
+        "command" => parsed(request).map(Task::Command),
+        "save" => parsed(request).map(Task::Save),
+        _ => return Some(refusal(404, "there is nothing here")),
+    };
+    match task.and_then(Task::checked) {
+        Err(reason) => Some(refusal(400, &reason)),
+        Ok(_) if !served.is_ready() => Some(refusal(409, "the scene is not ready yet")),
+        Ok(task) => wait(page, task, connection, served),
+    }
+}
+
+fn parsed<'a, T: Deserialize<'a>>(request: &'a Request) -> Result<T, String> {
+    serde_json::from_slice(&request.body).map_err(|error| error.to_string())
+}
+
+/// Waits for the answer to a task, as long as the page is there.
+fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -> Option<Response> {
+    let Some((id, answer)) = served.queue.submit(page, task) else {
+        return Some(crowded());
+    };
+    loop {
+        match answer.recv_timeout(LOOK) {
+            Ok(answer) => return Some(response(task, answer)),
+            // The page has left.
+            Err(RecvTimeoutError::Disconnected) => return Some(empty()),
+            Err(RecvTimeoutError::Timeout) if connection.is_open() => {}
+            Err(RecvTimeoutError::Timeout) => {
+                served.queue.withdraw(page, id);
+                return None;
+            }
+        }
+    }
+}
+
+fn response(task: Task, answer: PageAnswer) -> Response {
+    match answer {
+        PageAnswer::Json(told) => json_response(200, &told),
+        PageAnswer::Nothing => empty(),
+        PageAnswer::Refused(reason) => refusal(400, &reason),
+        PageAnswer::Frame(picture) => {
+            let encoding = match task {
+                Task::Frame(request) => request.encoding,
+                _ => FrameEncoding::Raw,
+            };
+            let (info, body) = picture.encode(encoding);
+            let info = serde_json::to_string(&info).unwrap_or_default();
+            Response::new(200, encoding.content_type(), body).with_header("Frame", info)
+        }
+        PageAnswer::File { name, bytes } => {
+            // The name has only plain characters.
+            let disposition = format!("attachment; filename=\"{name}\"");
+            Response::new(200, "application/octet-stream", bytes)
+                .with_header("Content-Disposition", disposition)
+        }
+    }
+}
+
+fn json_response(status: u16, told: &Value) -> Response {
+    Response::new(status, "application/json", told.to_string().into_bytes())
+}
+
+fn empty() -> Response {
+    Response::new(204, "application/json", Vec::new())
+}
+
+fn crowded() -> Response {
+    refusal(
+        503,
+        "too many pages look at this scene, or one asks for too much at once",
+    )
+}
+
+/// An answer that says why there is none.
+pub(super) fn refusal(status: u16, reason: &str) -> Response {
+    json_response(status, &json!({ "error": reason }))
+}

@@ -1,0 +1,149 @@
+//! The loopback address, the token that opens it, and a thread for each connection.
+
+use super::connection::{BadRequest, Connection};
+use super::guard::Guard;
+use super::routes::{refusal, respond};
+use super::served_scene::ServedScene;
+use super::tracer::PageTracer;
+use super::viewed_scene::ViewedScene;
+use serde_json::json;
+use std::io;
+use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// Most connections at a time: six for each of a few pages.
+const MAX_CONNECTIONS: usize = 96;
+
+/// Time for which a failed scene is shown to pages that wait for it.
+const FAILURE: Duration = Duration::from_secs(1);
+
+/// The reason why no address can be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{0} is not a loopback address: everybody on the network could look at the scene")]
+pub struct AddressError(IpAddr);
+
+/// The reason why nothing is served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// The address is none that is allowed.
+    #[error(transparent)]
+    Address(#[from] AddressError),
+    /// The system has no such address, or another program uses it.
+    #[error("cannot listen on {address}: {source}")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The system has no random numbers, or no thread.
+    #[error("cannot serve: {0}")]
+    System(#[from] io::Error),
+}
+
+/// A server of one scene.
+pub struct Server {
+    address: SocketAddr,
+    served: Arc<ServedScene>,
+}
+
+impl Server {
+    /// Serves the page at this address, whose port may be 0 for any that is free.
+    ///
+    /// # Errors
+    /// [`ServerError`].
+    pub fn start(address: SocketAddr) -> Result<Server, ServerError> {
+        if !address.ip().is_loopback() {
+            return Err(AddressError(address.ip()).into());
+        }
+        let refused = |source| ServerError::Listen { address, source };
+        let listener = TcpListener::bind(address).map_err(refused)?;
+        let address = listener.local_addr()?;
+        let served = Arc::new(ServedScene::new(Guard::new()?));
+        let shared = Arc::clone(&served);
+        let accept = move || accept(&listener, &shared);
+        std::thread::Builder::new().spawn(accept)?;
+        Ok(Server { address, served })
+    }
+
+    /// The address of the page.
+    pub fn url(&self) -> String {
+        format!("http://{}{}", self.address, self.served.guard.path())
+    }
+
+    /// Tells the pages that the tree of a scene with this many primitives is being built.
+    pub fn set_building(&self, primitives: u64) {
+        self.served
+            .set("building", json!({ "primitives": primitives }));
+    }
+
+    /// Tells the pages that there will be no picture, and gives them the time to ask.
+    pub fn fail(&self, reason: &str) {
+        self.served.set("failed", json!({ "error": reason }));
+        std::thread::sleep(FAILURE);
+    }
+
+    /// Shows a scene until the process ends.
+    pub fn show(&self, subject: ViewedScene) -> ! {
+        let told = json!({ "primitives": subject.scene.id_count(), "scene": subject.describe() });
+        let mut tracer = PageTracer::new(subject, &self.served.queue);
+        self.served.set("ready", told);
+        tracer.run()
+    }
+}
+
+/// A connection, counted until it ends.
+struct Counted(Arc<ServedScene>);
+
+impl Counted {
+    fn new(served: Arc<ServedScene>) -> Counted {
+        served.connections.fetch_add(1, Ordering::SeqCst);
+        Counted(served)
+    }
+}
+
+impl Drop for Counted {
+    fn drop(&mut self) {
+        self.0.connections.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
+    for stream in listener.incoming() {
+        let Ok(stream) = stream else {
+            // No more descriptors: others have to be closed first.
+            std::thread::sleep(Duration::from_millis(50));
+            continue;
+        };
+        let counted = Counted::new(Arc::clone(served));
+        // Without a thread, or after an error, there is nobody to tell.
+        let talk = move || drop(talk(stream, &counted.0));
+        let _ = std::thread::Builder::new().spawn(talk);
+    }
+}
+
+/// Answers the requests of a connection, one after the other.
+fn talk(stream: TcpStream, served: &ServedScene) -> io::Result<()> {
+    let mut connection = Connection::new(stream)?;
+    if served.connections.load(Ordering::SeqCst) > MAX_CONNECTIONS {
+        return connection.send_last(&refusal(503, "too many connections"));
+    }
+    loop {
+        let request = match connection.receive() {
+            Ok(Some(request)) => request,
+            Ok(None) | Err(BadRequest(None)) => return Ok(()),
+            Err(BadRequest(Some(status))) => {
+                return connection.send_last(&refusal(status, "this is no request"));
+            }
+        };
+        let Some(response) = respond(&request, &connection, served) else {
+            return Ok(());
+        };
+        connection.send(&response, request.keep_alive)?;
+        if !request.keep_alive {
+            return Ok(());
+        }
+    }
+}

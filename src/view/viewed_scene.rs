@@ -1,0 +1,139 @@
+//! The scene that is viewed, its tree, and the options of its pictures.
+
+use super::protocol::{PageView, Shot, ViewMode};
+use glam::DVec3;
+use phalanx::Bvh;
+use phalanx::formats::DefaultLights;
+use phalanx::frame::{Integrator, Settings};
+use phalanx::isa;
+use phalanx::jobs::{PictureSpec, PixelSpec};
+use phalanx::scene::{FileView, Scene};
+use serde_json::{Value, json};
+
+/// Samples at which a picture at rest is good enough, where no option says otherwise.
+const SAMPLES: u32 = 64;
+
+/// Cosine of the angle between the up vector of a camera and the up axis beyond which it lies on
+/// its side.
+const LYING: f64 = 0.3;
+
+/// The scene, seen by whichever page has its turn.
+pub struct ViewedScene {
+    pub(super) scene: Scene,
+    pub(super) bvh: Bvh,
+    pub(super) spec: PictureSpec,
+    settings: Settings,
+    lights: Option<DefaultLights>,
+    /// The scene's own view, and its number among the cameras of the file.
+    view: PageView,
+    camera: Option<usize>,
+}
+
+impl ViewedScene {
+    /// A scene with its tree, and the options of its pictures. The wide tree is built here, since
+    /// many frames will use it.
+    pub fn new(scene: Scene, bvh: Bvh, spec: PictureSpec, settings: Settings) -> ViewedScene {
+        bvh.build_wide(settings.threads);
+        let lights = DefaultLights::of(&scene, settings.threads);
+        ViewedScene {
+            view: scene.file_view(&scene.view).into(),
+            camera: scene.used_camera(),
+            scene,
+            bvh,
+            spec,
+            settings,
+            lights,
+        }
+    }
+
+    /// Moves the camera, and the lights that follow it.
+    pub(super) fn look(&mut self, view: &PageView) -> Result<(), String> {
+        let scene = &mut self.scene;
+        scene.view = scene.view_of(&FileView::from(*view));
+        scene.defaulted.view = false;
+        if let Some(lights) = &self.lights {
+            lights.place(scene);
+        }
+        scene.view.basis().map_err(|error| error.to_string())?;
+        match scene.is_in_safe_range() {
+            true => Ok(()),
+            false => Err("the camera is too far away".to_owned()),
+        }
+    }
+
+    /// The settings of a mode's picture of this size, with one sample a pixel.
+    pub(super) fn settings(&self, mode: ViewMode, (width, height): (u32, u32)) -> Settings {
+        let distance = self.spec.pixels.ao_distance.unwrap_or(f32::INFINITY);
+        let mut settings = Settings {
+            width,
+            height,
+            ..self.settings.clone()
+        };
+        settings.sampling.spp = 1;
+        if mode == ViewMode::Ao {
+            settings.integrator = Integrator::Occlusion { distance };
+        }
+        settings
+    }
+
+    /// The description of a picture with this many samples.
+    pub(super) fn picture(&self, shot: &Shot, samples: u32) -> PictureSpec {
+        let view = FileView::from(shot.view);
+        let integrator = &self.spec.pixels.integrator;
+        PictureSpec {
+            overrides: self.spec.overrides.with_view(&self.scene, &view),
+            pixels: PixelSpec {
+                size: Some(shot.size),
+                spp: Some(samples),
+                integrator: match shot.mode {
+                    ViewMode::Ao => Some("ao".to_owned()),
+                    _ => integrator.clone(),
+                },
+                ..self.spec.pixels.clone()
+            },
+            ..self.spec.clone()
+        }
+    }
+
+    /// The axis that points up: that of the file's format, unless the scene's camera lies on its
+    /// side there.
+    fn up(&self) -> DVec3 {
+        let axis = self.scene.defaulted.up.frame()[1];
+        let own = FileView::from(self.view).up.as_dvec3().normalize_or(axis);
+        match own.dot(axis) > LYING {
+            true => axis,
+            false => {
+                let at = own.abs().max_position();
+                DVec3::AXES[at] * own[at].signum()
+            }
+        }
+    }
+
+    /// Facts that a page has to know before it asks for frames.
+    pub(super) fn describe(&self) -> Value {
+        let scene = &self.scene;
+        let bounds = scene.bounds();
+        let corner = |at| scene.file_position(at).to_array();
+        let cameras = scene.cameras.iter().map(|camera| {
+            let view = PageView::from(scene.file_view(&camera.view));
+            json!({ "name": scene.names.get(camera.name), "view": view })
+        });
+        let name = std::path::Path::new(&self.spec.scene);
+        let name = name.file_name().unwrap_or(name.as_os_str());
+        json!({
+            "name": name.to_string_lossy(),
+            "primitives": scene.id_count(),
+            "engine": "simd",
+            "threads": self.settings.threads,
+            "isa": isa::compiled_level().to_string(),
+            "version": env!("CARGO_PKG_VERSION"),
+            "up": self.up().to_array(),
+            "bounds": [corner(bounds.lo), corner(bounds.hi)],
+            "view": self.view,
+            "camera": self.camera,
+            "cameras": cameras.collect::<Vec<_>>(),
+            "size": self.spec.pixels.size,
+            "samples": self.spec.pixels.spp.unwrap_or(SAMPLES),
+        })
+    }
+}
