@@ -22,6 +22,7 @@ mod format;
 mod hdr_pfm;
 mod header;
 mod jpeg;
+mod layer_colors;
 mod png;
 mod read;
 mod straight_alpha;
@@ -40,6 +41,7 @@ pub use false_color::{false_color, false_colors};
 pub use format::ImageFormat;
 pub use header::PictureHeader;
 pub use jpeg::jpeg_bytes;
+pub use layer_colors::layer_colors;
 pub use png::{png_bytes, save_png};
 pub use read::{
     PictureChannel, PictureLayout, PictureReader, Raster, SampleKind, SamplePlanes, load,

@@ -1,6 +1,6 @@
 //! Size, bounces and kernel of frames while the camera moves, so that they come often enough.
 
-use phalanx::frame::Kernel;
+use phalanx::frame::{Kernel, Settings};
 use std::time::Duration;
 
 /// Time of a frame in seconds: less than a thirtieth, since it still has to be sent and shown.
@@ -28,14 +28,6 @@ const KERNELS: [Kernel; 2] = [Kernel::Auto, Kernel::Single];
 /// Frames from one trial of the other kernel to the next.
 const TRIAL: u32 = 40;
 
-/// Size, bounces and kernel of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FramePace {
-    pub(super) size: (u32, u32),
-    pub(super) max_depth: u32,
-    pub(super) kernel: Kernel,
-}
-
 /// The pace of a page's camera.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
@@ -61,8 +53,8 @@ struct BounceCut {
 }
 
 impl Pace {
-    /// The next frame instead of `whole`, the picture at rest; it may have `most` pixels.
-    pub(super) fn next(&mut self, whole: FramePace, most: u64) -> FramePace {
+    /// Settings of the next frame instead of those of the picture at rest; it may have `most` pixels.
+    pub(super) fn next(&mut self, whole: &Settings, most: u64) -> Settings {
         if let Some(pixel) = self.pixel() {
             let affordable = AIM / pixel;
             // The size jumps visibly, so small errors are left alone.
@@ -72,38 +64,37 @@ impl Pace {
             self.change_depth(pixel, whole.max_depth);
         }
         self.frames += 1;
-        FramePace {
-            size: self.size(whole.size, most),
+        let (width, height) = self.size((whole.width, whole.height), most);
+        Settings {
+            width,
+            height,
             max_depth: self.depth(whole.max_depth),
             kernel: match whole.kernel {
                 Kernel::Auto => self.kernel(),
                 given => given,
             },
+            ..whole.clone()
         }
     }
 
     /// Notes the time that a frame took. The first one warms caches up.
-    pub(super) fn learn(&mut self, frame: FramePace, time: Duration) {
+    pub(super) fn learn(&mut self, frame: &Settings, time: Duration) {
         if self.frames == 1 && self.cuts.is_empty() {
             return;
         }
-        let (width, height) = frame.size;
-        let newest = time.as_secs_f64().max(1e-6) / (f64::from(width) * f64::from(height));
+        let newest = time.as_secs_f64().max(1e-6) / frame.pixels() as f64;
         let at = KERNELS.iter().position(|kernel| *kernel == frame.kernel);
         let mean = &mut self.times[at.unwrap_or(0)];
         *mean = Some(mean.map_or(newest, |mean| mean + NEWEST * (newest - mean)));
         if let [Some(auto), Some(single)] = self.times {
             self.best = usize::from(single < auto);
         }
-        if let (Some(cut), Some(pixel)) = (self.cuts.last().copied(), self.pixel()) {
-            let gain = cut.gain.unwrap_or(cut.pixel / pixel);
-            self.cuts.pop();
-            match gain < WORTH_IT {
-                true => self.in_vain = cut.pixel,
-                false => self.cuts.push(BounceCut {
-                    gain: Some(gain),
-                    ..cut
-                }),
+        let pixel = self.pixel();
+        if let (Some(cut), Some(pixel)) = (self.cuts.last_mut(), pixel) {
+            let gain = *cut.gain.get_or_insert(cut.pixel / pixel);
+            if gain < WORTH_IT {
+                self.in_vain = cut.pixel;
+                self.cuts.pop();
             }
         }
     }
@@ -157,67 +148,69 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use phalanx::scene::Scene;
 
-    const WHOLE: FramePace = FramePace {
-        size: (1280, 720),
-        max_depth: 5,
-        kernel: Kernel::Auto,
-    };
+    fn whole() -> Settings {
+        Settings {
+            width: 1280,
+            height: 720,
+            max_depth: 5,
+            ..Settings::of(&Scene::default())
+        }
+    }
 
     /// The frame after many on a machine that takes this many seconds for a pixel and a bounce, and
-    /// `single` times as many for single rays.
-    fn settle(pace: &mut Pace, pixel: f64, single: f64, most: u64) -> FramePace {
+    /// `single` times as many for single rays: its width, height, bounces and kernel.
+    fn settle(pace: &mut Pace, pixel: f64, single: f64, most: u64) -> (u32, u32, u32, Kernel) {
         for _ in 0..2 * TRIAL {
-            let frame = pace.next(WHOLE, most);
-            let (width, height) = frame.size;
+            let frame = pace.next(&whole(), most);
             let factor = if frame.kernel == Kernel::Single {
                 single
             } else {
                 1.0
             };
             let each = pixel * factor * (1.0 + f64::from(frame.max_depth));
-            let time = f64::from(width) * f64::from(height) * each;
-            pace.learn(frame, Duration::from_secs_f64(time));
+            let time = frame.pixels() as f64 * each;
+            pace.learn(&frame, Duration::from_secs_f64(time));
         }
-        pace.next(WHOLE, most)
+        let Settings {
+            width,
+            height,
+            max_depth,
+            kernel,
+            ..
+        } = pace.next(&whole(), most);
+        (width, height, max_depth, kernel)
     }
 
     #[test]
     fn frames_are_as_large_as_there_is_time_for() {
         let all = u64::MAX;
         let settled = |pixel, most| settle(&mut Pace::default(), pixel, 3.0, most);
-        assert_eq!(settled(1e-9, all), WHOLE);
-        let FramePace {
-            size: (width, height),
-            max_depth,
-            ..
-        } = settled(4e-8, all);
-        assert!(
-            width > 320 && width < 640 && max_depth == 5,
-            "{width} {max_depth}"
-        );
+        assert_eq!(settled(1e-9, all), (1280, 720, 5, Kernel::Auto));
+        let (width, height, depth, _) = settled(4e-8, all);
+        assert!(width > 320 && width < 640 && depth == 5, "{width} {depth}");
         assert_eq!((f64::from(width) * 9.0 / 16.0).round() as u32, height);
-        assert_eq!(settled(1e-9, 57_600).size, (320, 180));
+        assert_eq!(settled(1e-9, 57_600), (320, 180, 5, Kernel::Auto));
     }
 
     #[test]
     fn bounces_go_last_and_come_back_where_the_camera_sees_less() {
         let mut pace = Pace::default();
         let slow = settle(&mut pace, 1e-6, 3.0, u64::MAX);
-        assert_eq!((slow.size, slow.max_depth), ((320, 180), 0));
-        assert_eq!(settle(&mut pace, 4e-8, 3.0, u64::MAX).max_depth, 5);
+        assert_eq!(slow, (320, 180, 0, Kernel::Auto));
+        assert_eq!(settle(&mut pace, 4e-8, 3.0, u64::MAX).2, 5);
     }
 
     #[test]
     fn the_faster_kernel_wins() {
         let mut pace = Pace::default();
-        let kernel = settle(&mut pace, 1e-8, 0.5, u64::MAX).kernel;
-        assert_eq!(kernel, Kernel::Single);
-        assert_eq!(settle(&mut pace, 1e-8, 2.0, u64::MAX).kernel, Kernel::Auto);
-        let given = FramePace {
+        assert_eq!(settle(&mut pace, 1e-8, 0.5, u64::MAX).3, Kernel::Single);
+        assert_eq!(settle(&mut pace, 1e-8, 2.0, u64::MAX).3, Kernel::Auto);
+        let given = Settings {
             kernel: Kernel::Beam8,
-            ..WHOLE
+            ..whole()
         };
-        assert_eq!(pace.next(given, u64::MAX).kernel, Kernel::Beam8);
+        assert_eq!(pace.next(&given, u64::MAX).kernel, Kernel::Beam8);
     }
 }

@@ -1,22 +1,19 @@
 //! Modes: what is rendered for each, and the colours of what is not radiance.
 
-use super::protocol::{FrameEncoding, FrameInfo, ViewMode};
+use super::protocol::{FrameInfo, ViewMode};
 use super::viewed_scene::ViewedScene;
 use phalanx::film::Film;
 use phalanx::frame::{
     AccelRef, Aov, Aovs, Control, FrameError, Integrator, RayCost, Settings, render_heatmap,
     render_with,
 };
-use phalanx::image::{Picture, encode, false_colors, jpeg_bytes};
+use phalanx::image::{Picture, encode, false_colors, jpeg_bytes, layer_colors};
 use phalanx::render::RayCounts;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
 /// Quality of frames as JPEG, out of 100.
 const JPEG_QUALITY: u8 = 85;
-
-/// Colour of the background where it has no value.
-const NOTHING: [u8; 3] = [24, 26, 30];
 
 /// A picture for a page, and what it says about itself.
 #[derive(Debug)]
@@ -94,6 +91,7 @@ impl ViewedScene {
             samples: 1,
             max_depth: settings.max_depth,
             kernel: kernel.name(),
+            rays: rays_by_kind(&RayCounts::default()),
             ..FrameInfo::default()
         }
     }
@@ -105,38 +103,12 @@ impl ViewedScene {
 
     /// Colours of a layer, and the value of the lightest.
     fn colors(&self, aov: Aov, film: &Film) -> (Vec<u8>, Option<f32>) {
-        let planes = film.layer(aov);
-        match aov {
-            Aov::Depth => {
-                let (mut rgb, scale) = false_colors(&planes[0]);
-                for (pixel, depth) in rgb.as_chunks_mut().0.iter_mut().zip(&planes[0]) {
-                    if depth.is_infinite() {
-                        *pixel = NOTHING;
-                    }
-                }
-                (rgb, Some(scale))
-            }
-            Aov::Ns => {
-                let byte = |c: f32| ((0.5 * c + 0.5) * 255.0).round() as u8;
-                let pixels = (0..planes[0].len()).flat_map(|k| {
-                    let normal = [0, 1, 2].map(|axis| planes[axis][k]);
-                    match normal == [0.0; 3] {
-                        true => NOTHING,
-                        false => normal.map(byte),
-                    }
-                });
-                (pixels.collect(), None)
-            }
-            Aov::Albedo => {
-                let mut albedo = Film::new(film.width, film.height, false);
-                albedo.planes = [0, 1, 2].map(|channel| planes[channel].clone());
-                (self.radiance(&albedo).rgb, None)
-            }
-            _ => {
-                let ids = planes[0].iter().map(|id| id.to_bits());
-                (ids.flat_map(color_of_id).collect(), None)
-            }
+        if aov != Aov::Albedo {
+            return layer_colors(film, aov);
         }
+        let mut albedo = Film::new(film.width, film.height, false);
+        albedo.planes = [0, 1, 2].map(|channel| film.layer(aov)[channel].clone());
+        (self.radiance(&albedo).rgb, None)
     }
 }
 
@@ -152,17 +124,6 @@ fn with_layer(settings: &Settings, layer: Option<Aov>) -> Settings {
         integrator: Integrator::Occlusion { distance },
         ..settings.clone()
     }
-}
-
-/// A colour for a number; neighbours differ. The constants are those of MurmurHash3's last step.
-fn color_of_id(id: u32) -> [u8; 3] {
-    if id == phalanx::film::NO_ID {
-        return NOTHING;
-    }
-    let mixed = (id ^ id >> 16).wrapping_mul(0x85eb_ca6b);
-    let mixed = (mixed ^ mixed >> 13).wrapping_mul(0xc2b2_ae35);
-    let [r, g, b, _] = (mixed ^ mixed >> 16).to_le_bytes();
-    [r, g, b].map(|c| 64 + c / 4 * 3)
 }
 
 /// Numbers of rays for the page.
@@ -185,15 +146,14 @@ impl FrameInfo {
 }
 
 impl ShownPicture {
-    /// The picture as it travels, and what it says about itself.
-    pub(super) fn encode(self, encoding: FrameEncoding) -> (FrameInfo, Vec<u8>) {
+    /// The picture as it travels, as a JPEG or as raw pixels, and what it says about itself.
+    pub(super) fn encode(mut self, as_jpeg: bool) -> (FrameInfo, Vec<u8>) {
         let start = Instant::now();
-        let ShownPicture { picture, mut info } = self;
-        let bytes = match encoding {
-            FrameEncoding::Jpeg => jpeg_bytes(&picture, JPEG_QUALITY),
-            FrameEncoding::Raw => picture.rgba(),
+        let bytes = match as_jpeg {
+            true => jpeg_bytes(&self.picture, JPEG_QUALITY),
+            false => self.picture.rgba(),
         };
-        info.encode_ms = start.elapsed().as_secs_f64() * 1e3;
-        (info, bytes)
+        self.info.encode_ms = start.elapsed().as_secs_f64() * 1e3;
+        (self.info, bytes)
     }
 }

@@ -94,26 +94,8 @@ pub(super) struct FrameRequest {
     /// Samples that the page shows, and those that it wants at most.
     pub(super) have: u32,
     pub(super) samples: u32,
-    #[serde(rename = "as")]
-    pub(super) encoding: FrameEncoding,
-}
-
-/// The form in which a frame travels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum FrameEncoding {
-    /// Red, green, blue and 255, a byte each.
-    Raw,
-    Jpeg,
-}
-
-impl FrameEncoding {
-    pub(super) fn content_type(self) -> &'static str {
-        match self {
-            FrameEncoding::Raw => "application/octet-stream",
-            FrameEncoding::Jpeg => "image/jpeg",
-        }
-    }
+    /// True for a JPEG instead of red, green, blue and 255, a byte each.
+    pub(super) jpeg: bool,
 }
 
 /// A frame's account of itself.

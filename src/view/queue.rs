@@ -93,12 +93,13 @@ struct State {
     last: u64,
 }
 
+#[derive(Default)]
 struct PageQueue {
     waiting: VecDeque<WaitingTask>,
-    /// Seconds of the tracer's time, counted from those of the page that had least when this one
-    /// came.
+    /// Seconds of the tracer's time.
     spent: f64,
-    seen: Instant,
+    /// Time of its last request.
+    seen: Option<Instant>,
 }
 
 struct WaitingTask {
@@ -124,20 +125,26 @@ impl Queue {
         if !state.greet(page) {
             return None;
         }
+        let least = state.waiting().map(|(_, page)| page.spent).reduce(f64::min);
+        let mut queue = std::mem::take(state.pages.get_mut(page)?);
         if let Task::Frame(request) = task {
-            state.supersede(page, request.moving);
+            state.supersede(&mut queue, request.moving);
         }
-        let id = state.last + 1;
-        let waiting = &mut state.pages.get_mut(page)?.waiting;
-        if waiting.len() >= MAX_WAITING {
-            return None;
+        if queue.waiting.is_empty() {
+            // Time in which a page asked for nothing is not saved up.
+            queue.spent = queue.spent.max(least.unwrap_or(0.0));
         }
         let (answer, receiver) = channel();
-        waiting.push_back(WaitingTask { id, task, answer });
+        let id = state.last + 1;
+        let has_room = queue.waiting.len() < MAX_WAITING;
+        if has_room {
+            queue.waiting.push_back(WaitingTask { id, task, answer });
+        }
         state.last = id;
+        state.pages.insert(page.to_owned(), queue);
         drop(state);
         self.changed.notify_all();
-        Some((id, receiver))
+        has_room.then_some((id, receiver))
     }
 
     /// Takes a task back whose answer nobody waits for.
@@ -176,7 +183,7 @@ impl Queue {
             let waited = self.changed.wait_timeout(state, GONE_FOR_ANOTHER);
             (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
         }
-        state.pages.retain(|_, page| page.seen.elapsed() < GONE);
+        state.pages.retain(|_, page| !page.is_gone(GONE));
         None
     }
 
@@ -199,6 +206,10 @@ impl Queue {
 }
 
 impl PageQueue {
+    fn is_gone(&self, after: Duration) -> bool {
+        self.seen.is_none_or(|seen| seen.elapsed() > after)
+    }
+
     fn place(&self, id: u64) -> Option<usize> {
         self.waiting.iter().position(|waiting| waiting.id == id)
     }
@@ -213,48 +224,38 @@ impl PageQueue {
 
 impl State {
     fn greet(&mut self, page: &str) -> bool {
-        let least = self.pages.values().map(|page| page.spent);
-        let least = least.reduce(f64::min).unwrap_or(0.0);
         if !self.pages.contains_key(page) && self.pages.len() >= MAX_PAGES {
-            let gone = |page: &PageQueue| page.seen.elapsed() > GONE_FOR_ANOTHER;
+            let stays = |page: &PageQueue| !page.is_gone(GONE_FOR_ANOTHER);
             self.pages
-                .retain(|_, page| !gone(page) || !page.waiting.is_empty());
+                .retain(|_, page| stays(page) || !page.waiting.is_empty());
             if self.pages.len() >= MAX_PAGES {
                 return false;
             }
         }
-        let known = self.pages.entry(page.to_owned());
-        let known = known.or_insert_with(|| PageQueue {
-            waiting: VecDeque::new(),
-            spent: least,
-            seen: Instant::now(),
-        });
-        known.seen = Instant::now();
+        let known = self.pages.entry(page.to_owned()).or_default();
+        known.seen = Some(Instant::now());
         true
     }
 
     /// Cancels the frames of a page that a new one makes useless.
-    fn supersede(&mut self, page: &str, moving: bool) {
-        let Some(page) = self.pages.get_mut(page) else {
-            return;
+    fn supersede(&mut self, page: &mut PageQueue, moving: bool) {
+        let is_moving =
+            |waiting: &&WaitingTask| matches!(waiting.task, Task::Frame(request) if request.moving);
+        let mut spare = match moving {
+            true => page
+                .waiting
+                .iter()
+                .filter(is_moving)
+                .count()
+                .saturating_sub(MAX_MOVING - 1),
+            false => usize::MAX,
         };
-        let is_moving = |task: &Task| match task {
-            Task::Frame(request) => Some(request.moving),
-            _ => None,
-        };
-        let mut of_before = page
-            .waiting
-            .iter()
-            .filter(|w| is_moving(&w.task) == Some(true));
-        let spare = of_before.by_ref().count().saturating_sub(MAX_MOVING - 1);
-        let mut moved = 0;
-        let useless = |waiting: &WaitingTask| match is_moving(&waiting.task) {
-            Some(true) => {
-                moved += 1;
-                !moving || moved <= spare
+        let useless = |waiting: &WaitingTask| match waiting.task {
+            Task::Frame(request) if request.moving => {
+                spare.checked_sub(1).map(|less| spare = less).is_some()
             }
-            Some(false) => true,
-            None => false,
+            Task::Frame(_) => true,
+            _ => false,
         };
         let (cancelled, kept): (VecDeque<_>, _) = page.waiting.drain(..).partition(useless);
         page.waiting = kept;
@@ -271,20 +272,24 @@ impl State {
         }
     }
 
+    /// The pages that wait, with their names.
+    fn waiting(&self) -> impl Iterator<Item = (&String, &PageQueue)> {
+        let pages = self.pages.iter();
+        pages.filter(|(_, page)| !page.waiting.is_empty())
+    }
+
     fn turn(&mut self) -> Option<Turn> {
-        let waits = |(_, page): &(&String, &PageQueue)| !page.waiting.is_empty();
-        let all = self.pages.iter().filter(waits);
-        let by_time =
-            |a: &(&String, &PageQueue), b: &(&String, &PageQueue)| a.1.spent.total_cmp(&b.1.spent);
-        let is_alone = all.clone().count() == 1;
-        let (page, of_page) = all.min_by(by_time)?;
+        let by_time = self
+            .waiting()
+            .min_by(|(_, a), (_, b)| a.spent.total_cmp(&b.spent));
+        let (page, of_page) = by_time?;
         let WaitingTask { id, task, .. } = *of_page.first()?;
         let turn = Turn {
             page: page.clone(),
             id,
             task,
             control: Arc::default(),
-            is_alone,
+            is_alone: self.waiting().count() == 1,
         };
         self.running = Some((id, Arc::clone(&turn.control)));
         Some(turn)

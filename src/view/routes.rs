@@ -3,7 +3,7 @@
 use super::connection::{Connection, Request, Response};
 use super::document;
 use super::guard::random_hex;
-use super::protocol::{Asking, FrameEncoding};
+use super::protocol::Asking;
 use super::queue::{PageAnswer, Task};
 use super::served_scene::ServedScene;
 use serde::Deserialize;
@@ -13,6 +13,9 @@ use std::time::Duration;
 
 /// Interval at which a waiting thread looks whether its page is still there.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// Type of a body that is just bytes.
+const BYTES: &str = "application/octet-stream";
 
 /// The answer to a request; `None` if nobody waits for it any more.
 pub(super) fn respond(
@@ -89,19 +92,16 @@ fn response(task: Task, answer: PageAnswer) -> Response {
         PageAnswer::Nothing => empty(),
         PageAnswer::Refused(reason) => refusal(400, &reason),
         PageAnswer::Frame(picture) => {
-            let encoding = match task {
-                Task::Frame(request) => request.encoding,
-                _ => FrameEncoding::Raw,
-            };
-            let (info, body) = picture.encode(encoding);
+            let is_jpeg = matches!(task, Task::Frame(request) if request.jpeg);
+            let content_type = if is_jpeg { "image/jpeg" } else { BYTES };
+            let (info, body) = picture.encode(is_jpeg);
             let info = serde_json::to_string(&info).unwrap_or_default();
-            Response::new(200, encoding.content_type(), body).with_header("Frame", info)
+            Response::new(200, content_type, body).with_header("Frame", info)
         }
         PageAnswer::File { name, bytes } => {
             // The name has only plain characters.
             let disposition = format!("attachment; filename=\"{name}\"");
-            Response::new(200, "application/octet-stream", bytes)
-                .with_header("Content-Disposition", disposition)
+            Response::new(200, BYTES, bytes).with_header("Content-Disposition", disposition)
         }
     }
 }

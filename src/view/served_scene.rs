@@ -3,7 +3,6 @@
 use super::guard::Guard;
 use super::queue::Queue;
 use serde_json::{Value, json};
-use std::sync::atomic::AtomicUsize;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -11,22 +10,8 @@ use std::time::Instant;
 pub(super) struct ServedScene {
     pub(super) guard: Guard,
     pub(super) queue: Queue,
-    stage: Mutex<SceneStage>,
-    pub(super) connections: AtomicUsize,
-}
-
-/// A step on the way to a picture.
-struct SceneStage {
-    name: &'static str,
-    since: Instant,
-    told: Value,
-}
-
-impl SceneStage {
-    fn new(name: &'static str, told: Value) -> SceneStage {
-        let since = Instant::now();
-        SceneStage { name, since, told }
-    }
+    /// The step on the way to a picture, as pages are told, and its beginning.
+    stage: Mutex<(Value, Instant)>,
 }
 
 impl ServedScene {
@@ -35,28 +20,25 @@ impl ServedScene {
         ServedScene {
             guard,
             queue: Queue::default(),
-            stage: Mutex::new(SceneStage::new("reading", json!({}))),
-            connections: AtomicUsize::new(0),
+            stage: Mutex::new((json!({ "stage": "reading" }), Instant::now())),
         }
     }
 
-    fn stage(&self) -> MutexGuard<'_, SceneStage> {
+    fn stage(&self) -> MutexGuard<'_, (Value, Instant)> {
         self.stage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn set(&self, name: &'static str, told: Value) {
-        *self.stage() = SceneStage::new(name, told);
+    pub(super) fn set(&self, told: Value) {
+        *self.stage() = (told, Instant::now());
     }
 
     pub(super) fn is_ready(&self) -> bool {
-        self.stage().name == "ready"
+        self.stage().0["stage"] == "ready"
     }
 
     pub(super) fn state(&self) -> Value {
-        let stage = self.stage();
-        let mut told = stage.told.clone();
-        told["stage"] = json!(stage.name);
-        told["seconds"] = json!(stage.since.elapsed().as_secs_f64());
+        let (mut told, since) = self.stage().clone();
+        told["seconds"] = json!(since.elapsed().as_secs_f64());
         told
     }
 }

@@ -10,7 +10,6 @@ use serde_json::json;
 use std::io;
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Most connections at a time: six for each of a few pages.
@@ -19,17 +18,12 @@ const MAX_CONNECTIONS: usize = 96;
 /// Time for which a failed scene is shown to pages that wait for it.
 const FAILURE: Duration = Duration::from_secs(1);
 
-/// The reason why no address can be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{0} is not a loopback address: everybody on the network could look at the scene")]
-pub struct AddressError(IpAddr);
-
 /// The reason why nothing is served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
-    /// The address is none that is allowed.
-    #[error(transparent)]
-    Address(#[from] AddressError),
+    /// The address is not one that only this machine reaches.
+    #[error("{0} is not a loopback address: everybody on the network could look at the scene")]
+    Address(IpAddr),
     /// The system has no such address, or another program uses it.
     #[error("cannot listen on {address}: {source}")]
     Listen {
@@ -56,7 +50,7 @@ impl Server {
     /// [`ServerError`].
     pub fn start(address: SocketAddr) -> Result<Server, ServerError> {
         if !address.ip().is_loopback() {
-            return Err(AddressError(address.ip()).into());
+            return Err(ServerError::Address(address.ip()));
         }
         let refused = |source| ServerError::Listen { address, source };
         let listener = TcpListener::bind(address).map_err(refused)?;
@@ -76,37 +70,26 @@ impl Server {
     /// Tells the pages that the tree of a scene with this many primitives is being built.
     pub fn set_building(&self, primitives: u64) {
         self.served
-            .set("building", json!({ "primitives": primitives }));
+            .set(json!({ "stage": "building", "primitives": primitives }));
     }
 
     /// Tells the pages that there will be no picture, and gives them the time to ask.
     pub fn fail(&self, reason: &str) {
-        self.served.set("failed", json!({ "error": reason }));
+        self.served
+            .set(json!({ "stage": "failed", "error": reason }));
         std::thread::sleep(FAILURE);
     }
 
     /// Shows a scene until the process ends.
-    pub fn show(&self, subject: ViewedScene) -> ! {
-        let told = json!({ "primitives": subject.scene.id_count(), "scene": subject.describe() });
-        let mut tracer = PageTracer::new(subject, &self.served.queue);
-        self.served.set("ready", told);
+    pub fn show(&self, scene: ViewedScene) -> ! {
+        let told = json!({
+            "stage": "ready",
+            "primitives": scene.scene.id_count(),
+            "scene": scene.describe(),
+        });
+        let mut tracer = PageTracer::new(scene, &self.served.queue);
+        self.served.set(told);
         tracer.run()
-    }
-}
-
-/// A connection, counted until it ends.
-struct Counted(Arc<ServedScene>);
-
-impl Counted {
-    fn new(served: Arc<ServedScene>) -> Counted {
-        served.connections.fetch_add(1, Ordering::SeqCst);
-        Counted(served)
-    }
-}
-
-impl Drop for Counted {
-    fn drop(&mut self) {
-        self.0.connections.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
@@ -117,17 +100,18 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
-        let counted = Counted::new(Arc::clone(served));
+        let shared = Arc::clone(served);
         // Without a thread, or after an error, there is nobody to tell.
-        let talk = move || drop(talk(stream, &counted.0));
+        let talk = move || drop(talk(stream, &shared));
         let _ = std::thread::Builder::new().spawn(talk);
     }
 }
 
 /// Answers the requests of a connection, one after the other.
-fn talk(stream: TcpStream, served: &ServedScene) -> io::Result<()> {
+fn talk(stream: TcpStream, served: &Arc<ServedScene>) -> io::Result<()> {
     let mut connection = Connection::new(stream)?;
-    if served.connections.load(Ordering::SeqCst) > MAX_CONNECTIONS {
+    // Each connection shares the scene.
+    if Arc::strong_count(served) > MAX_CONNECTIONS {
         return connection.send_last(&refusal(503, "too many connections"));
     }
     loop {

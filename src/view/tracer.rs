@@ -1,6 +1,6 @@
 //! The one thread that has the scene, and traces for all pages in turn.
 
-use super::pace::{FramePace, Pace};
+use super::pace::Pace;
 use super::protocol::{FrameRequest, KeepRequest, Shot};
 use super::queue::{PageAnswer, Queue, Task, Turn};
 use super::still_frame::StillFrame;
@@ -88,23 +88,11 @@ impl<'q> PageTracer<'q> {
         request: &FrameRequest,
     ) -> Result<PageAnswer, FrameError> {
         let Shot { size, mode, .. } = request.shot;
-        let whole = self.scene.settings(mode, size);
-        let at_rest = FramePace {
-            size,
-            max_depth: whole.max_depth,
-            kernel: whole.kernel,
-        };
-        let frame = work.pace.next(at_rest, request.pixels);
-        let settings = with_small_tiles(Settings {
-            width: frame.size.0,
-            height: frame.size.1,
-            max_depth: frame.max_depth,
-            kernel: frame.kernel,
-            ..whole
-        });
+        let at_rest = self.scene.settings(mode, size);
+        let frame = with_small_tiles(work.pace.next(&at_rest, request.pixels));
         let start = Instant::now();
-        let mut shown = self.scene.paint(mode, &settings, &turn.control)?;
-        work.pace.learn(frame, start.elapsed());
+        let mut shown = self.scene.paint(mode, &frame, &turn.control)?;
+        work.pace.learn(&frame, start.elapsed());
         shown.info.moving = true;
         Ok(PageAnswer::Frame(shown))
     }

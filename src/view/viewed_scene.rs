@@ -6,7 +6,7 @@ use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
 use phalanx::frame::{Integrator, Settings};
 use phalanx::isa;
-use phalanx::jobs::{PictureSpec, PixelSpec};
+use phalanx::jobs::PictureSpec;
 use phalanx::scene::{FileView, Scene};
 use serde_json::{Value, json};
 
@@ -62,15 +62,12 @@ impl ViewedScene {
     }
 
     /// The settings of a mode's picture of this size, with one sample a pixel.
-    pub(super) fn settings(&self, mode: ViewMode, (width, height): (u32, u32)) -> Settings {
-        let distance = self.spec.pixels.ao_distance.unwrap_or(f32::INFINITY);
-        let mut settings = Settings {
-            width,
-            height,
-            ..self.settings.clone()
-        };
+    pub(super) fn settings(&self, mode: ViewMode, size: (u32, u32)) -> Settings {
+        let mut settings = self.settings.clone();
+        (settings.width, settings.height) = size;
         settings.sampling.spp = 1;
         if mode == ViewMode::Ao {
+            let distance = self.spec.pixels.ao_distance.unwrap_or(f32::INFINITY);
             settings.integrator = Integrator::Occlusion { distance };
         }
         settings
@@ -78,21 +75,13 @@ impl ViewedScene {
 
     /// The description of a picture with this many samples.
     pub(super) fn picture(&self, shot: &Shot, samples: u32) -> PictureSpec {
-        let view = FileView::from(shot.view);
-        let integrator = &self.spec.pixels.integrator;
-        PictureSpec {
-            overrides: self.spec.overrides.with_view(&self.scene, &view),
-            pixels: PixelSpec {
-                size: Some(shot.size),
-                spp: Some(samples),
-                integrator: match shot.mode {
-                    ViewMode::Ao => Some("ao".to_owned()),
-                    _ => integrator.clone(),
-                },
-                ..self.spec.pixels.clone()
-            },
-            ..self.spec.clone()
+        let (mut spec, view) = (self.spec.clone(), FileView::from(shot.view));
+        spec.overrides = spec.overrides.with_view(&self.scene, &view);
+        (spec.pixels.size, spec.pixels.spp) = (Some(shot.size), Some(samples));
+        if shot.mode == ViewMode::Ao {
+            spec.pixels.integrator = Some("ao".to_owned());
         }
+        spec
     }
 
     /// The axis that points up: that of the file's format, unless the scene's camera lies on its

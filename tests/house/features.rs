@@ -39,7 +39,7 @@ fn features_bring_as_many_crates_as_the_documentation_says() {
         Some((feature, count))
     });
     let counted: Vec<_> = counted.collect();
-    assert_eq!(counted.len(), 4, "{counted:?}");
+    assert_eq!(counted.len(), 5, "{counted:?}");
     for (feature, count) in counted {
         assert_eq!(crates(&feature), count, "crates of the feature {feature}");
     }

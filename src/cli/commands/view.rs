@@ -106,7 +106,7 @@ fn check_use(args: &ViewArgs) -> Result<(), CliError> {
 impl From<ServerError> for CliError {
     fn from(error: ServerError) -> CliError {
         match error {
-            ServerError::Address(refused) => CliError::Usage(refused.to_string()).with_hint(
+            ServerError::Address(_) => CliError::Usage(error.to_string()).with_hint(
                 "from another machine: ssh -L 8000:localhost:8000 USER@HOST, then phalanx view SCENE --address 127.0.0.1:8000",
             ),
             ServerError::Listen { .. } => CliError::Runtime(error.to_string())

@@ -9,9 +9,8 @@ const ORDER: &str = "format camera camera_name ortho up light background materia
     ao_distance transfer quantize bits exposure";
 
 /// Default values, which commands omit.
-const DEFAULTS: [(&str, &str); 5] = [
+const DEFAULTS: [(&str, &str); 4] = [
     ("origin", "auto"),
-    ("spp", "1"),
     ("filter", "box"),
     ("aa", "uniform"),
     ("integrator", "whitted"),

@@ -57,7 +57,7 @@ impl PictureSpec {
                 false => self.overrides.clone(),
             }
         };
-        let command = self.render_words(&name, &overrides);
+        let command = self.render_words(&name, &overrides, scene);
         let size = self.pixels.size.unwrap_or((scene.width, scene.height));
         let matrices = CameraMatrices::of(scene, size);
         let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
@@ -77,22 +77,27 @@ impl PictureSpec {
         }
     }
 
-    /// The command that renders this picture to a file, where the scene's name is a path that the
-    /// caller's folder has.
-    pub fn command(&self, output: &str) -> String {
-        let mut command = self.render_words(&self.scene, &self.overrides);
+    /// The command that renders this picture of a scene to a file, from the folder that the scene's
+    /// name is relative to.
+    pub fn command(&self, scene: &Scene, output: &str) -> String {
+        let mut command = self.render_words(&self.scene, &self.overrides, scene);
         command.extend(words(&self.encoding));
         command.extend(["-o", output].map(str::to_owned));
         command_line(&command)
     }
 
     /// The words of a command that renders this picture, without its file and the file's options.
-    fn render_words(&self, scene: &str, overrides: &SceneOverrides) -> Vec<String> {
-        let mut command = ["phalanx", "render", scene].map(str::to_owned).to_vec();
+    fn render_words(&self, name: &str, overrides: &SceneOverrides, scene: &Scene) -> Vec<String> {
+        let mut command = ["phalanx", "render", name].map(str::to_owned).to_vec();
         let format = self.format.iter();
         command.extend(format.flat_map(|f| ["--format".to_owned(), f.clone()]));
         command.extend(words(overrides));
-        command.extend(words(&self.pixels));
+        // A bare mesh has other defaults.
+        let is_default = |spp: &u32| *spp == 1 && !scene.defaulted.bare;
+        command.extend(words(&PixelSpec {
+            spp: self.pixels.spp.filter(|spp| !is_default(spp)),
+            ..self.pixels.clone()
+        }));
         command
     }
 

@@ -5,7 +5,6 @@
 // `aspect` is width / height, `extent` the diagonal of the scene's bounds.
 
 const POLE = (89.5 / 180) * Math.PI;
-
 const clamp = (x, lo, hi) => Math.min(Math.max(x, lo), hi);
 const add = (a, b) => a.map((x, k) => x + b[k]);
 const sub = (a, b) => a.map((x, k) => x - b[k]);
@@ -37,15 +36,12 @@ function turned(offset, axis, turn, tilt) {
   const ahead = add(scaled(level, Math.cos(turn)), scaled(cross(up, level), Math.sin(turn)));
   return scaled(add(scaled(ahead, Math.cos(elevation)), scaled(up, Math.sin(elevation))), norm(offset));
 }
-
 function orbited(view, turn, tilt) {
   return { ...view, eye: add(view.center, turned(sub(view.eye, view.center), view.up, turn, tilt)) };
 }
-
 function looked(view, turn, tilt) {
   return { ...view, center: add(view.eye, turned(sub(view.center, view.eye), view.up, turn, tilt)) };
 }
-
 const withUp = (view, up) => orbited({ ...view, up }, 0, 0);
 const shifted = (view, by) => ({ ...view, eye: add(view.eye, by), center: add(view.center, by) });
 const atDistance = (view, center, d) => ({ ...view, center, eye: add(center, scaled(axes(view).back, d)) });
@@ -132,7 +128,6 @@ function fromFragment(fragment) {
   const complete = [eye, center, up].every((vector) => vector.length === 3) && fovy > 0 && fovy < 180;
   return { view: complete && axes(view).up.every(Number.isFinite) ? view : null, mode: fields.get('mode') };
 }
-// Text of a key-frame file.
 function keyframeText(keyframes) {
   const line = ({ frame, view }) => [frame, ...view.eye, ...view.center, ...view.up, view.fovy].join(' ');
   return ['# frame, eye, center, up, fovy', ...keyframes.map(line), ''].join('\n');

@@ -11,9 +11,7 @@ function download(name, blob) {
 }
 // Shows the text in a field, and copies it; where the clipboard is denied, by the field's selection.
 async function copy(text, what) {
-  const field = $('text');
-  field.value = text;
-  field.hidden = false;
+  const field = Object.assign($('text'), { value: text, hidden: false });
   try {
     await navigator.clipboard.writeText(text);
   } catch {
@@ -27,7 +25,6 @@ async function copyCommand(sequence) {
   const command = await ask(server.command(job(sequence)));
   if (command) copy(command, sequence ? 'Command of the sequence' : 'Command');
 }
-
 async function save() {
   $('save').disabled = true;
   say('Rendering the picture to save…');
@@ -57,11 +54,7 @@ function setKeyframes(changed) {
   $('sequence').hidden = !rows.length;
 }
 
-function addKeyframe() {
-  const frame = keyframes.length ? keyframes.at(-1).frame + KEYFRAME_STEP : 0;
-  setKeyframes([...keyframes, { frame, view: app.view }]);
-}
-
+const nextFrame = () => (keyframes.at(-1)?.frame ?? -KEYFRAME_STEP) + KEYFRAME_STEP;
 const link = () => location.href.split('#')[0] + toFragment(app.view, app.mode);
 // Keeps the address up to date; browsers allow a few changes a second.
 function keepLink() {

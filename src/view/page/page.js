@@ -9,7 +9,6 @@ const timers = {};
 // `pin` is the view and the place of the pinned pixel; `gesture` is what moved the view last.
 const app = { scene: null, view: null, mode: 'shaded', size: null, views: {}, ups: {}, axis: null };
 Object.assign(app, { pin: null, past: [], future: [], gesture: null });
-
 function later(name, ms, action) {
   clearTimeout(timers[name]);
   timers[name] = setTimeout(action, ms);
@@ -41,16 +40,13 @@ function jump(view, gesture = {}, cause = null) {
   Object.assign(app, { gesture, future: [] });
   show(view, cause);
 }
-
 const move = (view, gesture, cause) => jump(rounded(view), gesture, cause);
-
 function undo(from, to) {
   if (!from.length) return;
   to.push(app.view);
   app.gesture = null;
   show(from.pop());
 }
-
 function setMode(mode) {
   if (mode === app.mode) return;
   app.mode = mode;
@@ -69,7 +65,7 @@ const ACTIONS = {
   copy: () => copyCommand(false),
   save,
   link: () => copy(link(), 'Link'),
-  add: addKeyframe,
+  add: () => setKeyframes([...keyframes, { frame: nextFrame(), view: app.view }]),
   download: () => download('views.txt', new Blob([keyframeText(keyframes)], { type: 'text/plain' })),
   'copy-sequence': () => copyCommand(true),
   'copy-pixel': () => copy(JSON.stringify(phalanx.pinned, null, 2), 'Pixel'),
@@ -80,10 +76,8 @@ const ACTIONS = {
   },
 };
 for (const [id, action] of Object.entries(ACTIONS)) $(id).onclick = () => app.size && action();
-
-let slide = {}; // one gesture of the slider
-$('fov').oninput = () => move({ ...app.view, fovy: $('fov').valueAsNumber }, slide);
-$('fov').onchange = () => (slide = {});
+$('fov').oninput = () => move({ ...app.view, fovy: $('fov').valueAsNumber }, 'slider');
+$('fov').onchange = () => (app.gesture = null);
 $('degrees').onchange = ({ target }) => {
   if (target.value && target.validity.valid) move({ ...app.view, fovy: target.valueAsNumber });
 };
@@ -125,11 +119,9 @@ async function start() {
   $('stage-error').textContent = state.error ?? '';
   if (state.stage !== 'failed') setTimeout(start, 200);
 }
-
 window.onpagehide = () => server.leave();
 // For tests: also `frame`, information of the frame drawn last.
-const phalanx = { view: () => app.view, set: (view) => jump(view), mode: () => app.mode, frame: null };
+window.phalanx = { view: () => app.view, set: (view) => jump(view), mode: () => app.mode, frame: null };
 Object.assign(phalanx, { pinned: null, fps: null, latency: latency() });
 phalanx.idle = () => new Promise((resolve) => (picture.settled ? resolve() : waiting.push(resolve)));
-window.phalanx = phalanx;
 start();

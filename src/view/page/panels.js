@@ -4,10 +4,10 @@ const MODES = { shaded: 'Shaded', ao: 'Ambient occlusion', normals: 'Normals', d
 Object.assign(MODES, { albedo: 'Albedo', primitives: 'Primitives', materials: 'Materials', cost: 'Cost' });
 const MODE_NAMES = Object.keys(MODES);
 const LEGENDS = { depth: 'Depth: distance along the ray', cost: 'Cost: BVH nodes visited' };
-const KINDS = ['primary', 'shadow', 'reflection', 'refraction', 'occlusion'];
+const KINDS = ['primary', 'shadow', 'reflection', 'refraction'];
+const FACTS = 'object material primitive geometry material_id t u v position normal face_normal albedo'.split(' ');
 const READOUT_MS = 80;
 const FIGURES_MS = 120; // what changes faster cannot be read
-
 const decimal = (x, digits = 1) => (Number.isFinite(x) ? x.toFixed(digits) : '–');
 const short = (x) => String(Number(x.toPrecision(6)));
 const rate = (count, { ms }) => decimal(count / ms / 1000);
@@ -31,10 +31,8 @@ function element(tag, properties, ...children) {
   made.append(...children);
   return made;
 }
-
 const term = ([name, text, title = '']) =>
   element('div', { title }, element('dt', {}, name), element('dd', {}, text));
-
 function buildPanels() {
   const { scene } = app;
   $('name').textContent = document.title = scene.name;
@@ -46,7 +44,7 @@ function buildPanels() {
   const own = Object.keys(UP).find((name) => sameVector(UP[name], app.ups.file)) ?? 'other';
   $('axis').append(option('file', `file: ${own}`), ...Object.keys(UP).map((name) => option(name)));
   const radio = (value) => element('input', { type: 'radio', name: 'mode', value, id: `mode-${value}` });
-  const key = (k) => element('kbd', {}, String(k + 1));
+  const key = (k) => element('span', {}, String(k + 1));
   $('modes').append(...MODE_NAMES.map((mode, k) => element('label', {}, radio(mode), MODES[mode], key(k))));
   $('figures').append(...FIGURES.map(([name, meaning]) => term([name, '–', meaning])));
 }
@@ -70,22 +68,18 @@ function showFigures() {
     const fields = $('figures').querySelectorAll('dd');
     FIGURES.forEach(([, , value], k) => (fields[k].textContent = value(phalanx.frame)));
     Object.assign(phalanx, { fps: fps(), latency: latency() });
+    const { scale } = phalanx.frame;
+    $('legend').hidden = !LEGENDS[app.mode] || scale === null;
+    if ($('legend').hidden) return;
+    $('legend-title').textContent = LEGENDS[app.mode];
+    $('legend-middle').textContent = short(scale / 2);
+    $('legend-most').textContent = `≥ ${short(scale)}`;
   }, FIGURES_MS);
-}
-
-function showLegend() {
-  const { scale } = phalanx.frame;
-  const title = LEGENDS[app.mode];
-  if (($('legend').hidden = !title || scale === null)) return;
-  $('legend-title').textContent = title;
-  $('legend-middle').textContent = short(scale / 2);
-  $('legend-most').textContent = `≥ ${short(scale)}`;
 }
 
 const atPixel = ([x, y], bounds = false) => ({ view: app.view, size: app.size, x, y, bounds });
 // One question at a time, about the pixel pointed at last.
 const readout = { busy: false, at: null };
-
 async function hover(event) {
   readout.at = isResting() && event.pointerType !== 'touch' ? pixelAt(event) : null;
   if (!readout.at) return hideReadout();
@@ -99,11 +93,10 @@ async function hover(event) {
   const { hit } = answer;
   const names = hit && [hit.object, hit.material].filter((name) => name !== null).join(' · ');
   const where = hit && `\nprimitive ${hit.primitive}   t ${short(hit.t)}\n${valueText(hit.position)}`;
-  $('readout').textContent = hit ? (names || `geometry ${hit.geometry}`) + where : 'background';
+  $('readout').textContent = hit ? (names || 'unnamed') + where : 'background';
   $('readout').hidden = false;
   if (String(at) !== String(readout.at)) hover(event);
 }
-
 function hideReadout() {
   readout.at = null;
   $('readout').hidden = true;
@@ -122,10 +115,12 @@ async function pin(pixel) {
   app.pin = { view, share: pixel.map((x, k) => (x + 0.5) / app.size[k]) };
   const { hit, passed, ...rest } = answer;
   const field = ([name, value]) => term([name.replace('_', ' '), valueText(value)]);
-  const list = (fields) => element('dl', {}, ...Object.entries(fields).map(field));
-  const title = (k) => element('h3', {}, `Passed surface ${k + 1}`);
-  const surfaces = passed.flatMap((fields, k) => [title(k), list(fields)]);
-  $('pixel-facts').replaceChildren(list({ ...(hit ?? { hit: 'background' }), ...rest }), ...surfaces);
+  const place = ([name]) => FACTS.indexOf(name);
+  const sorted = (fields) => Object.entries(fields).sort((a, b) => place(a) - place(b));
+  const list = (fields) => element('dl', {}, ...sorted(fields).map(field));
+  const surface = (fields, k) => [element('h3', {}, `Passed surface ${k + 1}`), list(fields)];
+  const all = { ...(hit ?? { hit: 'background' }), ...rest };
+  $('pixel-facts').replaceChildren(list(all), ...passed.flatMap(surface));
   $('pixel').hidden = false;
   if ($('panel').hidden) ACTIONS.toggle();
   $('panel').scrollTop = 0;

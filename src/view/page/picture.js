@@ -4,21 +4,19 @@
 const $ = (id) => document.getElementById(id);
 const MAX_PIXELS = 4e6;
 const REST_MS = 120;
-const REFINED = ['shaded', 'ao'];
 const [stage, canvas] = [$('stage'), $('picture')];
 const context = canvas.getContext('2d', { alpha: false });
-// `version` counts changes of what is to be seen: `sent` is the one last asked for, `drawn` the one last drawn,
-// `changed` the time of the last. `cause` is the time of the input that the next request answers, `refining` the
-// AbortController of one at rest. `settled`: nothing better will come; `lost`: the program is gone.
+// `version` counts changes of what is to be seen: `sent` is the one last asked for, `drawn` the one last
+// drawn, `changed` the time of the last. `cause` is the time of the input that the next request answers,
+// `refining` the AbortController of one at rest. `settled`: it was the last one; `lost`: the program is gone.
 const picture = { version: 0, sent: 0, drawn: 0, changed: 0, cause: null, lost: false };
 Object.assign(picture, { refining: null, samples: 0, settled: false });
 const flights = new Set(); // AbortControllers of requests while moving
 const times = []; // when recent frames were drawn while moving
 const latencies = []; // ms from recent inputs to their frames
 const waiting = []; // resolved when settled
-
 const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-const target = () => (REFINED.includes(app.mode) ? app.scene.samples : 1);
+const target = () => (['shaded', 'ao'].includes(app.mode) ? app.scene.samples : 1);
 const subject = () => ({ view: app.view, size: app.size, mode: app.mode });
 const aspect = () => app.size[0] / app.size[1];
 const isResting = () => !flights.size && picture.version === picture.sent && !pointers.size;
@@ -28,6 +26,7 @@ function outdate(cause = null, afresh = false) {
   Object.assign(picture, { refining: null, samples: 0, settled: false, changed: performance.now() });
   picture.version++;
   picture.cause = cause ?? picture.cause;
+  hideReadout();
   if (afresh) flights.forEach((flight) => flight.abort() ?? flights.delete(flight));
   pump();
 }
@@ -44,10 +43,10 @@ function pump() {
 async function advance() {
   const flight = new AbortController();
   const { version, cause } = picture;
-  const { as, pixels } = server.plan();
+  const { jpeg, pixels } = server.plan();
   Object.assign(picture, { sent: version, cause: null });
   flights.add(flight);
-  const request = { ...subject(), moving: true, pixels, have: 0, samples: 1, as };
+  const request = { ...subject(), moving: true, pixels, have: 0, samples: 1, jpeg };
   const answer = await server.frame(request, flight.signal).catch(failed);
   if (answer && flights.has(flight) && version >= picture.drawn) draw(answer, version, cause);
   flights.delete(flight);
@@ -58,14 +57,14 @@ async function refine() {
   const refining = (picture.refining = new AbortController());
   const { version } = picture;
   for (let exact = false, misses = 0; picture.samples < target() || !exact; ) {
-    const as = picture.samples < target() ? server.plan().as : 'raw';
+    const jpeg = picture.samples < target() && server.plan().jpeg;
     const have = Math.min(picture.samples, target() - 1);
-    const request = { ...subject(), moving: false, pixels: MAX_PIXELS, have, samples: target(), as };
+    const request = { ...subject(), moving: false, pixels: MAX_PIXELS, have, samples: target(), jpeg };
     const answer = await server.frame(request, refining.signal).catch(failed);
     if (picture.refining !== refining) return;
     if (!answer && ++misses > 5) break;
     if (!answer) await pause(200);
-    else [picture.samples, exact] = [draw(answer, version, null).samples, as === 'raw'];
+    else [picture.samples, exact] = [draw(answer, version, null).samples, !jpeg];
   }
   Object.assign(picture, { refining: null, settled: true });
   announce(`${MODES[app.mode]}, ${picture.samples} of ${target()} samples`);
@@ -77,16 +76,15 @@ function failed({ name, status, message }) {
   picture.refining = null;
   if (status === 429 || status === 503) setTimeout(pump, 1000);
   else if (status !== undefined) picture.settled = true;
-  if (status !== undefined) return warn(message);
-  if (!picture.lost) setTimeout(retry, 2000);
+  const gone = 'The program does not answer: it has ended, or the connection is cut. Trying again…';
+  warn(status === undefined ? gone : message);
+  if (status !== undefined || picture.lost) return;
   picture.lost = true;
-  warn('The program does not answer: it has ended, or the connection is cut. Trying again…');
+  setTimeout(retry, 2000);
 }
-
 async function retry() {
   if (document.hidden || !(await server.state().catch(() => null))) return setTimeout(retry, 2000);
   Object.assign(picture, { lost: false, sent: -1, settled: false });
-  warn('');
   pump();
 }
 
@@ -95,6 +93,7 @@ function draw({ info, image }, version, cause) {
   if (canvas.height !== info.height) canvas.height = info.height;
   if (image instanceof ImageData) context.putImageData(image, 0, 0);
   else context.drawImage(image, 0, 0);
+  image.close?.();
   const now = performance.now();
   if (info.moving) times.splice(0, Infinity, ...times.filter((time) => now - time < 1000), now);
   if (cause !== null) latencies.push(now - cause);
@@ -103,12 +102,10 @@ function draw({ info, image }, version, cause) {
   phalanx.frame = info;
   warn('');
   showFigures();
-  showLegend();
   return info;
 }
 
 const fps = () => (times.length > 1 ? ((times.length - 1) * 1000) / (times.at(-1) - times[0]) : null);
-
 function latency() {
   const sorted = [...latencies].sort((a, b) => a - b);
   const [median, p99] = [0.5, 0.99].map((share) => sorted[Math.ceil(share * sorted.length) - 1] ?? null);
@@ -130,7 +127,6 @@ function resize() {
   }
   showMarker();
 }
-
 new ResizeObserver(resize).observe(stage);
 window.addEventListener('resize', resize);
 document.onvisibilitychange = () => (document.hidden && !picture.settled ? outdate(null, true) : pump());

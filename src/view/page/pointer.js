@@ -3,14 +3,13 @@
 const FLY = { KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0] };
 Object.assign(FLY, { KeyQ: [0, -1, 0], ArrowUp: FLY.KeyW, ArrowDown: FLY.KeyS });
 Object.assign(FLY, { ArrowLeft: FLY.KeyA, ArrowRight: FLY.KeyD });
+const KEYS = { f: 'all', h: 'toggle', '?': 'keys' };
 const CLICK_PIXELS = 4;
 const DOUBLE_CLICK_MS = 250;
 const pointers = new Map();
 const fly = { on: false, held: new Set(), fast: false, last: 0, gesture: null };
 let drag = { moved: 0, pan: false };
 let wheel = { last: 0 };
-let stroke = {}; // of arrow keys, until one is released
-
 // Middle of the pointers, and the distance between two.
 function spread() {
   const [a, b = a] = pointers.values();
@@ -29,7 +28,6 @@ function turn(dx, dy, gesture, cause) {
   const view = straightened(app.view, app.axis);
   move(fly.on ? looked(view, -x / 2, -y / 2) : orbited(view, -x, y), gesture, cause);
 }
-
 function dolly(factor, gesture, cause) {
   move(dollied(app.view, factor, diagonal(app.scene.bounds)), gesture, cause);
 }
@@ -40,7 +38,6 @@ stage.onpointerdown = (event) => {
   pointers.set(event.pointerId, [event.clientX, event.clientY]);
   drag = { moved: pointers.size > 1 ? CLICK_PIXELS : 0, pan: event.shiftKey || event.button > 0 };
 };
-
 stage.onpointermove = (event) => {
   if (!pointers.has(event.pointerId)) return hover(event);
   const before = spread();
@@ -68,11 +65,9 @@ stage.ondblclick = async (event) => {
   if (!answer?.hit) return;
   move(framedPoint(app.view, answer.hit.position, answer.bounds, app.scene.bounds, aspect()));
 };
-
 stage.onpointerleave = hideReadout;
 stage.oncontextmenu = (event) => event.preventDefault();
 stage.onmousedown = (event) => event.button !== 1; // the middle button does not scroll
-
 const onWheel = (event) => {
   event.preventDefault();
   if (!app.size) return;
@@ -88,14 +83,12 @@ function setFlying(on) {
   fly.held.clear();
   showControls();
 }
-
 function hold(code) {
   if (!fly.on) setFlying(true);
   if (!fly.held.size) requestAnimationFrame(flyOn);
   if (!fly.held.size) Object.assign(fly, { last: performance.now(), gesture: {} });
   fly.held.add(code);
 }
-
 function flyOn(now) {
   if (!fly.held.size) return;
   const step = 0.0006 * clamp(now - fly.last, 0, 100) * (fly.fast ? 4 : 1);
@@ -104,40 +97,33 @@ function flyOn(now) {
   move(flown(app.view, scaled(direction, step), diagonal(app.scene.bounds)), fly.gesture);
   requestAnimationFrame(flyOn);
 }
-// Arrow keys turn or pan the picture unless they fly.
-function arrow([x, , z], pan, cause) {
-  if (pan) move(panned(app.view, -x * 0.05, z * 0.05), stroke, cause);
-  else turn(x * 24, -z * 24, stroke, cause);
-}
-
-const KEYS = { f: 'all', h: 'toggle', '?': 'keys' };
 
 document.onkeydown = (event) => {
-  const { code, target, shiftKey } = event;
+  const { code, target, shiftKey, timeStamp } = event;
   const key = event.key.toLowerCase();
   const mode = MODE_NAMES[Number(key) - 1];
   const writes = target.matches('select, textarea, [type=number]') && key !== 'escape';
   const arrows = code.startsWith('Arrow');
+  const [x, , z] = FLY[code] ?? [];
   fly.fast = shiftKey;
   if (!app.size || $('help').open || writes || (arrows && target.matches('input')) || event.altKey) return;
   if (event.ctrlKey || event.metaKey) {
     if (key !== 'z') return;
     ACTIONS[shiftKey ? 'redo' : 'undo']();
   } else if (FLY[code] && (fly.on || !arrows)) hold(code);
-  else if (arrows) arrow(FLY[code], shiftKey, event.timeStamp);
+  else if (arrows && shiftKey) move(panned(app.view, -x * 0.05, z * 0.05), 'keys', timeStamp);
+  else if (arrows) turn(x * 24, -z * 24, 'keys', timeStamp);
   else if (key === 'enter' && target === stage) pin(app.size.map((x) => Math.floor(x / 2)));
   else if (mode) setMode(mode);
   else if (key === 'escape') phalanx.pinned ? ACTIONS.unpin() : setFlying(false);
-  else if (key === '+' || key === '-') dolly(key === '+' ? 0.9 : 1 / 0.9, stroke);
+  else if (key === '+' || key === '-') dolly(key === '+' ? 0.9 : 1 / 0.9, 'keys');
   else if (KEYS[key]) ACTIONS[KEYS[key]]();
   else return;
   event.preventDefault();
 };
-
 document.onkeyup = (event) => {
   fly.fast = event.shiftKey;
   fly.held.delete(event.code);
-  stroke = {};
+  if (app.gesture === 'keys') app.gesture = null;
 };
-
 window.onblur = () => fly.held.clear();

@@ -3,8 +3,7 @@
 const server = (() => {
   const TRANSFER_MS = 40; // of a frame while moving, at most
   const DECODE_MS = 1e-5; // of a pixel of a JPEG
-  const random = crypto.getRandomValues(new Uint8Array(8));
-  const page = Array.from(random, (x) => x.toString(16).padStart(2, '0')).join('');
+  const page = crypto.getRandomValues(new BigUint64Array(1))[0].toString(16).padStart(16, '0');
   let open = 0; // frames in flight
   let roundTrips = [0]; // recent ones, in ms, without the work
   let work = 20; // ms of a frame while moving
@@ -13,16 +12,13 @@ const server = (() => {
 
   const smoothed = (old, now) => old + 0.3 * (now - old);
   const json = (body) => JSON.stringify({ page, ...body });
-
   async function post(path, body, signal) {
     const headers = { 'Content-Type': 'application/json' };
     const response = await fetch(path, { method: 'POST', headers, body: json(body), signal });
     if (response.ok) return response;
-    const { status } = response;
     const { error } = await response.json().catch(() => ({}));
-    throw Object.assign(new Error(error ?? `The program answered ${status}.`), { status });
+    throw Object.assign(new Error(error ?? 'The request failed.'), { status: response.status });
   }
-
   async function frame(request, signal, alone) {
     const begin = performance.now();
     const response = await post('frame', request, signal);
@@ -47,10 +43,9 @@ const server = (() => {
     // How to ask for frames while moving: how many at once, in which format, and of how many pixels at most.
     plan() {
       const raw = 4 / throughput <= jpeg.bytes / throughput + jpeg.ms + DECODE_MS;
-      const pixels = (throughput * TRANSFER_MS) / (raw ? 4 : jpeg.bytes);
+      const pixels = Math.round((throughput * TRANSFER_MS) / (raw ? 4 : jpeg.bytes));
       const flights = Math.round(1 + Math.min(...roundTrips) / Math.max(work, 1));
-      const as = raw ? 'raw' : 'jpeg';
-      return { flights: clamp(flights, 1, 4), as, pixels: Math.round(clamp(pixels, 3e4, 4e6)) };
+      return { flights: clamp(flights, 1, 4), jpeg: !raw, pixels: clamp(pixels, 3e4, 4e6) };
     },
     // {info, image} of the next picture, or null if there is none.
     frame: (request, signal) => frame(request, signal, open++ === 0).finally(() => open--),

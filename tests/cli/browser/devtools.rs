@@ -108,9 +108,10 @@ impl Browser {
         self.events.drain(..).collect()
     }
 
-    /// The value of an expression in the page.
+    /// The value of an expression in the page, or what it promises.
     pub fn evaluate(&mut self, expression: &str) -> Value {
-        let parameters = json!({ "expression": expression, "returnByValue": true });
+        let parameters =
+            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let mut answer = self.call("Runtime.evaluate", parameters);
         assert!(
             answer["exceptionDetails"].is_null(),

@@ -3,6 +3,7 @@
 //! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there for inspection.
 
 mod devtools;
+mod view;
 
 use crate::report::fixture;
 use base64::Engine;

@@ -86,6 +86,20 @@ fn the_command_in_a_picture_makes_it_again() {
     again(&room, &command, "two.exr");
     assert!(bytes("two.exr") == bytes("f2.exr"), "{command}");
     assert!(bytes("f1.exr") != bytes("f2.exr"));
+    // A bare mesh has four samples where nobody says otherwise.
+    room.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 .2\nf 1 2 3\n");
+    for (options, spp) in [
+        ("--spp 1", "--spp 1"),
+        ("", "--spp 4"),
+        ("--spp 1 --light 1,2,3", ""),
+    ] {
+        room.ok(&format!("render m.obj -o m.png --size 40x30 {options}"));
+        let command = text(&bytes("m.png"), "Comment");
+        assert_eq!(command.contains("--spp"), !spp.is_empty(), "{command}");
+        assert!(command.contains(spp), "{command}");
+        again(&room, &command, "mesh.png");
+        assert!(bytes("m.png") == bytes("mesh.png"), "{command}");
+    }
 }
 
 /// A text of an OpenEXR file's header.

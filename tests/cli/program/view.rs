@@ -129,7 +129,7 @@ fn frame(mode: &str, have: u32, samples: u32) -> Value {
     asked["have"] = json!(have);
     asked["moving"] = json!(false);
     asked["pixels"] = json!(1_000_000);
-    asked["as"] = json!("raw");
+    asked["jpeg"] = json!(false);
     asked
 }
 
@@ -216,7 +216,7 @@ fn a_picture_at_rest_gets_better_and_a_moving_one_comes_at_once() {
     let mut moving = frame("shaded", 0, 64);
     moving["moving"] = json!(true);
     moving["pixels"] = json!(240);
-    moving["as"] = json!("jpeg");
+    moving["jpeg"] = json!(true);
     let told = served.post("frame", moving);
     let info: Value = serde_json::from_str(told.header("Frame")).unwrap();
     assert_eq!(
