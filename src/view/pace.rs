@@ -53,7 +53,8 @@ struct BounceCut {
 }
 
 impl Pace {
-    /// Settings of the next frame instead of those of the picture at rest; it may have `most` pixels.
+    /// Settings of the next frame, instead of those of the picture at rest. It may have `most`
+    /// pixels.
     pub(super) fn next(&mut self, whole: &Settings, most: u64) -> Settings {
         if let Some(pixel) = self.pixel() {
             let affordable = AIM / pixel;

@@ -10,6 +10,7 @@ use phalanx::frame::{
 use phalanx::scene::Scene;
 use phalanx::standard;
 use std::sync::atomic::Ordering::Relaxed;
+use std::time::Duration;
 
 /// Refines a picture of 67 by 45 pixels in slices of random size, some of which are interrupted,
 /// and compares it with that of both engines for each number of samples.
@@ -30,9 +31,18 @@ fn check(scene: &Scene, settings: Settings, rng: &mut Rng) {
     let control = Control::default();
     for spp in 1..=5 {
         while refined.samples() < spp {
-            control.stop.store(rng.once_in(3), Relaxed);
-            let most = 1 + rng.below(9);
-            match refined.refine(scene, bvh, &control, most) {
+            control.stop.store(false, Relaxed);
+            let (most, pause) = (1 + rng.below(9), rng.below(400) as u64);
+            let traced = std::thread::scope(|scope| {
+                if rng.once_in(2) {
+                    scope.spawn(|| {
+                        std::thread::sleep(Duration::from_micros(pause));
+                        control.stop.store(true, Relaxed);
+                    });
+                }
+                refined.refine(scene, bvh, &control, most)
+            });
+            match traced {
                 Ok(traced) => assert!(traced.tile_seconds.len() <= most),
                 Err(error) => assert!(matches!(error, FrameError::Interrupted(_)), "{error}"),
             }
@@ -57,7 +67,7 @@ fn check(scene: &Scene, settings: Settings, rng: &mut Rng) {
 #[test]
 fn a_refined_picture_is_the_picture_of_as_many_samples() {
     let mut rng = Rng::new(53);
-    let glossy = standard::scene(standard::parse_spec("standard:room:2k").unwrap()).unwrap();
+    let glossy = standard::scene(standard::parse_spec("standard:room:4k").unwrap()).unwrap();
     for (_, filter) in Filter::ALL {
         check(&glossy, Settings::of(&glossy), &mut rng);
         let scene = scenes::random(&mut rng, 60, 1.0);

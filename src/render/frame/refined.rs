@@ -93,17 +93,13 @@ impl RefinedFrame {
         };
         let (window, side) = (self.settings.window(), self.settings.tile_side());
         let end = self.done.saturating_add(most).min(self.tiles.len());
-        // An interruption may have left some of them with the sample.
-        let lacks = |tile: &Tile| self.sums.of(*tile).samples < next;
-        let part = self.tiles[self.done..end].iter().copied();
-        let part: Vec<Tile> = part.filter(lacks).collect();
         let shared = SharedFilm::of(&mut self.film, window, side);
         let traced = render_samples(
             scene,
             bvh,
             &self.settings,
             control,
-            &part,
+            &self.tiles[self.done..end],
             &shared,
             &self.sums,
         )?;

@@ -115,7 +115,7 @@ async function pin(pixel) {
   app.pin = { view, share: pixel.map((x, k) => (x + 0.5) / app.size[k]) };
   const { hit, passed, ...rest } = answer;
   const field = ([name, value]) => term([name.replace('_', ' '), valueText(value)]);
-  const place = ([name]) => FACTS.indexOf(name);
+  const place = ([name]) => (FACTS.includes(name) ? FACTS.indexOf(name) : FACTS.length);
   const sorted = (fields) => Object.entries(fields).sort((a, b) => place(a) - place(b));
   const list = (fields) => element('dl', {}, ...sorted(fields).map(field));
   const surface = (fields, k) => [element('h3', {}, `Passed surface ${k + 1}`), list(fields)];
