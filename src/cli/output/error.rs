@@ -106,6 +106,7 @@ impl CliError {
     }
 
     /// The error in a line, for places without a terminal; empty if it has been reported.
+    #[cfg(feature = "view")]
     pub fn reason(&self) -> String {
         match self {
             CliError::Load(error) => error.to_string(),
