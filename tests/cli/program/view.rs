@@ -269,6 +269,37 @@ fn a_pixel_has_the_numbers_of_the_library() {
 }
 
 #[test]
+fn surfaces_that_a_picture_passes_are_listed() {
+    let room = TestFolder::new();
+    let data = "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    // The back of a single-sided triangle before the front of another.
+    let file = json!({
+        "asset": {"version": "2.0"},
+        "nodes": [
+            {"mesh": 0, "name": "seen"},
+            {"mesh": 0, "name": "passed", "rotation": [0, 1, 0, 0], "translation": [1, 0, 1]}
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [{"name": "red"}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": data}]
+    });
+    room.write("s.gltf", &file.to_string());
+    room.ok("build s.gltf -o s.phx");
+    for scene in ["s.gltf", "s.phx"] {
+        let served = ViewProcess::start(&room, &format!("view {scene}"));
+        let ahead = json!({ "eye": [0.4, 0.2, 5], "center": [0.4, 0.2, 0], "up": [0, 1, 0], "fovy": 40, "ortho": null });
+        let asked = json!({ "view": ahead, "size": [9, 9], "x": 4, "y": 4, "bounds": true });
+        let pixel = served.post("pixel", asked).json();
+        assert_eq!(pixel["hit"]["object"], "seen", "{pixel}");
+        assert_eq!(pixel["passed"].as_array().map(Vec::len), Some(1), "{pixel}");
+        assert_eq!(pixel["passed"][0]["object"], "passed");
+        assert_eq!(pixel["bounds"], json!([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]]));
+    }
+}
+
+#[test]
 fn nothing_is_given_to_those_without_the_token_or_from_elsewhere() {
     let room = TestFolder::new();
     let served = ViewProcess::start(&room, "view a.test");
