@@ -12,11 +12,13 @@ const MAX_BODY: usize = 16 << 10;
 /// Most headers of a request.
 const MAX_HEADERS: usize = 64;
 
-/// Time that a connection may be idle, and that a request may take to arrive.
+/// Time that a connection may be idle before and after its first request, and that a request may
+/// take to arrive.
+const UNKNOWN: Duration = Duration::from_secs(5);
 const IDLE: Duration = Duration::from_secs(60);
 const ARRIVAL: Duration = Duration::from_secs(10);
 
-/// Time that an answer may take to leave, and the slowest reader that gets more time for more.
+/// Time that an answer may take to leave, and a second more for as many bytes.
 const DEPARTURE: Duration = Duration::from_secs(10);
 const MIN_BYTES_PER_S: u64 = 64 << 10;
 
@@ -74,6 +76,7 @@ impl From<io::Error> for BadRequest {
 pub(super) struct Connection {
     stream: TcpStream,
     ahead: Vec<u8>,
+    idle: Duration,
 }
 
 impl Connection {
@@ -81,14 +84,18 @@ impl Connection {
         // On some systems it is that of the listening socket.
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        let ahead = Vec::new();
-        Ok(Connection { stream, ahead })
+        let (ahead, idle) = (Vec::new(), UNKNOWN);
+        Ok(Connection {
+            stream,
+            ahead,
+            idle,
+        })
     }
 
     /// The next request; `None` if the other side closes, or stays idle.
     pub(super) fn receive(&mut self) -> Result<Option<Request>, BadRequest> {
         if self.ahead.is_empty() {
-            match self.read_more(Instant::now() + IDLE) {
+            match self.read_more(Instant::now() + self.idle) {
                 Ok(0) | Err(_) => return Ok(None),
                 Ok(_) => {}
             }
@@ -115,6 +122,7 @@ impl Connection {
         }
         request.body = self.ahead[head..head + body].to_vec();
         self.ahead.drain(..head + body);
+        self.idle = IDLE;
         Ok(Some(request))
     }
 
@@ -129,16 +137,18 @@ impl Connection {
 
     /// Sends an answer, and says whether the connection stays open.
     pub(super) fn send(&mut self, response: &Response, keep_alive: bool) -> io::Result<()> {
-        let mut bytes = head(response, keep_alive);
-        bytes.extend(&response.body);
-        let more = bytes.len() as u64 * 1000 / MIN_BYTES_PER_S;
+        let more = response.body.len() as u64 * 1000 / MIN_BYTES_PER_S;
         let deadline = Instant::now() + DEPARTURE + Duration::from_millis(more);
-        let mut rest = &bytes[..];
-        while !rest.is_empty() {
+        self.write(&head(response, keep_alive), deadline)?;
+        self.write(&response.body, deadline)
+    }
+
+    fn write(&mut self, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {
+        while !bytes.is_empty() {
             self.stream.set_write_timeout(Some(time_to(deadline)?))?;
-            match self.stream.write(rest)? {
+            match self.stream.write(bytes)? {
                 0 => return Err(ErrorKind::WriteZero.into()),
-                count => rest = &rest[count..],
+                count => bytes = &bytes[count..],
             }
         }
         Ok(())
@@ -209,7 +219,7 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadReques
         match header.name.to_ascii_lowercase().as_str() {
             "host" if request.host.is_empty() => request.host = value.to_owned(),
             "origin" if request.origin.is_none() => request.origin = Some(value.to_owned()),
-            "content-length" if length.is_none() => {
+            "content-length" if length.is_none() && !value.starts_with('+') => {
                 length = Some(value.parse().map_err(|_| BadRequest(Some(400)))?);
             }
             // Twice, or a body whose end lies elsewhere: two readers might read two requests.

@@ -2,6 +2,7 @@
 
 use super::connection::Request;
 use std::io;
+use std::net::IpAddr;
 
 /// The secret that a request must know.
 pub(super) struct Guard {
@@ -30,14 +31,15 @@ impl Guard {
 
     /// The name of what a request asks for, if it knows the token and comes from the page itself.
     ///
-    /// A name that resolves to this machine by another's doing (DNS rebinding) gives itself away by
-    /// the host, and another page by its origin. The port may be another, if it is forwarded.
+    /// The host catches DNS rebinding, the origin other pages. The port is not compared, since it
+    /// may be forwarded.
     pub(super) fn admitted<'r>(&self, request: &'r Request) -> Option<&'r str> {
         let is_port = |text: &str| text.bytes().all(|digit| digit.is_ascii_digit());
         let port = request.host.rsplit_once(':');
         let port = port.filter(|(_, port)| is_port(port));
         let host = port.map_or(&request.host[..], |(name, _)| name);
-        let is_here = ["localhost", "127.0.0.1", "[::1]"].contains(&host);
+        let address = host.trim_matches(['[', ']']).parse();
+        let is_here = host == "localhost" || address.is_ok_and(|ip: IpAddr| ip.is_loopback());
         let own = format!("http://{}", request.host);
         let is_own = request.origin.as_ref().is_none_or(|origin| *origin == own);
         let (token, name) = request.path.strip_prefix('/')?.split_once('/')?;

@@ -1,6 +1,7 @@
 //! Commands that make what is seen, and the files that they write.
 
 use super::protocol::{KeepRequest, ViewMode};
+use super::queue::PageAnswer;
 use super::viewed_scene::ViewedScene;
 use phalanx::film::Film;
 use phalanx::frame::{
@@ -36,14 +37,13 @@ impl ViewedScene {
         }
     }
 
-    /// The name and the bytes of the file that the command writes; of the heat map, if that is what
-    /// is seen. `film` is the picture, if it is there already.
+    /// The file that the command writes; the heat map, if that is what is seen. `film` is the picture, if it is there already.
     pub(super) fn file(
         &self,
         request: &KeepRequest,
         film: Option<&Film>,
         control: &Control,
-    ) -> Result<(String, Vec<u8>), FrameError> {
+    ) -> Result<PageAnswer, FrameError> {
         let ((spec, format), stem) = (self.kept(request), self.stem());
         let settings = Settings {
             threads: self.settings(request.shot.mode, request.shot.size).threads,
@@ -54,7 +54,8 @@ impl ViewedScene {
             let cost = RayCost::Nodes;
             let costs = render_heatmap(scene, bvh, &settings, cost, control)?;
             let picture = false_color(&costs, settings.width, cost.title());
-            return Ok((format!("{stem}-nodes.png"), png_bytes(&picture)));
+            let contents = Box::new(move || png_bytes(&picture));
+            return Ok(PageAnswer::File(format!("{stem}-nodes.png"), contents));
         }
         let film = match film {
             Some(film) => film.clone(),
@@ -63,12 +64,16 @@ impl ViewedScene {
         let spec = spec.resolve(scene);
         let mut file = spec.file(format, scene.origin);
         set_header(&mut file, spec.header(scene, false));
-        let mut bytes = Vec::new();
-        // Writing to memory does not fail; if it did, there would be no picture.
-        if write_bands(&mut bytes, &file, [Ok(film)]).is_err() {
-            bytes.clear();
-        }
-        Ok((format!("{stem}.{}", format.ending()), bytes))
+        let contents = move || {
+            let mut bytes = Vec::new();
+            // Writing to memory does not fail; if it did, there would be no picture.
+            match write_bands(&mut bytes, &file, [Ok(film)]) {
+                Ok(()) => bytes,
+                Err(_) => Vec::new(),
+            }
+        };
+        let name = format!("{stem}.{}", format.ending());
+        Ok(PageAnswer::File(name, Box::new(contents)))
     }
 
     /// The description of a picture to keep, and its format: what is seen as colours is kept as

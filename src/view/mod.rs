@@ -45,5 +45,6 @@ mod still_frame;
 mod tracer;
 mod viewed_scene;
 
+pub use protocol::MAX_PIXELS;
 pub use server::{Server, ServerError};
 pub use viewed_scene::ViewedScene;

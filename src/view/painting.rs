@@ -57,6 +57,7 @@ impl ViewedScene {
                 let costs =
                     render_heatmap(&self.scene, &self.bvh, settings, RayCost::Nodes, control)?;
                 let (rgb, scale) = false_colors(&costs);
+                info.rays["primary"] = json!(settings.pixels());
                 (rgb, Some(scale))
             }
             layer => {

@@ -40,9 +40,12 @@ impl ViewedScene {
         let frame = render_with(&self.scene, tree, &settings, &Control::default())?;
         let [origin, direction] = settings.first_ray(&self.scene, x, y)?;
         let ray = Ray::new(origin, direction);
-        let prim = frame.film.hits.as_ref().map(|hits| hits.prim_id[0]);
+        let seen = frame.film.hits.as_ref();
+        let seen = seen.map(|hits| (hits.prim_id[0], hits.t[0]));
         let along = self.bvh.all_hits_filtered(&ray, &RayFilter::default());
-        let at = along.iter().position(|hit| Some(hit.prim_id) == prim);
+        let at = along
+            .iter()
+            .position(|hit| Some((hit.prim_id, hit.t)) == seen);
         let passed = &along[..at.unwrap_or(along.len())];
         let passed: Vec<Value> = passed
             .iter()

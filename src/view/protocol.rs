@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// Most pixels of a picture: about those of a screen of 2560 by 1600.
-const MAX_PIXELS: u64 = 1 << 22;
+pub const MAX_PIXELS: u64 = 1 << 22;
+
+/// Longest side of a picture.
+const MAX_SIDE: u32 = 1 << 14;
 
 /// A view, as the page knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -142,11 +145,14 @@ pub(super) struct KeepRequest {
 }
 
 impl Shot {
+    pub(super) fn pixels(&self) -> u64 {
+        u64::from(self.size.0) * u64::from(self.size.1)
+    }
+
     /// Refuses a picture that cannot be rendered with this many samples.
     pub(super) fn check(&self, samples: u32) -> Result<(), String> {
-        let (width, height) = self.size;
-        let pixels = u64::from(width) * u64::from(height);
-        if pixels == 0 || pixels > MAX_PIXELS {
+        let ((width, height), pixels) = (self.size, self.pixels());
+        if pixels == 0 || pixels > MAX_PIXELS || width.max(height) > MAX_SIDE {
             return Err(format!(
                 "a picture has 1 to {MAX_PIXELS} pixels, not {pixels}"
             ));

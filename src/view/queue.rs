@@ -1,5 +1,5 @@
-//! The queue of all that pages wait for. One tracer serves them in turn: next comes the page that
-//! has had the least of its time.
+//! Pending requests of all pages. The page that has had the least of the tracer's time is served
+//! next.
 
 use super::painting::ShownPicture;
 use super::protocol::{FrameRequest, KeepRequest, PixelRequest, Shot};
@@ -19,8 +19,11 @@ const MAX_WAITING: usize = 16;
 const MAX_MOVING: usize = 4;
 
 /// Time without a request after which a page is taken to be gone; if another wants its place, less.
-const GONE: Duration = Duration::from_secs(60);
+const GONE: Duration = Duration::from_secs(600);
 const GONE_FOR_ANOTHER: Duration = Duration::from_secs(5);
+
+/// Time after its last request for which a page is taken to be about to ask again.
+const ACTIVE: Duration = Duration::from_secs(1);
 
 /// A request that takes the tracer's time.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +50,7 @@ impl Task {
         shot.check(samples)?;
         match self {
             Task::Pixel(PixelRequest { x, y, .. }) if x >= shot.size.0 || y >= shot.size.1 => {
-                Err(format!("there is no pixel {x}, {y}"))
+                Err(format!("pixel {x},{y} is outside the picture"))
             }
             task => Ok(task),
         }
@@ -55,14 +58,11 @@ impl Task {
 }
 
 /// An answer to it.
-#[derive(Debug)]
 pub(super) enum PageAnswer {
     Frame(ShownPicture),
     Json(Value),
-    File {
-        name: String,
-        bytes: Vec<u8>,
-    },
+    /// Name and contents, which are put together for the reader alone.
+    File(String, Box<dyn FnOnce() -> Vec<u8> + Send>),
     /// The page has asked for something else since, or has the best frame already.
     Nothing,
     Refused(String),
@@ -75,7 +75,7 @@ pub(super) struct Turn {
     pub(super) task: Task,
     /// Stops the work if nobody waits for it any more.
     pub(super) control: Arc<Control>,
-    /// True if no other page waits.
+    /// True if no other page has asked for anything lately.
     pub(super) is_alone: bool,
 }
 
@@ -91,6 +91,8 @@ struct State {
     pages: HashMap<String, PageQueue>,
     running: Option<(u64, Arc<Control>)>,
     last: u64,
+    /// Time that the page which was served last had spent.
+    clock: f64,
 }
 
 #[derive(Default)]
@@ -125,23 +127,26 @@ impl Queue {
         if !state.greet(page) {
             return None;
         }
-        let least = state.waiting().map(|(_, page)| page.spent).reduce(f64::min);
-        let mut queue = std::mem::take(state.pages.get_mut(page)?);
-        if let Task::Frame(request) = task {
-            state.supersede(&mut queue, request.moving);
-        }
+        let (id, clock) = (state.last + 1, state.clock);
+        let queue = state.pages.get_mut(page)?;
         if queue.waiting.is_empty() {
             // Time in which a page asked for nothing is not saved up.
-            queue.spent = queue.spent.max(least.unwrap_or(0.0));
+            queue.spent = queue.spent.max(clock);
         }
+        let useless = match task {
+            Task::Frame(request) => queue.supersede(request.moving),
+            _ => VecDeque::new(),
+        };
         let (answer, receiver) = channel();
-        let id = state.last + 1;
         let has_room = queue.waiting.len() < MAX_WAITING;
         if has_room {
             queue.waiting.push_back(WaitingTask { id, task, answer });
         }
         state.last = id;
-        state.pages.insert(page.to_owned(), queue);
+        for cancelled in useless {
+            let _ = cancelled.answer.send(PageAnswer::Nothing);
+            state.stop(cancelled.id);
+        }
         drop(state);
         self.changed.notify_all();
         has_room.then_some((id, receiver))
@@ -210,15 +215,50 @@ impl PageQueue {
         self.seen.is_none_or(|seen| seen.elapsed() > after)
     }
 
+    fn is_active(&self) -> bool {
+        !self.waiting.is_empty() || !self.is_gone(ACTIVE)
+    }
+
     fn place(&self, id: u64) -> Option<usize> {
         self.waiting.iter().position(|waiting| waiting.id == id)
     }
 
-    /// The task to serve first: what takes no time, or else the oldest.
+    /// The task to serve first: the oldest of the urgent ones, or else of all.
     fn first(&self) -> Option<&WaitingTask> {
-        let quick =
-            |waiting: &&WaitingTask| matches!(waiting.task, Task::Pixel(_) | Task::Command(_));
-        self.waiting.iter().find(quick).or(self.waiting.front())
+        let urgent = self.waiting.iter().find(|waiting| waiting.is_urgent());
+        urgent.or(self.waiting.front())
+    }
+
+    /// Takes out the frames that a new one makes useless.
+    fn supersede(&mut self, moving: bool) -> VecDeque<WaitingTask> {
+        let moved = self.waiting.iter().filter(|waiting| waiting.is_moving());
+        let mut spare = match moving {
+            true => moved.count().saturating_sub(MAX_MOVING - 1),
+            false => usize::MAX,
+        };
+        let useless = |waiting: &WaitingTask| match waiting.task {
+            Task::Frame(request) if request.moving => {
+                let is_spare = spare > 0;
+                spare = spare.saturating_sub(1);
+                is_spare
+            }
+            Task::Frame(_) => true,
+            _ => false,
+        };
+        let (useless, kept) = self.waiting.drain(..).partition(useless);
+        self.waiting = kept;
+        useless
+    }
+}
+
+impl WaitingTask {
+    fn is_moving(&self) -> bool {
+        matches!(self.task, Task::Frame(request) if request.moving)
+    }
+
+    /// Returns true for what takes little time, or must not wait for what takes more.
+    fn is_urgent(&self) -> bool {
+        self.is_moving() || matches!(self.task, Task::Pixel(_) | Task::Command(_))
     }
 }
 
@@ -237,34 +277,6 @@ impl State {
         true
     }
 
-    /// Cancels the frames of a page that a new one makes useless.
-    fn supersede(&mut self, page: &mut PageQueue, moving: bool) {
-        let is_moving =
-            |waiting: &&WaitingTask| matches!(waiting.task, Task::Frame(request) if request.moving);
-        let mut spare = match moving {
-            true => page
-                .waiting
-                .iter()
-                .filter(is_moving)
-                .count()
-                .saturating_sub(MAX_MOVING - 1),
-            false => usize::MAX,
-        };
-        let useless = |waiting: &WaitingTask| match waiting.task {
-            Task::Frame(request) if request.moving => {
-                spare.checked_sub(1).map(|less| spare = less).is_some()
-            }
-            Task::Frame(_) => true,
-            _ => false,
-        };
-        let (cancelled, kept): (VecDeque<_>, _) = page.waiting.drain(..).partition(useless);
-        page.waiting = kept;
-        for waiting in cancelled {
-            let _ = waiting.answer.send(PageAnswer::Nothing);
-            self.stop(waiting.id);
-        }
-    }
-
     /// Stops the work on a task, if it is the one that is worked on.
     fn stop(&self, id: u64) {
         if let Some((_, control)) = self.running.as_ref().filter(|(running, _)| *running == id) {
@@ -272,25 +284,19 @@ impl State {
         }
     }
 
-    /// The pages that wait, with their names.
-    fn waiting(&self) -> impl Iterator<Item = (&String, &PageQueue)> {
-        let pages = self.pages.iter();
-        pages.filter(|(_, page)| !page.waiting.is_empty())
-    }
-
     fn turn(&mut self) -> Option<Turn> {
-        let by_time = self
-            .waiting()
-            .min_by(|(_, a), (_, b)| a.spent.total_cmp(&b.spent));
-        let (page, of_page) = by_time?;
+        let waiting = |(_, page): &(_, &PageQueue)| !page.waiting.is_empty();
+        let pages = self.pages.iter().filter(waiting);
+        let (page, of_page) = pages.min_by(|(_, a), (_, b)| a.spent.total_cmp(&b.spent))?;
         let WaitingTask { id, task, .. } = *of_page.first()?;
         let turn = Turn {
             page: page.clone(),
             id,
             task,
             control: Arc::default(),
-            is_alone: self.waiting().count() == 1,
+            is_alone: self.pages.values().filter(|page| page.is_active()).count() == 1,
         };
+        self.clock = of_page.spent;
         self.running = Some((id, Arc::clone(&turn.control)));
         Some(turn)
     }

@@ -17,15 +17,13 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Type of a body that is just bytes.
 const BYTES: &str = "application/octet-stream";
 
-/// The answer to a request; `None` if nobody waits for it any more.
+/// The answer to an admitted request for this name; `None` if nobody waits for it any more.
 pub(super) fn respond(
     request: &Request,
+    name: &str,
     connection: &Connection,
     served: &ServedScene,
 ) -> Option<Response> {
-    let Some(name) = served.guard.admitted(request) else {
-        return Some(refusal(404, "there is nothing here"));
-    };
     if !request.is_post {
         return Some(match name {
             "" => match random_hex() {
@@ -98,10 +96,10 @@ fn response(task: Task, answer: PageAnswer) -> Response {
             let info = serde_json::to_string(&info).unwrap_or_default();
             Response::new(200, content_type, body).with_header("Frame", info)
         }
-        PageAnswer::File { name, bytes } => {
+        PageAnswer::File(name, contents) => {
             // The name has only plain characters.
             let disposition = format!("attachment; filename=\"{name}\"");
-            Response::new(200, BYTES, bytes).with_header("Content-Disposition", disposition)
+            Response::new(200, BYTES, contents()).with_header("Content-Disposition", disposition)
         }
     }
 }

@@ -22,7 +22,7 @@ const FAILURE: Duration = Duration::from_secs(1);
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
     /// The address is not one that only this machine reaches.
-    #[error("{0} is not a loopback address: everybody on the network could look at the scene")]
+    #[error("{0} is not a loopback address: anyone on the network could see the scene")]
     Address(IpAddr),
     /// The system has no such address, or another program uses it.
     #[error("cannot listen on {address}: {source}")]
@@ -100,6 +100,9 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
+        if Arc::strong_count(served) > 2 * MAX_CONNECTIONS {
+            continue;
+        }
         let shared = Arc::clone(served);
         // Without a thread, or after an error, there is nobody to tell.
         let talk = move || drop(talk(stream, &shared));
@@ -119,10 +122,13 @@ fn talk(stream: TcpStream, served: &Arc<ServedScene>) -> io::Result<()> {
             Ok(Some(request)) => request,
             Ok(None) | Err(BadRequest(None)) => return Ok(()),
             Err(BadRequest(Some(status))) => {
-                return connection.send_last(&refusal(status, "this is no request"));
+                return connection.send_last(&refusal(status, "malformed request"));
             }
         };
-        let Some(response) = respond(&request, &connection, served) else {
+        let Some(name) = served.guard.admitted(&request) else {
+            return connection.send_last(&refusal(404, "there is nothing here"));
+        };
+        let Some(response) = respond(&request, name, &connection, served) else {
             return Ok(());
         };
         connection.send(&response, request.keep_alive)?;

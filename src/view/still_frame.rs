@@ -9,12 +9,13 @@ use phalanx::render::RayCounts;
 use std::mem::take;
 use std::time::{Duration, Instant};
 
-/// Time for which a page waits rather than get another sample by itself: each has to be sent.
+/// Interval between refined pictures: sending each sample would cost more than tracing it.
 const BATCH: Duration = Duration::from_millis(120);
 
 /// A picture at rest.
 pub(super) struct StillFrame {
     pub(super) shot: Shot,
+    pub(super) served: Instant,
     settings: Settings,
     frame: RefinedFrame,
     /// Samples and film that the page has got last.
@@ -32,10 +33,12 @@ impl StillFrame {
     pub(super) fn new(shot: Shot, settings: Settings) -> StillFrame {
         StillFrame {
             shot,
+            served: Instant::now(),
             frame: RefinedFrame::new(settings.clone()),
             settings,
             shown: None,
-            tile: 1e-3,
+            // Unknown: the first step is a tile for each thread.
+            tile: f64::INFINITY,
             wall: Duration::ZERO,
             tracing: Duration::ZERO,
             rays: RayCounts::default(),
@@ -51,6 +54,7 @@ impl StillFrame {
         ready: impl Fn(&StillFrame) -> bool,
     ) -> Result<bool, FrameError> {
         let start = Instant::now();
+        self.served = start;
         while !ready(self) {
             let left = time.saturating_sub(start.elapsed());
             if left.is_zero() {
@@ -72,7 +76,7 @@ impl StillFrame {
 
     /// Returns true if there is a picture for a page that has one with `have` samples, and wants
     /// `most`.
-    pub(super) fn is_better(&self, have: u32, most: u32) -> bool {
+    pub(super) fn has_news(&self, have: u32, most: u32) -> bool {
         let samples = self.frame.samples();
         let is_due = self.wall >= BATCH || samples >= most || samples <= 2;
         samples > have && self.frame.is_even() && is_due

@@ -7,6 +7,7 @@ use super::still_frame::StillFrame;
 use super::viewed_scene::ViewedScene;
 use phalanx::frame::{FrameError, Settings};
 use serde_json::json;
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
@@ -55,6 +56,25 @@ impl<'q> PageTracer<'q> {
             }
             // Pages that are gone need nothing any more.
             self.pages.retain(|page, _| queue.knows(page));
+            self.free_pictures();
+        }
+    }
+
+    /// Frees the pictures of the pages that were served longest ago, until the others fit.
+    fn free_pictures(&mut self) {
+        let mut stills: Vec<_> = self
+            .pages
+            .values_mut()
+            .map(|work| &mut work.still)
+            .collect();
+        stills.sort_by_key(|still| Reverse(still.as_ref().map(|still| still.served)));
+        let mut left = self.scene.most_pixels;
+        for still in stills {
+            let pixels = still.as_ref().map_or(0, |still| still.shot.pixels());
+            match left.checked_sub(pixels) {
+                Some(rest) => left = rest,
+                None => *still = None,
+            }
         }
     }
 
@@ -65,6 +85,11 @@ impl<'q> PageTracer<'q> {
         work: &mut PageWork,
     ) -> Result<Option<PageAnswer>, FrameError> {
         let (shot, _) = turn.task.shot();
+        let most = self.scene.most_pixels;
+        if shot.pixels() > most {
+            let reason = format!("a picture of more than {most} pixels needs more memory");
+            return Ok(Some(PageAnswer::Refused(reason)));
+        }
         if let Err(reason) = self.scene.look(&shot.view) {
             return Ok(Some(PageAnswer::Refused(reason)));
         }
@@ -118,7 +143,7 @@ impl<'q> PageTracer<'q> {
             let shown = self.scene.paint(shot.mode, &settings, &turn.control)?;
             return Ok(Some(PageAnswer::Frame(shown)));
         }
-        let is_better = |still: &StillFrame| still.is_better(have, most);
+        let is_better = |still: &StillFrame| still.has_news(have, most);
         let still = self.refined(turn, work, &shot, is_better)?;
         Ok(still.map(|still| PageAnswer::Frame(still.show(&self.scene))))
     }
@@ -159,8 +184,7 @@ impl<'q> PageTracer<'q> {
                 None => return Ok(None),
             }
         }
-        let (name, bytes) = self.scene.file(request, film, &turn.control)?;
-        Ok(Some(PageAnswer::File { name, bytes }))
+        self.scene.file(request, film, &turn.control).map(Some)
     }
 }
 

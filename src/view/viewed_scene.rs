@@ -13,6 +13,9 @@ use serde_json::{Value, json};
 /// Samples at which a picture at rest is good enough, where no option says otherwise.
 const SAMPLES: u32 = 64;
 
+/// Bytes of a pixel of a picture at rest: sums of its samples, two films, two pictures.
+const PIXEL_BYTES: u64 = 110;
+
 /// Cosine of the angle between the up vector of a camera and the up axis beyond which it lies on
 /// its side.
 const LYING: f64 = 0.3;
@@ -23,6 +26,8 @@ pub struct ViewedScene {
     pub(super) bvh: Bvh,
     pub(super) spec: PictureSpec,
     settings: Settings,
+    /// Most pixels of pictures at rest, all pages together.
+    pub(super) most_pixels: u64,
     lights: Option<DefaultLights>,
     /// The scene's own view, and its number among the cameras of the file.
     view: PageView,
@@ -30,10 +35,15 @@ pub struct ViewedScene {
 }
 
 impl ViewedScene {
-    /// A scene with its tree, and the options of its pictures. The wide tree is built here, since
-    /// many frames will use it.
-    pub fn new(scene: Scene, bvh: Bvh, spec: PictureSpec, settings: Settings) -> ViewedScene {
-        bvh.build_wide(settings.threads);
+    /// A scene with its tree, and the options of its pictures, which stay within `memory` bytes
+    /// while they are at rest.
+    pub fn new(
+        scene: Scene,
+        bvh: Bvh,
+        spec: PictureSpec,
+        settings: Settings,
+        memory: u64,
+    ) -> ViewedScene {
         let lights = DefaultLights::of(&scene, settings.threads);
         ViewedScene {
             view: scene.file_view(&scene.view).into(),
@@ -42,6 +52,7 @@ impl ViewedScene {
             bvh,
             spec,
             settings,
+            most_pixels: memory / PIXEL_BYTES,
             lights,
         }
     }

@@ -29,6 +29,7 @@ fn check(scene: &Scene, settings: Settings, rng: &mut Rng) {
     };
     let mut refined = RefinedFrame::new(settings.clone());
     let control = Control::default();
+    let mut last = None;
     for spp in 1..=5 {
         while refined.samples() < spp {
             control.stop.store(false, Relaxed);
@@ -46,8 +47,13 @@ fn check(scene: &Scene, settings: Settings, rng: &mut Rng) {
                 Ok(traced) => assert!(traced.tile_seconds.len() <= most),
                 Err(error) => assert!(matches!(error, FrameError::Interrupted(_)), "{error}"),
             }
+            // An interruption never leaves a picture that looks finished and is not.
+            if refined.is_even() && refined.samples() < spp {
+                assert!(last.as_ref().is_none_or(|last| last == refined.film()));
+            }
         }
         assert!(refined.is_even());
+        last = Some(refined.film().clone());
         let sampling = Sampling {
             spp,
             ..settings.sampling

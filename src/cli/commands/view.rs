@@ -2,15 +2,17 @@
 
 use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, WorkArgs};
 use crate::cli::output::{self, CliError, interrupt, is_dash};
-use crate::view::{Server, ServerError, ViewedScene};
+use crate::view::{MAX_PIXELS, Server, ServerError, ViewedScene};
 use clap::Args;
 use phalanx::files::shown_path;
 use phalanx::frame::Engine;
 use phalanx::jobs::{EncodingSpec, PixelSpec};
 use phalanx::open::standard_name;
 use phalanx::standard::parse_spec;
+use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
@@ -37,6 +39,9 @@ pub struct ViewArgs {
     pub work: WorkArgs,
 }
 
+/// Memory for the pictures of all pages where no limit is given.
+const PICTURES: u64 = 2 << 30;
+
 /// Serves the page, reads the scene, and shows it until the process is interrupted.
 pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     check_use(args)?;
@@ -45,11 +50,11 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     check_scene(&args.scene)?;
     let server = Server::start(args.address)?;
     output::print(&format!("{}\n", server.url()))?;
-    if args.open
-        && let Err(error) = open::that_detached(server.url())
-    {
-        output::warning(&format!("cannot open a browser: {error}"));
-    }
+    // The page that leads there, until the process ends.
+    let _shortcut = match args.open {
+        true => open_browser(&server.url()),
+        false => None,
+    };
     match load(args, &server) {
         Ok(scene) => server.show(scene),
         Err(error) => {
@@ -57,6 +62,23 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
             Err(error)
         }
     }
+}
+
+/// Opens the browser on a file that leads to the address, since everybody on the machine can read
+/// the arguments of a program. The file is its user's alone.
+fn open_browser(url: &str) -> Option<NamedTempFile> {
+    let open = || {
+        let mut file = tempfile::Builder::new().suffix(".html").tempfile()?;
+        write!(
+            file,
+            "<meta http-equiv=\"refresh\" content=\"0; url={url}\">"
+        )?;
+        open::that_detached(file.path())?;
+        Ok(file)
+    };
+    open()
+        .map_err(|error: io::Error| output::warning(&format!("cannot open a browser: {error}")))
+        .ok()
 }
 
 /// Refuses a scene that is not there, before there is a page.
@@ -83,7 +105,18 @@ fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
     let bvh = input.tree(&args.tree, settings.threads)?;
     let name = name.to_string_lossy();
     let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
-    Ok(ViewedScene::new(input.scene, bvh, spec, settings))
+    // Many frames will use it.
+    bvh.build_wide(settings.threads);
+    let tree = bvh.node_bytes() + bvh.prim_bytes() + bvh.wide_bytes();
+    let held = input.scene.memory_bytes() + tree;
+    let memory = input.budget.left_beside(held as u64);
+    Ok(ViewedScene::new(
+        input.scene,
+        bvh,
+        spec,
+        settings,
+        memory.unwrap_or(PICTURES),
+    ))
 }
 
 /// Refuses options that would have no effect.
@@ -97,8 +130,15 @@ fn check_use(args: &ViewArgs) -> Result<(), CliError> {
         ("--aa", pixels.aa.is_some()),
         ("--engine scalar", args.work.engine == Engine::Scalar),
     ];
+    if let Some((width, height)) = pixels.size
+        && u64::from(width) * u64::from(height) > MAX_PIXELS
+    {
+        return Err(CliError::Usage(format!(
+            "--size {width}x{height}: a view has at most {MAX_PIXELS} pixels"
+        )));
+    }
     match without.into_iter().find(|(_, given)| *given) {
-        Some((option, _)) => Err(CliError::Usage(format!("{option} has no effect on a view"))),
+        Some((option, _)) => Err(CliError::Usage(format!("{option} has no effect with view"))),
         None => Ok(()),
     }
 }

@@ -96,6 +96,12 @@ impl Budget {
         self.0.map_or(u64::MAX, left)
     }
 
+    /// Bytes left beside this many, if there is a limit.
+    pub fn left_beside(self, held: u64) -> Option<u64> {
+        let all = held.saturating_add(PROGRAM_BYTES);
+        self.0.map(|allowed| allowed.saturating_sub(all))
+    }
+
     /// The error of a scene that could not be opened. If memory was the reason, it names the limit
     /// that would have sufficed.
     pub fn explain(self, error: OpenError) -> CliError {

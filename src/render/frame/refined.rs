@@ -34,6 +34,8 @@ pub struct RefinedFrame {
     /// Samples of every pixel, and the tiles that have another one already.
     samples: u32,
     done: usize,
+    /// True while some of the next tiles may have it as well, after an interruption.
+    is_torn: bool,
 }
 
 impl RefinedFrame {
@@ -53,6 +55,7 @@ impl RefinedFrame {
             tiles: tiles(settings.window(), side),
             samples: 0,
             done: 0,
+            is_torn: false,
             settings,
         }
     }
@@ -70,7 +73,7 @@ impl RefinedFrame {
 
     /// Returns true if all pixels have the same number of samples.
     pub fn is_even(&self) -> bool {
-        self.done == 0
+        self.done == 0 && !self.is_torn
     }
 
     /// Adds a sample to the pixels of the next tiles, at most `most` of them. A single sample goes
@@ -94,6 +97,7 @@ impl RefinedFrame {
         let (window, side) = (self.settings.window(), self.settings.tile_side());
         let end = self.done.saturating_add(most).min(self.tiles.len());
         let shared = SharedFilm::of(&mut self.film, window, side);
+        self.is_torn = true;
         let traced = render_samples(
             scene,
             bvh,
@@ -103,7 +107,7 @@ impl RefinedFrame {
             &shared,
             &self.sums,
         )?;
-        self.done = end;
+        (self.done, self.is_torn) = (end, false);
         if self.done == self.tiles.len() {
             (self.samples, self.done) = (next, 0);
         }

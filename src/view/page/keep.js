@@ -43,6 +43,7 @@ function setKeyframes(changed) {
     number.onchange = () => {
       const frame = Math.max(0, Math.round(number.valueAsNumber) || 0);
       if (keyframes.every((other) => other.frame !== frame)) key.frame = frame;
+      else say(`Frame ${frame} has a view already.`);
       setKeyframes(keyframes);
     };
     const go = element('button', { ...label('Go to'), onclick: () => move(key.view) }, 'Go to');

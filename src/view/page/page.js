@@ -104,15 +104,15 @@ function begin(scene) {
   [$('overlay').hidden, $('panel').hidden] = [true, false];
   showControls();
   resize();
-  window.onhashchange = () => show(readLink() ?? app.view);
+  window.onhashchange = () => jump(readLink() ?? app.view);
   stage.focus({ preventScroll: true });
 }
 
 async function start() {
-  const state = await server.state().catch(() => null);
-  warn(state ? '' : 'The program does not answer. Trying again…');
-  if (state?.stage === 'ready') return begin(state.scene);
-  if (!state) return setTimeout(start, 2000);
+  const state = await server.state().catch(({ message, status }) => ({ refused: status ? message : GONE }));
+  warn(state.refused ?? '');
+  if (state.stage === 'ready') return begin(state.scene);
+  if (state.refused) return setTimeout(start, 2000);
   const count = state.primitives ? ` · ${state.primitives.toLocaleString('en')} primitives` : '';
   $('stage-name').textContent = STAGES[state.stage];
   $('stage-time').textContent = state.error ? '' : `${state.seconds.toFixed(1)} s${count}`;

@@ -44,7 +44,7 @@ function buildPanels() {
   const own = Object.keys(UP).find((name) => sameVector(UP[name], app.ups.file)) ?? 'other';
   $('axis').append(option('file', `file: ${own}`), ...Object.keys(UP).map((name) => option(name)));
   const radio = (value) => element('input', { type: 'radio', name: 'mode', value, id: `mode-${value}` });
-  const key = (k) => element('span', {}, String(k + 1));
+  const key = (k) => element('span', { ariaHidden: 'true' }, String(k + 1));
   $('modes').append(...MODE_NAMES.map((mode, k) => element('label', {}, radio(mode), MODES[mode], key(k))));
   $('figures').append(...FIGURES.map(([name, meaning]) => term([name, '–', meaning])));
 }
@@ -81,6 +81,7 @@ const atPixel = ([x, y], bounds = false) => ({ view: app.view, size: app.size, x
 // One question at a time, about the pixel pointed at last.
 const readout = { busy: false, at: null };
 async function hover(event) {
+  readout.event = event;
   readout.at = isResting() && event.pointerType !== 'touch' ? pixelAt(event) : null;
   if (!readout.at) return hideReadout();
   if (readout.busy) return;
@@ -95,7 +96,7 @@ async function hover(event) {
   const where = hit && `\nprimitive ${hit.primitive}   t ${short(hit.t)}\n${valueText(hit.position)}`;
   $('readout').textContent = hit ? (names || 'unnamed') + where : 'background';
   $('readout').hidden = false;
-  if (String(at) !== String(readout.at)) hover(event);
+  if (String(at) !== String(readout.at)) hover(readout.event);
 }
 function hideReadout() {
   readout.at = null;

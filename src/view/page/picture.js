@@ -3,6 +3,7 @@
 
 const $ = (id) => document.getElementById(id);
 const MAX_PIXELS = 4e6;
+const GONE = 'The program does not answer: it has ended, or the connection is cut. Trying again…';
 const REST_MS = 120;
 const [stage, canvas] = [$('stage'), $('picture')];
 const context = canvas.getContext('2d', { alpha: false });
@@ -76,8 +77,7 @@ function failed({ name, status, message }) {
   picture.refining = null;
   if (status === 429 || status === 503) setTimeout(pump, 1000);
   else if (status !== undefined) picture.settled = true;
-  const gone = 'The program does not answer: it has ended, or the connection is cut. Trying again…';
-  warn(status === undefined ? gone : message);
+  warn(status === undefined ? GONE : message);
   if (status !== undefined || picture.lost) return;
   picture.lost = true;
   setTimeout(retry, 2000);

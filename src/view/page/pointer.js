@@ -5,7 +5,7 @@ Object.assign(FLY, { KeyQ: [0, -1, 0], ArrowUp: FLY.KeyW, ArrowDown: FLY.KeyS })
 Object.assign(FLY, { ArrowLeft: FLY.KeyA, ArrowRight: FLY.KeyD });
 const KEYS = { f: 'all', h: 'toggle', '?': 'keys' };
 const CLICK_PIXELS = 4;
-const DOUBLE_CLICK_MS = 250;
+const DOUBLE_CLICK_MS = 400;
 const pointers = new Map();
 const fly = { on: false, held: new Set(), fast: false, last: 0, gesture: null };
 let drag = { moved: 0, pan: false };
@@ -106,7 +106,7 @@ document.onkeydown = (event) => {
   const arrows = code.startsWith('Arrow');
   const [x, , z] = FLY[code] ?? [];
   fly.fast = shiftKey;
-  if (!app.size || $('help').open || writes || (arrows && target.matches('input')) || event.altKey) return;
+  if (!app.size || $('help').open || writes || (arrows && ![stage, document.body].includes(target)) || event.altKey) return;
   if (event.ctrlKey || event.metaKey) {
     if (key !== 'z') return;
     ACTIONS[shiftKey ? 'redo' : 'undo']();
@@ -123,7 +123,7 @@ document.onkeydown = (event) => {
 };
 document.onkeyup = (event) => {
   fly.fast = event.shiftKey;
-  fly.held.delete(event.code);
+  event.metaKey ? fly.held.clear() : fly.held.delete(event.code);
   if (app.gesture === 'keys') app.gesture = null;
 };
 window.onblur = () => fly.held.clear();
