@@ -37,7 +37,8 @@ impl ViewedScene {
         }
     }
 
-    /// The file that the command writes; the heat map, if that is what is seen. `film` is the picture, if it is there already.
+    /// The file that the command writes; the heat map, if that is what is seen. `film` is the
+    /// picture, if it is there already.
     pub(super) fn file(
         &self,
         request: &KeepRequest,
