@@ -16,7 +16,7 @@ use tempfile::NamedTempFile;
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// Scene file, cache (.phx), standard:NAME[:SIZE], or -
+    #[arg(help = "Scene file, cache (.phx), standard:NAME[:SIZE], or -")]
     pub scene: PathBuf,
     #[command(flatten)]
     pub scene_args: SceneArgs,
