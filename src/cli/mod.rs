@@ -103,8 +103,7 @@ pub enum Command {
     #[command(
         after_help = "Example: phalanx view dragon.ply --open",
         after_long_help = "Prints the address of a page on this machine, and serves it until it is interrupted. The page turns the scene, \
-                      shows what lies under a pixel and what it costs, and gives the command that renders what is seen. At rest, its picture gets up to \
-                      --spp samples per pixel [default: 64].\n\n\
+                      shows what lies under a pixel and what it costs, and gives the command that renders what is seen.\n\n\
                       Through ssh, forward a port first:\n  \
                       ssh -L 8000:localhost:8000 USER@HOST\n  \
                       phalanx view scene.gltf --address 127.0.0.1:8000\n\n\

@@ -301,3 +301,94 @@ impl State {
         Some(turn)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{from_value, json};
+
+    const A: &str = "a";
+    const B: &str = "b";
+
+    fn shot() -> Value {
+        let view = json!({ "eye": [0, 0, 5], "center": [0, 0, 0], "up": [0, 1, 0], "fovy": 40 });
+        json!({
+            "view": view, "size": [8, 8], "x": 1, "y": 1, "samples": 4,
+            "pixels": 64, "have": 0, "jpeg": false,
+        })
+    }
+
+    fn frame(moving: bool) -> Task {
+        let mut asked = shot();
+        asked["moving"] = json!(moving);
+        Task::Frame(from_value(asked).unwrap())
+    }
+
+    #[test]
+    fn the_page_with_the_least_time_is_next() {
+        let queue = Queue::default();
+        let second = Duration::from_secs(1);
+        let _a = queue.submit(A, frame(false));
+        let turn = queue.next().unwrap();
+        assert!(turn.is_alone && turn.page == A);
+        queue.end(&turn, second * 11 / 2, None);
+        let _b = queue.submit(B, frame(false));
+        let mut pages = Vec::new();
+        for _ in 0..8 {
+            let turn = queue.next().unwrap();
+            assert!(!turn.is_alone);
+            queue.end(&turn, second, None);
+            pages.push(turn.page);
+        }
+        assert_eq!(pages.concat(), "bbbbbbab");
+        // A page that comes back has saved up nothing, and owes nothing.
+        queue.leave(B);
+        let turn = queue.next().unwrap();
+        queue.end(&turn, 100 * second, Some(PageAnswer::Nothing));
+        let _b = queue.submit(B, frame(false));
+        let _a = queue.submit(A, frame(false));
+        let turn = queue.next().unwrap();
+        queue.end(&turn, second, None);
+        assert_eq!(turn.page, B);
+        assert!(queue.state().pages[B].spent >= 6.5);
+    }
+
+    #[test]
+    fn a_frame_takes_the_place_of_those_before() {
+        let queue = Queue::default();
+        let (_, still) = queue.submit(A, frame(false)).unwrap();
+        let turn = queue.next().unwrap();
+        let moving: Vec<_> = (0..6)
+            .map(|_| queue.submit(A, frame(true)).unwrap().1)
+            .collect();
+        assert!(matches!(still.try_recv(), Ok(PageAnswer::Nothing)));
+        assert!(turn.control.stop.load(Relaxed));
+        queue.end(&turn, Duration::ZERO, None);
+        for (k, answer) in moving.iter().enumerate() {
+            assert_eq!(answer.try_recv().is_ok(), k < 2, "{k}");
+        }
+        // What is urgent goes first, a save last.
+        let _save = queue.submit(A, Task::Save(from_value(shot()).unwrap()));
+        let _pixel = queue.submit(A, Task::Pixel(from_value(shot()).unwrap()));
+        let kinds = (0..6).map(|_| {
+            let turn = queue.next().unwrap();
+            queue.end(&turn, Duration::ZERO, Some(PageAnswer::Nothing));
+            match turn.task {
+                Task::Frame(_) => 'f',
+                Task::Pixel(_) => 'p',
+                Task::Command(_) => 'c',
+                Task::Save(_) => 's',
+            }
+        });
+        assert_eq!(kinds.collect::<String>(), "ffffps");
+        // Nobody waits for a page that is gone, or for more than it may ask.
+        let (id, answer) = queue.submit(A, frame(false)).unwrap();
+        let turn = queue.next().unwrap();
+        queue.withdraw(A, id);
+        assert!(turn.control.stop.load(Relaxed) && answer.recv().is_err());
+        let saves = (0..20).map(|_| queue.submit(A, Task::Save(from_value(shot()).unwrap())));
+        assert_eq!(saves.flatten().count(), MAX_WAITING);
+        let pages = (0..20).filter(|k| queue.greet(&k.to_string()));
+        assert_eq!(pages.count(), MAX_PAGES - 1);
+    }
+}

@@ -15,6 +15,13 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 #[derive(Debug, Args)]
+#[command(
+    mut_arg("aa", |arg| arg.hide(true)),
+    mut_arg("aov", |arg| arg.hide(true)),
+    mut_arg("threshold", |arg| arg.hide(true)),
+    mut_arg("region", |arg| arg.hide(true)),
+    mut_arg("spp", |arg| arg.help("Samples per pixel at rest [default: 64]").long_help(None)),
+)]
 pub struct ViewArgs {
     #[arg(help = "Scene file, cache (.phx), standard:NAME[:SIZE], or -")]
     pub scene: PathBuf,
