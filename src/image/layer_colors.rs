@@ -7,8 +7,8 @@ use phalanx_scene::film::{Aov, Film, NO_ID};
 const NOTHING: [u8; 3] = [24, 26, 30];
 
 /// Red, green and blue of each pixel of a layer: distances and costs in the colours of
-/// [`false_color`](fn@crate::false_color), integers each in one of their own, and vectors from −1 to 1
-/// as bytes. With the first comes the value of the last colour.
+/// [`false_color`](fn@crate::false_color), integers each in one of their own, and vectors from −1
+/// to 1 as bytes. With the first comes the value of the last colour.
 ///
 /// ```
 /// use phalanx_image::layer_colors;
