@@ -16,7 +16,7 @@ const MIN_PIXELS: f64 = 57_600.0;
 const NEWEST: f64 = 0.4;
 
 /// Share of [`SLOWEST`] below which a frame with more bounces is worth a try.
-const ROOM: f64 = 0.7;
+const ROOM: f64 = 0.9;
 
 /// Least gain of a cut of the bounces that is kept.
 const WORTH_IT: f64 = 1.15;
