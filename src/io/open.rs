@@ -5,6 +5,7 @@ use phalanx_formats::{Diagnostic, LoadError, Loaded, Options, Origin};
 use phalanx_scene::{Scene, SceneError};
 use phalanx_standard::StandardError;
 use phalanx_trace::bvh::Bvh;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// A scene that was opened.
@@ -65,6 +66,15 @@ pub fn is_cache(path: &Path) -> bool {
 pub fn standard_name(name: &Path) -> Option<&str> {
     let text = name.to_str();
     text.filter(|text| text.starts_with(phalanx_standard::PREFIX))
+}
+
+/// The name of a scene, without folder, ending and size, for files that are made from it; `None`
+/// if it has none.
+pub fn stem(name: &Path) -> Option<&OsStr> {
+    match standard_name(name) {
+        Some(standard) => standard.split(':').nth(1).map(OsStr::new),
+        None => name.file_stem(),
+    }
 }
 
 /// Opens a scene file of the format with this ending (one of [`phalanx_formats::endings`]). The

@@ -67,9 +67,10 @@ impl<'a> WavefrontRenderer<'a> {
         self
     }
 
-    /// Goes on from the samples that tiles have in these sums, and leaves the new sums there.
-    pub(super) fn with_sums(mut self, sums: &'a TileSums) -> Self {
-        self.sums = Some(sums);
+    /// Goes on from the samples that tiles have in these sums, if any, and leaves the new sums
+    /// there.
+    pub(super) fn with_sums(mut self, sums: Option<&'a TileSums>) -> Self {
+        self.sums = sums;
         self
     }
 

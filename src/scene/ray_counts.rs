@@ -20,6 +20,16 @@ impl RayCounts {
         self.primary + self.shadow + self.reflection + self.refraction
     }
 
+    /// The counts with the names of their kinds, as documents and tables have them.
+    pub fn by_kind(&self) -> [(&'static str, u64); 4] {
+        [
+            ("primary", self.primary),
+            ("shadow", self.shadow),
+            ("reflection", self.reflection),
+            ("refraction", self.refraction),
+        ]
+    }
+
     /// Adds another count.
     #[inline]
     pub fn add(&mut self, other: &RayCounts) {

@@ -93,11 +93,8 @@ impl ViewedScene {
 
     /// The scene's name for files, in characters that no shell and no header minds.
     fn stem(&self) -> String {
-        let name = Path::new(&self.spec.scene);
-        let stem = match phalanx::open::standard_name(name) {
-            Some(name) => name.split(':').nth(1).unwrap_or_default().into(),
-            None => name.file_stem().unwrap_or_default().to_string_lossy(),
-        };
+        let stem = phalanx::open::stem(Path::new(&self.spec.scene)).unwrap_or_default();
+        let stem = stem.to_string_lossy();
         let plain = |c: &char| c.is_ascii_alphanumeric() || "-_.".contains(*c);
         let stem: String = stem.chars().filter(plain).collect();
         match stem.trim_start_matches(['-', '.']) {

@@ -64,7 +64,7 @@ impl ViewedScene {
                 let settings = with_layer(settings, layer.map(|(_, aov)| aov));
                 let tree = AccelRef::Packets(&self.bvh);
                 let frame = render_with(&self.scene, tree, &settings, control)?;
-                info.rays = rays_by_kind(&frame.stats.rays);
+                info.rays = Value::from_iter(frame.stats.rays.by_kind());
                 let times = (start.elapsed(), frame.tracing);
                 info.set_times(times, settings.threads);
                 match layer {
@@ -92,7 +92,7 @@ impl ViewedScene {
             samples: 1,
             max_depth: settings.max_depth,
             kernel: kernel.name(),
-            rays: rays_by_kind(&RayCounts::default()),
+            rays: Value::from_iter(RayCounts::default().by_kind()),
             ..FrameInfo::default()
         }
     }
@@ -125,16 +125,6 @@ fn with_layer(settings: &Settings, layer: Option<Aov>) -> Settings {
         integrator: Integrator::Occlusion { distance },
         ..settings.clone()
     }
-}
-
-/// Numbers of rays for the page.
-pub(super) fn rays_by_kind(rays: &RayCounts) -> Value {
-    json!({
-        "primary": rays.primary,
-        "shadow": rays.shadow,
-        "reflection": rays.reflection,
-        "refraction": rays.refraction,
-    })
 }
 
 impl FrameInfo {

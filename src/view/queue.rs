@@ -367,7 +367,7 @@ mod tests {
         for (k, answer) in moving.iter().enumerate() {
             assert_eq!(answer.try_recv().is_ok(), k < 2, "{k}");
         }
-        // What is urgent goes first, a save last.
+        // Urgent tasks go first, saves last.
         let _save = queue.submit(A, Task::Save(from_value(shot()).unwrap()));
         let _pixel = queue.submit(A, Task::Pixel(from_value(shot()).unwrap()));
         let kinds = (0..6).map(|_| {

@@ -1,11 +1,12 @@
 //! A page's picture at rest, which gets better in slices of time.
 
-use super::painting::{ShownPicture, rays_by_kind};
+use super::painting::ShownPicture;
 use super::protocol::{FrameInfo, Shot};
 use super::viewed_scene::ViewedScene;
 use phalanx::film::Film;
 use phalanx::frame::{Control, FrameError, RefinedFrame, Settings};
 use phalanx::render::RayCounts;
+use serde_json::Value;
 use std::mem::take;
 use std::time::{Duration, Instant};
 
@@ -102,7 +103,7 @@ impl StillFrame {
         let picture = scene.radiance(film);
         let mut info = FrameInfo {
             samples: self.frame.samples(),
-            rays: rays_by_kind(&take(&mut self.rays)),
+            rays: Value::from_iter(take(&mut self.rays).by_kind()),
             ..scene.info(&self.settings)
         };
         info.set_times(

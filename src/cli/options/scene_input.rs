@@ -188,10 +188,6 @@ fn take_stdin() -> Result<(), CliError> {
 
 /// File name, without extension, of outputs made from a scene.
 pub fn stem(name: &Path) -> &OsStr {
-    let standard = standard_name(name).and_then(|text| text.split(':').nth(1));
-    match standard {
-        _ if is_dash(name) => OsStr::new("picture"),
-        Some(stem) => OsStr::new(stem),
-        None => name.file_stem().unwrap_or("picture".as_ref()),
-    }
+    let named = phalanx::open::stem(name).filter(|_| !is_dash(name));
+    named.unwrap_or("picture".as_ref())
 }

@@ -75,13 +75,9 @@ impl From<TreeStats> for TreeFigures {
 
 /// Rays of each kind and in total, by their names in documents and tables.
 pub fn rays_by_kind(rays: &RayCounts) -> [(&'static str, u64); 5] {
-    [
-        ("primary", rays.primary),
-        ("shadow", rays.shadow),
-        ("reflection", rays.reflection),
-        ("refraction", rays.refraction),
-        ("total", rays.total()),
-    ]
+    let [primary, shadow, reflection, refraction] = rays.by_kind();
+    let total = ("total", rays.total());
+    [primary, shadow, reflection, refraction, total]
 }
 
 /// Serializes rays by kind, as an object.

@@ -25,8 +25,7 @@ use crate::{
 use accel::build_wide_bvh;
 use oracle_renderer::OracleRenderer;
 use phalanx_oracle::{Oracle, OracleSearch};
-use phalanx_scene::camera::Camera;
-use phalanx_scene::{MatteIds, Scene};
+use phalanx_scene::Scene;
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::stopwatch::Stopwatch;
 use std::time::Duration;
@@ -104,17 +103,22 @@ pub fn render_tiles(
     tiles: &[Tile],
     sink: &dyn TileSink,
 ) -> Result<RenderedTiles, FrameError> {
+    let forest = match tree {
+        AccelRef::Packets(bvh) => {
+            return render_packets(scene, bvh, settings, control, tiles, sink, None);
+        }
+        AccelRef::Oracle(forest) => forest,
+    };
     let camera = settings.camera(scene)?;
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let mattes = mattes_for(scene, settings.aovs);
-    Ok(match tree {
-        AccelRef::Packets(bvh) => {
-            let kernel = build_wide_bvh(bvh, settings);
-            render_on_workers(tiles, sink, threads, pin, control, || {
-                wavefront_renderer(scene, (bvh, kernel), &camera, settings, mattes.as_ref())
-            })
-        }
-        AccelRef::Oracle(forest) => render_on_workers(tiles, sink, threads, pin, control, || {
+    Ok(render_on_workers(
+        tiles,
+        sink,
+        threads,
+        pin,
+        control,
+        || {
             let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
                 .with_min_weight(settings.min_path_weight())
                 .with_mattes(mattes.as_ref())
@@ -128,23 +132,24 @@ pub fn render_tiles(
                     None => oracle,
                 },
             }
-        }),
-    }?)
+        },
+    )?)
 }
 
-/// Renders these tiles of the picture with the packet engine, going on from the samples that they
-/// have in the sums.
-fn render_samples(
+/// Renders tiles with the packet engine. With sums, it goes on from the samples that the tiles have
+/// there.
+fn render_packets(
     scene: &Scene,
     bvh: &Bvh,
     settings: &Settings,
     control: &Control,
     tiles: &[Tile],
     sink: &dyn TileSink,
-    sums: &TileSums,
+    sums: Option<&TileSums>,
 ) -> Result<RenderedTiles, FrameError> {
     let camera = settings.camera(scene)?;
     let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let mattes = mattes_for(scene, settings.aovs);
     let kernel = build_wide_bvh(bvh, settings);
     Ok(render_on_workers(
         tiles,
@@ -152,26 +157,18 @@ fn render_samples(
         threads,
         pin,
         control,
-        || wavefront_renderer(scene, (bvh, kernel), &camera, settings, None).with_sums(sums),
+        || {
+            let renderer = WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
+                .with_min_weight(settings.min_path_weight())
+                .with_sampling(settings.sampling)
+                .with_aovs(settings.aovs, mattes.as_ref())
+                .with_sums(sums);
+            match settings.ao_distance(scene) {
+                Some(reach) => renderer.with_ambient_occlusion(reach),
+                None => renderer,
+            }
+        },
     )?)
-}
-
-/// A renderer of the packet engine for one worker.
-fn wavefront_renderer<'a>(
-    scene: &'a Scene,
-    (bvh, kernel): (&'a Bvh, Kernel),
-    camera: &'a Camera,
-    settings: &Settings,
-    mattes: Option<&'a MatteIds>,
-) -> WavefrontRenderer<'a> {
-    let renderer = WavefrontRenderer::new(scene, bvh, camera, settings.max_depth, kernel)
-        .with_min_weight(settings.min_path_weight())
-        .with_sampling(settings.sampling)
-        .with_aovs(settings.aovs, mattes);
-    match settings.ao_distance(scene) {
-        Some(reach) => renderer.with_ambient_occlusion(reach),
-        None => renderer,
-    }
 }
 
 /// Cost for the packet engine of the camera ray of each pixel of the window, row by row from the

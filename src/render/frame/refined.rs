@@ -1,7 +1,7 @@
 //! A picture that gets better sample by sample, and tile by tile, as long as there is time.
 
 use super::settings::Settings;
-use super::{FrameError, render_samples};
+use super::{FrameError, render_packets};
 use crate::tile_sums::TileSums;
 use crate::{Aovs, Control, Film, RenderedTiles, SharedFilm, Tile, tiles};
 use phalanx_scene::Scene;
@@ -98,14 +98,14 @@ impl RefinedFrame {
         let end = self.done.saturating_add(most).min(self.tiles.len());
         let shared = SharedFilm::of(&mut self.film, window, side);
         self.is_torn = true;
-        let traced = render_samples(
+        let traced = render_packets(
             scene,
             bvh,
             &self.settings,
             control,
             &self.tiles[self.done..end],
             &shared,
-            &self.sums,
+            Some(&self.sums),
         )?;
         (self.done, self.is_torn) = (end, false);
         if self.done == self.tiles.len() {

@@ -449,7 +449,7 @@ fn a_view_that_cannot_be_is_refused_like_a_render() {
         &["cannot listen", "--address"],
     );
     drop(listener);
-    // What the reader finds is told to the page and on stderr.
+    // Errors of the reader go to the page and to stderr.
     room.write("bad.test", "size 4 4\nsphere 0 0\n");
     let mut command = Command::new(env!("CARGO_BIN_EXE_phalanx"));
     let output = command
