@@ -286,15 +286,18 @@ fn instances_look_like_what_they_place() {
     assert!(same * 1000 >= pixels * 995, "{same} of {pixels}");
 }
 
-/// The tree does not depend on threads at any quality, and every quality gives the same picture.
+/// Neither tree depends on threads at any quality, and every quality gives the same picture.
 #[test]
 fn trees_of_any_quality_on_any_threads() {
     let mut rng = Rng::new(76);
     let mut scene = scenes::bare();
-    for _ in 0..90_000 {
-        let center = rng.point(10.0);
-        let corners = [0; 3].map(|_| center + rng.point(0.1));
-        scene.add_triangle(corners, None, 0);
+    // Many segments, and a cell with more objects than fit a chunk.
+    for (count, middle, size) in [(90_000, 0.0, 10.0), (40_000, 3.0, 0.2)] {
+        for _ in 0..count {
+            let center = middle + rng.point(size);
+            let corners = [0; 3].map(|_| center + rng.point(size / 100.0));
+            scene.add_triangle(corners, None, 0);
+        }
     }
     for _ in 0..3000 {
         let center = rng.point(10.0);
@@ -306,15 +309,20 @@ fn trees_of_any_quality_on_any_threads() {
     let forest = TwoLevelBvh::build(&scene);
     let mut first: Option<Vec<_>> = None;
     for (name, quality) in Quality::ALL {
-        let trees = [1, 2, 5].map(|threads| {
+        let trees = [1, 2, 3, 7, 16].map(|threads| {
             let tree = Bvh::build_with(&scene, &BuildSettings { quality, threads });
-            let boxes = tree.nodes().iter().map(|n| (n.boxes, n.first));
-            (boxes.collect::<Vec<_>>(), tree)
+            tree.build_wide(threads);
+            let nodes = tree.nodes().iter().map(|n| (n.boxes, n.first));
+            let wide = tree.wide().nodes().iter().map(|n| (n.boxes, n.children));
+            let blocks = tree.wide().triangles().iter().map(|b| b.prim_id);
+            let rows = (nodes.collect::<Vec<_>>(), wide.collect::<Vec<_>>());
+            (rows, blocks.collect::<Vec<_>>(), tree)
         });
         for other in &trees[1..] {
-            assert!(trees[0].0 == other.0, "{name}: the tree depends on threads");
+            let same = trees[0].0 == other.0 && trees[0].1 == other.1;
+            assert!(same, "{name}: a tree depends on threads");
         }
-        let mut engines = Engines::new(&scene, &forest, &trees[0].1);
+        let mut engines = Engines::new(&scene, &forest, &trees[0].2);
         // Brute force over all rays takes too long here: compared with the oracle's tree instead.
         let hits: Vec<_> = rays
             .iter()

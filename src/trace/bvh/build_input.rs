@@ -1,15 +1,14 @@
 //! Input of a tree build: primitives, and in the world's tree also instances.
 
-use super::huge_pages::{consecutive, zeroed_on_huge_pages};
+use super::huge_pages::write_parts;
 use super::node::LeafKind;
 use super::prim_ref::{PrimIndex, PrimRef};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Prim, PrimKind, Scene};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Objects that a thread takes at a time.
-const BLOCK: usize = 1 << 14;
+const BLOCK: PrimIndex = 1 << 14;
 
 /// Access to the boxes, kinds and rows of objects.
 pub(super) struct BuildInput<'a> {
@@ -57,16 +56,15 @@ impl<'a> BuildInput<'a> {
 
     /// The objects of several runs.
     fn prim_refs(&self, runs: &[Range<PrimIndex>]) -> Vec<PrimRef> {
-        let mut all = zeroed_on_huge_pages(runs.iter().map(|run| run.len()).sum());
-        let slices = consecutive(&mut all, runs.iter().map(|run| run.len()));
-        let blocks = runs.iter().zip(slices).flat_map(|(run, slice)| {
-            let firsts = run.clone().step_by(BLOCK);
-            firsts.zip(slice.chunks_mut(BLOCK))
+        let blocks = runs.iter().flat_map(|run| {
+            let firsts = run.clone().step_by(BLOCK as usize);
+            firsts.map(|first| first..run.end.min(first.saturating_add(BLOCK)))
         });
-        let blocks: Vec<(PrimIndex, &mut [PrimRef])> = blocks.collect();
-        blocks.into_par_iter().for_each(|(first, block)| {
-            for (object, place) in (first..).zip(block) {
-                *place = PrimRef::new(object, self.kind(object), self.bounds(object));
+        let blocks: Vec<Range<PrimIndex>> = blocks.collect();
+        let lens: Vec<usize> = blocks.iter().map(|block| block.len()).collect();
+        let (all, _) = write_parts(&lens, |k, part| {
+            for object in blocks[k].clone() {
+                part.push(PrimRef::new(object, self.kind(object), self.bounds(object)));
             }
         });
         all

@@ -1,33 +1,77 @@
 //! Rows on huge pages, if the system supports them. Incoherent rays read rows all over a tree, and
 //! each page of four kibibytes needs a separate TLB entry.
 
-use bytemuck::Zeroable;
 use rayon::prelude::*;
+use std::mem::MaybeUninit;
 
 /// Minimum size for which huge pages pay off: two huge pages of x86-64.
 const MIN_BYTES: usize = 4 << 20;
+
+/// An empty vector with room for rows. Its memory is first written to, and so made by the system,
+/// on the thread that writes a row: zeroed memory would come from one thread where rows are aligned
+/// to more than 16 bytes.
+fn room<T>(len: usize) -> Vec<T> {
+    let mut rows = Vec::with_capacity(len);
+    if len * size_of::<T>() >= MIN_BYTES {
+        advise_huge_pages(rows.spare_capacity_mut());
+    }
+    rows
+}
 
 /// Collects rows into a new vector, on huge pages if it is large.
 pub(super) fn collect_on_huge_pages<T: Send>(
     rows: impl IndexedParallelIterator<Item = T>,
 ) -> Vec<T> {
-    let mut all = Vec::with_capacity(rows.len());
-    if rows.len() * size_of::<T>() >= MIN_BYTES {
-        advise_huge_pages(all.spare_capacity_mut());
-    }
+    let mut all = room(rows.len());
     // The rows fit into the reserved memory: the vector does not move.
     rows.collect_into_vec(&mut all);
     all
 }
 
-/// Zeroed rows, on huge pages if they are many. The system allocates their memory on the first
-/// write, on the writing thread.
-pub(super) fn zeroed_on_huge_pages<T: Zeroable>(len: usize) -> Vec<T> {
-    let mut all = bytemuck::zeroed_vec(len);
-    if size_of_val(&all[..]) >= MIN_BYTES {
-        advise_huge_pages(&mut all[..]);
+/// Rows of consecutive parts, on huge pages if they are many. `write` adds the rows of the k-th
+/// part, of which there are `lens[k]`, and its results are returned in order. Threads write
+/// different parts at the same time.
+///
+/// # Panics
+/// If a part gets fewer or more rows than its length.
+pub(super) fn write_parts<T: Copy + Send, R: Send>(
+    lens: &[usize],
+    write: impl Fn(usize, &mut PartWriter<T>) -> R + Sync,
+) -> (Vec<T>, Vec<R>) {
+    let len = lens.iter().sum();
+    let mut all = room(len);
+    let places = consecutive(all.spare_capacity_mut(), lens.iter().copied());
+    let write_part = |(k, rows): (usize, &mut [MaybeUninit<T>])| {
+        let mut part = PartWriter { rows, written: 0 };
+        let result = write(k, &mut part);
+        assert_eq!(part.written, part.rows.len(), "rows of part {k}");
+        result
+    };
+    let parts = places.into_par_iter().enumerate();
+    let results = parts.map(write_part).collect();
+    // SAFETY: the parts are the first `len` rows, and each has been written to its end.
+    unsafe { all.set_len(len) };
+    (all, results)
+}
+
+/// A part of a vector, whose rows are written in order.
+pub(super) struct PartWriter<'a, T> {
+    rows: &'a mut [MaybeUninit<T>],
+    written: usize,
+}
+
+impl<T> PartWriter<'_, T> {
+    /// Number of rows of the whole part.
+    pub(super) fn len(&self) -> usize {
+        self.rows.len()
     }
-    all
+
+    /// Writes the next row.
+    #[inline(always)]
+    pub(super) fn push(&mut self, row: T) {
+        self.rows[self.written].write(row);
+        self.written += 1;
+    }
 }
 
 /// Consecutive slices of the given lengths, for threads to fill.
@@ -50,8 +94,7 @@ pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     if size_of_val(&rows[..]) < MIN_BYTES {
         return;
     }
-    let mut moved = Vec::with_capacity(rows.len());
-    advise_huge_pages(moved.spare_capacity_mut());
+    let mut moved = room(rows.len());
     moved.extend_from_slice(rows);
     *rows = moved;
 }
@@ -59,10 +102,10 @@ pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
 /// Advises the system before memory is first written to: pages that exist already stay as they
 /// are.
 #[cfg(target_os = "linux")]
-fn advise_huge_pages<T>(room: &mut [T]) {
+fn advise_huge_pages<T>(rows: &mut [T]) {
     const PAGE: usize = 4096;
-    let start = room.as_mut_ptr().addr().next_multiple_of(PAGE);
-    let end = (room.as_mut_ptr().addr() + size_of_val(room)) / PAGE * PAGE;
+    let start = rows.as_mut_ptr().addr().next_multiple_of(PAGE);
+    let end = (rows.as_mut_ptr().addr() + size_of_val(rows)) / PAGE * PAGE;
     if start < end {
         // SAFETY: the whole pages of this range are memory that is lent to this function, and the
         // advice changes nothing that can be read.
@@ -95,6 +138,20 @@ mod tests {
             let new = collect_on_huge_pages(rows.par_iter().map(|x| x + 1));
             assert!(new.iter().zip(&rows).all(|(new, x)| *new == x + 1));
             assert_eq!(new.len(), rows.len());
+            let lens = [count / 3, 0, count - count / 3];
+            let (parts, ends) = write_parts(&lens, |k, part| {
+                let start: usize = lens[..k].iter().sum();
+                let own = &rows[start..start + part.len()];
+                own.iter().for_each(|&row| part.push(row));
+                start + own.len()
+            });
+            assert_eq!(parts, rows);
+            assert_eq!(ends, [count / 3, count / 3, count]);
         }
+    }
+    #[test]
+    #[should_panic(expected = "rows of part 1")]
+    fn a_part_is_written_to_its_end() {
+        write_parts(&[2, 2], |k, part| (k..2).for_each(|row| part.push(row)));
     }
 }

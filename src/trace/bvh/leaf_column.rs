@@ -3,12 +3,11 @@
 
 use super::build_input::BuildInput;
 use super::clustering::ChunkTree;
-use super::huge_pages::{consecutive, zeroed_on_huge_pages};
+use super::huge_pages::write_parts;
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::Pod;
 use phalanx_scene::{AnyColumn, Column};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// A primitive, or an instance, in leaf order.
@@ -42,15 +41,13 @@ impl<T: LeafRow> LeafColumn for Column<T> {
 
     fn fill(&mut self, input: &BuildInput, chunks: &[ChunkTree]) {
         let own = |chunk: &ChunkTree| chunk.slots[T::KIND.number()] as usize;
-        let mut column: Vec<T> = zeroed_on_huge_pages(chunks.iter().map(own).sum());
-        let slices = consecutive(&mut column, chunks.iter().map(own));
-        let parts = chunks.par_iter().zip(slices);
-        parts.for_each(|(chunk, part)| {
-            let all_one = part.len() == chunk.objects.len();
-            let objects = chunk.objects.iter().copied();
-            let of_kind = |&object: &PrimIndex| all_one || input.kind(object) == T::KIND;
-            for (place, object) in part.iter_mut().zip(objects.filter(of_kind)) {
-                *place = T::of(input, object);
+        let lens: Vec<usize> = chunks.iter().map(own).collect();
+        let (column, _) = write_parts(&lens, |k, part| {
+            let objects = &chunks[k].objects;
+            let all_one = part.len() == objects.len();
+            let of_kind = |object: PrimIndex| all_one || input.kind(object) == T::KIND;
+            for &object in objects.iter().filter(|object| of_kind(**object)) {
+                part.push(T::of(input, object));
             }
         });
         *self = column.into();

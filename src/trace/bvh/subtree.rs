@@ -5,7 +5,7 @@ use super::clustering::{ChunkTree, Clustering};
 use super::division::Division;
 use super::prim_ref::PrimRef;
 use super::settings::Quality;
-use super::upper::{WholeTree, whole_tree};
+use super::upper::{WholeTree, upper_tree};
 use super::{LeafPrims, best};
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
@@ -44,8 +44,13 @@ pub(super) fn build_subtree(
             builder.run(quality)
         })
         .collect();
-    let tree = whole_tree(&division.into_tree(), &chunks);
-    let slots = LeafPrims::of_chunks(input, &chunks);
+    let divisions = division.into_tree();
+    // The upper levels, which are optimised node by node, are few.
+    let (upper, slots) = rayon::join(
+        || upper_tree(&divisions, &chunks),
+        || LeafPrims::of_chunks(input, &chunks),
+    );
+    let tree = WholeTree::new(&upper, &chunks);
     Some(Subtree { tree, slots })
 }
 

@@ -4,6 +4,7 @@ use super::cells::OccupiedCell;
 use crate::bvh::prim_ref::LaneBounds;
 use glam::Vec3;
 use phalanx_scene::Bounds;
+use std::ops::Range;
 
 /// Bins per axis.
 const BINS: usize = 32;
@@ -17,19 +18,25 @@ const MAX_SAH_DEPTH: usize = 40;
 pub(super) enum DivisionStep {
     /// Two parts, which follow in preorder.
     Divided,
-    /// Consecutive cells, and their objects, which are not divided further here.
-    Whole { cells: usize, prims: usize },
+    /// Consecutive cells, which are not divided further here, and the number of their objects.
+    Whole { cells: Range<usize>, prims: usize },
 }
 
 /// Reorders cells so that those of each part follow one another.
 pub(super) fn divide_cells(cells: &mut [OccupiedCell], chunk_prims: usize) -> Vec<DivisionStep> {
-    divide(cells, chunk_prims, 0)
+    divide(cells, 0, chunk_prims, 0)
 }
 
-fn divide(cells: &mut [OccupiedCell], chunk_prims: usize, depth: usize) -> Vec<DivisionStep> {
+/// Divides cells, of which the first has the index `first`.
+fn divide(
+    cells: &mut [OccupiedCell],
+    first: usize,
+    chunk_prims: usize,
+    depth: usize,
+) -> Vec<DivisionStep> {
     let prims = cells.iter().map(|cell| cell.count as usize).sum();
     if cells.len() == 1 || prims <= chunk_prims {
-        let cells = cells.len();
+        let cells = first..first + cells.len();
         return vec![DivisionStep::Whole { cells, prims }];
     }
     let at = match best_split(cells) {
@@ -38,8 +45,8 @@ fn divide(cells: &mut [OccupiedCell], chunk_prims: usize, depth: usize) -> Vec<D
     };
     let (left, right) = cells.split_at_mut(at);
     let parallel = left.len().min(right.len()) >= PARALLEL_GRAIN;
-    let mut left = || divide(left, chunk_prims, depth + 1);
-    let mut right = || divide(right, chunk_prims, depth + 1);
+    let mut left = || divide(left, first, chunk_prims, depth + 1);
+    let mut right = || divide(right, first + at, chunk_prims, depth + 1);
     let (left, right) = match parallel {
         true => rayon::join(left, right),
         false => (left(), right()),
@@ -173,16 +180,15 @@ mod tests {
         };
         let mut cells: Vec<OccupiedCell> = (0..5000).map(cell).collect();
         let steps = divide_cells(&mut cells, 4);
-        let mut rest = &cells[..];
-        for step in &steps {
-            if let DivisionStep::Whole { cells, prims } = *step {
-                let (part, others) = rest.split_at(cells);
-                let count: u32 = part.iter().map(|cell| cell.count).sum();
-                assert!(count as usize == prims && (prims <= 4 || cells == 1));
-                rest = others;
+        let mut end = 0;
+        for step in steps {
+            if let DivisionStep::Whole { cells: part, prims } = step {
+                assert_eq!(std::mem::replace(&mut end, part.end), part.start);
+                let count: u32 = cells[part.clone()].iter().map(|cell| cell.count).sum();
+                assert!(count as usize == prims && (prims <= 4 || part.len() == 1));
             }
         }
-        assert!(rest.is_empty());
+        assert_eq!(end, cells.len());
         let mut indices: Vec<u32> = cells.iter().map(|cell| cell.index).collect();
         indices.sort_unstable();
         assert!(indices.into_iter().eq(0..5000));

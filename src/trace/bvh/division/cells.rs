@@ -4,9 +4,9 @@ use super::grid::CellGrid;
 use crate::bvh::prim_ref::{LaneBounds, PrimRef};
 use rayon::prelude::*;
 
-/// Number of segments for the threads. Additional threads stay idle during the few passes that use
-/// segments.
-const SEGMENTS: usize = 8;
+/// Most segments, of which each has a box for every cell. Additional threads stay idle during the
+/// few passes that use segments.
+const MAX_SEGMENTS: usize = 32;
 /// Minimum number of objects in a segment.
 const MIN_SEGMENT: usize = 1 << 14;
 
@@ -32,7 +32,8 @@ pub(super) struct GridCells {
 
 impl GridCells {
     pub(super) fn of(all: &[PrimRef]) -> GridCells {
-        let segment_len = all.len().div_ceil(SEGMENTS).max(MIN_SEGMENT);
+        let segments = rayon::current_num_threads().min(MAX_SEGMENTS);
+        let segment_len = all.len().div_ceil(segments).max(MIN_SEGMENT);
         let segments: Vec<&[PrimRef]> = all.chunks(segment_len).collect();
         let grid = CellGrid::over(&segments);
         let filled = segments.par_iter().map(|segment| fill(segment, &grid));

@@ -12,8 +12,8 @@
 //! Unlike Wald, it divides cells instead of objects: each object is moved once rather than once per
 //! level. A cell with more objects than fit a chunk gets its own grid.
 //!
-//! Objects are processed in segments, and the number of segments depends only on the number of
-//! objects, so the chunks do not depend on threads.
+//! Objects are processed in segments, one for each thread. Neither the boxes and counts of cells nor
+//! the order of their objects depends on the segments, so the chunks do not depend on threads.
 
 mod bins;
 mod cells;
@@ -23,6 +23,7 @@ mod sorted;
 use super::prim_ref::PrimRef;
 use bins::{DivisionStep, divide_cells};
 use cells::GridCells;
+use rayon::prelude::*;
 use sorted::SortedPrims;
 use std::ops::Range;
 
@@ -31,8 +32,8 @@ use std::ops::Range;
 const MAX_GRIDS: usize = 16;
 
 /// Chunks of objects, and the tree of their divisions.
+#[derive(Default)]
 pub(super) struct Division {
-    chunk_prims: usize,
     sources: Vec<ChunkSource>,
     /// Neighbourhoods, from left to right.
     chunks: Vec<Chunk>,
@@ -57,14 +58,7 @@ struct Chunk {
 impl Division {
     /// Divides objects so that each chunk of at most `chunk_prims` is a neighbourhood.
     pub(super) fn of(all: Vec<PrimRef>, chunk_prims: usize) -> Division {
-        let mut division = Division {
-            chunk_prims,
-            sources: Vec::new(),
-            chunks: Vec::new(),
-            is_chunk: Vec::new(),
-        };
-        division.divide(all, 0);
-        division
+        divide(all, chunk_prims, 0)
     }
 
     /// Number of chunks.
@@ -88,61 +82,74 @@ impl Division {
         }
     }
 
-    /// Adds the division of the given objects; `grids` is the number of grids around them.
-    fn divide(&mut self, all: Vec<PrimRef>, grids: usize) {
-        if all.len() <= self.chunk_prims || grids == MAX_GRIDS {
-            return self.halve(all);
-        }
-        let cells = GridCells::of(&all);
-        if cells.occupied.len() < 2 {
-            return self.halve(all);
-        }
-        let mut divided = cells.occupied.clone();
-        let parts = divide_cells(&mut divided, self.chunk_prims);
-        let source = self.sources.len();
-        let sorted = SortedPrims::new(all, cells, divided);
-        self.sources.push(ChunkSource::Sorted(sorted));
-        let mut first = 0;
-        for part in parts {
-            match part {
-                DivisionStep::Divided => self.is_chunk.push(false),
-                DivisionStep::Whole { cells, prims } => {
-                    let part = first..first + cells;
-                    first = part.end;
-                    self.add(Chunk { source, part }, prims, grids);
-                }
-            }
-        }
+    /// Adds a chunk of the first source.
+    fn add(&mut self, part: Range<usize>) {
+        self.is_chunk.push(true);
+        self.chunks.push(Chunk { source: 0, part });
     }
 
-    /// Adds a chunk, or divides it if it has more objects than a chunk may have.
-    fn add(&mut self, chunk: Chunk, prims: usize, grids: usize) {
-        self.chunks.push(chunk);
-        if prims <= self.chunk_prims {
-            return self.is_chunk.push(true);
-        }
-        let mut objects = Vec::with_capacity(prims);
-        self.gather(self.chunks.len() - 1, &mut objects);
-        self.chunks.pop();
-        self.divide(objects, grids + 1);
+    /// Adds the chunks of another division in place of one.
+    fn append(&mut self, other: Division) {
+        let first = self.sources.len();
+        self.chunks
+            .extend(other.chunks.into_iter().map(|chunk| Chunk {
+                source: first + chunk.source,
+                ..chunk
+            }));
+        self.sources.extend(other.sources);
+        self.is_chunk.extend(other.is_chunk);
     }
+}
 
-    /// Adds objects that no grid separates, halved until they fit.
-    fn halve(&mut self, all: Vec<PrimRef>) {
-        let source = self.sources.len();
-        let mut waiting: Vec<Range<usize>> = std::iter::once(0..all.len()).collect();
-        while let Some(part) = waiting.pop() {
-            let fits = part.len() <= self.chunk_prims;
-            self.is_chunk.push(fits);
-            if fits {
-                self.chunks.push(Chunk { source, part });
-                continue;
-            }
-            let middle = part.start + part.len() / 2;
-            waiting.extend([middle..part.end, part.start..middle]);
-        }
-        self.sources.push(ChunkSource::Plain(all));
+/// The division of objects; `grids` is the number of grids around them.
+fn divide(all: Vec<PrimRef>, chunk_prims: usize, grids: usize) -> Division {
+    if all.len() <= chunk_prims || grids == MAX_GRIDS {
+        return halve(all, chunk_prims);
     }
+    let cells = GridCells::of(&all);
+    if cells.occupied.len() < 2 {
+        return halve(all, chunk_prims);
+    }
+    let mut divided = cells.occupied.clone();
+    let steps = divide_cells(&mut divided, chunk_prims);
+    let sorted = SortedPrims::new(all, cells, divided);
+    // Single cells with more objects than a chunk may have.
+    let divided_again = steps.par_iter().map(|step| match step {
+        DivisionStep::Whole { cells, prims } if *prims > chunk_prims => {
+            let mut objects = Vec::with_capacity(*prims);
+            sorted.gather(cells.clone(), &mut objects);
+            Some(divide(objects, chunk_prims, grids + 1))
+        }
+        _ => None,
+    });
+    let divided_again: Vec<Option<Division>> = divided_again.collect();
+    let mut division = Division::default();
+    division.sources.push(ChunkSource::Sorted(sorted));
+    for (step, again) in steps.into_iter().zip(divided_again) {
+        match (step, again) {
+            (_, Some(again)) => division.append(again),
+            (DivisionStep::Divided, _) => division.is_chunk.push(false),
+            (DivisionStep::Whole { cells, .. }, _) => division.add(cells),
+        }
+    }
+    division
+}
+
+/// The division of objects that no grid separates, halved until they fit.
+fn halve(all: Vec<PrimRef>, chunk_prims: usize) -> Division {
+    let mut division = Division::default();
+    let mut waiting: Vec<Range<usize>> = std::iter::once(0..all.len()).collect();
+    while let Some(part) = waiting.pop() {
+        if part.len() <= chunk_prims {
+            division.add(part);
+            continue;
+        }
+        division.is_chunk.push(false);
+        let middle = part.start + part.len() / 2;
+        waiting.extend([middle..part.end, part.start..middle]);
+    }
+    division.sources.push(ChunkSource::Plain(all));
+    division
 }
 
 #[cfg(test)]

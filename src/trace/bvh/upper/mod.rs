@@ -10,10 +10,10 @@ use reinsertion::reinsert_all;
 use upper_tree::UpperTree;
 pub(super) use whole_tree::{ChunkRows, WholeTree};
 
-/// Optimises the upper levels above chunks, and joins everything into one tree. `is_chunk` is the
-/// tree of divisions: see [`Division::into_tree`](super::division::Division::into_tree).
-pub(super) fn whole_tree(is_chunk: &[bool], chunks: &[ChunkTree]) -> WholeTree {
-    let mut upper = UpperTree::new(is_chunk, chunks);
-    reinsert_all(&mut upper);
-    WholeTree::new(&upper, chunks)
+/// The upper levels above chunks, optimised. `is_chunk` is the tree of divisions: see
+/// [`Division::into_tree`](super::division::Division::into_tree).
+pub(super) fn upper_tree(is_chunk: &[bool], chunks: &[ChunkTree]) -> UpperTree {
+    let mut tree = UpperTree::new(is_chunk, chunks);
+    reinsert_all(&mut tree);
+    tree
 }

@@ -2,11 +2,10 @@
 
 use super::upper_tree::{UpperContent, UpperNode, UpperTree};
 use crate::bvh::clustering::ChunkTree;
-use crate::bvh::huge_pages::{consecutive, zeroed_on_huge_pages};
+use crate::bvh::huge_pages::{PartWriter, write_parts};
 use crate::bvh::offsets::Offsets;
 use crate::bvh::{Child, LeafKind, Node, weighted_cost};
 use phalanx_scene::Bounds;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Nodes of a complete tree, with statistics. Its slots are those of the chunks, one after another.
@@ -44,6 +43,7 @@ struct ChunkMove {
 }
 
 /// Statistics of a chunk's moved nodes.
+#[derive(Default)]
 struct MovedFigures {
     /// Number of nodes on the longest path, by part.
     depths: Vec<usize>,
@@ -64,34 +64,36 @@ impl Default for WholeTree {
 
 impl WholeTree {
     /// Joins upper levels and the chunks below them.
-    pub(super) fn new(tree: &UpperTree, chunks: &[ChunkTree]) -> WholeTree {
+    pub(in crate::bvh) fn new(tree: &UpperTree, chunks: &[ChunkTree]) -> WholeTree {
         let inner = |node: &&UpperNode| matches!(node.content, UpperContent::Children(_));
         // A tree that is a single leaf still has a node.
         let upper = tree.nodes.iter().filter(inner).count().max(1);
         let moves = tree.moves(chunks, upper as u32);
         let len = |moved: &ChunkMove| moved.parts.iter().map(|part| part.from.len()).sum();
-        let lens: Vec<usize> = moves.iter().map(len).collect();
-        let mut nodes: Vec<Node> = zeroed_on_huge_pages(upper + lens.iter().sum::<usize>());
-        let (top, rest) = nodes.split_at_mut(upper);
-        let places = consecutive(rest, lens.iter().copied());
-        let jobs = moves.par_iter().zip(chunks).zip(places);
-        let figures: Vec<MovedFigures> = jobs
-            .map(|((moved, chunk), place)| moved.run(&chunk.nodes, place))
-            .collect();
-        let (depth, cost) = tree.emit(&moves, &figures, top);
+        let lens: Vec<usize> = [upper].into_iter().chain(moves.iter().map(len)).collect();
+        let (mut nodes, figures) = write_parts(&lens, |k, part| match k.checked_sub(1) {
+            Some(k) => moves[k].run(&chunks[k].nodes, part),
+            None => {
+                (0..upper).for_each(|_| part.push(Node::EMPTY));
+                MovedFigures::default()
+            }
+        });
+        let figures = &figures[1..];
+        let (depth, cost) = tree.emit(&moves, figures, &mut nodes[..upper]);
         WholeTree {
             nodes,
             bounds: tree.nodes[tree.root as usize].bounds,
             depth,
             weighted_cost: cost + figures.iter().map(|f| f.weighted_cost).sum::<f64>(),
-            chunks: chunk_rows(upper, &lens, &moves),
+            chunks: chunk_rows(&lens, &moves),
         }
     }
 }
 
-/// First rows of all chunks, of these numbers of nodes, behind the upper nodes.
-fn chunk_rows(mut node: usize, lens: &[usize], moves: &[ChunkMove]) -> Vec<ChunkRows> {
-    let chunks = lens.iter().zip(moves).map(|(len, moved)| {
+/// First rows of all chunks; `lens` are the numbers of upper nodes and of each chunk's nodes.
+fn chunk_rows(lens: &[usize], moves: &[ChunkMove]) -> Vec<ChunkRows> {
+    let mut node = lens[0];
+    let chunks = lens[1..].iter().zip(moves).map(|(len, moved)| {
         let triangle = moved.slots[LeafKind::TRIANGLE.number()] as usize;
         let rows = ChunkRows { node, triangle };
         node += len;
@@ -217,8 +219,8 @@ impl ChunkMove {
         self.offsets(part).rebased(child)
     }
 
-    /// Writes a chunk's nodes to their new positions.
-    fn run(&self, nodes: &[Node], mut place: &mut [Node]) -> MovedFigures {
+    /// Writes a chunk's nodes in their new order.
+    fn run(&self, nodes: &[Node], moved: &mut PartWriter<Node>) -> MovedFigures {
         let mut figures = MovedFigures {
             depths: Vec::with_capacity(self.parts.len()),
             weighted_cost: 0.0,
@@ -227,13 +229,11 @@ impl ChunkMove {
         for (k, part) in self.parts.iter().enumerate() {
             let offsets = self.offsets(k);
             let old = &nodes[part.from.start as usize..part.from.end as usize];
-            let (new, rest) = std::mem::take(&mut place).split_at_mut(old.len());
-            place = rest;
             levels.clear();
             levels.resize(old.len(), 1);
             let mut deepest = 1;
-            for (k, (old, new)) in old.iter().zip(new).enumerate() {
-                *new = *old;
+            for (k, old) in old.iter().enumerate() {
+                let mut new = *old;
                 for side in 0..2 {
                     let child = old.child(side);
                     figures.weighted_cost += weighted_cost(child, old.bounds(side));
@@ -244,6 +244,7 @@ impl ChunkMove {
                         deepest = deepest.max(level);
                     }
                 }
+                moved.push(new);
             }
             figures.depths.push(usize::from(deepest));
         }

@@ -44,14 +44,6 @@ struct SubtreeCost {
     kind: LeafKind,
 }
 
-impl SubtreeCost {
-    const NONE: SubtreeCost = SubtreeCost {
-        roots: [0.0; MAX_ROOTS],
-        count: 0,
-        kind: LeafKind::TRIANGLE,
-    };
-}
-
 /// Contents of a box of the binary tree.
 #[derive(Clone, Copy)]
 pub(super) enum BoxContents {
@@ -87,7 +79,7 @@ impl<'a> CollapsePlan<'a> {
             first: [0; MAX_ROOTS],
             block: None,
         };
-        let choices = vec![undecided; nodes.len()];
+        let choices = nodes.par_iter().map(|_| undecided).collect();
         let mut plan = CollapsePlan {
             bvh,
             nodes,
@@ -124,8 +116,8 @@ impl<'a> CollapsePlan<'a> {
 
     /// Chooses for a level, by the costs of the level below, and returns its own costs.
     fn decide(&mut self, level: Range<usize>, below: &[SubtreeCost]) -> Vec<SubtreeCost> {
-        let mut costs = vec![SubtreeCost::NONE; level.len()];
-        let choose = |index: usize| {
+        let mut choices = std::mem::take(&mut self.choices);
+        let choose = |(index, chosen): (usize, &mut CollapseChoice)| {
             let sides = self.parts(index as u32).map(|(part, bounds)| {
                 let cost = match part {
                     BoxContents::Node(child) => below[child as usize - level.end],
@@ -133,36 +125,36 @@ impl<'a> CollapsePlan<'a> {
                 };
                 (cost, bounds)
             });
-            choose(&sides)
+            let (choice, cost) = choose(&sides);
+            *chosen = choice;
+            cost
         };
-        let mut choices = vec![self.choices[level.start]; level.len()];
-        let indices = level.clone().into_par_iter().with_min_len(PARALLEL_GRAIN);
-        let rows = choices.par_iter_mut().zip(&mut costs);
-        indices.zip(rows).for_each(|(index, (choice, cost))| {
-            (*choice, *cost) = choose(index);
-        });
-        self.choices[level].copy_from_slice(&choices);
+        let rows = choices[level.clone()].par_iter_mut();
+        let rows = level.clone().into_par_iter().zip(rows);
+        let costs = rows.with_min_len(PARALLEL_GRAIN).map(choose).collect();
+        self.choices = choices;
         costs
     }
 }
 
 /// All nodes from a root on, parents first, and the range of each level among them.
 fn levels(bvh: &Bvh, root: u32) -> (Vec<NodeRef>, Vec<Range<usize>>) {
-    let mut nodes = vec![NodeRef {
-        node: root,
-        children: 0,
-    }];
+    let entry = |node: u32| NodeRef { node, children: 0 };
+    let mut nodes = vec![entry(root)];
     let mut levels = vec![];
     let mut level = 0..1;
     while !level.is_empty() {
-        for k in level.clone() {
+        let below = nodes[level.clone()].par_iter().map(|entry| {
+            let node = &bvh.nodes()[entry.node as usize];
+            [node.child(0), node.child(1)].map(|child| match child {
+                Child::Node(index) => Some(index),
+                Child::Leaf { .. } => None,
+            })
+        });
+        let below: Vec<[Option<u32>; 2]> = below.with_min_len(PARALLEL_GRAIN).collect();
+        for (k, below) in level.clone().zip(below) {
             nodes[k].children = nodes.len() as u32;
-            let node = &bvh.nodes()[nodes[k].node as usize];
-            for child in [node.child(0), node.child(1)] {
-                if let Child::Node(node) = child {
-                    nodes.push(NodeRef { node, children: 0 });
-                }
-            }
+            nodes.extend(below.into_iter().flatten().map(entry));
         }
         let next = level.end..nodes.len();
         levels.push(std::mem::replace(&mut level, next));

@@ -12,7 +12,8 @@ use rayon::prelude::*;
 pub(super) struct WideNodeDraft {
     pub(super) row: WideNode,
     pub(super) children: [ChildKind; NATIVE],
-    /// Index of the draft of the first child that is a node; the others follow it.
+    /// Index, in the next level, of the draft of the first child that is a node; the others follow
+    /// it.
     pub(super) first: usize,
 }
 
@@ -44,29 +45,29 @@ struct BoxedContents {
     bounds: Bounds,
 }
 
-/// Drafts of all wide nodes level by level, and the number of levels.
-pub(super) fn emit_nodes(plan: &CollapsePlan) -> (Vec<WideNodeDraft>, usize) {
-    let mut drafts: Vec<WideNodeDraft> = Vec::new();
+/// Drafts of all wide nodes, level by level.
+pub(super) fn emit_nodes(plan: &CollapsePlan) -> Vec<Vec<WideNodeDraft>> {
+    let mut levels = Vec::new();
     // The root's own box is not used.
     let mut open = vec![BoxedContents {
         part: BoxContents::Node(0),
         bounds: Bounds::EMPTY,
     }];
-    let mut levels = 0;
     while !open.is_empty() {
-        levels += 1;
-        let mut level: Vec<WideNodeDraft> = Vec::with_capacity(open.len());
-        let nodes = open.par_iter().map(|item| WideNodeDraft::of(plan, item));
-        nodes.collect_into_vec(&mut level);
-        open.clear();
-        let end = drafts.len() + level.len();
+        let level = open.par_iter().map(|item| WideNodeDraft::of(plan, item));
+        let mut level: Vec<WideNodeDraft> = level.collect();
+        open = level
+            .par_iter()
+            .flat_map_iter(WideNodeDraft::nodes)
+            .collect();
+        let mut first = 0;
         for draft in &mut level {
-            draft.first = end + open.len();
-            open.extend(draft.nodes());
+            draft.first = first;
+            first += draft.nodes().count();
         }
-        drafts.append(&mut level);
+        levels.push(level);
     }
-    (drafts, levels)
+    levels
 }
 
 impl WideNodeDraft {

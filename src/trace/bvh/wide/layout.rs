@@ -21,10 +21,13 @@ pub(in crate::bvh) fn widen(bvh: &Bvh, roots: Option<[u32; 2]>) -> WideBvh {
 /// Widens the binary tree below a node.
 pub(in crate::bvh) fn widen_below(bvh: &Bvh, root: u32) -> WideBvh {
     let plan = CollapsePlan::of(bvh, root);
-    let (mut drafts, depth) = emit_nodes(&plan);
-    let rows = WideRows::of(&mut drafts);
+    let mut levels = emit_nodes(&plan);
+    let rows = WideRows::of(&mut levels);
     let slots_of = |slots: &BlockSlots| slots_of(&plan, *slots);
-    let nodes = rows.nodes.par_iter().map(|&k| drafts[k].row);
+    let nodes = rows
+        .nodes
+        .par_iter()
+        .map(|&(level, k)| levels[level][k].row);
     let triangles = rows.triangles.par_iter().map(|slots| {
         let slots = slots_of(slots).into_iter();
         TriangleBlock::of(slots.map(|s| &bvh.leaf_prims().triangles[s as usize]))
@@ -38,15 +41,15 @@ pub(in crate::bvh) fn widen_below(bvh: &Bvh, root: u32) -> WideBvh {
         triangles: collect_on_huge_pages(triangles),
         spheres: collect_on_huge_pages(spheres),
         others: rows.others,
-        depth,
+        depth: levels.len(),
         world: None,
     }
 }
 
 /// Contents of each row, in order.
 struct WideRows {
-    /// Indices of the drafts.
-    nodes: Vec<usize>,
+    /// Levels of the drafts, and indices among those of their level.
+    nodes: Vec<(usize, usize)>,
     triangles: Vec<BlockSlots>,
     spheres: Vec<BlockSlots>,
     others: Vec<OtherLeaf>,
@@ -55,17 +58,17 @@ struct WideRows {
 impl WideRows {
     /// Assigns all rows their positions, and enters them in the drafts. The children of a node are
     /// adjacent, and the rows below the last child come first.
-    fn of(drafts: &mut [WideNodeDraft]) -> WideRows {
+    fn of(levels: &mut [Vec<WideNodeDraft>]) -> WideRows {
         let mut rows = WideRows {
-            nodes: vec![0],
+            nodes: vec![(0, 0)],
             triangles: Vec::new(),
             spheres: Vec::new(),
             others: vec![OtherLeaf::EMPTY],
         };
-        let mut waiting = vec![0];
-        while let Some(k) = waiting.pop() {
-            let draft = &mut drafts[k];
-            let mut child = draft.first;
+        let mut waiting = vec![(0, 0)];
+        while let Some((level, k)) = waiting.pop() {
+            let draft = &mut levels[level][k];
+            let mut child = (level + 1, draft.first);
             for (below, code) in draft.children.iter().zip(&mut draft.row.children) {
                 if let ChildKind::Node(_) = below {
                     waiting.push(child);
@@ -78,12 +81,12 @@ impl WideRows {
 
     /// Assigns the next position to a child. If it is a node, `child` is the index of its draft,
     /// and is advanced to that of the next node.
-    fn next(&mut self, below: ChildKind, child: &mut usize) -> ChildRef {
+    fn next(&mut self, below: ChildKind, child: &mut (usize, usize)) -> ChildRef {
         match below {
             ChildKind::Empty => ChildRef::NOTHING,
             ChildKind::Node(_) => {
-                *child += 1;
-                ChildRef::Node(add(&mut self.nodes, *child - 1))
+                child.1 += 1;
+                ChildRef::Node(add(&mut self.nodes, (child.0, child.1 - 1)))
             }
             ChildKind::Block(LeafKind::SPHERE, slots) => {
                 ChildRef::Spheres(add(&mut self.spheres, slots))
