@@ -10,6 +10,7 @@
 //! | `division` | chunks of neighbours, from the top |
 //! | `clustering` | the tree of a chunk, from below |
 //! | `best` | the same by obvhs, for the best quality; no other file but the peers' uses obvhs |
+//! | `reinsertion` | nodes of a tree moved to better positions |
 //! | `upper` | the upper levels, optimised as one tree, and the whole below them |
 //! | `leaf_column` | primitives in leaf order |
 //! | `offsets` | trees of several meshes in common arrays |
@@ -43,6 +44,7 @@ mod node;
 mod offsets;
 mod prim_ref;
 mod refit;
+mod reinsertion;
 mod settings;
 mod subtree;
 mod tree;

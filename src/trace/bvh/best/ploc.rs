@@ -9,40 +9,73 @@
 //! quadratic. Therefore the rounds are implemented here. Up to [`MAX_VISITS_PER_BOX`] they give the
 //! same bits as obvhs's own; beyond it, neighbours merge in pairs.
 
+use crate::bvh::reinsertion::{MovableTree, reinsert_largest};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::node::Bvh2Node;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::reinsertion::reinsert_node;
 use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::morton::morton_encode_u128_unorm;
+use phalanx_scene::Bounds;
 
 /// Limit on the clusters that all rounds together visit, per box. Grids of equal boxes need up to
 /// 12.
 const MAX_VISITS_PER_BOX: usize = 32;
 
+/// Shares of the nodes that are reinserted, pass by pass: before leaves are made, and again after.
+const REINSERTED: [f32; 2] = [1.0, 0.2];
+
 /// The tree over at least one box.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     let preset = preset();
     let Clustered { mut tree, stalled } = cluster(boxes);
-    let mut optimizer = ReinsertionOptimizer::default();
+    tree.children_are_ordered_after_parents = false;
     // If boxes coincide or are nested, no other position is better, and searching for one takes as
     // long as merging did.
-    let mut reinsert = |tree: &mut Bvh2, ratio: f32| {
-        if !stalled {
-            optimizer.run(tree, ratio, None);
-        }
-    };
-    let ratio = preset.reinsertion_batch_ratio;
-    reinsert(&mut tree, ratio);
+    let passes = if stalled { &[][..] } else { &REINSERTED };
+    tree.init_parents_if_uninit();
+    reinsert_largest(&mut tree, passes);
     collapse(
         &mut tree,
         preset.max_prims_per_leaf.clamp(1, 255),
         preset.collapse_traversal_cost,
     );
-    let after = preset.post_collapse_reinsertion_batch_ratio_multiplier;
-    reinsert(&mut tree, ratio * after);
+    tree.init_parents_if_uninit();
+    reinsert_largest(&mut tree, passes);
     tree
+}
+
+impl MovableTree for Bvh2 {
+    fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn root(&self) -> u32 {
+        0
+    }
+
+    fn bounds(&self, node: u32) -> Bounds {
+        let Aabb { min, max } = *self.nodes[node as usize].aabb();
+        Bounds::new(min.into(), max.into())
+    }
+
+    fn parent(&self, node: u32) -> u32 {
+        self.parents[node as usize]
+    }
+
+    fn sibling(&self, node: u32) -> u32 {
+        Bvh2Node::get_sibling_id32(node)
+    }
+
+    fn children(&self, node: u32) -> Option<[u32; 2]> {
+        let node = &self.nodes[node as usize];
+        (!node.is_leaf()).then_some([node.first_index, node.first_index + 1])
+    }
+
+    fn reinsert(&mut self, node: u32, at: u32) {
+        reinsert_node(self, node as usize, at as usize);
+    }
 }
 
 /// A tree with one box per leaf.
@@ -238,7 +271,13 @@ mod tests {
     }
 
     #[test]
-    fn trees_are_those_of_obvhs() {
+    fn clusters_are_those_of_obvhs() {
+        let preset = BvhBuildParams {
+            reinsertion_batch_ratio: 0.0,
+            post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
+            max_prims_per_leaf: 1,
+            ..preset()
+        };
         let mut unit = numbers(7);
         for count in [1, 2, 3, 9, 100, 3000] {
             // Many boxes with one centre, whose order must not differ either.
@@ -251,8 +290,8 @@ mod tests {
                 })
                 .collect();
             let theirs: Vec<TestBox> = boxes.iter().copied().map(TestBox).collect();
-            let expected = build_bvh2(&theirs, preset(), &mut Duration::default());
-            let tree = build(&boxes);
+            let expected = build_bvh2(&theirs, preset, &mut Duration::default());
+            let tree = cluster(&boxes).tree;
             assert_eq!(rows(&tree), rows(&expected), "{count}");
             assert_eq!(tree.primitive_indices, expected.primitive_indices);
             assert_eq!(tree.max_depth, expected.max_depth);

@@ -1,6 +1,7 @@
 //! The tree of the divisions, down to the largest nodes of the chunks.
 
 use crate::bvh::clustering::ChunkTree;
+use crate::bvh::reinsertion::MovableTree;
 use crate::bvh::{Child, Node};
 use phalanx_scene::Bounds;
 use std::cmp::Ordering;
@@ -143,6 +144,172 @@ impl UpperTree {
         }
         for opened in &mut self.opened {
             opened.sort_unstable();
+        }
+    }
+}
+
+impl MovableTree for UpperTree {
+    fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn root(&self) -> u32 {
+        self.root
+    }
+
+    fn bounds(&self, index: u32) -> Bounds {
+        self.nodes[index as usize].bounds
+    }
+
+    fn parent(&self, index: u32) -> u32 {
+        self.nodes[index as usize].parent
+    }
+
+    fn sibling(&self, index: u32) -> u32 {
+        match self.children(self.parent(index)) {
+            Some([first, second]) if first == index => second,
+            Some([first, _]) => first,
+            None => index,
+        }
+    }
+
+    fn children(&self, index: u32) -> Option<[u32; 2]> {
+        match self.nodes[index as usize].content {
+            UpperContent::Children(children) => Some(children),
+            UpperContent::Below { .. } => None,
+        }
+    }
+
+    /// The node's parent moves with it.
+    fn reinsert(&mut self, node: u32, at: u32) {
+        let parent = self.parent(node);
+        let sibling = self.sibling(node);
+        self.replace(parent, sibling);
+        let above_sibling = self.parent(sibling);
+        self.replace(at, parent);
+        self.nodes[at as usize].parent = parent;
+        self.nodes[node as usize].parent = parent;
+        self.nodes[parent as usize].content = UpperContent::Children([at, node]);
+        if sibling != self.root {
+            self.refit_from(above_sibling);
+        }
+        self.refit_from(parent);
+    }
+}
+
+impl UpperTree {
+    /// Puts a node in another's position under its parent, or at the root.
+    fn replace(&mut self, old: u32, new: u32) {
+        let above = self.parent(old);
+        if old == self.root {
+            self.root = new;
+            self.nodes[new as usize].parent = new;
+            return;
+        }
+        self.nodes[new as usize].parent = above;
+        if let UpperContent::Children(children) = &mut self.nodes[above as usize].content {
+            let place = children.iter_mut().find(|child| **child == old);
+            place.into_iter().for_each(|child| *child = new);
+        }
+    }
+
+    /// Recomputes the boxes of a node and of all above it.
+    fn refit_from(&mut self, mut index: u32) {
+        loop {
+            if let Some([a, b]) = self.children(index) {
+                self.nodes[index as usize].bounds = self.bounds(a).union(self.bounds(b));
+            }
+            if index == self.root {
+                return;
+            }
+            index = self.parent(index);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::reinsertion::reinsert_largest;
+    use glam::Vec3;
+
+    /// Checks that the tree holds `leaves` parts once, and that its boxes and parents are right.
+    /// Returns the sum of the areas of its inner nodes.
+    fn check(tree: &UpperTree, leaves: usize) -> f32 {
+        let mut seen = vec![0; tree.nodes.len()];
+        let mut area = 0.0;
+        let mut waiting = vec![tree.root];
+        while let Some(index) = waiting.pop() {
+            seen[index as usize] += 1;
+            let node = &tree.nodes[index as usize];
+            if let UpperContent::Children(children) = node.content {
+                let [a, b] = children.map(|child| tree.bounds(child));
+                assert_eq!(node.bounds, a.union(b));
+                assert!(children.iter().all(|&child| tree.parent(child) == index));
+                area += node.bounds.half_area();
+                waiting.extend(children);
+            }
+        }
+        assert!(seen.iter().all(|&count| count == 1));
+        let parts = tree.nodes.iter();
+        let parts = parts.filter(|node| matches!(node.content, UpperContent::Below { .. }));
+        assert_eq!(parts.count(), leaves);
+        area
+    }
+
+    /// A tree that joins boxes along a row one after another, in an order that has nothing to do
+    /// with the row.
+    fn chain(count: u32) -> UpperTree {
+        let mut tree = UpperTree {
+            nodes: Vec::new(),
+            root: 0,
+            opened: Vec::new(),
+        };
+        let mut push = |bounds, content| {
+            let node = UpperNode {
+                bounds,
+                parent: 0,
+                content,
+            };
+            tree.nodes.push(node);
+            tree.nodes.len() as u32 - 1
+        };
+        let mut all: Option<(u32, Bounds)> = None;
+        for k in 0..count {
+            let at = Vec3::X * (k * 37 % count) as f32;
+            let bounds = Bounds::new(at, at + Vec3::ONE);
+            let child = Child::Node(k);
+            let part = push(bounds, UpperContent::Below { chunk: 0, child });
+            all = Some(match all {
+                None => (part, bounds),
+                Some((whole, around)) => {
+                    let around = around.union(bounds);
+                    (push(around, UpperContent::Children([whole, part])), around)
+                }
+            });
+        }
+        tree.root = all.map_or(0, |(root, _)| root);
+        for index in 0..tree.nodes.len() {
+            if let UpperContent::Children(children) = tree.nodes[index].content {
+                for child in children {
+                    tree.nodes[child as usize].parent = index as u32;
+                }
+            }
+        }
+        let root = tree.root;
+        tree.nodes[root as usize].parent = root;
+        tree
+    }
+
+    #[test]
+    fn reinsertion_saves_area_and_loses_nothing() {
+        for count in [1, 2, 3, 4, 9, 100] {
+            let mut tree = chain(count);
+            let before = check(&tree, count as usize);
+            reinsert_largest(&mut tree, &[1.0, 1.0]);
+            let after = check(&tree, count as usize);
+            assert!(after <= before, "{count}: {before} to {after}");
+            assert!(count < 100 || after < before / 4.0, "{before} to {after}");
         }
     }
 }
