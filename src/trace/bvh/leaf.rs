@@ -1,7 +1,7 @@
 //! Primitives in leaf order, with only the data that their tests need.
 
 use super::build_input::{BuildInput, triangle_bounds};
-use super::clustering::ChunkTree;
+use super::clustering::LeafObjects;
 use super::leaf_column::{LeafColumn, LeafRow};
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
@@ -224,7 +224,7 @@ impl LeafPrims {
     };
 
     /// The rows of all objects of chunks, chunk by chunk.
-    pub(super) fn of_chunks(input: &BuildInput, chunks: &[ChunkTree]) -> LeafPrims {
+    pub(super) fn of_chunks(input: &BuildInput, chunks: &[LeafObjects]) -> LeafPrims {
         let mut all = LeafPrims::default();
         for kind in LeafKind::all() {
             all.leaf_column_mut(kind).fill(input, chunks);

@@ -2,7 +2,7 @@
 //! their final memory.
 
 use super::build_input::BuildInput;
-use super::clustering::ChunkTree;
+use super::clustering::LeafObjects;
 use super::huge_pages::write_parts;
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
@@ -27,7 +27,7 @@ pub(super) trait LeafColumn: AnyColumn {
     /// Name of the column in scene caches.
     fn name(&self) -> &'static str;
     /// Fills the column with the rows of all objects of chunks, chunk by chunk.
-    fn fill(&mut self, input: &BuildInput, chunks: &[ChunkTree]);
+    fn fill(&mut self, input: &BuildInput, chunks: &[LeafObjects]);
     /// Returns true if all of these rows are primitives of numbers below `count`.
     fn are_prims_below(&self, rows: Range<usize>, count: u32) -> bool;
     /// The numbers of the primitives in these rows; none of instances.
@@ -39,8 +39,8 @@ impl<T: LeafRow> LeafColumn for Column<T> {
         T::NAME
     }
 
-    fn fill(&mut self, input: &BuildInput, chunks: &[ChunkTree]) {
-        let own = |chunk: &ChunkTree| chunk.slots[T::KIND.number()] as usize;
+    fn fill(&mut self, input: &BuildInput, chunks: &[LeafObjects]) {
+        let own = |chunk: &LeafObjects| chunk.slots[T::KIND.number()] as usize;
         let lens: Vec<usize> = chunks.iter().map(own).collect();
         let (column, _) = write_parts(&lens, |k, part| {
             let objects = &chunks[k].objects;

@@ -1,8 +1,9 @@
 //! Conversion of obvhs's tree: nodes depth first, leaves of one kind, objects in leaf order.
 
-use crate::bvh::clustering::ChunkTree;
+use crate::bvh::clustering::{ChunkTree, LeafObjects};
 use crate::bvh::prim_ref::PrimRef;
-use crate::bvh::{Child, LeafKind, Node};
+use crate::bvh::{Child, Node};
+use bumpalo::Bump;
 use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
 
@@ -27,34 +28,35 @@ impl<'a> ObvhsTree<'a> {
     }
 
     /// Converts the whole tree.
-    pub(super) fn convert(&self) -> ChunkTree {
+    pub(super) fn convert<'n>(&self, arena: &'n Bump) -> ChunkTree<'n> {
         let whole = self.pending(0);
-        let mut made = ChunkTree {
-            root: Child::Node(0),
-            bounds: self.bounds(&whole),
-            nodes: Vec::with_capacity(self.tree.nodes.len() / 2),
-            objects: Vec::with_capacity(self.objects.len()),
-            slots: [0; LeafKind::COUNT],
+        let bounds = self.bounds(&whole);
+        let mut leaves = LeafObjects::with_room(self.objects.len());
+        let (root, nodes) = match self.leaf(&whole, &mut leaves) {
+            Some(leaf) => (leaf, Vec::new()),
+            None => (Child::Node(0), self.nodes(whole, &mut leaves)),
         };
-        match self.leaf(&whole, &mut made) {
-            Some(leaf) => made.root = leaf,
-            None => self.add_nodes(whole, &mut made),
+        ChunkTree {
+            root,
+            bounds,
+            nodes: arena.alloc_slice_copy(&nodes),
+            leaves,
         }
-        made
     }
 
     /// Converts nodes depth first with an explicit stack: a tree may be deeper than the thread's
-    /// stack allows.
-    fn add_nodes(&self, whole: Pending, made: &mut ChunkTree) {
+    /// stack allows. Their objects go to `leaves`.
+    fn nodes(&self, whole: Pending, leaves: &mut LeafObjects) -> Vec<Node> {
+        let mut nodes: Vec<Node> = Vec::with_capacity(self.tree.nodes.len() / 2);
         // (node to make, parent and child index in it)
         let mut stack = vec![(whole, None)];
         while let Some((pending, parent)) = stack.pop() {
-            let index = made.nodes.len() as u32;
+            let index = nodes.len() as u32;
             let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
             let mut deferred = Vec::new();
             for (k, part) in self.split(pending).into_iter().enumerate() {
                 let bounds = self.bounds(&part);
-                let child = match self.leaf(&part, made) {
+                let child = match self.leaf(&part, leaves) {
                     Some(leaf) => leaf,
                     None => {
                         deferred.push((part, Some((index, k))));
@@ -63,14 +65,15 @@ impl<'a> ObvhsTree<'a> {
                 };
                 children[k] = (child, bounds);
             }
-            made.nodes.push(Node::new(children));
+            nodes.push(Node::new(children));
             if let Some((parent, k)) = parent {
-                let parent: &mut Node = &mut made.nodes[parent as usize];
+                let parent: &mut Node = &mut nodes[parent as usize];
                 parent.set_child(k, Child::Node(index));
             }
             // The first child is popped next, so that it follows its parent in memory.
             stack.extend(deferred.into_iter().rev());
         }
+        nodes
     }
 
     /// The two parts of a subtree that is not a leaf of one kind.
@@ -115,7 +118,7 @@ impl<'a> ObvhsTree<'a> {
     }
 
     /// Places the objects of a leaf of one kind; `None` if the part has to be split further.
-    fn leaf(&self, pending: &Pending, made: &mut ChunkTree) -> Option<Child> {
+    fn leaf(&self, pending: &Pending, leaves: &mut LeafObjects) -> Option<Child> {
         let Pending::Leaf(items) = pending else {
             return None;
         };
@@ -123,10 +126,8 @@ impl<'a> ObvhsTree<'a> {
         if items.iter().any(|item| item.kind() != kind) {
             return None;
         }
-        made.objects.extend(items.iter().map(|item| item.object));
-        let count = items.len() as u32;
-        let first = made.slots[kind.number()];
-        made.slots[kind.number()] += count;
-        Some(Child::Leaf { kind, first, count })
+        let start = leaves.objects.len();
+        leaves.objects.extend(items.iter().map(|item| item.object));
+        Some(leaves.leaf_from(start, kind))
     }
 }

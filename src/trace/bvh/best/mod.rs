@@ -6,6 +6,7 @@ mod ploc;
 
 use super::clustering::ChunkTree;
 use super::prim_ref::PrimRef;
+use bumpalo::Bump;
 use convert::ObvhsTree;
 use obvhs::aabb::Aabb;
 use phalanx_scene::Bounds;
@@ -14,11 +15,11 @@ use phalanx_scene::Bounds;
 /// `perf/notes/parallel-build.md`.
 pub(super) const CHUNK_PRIMS: usize = 1 << 15;
 
-/// The tree over a chunk.
-pub(super) fn chunk_tree(chunk: &[PrimRef]) -> ChunkTree {
+/// The tree over a chunk, with its nodes in the arena.
+pub(super) fn chunk_tree<'a>(chunk: &[PrimRef], arena: &'a Bump) -> ChunkTree<'a> {
     let boxes: Vec<Aabb> = chunk.iter().map(|item| aabb(item.bounds())).collect();
     let tree = ploc::build(&boxes);
-    ObvhsTree::new(&tree, chunk).convert()
+    ObvhsTree::new(&tree, chunk).convert(arena)
 }
 
 /// Converts a box to obvhs's type.

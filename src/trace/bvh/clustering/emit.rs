@@ -4,18 +4,41 @@ use super::clusters::ClusterRef;
 use super::merge::Merges;
 use crate::bvh::prim_ref::{PrimIndex, PrimRef};
 use crate::bvh::{Child, LeafKind, Node};
+use bumpalo::Bump;
 use phalanx_scene::Bounds;
 
 /// A tree over a chunk. Its nodes are stored depth first, so that a node is followed by everything
 /// below it; nodes and slots are numbered from the chunk's start.
-pub(in crate::bvh) struct ChunkTree {
+pub(in crate::bvh) struct ChunkTree<'a> {
     pub(in crate::bvh) root: Child,
     pub(in crate::bvh) bounds: Bounds,
-    pub(in crate::bvh) nodes: Vec<Node>,
-    /// Objects in leaf order.
+    pub(in crate::bvh) nodes: &'a [Node],
+    pub(in crate::bvh) leaves: LeafObjects,
+}
+
+/// The objects of a chunk in leaf order.
+pub(in crate::bvh) struct LeafObjects {
     pub(in crate::bvh) objects: Vec<PrimIndex>,
     /// Number of objects by kind.
     pub(in crate::bvh) slots: [u32; LeafKind::COUNT],
+}
+
+impl LeafObjects {
+    pub(in crate::bvh) fn with_room(objects: usize) -> LeafObjects {
+        LeafObjects {
+            objects: Vec::with_capacity(objects),
+            slots: [0; LeafKind::COUNT],
+        }
+    }
+
+    /// The leaf of the objects from `start` on, which are of one kind.
+    pub(in crate::bvh) fn leaf_from(&mut self, start: usize, kind: LeafKind) -> Child {
+        let count = (self.objects.len() - start) as u32;
+        let slot = &mut self.slots[kind.number()];
+        let first = *slot;
+        *slot += count;
+        Child::Leaf { kind, first, count }
+    }
 }
 
 /// Reusable memory for the nodes of a chunk.
@@ -30,19 +53,19 @@ pub(super) struct EmittedNodes {
 
 impl EmittedNodes {
     /// The nodes and the objects below a cluster. Merges refer to objects in `sorted`.
-    pub(super) fn run(
+    pub(super) fn run<'a>(
         &mut self,
         merges: &Merges,
         root: ClusterRef,
         sorted: &[PrimRef],
-    ) -> ChunkTree {
+        arena: &'a Bump,
+    ) -> ChunkTree<'a> {
         self.nodes.clear();
         let mut emission = Emission {
             merges,
             sorted,
             memory: self,
-            objects: Vec::with_capacity(sorted.len()),
-            slots: [0; LeafKind::COUNT],
+            leaves: LeafObjects::with_room(sorted.len()),
         };
         let bounds = emission.bounds(root);
         let root = match emission.is_leaf(root) {
@@ -52,9 +75,8 @@ impl EmittedNodes {
         ChunkTree {
             root,
             bounds,
-            objects: emission.objects,
-            slots: emission.slots,
-            nodes: self.nodes.clone(),
+            leaves: emission.leaves,
+            nodes: arena.alloc_slice_copy(&self.nodes),
         }
     }
 }
@@ -63,8 +85,7 @@ struct Emission<'a> {
     merges: &'a Merges,
     sorted: &'a [PrimRef],
     memory: &'a mut EmittedNodes,
-    objects: Vec<PrimIndex>,
-    slots: [u32; LeafKind::COUNT],
+    leaves: LeafObjects,
 }
 
 impl Emission<'_> {
@@ -86,7 +107,7 @@ impl Emission<'_> {
 
     /// Places the objects of a leaf, which are of one kind.
     fn leaf(&mut self, cluster: ClusterRef) -> Child {
-        let start = self.objects.len();
+        let start = self.leaves.objects.len();
         let mut kind = LeafKind::TRIANGLE;
         self.memory.waiting.push(cluster);
         while let Some(cluster) = self.memory.waiting.pop() {
@@ -97,14 +118,11 @@ impl Emission<'_> {
                 }
                 Err(object) => {
                     kind = self.sorted[object].kind();
-                    self.objects.push(self.sorted[object].object);
+                    self.leaves.objects.push(self.sorted[object].object);
                 }
             }
         }
-        let count = (self.objects.len() - start) as u32;
-        let first = self.slots[kind.number()];
-        self.slots[kind.number()] += count;
-        Child::Leaf { kind, first, count }
+        self.leaves.leaf_from(start, kind)
     }
 
     /// Writes nodes depth first with an explicit stack: a tree may be deeper than the thread's

@@ -21,9 +21,10 @@ mod morton;
 mod neighbours;
 
 use super::prim_ref::PrimRef;
+use bumpalo::Bump;
 use clusters::Clusters;
-pub(super) use emit::ChunkTree;
 use emit::EmittedNodes;
+pub(super) use emit::{ChunkTree, LeafObjects};
 use merge::Merges;
 use morton::MortonOrder;
 use neighbours::{Neighbours, choose};
@@ -47,9 +48,13 @@ pub(super) struct Clustering {
 }
 
 impl Clustering {
-    /// The tree over a chunk. A cluster is compared with `REACH` neighbours on each side, at most
-    /// [`MAX_REACH`](neighbours::MAX_REACH).
-    pub(super) fn run<const REACH: usize>(&mut self, chunk: &[PrimRef]) -> ChunkTree {
+    /// The tree over a chunk, with its nodes in the arena. A cluster is compared with `REACH`
+    /// neighbours on each side, at most [`MAX_REACH`](neighbours::MAX_REACH).
+    pub(super) fn run<'a, const REACH: usize>(
+        &mut self,
+        chunk: &[PrimRef],
+        arena: &'a Bump,
+    ) -> ChunkTree<'a> {
         let sorted = self.order.sort(chunk);
         self.clusters.set(sorted);
         self.merges.clear();
@@ -68,7 +73,8 @@ impl Clustering {
                 visits_left = 0;
             }
         }
-        self.emitted.run(&self.merges, self.clusters.root(), sorted)
+        let root = self.clusters.root();
+        self.emitted.run(&self.merges, root, sorted, arena)
     }
 }
 
@@ -82,12 +88,12 @@ mod tests {
     /// Most nodes on a path of these trees.
     const MAX_DEPTH: usize = 1000;
 
-    fn tree_of(boxes: &[(LeafKind, Bounds)]) -> ChunkTree {
+    fn tree_of<'a>(boxes: &[(LeafKind, Bounds)], arena: &'a Bump) -> ChunkTree<'a> {
         let prim = |(k, &(kind, bounds)): (usize, &(LeafKind, Bounds))| {
             PrimRef::new(k as u32, kind, bounds)
         };
         let chunk: Vec<PrimRef> = boxes.iter().enumerate().map(prim).collect();
-        Clustering::default().run::<8>(&chunk)
+        Clustering::default().run::<8>(&chunk, arena)
     }
 
     /// Checks that the tree holds every object once, in a leaf of its own kind, within the boxes of
@@ -95,7 +101,7 @@ mod tests {
     fn check(tree: &ChunkTree, boxes: &[(LeafKind, Bounds)]) -> usize {
         let mut seen = vec![false; boxes.len()];
         let of_kind = |kind: LeafKind| {
-            let objects = tree.objects.iter();
+            let objects = tree.leaves.objects.iter();
             objects.filter(move |&&object| boxes[object as usize].0 == kind)
         };
         let mut waiting = vec![(tree.root, tree.bounds, 1)];
@@ -144,7 +150,7 @@ mod tests {
                     (LeafKind::TRIANGLE, Bounds::new(at - size, at + size))
                 };
                 let boxes: Vec<(LeafKind, Bounds)> = (0..count).map(boxed).collect();
-                check(&tree_of(&boxes), &boxes);
+                check(&tree_of(&boxes, &Bump::new()), &boxes);
             }
         }
     }
@@ -162,6 +168,6 @@ mod tests {
             (kinds[k % 4], Bounds::new(at, at + 0.5))
         };
         let boxes: Vec<(LeafKind, Bounds)> = (0..1000).map(boxed).collect();
-        assert!(check(&tree_of(&boxes), &boxes) >= 1000 / 8);
+        assert!(check(&tree_of(&boxes, &Bump::new()), &boxes) >= 1000 / 8);
     }
 }

@@ -74,7 +74,7 @@ impl UpperTree {
     fn add_divisions<'c>(
         &mut self,
         is_chunk: &mut std::slice::Iter<bool>,
-        chunks: &mut impl Iterator<Item = (u32, &'c ChunkTree)>,
+        chunks: &mut impl Iterator<Item = (u32, &'c ChunkTree<'c>)>,
         parent: u32,
     ) -> u32 {
         let index = self.nodes.len() as u32;

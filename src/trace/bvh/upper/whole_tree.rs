@@ -72,7 +72,7 @@ impl WholeTree {
         let len = |moved: &ChunkMove| moved.parts.iter().map(|part| part.from.len()).sum();
         let lens: Vec<usize> = [upper].into_iter().chain(moves.iter().map(len)).collect();
         let (mut nodes, figures) = write_parts(&lens, |k, part| match k.checked_sub(1) {
-            Some(k) => moves[k].run(&chunks[k].nodes, part),
+            Some(k) => moves[k].run(chunks[k].nodes, part),
             None => {
                 (0..upper).for_each(|_| part.push(Node::EMPTY));
                 MovedFigures::default()
@@ -138,7 +138,7 @@ impl UpperTree {
                 parts: parts.collect(),
                 slots,
             };
-            for (first, own) in slots.iter_mut().zip(chunk.slots) {
+            for (first, own) in slots.iter_mut().zip(chunk.leaves.slots) {
                 *first += own;
             }
             moved
