@@ -67,9 +67,8 @@ pub(super) fn write_png<S: Fn(Range<usize>) -> Vec<u8> + Sync>(
     file: Option<&PictureFile>,
     bands: impl Iterator<Item = io::Result<(usize, S)>>,
 ) -> io::Result<()> {
-    let format = RowFormat::new(width, file);
     let write = || {
-        let mut encoder = format.encoder(out, height);
+        let mut encoder = encoder(out, (width, height), file);
         if let Some(file) = file {
             describe(&mut encoder, file)?;
         }
@@ -78,7 +77,7 @@ pub(super) fn write_png<S: Fn(Range<usize>) -> Vec<u8> + Sync>(
             let (height, samples) = band?;
             let strip = |k: usize| {
                 let rows = k * STRIP_ROWS..height.min((k + 1) * STRIP_ROWS);
-                format.strip(rows.len(), &samples(rows))
+                compress((width, rows.len() as u32), file, &samples(rows))
             };
             let strips = (0..height.div_ceil(STRIP_ROWS)).into_par_iter().map(strip);
             let strips: Result<Vec<Strip>, EncodingError> = strips.collect();
@@ -95,53 +94,45 @@ pub(super) fn write_png<S: Fn(Range<usize>) -> Vec<u8> + Sync>(
     })
 }
 
-/// Format of the rows of a picture.
-#[derive(Clone, Copy)]
-struct RowFormat {
-    width: u32,
-    color: ColorType,
-    depth: BitDepth,
+/// An encoder of this many columns and rows.
+fn encoder<'a>(
+    out: &'a mut dyn Write,
+    (width, rows): (u32, u32),
+    file: Option<&PictureFile>,
+) -> Encoder<'static, &'a mut dyn Write> {
+    let mut encoder = Encoder::new(out, width, rows);
+    encoder.set_color(match file.is_some_and(|file| file.aovs.has(Aov::Alpha)) {
+        true => ColorType::Rgba,
+        false => ColorType::Rgb,
+    });
+    encoder.set_depth(match file.map(|file| file.depth) {
+        Some(Depth::Sixteen) => BitDepth::Sixteen,
+        _ => BitDepth::Eight,
+    });
+    encoder
 }
 
-impl RowFormat {
-    fn new(width: u32, file: Option<&PictureFile>) -> RowFormat {
-        RowFormat {
-            width,
-            color: match file.is_some_and(|file| file.aovs.has(Aov::Alpha)) {
-                true => ColorType::Rgba,
-                false => ColorType::Rgb,
-            },
-            depth: match file.map(|file| file.depth) {
-                Some(Depth::Sixteen) => BitDepth::Sixteen,
-                _ => BitDepth::Eight,
-            },
-        }
-    }
-
-    fn encoder<W: Write>(self, out: W, rows: u32) -> Encoder<'static, W> {
-        let mut encoder = Encoder::new(out, self.width, rows);
-        encoder.set_color(self.color);
-        encoder.set_depth(self.depth);
-        encoder
-    }
-
-    /// Compresses the samples of this number of rows as a picture of its own, of which the first
-    /// row has a filter that does not need the row above.
-    fn strip(self, rows: usize, samples: &[u8]) -> Result<Strip, EncodingError> {
-        let (first, others) = samples.split_at(samples.len() / rows);
-        let mut png = Vec::new();
-        let mut encoder = self.encoder(&mut png, rows as u32);
-        encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
-        encoder.set_filter(Filter::Sub);
-        let mut writer = encoder.write_header()?;
-        let mut stream = writer.stream_writer_with_size(STRIP_CHUNK)?;
-        stream.write_all(first)?;
-        stream.set_filter(Filter::Paeth);
-        stream.write_all(others)?;
-        stream.finish()?;
-        writer.finish()?;
-        Ok(Strip::of_stream(&image_data(&png), samples.len() + rows))
-    }
+/// Compresses samples of this many columns and rows as a picture of their own, of which the first
+/// row has a filter that does not need the row above.
+fn compress(
+    size: (u32, u32),
+    file: Option<&PictureFile>,
+    samples: &[u8],
+) -> Result<Strip, EncodingError> {
+    let rows = size.1 as usize;
+    let (first, others) = samples.split_at(samples.len() / rows);
+    let mut png = Vec::new();
+    let mut encoder = encoder(&mut png, size, file);
+    encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
+    encoder.set_filter(Filter::Sub);
+    let mut writer = encoder.write_header()?;
+    let mut stream = writer.stream_writer_with_size(STRIP_CHUNK)?;
+    stream.write_all(first)?;
+    stream.set_filter(Filter::Paeth);
+    stream.write_all(others)?;
+    stream.finish()?;
+    writer.finish()?;
+    Ok(Strip::of_stream(&image_data(&png), samples.len() + rows))
 }
 
 /// Bytes of a chunk of a strip's own picture.
