@@ -271,13 +271,16 @@ mod tests {
 
     #[test]
     fn threads_are_those_of_the_option() {
-        let threads = |line: &[&str]| Arguments::try_parse_from(line).unwrap().command.threads();
-        let view = cfg!(feature = "view").then_some("view");
-        for command in ["render", "build"].into_iter().chain(view) {
-            let line = ["phalanx", command, "a.test", "--threads", "3"];
-            assert_eq!(threads(&line), Some(3), "{command}");
+        let threads = |line: &str| {
+            let line = ["phalanx"].into_iter().chain(line.split(' '));
+            Arguments::try_parse_from(line).unwrap().command.threads()
+        };
+        assert_eq!(threads("render a.test"), None);
+        assert_eq!(threads("render a.test --threads 3"), Some(3));
+        assert_eq!(threads("build a.test -o a.phx --threads 3"), Some(3));
+        if cfg!(feature = "view") {
+            assert_eq!(threads("view a.test --threads 3"), Some(3));
         }
-        assert_eq!(threads(&["phalanx", "render", "a.test"]), None);
     }
 
     #[test]
