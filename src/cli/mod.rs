@@ -28,7 +28,7 @@ use commands::verify::{self, VerifyArgs};
 #[cfg(feature = "view")]
 use commands::view::{self, ViewArgs};
 use options::OUTPUT;
-use output::Verbosity;
+use output::{CliError, Verbosity};
 use phalanx::files::steers;
 use phalanx::isa;
 use std::ffi::OsString;
@@ -194,7 +194,8 @@ pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
     let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
     output::set_verbosity(arguments.verbosity.verbosity());
-    let done = match arguments.command {
+    let pool = limit_threads(arguments.command.threads());
+    let done = pool.and_then(|()| match arguments.command {
         Command::Render(args) => render::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
@@ -210,7 +211,7 @@ pub fn run() -> ExitCode {
         Command::Completions(args) => manual::completions(&args, Arguments::command()),
         Command::Man(args) => manual::man(&args, &Arguments::command()),
         Command::Submit(SubmitTo::Slurm(args)) => submit::slurm(&args),
-    };
+    });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -218,6 +219,30 @@ pub fn run() -> ExitCode {
             ExitCode::from(failure.code())
         }
     }
+}
+
+impl Command {
+    /// Number of threads requested for the command's work; `None` for one per CPU.
+    fn threads(&self) -> Option<usize> {
+        match self {
+            Command::Render(args) => args.work.threads,
+            #[cfg(feature = "view")]
+            Command::View(args) => args.work.threads,
+            Command::Build(args) => args.threads,
+            _ => None,
+        }
+    }
+}
+
+/// Limits the threads that files are encoded and checked on, those of rayon's global pool.
+fn limit_threads(threads: Option<usize>) -> Result<(), CliError> {
+    let Some(threads) = threads else {
+        return Ok(());
+    };
+    let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(available));
+    pool.build_global()
+        .map_err(|e| CliError::Runtime(format!("cannot start a thread: {e}")))
 }
 
 /// Ends the process with clap's message. If an argument contains control characters, they are
@@ -242,6 +267,20 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn threads_are_those_of_the_option() {
+        let threads = |line: &str| {
+            let line = ["phalanx"].into_iter().chain(line.split(' '));
+            Arguments::try_parse_from(line).unwrap().command.threads()
+        };
+        assert_eq!(threads("render a.test"), None);
+        assert_eq!(threads("render a.test --threads 3"), Some(3));
+        assert_eq!(threads("build a.test -o a.phx --threads 3"), Some(3));
+        if cfg!(feature = "view") {
+            assert_eq!(threads("view a.test --threads 3"), Some(3));
+        }
     }
 
     #[test]

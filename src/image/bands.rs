@@ -15,7 +15,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 /// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
-/// bytes depend only on the description and the radiance, not on the heights of the bands.
+/// bytes depend only on the description and the radiance, not on the heights of the bands. PNG and
+/// OpenEXR are encoded on the threads of rayon's current pool.
 ///
 /// # Errors
 /// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of
@@ -86,8 +87,14 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
             }
             ImageFormat::Hdr => write_hdr(out, size, &file.header, bands)?,
             _ => {
-                let rows = bands.map(|film| Ok(encoder.png_samples(film?, file.depth)));
-                write_png(out, size, Some(file), rows)?;
+                let encoder = &encoder;
+                let bands = bands.map(|film| {
+                    let film = film?;
+                    let height = film.height as usize;
+                    let samples = move |rows| encoder.png_samples(&film, rows, file.depth);
+                    Ok((height, samples))
+                });
+                write_png(out, size, Some(file), bands)?;
             }
         }
         self.end()
@@ -203,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bytes_do_not_depend_on_the_bands() {
+    fn the_bytes_depend_on_neither_bands_nor_threads() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         for (ending, format) in ImageFormat::ENDINGS {
@@ -215,6 +222,11 @@ mod tests {
                 let whole = of(&[HEIGHT]);
                 assert!(whole == of(&[64, 128, 192, 200]), "{ending}");
                 assert!(whole == of(&[128, 200]), "{ending}");
+                for threads in [1, 2, 3, 7, 16] {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                    let on_pool = pool.build().unwrap().install(|| of(&[HEIGHT]));
+                    assert!(whole == on_pool, "{ending} on {threads} threads");
+                }
             }
         }
     }

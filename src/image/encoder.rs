@@ -10,17 +10,17 @@
 use phalanx_scene::film::Film;
 use phalanx_scene::sampling::srgb_to_linear;
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
-use std::cell::LazyCell;
+use std::sync::OnceLock;
 
-/// An RGB picture, of 8-bit samples by default.
+/// An RGB picture of 8-bit samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture<S = u8> {
+pub struct Picture {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
     /// Red, green and blue of each pixel in turn, row by row from the top left.
-    pub rgb: Vec<S>,
+    pub rgb: Vec<u8>,
 }
 
 impl Picture {
@@ -68,44 +68,52 @@ pub fn encode(film: &Film, exposure: impl Into<Exposure>) -> Picture {
     Encoder::new(exposure.into()).encode(film)
 }
 
-/// Encodes films as pictures under one exposure.
+/// Encodes radiance under one exposure.
 pub(super) struct Encoder {
     pub(super) exposure: Exposure,
     eight: SrgbTable,
     /// The table for 16-bit samples, made at its first use because it is large.
-    sixteen: LazyCell<DeepTable, Box<dyn FnOnce() -> DeepTable>>,
+    sixteen: OnceLock<DeepTable>,
 }
 
 impl Encoder {
     pub(super) fn new(exposure: Exposure) -> Encoder {
-        let quantize = exposure.encoding.quantize;
         Encoder {
             exposure,
-            eight: SrgbTable::new(&srgb_thresholds(quantize)),
-            sixteen: LazyCell::new(Box::new(move || DeepTable::new(quantize))),
+            eight: SrgbTable::new(&srgb_thresholds(exposure.encoding.quantize)),
+            sixteen: OnceLock::new(),
         }
     }
 
     pub(super) fn encode(&self, film: &Film) -> Picture {
-        let OutputEncoding { transfer, quantize } = self.exposure.encoding;
-        match transfer {
-            Transfer::None => interleave(film, self.exposure, |c| {
-                linear_sample(c, 255.0, quantize) as u8
-            }),
-            Transfer::Srgb => interleave(film, self.exposure, |c| self.eight.sample(c)),
+        Picture {
+            width: film.width,
+            height: film.height,
+            rgb: self.rgb_8(film.planes.each_ref().map(Vec::as_slice)),
         }
     }
 
-    /// Encodes with 16 bits a sample.
-    pub(super) fn encode_16(&self, film: &Film) -> Picture<u16> {
+    /// Encodes planes of red, green and blue with 8 bits a sample.
+    pub(super) fn rgb_8(&self, planes: [&[f32]; 3]) -> Vec<u8> {
         let OutputEncoding { transfer, quantize } = self.exposure.encoding;
         match transfer {
-            Transfer::None => interleave(film, self.exposure, |c| {
+            Transfer::None => interleave(planes, self.exposure, |c| {
+                linear_sample(c, 255.0, quantize) as u8
+            }),
+            Transfer::Srgb => interleave(planes, self.exposure, |c| self.eight.sample(c)),
+        }
+    }
+
+    /// Encodes planes of red, green and blue with 16 bits a sample.
+    pub(super) fn rgb_16(&self, planes: [&[f32]; 3]) -> Vec<u16> {
+        let OutputEncoding { transfer, quantize } = self.exposure.encoding;
+        match transfer {
+            Transfer::None => interleave(planes, self.exposure, |c| {
                 linear_sample(c, 65_535.0, quantize) as u16
             }),
             Transfer::Srgb => {
-                let table = &*self.sixteen;
-                interleave(film, self.exposure, |c| table.sample(c))
+                let table = self.sixteen.get_or_init(|| DeepTable::new(quantize));
+                interleave(planes, self.exposure, |c| table.sample(c))
             }
         }
     }
@@ -114,22 +122,17 @@ impl Encoder {
 /// Three samples per pixel. Calls for each of them took longer than the work itself, so they are
 /// inlined, and there is no closure over an array.
 fn interleave<S: Copy + Default>(
-    film: &Film,
+    [red, green, blue]: [&[f32]; 3],
     exposure: Exposure,
     sample: impl Fn(f32) -> S,
-) -> Picture<S> {
+) -> Vec<S> {
     let gain = exposure.gain();
-    let [red, green, blue] = &film.planes;
     let mut rgb = vec![S::default(); 3 * red.len()];
     let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
     for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
         *pixel = [sample(r * gain), sample(g * gain), sample(b * gain)];
     }
-    Picture {
-        width: film.width,
-        height: film.height,
-        rgb,
-    }
+    rgb
 }
 
 /// Clamped to \[0, 1\]; NaN gives 0, whereas `f32::clamp` would return NaN.
@@ -386,23 +389,16 @@ mod tests {
                 );
             }
         }
-        let film = |value: f32| Film {
-            width: 1,
-            height: 1,
-            planes: [vec![value], vec![1.0], vec![f32::NAN]],
-            aovs: Default::default(),
-            aov_planes: Vec::new(),
-            hits: None,
-        };
         let srgb = OutputEncoding {
             transfer: Transfer::Srgb,
             quantize: Quantize::Round,
         };
         // 0.5 encodes to 0.735356983.
-        let encode_16 =
-            |film, encoding: OutputEncoding| Encoder::new(encoding.into()).encode_16(&film);
-        assert_eq!(encode_16(film(0.5), srgb).rgb, [48_192, 65_535, 0]);
-        assert_eq!(encode_16(film(0.5), NONE_FLOOR).rgb, [32_767, 65_535, 0]);
+        let rgb_16 = |encoding: OutputEncoding| {
+            Encoder::new(encoding.into()).rgb_16([&[0.5], &[1.0], &[f32::NAN]])
+        };
+        assert_eq!(rgb_16(srgb), [48_192, 65_535, 0]);
+        assert_eq!(rgb_16(NONE_FLOOR), [32_767, 65_535, 0]);
     }
 
     #[test]

@@ -28,6 +28,7 @@ mod read;
 mod straight_alpha;
 #[cfg(test)]
 mod test_film;
+mod zlib_strips;
 
 pub use bands::{save_bands, write_bands};
 pub use compare::{

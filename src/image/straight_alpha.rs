@@ -7,41 +7,48 @@
 use super::description::Depth;
 use super::encoder::{Encoder, linear_sample, unit};
 use phalanx_scene::film::{Aov, Film};
+use std::ops::Range;
 
 impl Encoder {
-    /// Samples of a film as a PNG stores them: red, green and blue of each pixel, then alpha if the
-    /// film has it.
-    pub(super) fn png_samples(&self, mut film: Film, depth: Depth) -> Vec<u8> {
-        let quantize = self.exposure.encoding.quantize;
-        let alpha = straighten(&mut film);
+    /// Samples of some rows of a film as a PNG stores them: red, green and blue of each pixel, then
+    /// alpha if the film has it.
+    pub(super) fn png_samples(&self, film: &Film, rows: Range<usize>, depth: Depth) -> Vec<u8> {
+        let width = film.width as usize;
+        let pixels = rows.start * width..rows.end * width;
+        let planes = film.planes.each_ref().map(|plane| &plane[pixels.clone()]);
+        // Opaque pixels keep their colour even if a filter's negative weights give them more.
+        let alpha = film.layer(Aov::Alpha).first();
+        let alpha = alpha.map(|alpha| alpha[pixels].iter().map(|a| unit(*a)).collect::<Vec<_>>());
+        let straight = alpha
+            .as_ref()
+            .map(|alpha| planes.map(|plane| straighten(plane, alpha)));
+        let straight = straight
+            .as_ref()
+            .map(|planes| planes.each_ref().map(Vec::as_slice));
+        let (planes, quantize) = (straight.unwrap_or(planes), self.exposure.encoding.quantize);
         match depth {
-            Depth::Standard => with_alpha(self.encode(&film).rgb, alpha, |a| {
+            Depth::Standard => with_alpha(self.rgb_8(planes), alpha, |a| {
                 linear_sample(a, 255.0, quantize) as u8
             }),
             Depth::Sixteen => {
-                let samples = with_alpha(self.encode_16(&film).rgb, alpha, |a| {
+                let samples = with_alpha(self.rgb_16(planes), alpha, |a| {
                     linear_sample(a, 65_535.0, quantize) as u16
                 });
-                samples.iter().flat_map(|s| s.to_be_bytes()).collect()
+                let bytes: Vec<[u8; 2]> = samples.iter().map(|s| s.to_be_bytes()).collect();
+                bytes.into_flattened()
             }
         }
     }
 }
 
-/// Divides the film's radiance by its alpha, and returns alpha, clamped to \[0, 1\]: opaque pixels
-/// keep their colour even if a filter's negative weights give them more. Pixels of alpha 0 show
-/// nothing whatever their colour, and become black, which compresses best.
-fn straighten(film: &mut Film) -> Option<Vec<f32>> {
-    if !film.aovs.has(Aov::Alpha) {
-        return None;
-    }
-    let alpha: Vec<f32> = film.layer(Aov::Alpha)[0].iter().map(|a| unit(*a)).collect();
-    for plane in &mut film.planes {
-        for (color, &alpha) in plane.iter_mut().zip(&alpha) {
-            *color = if alpha > 0.0 { *color / alpha } else { 0.0 };
-        }
-    }
-    Some(alpha)
+/// Radiance divided by alpha. Pixels of alpha 0 show nothing whatever their colour, and become
+/// black, which compresses best.
+fn straighten(plane: &[f32], alpha: &[f32]) -> Vec<f32> {
+    let straight = |(color, alpha): (&f32, &f32)| match *alpha > 0.0 {
+        true => color / alpha,
+        false => 0.0,
+    };
+    plane.iter().zip(alpha).map(straight).collect()
 }
 
 /// Adds alpha to the samples of each pixel, if there is any.
@@ -71,7 +78,7 @@ mod tests {
             (0..3).for_each(|c| film.planes[c][k] = rgb[c]);
             film.aov_planes[0][k] = *a;
         }
-        Encoder::new(Exposure { stops, encoding }).png_samples(film, depth)
+        Encoder::new(Exposure { stops, encoding }).png_samples(&film, 0..1, depth)
     }
 
     const FLOOR: OutputEncoding = OutputEncoding {

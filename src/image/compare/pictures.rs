@@ -10,6 +10,7 @@ use super::layer_pairs::{LayerPair, pair_layers};
 use super::on_screen::{on_screen, over_black, unit};
 use phalanx_files::replace_file;
 use std::io;
+use std::ops::Range;
 use std::path::Path;
 
 /// Columns between pictures that are next to each other.
@@ -73,9 +74,13 @@ fn save(
     };
     let bands = BandPairs::new(a, b)?.map(|band| {
         let band = band.map_err(io::Error::other)?;
-        let mut rgb = Vec::with_capacity(3 * columns as usize * band.rows as usize);
-        (0..band.rows as usize).for_each(|row| drawing.row(&band, row, beside, &mut rgb));
-        Ok(rgb)
+        let (height, drawing) = (band.rows as usize, &drawing);
+        let samples = move |rows: Range<usize>| {
+            let mut rgb = Vec::with_capacity(3 * columns as usize * rows.len());
+            rows.for_each(|row| drawing.row(&band, row, beside, &mut rgb));
+            rgb
+        };
+        Ok((height, samples))
     });
     let written = replace_file(path, |out| write_png(out, (columns, height), None, bands));
     written.map_err(|source| {
