@@ -1,10 +1,10 @@
-//! Returns freed memory to the system, so that `--max-memory` holds.
+//! Returns freed memory to the system, so that peaks are low and `--max-memory` holds.
 //!
 //! glibc maps large blocks individually and unmaps them when they are freed. Its threshold adapts:
 //! 128 KiB at first, and up to 32 MiB once a block of that size has been freed. From then on a
 //! reader's columns come from per-thread heaps, which keep freed memory, and the peak may be twice
-//! the memory in use. So the threshold is fixed at the start. This costs up to a sixth of the
-//! loading time, and is done only under a limit.
+//! the memory in use. So the threshold is fixed before a scene is opened. That costs no
+//! time that can be measured (`perf/notes/memory.md`).
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub use glibc::give_back;

@@ -48,9 +48,7 @@ impl SceneInput {
         SceneInput::note_all([name])?;
         let mut options = args.options(wanted, threads)?;
         let budget = Budget(args.max_memory);
-        if budget.0.is_some() {
-            heap::give_back();
-        }
+        heap::give_back();
         if let Some(name) = standard_name(name) {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
         }
