@@ -35,6 +35,11 @@ impl Dice {
         mix(self.0)
     }
 
+    /// Passes over the next numbers.
+    pub(super) fn skip(&mut self, numbers: u64) {
+        self.0 = self.0.wrapping_add(numbers);
+    }
+
     /// The next number in [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
         unit(self.bits())

@@ -5,6 +5,7 @@
 //! derivatives", 2008). Vegetation follows from height and slope. Air is part of the materials:
 //! with distance from the eye they approach the colour of the sky.
 
+use super::assembly;
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
 use super::noise::{Dice, fractal2, noise2, smoothstep, turned};
@@ -137,27 +138,26 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&sun(dvec3(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
     // The sky's light from the other side, weak and blue.
     builder.light(&sun(dvec3(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
-    let mut mesh = MeshBuilder::new(builder, palette());
-    lake(&mut mesh);
     let (across, rows) = net(size);
-    if mesh.counted(2 * (across * rows) as u64) {
-        return mesh.finish();
-    }
     let position = |i: usize, j: usize| {
         let p = HALF * dvec2(spread(i, across), depth(j, rows));
         dvec3(p.x, height(p), p.y)
     };
-    // A band of blocks at a time. The heights on the border between two bands are kept instead of
-    // being recomputed.
-    let mut band = VertexRows::default();
-    for j in (0..rows).step_by(BLOCK) {
-        let high = BLOCK.min(rows - j);
-        band.advance(across + 1, j, high, position);
-        for i in (0..across).step_by(BLOCK) {
-            block(&mut mesh, &band, (i, j), BLOCK.min(across - i), high);
+    assembly::draw(builder, palette(), |mesh| {
+        lake(mesh);
+        if mesh.counted(2 * (across * rows) as u64) {
+            return;
         }
-    }
-    mesh.finish();
+        for j in (0..rows).step_by(BLOCK) {
+            let high = BLOCK.min(rows - j);
+            for i in (0..across).step_by(BLOCK) {
+                let wide = BLOCK.min(across - i);
+                if !mesh.counted_facets(2 * (wide * high) as u64) {
+                    block(mesh, position, (i, j), (wide, high));
+                }
+            }
+        }
+    });
 }
 
 fn lake(mesh: &mut MeshBuilder) {
@@ -167,44 +167,16 @@ fn lake(mesh: &mut MeshBuilder) {
     mesh.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
 }
 
-/// Rows of positions, `columns` in each.
-#[derive(Default)]
-struct VertexRows {
-    columns: usize,
-    positions: Vec<DVec3>,
-}
-
-impl VertexRows {
-    /// Advances to rows `first` to `first + high`; the first is the last of the previous ones.
-    fn advance(
-        &mut self,
-        columns: usize,
-        first: usize,
-        high: usize,
-        position: impl Fn(usize, usize) -> DVec3,
-    ) {
-        self.columns = columns;
-        let kept = self.positions.len().saturating_sub(columns);
-        self.positions.drain(..kept);
-        let known = usize::from(!self.positions.is_empty());
-        for j in first + known..=first + high {
-            self.positions.extend((0..columns).map(|i| position(i, j)));
-        }
-    }
-}
-
-/// Draws the quads of a block.
+/// Draws the quads of a block of this size from its first column and row on.
 fn block(
     mesh: &mut MeshBuilder,
-    band: &VertexRows,
+    position: impl Fn(usize, usize) -> DVec3,
     (left, first): (usize, usize),
-    wide: usize,
-    high: usize,
+    (wide, high): (usize, usize),
 ) {
     let (mut vertices, mut facets) = (Vec::new(), Vec::new());
-    for j in 0..=high {
-        let start = j * band.columns + left;
-        vertices.extend_from_slice(&band.positions[start..=start + wide]);
+    for j in first..=first + high {
+        vertices.extend((left..=left + wide).map(|i| position(i, j)));
     }
     let mut dice = Dice::of(SEED + first as u64, left as u64);
     for j in 0..high {
