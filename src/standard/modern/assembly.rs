@@ -231,3 +231,25 @@ impl Drop for Alarm<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MemoryBuilder;
+    use crate::modern::mesh_builder::Grid;
+    use glam::DVec3;
+
+    /// Otherwise the other threads would wait for the section that is lost.
+    #[test]
+    #[should_panic]
+    fn a_panic_on_one_thread_ends_all() {
+        let mut builder = MemoryBuilder::default();
+        builder.threads = 3;
+        draw(&mut builder, [DocumentMaterial::default()], |mesh| {
+            mesh.grid(Grid::open(500, 500), |_, j| {
+                assert!(j != 100);
+                DVec3::ZERO
+            });
+        });
+    }
+}
