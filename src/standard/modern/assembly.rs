@@ -216,7 +216,7 @@ impl AssemblyState {
     /// Returns true if the sections and chunks in memory leave room for another section.
     fn has_room(&self, threads: usize) -> bool {
         let chunks = self.started + self.waiting.len() - self.delivered;
-        self.taken - self.cut < 2 * threads && chunks < 32 * threads
+        self.taken - self.cut < 2 * threads && chunks < 8 * threads
     }
 }
 
