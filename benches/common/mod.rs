@@ -66,7 +66,7 @@ pub const STANDARD: [&str; 3] = [
 /// A standard scene by its full name.
 pub fn standard_scene(name: &str) -> Scene {
     let spec = standard::parse_spec(name).expect("a standard scene");
-    standard::scene(spec).expect("a valid scene")
+    standard::scene(spec, 0).expect("a valid scene")
 }
 
 /// obvhs's own tree and triangles, used as in its examples.

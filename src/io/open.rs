@@ -106,7 +106,7 @@ pub fn open_bytes(
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     if let Some(name) = standard_name(path) {
-        let scene = phalanx_standard::scene(phalanx_standard::parse_spec(name)?)?;
+        let scene = phalanx_standard::scene(phalanx_standard::parse_spec(name)?, options.threads)?;
         return amended(scene, None, 0, options);
     }
     if !is_cache(path) {

@@ -1,6 +1,7 @@
 //! The interface that generators of standard scenes draw to, implemented by a scene, a file and a
 //! counter.
 
+use super::mesh_slice::{Prepare, PreparedMesh};
 use glam::DVec3;
 
 /// Builds a standard scene call by call. Numbers are f64 throughout; rounding to f32 happens in the
@@ -39,11 +40,26 @@ pub trait SceneBuilder {
     /// size.
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
 
-    /// Offers only the number of upcoming mesh triangles. A builder that accepts it (true) receives
-    /// none of the triangles; any other receives all of them.
+    /// Offers the number of mesh triangles before they come. A builder for which it is enough
+    /// (true) receives none of the triangles; any other receives all of them.
     fn takes_count(&mut self, _triangles: u64) -> bool {
         false
     }
+
+    /// Number of threads on which meshes may be drawn and prepared; 0 for one per CPU.
+    fn threads(&self) -> usize {
+        1
+    }
+
+    /// The part of a mesh's way into this builder that any thread can do. With `None`, meshes come
+    /// through [`SceneBuilder::mesh`]; otherwise the order of calls is the same, with
+    /// [`SceneBuilder::prepared`] in its place.
+    fn preparation(&self) -> Option<Box<Prepare>> {
+        None
+    }
+
+    /// Adds a mesh of [`SceneBuilder::preparation`].
+    fn prepared(&mut self, _mesh: PreparedMesh) {}
 }
 
 /// The camera of a standard scene.

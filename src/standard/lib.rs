@@ -10,6 +10,7 @@ mod builder;
 mod catalogue;
 mod count;
 mod memory_builder;
+mod mesh_slice;
 mod modern;
 mod spd;
 mod spec;
@@ -23,6 +24,7 @@ pub use builder::{
 pub use catalogue::{CATALOGUE, Family, Generator, StandardScene};
 pub use count::{ShapeCounter, ShapeCounts};
 pub use memory_builder::MemoryBuilder;
+pub use mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 pub use spec::{
     PREFIX, Spec, StandardError, counts, find, generate, parse_size, parse_spec, scene,
 };

@@ -3,11 +3,10 @@
 use super::builder::{
     DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
 };
+use super::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
 use phalanx_formats::polygon::triangulate;
-use phalanx_scene::{
-    Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, Vec3s, View,
-};
+use phalanx_scene::{Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, View};
 
 /// A builder that fills a [`Scene`]'s columns.
 #[derive(Debug, Default)]
@@ -16,6 +15,8 @@ pub struct MemoryBuilder {
     lights: Vec<StandardLight>,
     table: MaterialTable,
     material: u32,
+    /// [`SceneBuilder::threads`].
+    pub threads: usize,
 }
 
 impl MemoryBuilder {
@@ -109,13 +110,49 @@ impl SceneBuilder for MemoryBuilder {
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        let mut positions = Vec3s::default();
-        vertices.iter().for_each(|v| positions.push(v.as_vec3()));
+        self.prepared(prepare(&[MeshSlice::whole(vertices, triangles)]));
+    }
+
+    fn takes_count(&mut self, triangles: u64) -> bool {
+        // The number of vertices is not known yet.
+        self.scene.triangles.corners.reserve(triangles as usize);
+        self.scene.triangles.material.reserve(triangles as usize);
+        self.scene.prims.reserve(triangles as usize);
+        false
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn preparation(&self) -> Option<Box<Prepare>> {
+        Some(Box::new(|parts, _| prepare(parts)))
+    }
+
+    fn prepared(&mut self, prepared: PreparedMesh) {
         self.scene.append_mesh(Mesh {
-            vertices: positions,
-            corners: triangles.to_vec().into(),
             material: MeshMaterial::One(self.material),
-            ..Mesh::default()
+            ..prepared.mesh
         });
     }
+}
+
+/// The columns of a mesh, without a material.
+fn prepare(parts: &[MeshSlice]) -> PreparedMesh {
+    let mut prepared = PreparedMesh::sized(parts);
+    let Mesh {
+        vertices, corners, ..
+    } = &mut prepared.mesh;
+    let column = |axis: usize| {
+        let mut column = Vec::with_capacity(prepared.vertices);
+        for part in parts {
+            column.extend(part.vertices().iter().map(|v| v[axis] as f32));
+        }
+        column.into()
+    };
+    (vertices.x, vertices.y, vertices.z) = (column(0), column(1), column(2));
+    let mut rows = Vec::with_capacity(prepared.triangles);
+    parts.iter().for_each(|part| rows.extend(part.triangles(0)));
+    *corners = rows.into();
+    prepared
 }

@@ -145,12 +145,14 @@ pub fn generate(spec: Spec, builder: &mut dyn SceneBuilder) {
     (spec.scene.generate)(spec.size, builder);
 }
 
-/// A standard scene as a [`Scene`], validated.
+/// A standard scene as a [`Scene`], validated. Scenes of triangles are drawn on `threads` threads,
+/// 0 for one per CPU; the scene does not depend on their number.
 ///
 /// # Errors
 /// [`StandardError::Scene`] if it breaks a limit of scenes.
-pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
+pub fn scene(spec: Spec, threads: usize) -> Result<Scene, StandardError> {
     let mut builder = MemoryBuilder::default();
+    builder.threads = threads;
     generate(spec, &mut builder);
     let mut scene = builder.finish();
     scene.max_depth = spec.scene.max_depth;

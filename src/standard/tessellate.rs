@@ -1,6 +1,7 @@
 //! Spheres and cones as polygons, for files and tracers that only support those.
 
 use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
+use super::mesh_slice::{Prepare, PreparedMesh};
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -142,5 +143,21 @@ impl SceneBuilder for Tessellate<'_> {
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
         self.inner.mesh(vertices, triangles);
+    }
+
+    fn takes_count(&mut self, triangles: u64) -> bool {
+        self.inner.takes_count(triangles)
+    }
+
+    fn threads(&self) -> usize {
+        self.inner.threads()
+    }
+
+    fn preparation(&self) -> Option<Box<Prepare>> {
+        self.inner.preparation()
+    }
+
+    fn prepared(&mut self, mesh: PreparedMesh) {
+        self.inner.prepared(mesh);
     }
 }

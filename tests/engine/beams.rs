@@ -188,7 +188,7 @@ fn standard_scenes() {
         "gears:1",
     ] {
         let spec = standard::parse_spec(&format!("standard:{name}")).expect("a name");
-        let scene = standard::scene(spec).expect("a scene");
+        let scene = standard::scene(spec, 0).expect("a scene");
         let hits = try_scene(&scene, &mut Rng::new(name.len() as u64), name);
         assert!(hits > 5000, "{name}: {hits}");
     }
@@ -225,7 +225,7 @@ fn other_places_and_sizes() {
 #[test]
 fn many_rays_share_a_visit() {
     let spec = standard::parse_spec("standard:terrain:20k").expect("a name");
-    let bvh = Bvh::build(&standard::scene(spec).expect("a scene"));
+    let bvh = Bvh::build(&standard::scene(spec, 0).expect("a scene"));
     let rays = picture(Vec3::new(0.0, 9.0, 20.0), Vec3::ZERO, 0.03);
     let arena = Bump::new();
     let queue = queue(&arena, &rays);

@@ -53,7 +53,7 @@ fn standard_scenes_look_as_they_did() {
             Family::Modern => (format!("standard:{}:20k", entry.name), (256, 192)),
         };
         let spec = standard::parse_spec(&spec).expect("a scene of the catalogue");
-        let scene = standard::scene(spec).expect("a scene that can be traced");
+        let scene = standard::scene(spec, 0).expect("a scene that can be traced");
         let seen = picture(&scene, Engine::Simd, size);
         assert!(
             seen.rgb == picture(&scene, Engine::Scalar, size).rgb,

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 const ROUNDING: f32 = 1e-5;
 
 fn scene(name: &str) -> Scene {
-    standard::scene(standard::parse_spec(name).unwrap()).unwrap()
+    standard::scene(standard::parse_spec(name).unwrap(), 0).unwrap()
 }
 
 fn answer(scene: &Scene, set: &RaySet) -> Answer {

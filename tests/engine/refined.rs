@@ -73,7 +73,7 @@ fn check(scene: &Scene, settings: Settings, rng: &mut Rng) {
 #[test]
 fn a_refined_picture_is_the_picture_of_as_many_samples() {
     let mut rng = Rng::new(53);
-    let glossy = standard::scene(standard::parse_spec("standard:room:4k").unwrap()).unwrap();
+    let glossy = standard::scene(standard::parse_spec("standard:room:4k").unwrap(), 0).unwrap();
     for (_, filter) in Filter::ALL {
         check(&glossy, Settings::of(&glossy), &mut rng);
         let scene = scenes::random(&mut rng, 60, 1.0);

@@ -38,7 +38,7 @@ fn tree_hash(bvh: &Bvh) -> u64 {
 /// A scene of ours, or a standard one of several chunks.
 fn scene(name: &str) -> Scene {
     if let Ok(spec) = standard::parse_spec(name) {
-        return standard::scene(spec).expect("a standard scene");
+        return standard::scene(spec, 0).expect("a standard scene");
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.test"));
     let loaded = load(&path, &Options::default());

@@ -182,7 +182,7 @@ fn adaptive_samples_go_where_the_edge_is() {
 /// scene of mirror spheres with shadows.
 #[test]
 fn adaptive_samples_are_worth_three_uniform_ones() {
-    let mut scene = standard::scene(standard::parse_spec("standard:balls:2").expect("a name"))
+    let mut scene = standard::scene(standard::parse_spec("standard:balls:2").expect("a name"), 0)
         .expect("a scene");
     (scene.width, scene.height) = (96, 96);
     let prepared = Accel::build(&scene, Engine::Simd);

@@ -153,7 +153,7 @@ fn a_leaf_of_many_is_parted() {
 #[test]
 fn nodes_and_blocks_are_well_filled() {
     let spec = standard::parse_spec("standard:terrain:20k").expect("a standard scene");
-    let scene = standard::scene(spec).expect("a standard scene");
+    let scene = standard::scene(spec, 0).expect("a standard scene");
     let bvh = Bvh::build(&scene);
     let wide = bvh.wide();
     let filled = |node: &WideNode| {

@@ -1,5 +1,6 @@
 //! `phalanx generate`: a standard scene to a file, whole or not at all.
 
+use crate::cli::options::parse_thread_count;
 use crate::cli::output::{self, CliError, Output, bytes, grouped, interrupt, lines, progress};
 use clap::{Args, value_parser};
 use phalanx::files::replace_file;
@@ -28,6 +29,11 @@ pub struct GenerateArgs {
     /// 12 N² triangles per sphere, 8 N per cone.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1000))]
     pub tessellate: Option<u32>,
+    /// Number of threads [default: one per available CPU]
+    ///
+    /// The file does not depend on this option.
+    #[arg(long, value_name = "N", value_parser = parse_thread_count)]
+    pub threads: Option<usize>,
     /// Print the report as JSON
     #[arg(long)]
     pub json: bool,
@@ -117,7 +123,8 @@ fn write(
             written: 0,
             seen: |written| bar.set_position(written),
         };
-        let result = standard::write(spec, format, args.tessellate, &mut meter);
+        let threads = args.threads.unwrap_or(0);
+        let result = standard::write(spec, format, args.tessellate, threads, &mut meter);
         written = meter.written;
         match result {
             Ok(what) => losses = what,

@@ -5,11 +5,11 @@
 //! The lamp in the ceiling is nine points. Two weak coloured lights next to the walls replace the
 //! light that the coloured walls would reflect onto their neighbours.
 
-use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
 use super::props::{FramePoint, LocalFrame, PartBuilder};
 use super::setup::{hd, lamp};
+use super::{assembly, geodesic};
 use crate::builder::{DocumentMaterial, SceneBuilder, StandardLight, StandardView};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 
@@ -53,19 +53,19 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     // Visible only in the spheres: the dim room in front of the open box.
     builder.background(rgb(0.075, 0.065, 0.055));
     lights().for_each(|light| builder.light(&light));
-    let mut mesh = MeshBuilder::new(builder, palette());
     // The spheres get their share first. The rest goes to flat parts, where more triangles make no
     // visible difference.
     let budget = f64::from(size);
     let frequency = geodesic::frequency(budget * 0.4);
-    spheres(&mut mesh, frequency);
-    let flat = (budget - mesh.triangles() as f64).max(1.0);
-    // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles per quad.
-    let cells = (flat / 2.0 / 24.6).max(1.0).sqrt();
-    let mut parts = PartBuilder::new(&mut mesh, cells);
-    room(&mut parts);
-    blocks(&mut parts);
-    mesh.finish();
+    assembly::draw(builder, palette(), |mesh| {
+        spheres(mesh, frequency);
+        let flat = (budget - mesh.triangles() as f64).max(1.0);
+        // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles per quad.
+        let cells = (flat / 2.0 / 24.6).max(1.0).sqrt();
+        let mut parts = PartBuilder::new(mesh, cells);
+        room(&mut parts);
+        blocks(&mut parts);
+    });
 }
 
 fn lights() -> impl Iterator<Item = StandardLight> {

@@ -72,6 +72,7 @@ mod tests {
     use crate::builder::{
         DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView,
     };
+    use crate::modern::assembly;
     use std::collections::BTreeMap;
 
     /// Counts how often each directed edge occurs, by the bits of its ends.
@@ -104,10 +105,10 @@ mod tests {
     #[test]
     fn the_sphere_is_closed_to_the_last_bit() {
         let mut edges = EdgeCounts::default();
-        let mut mesh = MeshBuilder::new(&mut edges, [DocumentMaterial::default()]);
-        sphere(&mut mesh, 37, |p| dvec3(0.1, 0.2, 0.3) + p * 0.7);
-        assert_eq!(mesh.triangles(), 20 * 37 * 37);
-        mesh.finish();
+        assembly::draw(&mut edges, [DocumentMaterial::default()], |mesh| {
+            sphere(mesh, 37, |p| dvec3(0.1, 0.2, 0.3) + p * 0.7);
+            assert_eq!(mesh.triangles(), 20 * 37 * 37);
+        });
         for ([a, b], count) in &edges.0 {
             assert_eq!(*count, 1);
             assert_eq!(edges.0.get(&[*b, *a]), Some(&1));

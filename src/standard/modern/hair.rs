@@ -5,11 +5,11 @@
 //! a closed tip: 45 triangles. Their width shrinks as the square root of their number, so that the
 //! picture stays the same and gets finer.
 
-use super::geodesic;
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::{Dice, blend, fractal2, noise2, smoothstep};
 use super::setup::{hd, sun};
+use super::{assembly, geodesic};
 use crate::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
@@ -99,23 +99,25 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.background(rgb(0.30, 0.50, 0.78));
     builder.light(&sun(dvec3(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
     builder.light(&sun(dvec3(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
-    let mut mesh = MeshBuilder::new(builder, palette());
+    assembly::draw(builder, palette(), |mesh| grow(mesh, size));
+}
+
+fn grow(mesh: &mut MeshBuilder, size: u32) {
     let budget = f64::from(size);
-    ground(&mut mesh, (budget * 0.02 / 2.0).sqrt() as usize);
+    ground(mesh, (budget * 0.02 / 2.0).sqrt() as usize);
     let frequency = geodesic::frequency(budget * 0.03 / 10.0).clamp(3, 60);
     for dweller in &DWELLERS {
-        dweller.skin(&mut mesh, frequency);
+        dweller.skin(mesh, frequency);
     }
     let tubes = (size as u64).saturating_sub(mesh.triangles()) / TUBE;
     let width = 0.0115 / (tubes as f64 / 21_000.0).sqrt();
     let mut left = tubes;
     for dweller in &DWELLERS {
         let count = (tubes as f64 * dweller.share) as u64;
-        dweller.coat(&mut mesh, count, width);
+        dweller.coat(mesh, count, width);
         left -= count;
     }
-    meadow(&mut mesh, left, width);
-    mesh.finish();
+    meadow(mesh, left, width);
 }
 
 /// z coordinate of the nearest grass; `FAR` is that of the farthest.
@@ -154,6 +156,9 @@ fn meadow(mesh: &mut MeshBuilder, count: u64, width: f64) {
     // A jittered lattice, row by row from the eye: even, without a pattern.
     let rows = (count as f64).sqrt().ceil().max(1.0) as u64;
     for number in 0..count {
+        if mesh.counted(TUBE) {
+            continue;
+        }
         let mut dice = Dice::of(SEED, number);
         let (row, column) = (number / rows, number % rows);
         let across = 2.0 * (column as f64 + dice.unit()) / rows as f64 - 1.0;
@@ -241,6 +246,9 @@ impl Creature {
         }
         let (eyes, size) = self.eyes();
         for number in 0..count {
+            if mesh.counted(TUBE) {
+                continue;
+            }
             let mut dice = Dice::of(SEED + 77 + self.fur as u64, number);
             let y = 1.0 - 2.0 * (number as f64 + dice.unit()) / count as f64;
             let turn = GOLDEN_ANGLE * number as f64;

@@ -25,14 +25,22 @@ pub(super) fn knot(mesh: &mut MeshBuilder, triangles: f64, middle: DVec3) {
         .map(|i| (turn(i), on_circle(i, around)))
         .collect();
     let mut row = usize::MAX;
-    let mut rope = Rope::at(0.0);
+    let mut points = Vec::new();
     mesh.grid(Grid::torus(around, along), |i, j| {
         if row != j {
-            (row, rope) = (j, Rope::at(TAU * j as f64 / along as f64));
+            row = j;
+            let rope = Rope::at(TAU * j as f64 / along as f64);
+            points.clear();
+            for circle in circle.chunks(LANES) {
+                points.extend(rope.surface(circle).map(|p| middle + p));
+            }
         }
-        middle + rope.surface(circle[i])
+        points[i]
     });
 }
+
+/// Number of points whose noise is computed at once.
+const LANES: usize = 8;
 
 /// A cross-section of the rope.
 struct Rope {
@@ -65,12 +73,26 @@ impl Rope {
         }
     }
 
-    fn surface(&self, (turn, on): (f64, DVec2)) -> DVec3 {
-        let outward = self.out * on.x + self.across * on.y;
+    /// Points of the surface, given as parts of a turn about the rope; at most [`LANES`].
+    fn surface(&self, circle: &[(f64, DVec2)]) -> impl Iterator<Item = DVec3> {
+        let mut round = [DVec3::ZERO; LANES];
+        for (round, (_, on)) in round.iter_mut().zip(circle) {
+            *round = (self.center + self.outward(*on) * ROPE) * 24.0;
+        }
+        let hammered = fractal3(SEED, round, 3);
+        let points = circle.iter().zip(hammered);
+        points.map(|(&at, hammered)| self.point(at, hammered))
+    }
+
+    /// The direction from the middle of the cross-section to a point of the circle.
+    fn outward(&self, on: DVec2) -> DVec3 {
+        self.out * on.x + self.across * on.y
+    }
+
+    fn point(&self, (turn, on): (f64, DVec2), hammered: f64) -> DVec3 {
+        let outward = self.outward(on);
         // |cos| has its edges in the valleys between the strands.
         let strand = cos(2.0 * turn + self.twist * 0.5).abs();
-        let round = self.center + outward * ROPE;
-        let hammered = fractal3(SEED, round * 24.0, 3);
         let radius = ROPE * (0.78 + 0.27 * strand.sqrt() + 0.022 * hammered);
         let local = self.center + outward * radius;
         // Turned a quarter toward the eye.

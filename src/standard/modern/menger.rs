@@ -5,12 +5,14 @@
 //! k cells, and cells get points on their diagonals, two more triangles for each. Neither adds a
 //! point on an edge that is missing in the neighbour, so that the sponge stays one closed surface.
 
+use super::assembly;
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::props::face_axes;
 use super::setup::{hd, lamp, sun};
 use crate::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
+use std::ops::Range;
 
 /// Deepest level, at any size.
 const LEVELS: u32 = 5;
@@ -67,12 +69,12 @@ impl SpongeDetail {
     /// Number of triangles of the whole sponge.
     fn triangles(self) -> u64 {
         let cells = quads(self.level) * (self.cells * self.cells) as u64;
-        2 * (cells + ((cells * self.extra) >> 16))
+        2 * (cells + self.points(0..cells))
     }
 
-    /// Number of points on the diagonal of the `number`-th cell.
-    fn points(self, number: u64) -> u64 {
-        (((number + 1) * self.extra) >> 16) - ((number * self.extra) >> 16)
+    /// Number of points on the diagonals of the cells of this range.
+    fn points(self, cells: Range<u64>) -> u64 {
+        ((cells.end * self.extra) >> 16) - ((cells.start * self.extra) >> 16)
     }
 }
 
@@ -82,13 +84,13 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&sun(dvec3(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
     builder.light(&sun(dvec3(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
     builder.light(&lamp(dvec3(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
-    let mut mesh = MeshBuilder::new(builder, palette());
-    floor(&mut mesh);
     let cut = SpongeDetail::of(size);
-    if !mesh.counted(cut.triangles()) {
-        Sponge::new(cut).draw(&mut mesh);
-    }
-    mesh.finish();
+    assembly::draw(builder, palette(), |mesh| {
+        floor(mesh);
+        if !mesh.counted(cut.triangles()) {
+            Sponge::new(cut).draw(mesh);
+        }
+    });
 }
 
 fn floor(mesh: &mut MeshBuilder) {
@@ -121,6 +123,8 @@ struct Sponge {
     middles: Vec<u32>,
     /// Number of cells of quads drawn so far.
     number: u64,
+    /// Number of faces of a block, by its sides that meet air, as bits.
+    faces: [Option<u64>; 64],
     /// Lowest corner of the block being drawn, in cells, and its drawn part.
     origin: [usize; 3],
     vertices: Vec<DVec3>,
@@ -135,6 +139,7 @@ impl Sponge {
             cut,
             middles: middles(cut.level),
             number: 0,
+            faces: [None; 64],
             origin: [0; 3],
             vertices: Vec::new(),
             facets: Vec::new(),
@@ -149,8 +154,16 @@ impl Sponge {
                 continue;
             }
             self.origin = origin;
+            let end = self.number + self.faces() * (self.cut.cells * self.cut.cells) as u64;
+            let points = self.cut.points(self.number..end);
+            if mesh.counted_facets(2 * (end - self.number + points)) {
+                self.number = end;
+                continue;
+            }
             for cell in cells() {
-                self.cell(cell);
+                for (corner, axes, material) in self.faces_of(cell).into_iter().flatten() {
+                    self.face(corner, axes, material);
+                }
             }
             mesh.facets(&self.vertices, &self.facets);
             self.vertices.clear();
@@ -159,33 +172,57 @@ impl Sponge {
         }
     }
 
-    /// Draws the faces of a cell of the block that meet air.
-    fn cell(&mut self, cell: [usize; 3]) {
+    /// Number of faces of the block that meet air. Blocks are alike, but for the sides where the
+    /// next block is stone.
+    fn faces(&mut self) -> u64 {
+        let sides = (0..6).map(|side| {
+            let (axis, upper) = (side / 2, side % 2 == 1);
+            let here = self.origin.map(|c| self.middles[c]);
+            let is_stone = |there: [u32; 3]| holes(there.map(|middles| middles >> 2)) == 0;
+            let next = self.beyond(self.origin[axis] + if upper { BLOCK - 1 } else { 0 }, upper);
+            let is_open = next.is_none_or(|next| !is_stone(replaced(here, axis, next)));
+            usize::from(is_open) << side
+        });
+        let sides = sides.sum::<usize>();
+        let count = || {
+            let faces = cells().flat_map(|cell| self.faces_of(cell));
+            faces.flatten().count() as u64
+        };
+        let faces = self.faces[sides].unwrap_or_else(count);
+        self.faces[sides] = Some(faces);
+        faces
+    }
+
+    /// [`middles`] of the coordinate after or before this one; `None` outside the sponge.
+    fn beyond(&self, position: usize, upper: bool) -> Option<u32> {
+        let next = match upper {
+            true => position + 1,
+            false => position.wrapping_sub(1),
+        };
+        self.middles.get(next).copied()
+    }
+
+    /// The faces of a cell of the block that meet air: lowest corner, in cells within the block,
+    /// axes of its columns and rows, and material.
+    fn faces_of(&self, cell: [usize; 3]) -> [Option<CellFace>; 6] {
         let position: [usize; 3] = std::array::from_fn(|k| self.origin[k] + cell[k]);
         let here = position.map(|c| self.middles[c]);
-        if holes(here) != 0 {
-            return;
-        }
-        for axis in 0..3 {
-            for upper in [false, true] {
-                let next = match upper {
-                    true => position[axis] + 1,
-                    false => position[axis].wrapping_sub(1),
-                };
-                let mut material = 0;
-                if let Some(&middle) = self.middles.get(next) {
-                    let mut there = here;
-                    there[axis] = middle;
-                    match holes(there) {
-                        0 => continue,
-                        cut => material = (self.cut.level - cut.ilog2()) as usize,
-                    }
-                }
-                let mut corner = cell;
-                corner[axis] += usize::from(upper);
-                self.face(corner, face_axes(axis, upper), material);
+        let is_stone = holes(here) == 0;
+        std::array::from_fn(|side| {
+            if !is_stone {
+                return None;
             }
-        }
+            let (axis, upper) = (side / 2, side % 2 == 1);
+            let material = match self.beyond(position[axis], upper) {
+                None => 0,
+                Some(middle) => match holes(replaced(here, axis, middle)) {
+                    0 => return None,
+                    cut => (self.cut.level - cut.ilog2()) as usize,
+                },
+            };
+            let corner = replaced(cell, axis, cell[axis] + usize::from(upper));
+            Some((corner, face_axes(axis, upper), material))
+        })
     }
 
     /// Draws a face from its lowest corner, in cells within the block; its columns and rows run
@@ -222,7 +259,7 @@ impl Sponge {
 
     /// Draws the next quad, with points on its diagonal.
     fn quad(&mut self, [a, b, c, d]: [u32; 4], material: usize) {
-        let points = self.cut.points(self.number);
+        let points = self.cut.points(self.number..self.number + 1);
         self.number += 1;
         let (from, to) = (self.vertices[a as usize], self.vertices[c as usize]);
         let mut last = a;
@@ -237,6 +274,15 @@ impl Sponge {
         self.facets
             .extend([(material, [last, b, c]), (material, [last, c, d])]);
     }
+}
+
+/// A face of a cell: its lowest corner, the axes of its columns and rows, and its material.
+type CellFace = ([usize; 3], (usize, usize), usize);
+
+/// The coordinates with one of them replaced.
+fn replaced<T>(mut all: [T; 3], axis: usize, by: T) -> [T; 3] {
+    all[axis] = by;
+    all
 }
 
 /// The lowest corners of all blocks of a sponge of this side, in cells.

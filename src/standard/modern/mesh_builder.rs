@@ -1,21 +1,23 @@
-//! The mesh builder draws triangle scenes. It collects triangles by material and passes them to the
-//! scene builder in chunks of bounded size. It can also count triangles without drawing them.
+//! The mesh builder draws triangle scenes: the sections of them that its thread has taken. The rest
+//! is counted without being drawn.
 
-use crate::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
+use super::section::{SceneSection, Strip};
 use glam::DVec3;
+use std::ops::Range;
 
-/// Approximate number of triangles in a chunk: a buffer is passed on as soon as it holds this many.
-const CHUNK: usize = 8192;
+/// Takes a finished section, and returns the numbers of the triangles to be drawn next, beyond it.
+pub(super) type NextSection<'a> = dyn FnMut(SceneSection) -> Range<u64> + 'a;
 
-/// Draws with the materials of a palette.
+/// Draws shapes with the materials of a palette.
 pub(super) struct MeshBuilder<'a> {
-    builder: &'a mut dyn SceneBuilder,
-    /// True if the scene builder needs only the number of triangles.
-    counting: bool,
-    /// One buffer for each material of the palette.
-    buffers: Vec<MeshBuffer>,
-    material: usize,
+    /// Number of triangles of all shapes so far, drawn or not.
     triangles: u64,
+    /// The triangles to be drawn, by number; a row is drawn if its first one is.
+    drawn: Range<u64>,
+    next: &'a mut NextSection<'a>,
+    section: SceneSection,
+    material: usize,
+    /// The row of corners at which a shape was divided.
     row: Vec<DVec3>,
     scatter: ScatterBuffers,
 }
@@ -25,15 +27,40 @@ pub(super) struct MeshBuilder<'a> {
 struct ScatterBuffers {
     /// Numbers of the triangles, by material.
     sorted: Vec<u32>,
-    /// The vertex of a material's buffer for each vertex; `u32::MAX` if there is none.
+    /// The vertex of a material's strip for each vertex; `u32::MAX` if there is none.
     slots: Vec<u32>,
 }
 
-/// Triangles of one material that have not been passed on yet.
-struct MeshBuffer {
-    material: DocumentMaterial,
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+/// Range of numbers that no triangle has.
+pub(super) const NONE: Range<u64> = u64::MAX..u64::MAX;
+
+/// Number of triangles that a function draws, without drawing them.
+pub(super) fn count(draw: impl FnOnce(&mut MeshBuilder)) -> u64 {
+    draw_sections(NONE, &mut |_| NONE, draw)
+}
+
+/// Draws the triangles in a range, and in those that `next` returns for finished sections. Returns
+/// the number of all triangles.
+pub(super) fn draw_sections(
+    first: Range<u64>,
+    next: &mut NextSection,
+    draw: impl FnOnce(&mut MeshBuilder),
+) -> u64 {
+    let mut mesh = MeshBuilder {
+        triangles: 0,
+        drawn: first,
+        next,
+        section: SceneSection::default(),
+        material: 0,
+        row: Vec::new(),
+        scatter: ScatterBuffers::default(),
+    };
+    draw(&mut mesh);
+    // The sections in which no row begins are empty.
+    while mesh.drawn != NONE {
+        mesh.end_section();
+    }
+    mesh.triangles
 }
 
 /// A rectangular grid of quads, each of two triangles.
@@ -75,46 +102,34 @@ impl Grid {
             ..Grid::tube(around, along)
         }
     }
-
-    fn triangles(self) -> usize {
-        2 * self.across * self.rows
-    }
 }
 
-impl<'a> MeshBuilder<'a> {
-    /// A mesh builder that draws into a scene builder. If that only needs counts, no points are
-    /// computed.
-    pub(super) fn new(
-        builder: &'a mut dyn SceneBuilder,
-        palette: impl IntoIterator<Item = DocumentMaterial>,
-    ) -> MeshBuilder<'a> {
-        let buffer = |material| MeshBuffer {
-            material,
-            vertices: Vec::new(),
-            triangles: Vec::new(),
-        };
-        MeshBuilder {
-            counting: builder.takes_count(0),
-            builder,
-            buffers: palette.into_iter().map(buffer).collect(),
-            material: 0,
-            triangles: 0,
-            row: Vec::new(),
-            scatter: ScatterBuffers::default(),
-        }
-    }
-
-    /// Number of triangles drawn, or counted.
+impl MeshBuilder<'_> {
+    /// Number of triangles so far.
     pub(super) fn triangles(&self) -> u64 {
         self.triangles
     }
 
-    /// Returns true if it only counts triangles, after counting these.
+    /// Counts triangles if none of them are drawn here, and returns true. If it returns false, they
+    /// must be drawn. Nothing that follows may depend on which it was.
     pub(super) fn counted(&mut self, triangles: u64) -> bool {
-        if self.counting {
+        self.counted_before(self.triangles + triangles, triangles)
+    }
+
+    /// As [`MeshBuilder::counted`], for the triangles of one call of [`MeshBuilder::facets`].
+    pub(super) fn counted_facets(&mut self, triangles: u64) -> bool {
+        self.counted_before(self.triangles + 1, triangles)
+    }
+
+    fn counted_before(&mut self, end: u64, triangles: u64) -> bool {
+        while self.drawn.end <= self.triangles {
+            self.end_section();
+        }
+        let counted = end <= self.drawn.start;
+        if counted {
             self.triangles += triangles;
         }
-        self.counting
+        counted
     }
 
     /// Chooses a material of the palette.
@@ -122,76 +137,117 @@ impl<'a> MeshBuilder<'a> {
         self.material = material;
     }
 
+    /// Draws the rows of a shape that belong to sections of this thread; `before` is the number of
+    /// triangles before a row.
+    fn rows(
+        &mut self,
+        rows: usize,
+        before: impl Fn(usize) -> usize,
+        mut draw: impl FnMut(&mut Self, Range<usize>),
+    ) {
+        let number = |row: usize| before(row) as u64;
+        let start = self.triangles;
+        let end = start + number(rows);
+        while self.drawn.start < end {
+            let first_at = |bound: u64| {
+                let reached = (0..rows).find(|&row| start + number(row) >= bound);
+                reached.unwrap_or(rows)
+            };
+            let from = first_at(self.drawn.start);
+            let to = match end <= self.drawn.end {
+                true => rows,
+                false => first_at(self.drawn.end),
+            };
+            if from < to {
+                draw(self, from..to);
+            }
+            if to == rows {
+                break;
+            }
+            self.end_section();
+        }
+        self.triangles = end;
+    }
+
+    fn end_section(&mut self) {
+        self.drawn = (self.next)(std::mem::take(&mut self.section));
+    }
+
+    /// Draws rows of triangles between rows of corners: `corners` is the number of those in a row,
+    /// and `connect` the triangles of a row, from the first corners below and above it.
+    fn lattice(
+        &mut self,
+        (rows, before): (usize, impl Fn(usize) -> usize),
+        corners: impl Fn(usize) -> usize,
+        mut point: impl FnMut(usize, usize) -> DVec3,
+        connect: impl Fn(usize, u32, u32, &mut Vec<[u32; 3]>),
+    ) {
+        let mut known = None;
+        self.rows(rows, before, |mesh, run| {
+            let Strip {
+                vertices, shared, ..
+            } = mesh.section.strip(mesh.material);
+            let (first, wide) = (run.start, corners(run.start));
+            if first > 0 {
+                *shared = wide;
+            }
+            match known == Some(first) {
+                true => vertices.extend_from_slice(&mesh.row),
+                false => vertices.extend((0..wide).map(|i| point(i, first))),
+            }
+            for j in run.clone() {
+                let strip = mesh.section.strip(mesh.material);
+                let above = strip.vertices.len();
+                let (below, wide) = (above - corners(j), corners(j + 1));
+                strip.vertices.extend((0..wide).map(|i| point(i, j + 1)));
+                connect(j, below as u32, above as u32, &mut strip.triangles);
+                mesh.section.end_step(mesh.material, wide);
+            }
+            if run.end < rows {
+                let vertices = &mesh.section.strip(mesh.material).vertices;
+                let last = &vertices[vertices.len() - corners(run.end)..];
+                mesh.row.clear();
+                mesh.row.extend_from_slice(last);
+                known = Some(run.end);
+            }
+        });
+    }
+
     /// Draws a grid whose corner in column `i` of row `j` is `point(i, j)`. Seen from its front,
     /// columns run to the right and rows upward. A closed direction has no last corner: the first
     /// one is used again, so `point` must return the same each time.
     pub(super) fn grid(&mut self, grid: Grid, mut point: impl FnMut(usize, usize) -> DVec3) {
-        self.triangles += grid.triangles() as u64;
-        if self.counting {
-            return;
-        }
         let columns = grid.across + usize::from(!grid.closed_across);
-        for j in 0..=grid.rows {
-            let row = if grid.closed_rows { j % grid.rows } else { j };
-            self.row.clear();
-            self.row.extend((0..columns).map(|i| point(i, row)));
-            self.add_row(grid, j > 0);
-        }
-    }
-
-    /// Adds a row of corners, and the quads between it and the previous one.
-    fn add_row(&mut self, grid: Grid, quads: bool) {
-        let buffer = &mut self.buffers[self.material];
-        let above = buffer.vertices.len() as u32;
-        buffer.vertices.extend_from_slice(&self.row);
-        if !quads {
-            return;
-        }
-        let columns = self.row.len();
-        let below = above - columns as u32;
-        for i in 0..grid.across {
-            let next = (i + 1) % columns;
-            let (i, next) = (i as u32, next as u32);
-            let (a, b, c, d) = (below + i, below + next, above + next, above + i);
-            buffer.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-        self.end_row();
-    }
-
-    /// Passes on a full buffer, except the last row of corners, from which the next row starts.
-    fn end_row(&mut self) {
-        if self.buffers[self.material].triangles.len() >= CHUNK {
-            self.flush(self.material);
-            let kept = &mut self.buffers[self.material].vertices;
-            kept.extend_from_slice(&self.row);
-        }
+        let row = |j: usize| if grid.closed_rows { j % grid.rows } else { j };
+        self.lattice(
+            (grid.rows, |j| 2 * grid.across * j),
+            |_| columns,
+            |i, j| point(i, row(j)),
+            |_, below, above, triangles| {
+                triangles.extend((0..grid.across).flat_map(|i| {
+                    let next = ((i + 1) % columns) as u32;
+                    let i = i as u32;
+                    let (a, b, c, d) = (below + i, below + next, above + next, above + i);
+                    [[a, b, c], [a, c, d]]
+                }));
+            },
+        );
     }
 
     /// Draws a triangle of `side`² triangles. Its corner at `i` steps toward its second and `j`
     /// toward its third corner is `point(i, j)`.
-    pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
-        self.triangles += (side * side) as u64;
-        if self.counting {
-            return;
-        }
-        self.row.clear();
-        for j in 0..=side {
-            let buffer = &mut self.buffers[self.material];
-            let wide = side - j;
-            let above = buffer.vertices.len() as u32;
-            let below = above - self.row.len() as u32;
-            self.row.clear();
-            self.row.extend((0..=wide).map(|i| point(i, j)));
-            buffer.vertices.extend_from_slice(&self.row);
-            if j == 0 {
-                continue;
-            }
-            let wide = wide as u32;
-            let upright = (0..=wide).map(|i| [below + i, below + i + 1, above + i]);
-            let inverted = (0..wide).map(|i| [below + i + 1, above + i + 1, above + i]);
-            buffer.triangles.extend(upright.chain(inverted));
-            self.end_row();
-        }
+    pub(super) fn triangle(&mut self, side: usize, point: impl FnMut(usize, usize) -> DVec3) {
+        self.lattice(
+            (side, |j| side * side - (side - j) * (side - j)),
+            |j| side - j + 1,
+            point,
+            |j, below, above, triangles| {
+                let wide = (side - j - 1) as u32;
+                let upright = (0..=wide).map(|i| [below + i, below + i + 1, above + i]);
+                let inverted = (0..wide).map(|i| [below + i + 1, above + i + 1, above + i]);
+                triangles.extend(upright.chain(inverted));
+            },
+        );
     }
 
     /// Draws a flat four-cornered grid of `across` by `rows` quads. The corners are
@@ -205,77 +261,52 @@ impl<'a> MeshBuilder<'a> {
 
     /// Draws a closed fan over a ring of corners that run counter-clockwise around `center`.
     pub(super) fn fan(&mut self, center: DVec3, ring: usize, point: impl Fn(usize) -> DVec3) {
-        self.triangles += ring as u64;
-        if self.counting {
-            return;
-        }
-        let buffer = &mut self.buffers[self.material];
-        let hub = buffer.vertices.len() as u32;
-        buffer.vertices.push(center);
-        buffer.vertices.extend((0..ring).map(point));
-        let corner = |i: usize| hub + 1 + (i % ring) as u32;
-        let fan = (0..ring).map(|i| [hub, corner(i), corner(i + 1)]);
-        buffer.triangles.extend(fan);
-        if buffer.triangles.len() >= CHUNK {
-            self.flush(self.material);
-        }
+        let before = |row: usize| row * ring;
+        self.rows(1, before, |mesh, _| {
+            let Strip {
+                vertices,
+                triangles,
+                ..
+            } = mesh.section.strip(mesh.material);
+            let hub = vertices.len() as u32;
+            vertices.push(center);
+            vertices.extend((0..ring).map(&point));
+            let corner = |i: usize| hub + 1 + (i % ring) as u32;
+            triangles.extend((0..ring).map(|i| [hub, corner(i), corner(i + 1)]));
+            mesh.section.end_step(mesh.material, 0);
+        });
     }
 
     /// Draws triangles that each have a material of their own: `(material, corners)`, where corners
     /// index `vertices`.
     pub(super) fn facets(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
-        self.triangles += triangles.len() as u64;
-        if self.counting {
-            return;
-        }
-        let mut scatter = std::mem::take(&mut self.scatter);
-        scatter.sorted.clear();
-        scatter.sorted.extend(0..triangles.len() as u32);
-        scatter.sorted.sort_by_key(|&t| triangles[t as usize].0);
-        for run in scatter
-            .sorted
-            .chunk_by(|&a, &b| triangles[a as usize].0 == triangles[b as usize].0)
-        {
+        let before = |row: usize| row * triangles.len();
+        self.rows(1, before, |mesh, _| mesh.scatter(vertices, triangles));
+    }
+
+    fn scatter(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
+        let ScatterBuffers { sorted, slots } = &mut self.scatter;
+        sorted.clear();
+        sorted.extend(0..triangles.len() as u32);
+        sorted.sort_by_key(|&t| triangles[t as usize].0);
+        for run in sorted.chunk_by(|&a, &b| triangles[a as usize].0 == triangles[b as usize].0) {
             let material = triangles[run[0] as usize].0;
-            let buffer = &mut self.buffers[material];
-            scatter.slots.clear();
-            scatter.slots.resize(vertices.len(), u32::MAX);
+            let strip = self.section.strip(material);
+            slots.clear();
+            slots.resize(vertices.len(), u32::MAX);
             for &t in run {
-                let corners = triangles[t as usize].1.map(|v| {
-                    let slot = &mut scatter.slots[v as usize];
+                let mut corners = triangles[t as usize].1;
+                for v in &mut corners {
+                    let slot = &mut slots[*v as usize];
                     if *slot == u32::MAX {
-                        *slot = buffer.vertices.len() as u32;
-                        buffer.vertices.push(vertices[v as usize]);
+                        *slot = strip.vertices.len() as u32;
+                        strip.vertices.push(vertices[*v as usize]);
                     }
-                    *slot
-                });
-                buffer.triangles.push(corners);
+                    *v = *slot;
+                }
+                strip.triangles.push(corners);
             }
-            if buffer.triangles.len() >= CHUNK {
-                self.flush(material);
-            }
-        }
-        self.scatter = scatter;
-    }
-
-    fn flush(&mut self, material: usize) {
-        let buffer = &mut self.buffers[material];
-        if !buffer.triangles.is_empty() {
-            self.builder
-                .material(&MaterialDesc::Document(buffer.material));
-            self.builder.mesh(&buffer.vertices, &buffer.triangles);
-        }
-        buffer.vertices.clear();
-        buffer.triangles.clear();
-    }
-
-    /// Passes on the rest. Without this call, part of the scene is missing.
-    pub(super) fn finish(mut self) {
-        if self.counting {
-            self.builder.takes_count(self.triangles);
-        }
-        for material in 0..self.buffers.len() {
-            self.flush(material);
+            self.section.end_step(material, 0);
         }
     }
 }
@@ -283,7 +314,8 @@ impl<'a> MeshBuilder<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MemoryBuilder, ShapeCounter};
+    use crate::modern::assembly;
+    use crate::{DocumentMaterial, MemoryBuilder};
     use glam::dvec3;
 
     #[test]
@@ -303,16 +335,10 @@ mod tests {
             mesh.fan(DVec3::ZERO, 6, |i| DVec3::splat(i as f64));
             mesh.facets(&[DVec3::ZERO; 3], &[(1, [0, 1, 2]), (0, [2, 1, 0])]);
         };
-        let mut counter = ShapeCounter::default();
-        let mut counting = MeshBuilder::new(&mut counter, []);
-        draw(&mut counting);
         let palette = [DocumentMaterial::default(); 2];
         let mut builder = MemoryBuilder::default();
-        let mut mesh = MeshBuilder::new(&mut builder, palette);
-        draw(&mut mesh);
-        assert_eq!(counting.triangles(), mesh.triangles());
-        mesh.finish();
+        assembly::draw(&mut builder, palette, draw);
         let drawn = builder.finish().triangles.len() as u64;
-        assert_eq!(drawn, counting.triangles());
+        assert_eq!(drawn, count(draw));
     }
 }

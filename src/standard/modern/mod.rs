@@ -7,7 +7,9 @@
 //! file. All lights are point lights, even suns (far away), because every file format here supports
 //! those.
 
+mod assembly;
 pub(super) mod atrium;
+mod chunks;
 pub(super) mod cornell;
 mod geodesic;
 pub(super) mod hair;
@@ -18,6 +20,7 @@ mod mesh_builder;
 mod noise;
 mod props;
 pub(super) mod room;
+mod section;
 mod setup;
 pub(super) mod street;
 pub(super) mod terrain;

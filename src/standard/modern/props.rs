@@ -1,8 +1,7 @@
 //! Building parts: boxes, turned work and rods, cut into quads of a given density.
 
 use super::geodesic;
-use super::mesh_builder::{Grid, MeshBuilder};
-use crate::count::ShapeCounter;
+use super::mesh_builder::{Grid, MeshBuilder, count};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
@@ -86,29 +85,22 @@ pub(super) const STANDING: BoxSides = [true, true, false, true, true, true];
 /// All sides but the back, where it meets a wall.
 pub(super) const ON_WALL: BoxSides = [true, true, true, true, false, true];
 
-/// Draws parts in the detail between `least` and `most` at which they come closest to `target`
-/// triangles from below, or nearly so; returns the builder of that detail. `draw` must draw more
-/// with more detail.
-pub(super) fn draw_fitted<'m, 'b>(
-    mesh: &'m mut MeshBuilder<'b>,
+/// The detail between `least` and `most` at which parts come closest to `target` triangles from
+/// below, or nearly so. `draw` must draw more with more detail.
+pub(super) fn fitted_detail(
     target: u64,
     (mut least, mut most): (f64, f64),
     draw: impl Fn(&mut PartBuilder),
-) -> PartBuilder<'m, 'b> {
+) -> f64 {
     for _ in 0..40 {
         let middle = (least + most) / 2.0;
-        let mut counter = ShapeCounter::default();
-        let mut counted = MeshBuilder::new(&mut counter, []);
-        draw(&mut PartBuilder::new(&mut counted, middle));
-        if counted.triangles() <= target {
+        if count(|mesh| draw(&mut PartBuilder::new(mesh, middle))) <= target {
             least = middle;
         } else {
             most = middle;
         }
     }
-    let mut parts = PartBuilder::new(mesh, least);
-    draw(&mut parts);
-    parts
+    least
 }
 
 /// Draws parts in a frame, cut into about `detail` quads per unit of length.
@@ -295,15 +287,16 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::modern::assembly;
     use crate::{DocumentMaterial, MemoryBuilder};
 
     /// Volume inside closed surfaces that face outward, by the divergence theorem.
-    pub(in crate::modern) fn volume(detail: f64, draw: impl Fn(&mut PartBuilder)) -> f64 {
+    pub(in crate::modern) fn volume(detail: f64, draw: impl Fn(&mut PartBuilder) + Sync) -> f64 {
         let mut builder = MemoryBuilder::default();
-        let mut mesh = MeshBuilder::new(&mut builder, [DocumentMaterial::default()]);
         let frame = LocalFrame::at(dvec3(3.0, -2.0, 5.0)).turned(33.0);
-        draw(&mut PartBuilder::new(&mut mesh, detail).at(frame));
-        mesh.finish();
+        assembly::draw(&mut builder, [DocumentMaterial::default()], |mesh| {
+            draw(&mut PartBuilder::new(mesh, detail).at(frame));
+        });
         let triangles = builder.finish().triangles;
         let parts = (0..triangles.len()).map(|i| {
             let [a, b, c] = triangles.corners(i).map(|p| p.as_dvec3());
@@ -314,16 +307,16 @@ pub(super) mod tests {
 
     #[test]
     fn detail_is_found_from_below() {
-        let mut counter = ShapeCounter::default();
-        let mut mesh = MeshBuilder::new(&mut counter, []);
-        draw_fitted(&mut mesh, 1_000_000, (1.0, 1000.0), |parts| {
+        let draw = |parts: &mut PartBuilder| {
             for k in 0..100 {
                 let cells = (parts.detail + f64::from(k) / 100.0) as usize;
                 let grid = Grid::open(cells, cells);
                 parts.mesh.grid(grid, |_, _| unreachable!());
             }
-        });
-        assert!((980_000..=1_000_000).contains(&mesh.triangles()));
+        };
+        let detail = fitted_detail(1_000_000, (1.0, 1000.0), draw);
+        let triangles = count(|mesh| draw(&mut PartBuilder::new(mesh, detail)));
+        assert!((980_000..=1_000_000).contains(&triangles));
     }
 
     #[test]

@@ -3,10 +3,10 @@
 //! The knot has seven tenths of the triangles in a thousandth of the room's volume. A tree that
 //! splits space evenly performs badly here, and no ray ever leaves.
 
+use super::assembly;
 use super::knot::knot;
 use super::materials::{glass, glow, matte, polished, rgb};
-use super::mesh_builder::MeshBuilder;
-use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells, draw_fitted};
+use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells, fitted_detail};
 use super::setup::{hd, lamp};
 use crate::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec3, dvec3};
@@ -64,13 +64,14 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&lamp(dvec3(-2.62, 1.78, -1.1), rgb(0.40, 0.27, 0.13), 1.3));
     builder.light(&lamp(dvec3(0.9, 1.78, -2.62), rgb(0.40, 0.27, 0.13), 1.3));
     builder.light(&lamp(dvec3(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
-    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = u64::from(size);
-    draw_fitted(&mut mesh, budget * 3 / 10, (0.1, 2000.0), furnish);
-    let left = budget.saturating_sub(mesh.triangles());
-    mesh.material(GOLD);
-    knot(&mut mesh, left as f64, STATUE);
-    mesh.finish();
+    let detail = fitted_detail(budget * 3 / 10, (0.1, 2000.0), furnish);
+    assembly::draw(builder, palette(), |mesh| {
+        furnish(&mut PartBuilder::new(mesh, detail));
+        let left = budget.saturating_sub(mesh.triangles());
+        mesh.material(GOLD);
+        knot(mesh, left as f64, STATUE);
+    });
 }
 
 /// Everything except the statue.

@@ -5,9 +5,10 @@
 //! derivatives", 2008). Vegetation follows from height and slope. Air is part of the materials:
 //! with distance from the eye they approach the colour of the sky.
 
+use super::assembly;
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
-use super::noise::{Dice, fractal2, noise2, smoothstep, turned};
+use super::noise::{Dice, Points, fractal2_of, noise2, smoothstep, turned};
 use super::setup::{hd, sun};
 use crate::builder::{DocumentMaterial, SceneBuilder};
 use glam::{DVec2, DVec3, dvec2, dvec3};
@@ -62,31 +63,55 @@ fn palette() -> Vec<DocumentMaterial> {
     materials
 }
 
-/// Height of the land; the lake's surface is at 0.
-fn height(p: DVec2) -> f64 {
-    let drift = dvec2(fractal2(SEED, p * 0.17, 2), fractal2(SEED + 8, p * 0.17, 2));
-    let ridges = eroded((p + drift * 1.6) * 0.21);
+/// Number of points whose heights are computed at once.
+const LANES: usize = 8;
+
+/// Heights of the land; the lake's surface is at 0.
+fn heights(points: &Points<LANES>) -> [f64; LANES] {
+    let broad = points.map(|p| p * 0.17);
+    let x = fractal2_of(SEED, broad, 2);
+    let y = fractal2_of(SEED + 8, broad, 2);
+    let mut drifted = *points;
+    for k in 0..LANES {
+        let p = dvec2(points.x[k], points.y[k]);
+        let p = (p + dvec2(x[k], y[k]) * 1.6) * 0.21;
+        (drifted.x[k], drifted.y[k]) = (p.x, p.y);
+    }
+    let ridges = eroded(drifted);
+    let hills = fractal2_of(SEED + 16, points.map(|p| p * 1.1), 5);
+    std::array::from_fn(|k| height(dvec2(points.x[k], points.y[k]), ridges[k], 0.16 * hills[k]))
+}
+
+/// Height of the land from its ridges and hills.
+fn height(p: DVec2, ridges: f64, hills: f64) -> f64 {
     // The lake lies in front of the mountains, and the near shore stays low so that nothing hides
     // it.
     let from_lake = ((p - dvec2(-0.6, 4.6)) / dvec2(5.2, 3.6)).length();
     let shore = smoothstep(0.55, 1.5, from_lake);
     let near = smoothstep(2.0, 9.5, p.y);
     let mountains = smoothstep(0.9, 3.1, from_lake) * (1.0 - 0.86 * near);
-    let hills = 0.16 * fractal2(SEED + 16, p * 1.1, 5);
     -0.28 + 0.42 * shore + mountains * (2.1 + 3.6 * ridges) + hills * (0.45 + 0.55 * shore)
 }
 
 /// Octaves of noise that fade with the slope accumulated so far.
-fn eroded(mut p: DVec2) -> f64 {
-    let (mut sum, mut part, mut slope) = (0.0, 1.0, DVec2::ZERO);
+fn eroded(mut points: Points<LANES>) -> [f64; LANES] {
+    let (mut sums, mut part) = ([0.0; LANES], 1.0);
+    let mut slopes = Points {
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+    };
     for octave in 0..11 {
-        let (value, gradient) = noise2(SEED + 32 + octave, p);
-        slope += gradient * 0.75;
-        sum += part * value / (1.0 + slope.dot(slope));
+        for (k, sum) in sums.iter_mut().enumerate() {
+            let p = dvec2(points.x[k], points.y[k]);
+            let (value, gradient) = noise2(SEED + 32 + octave, p);
+            let slope = dvec2(slopes.x[k], slopes.y[k]) + gradient * 0.75;
+            *sum += part * value / (1.0 + slope.dot(slope));
+            (slopes.x[k], slopes.y[k]) = (slope.x, slope.y);
+        }
         part *= 0.5;
-        p = turned(p) * 2.0;
+        points = points.map(|p| turned(p) * 2.0);
     }
-    sum
+    sums
 }
 
 /// The ground of a face at this center with this (unnormalised, upward) normal. `patch` in [-1, 1]
@@ -137,27 +162,22 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&sun(dvec3(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
     // The sky's light from the other side, weak and blue.
     builder.light(&sun(dvec3(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
-    let mut mesh = MeshBuilder::new(builder, palette());
-    lake(&mut mesh);
     let (across, rows) = net(size);
-    if mesh.counted(2 * (across * rows) as u64) {
-        return mesh.finish();
-    }
-    let position = |i: usize, j: usize| {
-        let p = HALF * dvec2(spread(i, across), depth(j, rows));
-        dvec3(p.x, height(p), p.y)
-    };
-    // A band of blocks at a time. The heights on the border between two bands are kept instead of
-    // being recomputed.
-    let mut band = VertexRows::default();
-    for j in (0..rows).step_by(BLOCK) {
-        let high = BLOCK.min(rows - j);
-        band.advance(across + 1, j, high, position);
-        for i in (0..across).step_by(BLOCK) {
-            block(&mut mesh, &band, (i, j), BLOCK.min(across - i), high);
+    assembly::draw(builder, palette(), |mesh| {
+        lake(mesh);
+        if mesh.counted(2 * (across * rows) as u64) {
+            return;
         }
-    }
-    mesh.finish();
+        for j in (0..rows).step_by(BLOCK) {
+            let high = BLOCK.min(rows - j);
+            for i in (0..across).step_by(BLOCK) {
+                let wide = BLOCK.min(across - i);
+                if !mesh.counted_facets(2 * (wide * high) as u64) {
+                    block(mesh, (across, rows), (i, j), (wide, high));
+                }
+            }
+        }
+    });
 }
 
 fn lake(mesh: &mut MeshBuilder) {
@@ -167,45 +187,26 @@ fn lake(mesh: &mut MeshBuilder) {
     mesh.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
 }
 
-/// Rows of positions, `columns` in each.
-#[derive(Default)]
-struct VertexRows {
-    columns: usize,
-    positions: Vec<DVec3>,
-}
-
-impl VertexRows {
-    /// Advances to rows `first` to `first + high`; the first is the last of the previous ones.
-    fn advance(
-        &mut self,
-        columns: usize,
-        first: usize,
-        high: usize,
-        position: impl Fn(usize, usize) -> DVec3,
-    ) {
-        self.columns = columns;
-        let kept = self.positions.len().saturating_sub(columns);
-        self.positions.drain(..kept);
-        let known = usize::from(!self.positions.is_empty());
-        for j in first + known..=first + high {
-            self.positions.extend((0..columns).map(|i| position(i, j)));
-        }
-    }
-}
-
-/// Draws the quads of a block.
+/// Draws the quads of a block of this size from its first column and row on.
 fn block(
     mesh: &mut MeshBuilder,
-    band: &VertexRows,
+    (across, rows): (usize, usize),
     (left, first): (usize, usize),
-    wide: usize,
-    high: usize,
+    (wide, high): (usize, usize),
 ) {
-    let (mut vertices, mut facets) = (Vec::new(), Vec::new());
-    for j in 0..=high {
-        let start = j * band.columns + left;
-        vertices.extend_from_slice(&band.positions[start..=start + wide]);
+    let columns: Vec<f64> = (left..=left + wide).map(|i| spread(i, across)).collect();
+    let mut points = Vec::with_capacity((wide + 1) * (high + 1));
+    for j in first..=first + high {
+        let z = depth(j, rows);
+        points.extend(columns.iter().map(|&x| HALF * dvec2(x, z)));
     }
+    let woods = |points: &Points<LANES>| fractal2_of(SEED + 64, points.map(|p| p * 1.7), 3);
+    let (heights, patches) = (at_all(&points, heights), at_all(&points, woods));
+    let vertices = points.iter().zip(heights);
+    let vertices: Vec<_> = vertices
+        .map(|(p, height)| dvec3(p.x, height, p.y))
+        .collect();
+    let mut facets = Vec::with_capacity(2 * wide * high);
     let mut dice = Dice::of(SEED + first as u64, left as u64);
     for j in 0..high {
         for i in 0..wide {
@@ -216,19 +217,36 @@ fn block(
                 0 => [[a, a + 1, above + 1], [a, above + 1, above]],
                 _ => [[a, a + 1, above], [a + 1, above + 1, above]],
             };
-            let corner = vertices[a as usize];
-            let patch = fractal2(SEED + 64, dvec2(corner.x, corner.z) * 1.7, 3);
-            let material = |corners| material_of(&vertices, corners, patch, &mut dice);
-            let materials = split.map(material);
-            facets.extend([(materials[0], split[0]), (materials[1], split[1])]);
+            let patch = patches[a as usize];
+            for corners in split {
+                let material = material_of(&vertices, corners, patch, &mut dice);
+                facets.push((material, corners));
+            }
         }
     }
     mesh.facets(&vertices, &facets);
 }
 
+/// The values at all points.
+fn at_all(points: &[DVec2], values: impl Fn(&Points<LANES>) -> [f64; LANES]) -> Vec<f64> {
+    let mut all = Vec::with_capacity(points.len() + LANES);
+    for block in points.chunks(LANES) {
+        let mut lanes = Points {
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+        };
+        for (k, p) in block.iter().enumerate() {
+            (lanes.x[k], lanes.y[k]) = (p.x, p.y);
+        }
+        all.extend(values(&lanes));
+    }
+    all
+}
+
 /// The row of the palette for a face.
 fn material_of(vertices: &[DVec3], corners: [u32; 3], patch: f64, dice: &mut Dice) -> usize {
-    let [a, b, c] = corners.map(|v| vertices[v as usize]);
+    let at = |k: usize| vertices[corners[k] as usize];
+    let (a, b, c) = (at(0), at(1), at(2));
     let center = (a + b + c) / 3.0;
     let distance = (center - EYE).length() / 26.0 * (HAZES - 1) as f64;
     // Chosen at random between two steps, so that no step shows as a line.

@@ -37,7 +37,9 @@ impl FileFormat {
 /// Writes a standard scene, streaming; returns the features, other than shapes, that the format
 /// could not hold.
 ///
-/// With `tessellate`, spheres and cones become polygons first, by [`Tessellate`].
+/// With `tessellate`, spheres and cones become polygons first, by [`Tessellate`]. Scenes of
+/// triangles are drawn and encoded on `threads` threads, 0 for one per CPU; the file does not
+/// depend on their number.
 ///
 /// # Errors
 /// [`SceneWriteError`]; the part written by then is useless.
@@ -45,6 +47,7 @@ pub fn write(
     spec: Spec,
     format: FileFormat,
     tessellate: Option<u32>,
+    threads: usize,
     out: &mut dyn Write,
 ) -> Result<DroppedFeatures, SceneWriteError> {
     let build = |builder: &mut dyn SceneBuilder| match tessellate {
@@ -54,11 +57,13 @@ pub fn write(
     match format {
         FileFormat::Nff => {
             let mut builder = NffWriter::new(out);
+            builder.threads = threads;
             build(&mut builder);
             builder.finish()
         }
         FileFormat::Ply => {
             let mut builder = PlyWriter::new(out);
+            builder.threads = threads;
             loop {
                 build(&mut builder);
                 if !builder.end_pass() {
@@ -68,6 +73,7 @@ pub fn write(
         }
         FileFormat::Test => {
             let mut builder = TestWriter::new(out, spec.scene.max_depth);
+            builder.threads = threads;
             build(&mut builder);
             builder.finish()
         }

@@ -1,7 +1,6 @@
 //! Output of the writers: buffered, and silent after the first error.
 
 use super::outcome::SceneWriteError;
-use glam::DVec3;
 use std::fmt;
 use std::io::{BufWriter, Write};
 
@@ -57,30 +56,5 @@ impl<W: Write> LatchedWriter<W> {
             Some(error) => Err(error),
             None => Ok(self.to.flush()?),
         }
-    }
-}
-
-/// A number as the shortest text that reads back to its single-precision value.
-pub(super) struct Decimal(pub(super) f64);
-
-impl fmt::Display for Decimal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let number = self.0 as f32;
-        let size = number.abs();
-        if size != 0.0 && !(1e-5..1e16).contains(&size) {
-            write!(f, "{number:e}")
-        } else {
-            write!(f, "{number}")
-        }
-    }
-}
-
-/// Three numbers with spaces between them.
-pub(super) struct Decimals(pub(super) DVec3);
-
-impl fmt::Display for Decimals {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let DVec3 { x, y, z } = self.0;
-        write!(f, "{} {} {}", Decimal(x), Decimal(y), Decimal(z))
     }
 }

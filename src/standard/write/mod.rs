@@ -1,5 +1,6 @@
-//! Standard scenes to files, streamed: no more than one shape of a scene is in memory.
+//! Standard scenes to files, streamed: no more than a few sections of a scene are in memory.
 
+mod decimal;
 mod file_format;
 mod latched;
 mod nff;

@@ -1,10 +1,12 @@
 //! A standard scene as an NFF file.
 
-use super::latched::{Decimal, Decimals, LatchedWriter};
+use super::decimal::{Decimal, Decimals, push_vector};
+use super::latched::LatchedWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::builder::{
     DocumentMaterial, MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView,
 };
+use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::DVec3;
 use std::io::Write;
 
@@ -16,6 +18,8 @@ pub struct NffWriter<W: Write> {
     out: LatchedWriter<W>,
     fading: bool,
     reduced: bool,
+    /// [`SceneBuilder::threads`].
+    pub threads: usize,
 }
 
 impl<W: Write> NffWriter<W> {
@@ -25,6 +29,7 @@ impl<W: Write> NffWriter<W> {
             out: LatchedWriter::new(out),
             fading: false,
             reduced: false,
+            threads: 0,
         }
     }
 
@@ -132,8 +137,42 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        for triangle in triangles {
-            self.corners(triangle.iter().map(|&k| vertices[k as usize]));
+        self.prepared(prepare(&[MeshSlice::whole(vertices, triangles)]));
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn preparation(&self) -> Option<Box<Prepare>> {
+        Some(Box::new(|parts, _| prepare(parts)))
+    }
+
+    fn prepared(&mut self, mesh: PreparedMesh) {
+        self.out.bytes(&mesh.bytes);
+    }
+}
+
+/// The polygons of a mesh. Each vertex is written once, and copied from there.
+fn prepare(parts: &[MeshSlice]) -> PreparedMesh {
+    let mut prepared = PreparedMesh::sized(parts);
+    let (mut lines, mut ends) = (Vec::new(), Vec::new());
+    for part in parts {
+        lines.clear();
+        ends.clear();
+        ends.push(0);
+        for &vertex in part.vertices {
+            push_vector(&mut lines, vertex);
+            lines.push(b'\n');
+            ends.push(lines.len());
+        }
+        for triangle in part.triangles {
+            prepared.bytes.extend_from_slice(b"p 3\n");
+            for corner in triangle.map(|v| (v - part.base) as usize) {
+                let line = &lines[ends[corner]..ends[corner + 1]];
+                prepared.bytes.extend_from_slice(line);
+            }
         }
     }
+    prepared
 }

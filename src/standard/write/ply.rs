@@ -7,6 +7,7 @@
 use super::latched::LatchedWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
+use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::DVec3;
 use std::io::Write;
 
@@ -39,6 +40,8 @@ pub struct PlyWriter<W: Write> {
     normals: bool,
     /// The first vertex of the next shape, in the pass over faces.
     first: u64,
+    /// [`SceneBuilder::threads`].
+    pub threads: usize,
 }
 
 impl<W: Write> PlyWriter<W> {
@@ -53,6 +56,7 @@ impl<W: Write> PlyWriter<W> {
             most_corners: 0,
             normals: false,
             first: 0,
+            threads: 0,
         }
     }
 
@@ -107,9 +111,7 @@ impl<W: Write> PlyWriter<W> {
     }
 
     fn vector(&mut self, v: DVec3) {
-        for number in v.to_array() {
-            self.out.bytes(&(number as f32).to_le_bytes());
-        }
+        self.out.bytes(&vector(v));
     }
 
     fn face(&mut self, corners: impl ExactSizeIterator<Item = u64>) {
@@ -155,21 +157,37 @@ impl<W: Write> PlyWriter<W> {
         let normal = normal(points);
         self.lone_face(points.len(), |k| (points[k], normal));
     }
+}
 
-    /// Triangles that share vertices.
-    fn shared(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        match self.pass {
-            Pass::Vertices => vertices.iter().for_each(|&v| self.vector(v)),
-            Pass::Faces => {
-                let first = self.first;
-                for triangle in triangles {
-                    self.face(triangle.iter().map(|&k| first + u64::from(k)));
-                }
-                self.first += vertices.len() as u64;
-            }
-            Pass::Count | Pass::Done => {}
-        }
+/// A vector in single precision.
+fn vector(v: DVec3) -> [u8; 12] {
+    bytemuck::cast(v.to_array().map(|number| (number as f32).to_le_bytes()))
+}
+
+fn prepare_vertices(parts: &[MeshSlice]) -> PreparedMesh {
+    let mut prepared = PreparedMesh::sized(parts);
+    prepared.bytes.reserve(12 * prepared.vertices);
+    for &vertex in parts.iter().flat_map(MeshSlice::vertices) {
+        prepared.bytes.extend_from_slice(&vector(vertex));
     }
+    prepared
+}
+
+/// The faces of a mesh whose first vertex has the number `first`. The header has rejected larger
+/// numbers than i32::MAX.
+fn prepare_faces(parts: &[MeshSlice], first: u32, short: bool) -> PreparedMesh {
+    let mut prepared = PreparedMesh::sized(parts);
+    let count = 3u32.to_le_bytes();
+    let count = if short { &count[..1] } else { &count };
+    prepared
+        .bytes
+        .reserve((count.len() + 12) * prepared.triangles);
+    for corners in parts.iter().flat_map(|part| part.triangles(first)) {
+        let corners: [u8; 12] = bytemuck::cast(corners.map(u32::to_le_bytes));
+        prepared.bytes.extend_from_slice(count);
+        prepared.bytes.extend_from_slice(&corners);
+    }
+    prepared
 }
 
 /// The unit normal of a polygon by Newell's sum, which is correct with concave corners, too; z if
@@ -213,13 +231,43 @@ impl<W: Write> SceneBuilder for PlyWriter<W> {
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        if self.pass == Pass::Count {
-            self.shared_vertices += vertices.len() as u64;
-        } else if !self.normals {
-            return self.shared(vertices, triangles);
+        match self.preparation() {
+            Some(prepare) => self.prepared(prepare(&[MeshSlice::whole(vertices, triangles)], 0)),
+            None => triangles
+                .iter()
+                .for_each(|t| self.flat_face(&t.map(|k| vertices[k as usize]))),
         }
-        for triangle in triangles {
-            self.flat_face(&triangle.map(|k| vertices[k as usize]));
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Triangles that share vertices; with normals, they come one by one.
+    fn preparation(&self) -> Option<Box<Prepare>> {
+        let (first, short) = (self.first, self.short_lists());
+        match self.pass {
+            Pass::Count | Pass::Done => Some(Box::new(|parts, _| PreparedMesh::sized(parts))),
+            _ if self.normals => None,
+            Pass::Vertices => Some(Box::new(|parts, _| prepare_vertices(parts))),
+            Pass::Faces => Some(Box::new(move |parts, before| {
+                prepare_faces(parts, (first + before) as u32, short)
+            })),
         }
+    }
+
+    fn prepared(&mut self, mesh: PreparedMesh) {
+        let (vertices, faces) = (mesh.vertices as u64, mesh.triangles as u64);
+        match self.pass {
+            Pass::Count => {
+                self.shared_vertices += vertices;
+                self.vertices += 3 * faces;
+                self.faces += faces;
+                self.most_corners = self.most_corners.max(3);
+            }
+            Pass::Vertices | Pass::Done => {}
+            Pass::Faces => self.first += vertices,
+        }
+        self.out.bytes(&mesh.bytes);
     }
 }

@@ -1,8 +1,10 @@
 //! A standard scene as a `.test` file.
 
-use super::latched::{Decimal, Decimals, LatchedWriter};
+use super::decimal::{Decimal, Decimals, push_vector};
+use super::latched::LatchedWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level};
+use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
 use phalanx_formats::polygon::triangulate;
 use std::io::Write;
@@ -19,6 +21,8 @@ pub struct TestWriter<W: Write> {
     vertices: u64,
     normal_vertices: u64,
     background: bool,
+    /// [`SceneBuilder::threads`].
+    pub threads: usize,
 }
 
 impl<W: Write> TestWriter<W> {
@@ -32,6 +36,7 @@ impl<W: Write> TestWriter<W> {
             vertices: 0,
             normal_vertices: 0,
             background: false,
+            threads: 0,
         }
     }
 
@@ -58,12 +63,6 @@ impl<W: Write> TestWriter<W> {
                 [light.attenuation, light.position, color].map(Decimals);
             writeln!(self.out, "attenuation {fading}\npoint {position} {color}");
         }
-    }
-
-    /// A triangle of the vertices from `first` on.
-    fn triangle(&mut self, command: &str, first: u64, corners: [u32; 3]) {
-        let [a, b, c] = corners.map(|k| first + u64::from(k));
-        writeln!(self.out, "{command} {a} {b} {c}");
     }
 }
 
@@ -122,18 +121,55 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
         self.normal_vertices += points.len() as u64;
         let rounded: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
         for corners in triangulate(&rounded) {
-            self.triangle("trinormal", first, corners);
+            let [a, b, c] = corners.map(|k| first + u64::from(k));
+            writeln!(self.out, "trinormal {a} {b} {c}");
         }
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        let first = self.vertices;
-        for &point in vertices {
-            writeln!(self.out, "vertex {}", Decimals(point));
-        }
-        self.vertices += vertices.len() as u64;
-        for &corners in triangles {
-            self.triangle("tri", first, corners);
+        self.prepared(prepare(
+            &[MeshSlice::whole(vertices, triangles)],
+            self.vertices,
+        ));
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn preparation(&self) -> Option<Box<Prepare>> {
+        let vertices = self.vertices;
+        Some(Box::new(move |parts, before| {
+            prepare(parts, vertices + before)
+        }))
+    }
+
+    fn prepared(&mut self, mesh: PreparedMesh) {
+        self.vertices += mesh.vertices as u64;
+        self.out.bytes(&mesh.bytes);
+    }
+}
+
+/// The vertices of a mesh, the first of which has the number `first`, and its triangles.
+fn prepare(parts: &[MeshSlice], first: u64) -> PreparedMesh {
+    let mut prepared = PreparedMesh::sized(parts);
+    let out = &mut prepared.bytes;
+    for &vertex in parts.iter().flat_map(MeshSlice::vertices) {
+        out.extend_from_slice(b"vertex ");
+        push_vector(out, vertex);
+        out.push(b'\n');
+    }
+    let mut digits = itoa::Buffer::new();
+    for part in parts {
+        for corners in part.triangles(0) {
+            out.extend_from_slice(b"tri");
+            for corner in corners {
+                out.push(b' ');
+                let number = digits.format(first + u64::from(corner));
+                out.extend_from_slice(number.as_bytes());
+            }
+            out.push(b'\n');
         }
     }
+    prepared
 }

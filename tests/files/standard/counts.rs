@@ -89,7 +89,7 @@ fn tessellated_scenes_have_the_published_numbers_of_polygons() {
 #[test]
 fn scenes_hold_what_is_counted() {
     for (name, ..) in PUBLISHED {
-        let (scene, counts) = (scene(spec(name)).unwrap(), counts(spec(name)));
+        let (scene, counts) = (scene(spec(name), 0).unwrap(), counts(spec(name)));
         assert_eq!(scene.spheres.len() as u64, counts.spheres, "{name}");
         assert_eq!(scene.cones.len() as u64, counts.cones, "{name}");
         assert_eq!(scene.triangles.len() as u64, counts.triangles, "{name}");
@@ -102,6 +102,7 @@ fn scenes_hold_what_is_counted() {
 fn the_smallest_size_of_each_scene_is_valid() {
     for entry in CATALOGUE {
         let size = u64::from(*entry.sizes.start());
-        scene(Spec::sized(entry, size).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", entry.name));
+        scene(Spec::sized(entry, size).unwrap(), 0)
+            .unwrap_or_else(|e| panic!("{}: {e}", entry.name));
     }
 }

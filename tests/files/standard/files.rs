@@ -24,7 +24,7 @@ const SMALL: [&str; 11] = [
 
 fn written(name: &str, format: FileFormat, tessellate: Option<u32>) -> Vec<u8> {
     let mut bytes = Vec::new();
-    write(spec(name), format, tessellate, &mut bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+    write(spec(name), format, tessellate, 0, &mut bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
     bytes
 }
 
@@ -118,7 +118,7 @@ fn what_a_format_cannot_hold_is_refused_by_name() {
     ];
     for (name, format, wanted) in cases {
         let mut bytes = Vec::new();
-        let error = write(spec(name), format, None, &mut bytes).unwrap_err();
+        let error = write(spec(name), format, None, 0, &mut bytes).unwrap_err();
         let SceneWriteError::CannotHold { shape, .. } = error else {
             panic!("{name}: {error}")
         };
@@ -250,7 +250,7 @@ impl Write for Full {
 fn a_full_disk_is_an_error() {
     for format in [FileFormat::Nff, FileFormat::Ply, FileFormat::Test] {
         let mut out = Full { failed: false };
-        let error = write(spec("mount:6"), format, Some(2), &mut out).unwrap_err();
+        let error = write(spec("mount:6"), format, Some(2), 0, &mut out).unwrap_err();
         assert!(
             matches!(error, SceneWriteError::Io(_)),
             "{format:?}: {error}"

@@ -8,6 +8,7 @@ mod meshes;
 mod modern;
 mod spec;
 mod sphere;
+mod threads;
 
 use phalanx::scene::{PrimKind, Scene};
 use phalanx::standard::{Spec, parse_spec};
@@ -17,7 +18,7 @@ fn spec(text: &str) -> Spec {
 }
 
 fn scene(text: &str) -> Scene {
-    phalanx::standard::scene(spec(text)).expect("a valid scene")
+    phalanx::standard::scene(spec(text), 0).expect("a valid scene")
 }
 
 /// All numbers of a primitive, in a fixed order by kind, ending with its surface's.

@@ -6,16 +6,17 @@ use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::scene::{OutputEncoding, Scene};
 use phalanx::standard::{CATALOGUE, Family, StandardScene, counts};
 
-/// Names, and a hash of each scene at 8,000 triangles. A different hash means a different scene:
+/// Names, and a hash of each scene at 8,000 and at 200,000 triangles, which are drawn in one piece
+/// and in many. A different hash means a different scene:
 /// benchmarks would no longer be comparable with earlier ones.
-const HASHES: [(&str, u64); 7] = [
-    ("cornell", 0x7e2a17423270ba62),
-    ("terrain", 0xa1f6305671f03ca1),
-    ("menger", 0x924f4d25cd0d4414),
-    ("street", 0xebbc24de0a174e4f),
-    ("hair", 0xb7193c8c73d1b75f),
-    ("room", 0xcb8e450ca8673307),
-    ("atrium", 0x88795b5d7c356f56),
+const HASHES: [(&str, u64, u64); 7] = [
+    ("cornell", 0x7e2a17423270ba62, 0xa6e118419d00bf79),
+    ("terrain", 0xa1f6305671f03ca1, 0x5460c916e761c806),
+    ("menger", 0x924f4d25cd0d4414, 0xc61941ef780ce61b),
+    ("street", 0xebbc24de0a174e4f, 0x5f17d606901c8cb3),
+    ("hair", 0xb7193c8c73d1b75f, 0x5b1fb586c7f473c9),
+    ("room", 0xcb8e450ca8673307, 0x21ff84dd62c1aa7c),
+    ("atrium", 0x88795b5d7c356f56, 0x45197cc582c93c5f),
 ];
 
 fn modern() -> impl Iterator<Item = &'static StandardScene> {
@@ -60,8 +61,11 @@ fn hash(scene: &Scene) -> u64 {
 #[test]
 fn scenes_are_the_same_everywhere() {
     let names: Vec<_> = modern().map(|e| e.name).collect();
-    assert_eq!(names, HASHES.map(|(name, _)| name));
-    let found = HASHES.map(|(name, _)| (name, hash(&scene(&format!("{name}:8k")))));
+    assert_eq!(names, HASHES.map(|(name, ..)| name));
+    let found = HASHES.map(|(name, ..)| {
+        let of_size = |size: &str| hash(&scene(&format!("{name}:{size}")));
+        (name, of_size("8k"), of_size("200k"))
+    });
     assert!(found == HASHES, "{found:#x?}");
 }
 

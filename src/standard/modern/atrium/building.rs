@@ -4,9 +4,9 @@ use super::layout::{GROUND, UPPER, Wing, wings};
 use super::palette::palette;
 use super::{arcade, column, court, drape, gallery, hanging};
 use crate::builder::SceneBuilder;
+use crate::modern::assembly;
 use crate::modern::materials::rgb;
-use crate::modern::mesh_builder::MeshBuilder;
-use crate::modern::props::{PartBuilder, draw_fitted};
+use crate::modern::props::{PartBuilder, fitted_detail};
 use crate::modern::setup::{hd, lamp, sun};
 use glam::{DVec3, dvec3};
 
@@ -26,14 +26,14 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     for (wing, bay) in [(0, 0), (0, 3), (1, 1), (1, 2)] {
         builder.light(&hanging::light(&atrium.wings[wing], bay));
     }
-    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = u64::from(size);
-    draw_fitted(&mut mesh, budget * 7 / 10, (0.05, 4000.0), |parts| {
-        atrium.build(parts)
+    let detail = fitted_detail(budget * 7 / 10, (0.05, 4000.0), |parts| atrium.build(parts));
+    let drapes = drape::drapes(&atrium.wings);
+    assembly::draw(builder, palette(), |mesh| {
+        atrium.build(&mut PartBuilder::new(mesh, detail));
+        let left = budget.saturating_sub(mesh.triangles());
+        drape::hang(mesh, &drapes, left);
     });
-    let left = budget.saturating_sub(mesh.triangles());
-    drape::hang(&mut mesh, &drape::drapes(&atrium.wings), left);
-    mesh.finish();
 }
 
 /// The sides of the court.

@@ -221,11 +221,14 @@ fn crown(parts: &mut PartBuilder, number: u64) {
     }
 }
 
+/// Random numbers for each leaf of [`leaves`].
+const LEAF_NUMBERS: u64 = 8;
+
 /// The leaves of a crown.
 fn leaves(parts: &mut PartBuilder, dice: &mut Dice) {
     let count = parts.cells(90.0).max(25);
     if parts.mesh.counted(2 * count as u64) {
-        return;
+        return dice.skip(LEAF_NUMBERS * count as u64);
     }
     // More leaves are smaller, so that the density of a crown stays the same.
     let size = (3.2 / (count as f64).sqrt()).clamp(0.035, 0.16);

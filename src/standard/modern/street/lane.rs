@@ -2,7 +2,7 @@
 
 use super::layout::{HALF, SEED, START};
 use super::palette::{BULB, COBBLE, IRON, KERB, LEAF, TABLE, WOOD};
-use super::stone::{leaf, stone, stone_triangles};
+use super::stone::{LEAF_TRIANGLES, leaf, stone, stone_triangles};
 use crate::builder::StandardLight;
 use crate::modern::materials::rgb;
 use crate::modern::noise::{Dice, fractal2};
@@ -160,8 +160,12 @@ fn shrub(parts: &mut PartBuilder) {
         (0.0, 0.4),
     ];
     parts.lathe(&tub, parts.cells(1.5).clamp(8, 96));
+    let leaves = parts.cells(260.0);
+    if parts.mesh.counted(LEAF_TRIANGLES * leaves as u64) {
+        return;
+    }
     let mut dice = Dice::of(SEED + 5, (parts.frame.origin.z * 16.0) as i64 as u64);
-    for _ in 0..parts.cells(260.0) {
+    for _ in 0..leaves {
         let p = dice.vector(-1.0, 1.0);
         let outward = p / (p.length() + 1e-9);
         let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, dvec2(p.x + p.z, p.y) * 2.0, 2));

@@ -2,7 +2,7 @@
 
 use super::layout::{Area, REVEAL};
 use super::palette::{IRON, LEAF, LIT, PANE, SHUTTER, TRIM, WOOD};
-use super::stone::leaf;
+use super::stone::{LEAF_TRIANGLES, leaf};
 use crate::modern::noise::Dice;
 use crate::modern::props::{ON_WALL, PartBuilder, STANDING};
 use glam::dvec3;
@@ -212,7 +212,11 @@ pub(super) fn flowers(parts: &mut PartBuilder, hole: Area, dice: &mut Dice) {
     }
     parts.material(IRON);
     parts.slab((hole.x0, hole.y0, 0.0), (hole.x1, hole.y0 + 0.14, 0.17));
-    for _ in 0..parts.cells(40.0) {
+    let leaves = parts.cells(40.0);
+    if parts.mesh.counted(LEAF_TRIANGLES * leaves as u64) {
+        return;
+    }
+    for _ in 0..leaves {
         parts.material(match dice.below(7) {
             0 => SHUTTER + 2,
             _ => LEAF + dice.below(2),

@@ -5,6 +5,9 @@ use crate::modern::noise::Dice;
 use crate::modern::props::PartBuilder;
 use glam::{DVec2, DVec3, dvec3};
 
+/// Number of triangles of a [`leaf`].
+pub(super) const LEAF_TRIANGLES: u64 = 2;
+
 /// A leaf: two triangles in a random direction.
 pub(super) fn leaf(parts: &mut PartBuilder, position: DVec3, dice: &mut Dice, size: f64) {
     let mut side = || dice.vector(-1.0, 1.0) * size;

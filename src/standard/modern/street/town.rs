@@ -5,9 +5,9 @@ use super::layout::{HALF, START};
 use super::palette::palette;
 use super::{cafe, lane};
 use crate::builder::SceneBuilder;
+use crate::modern::assembly;
 use crate::modern::materials::rgb;
-use crate::modern::mesh_builder::MeshBuilder;
-use crate::modern::props::{LocalFrame, PartBuilder, draw_fitted};
+use crate::modern::props::{LocalFrame, PartBuilder, fitted_detail};
 use crate::modern::setup::{hd, sun};
 use glam::{DVec3, dvec3};
 
@@ -22,14 +22,14 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     for post in lane::LAMPS {
         builder.light(&lane::light(post));
     }
-    let mut mesh = MeshBuilder::new(builder, palette());
     let budget = u64::from(size);
-    let mut parts = draw_fitted(&mut mesh, budget * 7 / 10, (0.01, 400.0), |parts| {
-        town.build(parts)
+    let detail = fitted_detail(budget * 7 / 10, (0.01, 400.0), |parts| town.build(parts));
+    assembly::draw(builder, palette(), |mesh| {
+        let mut parts = PartBuilder::new(mesh, detail);
+        town.build(&mut parts);
+        let left = budget.saturating_sub(parts.mesh.triangles());
+        lane::pave(&mut parts, town.length, left);
     });
-    let left = budget.saturating_sub(parts.mesh.triangles());
-    lane::pave(&mut parts, town.length, left);
-    mesh.finish();
 }
 
 /// The houses, left and right from the eye on, and one across the end.
