@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 /// Average number of objects per cell of a grid. If objects form surfaces, most cells are empty.
 const PRIMS_PER_CELL: usize = 32;
+/// Average number in large scenes, whose cells would take too much memory.
+const MOST_PRIMS_PER_CELL: usize = 48;
 const CELLS: [usize; 2] = [1 << 9, 1 << 17];
 
 /// A grid of cells.
@@ -25,7 +27,8 @@ impl CellGrid {
         let extents = segments.par_iter().map(|segment| center_extent(segment));
         let extent = extents.reduce(|| Bounds::EMPTY, Bounds::union);
         let count: usize = segments.iter().map(|segment| segment.len()).sum();
-        let cells = (count / PRIMS_PER_CELL).clamp(CELLS[0], CELLS[1]);
+        let most = CELLS[1].max(count / MOST_PRIMS_PER_CELL);
+        let cells = (count / PRIMS_PER_CELL).clamp(CELLS[0], most);
         let size = extent.hi - extent.lo;
         let side = sides(size.to_array(), cells as f32);
         let scale = |k: usize| match size[k] > 0.0 {

@@ -10,7 +10,7 @@
 //! | `sorted` | objects sorted by cells, from which chunks are gathered |
 //!
 //! Unlike Wald, it divides cells instead of objects: each object is moved once rather than once per
-//! level. A cell with more objects than fit a chunk gets its own grid.
+//! level. A cell with far more objects than fit a chunk gets its own grid.
 //!
 //! Objects are processed in segments, one for each thread. Neither the boxes and counts of cells nor
 //! the order of their objects depends on the segments, so the chunks do not depend on threads.
@@ -30,6 +30,9 @@ use std::ops::Range;
 /// Depth of nested grids from which objects are halved by count, which bounds the recursion for any
 /// distribution of sizes.
 const MAX_GRIDS: usize = 16;
+/// Chunks that a single cell may fill before it gets its own grid, which takes a copy of its
+/// objects.
+const CHUNKS_PER_CELL: usize = 2;
 
 /// Chunks of objects, and the tree of their divisions.
 #[derive(Default)]
@@ -56,7 +59,8 @@ struct Chunk {
 }
 
 impl Division {
-    /// Divides objects so that each chunk of at most `chunk_prims` is a neighbourhood.
+    /// Divides objects so that each chunk of at most `chunk_prims`, or twice as many of a single
+    /// cell, is a neighbourhood.
     pub(super) fn of(all: Vec<PrimRef>, chunk_prims: usize) -> Division {
         divide(all, chunk_prims, 0)
     }
@@ -115,7 +119,7 @@ fn divide(all: Vec<PrimRef>, chunk_prims: usize, grids: usize) -> Division {
     let sorted = SortedPrims::new(all, cells, divided);
     // Single cells with more objects than a chunk may have.
     let divided_again = steps.par_iter().map(|step| match step {
-        DivisionStep::Whole { cells, prims } if *prims > chunk_prims => {
+        DivisionStep::Whole { cells, prims } if *prims > CHUNKS_PER_CELL * chunk_prims => {
             let mut objects = Vec::with_capacity(*prims);
             sorted.gather(cells.clone(), &mut objects);
             Some(divide(objects, chunk_prims, grids + 1))
@@ -183,7 +187,8 @@ mod tests {
         let mut seen: Vec<u32> = chunks.iter().flatten().map(|item| item.object).collect();
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..count as u32));
-        let fits = |chunk: &Vec<PrimRef>| (1..=CHUNK_PRIMS).contains(&chunk.len());
+        let most = CHUNKS_PER_CELL * CHUNK_PRIMS;
+        let fits = |chunk: &Vec<PrimRef>| (1..=most).contains(&chunk.len());
         assert!(chunks.iter().all(fits));
         let tree = division.into_tree();
         let leaves = tree.iter().filter(|is_chunk| **is_chunk);
