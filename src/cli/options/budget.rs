@@ -6,8 +6,8 @@
 //! | files that a scene names | counted by the reader, before each (2) |
 //! | faces of an OBJ or PLY | counted by the reader (3) |
 //! | opening a cache | its size, all of which is mapped |
-//! | generating a standard scene | for each shape, by its kind (4) |
-//! | building a tree | the scene's columns, and for each primitive, by its kind (5) |
+//! | generating a standard scene | for each shape, by its kind (4), or for its tree |
+//! | building a tree | the scene's columns, for each primitive, by its kind, and for each thread (5) |
 //! | rendering | columns, trees, films, and the buffers of each thread (6) |
 //!
 //! 1. The bytes themselves, and the columns and tables made from them. For glTF: the file, plus
@@ -19,8 +19,8 @@
 //!    of faces, minus the bytes already covered by the size of the face in the file. While the
 //!    largest polygon is triangulated, 300 bytes per corner and thread.
 //! 4. [`COLUMN_BYTES`] per triangle, [`OTHER_COLUMN_BYTES`] per sphere or cone.
-//! 5. [`TRIANGLE_BYTES`] per triangle, [`OTHER_BYTES`] per other primitive; [`ORACLE_BYTES`] per
-//!    primitive for the oracle's tree.
+//! 5. [`TRIANGLE_BYTES`] per triangle, [`OTHER_BYTES`] per other primitive, [`BUILDER_BYTES`] or
+//!    [`BEST_BUILDER_BYTES`] per thread; [`ORACLE_BYTES`] per primitive for the oracle's tree.
 //! 6. The actual columns and tree, and [`WIDE_BYTES`] per primitive if the wide tree is not built
 //!    yet. The films, of one band each, and their encoded pictures. For each thread:
 //!    [`THREAD_BYTES`], [`PIXEL_BYTES`] per pixel of a tile, [`RAY_BYTES`] per ray of a wavefront,
@@ -33,7 +33,7 @@
 
 use crate::cli::output::{CliError, bytes, grouped};
 use phalanx::formats::LoadError;
-use phalanx::frame::{Accel, AccelRef, Engine, Integrator, Settings, Tile};
+use phalanx::frame::{Accel, AccelRef, BuildSettings, Engine, Integrator, Quality, Settings, Tile};
 use phalanx::jobs::bands;
 use phalanx::open::{OpenError, is_cache};
 use phalanx::scene::Scene;
@@ -45,15 +45,18 @@ use std::path::Path;
 const FILE_TIMES: u64 = 3;
 /// Factor for PLY, text or binary: columns may be twice as large as the rows of the file.
 const PLY_TIMES: u64 = 6;
-/// Bytes per generated triangle: its corners, a vertex or more, and a material. Columns grow by
-/// doubling.
-const COLUMN_BYTES: u64 = 100;
+/// Bytes per generated triangle: its corners, a vertex or more, and a material. Columns of vertices
+/// grow by doubling.
+const COLUMN_BYTES: u64 = 70;
 /// Bytes per generated sphere or cone.
 const OTHER_COLUMN_BYTES: u64 = 80;
 /// Bytes per triangle while the packet engine's BVH is built.
-const TRIANGLE_BYTES: u64 = 150;
+const TRIANGLE_BYTES: u64 = 75;
 /// Bytes per other primitive or instance while the packet engine's BVH is built.
-const OTHER_BYTES: u64 = 270;
+const OTHER_BYTES: u64 = 180;
+/// Bytes of a thread that builds chunks, which are largest at the best quality.
+const BUILDER_BYTES: u64 = 2 << 20;
+const BEST_BUILDER_BYTES: u64 = 6 << 20;
 /// Bytes per primitive while the oracle's tree is built.
 const ORACLE_BYTES: u64 = 100;
 /// Bytes per primitive while the wide tree is built.
@@ -124,20 +127,39 @@ impl Budget {
     pub fn for_standard(self, spec: Spec) -> Result<(), CliError> {
         let counts = standard::counts(spec);
         let others = counts.spheres + counts.cones;
-        let needed = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
+        let columns = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
+        // Columns that are complete take half as much.
+        let tree = counts.triangles * TRIANGLE_BYTES + others * OTHER_BYTES;
+        let needed = columns.max(columns / 2 + tree);
         let primitives = grouped(counts.triangles + others);
-        let what = format!("for the columns of {primitives} primitives");
+        let what = format!("for the columns and the BVH of {primitives} primitives");
         self.check(needed, &what)?;
         grantable(needed, &what).map_err(|error| error.with_hint("try a smaller size"))
     }
 
     /// Checks the memory before the tree of a scene is built.
-    pub fn for_tree(self, scene: &Scene, engine: Engine) -> Result<(), CliError> {
+    pub fn for_tree(
+        self,
+        scene: &Scene,
+        engine: Engine,
+        settings: &BuildSettings,
+    ) -> Result<(), CliError> {
         let objects = (scene.prim_count() + scene.instances.len()) as u64;
         let triangles = scene.triangles.len() as u64;
         let tree = match engine {
             Engine::Simd => {
-                triangles * TRIANGLE_BYTES + objects.saturating_sub(triangles) * OTHER_BYTES
+                let others = objects.saturating_sub(triangles);
+                let builder = match settings.quality {
+                    Quality::Best => BEST_BUILDER_BYTES,
+                    Quality::Fast | Quality::Medium => BUILDER_BYTES,
+                };
+                let threads = match settings.threads {
+                    0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+                    some => some,
+                };
+                // Each thread has a chunk of more than a thousand objects.
+                let builders = (threads as u64).min(objects >> 10) * builder;
+                triangles * TRIANGLE_BYTES + others * OTHER_BYTES + builders
             }
             Engine::Scalar => objects * ORACLE_BYTES,
         };

@@ -113,7 +113,7 @@ impl SceneInput {
         match engine {
             Engine::Simd => self.tree(tree, threads).map(Accel::with_tree),
             Engine::Scalar => {
-                self.budget.for_tree(&self.scene, engine)?;
+                (self.budget).for_tree(&self.scene, engine, &tree.settings(threads))?;
                 Ok(Accel::build(&self.scene, engine))
             }
         }
@@ -142,8 +142,9 @@ impl SceneInput {
             }
             return Ok(bvh);
         }
-        self.budget.for_tree(&self.scene, Engine::Simd)?;
-        Ok(Bvh::build_with(&self.scene, &tree.settings(threads)))
+        let settings = tree.settings(threads);
+        (self.budget).for_tree(&self.scene, Engine::Simd, &settings)?;
+        Ok(Bvh::build_with(&self.scene, &settings))
     }
 }
 

@@ -212,14 +212,26 @@ fn devices_are_neither_pictures_nor_records_nor_keyframes() {
 fn standard_scenes_beyond_memory_are_errors() {
     let room = TestFolder::new();
     for (line, what) in [
-        ("info standard:terrain:100M", "for the columns of 99,"),
+        (
+            "info standard:terrain:100M",
+            "for the columns and the BVH of 99,",
+        ),
         (
             "render standard:hair:100M -o x.png",
-            "for the columns of 99,",
+            "for the columns and the BVH of 99,",
         ),
-        ("build standard:menger:40M -o x.phx", "for the columns of "),
-        ("bench standard:atrium:100M", "for the columns of "),
-        ("info standard:teapot:300", "for the columns of "),
+        (
+            "build standard:menger:40M -o x.phx",
+            "for the columns and the BVH of ",
+        ),
+        (
+            "bench standard:atrium:100M",
+            "for the columns and the BVH of ",
+        ),
+        (
+            "info standard:teapot:300",
+            "for the columns and the BVH of ",
+        ),
         ("info standard:cornell:2500k", "to build the BVH of 2,5"),
         (
             "bench standard:cornell:2500k --rays primary",

@@ -531,7 +531,10 @@ fn standard_scenes_are_opened_like_files() {
         room.refused(&format!("{command} standard:bals"), 2, &["balls"]);
         room.refused(&format!("{command} standard:balls:x"), 2, &["size"]);
         // (9^7 - 1) / 8 balls: their memory is known before any is made.
-        let parts = ["for the columns of 597,87", "--max-memory allows 47.7 MiB"];
+        let parts = [
+            "for the columns and the BVH of 597,87",
+            "--max-memory allows 47.7 MiB",
+        ];
         let line = format!("{command} standard:balls:6 --max-memory 50M");
         room.refused(&line, 1, &parts);
     }
