@@ -7,16 +7,24 @@
 //! predecessors left. So there are no conflicts, the tree does not depend on threads, and it costs
 //! less than after as much work on batches of nodes (`perf/notes/builder.md`).
 
-use phalanx_scene::Bounds;
+/// A box as a tree stores it.
+pub(super) trait TreeBox: Copy {
+    /// The box around both.
+    fn union(self, other: Self) -> Self;
+    /// Half the surface area.
+    fn half_area(self) -> f32;
+}
 
 /// A binary tree whose nodes can be reinserted.
 pub(super) trait MovableTree {
+    /// Its boxes.
+    type Box: TreeBox;
     /// Number of nodes.
     fn len(&self) -> usize;
     /// Index of the root.
     fn root(&self) -> u32;
     /// Box of a node.
-    fn bounds(&self, node: u32) -> Bounds;
+    fn bounds(&self, node: u32) -> Self::Box;
     /// Index of the parent; any for the root.
     fn parent(&self, node: u32) -> u32;
     /// The other child of a node's parent.

@@ -9,7 +9,7 @@
 //! quadratic. Therefore the rounds are implemented here. Up to [`MAX_VISITS_PER_BOX`] they give the
 //! same bits as obvhs's own; beyond it, neighbours merge in pairs.
 
-use crate::bvh::reinsertion::{MovableTree, reinsert_largest};
+use crate::bvh::reinsertion::{MovableTree, TreeBox, reinsert_largest};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::leaf_collapser::collapse;
@@ -17,7 +17,6 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::reinsert_node;
 use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::morton::morton_encode_u128_unorm;
-use phalanx_scene::Bounds;
 
 /// Limit on the clusters that all rounds together visit, per box. Grids of equal boxes need up to
 /// 12.
@@ -46,7 +45,19 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     tree
 }
 
+impl TreeBox for Aabb {
+    fn union(self, other: Aabb) -> Aabb {
+        Aabb::union(&self, &other)
+    }
+
+    fn half_area(self) -> f32 {
+        Aabb::half_area(&self)
+    }
+}
+
 impl MovableTree for Bvh2 {
+    type Box = Aabb;
+
     fn len(&self) -> usize {
         self.nodes.len()
     }
@@ -55,9 +66,8 @@ impl MovableTree for Bvh2 {
         0
     }
 
-    fn bounds(&self, node: u32) -> Bounds {
-        let Aabb { min, max } = *self.nodes[node as usize].aabb();
-        Bounds::new(min.into(), max.into())
+    fn bounds(&self, node: u32) -> Aabb {
+        *self.nodes[node as usize].aabb()
     }
 
     fn parent(&self, node: u32) -> u32 {

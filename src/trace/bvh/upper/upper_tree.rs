@@ -1,7 +1,7 @@
 //! The tree of the divisions, down to the largest nodes of the chunks.
 
 use crate::bvh::clustering::ChunkTree;
-use crate::bvh::reinsertion::MovableTree;
+use crate::bvh::reinsertion::{MovableTree, TreeBox};
 use crate::bvh::{Child, Node};
 use phalanx_scene::Bounds;
 use std::cmp::Ordering;
@@ -148,7 +148,19 @@ impl UpperTree {
     }
 }
 
+impl TreeBox for Bounds {
+    fn union(self, other: Bounds) -> Bounds {
+        self.union(other)
+    }
+
+    fn half_area(self) -> f32 {
+        self.half_area()
+    }
+}
+
 impl MovableTree for UpperTree {
+    type Box = Bounds;
+
     fn len(&self) -> usize {
         self.nodes.len()
     }
