@@ -132,7 +132,7 @@ fn read(
         match reader(bytes, asset_dir, &options) {
             Ok(mut loaded) => {
                 let again = !chosen && loaded.scene.is_moved() && readings < origin::MAX_READINGS;
-                match origin::of_scene(&loaded.scene).filter(|_| again) {
+                match again.then(|| origin::of_scene(&loaded.scene)).flatten() {
                     Some(farther) => options.origin = Origin::At((origin + farther).into()),
                     None => {
                         notes.extend(origin::note(&loaded.scene));

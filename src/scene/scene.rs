@@ -403,17 +403,28 @@ impl Scene {
     }
 
     /// Bounds of a mesh's padded primitives, in the space where they are stored.
-    #[inline]
     pub fn mesh_bounds(&self, mesh: usize) -> Bounds {
-        self.meshes.prims(mesh).fold(Bounds::EMPTY, |all, prim| {
-            all.union(self.prim_bounds(prim).padded())
+        self.bounds_of_run(self.meshes.prims(mesh), Bounds::padded)
+    }
+
+    /// Bounds of the boxes that `change` makes of those of a run of primitives.
+    fn bounds_of_run(&self, run: Range<u32>, change: impl Fn(Bounds) -> Bounds) -> Bounds {
+        let of_triangle = self.triangles.boxes();
+        let prims = &self.prims[run.start as usize..run.end as usize];
+        prims.iter().fold(Bounds::EMPTY, |all, prim| {
+            let own = match prim.kind() {
+                PrimKind::Triangle => of_triangle(prim.index()),
+                other => self.columns_of(other).bounds(prim.index()),
+            };
+            all.union(change(own))
         })
     }
 
     /// Bounds of all visible primitives; empty for a scene without primitives.
     pub fn bounds(&self) -> Bounds {
-        let world = self.world_runs().into_iter().flatten();
-        let direct = world.fold(Bounds::EMPTY, |all, id| all.union(self.prim_bounds(id)));
+        let world = self.world_runs().into_iter();
+        let world = world.map(|run| self.bounds_of_run(run, |own| own));
+        let direct = world.fold(Bounds::EMPTY, Bounds::union);
         let meshes: Vec<Bounds> = (0..self.meshes.len())
             .map(|m| self.mesh_bounds(m))
             .collect();

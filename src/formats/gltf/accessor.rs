@@ -239,11 +239,32 @@ impl<'a> Accessor<'a> {
     #[inline]
     pub(super) fn get<const N: usize>(&self, row: usize) -> [f32; N] {
         let size = self.kind.size();
-        match self.row(row) {
-            Some(bytes) => {
-                std::array::from_fn(|k| self.kind.number(&bytes[k * size..], self.normalized))
+        let mut numbers = [0.0; N];
+        if let Some(bytes) = self.row(row) {
+            for (number, bytes) in numbers.iter_mut().zip(bytes.chunks(size)) {
+                *number = self.kind.number(bytes, self.normalized);
             }
-            None => [0.0; N],
+        }
+        numbers
+    }
+
+    /// Calls `put` with each of some rows below `count` as numbers, and its index among them.
+    #[inline]
+    pub(super) fn each<const N: usize>(&self, rows: &[u32], mut put: impl FnMut(usize, [f32; N])) {
+        // The plain case without a choice in each row.
+        if let (Some(of), Component::F32, None) = (self.rows, self.kind, self.replaced) {
+            for (k, &row) in rows.iter().enumerate() {
+                let (words, _) = of.get(row as usize).as_chunks::<4>();
+                let mut numbers = [0.0; N];
+                for (number, word) in numbers.iter_mut().zip(words) {
+                    *number = f32::from_le_bytes(*word);
+                }
+                put(k, numbers);
+            }
+            return;
+        }
+        for (k, &row) in rows.iter().enumerate() {
+            put(k, self.get(row as usize));
         }
     }
 
@@ -264,6 +285,19 @@ impl<'a> Accessor<'a> {
     pub(super) fn index(&self, row: usize) -> u32 {
         let bytes = self.row(row);
         bytes.and_then(|bytes| self.kind.index(bytes)).unwrap_or(0)
+    }
+
+    /// Rows from `first` on as indices, all of them below `count`.
+    pub(super) fn fill_indices(&self, first: usize, out: &mut [u32]) {
+        match (self.rows, self.kind, self.replaced) {
+            (Some(rows), Component::U32, None) => rows.fill(first, out, u32::from_le_bytes),
+            (Some(rows), Component::U16, None) => {
+                rows.fill(first, out, |b| u16::from_le_bytes(b).into());
+            }
+            _ => (first..)
+                .zip(out)
+                .for_each(|(row, out)| *out = self.index(row)),
+        }
     }
 }
 
@@ -303,6 +337,22 @@ impl<'a> StridedRows<'a> {
     #[inline]
     fn get(&self, row: usize) -> &'a [u8] {
         &self.bytes[row * self.stride..]
+    }
+
+    /// Converts the first bytes of rows from `first` on.
+    #[inline]
+    fn fill<const N: usize>(
+        &self,
+        first: usize,
+        out: &mut [u32],
+        convert: impl Fn([u8; N]) -> u32,
+    ) {
+        let rows = self.bytes.get(first * self.stride..).unwrap_or_default();
+        for (out, row) in out.iter_mut().zip(rows.chunks(self.stride)) {
+            if let Some(bytes) = row.first_chunk() {
+                *out = convert(*bytes);
+            }
+        }
     }
 }
 

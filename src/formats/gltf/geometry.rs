@@ -4,8 +4,10 @@ use super::document::Primitive;
 use super::materials::PrimitiveMaterial;
 use super::source::GltfSource;
 use super::triangle_indices::triangles;
+use super::vertex_columns::BLOCK;
 use super::vertices::PrimitiveVertices;
 use crate::memory::OverLimit;
+use crate::workers;
 use glam::DVec3;
 use phalanx_scene::Bounds;
 
@@ -29,7 +31,7 @@ impl<'a> PrimitiveGeometry<'a> {
         primitive: &Primitive,
         (material, name): (&PrimitiveMaterial, u32),
         vertices: PrimitiveVertices<'a>,
-        most: u64,
+        (most, threads): (u64, usize),
         room: impl FnOnce(u64, u64) -> Result<(), OverLimit>,
     ) -> Result<PrimitiveGeometry<'a>, String> {
         let mut shape = PrimitiveGeometry {
@@ -39,7 +41,7 @@ impl<'a> PrimitiveGeometry<'a> {
             name,
         };
         let room = |count: u64| Ok(room(count, shape.bytes_of(count))?);
-        shape.corners = triangles(source, primitive, shape.vertices.count, most, room)?;
+        shape.corners = triangles(source, primitive, shape.vertices.count, most, threads, room)?;
         Ok(shape)
     }
 
@@ -78,12 +80,18 @@ impl<'a> PrimitiveGeometry<'a> {
     }
 
     /// Bounds of the corners, in the mesh's own space and without its joints.
-    pub(super) fn bounds(&self) -> Bounds {
-        let corners = self.corners.iter().flatten();
-        corners.fold(Bounds::EMPTY, |all, &corner| {
-            let position = self.vertices.position(corner as usize).as_vec3();
-            all.union(Bounds::new(position, position))
-        })
+    pub(super) fn bounds(&self, threads: usize) -> Bounds {
+        let rows = self.renumbered(false, &[]).rows;
+        let of_block = |rows: &[u32]| {
+            let mut bounds = Bounds::EMPTY;
+            self.vertices.each_position(rows, |_, position| {
+                let position = position.as_vec3();
+                bounds = bounds.union(Bounds::new(position, position));
+            });
+            bounds
+        };
+        let blocks = workers::map(threads, rows.chunks(BLOCK).collect(), of_block);
+        blocks.into_iter().fold(Bounds::EMPTY, Bounds::union)
     }
 
     /// Returns true if subtracting an origin rounds no corner.

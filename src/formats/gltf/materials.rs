@@ -95,6 +95,7 @@ impl UvMap {
         a > 0.0 && d > 0.0 && b == 0.0 && c == 0.0
     }
 
+    #[inline]
     pub(super) fn apply(&self, [u, v]: [f32; 2]) -> Vec2 {
         let (u, v) = (f64::from(u), f64::from(v));
         let row = |[a, b, c]: [f64; 3]| (a * u + b * v + c) as f32;

@@ -15,7 +15,10 @@
 //! | `vertices` | attributes of a primitive's vertices, morphed |
 //! | `triangle_indices` | triangles, strips and fans |
 //! | `geometry`, `bake` | primitives, and their columns under a map |
+//! | `renumbering`, `vertex_columns` | the vertices that are used, and their columns |
+//! | `baking` | primitives of several meshes, baked on several threads |
 //! | `mesh_instances` | equal meshes and primitives |
+//! | `stored_space` | the space in which a mesh of several nodes is stored |
 //! | `materials`, `coverage` | materials, and the share of a surface that is there |
 //! | `cameras`, `lights` | the view and what lights it |
 //! | `unsupported` | what the picture lacks, for warnings |
@@ -80,6 +83,7 @@
 
 mod accessor;
 mod bake;
+mod baking;
 mod cameras;
 mod container;
 mod coverage;
@@ -93,13 +97,16 @@ mod morph;
 mod nodes;
 mod placements;
 mod reader;
+mod renumbering;
 mod rewriting;
 mod skins;
 mod source;
+mod stored_space;
 mod syntax;
 mod triangle_indices;
 mod unsupported;
 mod version;
+mod vertex_columns;
 mod vertices;
 
 pub(super) use reader::{read, text};

@@ -1,14 +1,16 @@
 //! The reader: meshes of nodes, baked or instanced, and everything around them.
 
 use super::bake::BadAttributes;
+use super::baking::{BakeJob, BakedMesh, bake_all};
 use super::document::GltfDocument;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, UvLayer, VertexPaint};
-use super::mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
+use super::mesh_instances::{MeshInstances, MeshPart};
 use super::nodes::PlacedNode;
 use super::placements::{PlacedMesh, Placements, Pose};
 use super::skins::Skins;
 use super::source::GltfSource;
+use super::stored_space::{stored_size, stored_space};
 use super::triangle_indices::is_surface;
 use super::vertices::PrimitiveVertices;
 use super::{cameras, container, extensions, lights, nodes};
@@ -21,8 +23,10 @@ use crate::mesh_defaults::{BARE, empty_scene};
 use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
 use crate::text;
-use glam::{DAffine3, DVec3};
-use phalanx_scene::{Bounds, GeometryError, NO_NAME, Scene};
+use crate::visible_vertices::VisibleVertices;
+use crate::workers;
+use glam::DAffine3;
+use phalanx_scene::{Bounds, GeometryError, Mesh, NO_NAME, Scene};
 use std::collections::HashSet;
 
 /// The text of a file; empty for a GLB, which has none to show.
@@ -108,28 +112,20 @@ struct GltfReader<'a, 't> {
     warned_short: HashSet<usize>,
     /// True if the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
+    threads: usize,
+    /// Meshes that are to be baked and appended, in their order.
+    waiting: Vec<BakedMesh<'a>>,
 }
+
+/// Number of triangles of meshes that are baked together. It does not depend on the number of
+/// threads, and so neither do the warnings.
+const WAITING_TRIANGLES: usize = 1 << 18;
 
 /// Number of triangles that a file of any size may have.
 const FREE_TRIANGLES: u64 = 1 << 24;
 /// Number of displacements that a file of any size may have, and more of them for each byte.
 const FREE_DISPLACEMENTS: u64 = 1 << 26;
 const DISPLACEMENTS_PER_BYTE: u64 = 8;
-/// Extents of meshes that are instanced as they are. Beyond this range the stored mesh could not be
-/// intersected in single precision.
-const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
-
-/// The map from a mesh's own space to the one in which it is stored, and the map back. The mesh is
-/// moved to an origin, and then scaled.
-fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
-    let origin = origin.unwrap_or_default();
-    let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
-    [
-        scaled(scale) * DAffine3::from_translation(-origin),
-        DAffine3::from_translation(origin) * scaled(1.0 / scale),
-    ]
-}
-
 impl<'a, 't> GltfReader<'a, 't> {
     fn new(
         source: &'a GltfSource<'a>,
@@ -152,6 +148,8 @@ impl<'a, 't> GltfReader<'a, 't> {
             warned: HashSet::new(),
             warned_short: HashSet::new(),
             inexact: false,
+            threads: workers::thread_count(options.threads),
+            waiting: Vec::new(),
         }
     }
 
@@ -178,6 +176,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 }
             }
         }
+        self.bake_waiting();
         if !self.report.is_clean() {
             return Ok(());
         }
@@ -190,7 +189,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 "the file shows no triangles: the picture will be empty",
             );
         }
-        let bounds = self.scene.bounds();
+        let bounds = VisibleVertices::of(&self.scene, self.threads).bounds(&self.scene);
         if self.options.origin == Origin::Auto
             && let Some(far) = origin::of_bounds(bounds)
         {
@@ -231,14 +230,31 @@ impl<'a, 't> GltfReader<'a, 't> {
         let shapes = self.shapes(mesh, part, &placed.pose)?;
         let joints = placed.pose.skin.map(|skin| self.skins.joints(skin));
         let joints = joints.transpose()?;
-        let joints = joints.as_deref();
-        let bounds = (maps.len() > 1).then(|| bounds(&shapes));
-        let size = bounds.and_then(|bounds| stored_size(&shapes, bounds, maps.len()));
-        let (Some(bounds), Some(size)) = (bounds, size) else {
+        if maps.is_empty() {
+            return Ok(());
+        }
+        if let &[(name, map)] = maps {
+            self.charge(&shapes)?;
+            self.waiting.push(BakedMesh {
+                mesh,
+                shapes,
+                name,
+                map,
+                joints,
+            });
+            let waiting = self.waiting.iter().flat_map(|mesh| &mesh.shapes);
+            if waiting.map(PrimitiveGeometry::len).sum::<usize>() >= WAITING_TRIANGLES {
+                self.bake_waiting();
+            }
+            return Ok(());
+        }
+        self.bake_waiting();
+        let bounds = bounds(&shapes, self.threads);
+        let Some(size) = stored_size(&shapes, bounds, maps.len()) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
-            for &map in maps {
-                bad = self.bake(&shapes, map, joints)?;
+            for (name, map) in maps {
+                bad = self.bake(&shapes, (*name, map), joints.as_deref())?;
             }
             self.warn_bad_attributes(mesh, bad);
             return Ok(());
@@ -248,7 +264,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         // have accessors in the coordinates of a map, and nodes that move them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
-        let bad = self.bake(&shapes, (NO_NAME, taken), None)?;
+        let bad = self.bake(&shapes, (NO_NAME, &taken), None)?;
         self.scene.end_mesh(stored);
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
@@ -261,7 +277,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 Ok(_) => self.scene.instances.name[placed_before] = name,
                 Err(GeometryError::NotInvertible) => {
                     baked += 1;
-                    self.bake(&shapes, (name, map), None)?;
+                    self.bake(&shapes, (name, &map), None)?;
                 }
                 Err(error) => return Err(error.to_string()),
             }
@@ -277,15 +293,56 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(())
     }
 
-    /// Adds shapes under a map to the scene, as a named object, and subtracts their triangles from
-    /// those that may still be made.
+    /// Adds shapes under a map to the scene, as a named object.
     fn bake(
         &mut self,
         shapes: &[PrimitiveGeometry],
-        (name, map): (u32, DAffine3),
+        (name, map): (u32, &DAffine3),
         joints: Option<&[DAffine3]>,
     ) -> Result<BadAttributes, String> {
+        self.charge(shapes)?;
+        let jobs: Vec<BakeJob> = (shapes.iter())
+            .map(|shape| BakeJob { shape, map, joints })
+            .collect();
         let mut all = BadAttributes::default();
+        bake_all(&jobs, self.options.origin, self.threads, |k, mesh, bad| {
+            append(&mut self.scene, mesh, name, shapes[k].name);
+            all.add(bad);
+        });
+        self.inexact |= all.inexact;
+        Ok(all)
+    }
+
+    /// Adds the meshes that wait to the scene.
+    fn bake_waiting(&mut self) {
+        let waiting = std::mem::take(&mut self.waiting);
+        let (mut jobs, mut owners) = (Vec::new(), Vec::new());
+        for (owner, baked) in waiting.iter().enumerate() {
+            let (map, joints) = (&baked.map, baked.joints.as_deref());
+            for shape in &baked.shapes {
+                jobs.push(BakeJob { shape, map, joints });
+                owners.push(owner);
+            }
+        }
+        let mut found = vec![BadAttributes::default(); waiting.len()];
+        bake_all(&jobs, self.options.origin, self.threads, |k, mesh, bad| {
+            append(
+                &mut self.scene,
+                mesh,
+                waiting[owners[k]].name,
+                jobs[k].shape.name,
+            );
+            found[owners[k]].add(bad);
+        });
+        for (baked, bad) in waiting.iter().zip(found) {
+            self.inexact |= bad.inexact;
+            self.warn_bad_attributes(baked.mesh, bad);
+        }
+    }
+
+    /// Subtracts the triangles of shapes from those that may still be made, and takes memory for
+    /// them.
+    fn charge(&mut self, shapes: &[PrimitiveGeometry]) -> Result<(), String> {
         let open: usize = shapes.iter().map(PrimitiveGeometry::len).sum();
         let open = open as u64 * CORNERS_BYTES;
         for shape in shapes {
@@ -298,14 +355,8 @@ impl<'a, 't> GltfReader<'a, 't> {
             let left = self.displacements_left.checked_sub(shape.displacements());
             self.displacements_left =
                 left.ok_or("its morph targets are too many for a file of this size")?;
-            let (mesh, bad) = shape.mesh(&map, joints, self.options.origin);
-            let first = self.scene.append_mesh(mesh);
-            let prims = first..self.scene.prim_count() as u32;
-            self.scene.names.name_run(prims, name, Some(shape.name));
-            all.add(bad);
         }
-        self.inexact |= all.inexact;
-        Ok(all)
+        Ok(())
     }
 
     fn warn_bad_attributes(&mut self, mesh: usize, bad: BadAttributes) {
@@ -392,8 +443,15 @@ impl<'a, 't> GltfReader<'a, 't> {
             let name = row.and_then(|row| source.document.materials.get(row));
             let name = name.map_or(String::new(), |material| material.name.text());
             let looks = (&material, self.scene.names.intern(name.as_bytes()));
-            let shape = PrimitiveGeometry::open(source, primitive, looks, vertices, left, room)
-                .map_err(named)?;
+            let shape = PrimitiveGeometry::open(
+                source,
+                primitive,
+                looks,
+                vertices,
+                (left, self.threads),
+                room,
+            )
+            .map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);
@@ -422,36 +480,17 @@ impl<'a, 't> GltfReader<'a, 't> {
     }
 }
 
+/// Appends a primitive of an object, by the numbers of its own name and of its material's.
+fn append(scene: &mut Scene, mesh: Mesh, object: u32, material: u32) {
+    let first = scene.append_mesh(mesh);
+    let prims = first..scene.prim_count() as u32;
+    scene.names.name_run(prims, object, Some(material));
+}
+
 /// Bounds of shapes in their mesh's own space.
-fn bounds(shapes: &[PrimitiveGeometry]) -> Bounds {
-    let bounds = shapes.iter().map(PrimitiveGeometry::bounds);
+fn bounds(shapes: &[PrimitiveGeometry], threads: usize) -> Bounds {
+    let bounds = shapes.iter().map(|shape| shape.bounds(threads));
     bounds.fold(Bounds::EMPTY, Bounds::union)
-}
-
-/// Factor of shapes that are stored once for several placements; `None` if they must be baked into
-/// each of them.
-fn stored_size(shapes: &[PrimitiveGeometry], bounds: Bounds, placements: usize) -> Option<f64> {
-    let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
-    let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
-    let copied = triangles.saturating_mul(placements as u64 - 1);
-    match SAFE_EXTENTS.contains(&extent) {
-        true => Some(1.0),
-        false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
-        false => None,
-    }
-}
-
-/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`]. A power of two
-/// does not round anything.
-fn power_of_two_into_range(extent: f32) -> f64 {
-    let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
-    match extent > 0.0 && extent.is_finite() {
-        true => libm::ldexp(
-            1.0,
-            libm::ilogb(f64::from(nearest)) - libm::ilogb(f64::from(extent)),
-        ),
-        false => 1.0,
-    }
 }
 
 #[cfg(test)]

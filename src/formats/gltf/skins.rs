@@ -7,10 +7,10 @@ use super::source::GltfSource;
 use crate::origin::Origin;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Maps of a skin's joints: from the mesh's own space, as it was bound, to the world.
-pub(super) type JointMaps = Rc<[DAffine3]>;
+pub(super) type JointMaps = Arc<[DAffine3]>;
 
 /// The skins of a file, each evaluated at its first use.
 pub(super) struct Skins<'a> {
@@ -34,11 +34,11 @@ impl<'a> Skins<'a> {
     /// The maps of a skin's joints.
     pub(super) fn joints(&mut self, skin: usize) -> Result<JointMaps, String> {
         if let Some(known) = self.evaluated.get(&skin) {
-            return Ok(Rc::clone(known));
+            return Ok(Arc::clone(known));
         }
         let named = |reason: String| format!("skins[{skin}]: {reason}");
         let joints = self.evaluate(skin).map_err(named)?;
-        self.evaluated.insert(skin, Rc::clone(&joints));
+        self.evaluated.insert(skin, Arc::clone(&joints));
         Ok(joints)
     }
 

@@ -3,6 +3,7 @@
 use super::accessor::Accessor;
 use super::document::Primitive;
 use super::source::GltfSource;
+use crate::workers;
 
 /// Topologies of triangles, by their numbers in the file.
 const TRIANGLES: u32 = 4;
@@ -21,6 +22,7 @@ pub(super) fn triangles(
     primitive: &Primitive,
     vertices: usize,
     most: u64,
+    threads: usize,
     room: impl FnOnce(u64) -> Result<(), String>,
 ) -> Result<Vec<[u32; 3]>, String> {
     let indices = primitive.indices;
@@ -41,25 +43,39 @@ pub(super) fn triangles(
         ));
     }
     room(count as u64)?;
-    let corner = |step: usize| match indices {
-        Some(indices) => indices.index(step),
-        None => step as u32,
-    };
-    let mut corners = Vec::with_capacity(count);
-    for k in 0..count {
-        let steps = match primitive.mode {
+    let mode = primitive.mode;
+    // Zeroed pages of the system, which are first touched when they are written to.
+    let mut corners = vec![[0; 3]; count];
+    let blocks = (0..).step_by(BLOCK).zip(corners.chunks_mut(BLOCK));
+    let outside = workers::map(threads, blocks.collect(), |(first, block)| {
+        fill(block, first, mode, indices.as_ref());
+        let outside = |&&corner: &&u32| corner as usize >= vertices;
+        block.as_flattened().iter().find(outside).copied()
+    });
+    match outside.into_iter().flatten().next() {
+        Some(corner) => Err(format!(
+            "its index {corner} is not below its {vertices} vertices"
+        )),
+        None => Ok(corners),
+    }
+}
+
+/// Number of triangles that a thread takes at a time.
+const BLOCK: usize = 1 << 14;
+
+/// The triangles of a block, whose first one has this number.
+fn fill(block: &mut [[u32; 3]], first: usize, mode: u32, indices: Option<&Accessor>) {
+    if let (TRIANGLES, Some(indices)) = (mode, indices) {
+        return indices.fill_indices(3 * first, block.as_flattened_mut());
+    }
+    let corner = |step: usize| indices.map_or(step as u32, |indices| indices.index(step));
+    for (k, triangle) in (first..).zip(block) {
+        let steps = match mode {
             TRIANGLES => [3 * k, 3 * k + 1, 3 * k + 2],
             // Every other triangle of a strip runs the other way round.
             STRIP => [k, k + 1 + k % 2, k + 2 - k % 2],
             _ => [k + 1, k + 2, 0],
         };
-        corners.push(steps.map(corner));
-    }
-    let outside = |&&corner: &&u32| corner as usize >= vertices;
-    match corners.iter().flatten().find(outside) {
-        Some(corner) => Err(format!(
-            "its index {corner} is not below its {vertices} vertices"
-        )),
-        None => Ok(corners),
+        *triangle = steps.map(corner);
     }
 }

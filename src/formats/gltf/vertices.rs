@@ -6,7 +6,7 @@ use super::materials::{PrimitiveMaterial, UvLayer, UvMap};
 use super::morph::{self, MorphTarget};
 use super::skins::Influences;
 use super::source::GltfSource;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Attributes of the vertices of a primitive.
 pub(super) struct PrimitiveVertices<'a> {
@@ -139,45 +139,59 @@ impl<'a> PrimitiveVertices<'a> {
         self.positions.get(row)
     }
 
+    /// Calls `put` with the position of each of the rows, and its index among them.
     #[inline]
-    pub(super) fn position(&self, row: usize) -> DVec3 {
-        let own = DVec3::from_array(self.stored_position(row).map(f64::from));
-        morph::position(&self.targets, row, own)
+    pub(super) fn each_position(&self, rows: &[u32], mut put: impl FnMut(usize, DVec3)) {
+        self.positions.each(rows, |k, own| {
+            let own = Vec3::from_array(own).as_dvec3();
+            put(k, morph::position(&self.targets, rows[k] as usize, own));
+        });
     }
 
-    /// A normal of any length, if there are any.
+    /// The same for normals of any length, if there are any.
     #[inline]
-    pub(super) fn normal(&self, row: usize) -> Option<DVec3> {
-        let own = DVec3::from_array(self.normals?.get(row).map(f64::from));
-        Some(morph::normal(&self.targets, row, own))
+    pub(super) fn each_normal(&self, rows: &[u32], mut put: impl FnMut(usize, DVec3)) {
+        let Some(normals) = &self.normals else {
+            return;
+        };
+        normals.each(rows, |k, own| {
+            let own = Vec3::from_array(own).as_dvec3();
+            put(k, morph::normal(&self.targets, rows[k] as usize, own));
+        });
     }
 
-    /// A tangent of any length, and the sign of its bitangent, if there are any. Morph targets
-    /// leave it unchanged: it is made perpendicular to the normal at each hit.
+    /// The same for tangents of any length and the signs of their bitangents, if there are any.
+    /// Morph targets leave them unchanged: they are made perpendicular to the normal at each hit.
     #[inline]
-    pub(super) fn tangent(&self, row: usize) -> Option<(DVec3, f32)> {
-        let [x, y, z, sign] = self.tangents?.get(row);
-        Some((DVec3::from_array([x, y, z].map(f64::from)), sign))
+    pub(super) fn each_tangent(&self, rows: &[u32], mut put: impl FnMut(usize, DVec3, f32)) {
+        if let Some(tangents) = &self.tangents {
+            tangents.each(rows, |k, [x, y, z, sign]| {
+                put(k, Vec3::new(x, y, z).as_dvec3(), sign);
+            });
+        }
     }
 
-    /// The texture coordinates of each layer. Morph targets move those of the first.
+    /// The same for the texture coordinates of a layer. Morph targets move those of the first.
     #[inline]
-    pub(super) fn uvs(&self, row: usize) -> impl Iterator<Item = Vec2> {
-        self.uvs.iter().enumerate().map(move |(layer, (uvs, map))| {
-            let own = uvs.get(row);
-            map.apply(match layer {
-                0 => morph::uv(&self.targets, row, own),
-                _ => own,
-            })
-        })
+    pub(super) fn each_uv(&self, layer: usize, rows: &[u32], mut put: impl FnMut(usize, Vec2)) {
+        let (uvs, map) = &self.uvs[layer];
+        let targets = if layer == 0 { &self.targets[..] } else { &[] };
+        uvs.each(rows, |k, own| {
+            put(k, map.apply(morph::uv(targets, rows[k] as usize, own)));
+        });
     }
 
-    /// A colour and its opacity, all within 0 to 1, or NaN.
+    /// The same for colours and their opacity, all within 0 to 1, or NaN, if there are any.
     #[inline]
-    pub(super) fn color(&self, row: usize) -> Option<[f32; 4]> {
-        let own = self.colors?.color(row, 1.0);
-        let color = morph::color(&self.targets, row, own);
-        Some(color.map(|share| share.clamp(0.0, 1.0)))
+    pub(super) fn each_color(&self, rows: &[u32], mut put: impl FnMut(usize, [f32; 4])) {
+        let Some(colors) = &self.colors else {
+            return;
+        };
+        for (k, &row) in rows.iter().enumerate() {
+            let row = row as usize;
+            let color = morph::color(&self.targets, row, colors.color(row, 1.0));
+            put(k, color.map(|share| share.clamp(0.0, 1.0)));
+        }
     }
 }
 

@@ -195,6 +195,18 @@ impl Triangles {
         ]
     }
 
+    /// A function of the index of a triangle to its bounds, for loops over many: a column is
+    /// resolved once.
+    pub(crate) fn boxes(&self) -> impl Fn(usize) -> Bounds {
+        let [x, y, z] = self.vertices.parts().map(|part| &part[..]);
+        let corners = &self.corners[..];
+        move |i| {
+            let at = |k: u32| Vec3::new(x[k as usize], y[k as usize], z[k as usize]);
+            let [a, b, c] = corners[i].map(at);
+            Bounds::new(a.min(b).min(c), a.max(b).max(c))
+        }
+    }
+
     /// Marks the vertices of marked triangles; nothing if no triangles are marked.
     pub(crate) fn marked_vertices(&self, marks: &[bool]) -> Vec<bool> {
         if marks.is_empty() {

@@ -14,6 +14,7 @@ mod names;
 mod origin;
 mod pose;
 mod surroundings;
+mod threads;
 mod tolerated;
 
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};

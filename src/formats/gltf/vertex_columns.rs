@@ -1,0 +1,232 @@
+//! Attributes of the vertices of a mesh under a map, block by block on several threads.
+
+use super::skins::Influences;
+use super::vertices::PrimitiveVertices;
+use crate::mesh::is_in_reach;
+use crate::workers;
+use glam::{DAffine3, DMat3, DVec3, Vec2};
+use phalanx_scene::{Mesh, Vec2s, Vec3s};
+
+/// Number of vertices that a thread takes at a time.
+pub(super) const BLOCK: usize = 1 << 13;
+
+/// A map of vertices and the one of their normals.
+#[derive(Clone, Copy)]
+pub(super) struct VertexMap {
+    position: DAffine3,
+    /// The inverse transpose, up to a positive factor.
+    normal: DMat3,
+    pub(super) mirrored: bool,
+}
+
+impl VertexMap {
+    pub(super) fn of(position: DAffine3) -> VertexMap {
+        let m = position.matrix3;
+        let mirrored = m.determinant() < 0.0;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let cofactors = DMat3::from_cols(
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+            m.x_axis.cross(m.y_axis),
+        );
+        VertexMap {
+            position,
+            normal: cofactors * sign,
+            mirrored,
+        }
+    }
+}
+
+/// Vertices that cannot be used as the file has them, by their numbers, ascending.
+#[derive(Default)]
+pub(super) struct BadVertices {
+    /// Vertices that are not finite, or out of reach.
+    pub(super) lost: Vec<u32>,
+    pub(super) normals: Vec<u32>,
+    pub(super) uvs: Vec<u32>,
+    pub(super) tangents: Vec<u32>,
+    pub(super) colors: Vec<u32>,
+    /// Number of normals that are unusable in the file already, as the map may spoil more of them.
+    pub(super) normals_of_file: usize,
+    /// Number of vertices that follow a joint which the skin does not have.
+    pub(super) joints: usize,
+}
+
+impl BadVertices {
+    fn append(&mut self, next: BadVertices) {
+        self.lost.extend(next.lost);
+        self.normals.extend(next.normals);
+        self.uvs.extend(next.uvs);
+        self.tangents.extend(next.tangents);
+        self.colors.extend(next.colors);
+        self.normals_of_file += next.normals_of_file;
+        self.joints += next.joints;
+    }
+}
+
+/// Vertices of a primitive, and what moves them.
+pub(super) struct MovedVertices<'s> {
+    pub(super) vertices: &'s PrimitiveVertices<'s>,
+    pub(super) map: VertexMap,
+    /// Joints that move each vertex instead of the map.
+    pub(super) skin: Option<(&'s Influences<'s>, &'s [DAffine3])>,
+}
+
+/// Columns of positions, normals, texture coordinates, tangents and their signs, colours, opacity.
+const COLUMNS: usize = 16;
+
+impl MovedVertices<'_> {
+    /// The vertices of these rows, as a mesh without triangles.
+    pub(super) fn columns(&self, rows: &[u32], threads: usize) -> (Mesh, BadVertices) {
+        let has = self.vertices.attributes();
+        let [n, t, c, o] = [has.normals, has.tangents, has.colors, has.opacity].map(usize::from);
+        let l = has.uvs;
+        // Numbers of a vertex in each column.
+        let widths: [usize; COLUMNS] = [1, 1, 1, n, n, n, l, l, t, t, t, t, c, c, c, o];
+        // Zeroed pages of the system, which are first touched when they are written to.
+        let mut columns = widths.map(|width| vec![0.0f32; width * rows.len()]);
+        let mut number = 0..COLUMNS;
+        let mut parts = columns.each_mut().map(|column| {
+            let width = number.next().map_or(1, |k| widths[k].max(1));
+            column.chunks_mut(width * BLOCK)
+        });
+        let blocks = (0..).step_by(BLOCK).zip(rows.chunks(BLOCK));
+        let blocks = blocks.map(|(first, rows)| {
+            let out = parts.each_mut().map(|p| p.next().unwrap_or_default());
+            (first, rows, out)
+        });
+        let blocks = blocks.collect();
+        let work = |(first, rows, out): (u32, &[u32], _)| self.block(first, rows, out);
+        let mut bad = BadVertices::default();
+        for next in workers::map(threads, blocks, work) {
+            bad.append(next);
+        }
+        (mesh_of(columns), bad)
+    }
+
+    /// Fills the columns of a block, whose first vertex has this number.
+    fn block(&self, first: u32, rows: &[u32], out: [&mut [f32]; COLUMNS]) -> BadVertices {
+        let [
+            x,
+            y,
+            z,
+            nx,
+            ny,
+            nz,
+            u,
+            v,
+            tx,
+            ty,
+            tz,
+            sign,
+            r,
+            g,
+            b,
+            opacity,
+        ] = out;
+        let mut bad = BadVertices::default();
+        let maps: Vec<VertexMap> = match self.skin {
+            None => Vec::new(),
+            Some((influences, joints)) => {
+                let maps = rows.iter().map(|&row| {
+                    let (map, complete) = influences.map(row as usize, joints);
+                    bad.joints += usize::from(!complete);
+                    VertexMap::of(map)
+                });
+                maps.collect()
+            }
+        };
+        let map = |k: usize| maps.get(k).unwrap_or(&self.map);
+        let number = |k: usize| first + k as u32;
+        self.vertices.each_position(rows, |k, position| {
+            let placed = map(k).position.transform_point3(position).as_vec3();
+            [x[k], y[k], z[k]] = placed.to_array();
+            if !is_in_reach(placed.to_array()) {
+                bad.lost.push(number(k));
+            }
+        });
+        self.vertices.each_normal(rows, |k, normal| {
+            let normal = unit(normal);
+            bad.normals_of_file += usize::from(normal == DVec3::ZERO);
+            let turned = unit(map(k).normal * normal);
+            if turned == DVec3::ZERO {
+                bad.normals.push(number(k));
+            }
+            [nx[k], ny[k], nz[k]] = turned.as_vec3().to_array();
+        });
+        let layers = self.vertices.attributes().uvs;
+        for layer in 0..layers {
+            self.vertices.each_uv(layer, rows, |k, mut uv| {
+                if !uv.is_finite() {
+                    bad.uvs.push(number(k));
+                    uv = Vec2::ZERO;
+                }
+                [u[k * layers + layer], v[k * layers + layer]] = uv.to_array();
+            });
+        }
+        bad.uvs.sort_unstable();
+        bad.uvs.dedup();
+        self.vertices.each_tangent(rows, |k, tangent, side| {
+            let turned = unit(map(k).position.matrix3 * unit(tangent));
+            if turned == DVec3::ZERO || !side.is_finite() {
+                bad.tangents.push(number(k));
+            }
+            [tx[k], ty[k], tz[k]] = turned.as_vec3().to_array();
+            let upright = (side >= 0.0) != map(k).mirrored;
+            sign[k] = if upright { 1.0 } else { -1.0 };
+        });
+        self.vertices.each_color(rows, |k, mut color| {
+            if color.iter().any(|share| share.is_nan()) {
+                bad.colors.push(number(k));
+                color = [1.0; 4];
+            }
+            [r[k], g[k], b[k]] = [color[0], color[1], color[2]];
+            if let Some(opacity) = opacity.get_mut(k) {
+                *opacity = color[3];
+            }
+        });
+        bad
+    }
+}
+
+fn mesh_of(columns: [Vec<f32>; COLUMNS]) -> Mesh {
+    let columns = columns.map(|column| column.into());
+    let [
+        x,
+        y,
+        z,
+        nx,
+        ny,
+        nz,
+        u,
+        v,
+        tx,
+        ty,
+        tz,
+        sign,
+        r,
+        g,
+        b,
+        opacity,
+    ] = columns;
+    let vectors = |x, y, z| Vec3s { x, y, z };
+    Mesh {
+        vertices: vectors(x, y, z),
+        vertex_normals: vectors(nx, ny, nz),
+        vertex_uvs: Vec2s { x: u, y: v },
+        vertex_tangents: vectors(tx, ty, tz),
+        bitangent_signs: sign,
+        vertex_colors: vectors(r, g, b),
+        vertex_opacity: opacity,
+        ..Mesh::default()
+    }
+}
+
+/// v/|v|, or zero for a vector without a direction.
+fn unit(v: DVec3) -> DVec3 {
+    let length = v.length();
+    match length > 0.0 && length.is_finite() {
+        true => v * (1.0 / length),
+        false => DVec3::ZERO,
+    }
+}
