@@ -3,7 +3,7 @@
 use super::description::{BAND_ROWS, Depth, PictureFile};
 use super::encoder::Picture;
 use super::error::PictureError;
-use super::zlib_strips::{Strip, StripStream};
+use super::zlib_strips::{StripStream, ZlibStrip};
 use ::png::{
     BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, ScaledFloat,
     SrgbRenderingIntent, chunk,
@@ -80,7 +80,7 @@ pub(super) fn write_png<S: Fn(Range<usize>) -> Vec<u8> + Sync>(
                 compress((width, rows.len() as u32), file, &samples(rows))
             };
             let strips = (0..height.div_ceil(STRIP_ROWS)).into_par_iter().map(strip);
-            let strips: Result<Vec<Strip>, EncodingError> = strips.collect();
+            let strips: Result<Vec<ZlibStrip>, EncodingError> = strips.collect();
             for strip in strips? {
                 writer.write_chunk(chunk::IDAT, &stream.push(&strip))?;
             }
@@ -118,7 +118,7 @@ fn compress(
     size: (u32, u32),
     file: Option<&PictureFile>,
     samples: &[u8],
-) -> Result<Strip, EncodingError> {
+) -> Result<ZlibStrip, EncodingError> {
     let rows = size.1 as usize;
     let (first, others) = samples.split_at(samples.len() / rows);
     let mut png = Vec::new();
@@ -132,7 +132,10 @@ fn compress(
     stream.write_all(others)?;
     stream.finish()?;
     writer.finish()?;
-    Ok(Strip::of_stream(&image_data(&png), samples.len() + rows))
+    Ok(ZlibStrip::of_stream(
+        &image_data(&png),
+        samples.len() + rows,
+    ))
 }
 
 /// Bytes of a chunk of a strip's own picture.

@@ -15,17 +15,17 @@ const EMPTY_BLOCK: [u8; 4] = [0, 0, 0xff, 0xff];
 const LAST_BLOCK: [u8; 2] = [0x03, 0x00];
 
 /// A part of a stream that begins and ends between two blocks, and between two bytes.
-pub(super) struct Strip {
+pub(super) struct ZlibStrip {
     blocks: Vec<u8>,
     /// Checksum and number of the bytes before compression.
     adler: u32,
     bytes: usize,
 }
 
-impl Strip {
+impl ZlibStrip {
     /// The strip of a stream that compresses this number of bytes in a single block, of which the
     /// last code ends in a set bit, as fdeflate writes it.
-    pub(super) fn of_stream(stream: &[u8], bytes: usize) -> Strip {
+    pub(super) fn of_stream(stream: &[u8], bytes: usize) -> ZlibStrip {
         let adler = stream
             .last_chunk()
             .map_or(1, |sum| u32::from_be_bytes(*sum));
@@ -38,7 +38,7 @@ impl Strip {
             blocks.push(0);
         }
         blocks.extend(EMPTY_BLOCK);
-        Strip {
+        ZlibStrip {
             blocks,
             adler,
             bytes,
@@ -59,7 +59,7 @@ impl StripStream {
     };
 
     /// Adds a strip. Returns the bytes that continue the stream.
-    pub(super) fn push(&mut self, strip: &Strip) -> Vec<u8> {
+    pub(super) fn push(&mut self, strip: &ZlibStrip) -> Vec<u8> {
         self.adler = combined_adler(self.adler, strip.adler, strip.bytes);
         [std::mem::take(&mut self.header), &strip.blocks].concat()
     }

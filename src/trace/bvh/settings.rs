@@ -4,8 +4,8 @@ use super::{best, clustering};
 
 /// Trade of build time for tracing speed. No hit depends on it.
 ///
-/// On two threads of one machine a million triangles took 0.08 to 0.11 s at [`Quality::Medium`] and
-/// 0.8 to 1.1 s at [`Quality::Best`]: see `perf/notes/builder.md`.
+/// On two threads of one machine a million triangles took 0.06 s at [`Quality::Medium`] and 0.4 s
+/// at [`Quality::Best`]: see `perf/notes/many-cores.md`.
 ///
 /// ```
 /// use phalanx_trace::bvh::Quality;
@@ -20,8 +20,8 @@ pub enum Quality {
     /// Eight neighbours on each side: best total time for a picture.
     #[default]
     Medium,
-    /// obvhs's most thorough trees: ten times the build time, for a cache that is rendered often,
-    /// and the quality that `bench` measures.
+    /// obvhs's clusters, and reinsertion throughout: seven times the build time, for a cache that
+    /// is rendered often, and the quality that `bench` measures.
     Best,
 }
 

@@ -12,8 +12,8 @@
 //! Unlike Wald, it divides cells instead of objects: each object is moved once rather than once per
 //! level. A cell with far more objects than fit a chunk gets its own grid.
 //!
-//! Objects are processed in segments, one for each thread. Neither the boxes and counts of cells nor
-//! the order of their objects depends on the segments, so the chunks do not depend on threads.
+//! Objects are processed in segments, one for each thread. Neither the boxes and counts of cells
+//! nor the order of their objects depends on the segments, so the chunks do not depend on threads.
 
 mod bins;
 mod cells;
