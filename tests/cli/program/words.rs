@@ -141,7 +141,7 @@ fn a_name_stays_on_its_line() {
 /// Starts a long render, and waits until it has started.
 fn begun(room: &TestFolder, program: &str) -> std::process::Child {
     room.write("open.test", &format!("{}pushTransform\n", super::SCENE));
-    let line = "render open.test -o b.png --size 8192x8192 --tile 8 --engine scalar --threads 1";
+    let line = "render open.test -o b.png --size 4096x4096 --tile 8 --engine scalar --threads 1";
     let phalanx = room.command(line);
     let mut command = match program {
         "" => phalanx,
