@@ -311,7 +311,7 @@ pub use phalanx_render as render;
 #[doc(hidden)]
 pub use phalanx_render::shade;
 #[doc(hidden)]
-pub use phalanx_scene::{PAD, sampling};
+pub use phalanx_scene::{PAD, sampling, thread_count};
 #[doc(hidden)]
 pub use phalanx_trace as trace;
 #[doc(hidden)]

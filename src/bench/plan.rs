@@ -3,6 +3,7 @@
 use crate::peers::Peer;
 use phalanx_render::frame::{CoreAffinity, Sampling};
 use phalanx_report::{RayKind, RaySetRecord, RunInfo};
+use phalanx_scene::thread_count;
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::{BuildSettings, Quality};
 use std::collections::BTreeMap;
@@ -87,7 +88,7 @@ impl BenchPlan<'_> {
 
     /// Number of threads for work that is not measured.
     pub fn all_threads() -> usize {
-        std::thread::available_parallelism().map_or(1, |n| n.get())
+        thread_count(0)
     }
 }
 

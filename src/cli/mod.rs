@@ -30,7 +30,7 @@ use commands::view::{self, ViewArgs};
 use options::OUTPUT;
 use output::{CliError, Verbosity};
 use phalanx::files::steers;
-use phalanx::isa;
+use phalanx::{isa, thread_count};
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -239,8 +239,7 @@ fn limit_threads(threads: Option<usize>) -> Result<(), CliError> {
     let Some(threads) = threads else {
         return Ok(());
     };
-    let available = std::thread::available_parallelism().map_or(1, |n| n.get());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(available));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(thread_count(0)));
     pool.build_global()
         .map_err(|e| CliError::Runtime(format!("cannot start a thread: {e}")))
 }

@@ -1,15 +1,8 @@
 //! Several threads over the chunks of a file. The result does not depend on the number of threads.
 
+pub(super) use phalanx_scene::thread_count;
 use std::ops::Range;
 use std::sync::Mutex;
-
-/// Number of threads to use: that of the options, or one per CPU.
-pub(super) fn thread_count(asked: usize) -> usize {
-    match asked {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        some => some,
-    }
-}
 
 /// Runs `work` on each item, on as many threads as can be used; the results are in the items'
 /// order.

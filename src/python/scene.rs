@@ -172,10 +172,8 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
     match asked {
         None | Some(0) => Ok(0),
         Some(n) if n > 0 => {
-            let most = std::thread::available_parallelism().map_or(1, |n| n.get());
-            Ok(usize::try_from(n)
-                .unwrap_or(usize::MAX)
-                .min(most.max(MAX_THREADS)))
+            let most = phalanx::thread_count(0).max(MAX_THREADS);
+            Ok(usize::try_from(n).unwrap_or(usize::MAX).min(most))
         }
         Some(n) => Err(value_error(format!(
             "threads is {n}: give 1 or more, or 0 or None for one per CPU"
@@ -185,10 +183,7 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
 
 /// `threads` of a call, as a number above zero if none is given.
 pub(crate) fn thread_count(asked: Option<i64>) -> PyResult<usize> {
-    Ok(match threads(asked)? {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-        some => some,
-    })
+    threads(asked).map(phalanx::thread_count)
 }
 
 #[pymethods]

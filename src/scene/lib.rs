@@ -43,6 +43,7 @@ mod sky;
 mod tangents;
 mod texture_maps;
 mod textures;
+mod threads;
 mod up_axis;
 mod validate;
 mod vectors;
@@ -75,6 +76,8 @@ pub use scene::{ResolvedPrim, Scene};
 pub use sky::Sky;
 pub use texture_maps::{MapTarget, TextureMap, TextureMaps};
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
+#[doc(hidden)]
+pub use threads::thread_count;
 pub use up_axis::UpAxis;
 pub use validate::{MAX_DEPTH_LIMIT, MAX_SIDE, SceneError, check_image_size};
 pub use vectors::{Vec2s, Vec3s};

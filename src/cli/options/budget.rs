@@ -7,7 +7,7 @@
 //! | faces of an OBJ or PLY | counted by the reader (3) |
 //! | opening a cache | its size, all of which is mapped |
 //! | generating a standard scene | for each shape, by its kind (4), or for its tree |
-//! | building a tree | the scene's columns, for each primitive, by its kind, and for each thread (5) |
+//! | building a tree | the scene's columns, for each primitive by its kind, each thread (5) |
 //! | rendering | columns, trees, films, and the buffers of each thread (6) |
 //!
 //! 1. The bytes themselves, and the columns and tables made from them. For glTF: the file, plus
@@ -38,6 +38,7 @@ use phalanx::jobs::bands;
 use phalanx::open::{OpenError, is_cache};
 use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
+use phalanx::thread_count;
 use std::path::Path;
 
 /// Factor for text and binary meshes: columns are about as large as the file, and exist twice while
@@ -153,12 +154,9 @@ impl Budget {
                     Quality::Best => BEST_BUILDER_BYTES,
                     Quality::Fast | Quality::Medium => BUILDER_BYTES,
                 };
-                let threads = match settings.threads {
-                    0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-                    some => some,
-                };
+                let threads = thread_count(settings.threads) as u64;
                 // Each thread has a chunk of more than a thousand objects.
-                let builders = (threads as u64).min(objects >> 10) * builder;
+                let builders = threads.min(objects >> 10) * builder;
                 triangles * TRIANGLE_BYTES + others * OTHER_BYTES + builders
             }
             Engine::Scalar => objects * ORACLE_BYTES,

@@ -3,8 +3,8 @@
 //! glibc maps large blocks individually and unmaps them when they are freed. Its threshold adapts:
 //! 128 KiB at first, and up to 32 MiB once a block of that size has been freed. From then on a
 //! reader's columns come from per-thread heaps, which keep freed memory, and the peak may be twice
-//! the memory in use. So the threshold is fixed before a scene is opened. That costs no
-//! time that can be measured (`perf/notes/memory.md`).
+//! the memory in use. So the threshold is fixed before a scene is opened. That costs no time that
+//! can be measured (`perf/notes/memory.md`).
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub use glibc::give_back;

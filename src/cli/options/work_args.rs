@@ -7,6 +7,7 @@ use clap::{Args, value_parser};
 use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
 use phalanx::jobs::spec::headings::MACHINE;
 use phalanx::jobs::spec::parse_number;
+use phalanx::thread_count;
 
 /// Options for building the packet engine's BVH.
 #[derive(Debug, Args)]
@@ -88,7 +89,7 @@ impl WorkArgs {
     /// Settings with these options applied.
     pub fn apply(&self, settings: Settings) -> Settings {
         // CPUs in the affinity mask of the process, not of the machine.
-        let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let available = thread_count(0);
         let threads = self.threads.unwrap_or(available);
         if threads > available {
             output::note(&format!(

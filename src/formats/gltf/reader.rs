@@ -126,6 +126,7 @@ const FREE_TRIANGLES: u64 = 1 << 24;
 /// Number of displacements that a file of any size may have, and more of them for each byte.
 const FREE_DISPLACEMENTS: u64 = 1 << 26;
 const DISPLACEMENTS_PER_BYTE: u64 = 8;
+
 impl<'a, 't> GltfReader<'a, 't> {
     fn new(
         source: &'a GltfSource<'a>,

@@ -72,8 +72,33 @@ pub(super) struct MovedVertices<'s> {
     pub(super) skin: Option<(&'s Influences<'s>, &'s [DAffine3])>,
 }
 
-/// Columns of positions, normals, texture coordinates, tangents and their signs, colours, opacity.
+/// Columns of each attribute.
+struct AttributeColumns<T> {
+    positions: [T; 3],
+    normals: [T; 3],
+    uvs: [T; 2],
+    tangents: [T; 3],
+    signs: T,
+    colors: [T; 3],
+    opacity: T,
+}
+
 const COLUMNS: usize = 16;
+
+impl<T> From<[T; COLUMNS]> for AttributeColumns<T> {
+    #[rustfmt::skip]
+    fn from([x, y, z, nx, ny, nz, u, v, tx, ty, tz, signs, r, g, b, opacity]: [T; COLUMNS]) -> Self {
+        AttributeColumns {
+            positions: [x, y, z],
+            normals: [nx, ny, nz],
+            uvs: [u, v],
+            tangents: [tx, ty, tz],
+            signs,
+            colors: [r, g, b],
+            opacity,
+        }
+    }
+}
 
 impl MovedVertices<'_> {
     /// The vertices of these rows, as a mesh without triangles.
@@ -96,48 +121,22 @@ impl MovedVertices<'_> {
             (first, rows, out)
         });
         let blocks = blocks.collect();
-        let work = |(first, rows, out): (u32, &[u32], _)| self.block(first, rows, out);
+        let work =
+            |(first, rows, out): (u32, &[u32], [_; COLUMNS])| self.block(first, rows, out.into());
         let mut bad = BadVertices::default();
         for next in workers::map(threads, blocks, work) {
             bad.append(next);
         }
-        (mesh_of(columns), bad)
+        (mesh_of(columns.into()), bad)
     }
 
     /// Fills the columns of a block, whose first vertex has this number.
-    fn block(&self, first: u32, rows: &[u32], out: [&mut [f32]; COLUMNS]) -> BadVertices {
-        let [
-            x,
-            y,
-            z,
-            nx,
-            ny,
-            nz,
-            u,
-            v,
-            tx,
-            ty,
-            tz,
-            sign,
-            r,
-            g,
-            b,
-            opacity,
-        ] = out;
+    fn block(&self, first: u32, rows: &[u32], out: AttributeColumns<&mut [f32]>) -> BadVertices {
         let mut bad = BadVertices::default();
-        let maps: Vec<VertexMap> = match self.skin {
-            None => Vec::new(),
-            Some((influences, joints)) => {
-                let maps = rows.iter().map(|&row| {
-                    let (map, complete) = influences.map(row as usize, joints);
-                    bad.joints += usize::from(!complete);
-                    VertexMap::of(map)
-                });
-                maps.collect()
-            }
-        };
+        let maps = self.joint_maps(rows, &mut bad);
         let map = |k: usize| maps.get(k).unwrap_or(&self.map);
         let number = |k: usize| first + k as u32;
+        let [x, y, z] = out.positions;
         self.vertices.each_position(rows, |k, position| {
             let placed = map(k).position.transform_point3(position).as_vec3();
             [x[k], y[k], z[k]] = placed.to_array();
@@ -145,6 +144,7 @@ impl MovedVertices<'_> {
                 bad.lost.push(number(k));
             }
         });
+        let [x, y, z] = out.normals;
         self.vertices.each_normal(rows, |k, normal| {
             let normal = unit(normal);
             bad.normals_of_file += usize::from(normal == DVec3::ZERO);
@@ -152,32 +152,66 @@ impl MovedVertices<'_> {
             if turned == DVec3::ZERO {
                 bad.normals.push(number(k));
             }
-            [nx[k], ny[k], nz[k]] = turned.as_vec3().to_array();
+            [x[k], y[k], z[k]] = turned.as_vec3().to_array();
         });
-        let layers = self.vertices.attributes().uvs;
-        for layer in 0..layers {
-            self.vertices.each_uv(layer, rows, |k, mut uv| {
-                if !uv.is_finite() {
-                    bad.uvs.push(number(k));
-                    uv = Vec2::ZERO;
-                }
-                [u[k * layers + layer], v[k * layers + layer]] = uv.to_array();
-            });
-        }
-        bad.uvs.sort_unstable();
-        bad.uvs.dedup();
+        let [x, y, z] = out.tangents;
         self.vertices.each_tangent(rows, |k, tangent, side| {
             let turned = unit(map(k).position.matrix3 * unit(tangent));
             if turned == DVec3::ZERO || !side.is_finite() {
                 bad.tangents.push(number(k));
             }
-            [tx[k], ty[k], tz[k]] = turned.as_vec3().to_array();
+            [x[k], y[k], z[k]] = turned.as_vec3().to_array();
             let upright = (side >= 0.0) != map(k).mirrored;
-            sign[k] = if upright { 1.0 } else { -1.0 };
+            out.signs[k] = if upright { 1.0 } else { -1.0 };
         });
+        bad.uvs = self.uvs(first, rows, out.uvs);
+        bad.colors = self.colors(first, rows, out.colors, out.opacity);
+        bad
+    }
+
+    /// The maps of skinned vertices; none without a skin.
+    fn joint_maps(&self, rows: &[u32], bad: &mut BadVertices) -> Vec<VertexMap> {
+        let Some((influences, joints)) = self.skin else {
+            return Vec::new();
+        };
+        let maps = rows.iter().map(|&row| {
+            let (map, complete) = influences.map(row as usize, joints);
+            bad.joints += usize::from(!complete);
+            VertexMap::of(map)
+        });
+        maps.collect()
+    }
+
+    /// Fills texture coordinates, and returns the vertices that have bad ones.
+    fn uvs(&self, first: u32, rows: &[u32], [u, v]: [&mut [f32]; 2]) -> Vec<u32> {
+        let mut bad = Vec::new();
+        let layers = self.vertices.attributes().uvs;
+        for layer in 0..layers {
+            self.vertices.each_uv(layer, rows, |k, mut uv| {
+                if !uv.is_finite() {
+                    bad.push(first + k as u32);
+                    uv = Vec2::ZERO;
+                }
+                [u[k * layers + layer], v[k * layers + layer]] = uv.to_array();
+            });
+        }
+        bad.sort_unstable();
+        bad.dedup();
+        bad
+    }
+
+    /// Fills colours, and returns the vertices that have bad ones.
+    fn colors(
+        &self,
+        first: u32,
+        rows: &[u32],
+        [r, g, b]: [&mut [f32]; 3],
+        opacity: &mut [f32],
+    ) -> Vec<u32> {
+        let mut bad = Vec::new();
         self.vertices.each_color(rows, |k, mut color| {
             if color.iter().any(|share| share.is_nan()) {
-                bad.colors.push(number(k));
+                bad.push(first + k as u32);
                 color = [1.0; 4];
             }
             [r[k], g[k], b[k]] = [color[0], color[1], color[2]];
@@ -189,35 +223,20 @@ impl MovedVertices<'_> {
     }
 }
 
-fn mesh_of(columns: [Vec<f32>; COLUMNS]) -> Mesh {
-    let columns = columns.map(|column| column.into());
-    let [
-        x,
-        y,
-        z,
-        nx,
-        ny,
-        nz,
-        u,
-        v,
-        tx,
-        ty,
-        tz,
-        sign,
-        r,
-        g,
-        b,
-        opacity,
-    ] = columns;
-    let vectors = |x, y, z| Vec3s { x, y, z };
+fn mesh_of(columns: AttributeColumns<Vec<f32>>) -> Mesh {
+    let vectors = |columns: [Vec<f32>; 3]| {
+        let [x, y, z] = columns.map(Into::into);
+        Vec3s { x, y, z }
+    };
+    let [x, y] = columns.uvs.map(Into::into);
     Mesh {
-        vertices: vectors(x, y, z),
-        vertex_normals: vectors(nx, ny, nz),
-        vertex_uvs: Vec2s { x: u, y: v },
-        vertex_tangents: vectors(tx, ty, tz),
-        bitangent_signs: sign,
-        vertex_colors: vectors(r, g, b),
-        vertex_opacity: opacity,
+        vertices: vectors(columns.positions),
+        vertex_normals: vectors(columns.normals),
+        vertex_uvs: Vec2s { x, y },
+        vertex_tangents: vectors(columns.tangents),
+        bitangent_signs: columns.signs.into(),
+        vertex_colors: vectors(columns.colors),
+        vertex_opacity: columns.opacity.into(),
         ..Mesh::default()
     }
 }

@@ -10,6 +10,7 @@ use super::mesh_builder::{MeshBuilder, NONE, count, draw_sections};
 use super::section::SceneSection;
 use crate::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
 use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
+use phalanx_scene::thread_count;
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -34,8 +35,7 @@ pub(super) fn draw(
     let prepare = builder.preparation();
     let threads = match (builder.threads(), &prepare) {
         (_, None) => 1,
-        (0, _) => std::thread::available_parallelism().map_or(1, usize::from),
-        (some, _) => some,
+        (asked, Some(_)) => thread_count(asked),
     };
     let assembly = Assembly::new(triangles, threads, prepare.as_deref());
     std::thread::scope(|scope| {

@@ -17,7 +17,7 @@ use super::tree::RayCounter;
 use super::tree_parts::{TreePart, TreeParts};
 use super::wide::widen;
 use super::{Bvh, WideBvh};
-use phalanx_scene::{NO_PRIM, Scene};
+use phalanx_scene::{NO_PRIM, Scene, thread_count};
 use rayon::prelude::*;
 use std::panic::resume_unwind;
 use std::sync::OnceLock;
@@ -93,10 +93,7 @@ impl Bvh {
     /// may call this, too, and deadlock.
     fn wide_on(&self, threads: usize) -> &WideBvh {
         self.wide.get_or_init(|| {
-            let threads = match threads {
-                0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-                some => some,
-            };
+            let threads = thread_count(threads);
             let parts = self.parts.as_deref();
             let roots = parts.and_then(|parts| parts.roots(self.nodes.len()));
             let make = || run_on_threads(threads, || Box::new(widen(self, roots)));

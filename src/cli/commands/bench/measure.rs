@@ -7,7 +7,7 @@ use super::table;
 use crate::cli::options::{SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
-use phalanx::frame::{BuildSettings, Engine};
+use phalanx::frame::Engine;
 use phalanx::report::BenchRecord;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -28,10 +28,7 @@ pub fn measure_scene(
     bar.scene(&scene.info.name);
     let start = Instant::now();
     let scene_input = SceneInput::load(&scene.path, &args.scene_args, wanted(plan), 0)?;
-    let settings = BuildSettings {
-        quality: plan.quality,
-        threads: 0,
-    };
+    let settings = plan.build_settings();
     (scene_input.budget).for_tree(&scene_input.scene, Engine::Simd, &settings)?;
     let info = SceneInfo {
         load_seconds: start.elapsed().as_secs_f64(),

@@ -40,7 +40,6 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
         preset.max_prims_per_leaf.clamp(1, 255),
         preset.collapse_traversal_cost,
     );
-    tree.init_parents_if_uninit();
     reinsert_largest(&mut tree, passes);
     tree
 }
