@@ -12,7 +12,8 @@
 //!
 //! Nothing else may affect the counts. A workload is prepared before counting begins, and allocates
 //! nothing afterwards. It runs on one thread, without environment, and valgrind always assigns the
-//! same addresses.
+//! same addresses. Its scene and tree come from a file: valgrind does not know every instruction of
+//! the level, so the less code runs under it, the better.
 
 mod common;
 
@@ -20,10 +21,12 @@ use bumpalo::Bump;
 use common::microbench::{EngineTest, Order, Test, eight, one_by_one};
 use common::traced::{TracedScene, answer, room, trace};
 use phalanx::bench::{RayKind, RaySet};
+use phalanx::cache;
 use phalanx::isa::compiled_level;
 use phalanx::peers::BenchEngine;
 use phalanx::trace::Kernel;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -36,7 +39,8 @@ const TOLERANCE: f64 = 0.01;
 /// Instruction-set level of the counts: valgrind does not support AVX-512.
 const LEVEL: &str = "x86-64-v3";
 
-/// Option that runs the program as the counted one, with the name of the workload.
+/// Option that runs the program as the counted one, with the name of the workload and the folder of
+/// the scenes.
 const WORKLOAD: &str = "--workload";
 
 /// Committed counts.
@@ -54,7 +58,8 @@ struct CommittedCounts {
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().collect();
     if let Some(at) = arguments.iter().position(|a| a == WORKLOAD) {
-        return counted_run(arguments.get(at + 1).map_or("", |name| name));
+        let argument = |i: usize| arguments.get(at + i).map_or("", |text| text);
+        return counted_run(argument(1), Path::new(argument(2)));
     }
     let bless = arguments.iter().any(|a| a == "--bless");
     if let Some(reason) = not_countable() {
@@ -66,9 +71,13 @@ fn main() -> ExitCode {
         println!("skipped: instruction counts: no valgrind in the PATH");
         return ExitCode::SUCCESS;
     };
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    for scene in SCENES {
+        write_scene(scene, folder.path());
+    }
     let counts: BTreeMap<String, u64> = CountedWorkload::all()
         .into_iter()
-        .map(|w| (w.name(), w.count(&valgrind)))
+        .map(|w| (w.name(), w.count(&valgrind, folder.path())))
         .collect();
     let now = CommittedCounts {
         schema_version: 1,
@@ -211,7 +220,7 @@ impl CountedWorkload {
     }
 
     /// Does the work and returns a checksum of the result.
-    fn run(&self) -> u64 {
+    fn run(&self, scenes: &Path) -> u64 {
         match *self {
             CountedWorkload::Alone {
                 trial, test, order, ..
@@ -220,33 +229,34 @@ impl CountedWorkload {
                 counted_work(&mut || trial.run());
                 trial.answer().checksum()
             }
-            CountedWorkload::Tree { scene, kind } => TreeWorkload::new(scene, kind).run(),
+            CountedWorkload::Tree { scene, kind } => TreeWorkload::open(scenes, scene, kind).run(),
         }
     }
 
     /// The checksum of the right result, from the oracle.
-    fn expected(&self) -> u64 {
+    fn expected(&self, scenes: &Path) -> u64 {
         match *self {
             CountedWorkload::Alone { test, order, .. } => {
                 let mut oracle = one_by_one(test.1, order.1);
                 oracle.run();
                 oracle.answer().checksum()
             }
-            CountedWorkload::Tree { scene, kind } => TreeWorkload::new(scene, kind).expected(),
+            CountedWorkload::Tree { scene, kind } => {
+                TreeWorkload::open(scenes, scene, kind).expected()
+            }
         }
     }
 
     /// Instructions of the work, counted after the result was found correct.
-    fn count(&self, valgrind: &Path) -> u64 {
+    fn count(&self, valgrind: &Path, scenes: &Path) -> u64 {
         let name = self.name();
-        let expected = self.expected();
+        let expected = self.expected(scenes);
         assert_eq!(
-            self.run(),
+            self.run(scenes),
             expected,
             "{name}: another answer than the oracle's"
         );
-        let folder = tempfile::tempdir().expect("a folder for temporary files");
-        let out = folder.path().join("callgrind.out");
+        let out = scenes.join("callgrind.out");
         let output = Command::new(valgrind)
             .args([
                 "--tool=callgrind",
@@ -256,6 +266,7 @@ impl CountedWorkload {
             .arg(format!("--callgrind-out-file={}", out.display()))
             .arg(std::env::current_exe().expect("a program"))
             .args([WORKLOAD, &name])
+            .arg(scenes)
             .env_clear()
             .output()
             .expect("valgrind starts");
@@ -289,7 +300,7 @@ fn counted_work(work: &mut dyn FnMut()) {
 }
 
 /// Runs one workload as the program under valgrind, and prints its result to stdout.
-fn counted_run(name: &str) -> ExitCode {
+fn counted_run(name: &str, scenes: &Path) -> ExitCode {
     let workload = CountedWorkload::all()
         .into_iter()
         .find(|w| w.name() == name);
@@ -297,8 +308,21 @@ fn counted_run(name: &str) -> ExitCode {
         eprintln!("no workload is called `{name}`");
         return ExitCode::from(2);
     };
-    println!("{}", workload.run());
+    println!("{}", workload.run(scenes));
     ExitCode::SUCCESS
+}
+
+/// The file of a standard scene and its tree.
+fn scene_file(folder: &Path, scene: &str) -> PathBuf {
+    folder
+        .join(scene.replace(':', "-"))
+        .with_extension(cache::ENDING)
+}
+
+fn write_scene(name: &str, folder: &Path) {
+    let traced = TracedScene::new(name);
+    let mut file = File::create(scene_file(folder, name)).expect("a folder to write to");
+    cache::write(&mut file, &traced.scene, &traced.bvh).expect("room on the disk");
 }
 
 /// Rays through a whole tree.
@@ -309,9 +333,10 @@ struct TreeWorkload {
 }
 
 impl TreeWorkload {
-    fn new(scene: &str, kind: RayKind) -> TreeWorkload {
+    fn open(scenes: &Path, scene: &str, kind: RayKind) -> TreeWorkload {
+        let cached = cache::open(&scene_file(scenes, scene)).expect("a scene written before");
         TreeWorkload {
-            traced: TracedScene::new(scene),
+            traced: TracedScene::with_bvh(cached.scene, cached.bvh),
             kind,
             arena: Bump::new(),
         }

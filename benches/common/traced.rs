@@ -25,10 +25,16 @@ impl TracedScene {
             threads: 1,
             ..BuildSettings::default()
         };
+        let bvh = Bvh::build_with(&scene, &settings);
+        TracedScene::with_bvh(scene, bvh)
+    }
+
+    /// Builds the oracle's tree of a scene that has the packets' tree.
+    pub fn with_bvh(scene: Scene, bvh: Bvh) -> TracedScene {
         TracedScene {
-            bvh: Bvh::build_with(&scene, &settings),
             oracle_bvh: TwoLevelBvh::build(&scene),
             scene,
+            bvh,
         }
     }
 
