@@ -2,6 +2,7 @@
 //! touching pages for the first time, so several threads share that work.
 
 use super::workers;
+use phalanx_scene::huge_pages::{room, zeroed};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -15,10 +16,12 @@ pub(super) fn read(mut file: File, path: &Path, threads: usize) -> io::Result<Ve
     let metadata = file.metadata()?;
     let length = usize::try_from(metadata.len()).unwrap_or(0);
     let threads = workers::thread_count(threads);
-    // A failed allocation is returned as an error; a vector of zeros would end the program instead.
-    let room = || Vec::<u8>::new().try_reserve_exact(length).is_ok();
-    if threads > 1 && metadata.is_file() && length >= 2 * BLOCK && room() {
-        bytes = vec![0; length];
+    // A failed allocation is returned as an error. `room` and `zeroed` would end the program.
+    let fits = metadata.is_file() && Vec::<u8>::new().try_reserve_exact(length).is_ok();
+    if fits && (threads == 1 || length < 2 * BLOCK) {
+        bytes = room(length);
+    } else if fits {
+        bytes = zeroed(length);
         let blocks = bytes.chunks_mut(BLOCK).enumerate().collect();
         let read = workers::map(threads, blocks, |(k, block): (usize, &mut [u8])| {
             let mut file = File::open(path)?;

@@ -303,9 +303,7 @@ impl FrameReach {
 
     /// Adds the boxes of instances, as they lie in the world.
     fn add_instances(&mut self, scene: &Scene) {
-        let meshes: Vec<Bounds> = (0..scene.meshes.len())
-            .map(|mesh| scene.mesh_bounds(mesh))
-            .collect();
+        let meshes = scene.bounds_of_meshes();
         for k in 0..scene.instances.len() {
             let columns = scene.instances.world_columns(k).map(|c| c.as_dvec3());
             let [x, y, z, position] = columns;

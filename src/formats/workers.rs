@@ -1,5 +1,6 @@
 //! Several threads over the chunks of a file. The result does not depend on the number of threads.
 
+use phalanx_scene::huge_pages::room;
 pub(super) use phalanx_scene::thread_count;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -69,7 +70,7 @@ pub(super) fn joined<T: Copy>(mut parts: Vec<Vec<T>>) -> Vec<T> {
     if parts.len() == 1 {
         return parts.swap_remove(0);
     }
-    let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+    let mut all = room(parts.iter().map(Vec::len).sum());
     for part in parts {
         all.extend_from_slice(&part);
     }

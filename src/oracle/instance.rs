@@ -12,8 +12,7 @@ pub(super) fn world_objects(scene: &Scene) -> impl Iterator<Item = u32> {
 
 /// Own padded boxes of all instances.
 pub(super) fn instance_boxes(scene: &Scene) -> Vec<Bounds> {
-    let meshes = (0..scene.meshes.len()).map(|mesh| scene.mesh_bounds(mesh));
-    let meshes: Vec<Bounds> = meshes.collect();
+    let meshes = scene.bounds_of_meshes();
     let own = |k: usize| {
         let mesh = scene.instances.mesh[k] as usize;
         scene.instances.bounds(k, meshes[mesh]).padded()

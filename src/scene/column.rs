@@ -1,5 +1,6 @@
 //! One attribute of many rows: a vector, or a part of a mapped file that is never written to.
 
+use crate::huge_pages::room;
 use bytemuck::Pod;
 use std::any::Any;
 use std::fmt;
@@ -111,9 +112,12 @@ impl<T: Clone> Column<T> {
     }
 
     /// Makes room for more rows.
-    #[inline]
     pub fn reserve(&mut self, more: usize) {
-        self.make_mut().reserve(more);
+        let rows = self.make_mut();
+        match rows.is_empty() {
+            true => *rows = room(more),
+            false => rows.reserve(more),
+        }
     }
 
     /// Frees reserved memory that is not used.
@@ -130,10 +134,10 @@ impl<T: Clone> Column<T> {
         self.make_mut().extend_from_slice(rows);
     }
 
-    /// Appends the rows of another column, or takes it over if this one is empty.
+    /// Appends the rows of another column, or takes it over if this one is empty and has no room.
     #[inline]
     pub fn append(&mut self, other: Column<T>) {
-        match (self.is_empty(), other.0) {
+        match (self.is_empty() && self.memory_bytes() == 0, other.0) {
             (true, storage) => self.0 = storage,
             (false, Storage::Owned(mut rows)) => self.make_mut().append(&mut rows),
             (false, Storage::Mapped { rows, .. }) => self.make_mut().extend_from_slice(rows),
@@ -230,6 +234,18 @@ mod tests {
             Column::mapped(rows, Arc::clone(&keeper) as Arc<dyn Any + Send + Sync>),
             keeper,
         )
+    }
+
+    #[test]
+    fn a_column_with_room_is_not_replaced() {
+        let mut column = Column::new();
+        column.reserve(100);
+        let reserved = column.memory_bytes();
+        column.append(vec![1u32, 2].into());
+        assert_eq!(
+            (&column[..], column.memory_bytes()),
+            (&[1, 2][..], reserved)
+        );
     }
 
     #[test]

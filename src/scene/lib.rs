@@ -24,6 +24,9 @@ mod encoding;
 pub mod film;
 mod geometries;
 mod geometry;
+#[allow(unsafe_code, reason = "the system takes advice by address alone")]
+#[doc(hidden)]
+pub mod huge_pages;
 mod instances;
 mod lights;
 mod materials;

@@ -1,8 +1,10 @@
 //! Rescaling of coordinates, so that products of four of them neither overflow nor vanish in f32.
 
-use super::{Bounds, PrimKind, Scene, Vec3s};
-use crate::prims::{RowScale, ScaleFactors};
+use super::{PrimKind, Scene, Vec3s};
+use crate::prims::{Prim, RowScale, ScaleFactors};
+use crate::threads::{BLOCK_ROWS, map_blocks};
 use glam::{DVec3, Vec3};
+use std::ops::Range;
 
 /// Largest coordinate (as a power of two) of an unscaled scene. If the largest one is beyond it, or
 /// below its inverse, the scene is scaled.
@@ -72,10 +74,8 @@ impl Scene {
     /// Largest coordinate of the primitives in the world itself, and of the boxes of instances
     /// there.
     fn largest_seen(&self) -> f64 {
-        let world = self.world_runs().into_iter().flatten();
-        let world = world.map(|prim| self.reach(prim)).fold(0.0, f64::max);
-        let meshes = (0..self.meshes.len()).map(|mesh| self.mesh_bounds(mesh));
-        let meshes: Vec<Bounds> = meshes.collect();
+        let world = self.largest_reach(self.world_runs());
+        let meshes = self.bounds_of_meshes();
         let instances = (0..self.instances.len()).map(|k| {
             let mesh = self.instances.mesh[k] as usize;
             let (lo, hi) = self.instances.corners(k, meshes[mesh]);
@@ -86,15 +86,23 @@ impl Scene {
 
     /// Largest coordinate of the contents of meshes, in their own spaces.
     fn largest_in_meshes(&self) -> f64 {
-        let prims = (0..self.meshes.len()).flat_map(|mesh| self.meshes.prims(mesh));
-        prims.map(|prim| self.reach(prim)).fold(0.0, f64::max)
+        let meshes = (0..self.meshes.len()).map(|mesh| self.meshes.prims(mesh));
+        self.largest_reach(meshes)
     }
 
-    /// Largest coordinate of a stored primitive.
-    fn reach(&self, prim: u32) -> f64 {
-        let prim = self.prims[prim as usize];
-        self.columns_of(prim.kind())
-            .largest_coordinate(prim.index())
+    /// Largest coordinate of the stored primitives in these runs.
+    fn largest_reach(&self, runs: impl IntoIterator<Item = Range<u32>>) -> f64 {
+        let reach = |prim: &Prim| {
+            self.columns_of(prim.kind())
+                .largest_coordinate(prim.index())
+        };
+        let of_run = |run: Range<u32>| {
+            let prims = &self.prims[run.start as usize..run.end as usize];
+            map_blocks(prims, BLOCK_ROWS, |block| {
+                block.iter().map(reach).fold(0.0, f64::max)
+            })
+        };
+        runs.into_iter().flat_map(of_run).fold(0.0, f64::max)
     }
 
     /// Largest coordinate of a light that is not directional.

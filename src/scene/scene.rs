@@ -17,6 +17,7 @@ use crate::prims::{
 use crate::sky::Sky;
 use crate::texture_maps::TextureMaps;
 use crate::textures::Texture;
+use crate::threads::{BLOCK_ROWS, map_blocks};
 use crate::view::View;
 use glam::Vec3;
 use std::ops::Range;
@@ -407,17 +408,27 @@ impl Scene {
         self.bounds_of_run(self.meshes.prims(mesh), Bounds::padded)
     }
 
+    /// [`Scene::mesh_bounds`] of every mesh.
+    pub fn bounds_of_meshes(&self) -> Vec<Bounds> {
+        let meshes: Vec<usize> = (0..self.meshes.len()).collect();
+        map_blocks(&meshes, 1, |mesh| self.mesh_bounds(mesh[0]))
+    }
+
     /// Bounds of the boxes that `change` makes of those of a run of primitives.
-    fn bounds_of_run(&self, run: Range<u32>, change: impl Fn(Bounds) -> Bounds) -> Bounds {
+    fn bounds_of_run(&self, run: Range<u32>, change: impl Fn(Bounds) -> Bounds + Sync) -> Bounds {
         let of_triangle = self.triangles.boxes();
+        let of_block = |prims: &[Prim]| {
+            prims.iter().fold(Bounds::EMPTY, |all, prim| {
+                let own = match prim.kind() {
+                    PrimKind::Triangle => of_triangle(prim.index()),
+                    other => self.columns_of(other).bounds(prim.index()),
+                };
+                all.union(change(own))
+            })
+        };
         let prims = &self.prims[run.start as usize..run.end as usize];
-        prims.iter().fold(Bounds::EMPTY, |all, prim| {
-            let own = match prim.kind() {
-                PrimKind::Triangle => of_triangle(prim.index()),
-                other => self.columns_of(other).bounds(prim.index()),
-            };
-            all.union(change(own))
-        })
+        let blocks = map_blocks(prims, BLOCK_ROWS, of_block).into_iter();
+        blocks.fold(Bounds::EMPTY, Bounds::union)
     }
 
     /// Bounds of all visible primitives; empty for a scene without primitives.
@@ -425,9 +436,7 @@ impl Scene {
         let world = self.world_runs().into_iter();
         let world = world.map(|run| self.bounds_of_run(run, |own| own));
         let direct = world.fold(Bounds::EMPTY, Bounds::union);
-        let meshes: Vec<Bounds> = (0..self.meshes.len())
-            .map(|m| self.mesh_bounds(m))
-            .collect();
+        let meshes = self.bounds_of_meshes();
         self.visible_instances().fold(direct, |all, k| {
             let mesh = self.instances.mesh[k] as usize;
             all.union(self.instances.bounds(k, meshes[mesh]))

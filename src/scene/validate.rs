@@ -1,7 +1,7 @@
 //! The one check between reading and tracing: after it nothing downstream can fail.
 
 use super::ViewError;
-use super::{Bounds, MAX_TEXTURE_SIDE, Prim, PrimKind, Scene};
+use super::{MAX_TEXTURE_SIDE, Prim, PrimKind, Scene};
 use crate::prims::ColumnInfo;
 use glam::Vec3;
 
@@ -182,8 +182,7 @@ impl Scene {
 
     /// Checks that every instance's box is finite in single precision, as trees need it.
     fn validate_boxes(&self) -> Result<(), SceneError> {
-        let meshes = (0..self.meshes.len()).map(|mesh| self.mesh_bounds(mesh));
-        let meshes: Vec<Bounds> = meshes.collect();
+        let meshes = self.bounds_of_meshes();
         for (k, &mesh) in self.instances.mesh.iter().enumerate() {
             let own = self.instances.bounds(k, meshes[mesh as usize]).padded();
             if !own.lo.is_finite() || !own.hi.is_finite() {

@@ -1,6 +1,7 @@
 //! Vector attributes, one column per component.
 
 use super::Column;
+use crate::threads::{BLOCK_ROWS, map_blocks};
 use glam::{Vec2, Vec3};
 
 /// Three float columns: a vector attribute stored as structure of arrays.
@@ -75,8 +76,9 @@ impl Vec3s {
 
     /// Largest absolute value of a component.
     pub(crate) fn largest_magnitude(&self) -> f32 {
-        let parts = self.parts().map(|part| largest_magnitude(part));
-        parts.into_iter().fold(0.0, f32::max)
+        let of_part = |part| map_blocks(part, BLOCK_ROWS, largest_magnitude);
+        let blocks = self.parts().into_iter().flat_map(|part| of_part(part));
+        blocks.fold(0.0, f32::max)
     }
 }
 

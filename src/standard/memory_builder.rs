@@ -6,7 +6,9 @@ use super::builder::{
 use super::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
 use phalanx_formats::polygon::triangulate;
-use phalanx_scene::{Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, View};
+use phalanx_scene::{
+    Column, Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, View,
+};
 
 /// A builder that fills a [`Scene`]'s columns.
 #[derive(Debug, Default)]
@@ -23,6 +25,11 @@ impl MemoryBuilder {
     /// The scene, not yet validated. Lights of NFF's level get their level here, now that their
     /// number is known.
     pub fn finish(mut self) -> Scene {
+        let vertices = &mut self.scene.triangles.vertices;
+        vertices
+            .parts_mut()
+            .into_iter()
+            .for_each(Column::shrink_to_fit);
         let level = DVec3::splat(nff_level(self.lights.len()));
         for light in &self.lights {
             self.scene.lights.add_point(
@@ -114,10 +121,12 @@ impl SceneBuilder for MemoryBuilder {
     }
 
     fn takes_count(&mut self, triangles: u64) -> bool {
-        // The number of vertices is not known yet.
-        self.scene.triangles.corners.reserve(triangles as usize);
-        self.scene.triangles.material.reserve(triangles as usize);
-        self.scene.prims.reserve(triangles as usize);
+        let (columns, rows) = (&mut self.scene.triangles, triangles as usize);
+        columns.corners.reserve(rows);
+        columns.material.reserve(rows);
+        self.scene.prims.reserve(rows);
+        // Their number is not known yet; what is not used is given back in the end.
+        (columns.vertices.parts_mut().into_iter()).for_each(|part| part.reserve(rows));
         false
     }
 

@@ -136,7 +136,7 @@ const OWNERS: [(&str, &[&str], &str); 20] = [
     (
         "libc",
         &[
-            "trace/bvh/huge_pages.rs",
+            "scene/huge_pages.rs",
             "cli/options/bus_error.rs",
             "cli/options/heap.rs",
         ],
@@ -294,7 +294,7 @@ const BOUNDS: [&str; 4] = [
 const UNSAFE_FILES: [&str; 19] = [
     "trace/simd/compact.rs",
     "trace/simd/mask_bits.rs",
-    "trace/bvh/huge_pages.rs",
+    "scene/huge_pages.rs",
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
     "files/descriptor.rs",

@@ -1,6 +1,7 @@
 //! Numbers of the vertices of a mesh: those that its triangles use, in the order of their first
 //! use.
 
+use phalanx_scene::huge_pages::room;
 use std::collections::HashMap;
 
 /// Triangles of a primitive with the vertices' new numbers.
@@ -48,7 +49,7 @@ impl Renumbered {
             *numbers.slot(row) = LOST;
         }
         let mut rows = Vec::new();
-        let mut corners = Vec::with_capacity(triangles.len());
+        let mut corners = room(triangles.len());
         for triangle in triangles {
             let triangle = triangle.map(|row| {
                 let number = numbers.slot(row);

@@ -4,6 +4,7 @@ use super::accessor::Accessor;
 use super::document::Primitive;
 use super::source::GltfSource;
 use crate::workers;
+use phalanx_scene::huge_pages::zeroed;
 
 /// Topologies of triangles, by their numbers in the file.
 const TRIANGLES: u32 = 4;
@@ -44,8 +45,7 @@ pub(super) fn triangles(
     }
     room(count as u64)?;
     let mode = primitive.mode;
-    // Zeroed pages of the system, which are first touched when they are written to.
-    let mut corners = vec![[0; 3]; count];
+    let mut corners = zeroed(count);
     let blocks = (0..).step_by(BLOCK).zip(corners.chunks_mut(BLOCK));
     let outside = workers::map(threads, blocks.collect(), |(first, block)| {
         fill(block, first, mode, indices.as_ref());

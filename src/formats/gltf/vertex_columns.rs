@@ -5,6 +5,7 @@ use super::vertices::PrimitiveVertices;
 use crate::mesh::is_in_reach;
 use crate::workers;
 use glam::{DAffine3, DMat3, DVec3, Vec2};
+use phalanx_scene::huge_pages::zeroed;
 use phalanx_scene::{Mesh, Vec2s, Vec3s};
 
 /// Number of vertices that a thread takes at a time.
@@ -108,8 +109,7 @@ impl MovedVertices<'_> {
         let l = has.uvs;
         // Numbers of a vertex in each column.
         let widths: [usize; COLUMNS] = [1, 1, 1, n, n, n, l, l, t, t, t, t, c, c, c, o];
-        // Zeroed pages of the system, which are first touched when they are written to.
-        let mut columns = widths.map(|width| vec![0.0f32; width * rows.len()]);
+        let mut columns = widths.map(|width| zeroed(width * rows.len()));
         let mut number = 0..COLUMNS;
         let mut parts = columns.each_mut().map(|column| {
             let width = number.next().map_or(1, |k| widths[k].max(1));

@@ -16,6 +16,7 @@ use crate::mesh::NotFinite;
 use crate::mesh_chunk::{checked_normal, checked_position};
 use crate::workers;
 use glam::DVec3;
+use phalanx_scene::huge_pages::zeroed;
 
 /// Reads the rows of all elements, up to one with an error.
 pub(super) fn read(
@@ -317,8 +318,7 @@ impl<'a> PlyBinaryReader<'a> {
         if !self.plan.memory.share().take(bytes) {
             return Some(length);
         }
-        // Zeroed pages of the system, which are first touched when they are written to.
-        let mut corners = vec![[0; 3]; count];
+        let mut corners = zeroed(count);
         let (threads, size) = self.blocks(stride);
         let blocks = corners.chunks_mut(size).zip(rows.chunks(size * stride));
         let vertices = self.plan.vertices.count;

@@ -4,6 +4,7 @@ use super::header::{Element, PropertyKind, Type};
 use crate::diagnostics::Span;
 use crate::mesh::NotFinite;
 use crate::workers;
+use phalanx_scene::huge_pages::zeroed;
 
 /// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single
 /// precision holds.
@@ -52,7 +53,7 @@ pub(super) fn columns<const N: usize>(
     (threads, rows_per_block): (usize, usize),
     check: impl Fn(usize, [&mut [f32]; N]) -> Vec<NotFinite> + Sync,
 ) -> ([Vec<f32>; N], Vec<NotFinite>) {
-    let mut columns = [(); N].map(|()| vec![0.0f32; rows.len() / stride]);
+    let mut columns = [(); N].map(|()| zeroed(rows.len() / stride));
     let mut parts = columns.each_mut().map(|c| c.chunks_mut(rows_per_block));
     let blocks = rows.chunks(rows_per_block * stride).enumerate();
     let blocks = blocks.map(|(k, rows)| {

@@ -3,9 +3,7 @@
 
 use super::{Prim, PrimKind};
 use crate::textures::NO_TEXTURE;
-
-/// Rows that are checked before the next is looked at.
-const BLOCK_ROWS: usize = 1 << 12;
+use crate::threads::{BLOCK_ROWS, map_blocks};
 
 /// The condition on a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +47,8 @@ impl RowCheck {
 
     /// Index of the first row of `row_size` bytes for which the condition does not hold.
     pub(crate) fn first_fault(self, bytes: &[u8], row_size: usize) -> Option<usize> {
-        let blocks = bytes.chunks(BLOCK_ROWS * row_size);
-        let block = blocks.clone().position(|block| !self.holds(block))?;
+        let blocks = map_blocks(bytes, BLOCK_ROWS * row_size, |block| self.holds(block));
+        let block = blocks.into_iter().position(|holds| !holds)?;
         let mut rows = bytes.chunks(row_size).skip(block * BLOCK_ROWS);
         Some(block * BLOCK_ROWS + rows.position(|row| !self.holds(row))?)
     }

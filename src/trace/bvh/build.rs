@@ -9,7 +9,6 @@
 
 use super::build_input::BuildInput;
 use super::geometry_starts::GeometryStarts;
-use super::huge_pages::move_to_huge_pages;
 use super::offsets::Offsets;
 use super::settings::BuildSettings;
 use super::subtree::{Subtree, build_subtree, relative_cost};
@@ -17,6 +16,7 @@ use super::tree::RayCounter;
 use super::tree_parts::{TreePart, TreeParts};
 use super::wide::widen;
 use super::{Bvh, WideBvh};
+use phalanx_scene::huge_pages::move_to_huge_pages;
 use phalanx_scene::{NO_PRIM, Scene, thread_count};
 use rayon::prelude::*;
 use std::panic::resume_unwind;

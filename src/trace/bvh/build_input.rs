@@ -1,9 +1,9 @@
 //! Input of a tree build: primitives, and in the world's tree also instances.
 
-use super::huge_pages::write_parts;
 use super::node::LeafKind;
 use super::prim_ref::{PrimIndex, PrimRef};
 use glam::Vec3;
+use phalanx_scene::huge_pages::write_parts;
 use phalanx_scene::{Bounds, Prim, PrimKind, Scene};
 use std::ops::Range;
 

@@ -3,10 +3,10 @@
 
 use super::build_input::BuildInput;
 use super::clustering::LeafObjects;
-use super::huge_pages::write_parts;
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::Pod;
+use phalanx_scene::huge_pages::write_parts;
 use phalanx_scene::{AnyColumn, Column};
 use std::ops::Range;
 
@@ -44,7 +44,7 @@ impl<T: LeafRow> LeafColumn for Column<T> {
         let lens: Vec<usize> = chunks.iter().map(own).collect();
         let (column, _) = write_parts(&lens, |k, part| {
             let objects = &chunks[k].objects;
-            let all_one = part.len() == objects.len();
+            let all_one = part.capacity() == objects.len();
             let of_kind = |object: PrimIndex| all_one || input.kind(object) == T::KIND;
             for &object in objects.iter().filter(|object| of_kind(**object)) {
                 part.push(T::of(input, object));

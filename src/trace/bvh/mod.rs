@@ -15,7 +15,6 @@
 //! | `leaf_column` | primitives in leaf order |
 //! | `offsets` | trees of several meshes in common arrays |
 //! | `tree_parts`, `update`, `refit` | trees that follow a scene that moves |
-//! | `huge_pages` | rows on huge pages |
 //!
 //! and these are what it makes:
 //!
@@ -36,8 +35,6 @@ mod build_input;
 mod clustering;
 mod division;
 mod geometry_starts;
-#[allow(unsafe_code, reason = "the system takes advice by address alone")]
-mod huge_pages;
 pub mod leaf;
 mod leaf_column;
 mod node;

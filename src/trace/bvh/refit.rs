@@ -2,7 +2,6 @@
 //! itself stays.
 
 use super::build_input::BuildInput;
-use super::huge_pages::consecutive;
 use super::leaf::LeafTriangle;
 use super::leaf_column::LeafRow;
 use super::node::weighted_cost;
@@ -10,6 +9,7 @@ use super::tree_parts::TreePart;
 use super::upper::ChunkRows;
 use super::{Bvh, Child, LeafKind, Node};
 use phalanx_scene::Bounds;
+use phalanx_scene::huge_pages::consecutive;
 use rayon::prelude::*;
 
 impl Node {

@@ -2,10 +2,10 @@
 
 use super::upper_tree::{UpperContent, UpperNode, UpperTree};
 use crate::bvh::clustering::ChunkTree;
-use crate::bvh::huge_pages::{PartWriter, write_parts};
 use crate::bvh::offsets::Offsets;
 use crate::bvh::{Child, LeafKind, Node, weighted_cost};
 use phalanx_scene::Bounds;
+use phalanx_scene::huge_pages::{PartWriter, write_parts};
 use std::ops::Range;
 
 /// Nodes of a complete tree, with statistics. Its slots are those of the chunks, one after another.

@@ -4,9 +4,9 @@
 use super::collapse::{BoxContents, CollapsePlan};
 use super::emit::{BlockSlots, ChildKind, WideNodeDraft, emit_nodes};
 use super::rows::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh};
-use crate::bvh::huge_pages::collect_on_huge_pages;
 use crate::bvh::{Bvh, LeafKind};
 use crate::simd::NATIVE;
+use phalanx_scene::huge_pages::collect_on_huge_pages;
 use rayon::prelude::*;
 
 /// Widens the binary tree. If the instances have a tree of their own, `roots` are those of the

@@ -1,6 +1,8 @@
-//! Rows on huge pages, if the system supports them. Incoherent rays read rows all over a tree, and
-//! each page of four kibibytes needs a separate TLB entry.
+//! Rows on huge pages, if the system supports them. Pages of four kibibytes cost half of the time
+//! in which columns are filled for the first time. Incoherent rays read rows all over a tree, and
+//! each page needs a separate TLB entry.
 
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
 
@@ -10,18 +12,21 @@ const MIN_BYTES: usize = 4 << 20;
 /// An empty vector with room for rows. Its memory is first written to, and so made by the system,
 /// on the thread that writes a row: zeroed memory would come from one thread where rows are aligned
 /// to more than 16 bytes.
-fn room<T>(len: usize) -> Vec<T> {
+pub fn room<T>(len: usize) -> Vec<T> {
     let mut rows = Vec::with_capacity(len);
-    if len * size_of::<T>() >= MIN_BYTES {
-        advise_huge_pages(rows.spare_capacity_mut());
-    }
+    advise_huge_pages(rows.spare_capacity_mut());
+    rows
+}
+
+/// Rows of zeros. Their memory comes zeroed from the system, for the thread that first touches it.
+pub fn zeroed<T: Zeroable + Clone>(len: usize) -> Vec<T> {
+    let mut rows = vec![T::zeroed(); len];
+    advise_huge_pages(&mut rows);
     rows
 }
 
 /// Collects rows into a new vector, on huge pages if it is large.
-pub(super) fn collect_on_huge_pages<T: Send>(
-    rows: impl IndexedParallelIterator<Item = T>,
-) -> Vec<T> {
+pub fn collect_on_huge_pages<T: Send>(rows: impl IndexedParallelIterator<Item = T>) -> Vec<T> {
     let mut all = room(rows.len());
     // The rows fit into the reserved memory: the vector does not move.
     rows.collect_into_vec(&mut all);
@@ -34,7 +39,7 @@ pub(super) fn collect_on_huge_pages<T: Send>(
 ///
 /// # Panics
 /// If a part gets fewer or more rows than its length.
-pub(super) fn write_parts<T: Copy + Send, R: Send>(
+pub fn write_parts<T: Copy + Send, R: Send>(
     lens: &[usize],
     write: impl Fn(usize, &mut PartWriter<T>) -> R + Sync,
 ) -> (Vec<T>, Vec<R>) {
@@ -55,30 +60,27 @@ pub(super) fn write_parts<T: Copy + Send, R: Send>(
 }
 
 /// A part of a vector, whose rows are written in order.
-pub(super) struct PartWriter<'a, T> {
+pub struct PartWriter<'a, T> {
     rows: &'a mut [MaybeUninit<T>],
     written: usize,
 }
 
 impl<T> PartWriter<'_, T> {
     /// Number of rows of the whole part.
-    pub(super) fn len(&self) -> usize {
+    pub fn capacity(&self) -> usize {
         self.rows.len()
     }
 
     /// Writes the next row.
     #[inline(always)]
-    pub(super) fn push(&mut self, row: T) {
+    pub fn push(&mut self, row: T) {
         self.rows[self.written].write(row);
         self.written += 1;
     }
 }
 
 /// Consecutive slices of the given lengths, for threads to fill.
-pub(super) fn consecutive<T>(
-    mut rows: &mut [T],
-    lens: impl IntoIterator<Item = usize>,
-) -> Vec<&mut [T]> {
+pub fn consecutive<T>(mut rows: &mut [T], lens: impl IntoIterator<Item = usize>) -> Vec<&mut [T]> {
     let mut slices = Vec::new();
     for len in lens {
         let (own, rest) = std::mem::take(&mut rows).split_at_mut(len);
@@ -90,7 +92,7 @@ pub(super) fn consecutive<T>(
 
 /// Moves rows onto huge pages, if they are many; two copies exist briefly. The contents do not
 /// change, and whether the system complied is unknown.
-pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
+pub fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     if size_of_val(&rows[..]) < MIN_BYTES {
         return;
     }
@@ -104,6 +106,9 @@ pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
 #[cfg(target_os = "linux")]
 fn advise_huge_pages<T>(rows: &mut [T]) {
     const PAGE: usize = 4096;
+    if size_of_val(rows) < MIN_BYTES {
+        return;
+    }
     let start = rows.as_mut_ptr().addr().next_multiple_of(PAGE);
     let end = (rows.as_mut_ptr().addr() + size_of_val(rows)) / PAGE * PAGE;
     if start < end {
@@ -141,7 +146,7 @@ mod tests {
             let lens = [count / 3, 0, count - count / 3];
             let (parts, ends) = write_parts(&lens, |k, part| {
                 let start: usize = lens[..k].iter().sum();
-                let own = &rows[start..start + part.len()];
+                let own = &rows[start..start + part.capacity()];
                 own.iter().for_each(|&row| part.push(row));
                 start + own.len()
             });
