@@ -2,9 +2,9 @@
 //!
 //! | step | estimate |
 //! |---|---|
-//! | reading a file | [`FILE_TIMES`] its size, [`PLY_TIMES`] that of a PLY file (1) |
+//! | reading a file | [`FILE_TIMES`] its size (1) |
 //! | files that a scene names | counted by the reader, before each (2) |
-//! | faces of an OBJ or PLY | counted by the reader (3) |
+//! | faces of an OBJ or PLY, vertices of a PLY | counted by the reader (3) |
 //! | opening a cache | its size, all of which is mapped |
 //! | generating a standard scene | for each shape, by its kind (4), or for its tree |
 //! | building a tree | the scene's columns, for each primitive by its kind, each thread (5) |
@@ -16,8 +16,9 @@
 //! 2. Other files, materials, and decoded textures; for glTF also the document, the triangles of a
 //!    mesh, and its columns.
 //! 3. 20 bytes per triangle, 12 each for UVs, normals and colours of vertices, and 36 for colours
-//!    of faces, minus the bytes already covered by the size of the face in the file. While the
-//!    largest polygon is triangulated, 300 bytes per corner and thread.
+//!    of faces, minus the bytes already covered by the size of the face in the file. Vertices
+//!    likewise: twice their columns. While the largest polygon is triangulated, 300 bytes per corner
+//!    and thread.
 //! 4. [`COLUMN_BYTES`] per triangle, [`OTHER_COLUMN_BYTES`] per sphere or cone.
 //! 5. [`TRIANGLE_BYTES`] per triangle, [`OTHER_BYTES`] per other primitive, [`BUILDER_BYTES`] or
 //!    [`BEST_BUILDER_BYTES`] per thread; [`ORACLE_BYTES`] per primitive for the oracle's tree.
@@ -44,8 +45,6 @@ use std::path::Path;
 /// Factor for text and binary meshes: columns are about as large as the file, and exist twice while
 /// they are joined.
 const FILE_TIMES: u64 = 3;
-/// Factor for PLY, text or binary: columns may be twice as large as the rows of the file.
-const PLY_TIMES: u64 = 6;
 /// Bytes per generated triangle: its corners, a vertex or more, and a material. Columns of vertices
 /// grow by doubling.
 const COLUMN_BYTES: u64 = 70;
@@ -238,12 +237,9 @@ fn times(name: &Path) -> u64 {
         name.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
-    if is_cache(name) || ends("gltf") || ends("glb") {
-        1
-    } else if ends("ply") {
-        PLY_TIMES
-    } else {
-        FILE_TIMES
+    match is_cache(name) || ends("gltf") || ends("glb") {
+        true => 1,
+        false => FILE_TIMES,
     }
 }
 
@@ -269,7 +265,7 @@ mod tests {
     #[test]
     fn a_refusal_names_what_is_needed_and_what_is_allowed() {
         let budget = Budget(Some(100 << 20));
-        let (text, ply, cache) = ("a.test", "a.PLY", "a.phx");
+        let (text, cache) = ("a.test", "a.phx");
         let refused = budget.beside_file(text.as_ref(), 50 << 20).unwrap_err();
         assert_eq!(refused.code(), 1);
         let CliError::Runtime(message) = refused else {
@@ -280,8 +276,7 @@ mod tests {
         }
         budget.beside_file(cache.as_ref(), 50 << 20).unwrap();
         budget.beside_file(text.as_ref(), 20 << 20).unwrap();
-        budget.beside_file(ply.as_ref(), 20 << 20).unwrap_err();
-        Budget(None).beside_file(ply.as_ref(), u64::MAX).unwrap();
+        Budget(None).beside_file(text.as_ref(), u64::MAX).unwrap();
     }
 
     #[test]

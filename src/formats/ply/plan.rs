@@ -8,6 +8,10 @@ use crate::faces::{self, NONE};
 use crate::memory::MemoryLedger;
 use glam::DVec3;
 
+/// Number of times that the bytes of a row count for what is made of them: a file counts three
+/// times, once of them for itself (see `--max-memory`).
+const ROW_TIMES: u64 = 2;
+
 /// The elements and properties that are read.
 pub(super) struct ReadPlan<'a> {
     pub(super) header: Header,
@@ -122,8 +126,26 @@ impl<'a> ReadPlan<'a> {
         }
     }
 
+    /// Bytes that the columns of vertices take beyond those that their rows account for. Columns of
+    /// rows of any length exist twice while they are joined. A colour has up to four numbers.
+    pub(super) fn vertex_bytes_beyond(&self) -> u64 {
+        let VertexPlan {
+            normal, color, uv, ..
+        } = self.vertices;
+        let [normal, color, uv] = [normal.is_some(), color.is_some(), uv.is_some()].map(u64::from);
+        let columns = 4 * (3 + 3 * normal + 4 * color + 2 * uv);
+        let element = &self.header.elements[self.vertices.element];
+        let (row, copies) = match self.header.encoding {
+            // A digit and a blank.
+            Encoding::Ascii => (2 * element.properties.len(), 2),
+            _ => (element.least_bytes(), 1 + u64::from(element.has_lists())),
+        };
+        let beyond = (copies * columns).saturating_sub(ROW_TIMES * row as u64);
+        self.vertices.count.saturating_mul(beyond)
+    }
+
     /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes
-    /// accounts for. A file counts six times, once of them for itself (see `--max-memory`).
+    /// accounts for.
     pub(super) fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
         // Numbers of a triangle's normals, colours or texture coordinates. The colour itself, and
         // the coordinates of its corners with room to grow, twice while they are joined.
@@ -136,7 +158,7 @@ impl<'a> ReadPlan<'a> {
         let of_face =
             3 * u64::from(self.face_color.is_some()) + 7 * u64::from(self.face_uvs.list.is_some());
         let attributes = of_vertices.map(u64::from).iter().sum::<u64>() + of_face;
-        faces::extra_bytes(corners, attributes, 5 * length as u64)
+        faces::extra_bytes(corners, attributes, ROW_TIMES * length as u64)
     }
 
     pub(super) fn purpose(&self, index: usize) -> ElementUse {

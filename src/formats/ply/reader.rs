@@ -57,6 +57,7 @@ fn read_in_chunks(
     if !report.is_clean() {
         return Err(ReadStop::of(report));
     }
+    memory.take(plan.vertex_bytes_beyond(), "for the file's vertices")?;
     let read = if ascii { ascii::read } else { binary::read };
     let chunks = read(bytes, &plan, threads, chunk_bytes, &mut report);
     std::mem::take(&mut plan.header.remarks).emit(&mut report);
