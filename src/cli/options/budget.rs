@@ -16,9 +16,8 @@
 //! 2. Other files, materials, and decoded textures; for glTF also the document, the triangles of a
 //!    mesh, and its columns.
 //! 3. 20 bytes per triangle, 12 each for UVs, normals and colours of vertices, and 36 for colours
-//!    of faces, minus the bytes already covered by the size of the face in the file. Vertices
-//!    likewise: twice their columns. While the largest polygon is triangulated, 300 bytes per corner
-//!    and thread.
+//!    of faces, minus the bytes already covered by the size of the face in the file. Columns of
+//!    vertices likewise. While the largest polygon is cut, 300 bytes per corner and thread.
 //! 4. [`COLUMN_BYTES`] per triangle, [`OTHER_COLUMN_BYTES`] per sphere or cone.
 //! 5. [`TRIANGLE_BYTES`] per triangle, [`OTHER_BYTES`] per other primitive, [`BUILDER_BYTES`] or
 //!    [`BEST_BUILDER_BYTES`] per thread; [`ORACLE_BYTES`] per primitive for the oracle's tree.
