@@ -4,6 +4,7 @@ use super::geodesic;
 use super::mesh_builder::{Grid, MeshBuilder, count};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// An origin and its directions.
@@ -85,16 +86,22 @@ pub(super) const STANDING: BoxSides = [true, true, false, true, true, true];
 /// All sides but the back, where it meets a wall.
 pub(super) const ON_WALL: BoxSides = [true, true, true, true, false, true];
 
-/// The detail between `least` and `most` at which parts come closest to `target` triangles from
-/// below, or nearly so. `draw` must draw more with more detail.
+/// The detail between `least` and `most` at which all of `parts` come closest to `target` triangles
+/// from below, or nearly so. `draw` draws one of them, with more triangles for more detail; threads
+/// count several at a time.
 pub(super) fn fitted_detail(
     target: u64,
     (mut least, mut most): (f64, f64),
-    draw: impl Fn(&mut PartBuilder),
+    parts: usize,
+    draw: impl Fn(&mut PartBuilder, usize) + Sync,
 ) -> f64 {
+    let count_all = |detail: f64| -> u64 {
+        let of_part = |part| count(|mesh| draw(&mut PartBuilder::new(mesh, detail), part));
+        (0..parts).into_par_iter().map(of_part).sum()
+    };
     for _ in 0..40 {
         let middle = (least + most) / 2.0;
-        if count(|mesh| draw(&mut PartBuilder::new(mesh, middle))) <= target {
+        if count_all(middle) <= target {
             least = middle;
         } else {
             most = middle;
@@ -307,15 +314,16 @@ pub(super) mod tests {
 
     #[test]
     fn detail_is_found_from_below() {
-        let draw = |parts: &mut PartBuilder| {
-            for k in 0..100 {
-                let cells = (parts.detail + f64::from(k) / 100.0) as usize;
-                let grid = Grid::open(cells, cells);
-                parts.mesh.grid(grid, |_, _| unreachable!());
-            }
+        let draw = |parts: &mut PartBuilder, k: usize| {
+            let cells = (parts.detail + k as f64 / 100.0) as usize;
+            let grid = Grid::open(cells, cells);
+            parts.mesh.grid(grid, |_, _| unreachable!());
         };
-        let detail = fitted_detail(1_000_000, (1.0, 1000.0), draw);
-        let triangles = count(|mesh| draw(&mut PartBuilder::new(mesh, detail)));
+        let detail = fitted_detail(1_000_000, (1.0, 1000.0), 100, draw);
+        let triangles = count(|mesh| {
+            let mut parts = PartBuilder::new(mesh, detail);
+            (0..100).for_each(|k| draw(&mut parts, k));
+        });
         assert!((980_000..=1_000_000).contains(&triangles));
     }
 

@@ -27,10 +27,13 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         builder.light(&hanging::light(&atrium.wings[wing], bay));
     }
     let budget = u64::from(size);
-    let detail = fitted_detail(budget * 7 / 10, (0.05, 4000.0), |parts| atrium.build(parts));
+    let build = |parts: &mut PartBuilder, part| atrium.build(parts, part);
+    let count = atrium.wings.len() + 1;
+    let detail = fitted_detail(budget * 7 / 10, (0.05, 4000.0), count, build);
     let drapes = drape::drapes(&atrium.wings);
     assembly::draw(builder, palette(), |mesh| {
-        atrium.build(&mut PartBuilder::new(mesh, detail));
+        let mut parts = PartBuilder::new(mesh, detail);
+        (0..count).for_each(|part| build(&mut parts, part));
         let left = budget.saturating_sub(mesh.triangles());
         drape::hang(mesh, &drapes, left);
     });
@@ -57,20 +60,20 @@ impl Atrium {
         }
     }
 
-    /// Draws everything but the drapes.
-    fn build(&self, parts: &mut PartBuilder) {
-        for wing in &self.wings {
-            let mut side = parts.at(wing.frame);
-            for storey in [&GROUND, &UPPER] {
-                column::colonnade(&mut side, wing, storey);
-                arcade::storey(&mut side, wing, storey);
-            }
-            arcade::aisle(&mut side, wing);
-            gallery::gallery(&mut side, wing);
-            gallery::roof(&mut side, wing);
-            hanging::lanterns(&mut side, wing);
+    /// Builds one of the wings, or after them what is in the court; not the drapes.
+    fn build(&self, parts: &mut PartBuilder, part: usize) {
+        let Some(wing) = self.wings.get(part) else {
+            court::furnish(parts, self.bays);
+            return hanging::ropes(parts, self.bays);
+        };
+        let mut side = parts.at(wing.frame);
+        for storey in [&GROUND, &UPPER] {
+            column::colonnade(&mut side, wing, storey);
+            arcade::storey(&mut side, wing, storey);
         }
-        court::furnish(parts, self.bays);
-        hanging::ropes(parts, self.bays);
+        arcade::aisle(&mut side, wing);
+        gallery::gallery(&mut side, wing);
+        gallery::roof(&mut side, wing);
+        hanging::lanterns(&mut side, wing);
     }
 }

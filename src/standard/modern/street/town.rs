@@ -23,10 +23,12 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
         builder.light(&lane::light(post));
     }
     let budget = u64::from(size);
-    let detail = fitted_detail(budget * 7 / 10, (0.01, 400.0), |parts| town.build(parts));
+    let build = |parts: &mut PartBuilder, part| town.build(parts, part);
+    let count = town.houses.len() + 1;
+    let detail = fitted_detail(budget * 7 / 10, (0.01, 400.0), count, build);
     assembly::draw(builder, palette(), |mesh| {
         let mut parts = PartBuilder::new(mesh, detail);
-        town.build(&mut parts);
+        (0..count).for_each(|part| build(&mut parts, part));
         let left = budget.saturating_sub(parts.mesh.triangles());
         lane::pave(&mut parts, town.length, left);
     });
@@ -69,15 +71,16 @@ impl Town {
         self.houses[0].frame
     }
 
-    fn build(&self, parts: &mut PartBuilder) {
-        for house in &self.houses {
-            let mut facade = parts.at(house.frame);
-            house.build(&mut facade);
-            if house.cafe {
-                cafe::front(&mut facade, house);
-            }
+    /// Builds one of the houses, or after them what stands in the lane.
+    fn build(&self, parts: &mut PartBuilder, part: usize) {
+        let Some(house) = self.houses.get(part) else {
+            cafe::furnish(&mut parts.at(self.cafe()));
+            return lane::furnish(parts, self.length);
+        };
+        let mut facade = parts.at(house.frame);
+        house.build(&mut facade);
+        if house.cafe {
+            cafe::front(&mut facade, house);
         }
-        cafe::furnish(&mut parts.at(self.cafe()));
-        lane::furnish(parts, self.length);
     }
 }
