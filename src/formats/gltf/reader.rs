@@ -1,7 +1,7 @@
 //! The reader: meshes of nodes, baked or instanced, and everything around them.
 
 use super::bake::BadAttributes;
-use super::baking::{BakeJob, BakedMesh, bake_all};
+use super::baking::{BakedMesh, bake_all};
 use super::document::GltfDocument;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, UvLayer, VertexPaint};
@@ -28,6 +28,7 @@ use crate::workers;
 use glam::DAffine3;
 use phalanx_scene::{Bounds, GeometryError, Mesh, NO_NAME, Scene};
 use std::collections::HashSet;
+use std::sync::Arc;
 
 /// The text of a file; empty for a GLB, which has none to show.
 pub(crate) fn text(bytes: &[u8]) -> String {
@@ -228,22 +229,23 @@ impl<'a, 't> GltfReader<'a, 't> {
         maps: &[(u32, DAffine3)],
     ) -> Result<(), String> {
         let mesh = placed.mesh;
-        let shapes = self.shapes(mesh, part, &placed.pose)?;
+        let shapes: Arc<[PrimitiveGeometry]> = self.shapes(mesh, part, &placed.pose)?.into();
         let joints = placed.pose.skin.map(|skin| self.skins.joints(skin));
         let joints = joints.transpose()?;
+        let copy = |name: u32, map: DAffine3| BakedMesh {
+            mesh,
+            shapes: Arc::clone(&shapes),
+            name,
+            map,
+            joints: joints.clone(),
+        };
         if maps.is_empty() {
             return Ok(());
         }
         if let &[(name, map)] = maps {
             self.charge(&shapes)?;
-            self.waiting.push(BakedMesh {
-                mesh,
-                shapes,
-                name,
-                map,
-                joints,
-            });
-            let waiting = self.waiting.iter().flat_map(|mesh| &mesh.shapes);
+            self.waiting.push(copy(name, map));
+            let waiting = self.waiting.iter().flat_map(|mesh| &mesh.shapes[..]);
             if waiting.map(PrimitiveGeometry::len).sum::<usize>() >= WAITING_TRIANGLES {
                 self.bake_waiting();
             }
@@ -254,8 +256,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         let Some(size) = stored_size(&shapes, bounds, maps.len()) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
-            for (name, map) in maps {
-                bad = self.bake(&shapes, (*name, map), joints.as_deref())?;
+            for &(name, map) in maps {
+                bad = self.bake_one(copy(name, map))?;
             }
             self.warn_bad_attributes(mesh, bad);
             return Ok(());
@@ -265,7 +267,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         // have accessors in the coordinates of a map, and nodes that move them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
-        let bad = self.bake(&shapes, (NO_NAME, &taken), None)?;
+        let bad = self.bake_one(copy(NO_NAME, taken))?;
         self.scene.end_mesh(stored);
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
@@ -278,7 +280,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 Ok(_) => self.scene.instances.name[placed_before] = name,
                 Err(GeometryError::NotInvertible) => {
                     baked += 1;
-                    self.bake(&shapes, (name, &map), None)?;
+                    self.bake_one(copy(name, map))?;
                 }
                 Err(error) => return Err(error.to_string()),
             }
@@ -294,51 +296,31 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(())
     }
 
-    /// Adds shapes under a map to the scene, as a named object.
-    fn bake(
-        &mut self,
-        shapes: &[PrimitiveGeometry],
-        (name, map): (u32, &DAffine3),
-        joints: Option<&[DAffine3]>,
-    ) -> Result<BadAttributes, String> {
-        self.charge(shapes)?;
-        let jobs: Vec<BakeJob> = (shapes.iter())
-            .map(|shape| BakeJob { shape, map, joints })
-            .collect();
-        let mut all = BadAttributes::default();
-        bake_all(&jobs, self.options.origin, self.threads, |k, mesh, bad| {
-            append(&mut self.scene, mesh, name, shapes[k].name);
-            all.add(bad);
-        });
-        self.inexact |= all.inexact;
-        Ok(all)
+    /// Adds a mesh to the scene.
+    fn bake_one(&mut self, mesh: BakedMesh) -> Result<BadAttributes, String> {
+        self.charge(&mesh.shapes)?;
+        Ok(self.bake(&[mesh])[0])
     }
 
     /// Adds the meshes that wait to the scene.
     fn bake_waiting(&mut self) {
         let waiting = std::mem::take(&mut self.waiting);
-        let (mut jobs, mut owners) = (Vec::new(), Vec::new());
-        for (owner, baked) in waiting.iter().enumerate() {
-            let (map, joints) = (&baked.map, baked.joints.as_deref());
-            for shape in &baked.shapes {
-                jobs.push(BakeJob { shape, map, joints });
-                owners.push(owner);
-            }
-        }
-        let mut found = vec![BadAttributes::default(); waiting.len()];
-        bake_all(&jobs, self.options.origin, self.threads, |k, mesh, bad| {
-            append(
-                &mut self.scene,
-                mesh,
-                waiting[owners[k]].name,
-                jobs[k].shape.name,
-            );
-            found[owners[k]].add(bad);
-        });
+        let found = self.bake(&waiting);
         for (baked, bad) in waiting.iter().zip(found) {
-            self.inexact |= bad.inexact;
             self.warn_bad_attributes(baked.mesh, bad);
         }
+    }
+
+    /// Adds meshes, for which there is memory, to the scene.
+    fn bake(&mut self, meshes: &[BakedMesh]) -> Vec<BadAttributes> {
+        let mut found = vec![BadAttributes::default(); meshes.len()];
+        let origin = self.options.origin;
+        bake_all(meshes, origin, self.threads, |k, shape, mesh, bad| {
+            append(&mut self.scene, mesh, meshes[k].name, shape.name);
+            found[k].add(bad);
+        });
+        self.inexact |= found.iter().any(|bad| bad.inexact);
+        found
     }
 
     /// Subtracts the triangles of shapes from those that may still be made, and takes memory for
