@@ -82,6 +82,7 @@ pub(crate) fn read(
                 let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
                 reader.run(&mut missing)?;
                 (scene, report) = (reader.scene, reader.report);
+                scene.textures = reader.materials.into_textures();
             }
         }
     }
@@ -98,7 +99,7 @@ struct GltfReader<'a, 't> {
     options: &'a Options,
     scene: Scene,
     report: DiagnosticSink<'t>,
-    materials: Option<GltfMaterials<'a>>,
+    materials: GltfMaterials<'a>,
     memory: &'a MemoryLedger,
     instances: MeshInstances<'a>,
     /// Number of triangles that may still be created: one per byte of the file, plus a few million.
@@ -141,7 +142,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             options,
             scene,
             report,
-            materials: Some(GltfMaterials::new(source, asset_dir)),
+            materials: GltfMaterials::new(source, asset_dir),
             memory: asset_dir.memory(),
             instances: MeshInstances::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
@@ -367,55 +368,39 @@ impl<'a, 't> GltfReader<'a, 't> {
         let mut open = 0;
         for &k in &part.primitives {
             let primitive = &source.document.meshes[mesh].primitives[k];
-            if primitive.mode > 6 {
-                return Err(format!(
-                    "primitives[{k}]: there is no mode {}",
-                    primitive.mode
-                ));
-            }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
-            let Some(converter) = &mut self.materials else {
-                continue;
-            };
+            if primitive.mode > 6 {
+                return Err(named(format!("there is no mode {}", primitive.mode)));
+            }
             let without_positions = !primitive.attributes.contains_key("POSITION");
             if without_positions || !is_surface(primitive.mode) {
                 let kind = match is_surface(primitive.mode) {
                     true => "without positions",
                     false => "of points or lines",
                 };
-                converter.unsupported.add_primitive(kind, mesh, k);
+                self.materials.unsupported.add_primitive(kind, mesh, k);
                 continue;
             }
             let (scene, report) = (&mut self.scene, &mut self.report);
             let paint = VertexPaint::of(primitive, &source.document);
             let (row, options) = (primitive.material, self.options);
-            let material = converter.of(row, paint, options, scene, report);
+            let material = self.materials.of(row, paint, options, scene, report);
             let material = material.map_err(named)?;
             let skinned = pose.skin.is_some();
             let vertices =
                 PrimitiveVertices::open(source, primitive, &material, pose.weights, skinned)
                     .map_err(named)?;
-            if let Some(name) = vertices.too_short.first()
-                && self.warned_short.insert(mesh)
-            {
-                let message = format!(
-                    "primitives[{k}]: {} is left out: it has fewer rows than POSITION",
-                    quoted(name)
-                );
-                source.warning(&mut self.report, "meshes", mesh, &message);
-            }
             let has = |layer: &UvLayer| primitive.attributes.contains_key(&layer.set);
-            if let Some(missing) = material.uvs.iter().position(|layer| !has(layer))
-                && self.warned_short.insert(mesh)
-            {
-                let set = &material.uvs[missing].set;
-                let message = match missing {
-                    0 => format!("primitives[{k}]: its texture is not shown: it has no `{set}`"),
-                    _ => format!(
-                        "primitives[{k}]: a texture has no `{set}`: the first one's is used"
-                    ),
-                };
-                source.warning(&mut self.report, "meshes", mesh, &message);
+            let missing = material.uvs.iter().position(|layer| !has(layer));
+            let missing = missing.map(|layer| (layer, &material.uvs[layer].set));
+            let remark = match (vertices.too_short.first().map(|name| quoted(name)), missing) {
+                (Some(name), _) => format!("{name} is left out: it has fewer rows than POSITION"),
+                (_, Some((0, set))) => format!("its texture is not shown: it has no `{set}`"),
+                (_, Some((_, set))) => format!("a texture has no `{set}`: the first one's is used"),
+                (None, None) => String::new(),
+            };
+            if !remark.is_empty() && self.warned_short.insert(mesh) {
+                source.warning(&mut self.report, "meshes", mesh, &named(remark));
             }
             let memory = self.memory;
             let room = |triangles: u64, columns: u64| {
@@ -443,23 +428,19 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(shapes)
     }
 
-    /// Warns of all that the file has and the picture does not show, then moves the textures to the
-    /// scene.
+    /// Warns of all that the file has and the picture does not show.
     fn warn_unsupported(&mut self, nodes: &[PlacedNode]) {
-        let Some(mut materials) = self.materials.take() else {
-            return;
-        };
+        let unsupported = &mut self.materials.unsupported;
         let document = &self.source.document;
         let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
         if !document.animations.is_empty() {
-            materials.unsupported.add("animations");
+            unsupported.add("animations");
         }
         if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
-            materials.unsupported.add("copies of meshes with skins");
+            unsupported.add("copies of meshes with skins");
         }
-        extensions::add_unknown(self.source, &mut materials.unsupported);
-        materials.unsupported.warn(self.source, &mut self.report);
-        self.scene.textures = materials.into_textures();
+        extensions::add_unknown(self.source, unsupported);
+        unsupported.warn(self.source, &mut self.report);
     }
 }
 
