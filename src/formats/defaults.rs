@@ -13,7 +13,8 @@ use phalanx_scene::{
     Bounds, DefaultedParts, OrthoHeight, SINGLE_SIDED, Scene, SceneError, Sky, UpAxis, View,
 };
 
-/// Parts of a scene that a file does not give, so that defaults are needed.
+/// Parts of a scene that a file does not give, so that defaults are needed. By default, it gives
+/// all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct MissingParts {
     /// True if the file has no camera. The default frames everything.
@@ -26,17 +27,6 @@ pub(super) struct MissingParts {
     pub(super) up: UpAxis,
     /// True if the format does not say what is up.
     pub(super) up_unsaid: bool,
-}
-
-impl MissingParts {
-    /// The format gives every part itself.
-    pub(super) const NOTHING: MissingParts = MissingParts {
-        view: false,
-        lights: false,
-        background: false,
-        up: UpAxis::Y,
-        up_unsaid: false,
-    };
 }
 
 /// Background behind a mesh without surroundings: dark enough for its lit side, light enough for

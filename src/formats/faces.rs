@@ -3,6 +3,8 @@
 //! A polygon is kept as a fan of the largest number of triangles that it can become, from which its
 //! corners can be recovered. It is triangulated properly once all vertices are known.
 
+use crate::chunk_remarks::ParseError;
+use crate::diagnostics::Span;
 use crate::polygon::triangulate;
 use glam::Vec3;
 use phalanx_scene::{NO_NORMALS, Vec3s};
@@ -14,6 +16,17 @@ pub(super) const NONE: u32 = NO_NORMALS;
 /// Maximum number of corners of a face. More are treated as a mistake: triangulating the face could
 /// take forever.
 pub(super) const MAX_CORNERS: usize = 1 << 16;
+
+/// Refuses a face of too many corners, before its triangles are made.
+pub(super) fn check_corners(count: usize, span: Span) -> Result<(), ParseError> {
+    match count > MAX_CORNERS {
+        true => {
+            let message = format!("a face of {count} corners: at most {MAX_CORNERS}");
+            Err(ParseError::new(span, message))
+        }
+        false => Ok(()),
+    }
+}
 
 /// Bytes of a triangle of a polygon, while the chunks of a file are joined: its corners, marks, and
 /// room to grow.

@@ -219,10 +219,8 @@ impl Folder {
         for path in own {
             match roots.open(&path) {
                 Ok(file) => {
-                    return Ok(NamedFile {
-                        file,
-                        instead: None,
-                    });
+                    let instead = None;
+                    return Ok(NamedFile { file, instead });
                 }
                 Err(told) => _ = reason.get_or_insert(told),
             }
@@ -249,25 +247,19 @@ impl Folder {
         let shortened = if bare { &[] } else { bases };
         for base in shortened {
             if let Ok(file) = roots.open(&base.join(last)) {
-                return Some(NamedFile {
-                    file,
-                    instead: told(last),
-                });
+                let instead = told(last);
+                return Some(NamedFile { file, instead });
             }
         }
         let names = [(!absolute).then_some(name), (!bare).then_some(last)];
-        for (base, name) in names
-            .into_iter()
-            .flatten()
-            .flat_map(|n| bases.iter().map(move |b| (b, n)))
-        {
-            let found = self.find_any_case(roots, base, name);
-            if let Some(file) = found.and_then(|path| roots.open(&path).ok()) {
-                let instead = file
-                    .0
-                    .file_name()
-                    .map(|name| name.to_string_lossy().into_owned());
-                return Some(NamedFile { file, instead });
+        for name in names.into_iter().flatten() {
+            for base in bases {
+                let found = self.find_any_case(roots, base, name);
+                if let Some(file) = found.and_then(|path| roots.open(&path).ok()) {
+                    let instead = file.0.file_name();
+                    let instead = instead.map(|name| name.to_string_lossy().into_owned());
+                    return Some(NamedFile { file, instead });
+                }
             }
         }
         None

@@ -17,7 +17,6 @@ use super::visible_vertices::{VisibleVertices, blocks_of_prims};
 use super::workers;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, PrimKind, Scene, UpAxis, View};
-use std::ops::Range;
 
 /// The picture that a camera is made up for.
 #[derive(Clone, Copy, Debug)]
@@ -209,40 +208,27 @@ impl FrameSides {
 
 /// The greatest n · (p − middle) of all visible points, for the normal n of each side.
 fn reach(scene: &Scene, visible: &VisibleVertices, middle: DVec3, sides: &FrameSides) -> [f64; 4] {
-    let mut all = FrameReach::new(middle, sides);
+    let nothing = || FrameReach::new(middle, sides);
     let vertices = &scene.triangles.vertices;
-    for block in visible.map(|block| {
-        let mut frame = FrameReach::new(middle, sides);
+    let mut blocks = visible.map(|block| {
+        let mut frame = nothing();
         block.for_each(|vertex| frame.add(vertices.get(vertex).as_dvec3(), 0.0));
         frame
-    }) {
-        all.merge(&block);
-    }
+    });
     if scene.triangles.len() < scene.prim_count() {
-        add_other_prims(&mut all, scene, visible.threads(), middle, sides);
+        let others = workers::map(visible.threads(), blocks_of_prims(scene), |block| {
+            let mut frame = nothing();
+            block.for_each(|prim| frame.add_prim(scene, prim));
+            frame
+        });
+        blocks.extend(others);
     }
+    let mut all = nothing();
+    blocks.iter().for_each(|block| all.merge(block));
     all.add_instances(scene);
     match all.reach[0].is_finite() {
         true => all.reach,
         false => [0.0; 4],
-    }
-}
-
-/// Adds everything visible that is not a triangle.
-fn add_other_prims(
-    all: &mut FrameReach,
-    scene: &Scene,
-    threads: usize,
-    middle: DVec3,
-    sides: &FrameSides,
-) {
-    let of_block = |block: Range<u32>| {
-        let mut frame = FrameReach::new(middle, sides);
-        block.for_each(|prim| frame.add_prim(scene, prim));
-        frame
-    };
-    for block in workers::map(threads, blocks_of_prims(scene), of_block) {
-        all.merge(&block);
     }
 }
 

@@ -5,7 +5,7 @@ use super::defaults::{MissingParts, finish_scene};
 use super::diagnostics::{DiagnosticSink, Span};
 use super::faces::{Faces, NONE, NORMAL, UV, VERTEX};
 use super::loaded::Loaded;
-use super::mesh_defaults::{BARE, GREY, WHITE, empty_scene};
+use super::mesh_defaults::{GREY, WHITE, empty_scene};
 use super::options::Options;
 use super::origin::{self, ReadStop};
 use super::vertex_colors::MeshColors;
@@ -183,11 +183,17 @@ impl PolygonMesh {
     }
 }
 
-/// Joins columns of floats, each of which is given in chunks, on several threads.
+/// Joins columns of floats, which are given in chunks, on several threads.
 pub(super) fn merge_floats<const N: usize>(
     threads: usize,
-    columns: [Vec<Vec<f32>>; N],
+    chunks: impl IntoIterator<Item = [Vec<f32>; N]>,
 ) -> [Column<f32>; N] {
+    let mut columns = [const { Vec::new() }; N];
+    for chunk in chunks {
+        for (column, part) in columns.iter_mut().zip(chunk) {
+            column.push(part);
+        }
+    }
     let mut joined = workers::map(threads, columns.into(), workers::joined).into_iter();
     std::array::from_fn(|_| joined.next().unwrap_or_default().into())
 }
@@ -210,14 +216,9 @@ fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     std::array::from_fn(|_| joined.next().unwrap_or_default())
 }
 
-/// The material of triangles for which the file names none.
-pub(super) fn default_material(options: &Options) -> Material {
-    options.material.unwrap_or(GREY)
-}
-
-/// A scene of the mesh alone, with its default material as row 0.
+/// A scene of a mesh alone, whose row 0 is the material of triangles for which the file names none.
 pub(super) fn bare_scene(options: &Options, table: &mut MaterialTable) -> Scene {
-    scene_with(&default_material(options), table)
+    scene_with(options.material.unwrap_or(GREY), table)
 }
 
 /// The same for a mesh of these colours. They are the surface's own, so a default material beneath
@@ -229,29 +230,18 @@ pub(super) fn scene_for(
 ) -> Scene {
     match colors.rgb.is_empty() {
         true => bare_scene(options, table),
-        false => scene_with(&options.material.unwrap_or(WHITE), table),
+        false => scene_with(options.material.unwrap_or(WHITE), table),
     }
 }
 
-fn scene_with(material: &Material, table: &mut MaterialTable) -> Scene {
+fn scene_with(material: Material, table: &mut MaterialTable) -> Scene {
     let mut scene = empty_scene();
-    table.intern(material, &mut scene.materials);
+    table.intern(&material, &mut scene.materials);
     scene
 }
 
-/// Puts a mesh into its scene, adds what is missing in a file of nothing but triangles, and checks
-/// the whole scene.
-pub(super) fn finish(
-    scene: Scene,
-    joined: MergedMesh,
-    options: &Options,
-    report: DiagnosticSink,
-) -> Result<Loaded, ReadStop> {
-    finish_with(scene, joined, &BARE, options, report)
-}
-
 /// Puts a mesh into its scene, adds what is missing, and checks the whole scene.
-pub(super) fn finish_with(
+pub(super) fn finish(
     mut scene: Scene,
     mut joined: MergedMesh,
     missing: &MissingParts,

@@ -35,13 +35,11 @@ impl MeshChunk {
 
 /// Joins chunks to one mesh, in their order.
 pub(super) fn merge(chunks: Vec<MeshChunk>, threads: usize) -> PolygonMesh {
-    let mut columns: [Vec<Vec<f32>>; 8] = Default::default();
+    let mut columns = Vec::new();
     let mut mesh = PolygonMesh::default();
     for chunk in chunks {
-        let vectors = chunk.vertices.into_iter().chain(chunk.normals);
-        for (column, part) in columns.iter_mut().zip(vectors.chain(chunk.uvs)) {
-            column.push(part);
-        }
+        let ([x, y, z], [nx, ny, nz], [u, v]) = (chunk.vertices, chunk.normals, chunk.uvs);
+        columns.push([x, y, z, nx, ny, nz, u, v]);
         mesh.not_finite.extend(chunk.not_finite);
         mesh.bad_normals.extend(chunk.bad_normals);
         mesh.faces.push(chunk.faces);

@@ -19,7 +19,7 @@
 
 use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
 use super::memory::OverLimit;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use phalanx_scene::{Bounds, Scene, Vec3s};
 
 /// Ratio of coordinates to the geometry's half extent from which on it counts as far away. Rounding
@@ -104,40 +104,13 @@ impl From<OverLimit> for ReadStop {
 /// Number of triangles between two checks whether the rest matters.
 const BLOCK: usize = 64;
 
-/// Bounds of the geometry that has been visited so far.
-struct GeometryExtent {
-    lo: Vec3,
-    hi: Vec3,
-}
-
-impl GeometryExtent {
-    const NOTHING: GeometryExtent = GeometryExtent {
-        lo: Vec3::INFINITY,
-        hi: Vec3::NEG_INFINITY,
-    };
-
-    fn add(&mut self, lo: Vec3, hi: Vec3) {
-        self.lo = self.lo.min(lo);
-        self.hi = self.hi.max(hi);
-    }
-
-    fn corners(&self) -> (DVec3, DVec3) {
-        (self.lo.as_dvec3(), self.hi.as_dvec3())
-    }
-
-    /// Returns true if further geometry cannot make it far away. As the bounds grow to a half
-    /// extent H, c grows by at most 2H. So nothing is far away in the end if c ≤
-    /// ([`MAX_OFFSET_RATIO`] − 2) · h now, as h ≤ H.
-    fn is_near(&self) -> bool {
-        let (lo, hi) = self.corners();
-        let half = ((hi - lo) / 2.0).max_element();
-        lo.abs().max(hi.abs()).max_element() <= (MAX_OFFSET_RATIO - 2.0) * half
-    }
-
-    fn origin(&self) -> Option<DVec3> {
-        let (lo, hi) = self.corners();
-        far(lo, hi)
-    }
+/// Returns true if nothing that is added to geometry within these bounds can make it far away. As
+/// they grow to a half extent H, c grows by at most 2H. So nothing is far away in the end if c ≤
+/// ([`MAX_OFFSET_RATIO`] − 2) · h now, as h ≤ H.
+fn is_near(bounds: Bounds) -> bool {
+    let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
+    let half = ((hi - lo) / 2.0).max_element();
+    lo.abs().max(hi.abs()).max_element() <= (MAX_OFFSET_RATIO - 2.0) * half
 }
 
 /// The origin of geometry within these corners, if that is far away.
@@ -170,17 +143,17 @@ fn power_below(x: f64) -> f64 {
 
 /// The origin of triangles of these vertices, if they are far away. Ends early if they are not.
 pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVec3> {
-    let mut extent = GeometryExtent::NOTHING;
+    let mut bounds = Bounds::EMPTY;
     for rows in corners.chunks(BLOCK) {
         for row in rows {
             let [a, b, c] = row.map(|corner| vertices.get(corner as usize));
-            extent.add(a.min(b).min(c), a.max(b).max(c));
+            bounds = bounds.union(Bounds::new(a.min(b).min(c), a.max(b).max(c)));
         }
-        if extent.is_near() {
+        if is_near(bounds) {
             return None;
         }
     }
-    extent.origin()
+    of_bounds(bounds)
 }
 
 /// The origin of a scene's visible geometry, if that is far away, in the file's units. Ends early
@@ -190,18 +163,17 @@ pub(super) fn of_scene(scene: &Scene) -> Option<DVec3> {
     if !scene.meshes.is_empty() {
         return of_bounds(scene.bounds()).map(|origin| origin / unit);
     }
-    let mut extent = GeometryExtent::NOTHING;
+    let mut bounds = Bounds::EMPTY;
     let count = scene.prim_count() as u32;
     for first in (0..count).step_by(BLOCK) {
-        for id in first..count.min(first + BLOCK as u32) {
-            let Bounds { lo, hi } = scene.prim_bounds(id);
-            extent.add(lo, hi);
-        }
-        if extent.is_near() {
+        let block = first..count.min(first + BLOCK as u32);
+        let boxes = block.map(|id| scene.prim_bounds(id));
+        bounds = boxes.fold(bounds, Bounds::union);
+        if is_near(bounds) {
             return None;
         }
     }
-    extent.origin().map(|origin| origin / unit)
+    of_bounds(bounds).map(|origin| origin / unit)
 }
 
 /// The origin of geometry within a box, if that is far away.
@@ -252,6 +224,7 @@ pub fn note(scene: &Scene) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn of(lo: [f64; 3], hi: [f64; 3]) -> Option<[f64; 3]> {
         far(lo.into(), hi.into()).map(|origin| origin.to_array())

@@ -8,14 +8,10 @@ const STEEPNESS: f32 = 4.0;
 
 /// Returns true if most texels are bluish, as those of normals are that point outward.
 pub(super) fn is_normal_map(texels: &[[u8; 3]]) -> bool {
-    let sums = texels.iter().fold([0u64; 3], |[r, g, b], texel| {
-        [
-            r + u64::from(texel[0]),
-            g + u64::from(texel[1]),
-            b + u64::from(texel[2]),
-        ]
+    let [r, g, b] = [0, 1, 2].map(|channel| {
+        let sum: u64 = texels.iter().map(|texel| u64::from(texel[channel])).sum();
+        sum as f64 / texels.len().max(1) as f64
     });
-    let [r, g, b] = sums.map(|sum| sum as f64 / texels.len().max(1) as f64);
     let is_middle = |mean: f64| (90.0..=165.0).contains(&mean);
     is_middle(r) && is_middle(g) && b > r.max(g) + 50.0
 }

@@ -31,10 +31,7 @@ pub fn save_bands(
         true => replace_file_seeking(path, |out| bands.write_seeking(out, file)),
         false => replace_file(path, |out| bands.write(out, file)),
     };
-    written.map_err(|source| PictureError::Write {
-        path: path.to_path_buf(),
-        source,
-    })
+    written.map_err(PictureError::write(path))
 }
 
 /// Writes a picture to any writer, as [`save_bands`] does to a file. A format that requires seeking

@@ -2,7 +2,7 @@
 
 use phalanx_files::{shown_path, shown_text};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The reason why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +33,14 @@ pub enum PictureError {
         /// The decoder's message.
         reason: String,
     },
+}
+
+impl PictureError {
+    /// The error of a file that could not be written, by the system's reason.
+    pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> PictureError {
+        let path = path.to_path_buf();
+        |source| PictureError::Write { path, source }
+    }
 }
 
 /// Pictures of different sizes cannot be compared.

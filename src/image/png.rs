@@ -27,10 +27,7 @@ use std::path::Path;
 /// [`PictureError::Write`].
 pub fn save_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
     let written = replace_file(path, |out| write_picture(out, picture));
-    written.map_err(|source| PictureError::Write {
-        path: path.to_path_buf(),
-        source,
-    })
+    written.map_err(PictureError::write(path))
 }
 
 /// A picture as the bytes of a PNG file.

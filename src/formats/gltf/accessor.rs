@@ -193,33 +193,23 @@ impl<'a> Accessor<'a> {
         let kind = Component::of(row.component_type)?;
         let count = usize::try_from(row.count).map_err(|_| "its count is out of range")?;
         let size = kind.size() * width;
-        let rows = match row.buffer_view {
-            Some(view) => Some(StridedRows::checked(
-                source,
-                view,
-                row.byte_offset,
-                size,
-                count,
-            )?),
-            // Zeros without a buffer: more rows than the file has bytes are useless.
-            None if row.count <= FREE_ROWS.saturating_add(source.buffer_bytes()) => None,
-            None => {
-                return Err(format!(
-                    "its {count} rows are too many for a file of this size"
-                ));
-            }
-        };
+        let open = |view| StridedRows::checked(source, view, row.byte_offset, size, count);
+        let rows = row.buffer_view.map(open).transpose()?;
+        // Zeros without a buffer: more rows than the file has bytes are useless.
+        if rows.is_none() && row.count > FREE_ROWS.saturating_add(source.buffer_bytes()) {
+            return Err(format!(
+                "its {count} rows are too many for a file of this size"
+            ));
+        }
         let replaced = row.sparse.as_ref();
-        let replaced = replaced
-            .map(|sparse| SparseOverride::checked(source, number, sparse, size, count))
-            .transpose()?;
+        let replaced = replaced.map(|s| SparseOverride::checked(source, number, s, size, count));
         Ok(Accessor {
             count,
             width,
             rows,
             kind,
             normalized: row.normalized,
-            replaced,
+            replaced: replaced.transpose()?,
         })
     }
 
@@ -322,15 +312,11 @@ impl<'a> StridedRows<'a> {
         }
         let offset = usize::try_from(offset).unwrap_or(usize::MAX);
         let bytes = bytes.get(offset..).unwrap_or_default();
-        let end = match count {
-            0 => Some(0),
-            _ => (count - 1)
-                .checked_mul(stride)
-                .and_then(|n| n.checked_add(size)),
-        };
-        match end {
-            Some(end) if end <= bytes.len() => Ok(StridedRows { bytes, stride }),
-            _ => Err(format!("its {count} rows reach beyond bufferViews[{view}]")),
+        let before_last = count.saturating_sub(1).checked_mul(stride);
+        let end = before_last.and_then(|before| before.checked_add(size));
+        match count == 0 || end.is_some_and(|end| end <= bytes.len()) {
+            true => Ok(StridedRows { bytes, stride }),
+            false => Err(format!("its {count} rows reach beyond bufferViews[{view}]")),
         }
     }
 
@@ -368,24 +354,14 @@ impl<'a> SparseOverride<'a> {
             usize::try_from(sparse.count).map_err(|_| "its sparse count is out of range")?;
         let index_kind = Component::of(sparse.indices.component_type)?;
         let (indices, values) = (&sparse.indices, &sparse.values);
-        let index_size = index_kind.size();
+        let rows_of = |view: usize, offset: u64, size: usize| {
+            StridedRows::checked(source, view, offset, size, count)
+        };
         let replaced = SparseOverride {
             count,
-            indices: StridedRows::checked(
-                source,
-                indices.buffer_view,
-                indices.byte_offset,
-                index_size,
-                count,
-            )?,
+            indices: rows_of(indices.buffer_view, indices.byte_offset, index_kind.size())?,
             index_kind,
-            values: StridedRows::checked(
-                source,
-                values.buffer_view,
-                values.byte_offset,
-                size,
-                count,
-            )?,
+            values: rows_of(values.buffer_view, values.byte_offset, size)?,
         };
         // Any number of primitives and morph targets may share an accessor, so it is checked once.
         if !source.is_first_check(accessor) {
@@ -393,9 +369,8 @@ impl<'a> SparseOverride<'a> {
         }
         let mut before = None;
         for k in 0..count {
-            let index = replaced
-                .index(k)
-                .ok_or("its sparse indices are not unsigned integers")?;
+            let index = replaced.index(k);
+            let index = index.ok_or("its sparse indices are not unsigned integers")?;
             if before.is_some_and(|before| before >= index) {
                 return Err("its sparse indices do not ascend".into());
             }

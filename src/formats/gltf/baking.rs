@@ -8,54 +8,54 @@ use crate::origin::Origin;
 use crate::workers;
 use glam::DAffine3;
 use phalanx_scene::Mesh;
+use std::sync::Arc;
 
 /// Shapes of a mesh that one node shows.
 pub(super) struct BakedMesh<'a> {
     pub(super) mesh: usize,
-    pub(super) shapes: Vec<PrimitiveGeometry<'a>>,
+    pub(super) shapes: Arc<[PrimitiveGeometry<'a>]>,
     /// Number of the object's name.
     pub(super) name: u32,
     pub(super) map: DAffine3,
     pub(super) joints: Option<JointMaps>,
 }
 
-/// A primitive to be baked.
-pub(super) struct BakeJob<'s> {
-    pub(super) shape: &'s PrimitiveGeometry<'s>,
-    pub(super) map: &'s DAffine3,
-    pub(super) joints: Option<&'s [DAffine3]>,
-}
-
 /// Number of triangles from which on several threads bake a primitive, and of those that a thread
 /// bakes before the results are taken.
 const SHARE: usize = 1 << 16;
 
-/// Bakes primitives, and calls `take` with the index of each and its columns, in their order.
+/// Bakes the primitives of meshes, and calls `take` in their order: with the index of the mesh, the
+/// primitive, and its columns.
 pub(super) fn bake_all(
-    jobs: &[BakeJob],
+    meshes: &[BakedMesh],
     origin: Origin,
     threads: usize,
-    mut take: impl FnMut(usize, Mesh, BadAttributes),
+    mut take: impl FnMut(usize, &PrimitiveGeometry, Mesh, BadAttributes),
 ) {
-    let mut first = 0;
-    while first < jobs.len() {
-        let group = &jobs[first..first + group_length(&jobs[first..], threads)];
+    let each = meshes.iter().enumerate();
+    let jobs = each.flat_map(|(k, mesh)| mesh.shapes.iter().map(move |shape| (k, shape)));
+    let jobs: Vec<(usize, &PrimitiveGeometry)> = jobs.collect();
+    let mut rest = &jobs[..];
+    while !rest.is_empty() {
+        let (group, later) = rest.split_at(group_length(rest, threads));
         let inner = if group.len() > 1 { 1 } else { threads };
-        let bake = |job: &BakeJob| job.shape.mesh(job.map, job.joints, origin, inner);
-        let baked = workers::map(threads, group.iter().collect(), bake);
-        for (index, (mesh, bad)) in (first..).zip(baked) {
-            take(index, mesh, bad);
+        let baked = workers::map(threads, group.to_vec(), |(k, shape)| {
+            let BakedMesh { map, joints, .. } = &meshes[k];
+            shape.mesh(map, joints.as_deref(), origin, inner)
+        });
+        for (&(k, shape), (mesh, bad)) in group.iter().zip(baked) {
+            take(k, shape, mesh, bad);
         }
-        first += group.len();
+        rest = later;
     }
 }
 
 /// Number of primitives that are baked at once.
-fn group_length(jobs: &[BakeJob], threads: usize) -> usize {
+fn group_length(jobs: &[(usize, &PrimitiveGeometry)], threads: usize) -> usize {
     let mut triangles = 0;
-    let is_small = |job: &&BakeJob| {
-        triangles += job.shape.len();
-        job.shape.len() <= SHARE && triangles <= threads * SHARE
+    let is_small = |(_, shape): &&(usize, &PrimitiveGeometry)| {
+        triangles += shape.len();
+        shape.len() <= SHARE && triangles <= threads * SHARE
     };
     jobs.iter().take_while(is_small).count().max(1)
 }

@@ -68,20 +68,11 @@ pub(super) struct GltfLight {
 }
 
 /// Angles from the axis of a spot light, in radians.
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct SpotAngles {
     pub(super) inner_cone_angle: f64,
-    pub(super) outer_cone_angle: f64,
-}
-
-impl Default for SpotAngles {
-    fn default() -> Self {
-        SpotAngles {
-            inner_cone_angle: 0.0,
-            outer_cone_angle: std::f64::consts::FRAC_PI_4,
-        }
-    }
+    pub(super) outer_cone_angle: Option<f64>,
 }
 
 fn one() -> f64 {
@@ -131,14 +122,10 @@ pub(super) struct GpuInstancing {
     pub(super) attributes: BTreeMap<String, usize>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(default)]
 pub(super) struct Visibility {
-    #[serde(default = "shown")]
-    pub(super) visible: bool,
-}
-
-fn shown() -> bool {
-    true
+    pub(super) visible: Option<bool>,
 }
 
 #[derive(Deserialize)]
@@ -309,26 +296,14 @@ pub(super) struct GltfMaterial {
     pub(super) extensions: MaterialExtensions,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct PbrMetallicRoughness {
-    pub(super) base_color_factor: [f64; 4],
+    pub(super) base_color_factor: Option<[f64; 4]>,
     pub(super) base_color_texture: Option<TextureInfo>,
-    pub(super) metallic_factor: f64,
-    pub(super) roughness_factor: f64,
+    pub(super) metallic_factor: Option<f64>,
+    pub(super) roughness_factor: Option<f64>,
     pub(super) metallic_roughness_texture: Option<TextureInfo>,
-}
-
-impl Default for PbrMetallicRoughness {
-    fn default() -> Self {
-        PbrMetallicRoughness {
-            base_color_factor: [1.0; 4],
-            base_color_texture: None,
-            metallic_factor: 1.0,
-            roughness_factor: 1.0,
-            metallic_roughness_texture: None,
-        }
-    }
 }
 
 #[derive(Deserialize, Clone)]
@@ -397,14 +372,10 @@ pub(super) struct Volume {
     pub(super) attenuation_distance: Option<f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(default)]
 pub(super) struct Ior {
-    #[serde(default = "glass")]
-    pub(super) ior: f64,
-}
-
-fn glass() -> f64 {
-    1.5
+    pub(super) ior: Option<f64>,
 }
 
 #[derive(Deserialize)]

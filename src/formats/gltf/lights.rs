@@ -6,7 +6,7 @@ use super::source::GltfSource;
 use crate::diagnostics::{DiagnosticSink, quoted};
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Range of irradiance in which lights are left unchanged. Beyond it, all lights are scaled so that
 /// the scene's middle receives 1.
@@ -35,7 +35,8 @@ const MIN_CONE_ANGLE: f64 = 1e-3;
 
 /// The inner and the outer angle of a spot light, within what the format allows.
 fn cone(spot: &SpotAngles) -> [f32; 2] {
-    let outer = spot.outer_cone_angle.clamp(MIN_CONE_ANGLE, FRAC_PI_2);
+    let outer = spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
+    let outer = outer.clamp(MIN_CONE_ANGLE, FRAC_PI_2);
     // The inner angle must be less than the outer one.
     let inner = spot
         .inner_cone_angle

@@ -19,7 +19,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// The result of a primitive's material.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct PrimitiveMaterial {
     /// Row of the scene's materials.
     pub(super) material: u32,
@@ -156,13 +156,10 @@ impl<'a> GltfMaterials<'a> {
                         _ => WHITE,
                     }
                 };
+                let material = options.material.unwrap_or(bare);
                 PrimitiveMaterial {
-                    material: self
-                        .table
-                        .intern(&options.material.unwrap_or(bare), &mut scene.materials),
-                    uvs: Vec::new(),
-                    tangents: false,
-                    vertex_opacity: false,
+                    material: self.table.intern(&material, &mut scene.materials),
+                    ..PrimitiveMaterial::default()
                 }
             }
             Some(row) => self.converted(row, vertices, scene, report)?,
@@ -414,7 +411,7 @@ impl PbrMaterial<'_> {
 
     fn of_metallic(material: &GltfMaterial) -> PbrMaterial<'_> {
         let pbr = &material.pbr_metallic_roughness;
-        let [r, g, b, alpha] = pbr.base_color_factor.map(share);
+        let [r, g, b, alpha] = pbr.base_color_factor.unwrap_or([1.0; 4]).map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
         let texture = pbr
@@ -424,8 +421,8 @@ impl PbrMaterial<'_> {
         PbrMaterial {
             color: Vec3::new(r, g, b),
             alpha,
-            metallic: share(pbr.metallic_factor),
-            roughness: share(pbr.roughness_factor),
+            metallic: share(pbr.metallic_factor.unwrap_or(1.0)),
+            roughness: share(pbr.roughness_factor.unwrap_or(1.0)),
             specular: match material.extensions.ior {
                 Some(_) => Vec3::splat(reflectance * reflectance),
                 None => Vec3::splat(DIELECTRIC),
@@ -494,11 +491,9 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial, varied: bool) -> 
 
 /// The index of refraction; 1.5 if the file gives none, or an impossible one.
 fn ior(material: &GltfMaterial) -> f32 {
-    let ior = material.extensions.ior.as_ref().map_or(1.5, |i| i.ior);
-    match (1.0..=100.0).contains(&ior) {
-        true => ior as f32,
-        false => 1.5,
-    }
+    let ior = material.extensions.ior.as_ref().and_then(|given| given.ior);
+    let ior = ior.filter(|ior| (1.0..=100.0).contains(ior));
+    ior.unwrap_or(1.5) as f32
 }
 
 fn share(number: f64) -> f32 {

@@ -14,14 +14,6 @@ pub(super) struct PlacedNode {
     pub(super) visible: bool,
 }
 
-/// A node to visit, with the map and the visibility of the node above it.
-#[derive(Clone, Copy)]
-struct WaitingNode {
-    row: usize,
-    parent: DAffine3,
-    visible: bool,
-}
-
 /// The nodes of the default scene (or of the first one, or of all roots), parents before their
 /// children, in file order.
 ///
@@ -42,24 +34,15 @@ pub(super) fn flatten(
         }
     };
     let mut seen = vec![false; document.nodes.len()];
-    let mut waiting: Vec<WaitingNode> = Vec::new();
-    let push = |waiting: &mut Vec<_>, nodes: &[usize], parent: DAffine3, visible: bool| {
-        waiting.extend(nodes.iter().rev().map(|&row| WaitingNode {
-            row,
-            parent,
-            visible,
-        }));
+    // Nodes to visit, with the map and the visibility of the node above each.
+    let below = |nodes: &[usize], map: DAffine3, visible: bool| -> Vec<_> {
+        nodes.iter().rev().map(|&row| (row, map, visible)).collect()
     };
-    push(&mut waiting, &roots, world_map(origin), true);
-    while let Some(next) = waiting.pop() {
-        let row = next.row;
+    let mut waiting = below(&roots, world_map(origin), true);
+    while let Some((row, parent, shown)) = waiting.pop() {
         let Some(node) = document.nodes.get(row) else {
-            source.error(
-                report,
-                "nodes",
-                row,
-                "named as a child or root, but not there",
-            );
+            let message = "named as a child or root, but not there";
+            source.error(report, "nodes", row, message);
             return placed;
         };
         if std::mem::replace(&mut seen[row], true) {
@@ -67,10 +50,10 @@ pub(super) fn flatten(
             source.error(report, "nodes", row, message);
             return placed;
         }
-        let to_world = next.parent * local(node);
+        let to_world = parent * local(node);
         let own = node.extensions.visibility.as_ref();
-        let visible = next.visible && own.is_none_or(|visibility| visibility.visible);
-        push(&mut waiting, &node.children, to_world, visible);
+        let visible = shown && own.is_none_or(|own| own.visible != Some(false));
+        waiting.extend(below(&node.children, to_world, visible));
         placed.push(PlacedNode {
             node: row,
             to_world,
@@ -104,6 +87,8 @@ pub(super) fn all_maps(document: &GltfDocument, origin: Origin) -> Vec<Option<DA
     maps
 }
 
+const CYCLE: &str = "every node is a child of another: the hierarchy has a cycle";
+
 type MissingReference = (&'static str, usize, &'static str);
 
 fn roots(document: &GltfDocument) -> Result<Vec<usize>, MissingReference> {
@@ -116,11 +101,7 @@ fn roots(document: &GltfDocument) -> Result<Vec<usize>, MissingReference> {
     }
     let roots: Vec<usize> = orphans(document).collect();
     match roots.is_empty() && !document.nodes.is_empty() {
-        true => Err((
-            "nodes",
-            0,
-            "every node is a child of another: the hierarchy has a cycle",
-        )),
+        true => Err(("nodes", 0, CYCLE)),
         false => Ok(roots),
     }
 }

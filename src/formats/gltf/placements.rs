@@ -173,18 +173,16 @@ impl<'a> Placements<'a> {
         let bytes = (count as u64).saturating_mul(COPY_BYTES);
         self.memory
             .take(bytes, format_args!("for {count} copies of a mesh"))?;
-        let wide = |rows: Option<Accessor>, k: usize, none: [f64; 3]| {
-            rows.map_or(none, |rows| rows.get(k).map(f64::from))
-        };
         let copy = |k: usize| {
-            let rotation = rotations.map_or(NO_ROTATION, |rows| rows.get(k).map(f64::from));
-            let own = nodes::transform(
-                wide(translations, k, [0.0; 3]),
-                rotation,
-                wide(scales, k, NO_SCALE),
-            );
-            to_world * own
+            let translation = row_or(translations, k, [0.0; 3]);
+            let rotation = row_or(rotations, k, NO_ROTATION);
+            to_world * nodes::transform(translation, rotation, row_or(scales, k, NO_SCALE))
         };
         Ok((0..count).map(copy).collect())
     }
+}
+
+/// A row of an accessor; `none` if there is no accessor.
+fn row_or<const N: usize>(rows: Option<Accessor>, k: usize, none: [f64; N]) -> [f64; N] {
+    rows.map_or(none, |rows| rows.get(k).map(f64::from))
 }

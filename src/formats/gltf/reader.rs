@@ -1,7 +1,7 @@
 //! The reader: meshes of nodes, baked or instanced, and everything around them.
 
 use super::bake::BadAttributes;
-use super::baking::{BakeJob, BakedMesh, bake_all};
+use super::baking::{BakedMesh, bake_all};
 use super::document::GltfDocument;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, UvLayer, VertexPaint};
@@ -28,6 +28,7 @@ use crate::workers;
 use glam::DAffine3;
 use phalanx_scene::{Bounds, GeometryError, Mesh, NO_NAME, Scene};
 use std::collections::HashSet;
+use std::sync::Arc;
 
 /// The text of a file; empty for a GLB, which has none to show.
 pub(crate) fn text(bytes: &[u8]) -> String {
@@ -81,6 +82,7 @@ pub(crate) fn read(
                 let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
                 reader.run(&mut missing)?;
                 (scene, report) = (reader.scene, reader.report);
+                scene.textures = reader.materials.into_textures();
             }
         }
     }
@@ -97,7 +99,7 @@ struct GltfReader<'a, 't> {
     options: &'a Options,
     scene: Scene,
     report: DiagnosticSink<'t>,
-    materials: Option<GltfMaterials<'a>>,
+    materials: GltfMaterials<'a>,
     memory: &'a MemoryLedger,
     instances: MeshInstances<'a>,
     /// Number of triangles that may still be created: one per byte of the file, plus a few million.
@@ -140,7 +142,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             options,
             scene,
             report,
-            materials: Some(GltfMaterials::new(source, asset_dir)),
+            materials: GltfMaterials::new(source, asset_dir),
             memory: asset_dir.memory(),
             instances: MeshInstances::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
@@ -228,22 +230,23 @@ impl<'a, 't> GltfReader<'a, 't> {
         maps: &[(u32, DAffine3)],
     ) -> Result<(), String> {
         let mesh = placed.mesh;
-        let shapes = self.shapes(mesh, part, &placed.pose)?;
+        let shapes: Arc<[PrimitiveGeometry]> = self.shapes(mesh, part, &placed.pose)?.into();
         let joints = placed.pose.skin.map(|skin| self.skins.joints(skin));
         let joints = joints.transpose()?;
+        let copy = |name: u32, map: DAffine3| BakedMesh {
+            mesh,
+            shapes: Arc::clone(&shapes),
+            name,
+            map,
+            joints: joints.clone(),
+        };
         if maps.is_empty() {
             return Ok(());
         }
         if let &[(name, map)] = maps {
             self.charge(&shapes)?;
-            self.waiting.push(BakedMesh {
-                mesh,
-                shapes,
-                name,
-                map,
-                joints,
-            });
-            let waiting = self.waiting.iter().flat_map(|mesh| &mesh.shapes);
+            self.waiting.push(copy(name, map));
+            let waiting = self.waiting.iter().flat_map(|mesh| &mesh.shapes[..]);
             if waiting.map(PrimitiveGeometry::len).sum::<usize>() >= WAITING_TRIANGLES {
                 self.bake_waiting();
             }
@@ -254,8 +257,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         let Some(size) = stored_size(&shapes, bounds, maps.len()) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
-            for (name, map) in maps {
-                bad = self.bake(&shapes, (*name, map), joints.as_deref())?;
+            for &(name, map) in maps {
+                bad = self.bake_one(copy(name, map))?;
             }
             self.warn_bad_attributes(mesh, bad);
             return Ok(());
@@ -265,7 +268,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         // have accessors in the coordinates of a map, and nodes that move them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
-        let bad = self.bake(&shapes, (NO_NAME, &taken), None)?;
+        let bad = self.bake_one(copy(NO_NAME, taken))?;
         self.scene.end_mesh(stored);
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
@@ -278,7 +281,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 Ok(_) => self.scene.instances.name[placed_before] = name,
                 Err(GeometryError::NotInvertible) => {
                     baked += 1;
-                    self.bake(&shapes, (name, &map), None)?;
+                    self.bake_one(copy(name, map))?;
                 }
                 Err(error) => return Err(error.to_string()),
             }
@@ -294,51 +297,31 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(())
     }
 
-    /// Adds shapes under a map to the scene, as a named object.
-    fn bake(
-        &mut self,
-        shapes: &[PrimitiveGeometry],
-        (name, map): (u32, &DAffine3),
-        joints: Option<&[DAffine3]>,
-    ) -> Result<BadAttributes, String> {
-        self.charge(shapes)?;
-        let jobs: Vec<BakeJob> = (shapes.iter())
-            .map(|shape| BakeJob { shape, map, joints })
-            .collect();
-        let mut all = BadAttributes::default();
-        bake_all(&jobs, self.options.origin, self.threads, |k, mesh, bad| {
-            append(&mut self.scene, mesh, name, shapes[k].name);
-            all.add(bad);
-        });
-        self.inexact |= all.inexact;
-        Ok(all)
+    /// Adds a mesh to the scene.
+    fn bake_one(&mut self, mesh: BakedMesh) -> Result<BadAttributes, String> {
+        self.charge(&mesh.shapes)?;
+        Ok(self.bake(&[mesh])[0])
     }
 
     /// Adds the meshes that wait to the scene.
     fn bake_waiting(&mut self) {
         let waiting = std::mem::take(&mut self.waiting);
-        let (mut jobs, mut owners) = (Vec::new(), Vec::new());
-        for (owner, baked) in waiting.iter().enumerate() {
-            let (map, joints) = (&baked.map, baked.joints.as_deref());
-            for shape in &baked.shapes {
-                jobs.push(BakeJob { shape, map, joints });
-                owners.push(owner);
-            }
-        }
-        let mut found = vec![BadAttributes::default(); waiting.len()];
-        bake_all(&jobs, self.options.origin, self.threads, |k, mesh, bad| {
-            append(
-                &mut self.scene,
-                mesh,
-                waiting[owners[k]].name,
-                jobs[k].shape.name,
-            );
-            found[owners[k]].add(bad);
-        });
+        let found = self.bake(&waiting);
         for (baked, bad) in waiting.iter().zip(found) {
-            self.inexact |= bad.inexact;
             self.warn_bad_attributes(baked.mesh, bad);
         }
+    }
+
+    /// Adds meshes, for which there is memory, to the scene.
+    fn bake(&mut self, meshes: &[BakedMesh]) -> Vec<BadAttributes> {
+        let mut found = vec![BadAttributes::default(); meshes.len()];
+        let origin = self.options.origin;
+        bake_all(meshes, origin, self.threads, |k, shape, mesh, bad| {
+            append(&mut self.scene, mesh, meshes[k].name, shape.name);
+            found[k].add(bad);
+        });
+        self.inexact |= found.iter().any(|bad| bad.inexact);
+        found
     }
 
     /// Subtracts the triangles of shapes from those that may still be made, and takes memory for
@@ -385,55 +368,39 @@ impl<'a, 't> GltfReader<'a, 't> {
         let mut open = 0;
         for &k in &part.primitives {
             let primitive = &source.document.meshes[mesh].primitives[k];
-            if primitive.mode > 6 {
-                return Err(format!(
-                    "primitives[{k}]: there is no mode {}",
-                    primitive.mode
-                ));
-            }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
-            let Some(converter) = &mut self.materials else {
-                continue;
-            };
+            if primitive.mode > 6 {
+                return Err(named(format!("there is no mode {}", primitive.mode)));
+            }
             let without_positions = !primitive.attributes.contains_key("POSITION");
             if without_positions || !is_surface(primitive.mode) {
                 let kind = match is_surface(primitive.mode) {
                     true => "without positions",
                     false => "of points or lines",
                 };
-                converter.unsupported.add_primitive(kind, mesh, k);
+                self.materials.unsupported.add_primitive(kind, mesh, k);
                 continue;
             }
             let (scene, report) = (&mut self.scene, &mut self.report);
             let paint = VertexPaint::of(primitive, &source.document);
             let (row, options) = (primitive.material, self.options);
-            let material = converter.of(row, paint, options, scene, report);
+            let material = self.materials.of(row, paint, options, scene, report);
             let material = material.map_err(named)?;
             let skinned = pose.skin.is_some();
             let vertices =
                 PrimitiveVertices::open(source, primitive, &material, pose.weights, skinned)
                     .map_err(named)?;
-            if let Some(name) = vertices.too_short.first()
-                && self.warned_short.insert(mesh)
-            {
-                let message = format!(
-                    "primitives[{k}]: {} is left out: it has fewer rows than POSITION",
-                    quoted(name)
-                );
-                source.warning(&mut self.report, "meshes", mesh, &message);
-            }
             let has = |layer: &UvLayer| primitive.attributes.contains_key(&layer.set);
-            if let Some(missing) = material.uvs.iter().position(|layer| !has(layer))
-                && self.warned_short.insert(mesh)
-            {
-                let set = &material.uvs[missing].set;
-                let message = match missing {
-                    0 => format!("primitives[{k}]: its texture is not shown: it has no `{set}`"),
-                    _ => format!(
-                        "primitives[{k}]: a texture has no `{set}`: the first one's is used"
-                    ),
-                };
-                source.warning(&mut self.report, "meshes", mesh, &message);
+            let missing = material.uvs.iter().position(|layer| !has(layer));
+            let missing = missing.map(|layer| (layer, &material.uvs[layer].set));
+            let remark = match (vertices.too_short.first().map(|name| quoted(name)), missing) {
+                (Some(name), _) => format!("{name} is left out: it has fewer rows than POSITION"),
+                (_, Some((0, set))) => format!("its texture is not shown: it has no `{set}`"),
+                (_, Some((_, set))) => format!("a texture has no `{set}`: the first one's is used"),
+                (None, None) => String::new(),
+            };
+            if !remark.is_empty() && self.warned_short.insert(mesh) {
+                source.warning(&mut self.report, "meshes", mesh, &named(remark));
             }
             let memory = self.memory;
             let room = |triangles: u64, columns: u64| {
@@ -461,23 +428,19 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(shapes)
     }
 
-    /// Warns of all that the file has and the picture does not show, then moves the textures to the
-    /// scene.
+    /// Warns of all that the file has and the picture does not show.
     fn warn_unsupported(&mut self, nodes: &[PlacedNode]) {
-        let Some(mut materials) = self.materials.take() else {
-            return;
-        };
+        let unsupported = &mut self.materials.unsupported;
         let document = &self.source.document;
         let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
         if !document.animations.is_empty() {
-            materials.unsupported.add("animations");
+            unsupported.add("animations");
         }
         if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
-            materials.unsupported.add("copies of meshes with skins");
+            unsupported.add("copies of meshes with skins");
         }
-        extensions::add_unknown(self.source, &mut materials.unsupported);
-        materials.unsupported.warn(self.source, &mut self.report);
-        self.scene.textures = materials.into_textures();
+        extensions::add_unknown(self.source, unsupported);
+        unsupported.warn(self.source, &mut self.report);
     }
 }
 

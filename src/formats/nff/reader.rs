@@ -97,8 +97,7 @@ impl NffReader<'_> {
         let missing = MissingParts {
             view: !self.seen.view,
             lights: self.lights.is_empty(),
-            background: false,
-            ..MissingParts::NOTHING
+            ..MissingParts::default()
         };
         finish_scene(self.scene, &missing, options, self.report)
     }

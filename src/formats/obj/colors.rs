@@ -40,25 +40,15 @@ pub(super) fn merge(chunks: Vec<(usize, ChunkColors)>, threads: usize) -> MeshCo
     let largest = chunks.iter().map(|(_, colors)| colors.largest);
     let bytes = largest.fold(0.0, f32::max) > MAX_SHARE;
     let scale = if bytes { 255.0 } else { 1.0 };
-    let parts = chunks
-        .into_iter()
-        .map(|(vertices, colors)| (vertices, colors.rgb));
-    let decoded = workers::map(threads, parts.collect(), |(vertices, rgb)| {
-        rgb.map(|mut column: Vec<f32>| {
+    let decoded = workers::map(threads, chunks, |(vertices, colors)| {
+        colors.rgb.map(|mut column| {
             column.resize(vertices, f32::NAN);
-            column
-                .iter_mut()
-                .for_each(|channel| *channel = decode(*channel, scale));
+            let channels = column.iter_mut();
+            channels.for_each(|channel| *channel = decode(*channel, scale));
             column
         })
     });
-    let mut columns: [Vec<Vec<f32>>; 3] = Default::default();
-    for part in decoded {
-        for (column, part) in columns.iter_mut().zip(part) {
-            column.push(part);
-        }
-    }
-    of_vertices(mesh::merge_floats(threads, columns))
+    of_vertices(mesh::merge_floats(threads, decoded))
 }
 
 /// The linear value of a channel; NaN is white.

@@ -4,7 +4,9 @@ use super::chunk::ObjReader;
 use crate::chunk_remarks::ParseError;
 use crate::decimal;
 use crate::diagnostics::Span;
-use crate::faces::{FaceCorner, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, UV, VERTEX, extra_bytes};
+use crate::faces::{
+    FaceCorner, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, UV, VERTEX, check_corners, extra_bytes,
+};
 
 impl ObjReader<'_> {
     #[inline]
@@ -29,11 +31,8 @@ impl ObjReader<'_> {
                 self.skip_line(span);
                 Ok(())
             }
-            count if count > MAX_CORNERS => Err(ParseError::new(
-                span,
-                format!("a face of {count} corners: at most {MAX_CORNERS}"),
-            )),
             _ => {
+                check_corners(count, span)?;
                 self.make_corners_alike(span);
                 // A file counts three times, once of them for itself: see `--max-memory`.
                 let numbers = self.corners[0].numbers;
@@ -147,24 +146,16 @@ impl ObjReader<'_> {
     fn no_vertex(&self, number: i64, end: usize) -> ParseError {
         let span = Span::between(self.cursor.at, end);
         if number == 0 {
-            return ParseError::new(
-                span,
-                "0 is no row: they are numbered from 1, or from -1 backward",
-            );
+            let message = "0 is no row: they are numbered from 1, or from -1 backward";
+            return ParseError::new(span, message);
         }
+        let so_far = self.limits.before[VERTEX] + self.chunk.counts()[VERTEX] as i64;
         let (have, scope) = match number < 0 {
-            true => (
-                self.limits.before[VERTEX] + self.chunk.counts()[VERTEX] as i64,
-                " so far",
-            ),
+            true => (so_far, " so far"),
             false => (self.limits.total[VERTEX], ""),
         };
-        ParseError::new(
-            span,
-            format!(
-                "{} is out of range: there are {have} vertices{scope}",
-                self.cursor.quoted(span)
-            ),
-        )
+        let number = self.cursor.quoted(span);
+        let message = format!("{number} is out of range: there are {have} vertices{scope}");
+        ParseError::new(span, message)
     }
 }

@@ -9,6 +9,7 @@ use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh::{self, NotFinite, PolygonMesh};
 use crate::mesh_chunk;
+use crate::mesh_defaults::BARE;
 use crate::named_runs::{self, NAME_BYTES};
 use crate::options::Options;
 use crate::origin::{self, Origin, ReadStop};
@@ -110,7 +111,7 @@ fn read_in_chunks(
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
     }
-    mesh::finish(scene, joined, options, report)
+    mesh::finish(scene, joined, &BARE, options, report)
 }
 
 /// Reads all chunks. Faces for which there is no memory are left out.

@@ -101,35 +101,14 @@ impl PictureDecoder for WholeImageDecoder<'_> {
 /// Returns true for the header of a TGA, which has no magic number: its fields have few values, and
 /// those that describe a palette are 0 without one.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {
-    let Some(
-        &[
-            _,
-            palette,
-            kind,
-            _,
-            _,
-            length,
-            more,
-            entry,
-            _,
-            _,
-            _,
-            _,
-            w,
-            ww,
-            h,
-            hh,
-            depth,
-            flags,
-        ],
-    ) = bytes.first_chunk()
-    else {
+    let Some(header) = bytes.first_chunk::<18>() else {
         return false;
     };
+    let [palette, kind, depth, flags] = [1, 2, 16, 17].map(|at| header[at]);
     let mapped = kind & 7 == 1;
     let palette_is_right = match palette {
-        0 => !mapped && [length, more, entry] == [0; 3],
-        1 => [15, 16, 24, 32].contains(&entry),
+        0 => !mapped && header[5..8] == [0; 3],
+        1 => [15, 16, 24, 32].contains(&header[7]),
         _ => false,
     };
     let depths: &[u8] = if mapped {
@@ -137,7 +116,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
     } else {
         &[8, 15, 16, 24, 32]
     };
-    let sides = [[w, ww], [h, hh]].map(u16::from_le_bytes);
+    let sides = [12, 14].map(|at| u16::from_le_bytes([header[at], header[at + 1]]));
     palette_is_right
         && [1, 2, 3, 9, 10, 11].contains(&kind)
         && depths.contains(&depth)

@@ -145,7 +145,7 @@ pub(super) fn of_faces(
 ) -> MeshColors {
     let triangles = faces.iter().map(Faces::len).sum();
     let mut numbers = Vec::with_capacity(triangles);
-    let mut columns: [Vec<Vec<f32>>; 3] = Default::default();
+    let mut columns = Vec::new();
     let (mut colors, mut end) = (0, 0);
     for (chunk, faces) in chunks.into_iter().zip(faces) {
         let given = chunk.numbers.into_iter();
@@ -154,9 +154,7 @@ pub(super) fn of_faces(
         end += faces.len();
         numbers.resize(end, NO_COLORS);
         colors += chunk.rgb[0].len() as u32;
-        for (column, part) in columns.iter_mut().zip(chunk.rgb) {
-            column.push(part);
-        }
+        columns.push(chunk.rgb);
     }
     let [x, y, z] = crate::mesh::merge_floats(threads, columns);
     let rgb = Vec3s { x, y, z };

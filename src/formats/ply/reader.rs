@@ -11,6 +11,7 @@ use crate::folder::Folder;
 use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh;
+use crate::mesh_defaults::BARE;
 use crate::options::Options;
 use crate::origin::ReadStop;
 use crate::text;
@@ -98,7 +99,7 @@ fn read_in_chunks(
     };
     joined.single = plan.vertices.single;
     joined.colors = colors;
-    let mut loaded = mesh::finish(scene, joined, options, report)?;
+    let mut loaded = mesh::finish(scene, joined, &BARE, options, report)?;
     loaded.notes.extend(notes);
     Ok(loaded)
 }

@@ -3,10 +3,11 @@
 
 use super::header::{Element, Property, PropertyKind, Type};
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
-use super::rows::{FaceRow, PlyChunk, check_corners};
+use super::rows::{FaceRow, PlyChunk};
 use super::uvs::MAX_UVS;
 use crate::chunk_remarks::ParseError;
 use crate::diagnostics::Span;
+use crate::faces::check_corners;
 use crate::memory::LedgerShare;
 use crate::mesh_chunk::push;
 
@@ -30,39 +31,17 @@ pub(super) trait RowWords {
     fn strip_bytes(corners: usize) -> u64;
 }
 
-/// Destination of a number of a vertex.
-#[derive(Clone, Copy)]
-enum VertexSlot {
-    Position(usize),
-    Normal(usize),
-    Color(usize),
-    Uv(usize),
-    Unused,
-}
+/// Numbers of a vertex that are used: three of its position, its normal and its colour, and two of
+/// its texture coordinates.
+type VertexNumbers = [f32; 11];
 
-impl VertexSlot {
-    /// The destination of the property of this index.
-    fn of(index: usize, plan: &VertexPlan) -> VertexSlot {
-        let place = |numbers: &[usize]| numbers.iter().position(|&number| number == index);
-        let normal = plan.normal.as_ref().and_then(|normal| place(normal));
-        let color = plan.color.as_ref().and_then(|color| place(&color.numbers));
-        let uv = plan.uv.as_ref().and_then(|uv| place(uv));
-        match (place(&plan.position), normal, color, uv) {
-            (Some(axis), ..) => VertexSlot::Position(axis),
-            (_, Some(axis), ..) => VertexSlot::Normal(axis),
-            (.., Some(channel), _) => VertexSlot::Color(channel),
-            (.., Some(axis)) => VertexSlot::Uv(axis),
-            _ => VertexSlot::Unused,
-        }
-    }
-}
-
-/// Numbers of a vertex that are used.
-struct VertexNumbers {
-    position: [f32; 3],
-    normal: [f32; 3],
-    color: [f32; 3],
-    uv: [f32; 2],
+/// The index of the property of each of these numbers, if vertices have it.
+fn sources(plan: &VertexPlan) -> [Option<usize>; 11] {
+    let [x, y, z] = plan.position.map(Some);
+    let [nx, ny, nz] = plan.normal.map_or([None; 3], |normal| normal.map(Some));
+    let [r, g, b] = (plan.color).map_or([None; 3], |color| color.numbers.map(Some));
+    let [u, v] = plan.uv.map_or([None; 2], |uv| uv.map(Some));
+    [x, y, z, nx, ny, nz, r, g, b, u, v]
 }
 
 /// Reads rows into a chunk.
@@ -70,8 +49,8 @@ pub(super) struct PlyRowReader<'a, W> {
     pub(super) words: W,
     pub(super) plan: &'a ReadPlan<'a>,
     pub(super) chunk: PlyChunk,
-    /// The destination of each property of a vertex.
-    slots: Vec<VertexSlot>,
+    /// The place of each property of a vertex among the numbers that are used.
+    slots: Vec<Option<usize>>,
     corners: Vec<i64>,
     /// The colour of the face with these corners.
     color: [f32; 3],
@@ -85,7 +64,8 @@ pub(super) struct PlyRowReader<'a, W> {
 impl<'a, W: RowWords> PlyRowReader<'a, W> {
     pub(super) fn new(words: W, plan: &'a ReadPlan<'a>) -> PlyRowReader<'a, W> {
         let count = plan.header.elements[plan.vertices.element].properties.len();
-        let slot = |index: usize| VertexSlot::of(index, &plan.vertices);
+        let sources = sources(&plan.vertices);
+        let slot = |index: usize| sources.iter().position(|&source| source == Some(index));
         PlyRowReader {
             words,
             plan,
@@ -133,30 +113,22 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
     #[inline]
     fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
         let start = self.words.at();
-        let mut numbers = VertexNumbers {
-            position: [0.0; 3],
-            normal: [0.0, 0.0, 1.0],
-            color: [0.0; 3],
-            uv: [0.0; 2],
-        };
+        let mut numbers: VertexNumbers = [0.0; 11];
+        // The normal of a row that is cut off is +z.
+        numbers[5] = 1.0;
         let read = self.vertex_numbers(element, &mut numbers);
-        let VertexNumbers {
-            position,
-            normal,
-            color,
-            uv,
-        } = numbers;
+        let [x, y, z, nx, ny, nz, r, g, b, u, v] = numbers;
         // A faulty vertex is stored, too, so that later ones keep their numbers.
         let span = Span::between(start, self.words.at());
-        self.chunk.mesh.add_vertex(position, number, span);
+        self.chunk.mesh.add_vertex([x, y, z], number, span);
         if self.plan.vertices.normal.is_some() {
-            self.chunk.mesh.add_normal(normal, number, span);
+            self.chunk.mesh.add_normal([nx, ny, nz], number, span);
         }
         if self.plan.vertices.color.is_some() {
-            push(&mut self.chunk.colors, color);
+            push(&mut self.chunk.colors, [r, g, b]);
         }
         if self.plan.vertices.uv.is_some() {
-            push(&mut self.chunk.mesh.uvs, uv);
+            push(&mut self.chunk.mesh.uvs, [u, v]);
         }
         read
     }
@@ -171,13 +143,9 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
         for (index, property) in element.properties.iter().enumerate() {
             let kind = property.kind.number_type();
             match self.slots[index] {
-                VertexSlot::Position(axis) => {
-                    numbers.position[axis] = self.words.float(kind, origin[axis])?
-                }
-                VertexSlot::Normal(axis) => numbers.normal[axis] = self.words.float(kind, 0.0)?,
-                VertexSlot::Color(axis) => numbers.color[axis] = self.words.float(kind, 0.0)?,
-                VertexSlot::Uv(axis) => numbers.uv[axis] = self.words.float(kind, 0.0)?,
-                VertexSlot::Unused => self.pass(property)?,
+                Some(axis @ 0..3) => numbers[axis] = self.words.float(kind, origin[axis])?,
+                Some(other) => numbers[other] = self.words.float(kind, 0.0)?,
+                None => self.pass(property)?,
             }
         }
         Ok(())

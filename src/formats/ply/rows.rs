@@ -5,7 +5,6 @@ use super::header::Element;
 use super::uvs::FaceUvs;
 use crate::chunk_remarks::{ChunkRemarks, ParseError};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::MAX_CORNERS;
 use crate::mesh::{self, PolygonMesh};
 use crate::mesh_chunk::{self, MeshChunk};
 use phalanx_scene::Vec3s;
@@ -50,8 +49,8 @@ pub(super) struct FaceRow<'a> {
 }
 
 impl PlyChunk {
-    /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners. It is
-    /// an error if a corner is not one of the vertices.
+    /// Adds a face over `vertices` vertices, whose number of corners has been checked. It is an
+    /// error if a corner is not one of the vertices.
     pub(super) fn add_face(
         &mut self,
         face: FaceRow,
@@ -122,16 +121,14 @@ impl PlyChunk {
 
 /// Joins chunks, and reports their errors.
 pub(super) fn merge(chunks: Vec<PlyChunk>, threads: usize, report: &mut DiagnosticSink) -> Body {
-    let mut colors: [Vec<Vec<f32>>; 3] = Default::default();
-    let (mut meshes, mut face_colors, mut face_uvs) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut meshes, mut colors) = (Vec::new(), Vec::new());
+    let (mut face_colors, mut face_uvs) = (Vec::new(), Vec::new());
     let (mut surplus, mut surplus_operands) = (None, false);
     let mut remarks = ChunkRemarks::default();
     for chunk in chunks {
-        for (column, part) in colors.iter_mut().zip(chunk.colors) {
-            column.push(part);
-        }
         remarks.merge(chunk.remarks);
         meshes.push(chunk.mesh);
+        colors.push(chunk.colors);
         face_colors.push(chunk.face_colors);
         face_uvs.push(chunk.face_uvs);
         surplus = surplus.or(chunk.surplus);
@@ -166,17 +163,6 @@ fn check_range(
 pub(super) fn out_of_range(corner: i64, vertices: u64, span: Span) -> ParseError {
     let message = format!("vertex {corner} is out of range: there are {vertices}, numbered from 0");
     ParseError::new(span, message)
-}
-
-/// Refuses a face of too many corners, before they are collected.
-pub(super) fn check_corners(count: usize, span: Span) -> Result<(), ParseError> {
-    match count > MAX_CORNERS {
-        true => {
-            let message = format!("a face of {count} corners: at most {MAX_CORNERS}");
-            Err(ParseError::new(span, message))
-        }
-        false => Ok(()),
-    }
 }
 
 /// The error of fewer rows than the header declares; `row` counts from 0.

@@ -118,7 +118,7 @@ pub(super) fn join(
     report: &mut DiagnosticSink,
 ) -> JoinedFaceUvs {
     let mut joined = JoinedFaceUvs::default();
-    let mut columns: [Vec<Vec<f32>>; 2] = Default::default();
+    let mut columns = Vec::new();
     let (mut before, mut triangles) = (0u64, 0);
     for (chunk, faces) in chunks.into_iter().zip(faces) {
         let rows = faces.columns[UV].as_flattened_mut().iter_mut();
@@ -130,9 +130,7 @@ pub(super) fn join(
             joined.pictures.extend(chunk.pictures);
             joined.pictures.resize(triangles, NO_PICTURE);
         }
-        for (column, part) in columns.iter_mut().zip(chunk.columns) {
-            column.push(part);
-        }
+        columns.push(chunk.columns);
     }
     if before >= u64::from(NONE) {
         report.error(Span::START, "more than 2^32 - 2 texture coordinates");

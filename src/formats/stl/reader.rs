@@ -120,7 +120,7 @@ fn finish(
         up: UpAxis::Z,
         ..BARE
     };
-    mesh::finish_with(scene, joined, &missing, options, report)
+    mesh::finish(scene, joined, &missing, options, report)
 }
 
 #[cfg(test)]

@@ -134,6 +134,16 @@ impl TestReader<'_> {
         self.operands(statement, count)
     }
 
+    /// Adds an error at an operand, from 0.
+    pub(super) fn refuse(
+        &mut self,
+        at: &Statement<'_>,
+        operand: usize,
+        message: impl Into<String>,
+    ) {
+        self.report.error(at.operand_place(operand), message);
+    }
+
     /// Returns true if there are no operands, and adds an error otherwise.
     pub(super) fn nothing(&mut self, statement: &Statement<'_>) -> bool {
         self.numbers::<0>(statement).is_some()

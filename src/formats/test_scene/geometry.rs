@@ -21,9 +21,7 @@ impl TestReader<'_> {
         if let Some([x, y, z, nx, ny, nz]) = self.coordinates(statement) {
             vertex.position = DVec3::new(x, y, z);
             match DVec3::new(nx, ny, nz).as_vec3() {
-                Vec3::ZERO => self
-                    .report
-                    .error(statement.operand_place(3), "a normal must not be zero"),
+                Vec3::ZERO => self.refuse(statement, 3, "a normal must not be zero"),
                 normal => vertex.normal = normal,
             }
         }
@@ -127,10 +125,7 @@ impl TestReader<'_> {
             return;
         };
         if radius <= 0.0 {
-            return self.report.error(
-                statement.operand_place(3),
-                "the radius of a sphere must be positive",
-            );
+            return self.refuse(statement, 3, "the radius of a sphere must be positive");
         }
         let center = DVec3::new(x, y, z);
         let Some(world_center) = self.in_range(statement, self.to_scene(center)) else {

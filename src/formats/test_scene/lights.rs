@@ -11,10 +11,7 @@ impl TestReader<'_> {
             return;
         };
         if let Some(negative) = factors.iter().position(|&factor| factor < 0.0) {
-            self.report.error(
-                statement.operand_place(negative),
-                "an attenuation must not be negative",
-            );
+            self.refuse(statement, negative, "an attenuation must not be negative");
         } else if factors == [0.0; 3] {
             self.report.error_with_help(
                 statement.operand_place(0),
@@ -44,10 +41,8 @@ impl TestReader<'_> {
         };
         let toward = Vec3::new(x, y, z).as_dvec3();
         if toward == DVec3::ZERO {
-            return self.report.error(
-                statement.operand_place(0),
-                "the vector toward a directional light must not be zero",
-            );
+            let message = "the vector toward a directional light must not be zero";
+            return self.refuse(statement, 0, message);
         }
         let toward = self.transforms.current().transform_vector3(toward);
         match toward.try_normalize() {

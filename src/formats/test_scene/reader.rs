@@ -140,6 +140,7 @@ impl<'a> TestReader<'a> {
     }
 
     fn finish(self, options: &Options) -> Result<Loaded, ReadStop> {
-        finish_scene(self.scene, &MissingParts::NOTHING, options, self.report)
+        let missing = MissingParts::default();
+        finish_scene(self.scene, &missing, options, self.report)
     }
 }

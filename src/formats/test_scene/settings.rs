@@ -23,9 +23,7 @@ impl TestReader<'_> {
         match check_image_size(width, height) {
             // The check accepts only sides that fit.
             Ok(()) => (self.scene.width, self.scene.height) = (width as u32, height as u32),
-            Err(error) => self
-                .report
-                .error(statement.operand_place(0), error.to_string()),
+            Err(error) => self.refuse(statement, 0, error.to_string()),
         }
     }
 
@@ -60,10 +58,10 @@ impl TestReader<'_> {
         };
         match height > 0.0 {
             true => self.scene.view.ortho = Some(height),
-            false => self.report.error(
-                statement.operand_place(0),
-                "the visible height of parallel rays must be positive",
-            ),
+            false => {
+                let message = "the visible height of parallel rays must be positive";
+                self.refuse(statement, 0, message);
+            }
         }
     }
 
@@ -74,10 +72,8 @@ impl TestReader<'_> {
         if depth <= u64::from(MAX_DEPTH_LIMIT) {
             self.scene.max_depth = depth as u32;
         } else {
-            self.report.error(
-                statement.operand_place(0),
-                format!("maxdepth {depth} is out of range: at most {MAX_DEPTH_LIMIT}"),
-            );
+            let message = format!("maxdepth {depth} is out of range: at most {MAX_DEPTH_LIMIT}");
+            self.refuse(statement, 0, message);
         }
     }
 

@@ -20,10 +20,7 @@ impl TestReader<'_> {
         };
         match rotation(DVec3::new(x, y, z), degrees) {
             Some(turn) => self.transform(statement, turn),
-            None => self.report.error(
-                statement.operand_place(0),
-                "the axis of a rotation must not be zero",
-            ),
+            None => self.refuse(statement, 0, "the axis of a rotation must not be zero"),
         }
     }
 
@@ -88,10 +85,7 @@ impl TestReader<'_> {
     pub(super) fn shininess(&mut self, statement: &Statement<'_>) {
         match self.numbers(statement) {
             Some([exponent]) if exponent >= 0.0 => self.surface.shininess = exponent,
-            Some(_) => self.report.error(
-                statement.operand_place(0),
-                "the shininess must not be negative",
-            ),
+            Some(_) => self.refuse(statement, 0, "the shininess must not be negative"),
             None => {}
         }
     }
@@ -111,10 +105,7 @@ impl TestReader<'_> {
     pub(super) fn ior(&mut self, statement: &Statement<'_>) {
         match self.numbers(statement) {
             Some([index]) if index > 0.0 => self.surface.ior = index,
-            Some(_) => self.report.error(
-                statement.operand_place(0),
-                "the index of refraction must be positive",
-            ),
+            Some(_) => self.refuse(statement, 0, "the index of refraction must be positive"),
             None => {}
         }
     }

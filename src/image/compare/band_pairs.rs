@@ -48,26 +48,18 @@ impl BandPair {
 }
 
 /// Reads two pictures of the same size from the top.
-pub(super) struct BandPairs<'a> {
+pub(super) fn band_pairs<'a>(
     a: &'a mut PictureReader,
     b: &'a mut PictureReader,
-    rows: u32,
-    next: u32,
-}
-
-impl<'a> BandPairs<'a> {
-    pub(super) fn new(
-        a: &'a mut PictureReader,
-        b: &'a mut PictureReader,
-    ) -> Result<BandPairs<'a>, CompareError> {
-        let rows = rows_at_once(a.layout(), b.layout())?;
-        Ok(BandPairs {
-            a,
-            b,
-            rows,
-            next: 0,
-        })
-    }
+) -> Result<impl Iterator<Item = Result<BandPair, PictureError>>, CompareError> {
+    let rows = rows_at_once(a.layout(), b.layout())?;
+    let height = a.layout().height;
+    Ok((0..height).step_by(rows as usize).map(move |top| {
+        let rows = rows.min(height - top);
+        let band = top..top + rows;
+        let planes = [a.read(band.clone())?, b.read(band)?];
+        Ok(BandPair { top, rows, planes })
+    }))
 }
 
 /// Number of rows that are read at once.
@@ -86,25 +78,5 @@ fn rows_at_once(a: &PictureLayout, b: &PictureLayout) -> Result<u32, CompareErro
             bytes: rows * row,
             most: MAX_BAND_BYTES,
         }),
-    }
-}
-
-impl Iterator for BandPairs<'_> {
-    type Item = Result<BandPair, PictureError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let (top, height) = (self.next, self.a.layout().height);
-        if top >= height {
-            return None;
-        }
-        let end = height.min(top + self.rows);
-        self.next = end;
-        let (a, b) = (&mut self.a, &mut self.b);
-        let planes = a.read(top..end).and_then(|a| Ok([a, b.read(top..end)?]));
-        Some(planes.map(|planes| BandPair {
-            top,
-            rows: end - top,
-            planes,
-        }))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::error::CompareError;
 use super::super::read::{PictureReader, SampleKind};
-use super::band_pairs::{BandPair, BandPairs};
+use super::band_pairs::{BandPair, band_pairs};
 use super::difference::{LargestDifference, LayerDifference, NotFiniteCounts, row_difference};
 use super::flip::{FlipSum, RgbRow};
 use super::layer_pairs::{ChannelPair, LayerPair, LayerPairs, pair_layers};
@@ -91,12 +91,16 @@ pub fn compare_pictures(
     let layout = a.layout();
     let (width, height) = (layout.width, layout.height);
     let display = !layout.format.is_linear();
-    let mut sums = ComparisonSums::new(&pairs, height);
-    for band in BandPairs::new(a, b)? {
-        sums.add(&pairs, &band?, width as usize, tolerance);
+    let figures = |layer: &LayerPair| LayerFigures::new(layer, height);
+    let mut figures: Vec<LayerFigures> = pairs.common.iter().map(figures).collect();
+    let mut differing = 0;
+    for band in band_pairs(a, b)? {
+        let band = band?;
+        differing += add_differences(&pairs, &band, width as usize, tolerance, &mut figures);
+        let layers = pairs.common.par_iter().zip(&mut figures);
+        layers.for_each(|(pair, layer)| layer.add_seen(pair, &band, width as usize));
     }
-    let differing = sums.differing;
-    let layers = pairs.common.iter().zip(sums.layers);
+    let layers = pairs.common.iter().zip(figures);
     Ok(PictureComparison {
         width,
         height,
@@ -110,16 +114,10 @@ pub fn compare_pictures(
     })
 }
 
-/// Figures of the rows so far.
-struct ComparisonSums {
-    layers: Vec<LayerFigures>,
-    differing: u64,
-}
-
 /// Rows that are passed on at once, as they are copied.
 const FLIP_ROWS: usize = 64;
 
-/// Figures of one layer.
+/// Figures of one layer in the rows so far.
 struct LayerFigures {
     difference: LayerDifference,
     /// One for each of red, green and blue.
@@ -127,49 +125,45 @@ struct LayerFigures {
     flip: Option<FlipSum>,
 }
 
-impl ComparisonSums {
-    fn new(pairs: &LayerPairs, height: u32) -> ComparisonSums {
-        let layers = pairs.common.iter().map(|layer| {
-            let whole = |channel: &ChannelPair| channel.kind.contains(&SampleKind::Integer);
-            let rgb = layer.rgb().filter(|rgb| !rgb.iter().any(|c| whole(c)));
-            let kinds = |rgb: [&ChannelPair; 3]| [0, 1].map(|side| rgb.map(|c| c.kind[side]));
-            let ssim = rgb.iter().flatten();
-            LayerFigures {
-                difference: LayerDifference::default(),
-                ssim: ssim.map(|c| SsimChannel::new(c.kind)).collect(),
-                flip: rgb.map(|rgb| FlipSum::new(kinds(rgb), height)),
-            }
-        });
-        ComparisonSums {
-            layers: layers.collect(),
-            differing: 0,
+/// Adds the differences of all layers in a band. Returns the number of pixels that differ.
+fn add_differences(
+    pairs: &LayerPairs,
+    band: &BandPair,
+    width: usize,
+    tolerance: Option<f64>,
+    figures: &mut [LayerFigures],
+) -> u64 {
+    let rows = (0..band.rows).into_par_iter().map(|row| {
+        let mut marks = vec![false; width];
+        let layers = pairs.common.iter();
+        let found = layers.map(|layer| row_difference(layer, band, row, tolerance, &mut marks));
+        let found: Vec<LayerDifference> = found.collect();
+        (found, marks.iter().filter(|mark| **mark).count() as u64)
+    });
+    let rows: Vec<(Vec<LayerDifference>, u64)> = rows.collect();
+    let mut differing = 0;
+    for (found, pixels) in rows {
+        differing += pixels;
+        for (layer, row) in figures.iter_mut().zip(found) {
+            layer.difference.add(row);
         }
     }
-
-    fn add(&mut self, pairs: &LayerPairs, band: &BandPair, width: usize, tolerance: Option<f64>) {
-        let rows: Vec<(Vec<LayerDifference>, u64)> = (0..band.rows)
-            .into_par_iter()
-            .map(|row| {
-                let mut marks = vec![false; width];
-                let layers = pairs.common.iter();
-                let found = layers
-                    .map(|layer| row_difference(layer, band, row, tolerance, &mut marks))
-                    .collect();
-                (found, marks.iter().filter(|mark| **mark).count() as u64)
-            })
-            .collect();
-        for (found, differing) in rows {
-            self.differing += differing;
-            for (layer, row) in self.layers.iter_mut().zip(found) {
-                layer.difference.add(row);
-            }
-        }
-        let layers = pairs.common.par_iter().zip(&mut self.layers);
-        layers.for_each(|(pair, layer)| layer.add_seen(pair, band, width));
-    }
+    differing
 }
 
 impl LayerFigures {
+    fn new(layer: &LayerPair, height: u32) -> LayerFigures {
+        let whole = |channel: &ChannelPair| channel.kind.contains(&SampleKind::Integer);
+        let rgb = layer.rgb().filter(|rgb| !rgb.iter().any(|c| whole(c)));
+        let kinds = |rgb: [&ChannelPair; 3]| [0, 1].map(|side| rgb.map(|c| c.kind[side]));
+        let ssim = rgb.iter().flatten();
+        LayerFigures {
+            difference: LayerDifference::default(),
+            ssim: ssim.map(|c| SsimChannel::new(c.kind)).collect(),
+            flip: rgb.map(|rgb| FlipSum::new(kinds(rgb), height)),
+        }
+    }
+
     fn add_seen(&mut self, pair: &LayerPair, band: &BandPair, width: usize) {
         let [Some(first), Some(second)] = [0, 1].map(|side| band.shown_rgb(side, pair)) else {
             return;

@@ -3,7 +3,7 @@
 use super::super::error::{CompareError, PictureError};
 use super::super::png::write_png;
 use super::super::read::{PictureReader, SampleKind};
-use super::band_pairs::{BandPair, BandPairs};
+use super::band_pairs::{BandPair, band_pairs};
 use super::comparison::PictureComparison;
 use super::difference::SamplePair;
 use super::layer_pairs::{LayerPair, pair_layers};
@@ -72,7 +72,7 @@ fn save(
         color: layer.rgb().is_some(),
         peak: found.peak,
     };
-    let bands = BandPairs::new(a, b)?.map(|band| {
+    let bands = band_pairs(a, b)?.map(|band| {
         let band = band.map_err(io::Error::other)?;
         let (height, drawing) = (band.rows as usize, &drawing);
         let samples = move |rows: Range<usize>| {
@@ -83,12 +83,7 @@ fn save(
         Ok((height, samples))
     });
     let written = replace_file(path, |out| write_png(out, (columns, height), None, bands));
-    written.map_err(|source| {
-        CompareError::Picture(PictureError::Write {
-            path: path.to_path_buf(),
-            source,
-        })
-    })
+    Ok(written.map_err(PictureError::write(path))?)
 }
 
 /// Description of how a layer is drawn.

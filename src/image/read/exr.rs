@@ -5,7 +5,7 @@
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
 use super::layout::{
-    PictureChannel, PictureLayout, RowReader, SampleKind, SamplePlanes, check_sides,
+    OpenedPicture, PictureChannel, PictureLayout, RowReader, SampleKind, SamplePlanes, check_sides,
 };
 use crate::decoders::TOO_SHORT;
 use exr::block::UncompressedBlock;
@@ -38,7 +38,7 @@ pub(super) struct ExrRows {
 }
 
 /// Reads the header of an OpenEXR file. All parts are one picture.
-pub(super) fn open_exr(bytes: PictureBytes) -> Result<(PictureLayout, ExrRows), String> {
+pub(super) fn open_exr(bytes: PictureBytes) -> OpenedPicture {
     let reader = exr::block::read(bytes.reader()?, false).map_err(plain)?;
     let headers = reader.headers();
     let first = headers.first().ok_or("it has no parts")?;
@@ -69,7 +69,7 @@ pub(super) fn open_exr(bytes: PictureBytes) -> Result<(PictureLayout, ExrRows), 
         width: width as usize,
         batch: (BATCH_BYTES / largest_block).clamp(1, 256) as usize,
     };
-    Ok((layout, rows))
+    Ok((layout, Box::new(rows)))
 }
 
 /// Checks the blocks of a part before anything is allocated by size, and returns their size. Each
@@ -179,10 +179,8 @@ fn name_colors(channels: &mut [PictureChannel]) {
         };
         (layer.to_owned(), color)
     };
-    if channels
-        .iter()
-        .any(|channel| ["R", "G", "B"].contains(&&*channel.name))
-    {
+    let mut names = channels.iter().map(|channel| &*channel.name);
+    if names.any(|name| ["R", "G", "B"].contains(&name)) {
         return;
     }
     let mut colors: BTreeMap<String, Vec<&str>> = BTreeMap::new();
@@ -192,14 +190,10 @@ fn name_colors(channels: &mut [PictureChannel]) {
         }
     }
     colors.retain(|_, found| ["R", "G", "B"].iter().all(|color| found.contains(color)));
-    let last = |layer: &str| {
-        layer
-            .rsplit('.')
-            .next()
-            .unwrap_or_default()
-            .to_ascii_lowercase()
+    let usual = |layer: &&String| {
+        let last = layer.rsplit('.').next().unwrap_or_default();
+        colors.len() == 1 || COLOR_LAYERS.contains(&&*last.to_ascii_lowercase())
     };
-    let usual = |layer: &&String| colors.len() == 1 || COLOR_LAYERS.contains(&&*last(layer));
     let found: Vec<&String> = colors.keys().filter(usual).collect();
     if let [layer] = found[..] {
         for channel in channels {

@@ -3,7 +3,7 @@
 
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
-use super::layout::{PictureLayout, RowReader, SamplePlanes, check_sides};
+use super::layout::{OpenedPicture, PictureLayout, RowReader, SamplePlanes, check_sides};
 use crate::decoders::TOO_SHORT;
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::{ImageDecoder, ImageError};
@@ -29,7 +29,7 @@ pub(super) struct HdrRows {
 }
 
 /// Reads the header of a Radiance RGBE file.
-pub(super) fn open_hdr(bytes: PictureBytes) -> Result<(PictureLayout, HdrRows), String> {
+pub(super) fn open_hdr(bytes: PictureBytes) -> OpenedPicture {
     let mut reader = bytes.reader()?;
     let ((width, height), scale) = skip_header(&mut *reader)?;
     let (width, height) = check_sides(width.into(), height.into())?;
@@ -40,7 +40,8 @@ pub(super) fn open_hdr(bytes: PictureBytes) -> Result<(PictureLayout, HdrRows), 
         next: 0,
         scale,
     };
-    Ok((PictureLayout::rgb(ImageFormat::Hdr, (width, height)), rows))
+    let layout = PictureLayout::rgb(ImageFormat::Hdr, (width, height));
+    Ok((layout, Box::new(rows)))
 }
 
 /// Reads a header, after which the first row begins: width and height, and the factors that pixels

@@ -3,7 +3,7 @@
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
 use super::layout::{
-    PictureLayout, RowReader, SamplePlanes, check_sides, check_whole, push_display,
+    OpenedPicture, PictureLayout, RowReader, SamplePlanes, check_sides, check_whole, push_display,
 };
 use crate::decoders::{TOO_SHORT, jpeg};
 use std::io::Read;
@@ -21,7 +21,7 @@ pub(super) struct JpegRows {
 }
 
 /// Decodes a JPEG.
-pub(super) fn open_jpeg(bytes: PictureBytes) -> Result<(PictureLayout, JpegRows), String> {
+pub(super) fn open_jpeg(bytes: PictureBytes) -> OpenedPicture {
     if bytes.len()? > MAX_BYTES {
         return Err("it has more than 1 GiB".into());
     }
@@ -37,7 +37,8 @@ pub(super) fn open_jpeg(bytes: PictureBytes) -> Result<(PictureLayout, JpegRows)
         samples,
         decoded,
     };
-    Ok((PictureLayout::rgb(ImageFormat::Jpeg, (width, height)), rows))
+    let layout = PictureLayout::rgb(ImageFormat::Jpeg, (width, height));
+    Ok((layout, Box::new(rows)))
 }
 
 impl RowReader for JpegRows {

@@ -91,6 +91,9 @@ pub(super) trait RowReader {
     fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String>;
 }
 
+/// A picture file of which the header has been read, or the reason why it cannot be.
+pub(super) type OpenedPicture = Result<(PictureLayout, Box<dyn RowReader>), String>;
+
 /// Rejects sides that no picture of ours has, before anything is allocated by size.
 pub(super) fn check_sides(width: u64, height: u64) -> Result<(u32, u32), String> {
     let sides = 1..=u64::from(MAX_SIDE);

@@ -2,7 +2,7 @@
 
 use super::super::format::ImageFormat;
 use super::bytes::PictureBytes;
-use super::layout::{PictureLayout, RowReader, SamplePlanes, check_sides};
+use super::layout::{OpenedPicture, PictureLayout, RowReader, SamplePlanes, check_sides};
 use crate::decoders::TOO_SHORT;
 use std::io::{Read, SeekFrom};
 use std::ops::Range;
@@ -24,7 +24,7 @@ pub(super) struct PfmRows {
 
 /// Reads the header of a portable float map: its kind, width, height and scale, whose sign gives
 /// the byte order.
-pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), String> {
+pub(super) fn open_pfm(bytes: PictureBytes) -> OpenedPicture {
     let mut head = Vec::new();
     let read = bytes.reader()?.take(MAX_HEADER).read_to_end(&mut head);
     read.map_err(|e| e.to_string())?;
@@ -68,7 +68,8 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> Result<(PictureLayout, PfmRows), 
     {
         rows.start += 1;
     }
-    Ok((PictureLayout::rgb(ImageFormat::Pfm, (width, height)), rows))
+    let layout = PictureLayout::rgb(ImageFormat::Pfm, (width, height));
+    Ok((layout, Box::new(rows)))
 }
 
 impl PfmRows {
@@ -88,15 +89,11 @@ impl RowReader for PfmRows {
         let mut data = vec![0; self.row_bytes() * rows.len()];
         reader.read_exact(&mut data).map_err(|_| TOO_SHORT)?;
         for row in data.chunks_exact(self.row_bytes()).rev() {
-            let words = row
-                .as_chunks::<4>()
-                .0
-                .iter()
-                .map(|word| match self.big_endian {
+            for (k, word) in row.as_chunks::<4>().0.iter().enumerate() {
+                let bits = match self.big_endian {
                     true => u32::from_be_bytes(*word),
                     false => u32::from_le_bytes(*word),
-                });
-            for (k, bits) in words.enumerate() {
+                };
                 match self.samples {
                     1 => planes.iter_mut().for_each(|plane| plane.push(bits)),
                     samples => planes[k % samples].push(bits),

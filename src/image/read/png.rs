@@ -3,7 +3,7 @@
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
 use super::layout::{
-    PictureLayout, RowReader, SamplePlanes, check_sides, check_whole, push_display,
+    OpenedPicture, PictureLayout, RowReader, SamplePlanes, check_sides, check_whole, push_display,
 };
 use crate::decoders::TOO_SHORT;
 use crate::decoders::png::{finish, open, plain};
@@ -25,7 +25,7 @@ pub(super) struct PngRows {
 }
 
 /// Reads the header of a PNG.
-pub(super) fn open_png(bytes: PictureBytes) -> Result<(PictureLayout, PngRows), String> {
+pub(super) fn open_png(bytes: PictureBytes) -> OpenedPicture {
     let decoder = open(bytes.reader()?, check_sides)?;
     let (width, height) = decoder.info().size();
     let rows = PngRows {
@@ -36,7 +36,8 @@ pub(super) fn open_png(bytes: PictureBytes) -> Result<(PictureLayout, PngRows), 
         next: 0,
         whole: None,
     };
-    Ok((PictureLayout::rgb(ImageFormat::Png, (width, height)), rows))
+    let layout = PictureLayout::rgb(ImageFormat::Png, (width, height));
+    Ok((layout, Box::new(rows)))
 }
 
 impl PngRows {

@@ -60,23 +60,20 @@ impl PictureReader {
             source,
         })?;
         let format = format_of_bytes(&head);
-        let opened: Result<(PictureLayout, Box<dyn RowReader>), String> = match format {
-            Some(ImageFormat::Png) => open_png(bytes).map(boxed),
-            Some(ImageFormat::Jpeg) => open_jpeg(bytes).map(boxed),
-            Some(ImageFormat::Exr) => open_exr(bytes).map(boxed),
-            Some(ImageFormat::Hdr) => open_hdr(bytes).map(boxed),
-            Some(ImageFormat::Pfm) => open_pfm(bytes).map(boxed),
+        let opened = match format {
+            Some(ImageFormat::Png) => open_png(bytes),
+            Some(ImageFormat::Jpeg) => open_jpeg(bytes),
+            Some(ImageFormat::Exr) => open_exr(bytes),
+            Some(ImageFormat::Hdr) => open_hdr(bytes),
+            Some(ImageFormat::Pfm) => open_pfm(bytes),
             None if head.is_empty() => Err("it is empty".into()),
             None => Err("it is none of PNG, JPEG, OpenEXR, HDR and PFM by its first bytes".into()),
         };
+        let path = path.to_path_buf();
         match opened {
-            Ok((layout, rows)) => Ok(PictureReader {
-                path: path.to_path_buf(),
-                layout,
-                rows,
-            }),
+            Ok((layout, rows)) => Ok(PictureReader { path, layout, rows }),
             Err(reason) => Err(PictureError::Decode {
-                path: path.to_path_buf(),
+                path,
                 kind: name_of(format),
                 reason,
             }),
@@ -120,10 +117,4 @@ impl PictureReader {
             reason,
         }
     }
-}
-
-fn boxed<T: RowReader + 'static>(
-    (layout, rows): (PictureLayout, T),
-) -> (PictureLayout, Box<dyn RowReader>) {
-    (layout, Box::new(rows))
 }

@@ -19,8 +19,8 @@ pub use settings::{DEFAULT_TILE, Engine, FULL_DEPTH, Integrator, MIN_WEIGHT, Set
 use crate::coverage_layers::mattes_for;
 use crate::tile_sums::TileSums;
 use crate::{
-    Film, HeatmapRenderer, RenderStats, RenderedTiles, SharedFilm, TileSink, WavefrontRenderer,
-    render_on_workers, tiles,
+    Film, HeatmapRenderer, RenderStats, RenderedTiles, SharedFilm, TileRenderer, TileSink,
+    WavefrontRenderer, render_on_workers, tiles,
 };
 use accel::build_wide_bvh;
 use oracle_renderer::OracleRenderer;
@@ -110,30 +110,35 @@ pub fn render_tiles(
         AccelRef::Oracle(forest) => forest,
     };
     let camera = settings.camera(scene)?;
-    let (threads, pin) = (settings.threads.max(1), settings.pin);
     let mattes = mattes_for(scene, settings.aovs);
-    Ok(render_on_workers(
-        tiles,
-        sink,
-        threads,
-        pin,
-        control,
-        || {
-            let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
-                .with_min_weight(settings.min_path_weight())
-                .with_mattes(mattes.as_ref())
-                .with_hidden_background(settings.aovs.has(Aov::Alpha));
-            OracleRenderer {
-                camera: &camera,
-                scene,
-                sampling: settings.sampling,
-                oracle: match settings.ao_distance(scene) {
-                    Some(reach) => oracle.with_ambient_occlusion(reach),
-                    None => oracle,
-                },
-            }
-        },
-    )?)
+    on_workers(settings, control, tiles, sink, || {
+        let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
+            .with_min_weight(settings.min_path_weight())
+            .with_mattes(mattes.as_ref())
+            .with_hidden_background(settings.aovs.has(Aov::Alpha));
+        OracleRenderer {
+            camera: &camera,
+            scene,
+            sampling: settings.sampling,
+            oracle: match settings.ao_distance(scene) {
+                Some(reach) => oracle.with_ambient_occlusion(reach),
+                None => oracle,
+            },
+        }
+    })
+}
+
+/// Renders tiles on the threads of the settings, each with its own renderer.
+fn on_workers<P: TileRenderer>(
+    settings: &Settings,
+    control: &Control,
+    tiles: &[Tile],
+    sink: &dyn TileSink,
+    renderer: impl Fn() -> P + Sync,
+) -> Result<RenderedTiles, FrameError> {
+    let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let rendered = render_on_workers(tiles, sink, threads, pin, control, renderer);
+    Ok(rendered?)
 }
 
 /// Renders tiles with the packet engine. With sums, it goes on from the samples that the tiles have
@@ -148,27 +153,19 @@ fn render_packets(
     sums: Option<&TileSums>,
 ) -> Result<RenderedTiles, FrameError> {
     let camera = settings.camera(scene)?;
-    let (threads, pin) = (settings.threads.max(1), settings.pin);
     let mattes = mattes_for(scene, settings.aovs);
     let kernel = build_wide_bvh(bvh, settings);
-    Ok(render_on_workers(
-        tiles,
-        sink,
-        threads,
-        pin,
-        control,
-        || {
-            let renderer = WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
-                .with_min_weight(settings.min_path_weight())
-                .with_sampling(settings.sampling)
-                .with_aovs(settings.aovs, mattes.as_ref())
-                .with_sums(sums);
-            match settings.ao_distance(scene) {
-                Some(reach) => renderer.with_ambient_occlusion(reach),
-                None => renderer,
-            }
-        },
-    )?)
+    on_workers(settings, control, tiles, sink, || {
+        let renderer = WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
+            .with_min_weight(settings.min_path_weight())
+            .with_sampling(settings.sampling)
+            .with_aovs(settings.aovs, mattes.as_ref())
+            .with_sums(sums);
+        match settings.ao_distance(scene) {
+            Some(reach) => renderer.with_ambient_occlusion(reach),
+            None => renderer,
+        }
+    })
 }
 
 /// Cost for the packet engine of the camera ray of each pixel of the window, row by row from the
@@ -188,9 +185,8 @@ pub fn render_heatmap(
     let mut film = Film::new(window.width, window.height, false);
     let shared = SharedFilm::of(&mut film, window, side);
     let tiles = tiles(window, side);
-    let (threads, pin) = (settings.threads.max(1), settings.pin);
     let kernel = build_wide_bvh(bvh, settings);
-    render_on_workers(&tiles, &shared, threads, pin, control, || {
+    on_workers(settings, control, &tiles, &shared, || {
         HeatmapRenderer::new(bvh, &camera, cost, kernel)
     })?;
     let [red, _, _] = film.planes;
