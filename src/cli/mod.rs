@@ -229,6 +229,7 @@ impl Command {
             #[cfg(feature = "view")]
             Command::View(args) => args.work.threads,
             Command::Build(args) => args.threads,
+            Command::Generate(args) => args.threads,
             _ => None,
         }
     }

@@ -154,6 +154,7 @@ mod tests {
             assert_eq!(ends, [count / 3, count / 3, count]);
         }
     }
+
     #[test]
     #[should_panic(expected = "rows of part 1")]
     fn a_part_is_written_to_its_end() {

@@ -6,7 +6,7 @@
 //! | files that a scene names | counted by the reader, before each (2) |
 //! | faces of an OBJ or PLY, vertices of a PLY | counted by the reader (3) |
 //! | opening a cache | its size, all of which is mapped |
-//! | generating a standard scene | for each shape, by its kind (4), or for its tree |
+//! | generating a standard scene | columns (4) and tree (5), for each shape by its kind |
 //! | building a tree | the scene's columns, for each primitive by its kind, each thread (5) |
 //! | rendering | columns, trees, films, and the buffers of each thread (6) |
 //!
@@ -44,11 +44,10 @@ use std::path::Path;
 /// Factor for text and binary meshes: columns are about as large as the file, and exist twice while
 /// they are joined.
 const FILE_TIMES: u64 = 3;
-/// Bytes per generated triangle: its corners, a vertex or more, and a material. Columns of vertices
-/// grow by doubling.
-const COLUMN_BYTES: u64 = 70;
+/// Bytes per generated triangle: its corners, a vertex or more, and a material.
+const COLUMN_BYTES: u64 = 35;
 /// Bytes per generated sphere or cone.
-const OTHER_COLUMN_BYTES: u64 = 80;
+const OTHER_COLUMN_BYTES: u64 = 40;
 /// Bytes per triangle while the packet engine's BVH is built.
 const TRIANGLE_BYTES: u64 = 75;
 /// Bytes per other primitive or instance while the packet engine's BVH is built.
@@ -126,10 +125,8 @@ impl Budget {
     pub fn for_standard(self, spec: Spec) -> Result<(), CliError> {
         let counts = standard::counts(spec);
         let others = counts.spheres + counts.cones;
-        let columns = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
-        // Columns that are complete take half as much.
-        let tree = counts.triangles * TRIANGLE_BYTES + others * OTHER_BYTES;
-        let needed = columns.max(columns / 2 + tree);
+        let needed = counts.triangles * (COLUMN_BYTES + TRIANGLE_BYTES)
+            + others * (OTHER_COLUMN_BYTES + OTHER_BYTES);
         let primitives = grouped(counts.triangles + others);
         let what = format!("for the columns and the BVH of {primitives} primitives");
         self.check(needed, &what)?;

@@ -87,8 +87,8 @@ pub(super) const STANDING: BoxSides = [true, true, false, true, true, true];
 pub(super) const ON_WALL: BoxSides = [true, true, true, true, false, true];
 
 /// The detail between `least` and `most` at which all of `parts` come closest to `target` triangles
-/// from below, or nearly so. `draw` draws one of them, with more triangles for more detail; threads
-/// count several at a time.
+/// from below, or nearly so. `draw` draws one of them, with more triangles for more detail; the
+/// threads of rayon's pool count several at a time.
 pub(super) fn fitted_detail(
     target: u64,
     (mut least, mut most): (f64, f64),
