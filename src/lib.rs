@@ -36,7 +36,9 @@
 //!
 //! Columns in, columns out; packets, beams and threads are inside. Neighbours in the columns should
 //! go about the same way. The last argument is the number of threads, 0 for one per CPU. Any number
-//! of threads may query a tree at once; queries take no locks.
+//! of threads may query a tree at once; queries take no locks. Builds and files use the pool of
+//! rayon that they are called on, else one of the library's own. A forked process starts its own,
+//! and may use the scenes and trees of its parent.
 //!
 //! ```
 //! use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
@@ -311,7 +313,7 @@ pub use phalanx_render as render;
 #[doc(hidden)]
 pub use phalanx_render::shade;
 #[doc(hidden)]
-pub use phalanx_scene::{PAD, sampling, thread_count};
+pub use phalanx_scene::{ForkSafeOnce, PAD, sampling, set_pool_threads, thread_count};
 #[doc(hidden)]
 pub use phalanx_trace as trace;
 #[doc(hidden)]

@@ -28,9 +28,9 @@ use commands::verify::{self, VerifyArgs};
 #[cfg(feature = "view")]
 use commands::view::{self, ViewArgs};
 use options::OUTPUT;
-use output::{CliError, Verbosity};
+use output::Verbosity;
 use phalanx::files::steers;
-use phalanx::{isa, thread_count};
+use phalanx::{isa, set_pool_threads, thread_count};
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -194,8 +194,11 @@ pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
     let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
     output::set_verbosity(arguments.verbosity.verbosity());
-    let pool = limit_threads(arguments.command.threads());
-    let done = pool.and_then(|()| match arguments.command {
+    if let Some(threads) = arguments.command.threads() {
+        // Files are encoded and checked on them.
+        set_pool_threads(threads.min(thread_count(0)));
+    }
+    let done = match arguments.command {
         Command::Render(args) => render::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
@@ -211,7 +214,7 @@ pub fn run() -> ExitCode {
         Command::Completions(args) => manual::completions(&args, Arguments::command()),
         Command::Man(args) => manual::man(&args, &Arguments::command()),
         Command::Submit(SubmitTo::Slurm(args)) => submit::slurm(&args),
-    });
+    };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -233,16 +236,6 @@ impl Command {
             _ => None,
         }
     }
-}
-
-/// Limits the threads that files are encoded and checked on, those of rayon's global pool.
-fn limit_threads(threads: Option<usize>) -> Result<(), CliError> {
-    let Some(threads) = threads else {
-        return Ok(());
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(thread_count(0)));
-    pool.build_global()
-        .map_err(|e| CliError::Runtime(format!("cannot start a thread: {e}")))
 }
 
 /// Ends the process with clap's message. If an argument contains control characters, they are

@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
 /// bytes depend only on the description and the radiance, not on the heights of the bands. PNG and
-/// OpenEXR are encoded on the threads of rayon's current pool.
+/// OpenEXR are encoded on the threads of a pool.
 ///
 /// # Errors
 /// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of

@@ -11,6 +11,7 @@ use exr::meta::attribute::SampleType;
 use exr::prelude::{SmallVec, f16};
 use phalanx_files::WriteSeek;
 use phalanx_scene::film::{Aovs, Film};
+use phalanx_scene::on_pool;
 use rayon::prelude::*;
 use std::io::{self, BufWriter, SeekFrom};
 
@@ -101,13 +102,11 @@ fn write_band(
     let (width, height) = (film.width as usize, film.height as usize);
     let across = width.div_ceil(TILE);
     for row in 0..height.div_ceil(TILE) {
-        let compressed: exr::error::Result<Vec<_>> = (0..across)
-            .into_par_iter()
-            .map(|column| {
-                let corner = Vec2(column * TILE, row * TILE);
-                tile(channels, film, corner, top).compress_to_chunk(&meta.headers)
-            })
-            .collect();
+        let compressed = (0..across).into_par_iter().map(|column| {
+            let corner = Vec2(column * TILE, row * TILE);
+            tile(channels, film, corner, top).compress_to_chunk(&meta.headers)
+        });
+        let compressed: exr::error::Result<Vec<_>> = on_pool(|| compressed.collect());
         let first = (top / TILE + row) * across;
         for (chunk, index) in compressed?.into_iter().zip(first..) {
             chunks.write_chunk(index, chunk)?;

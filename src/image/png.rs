@@ -9,8 +9,8 @@ use ::png::{
     SrgbRenderingIntent, chunk,
 };
 use phalanx_files::replace_file;
-use phalanx_scene::Transfer;
 use phalanx_scene::film::Aov;
+use phalanx_scene::{Transfer, on_pool};
 use rayon::prelude::*;
 use std::io::{self, Write};
 use std::ops::Range;
@@ -77,7 +77,7 @@ pub(super) fn write_png<S: Fn(Range<usize>) -> Vec<u8> + Sync>(
                 compress((width, rows.len() as u32), file, &samples(rows))
             };
             let strips = (0..height.div_ceil(STRIP_ROWS)).into_par_iter().map(strip);
-            let strips: Result<Vec<ZlibStrip>, EncodingError> = strips.collect();
+            let strips: Result<Vec<ZlibStrip>, EncodingError> = on_pool(|| strips.collect());
             for strip in strips? {
                 writer.write_chunk(chunk::IDAT, &stream.push(&strip))?;
             }

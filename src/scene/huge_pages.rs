@@ -2,6 +2,7 @@
 //! in which columns are filled for the first time. Incoherent rays read rows all over a tree, and
 //! each page needs a separate TLB entry.
 
+use crate::threads::on_pool;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
@@ -29,7 +30,7 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize) -> Vec<T> {
 pub fn collect_on_huge_pages<T: Send>(rows: impl IndexedParallelIterator<Item = T>) -> Vec<T> {
     let mut all = room(rows.len());
     // The rows fit into the reserved memory: the vector does not move.
-    rows.collect_into_vec(&mut all);
+    on_pool(|| rows.collect_into_vec(&mut all));
     all
 }
 
@@ -53,7 +54,7 @@ pub fn write_parts<T: Copy + Send, R: Send>(
         result
     };
     let parts = places.into_par_iter().enumerate();
-    let results = parts.map(write_part).collect();
+    let results = on_pool(|| parts.map(write_part).collect());
     // SAFETY: the parts are the first `len` rows, and each has been written to its end.
     unsafe { all.set_len(len) };
     (all, results)

@@ -22,6 +22,7 @@ mod defaulted_parts;
 mod edits;
 mod encoding;
 pub mod film;
+mod fork_safe_once;
 mod geometries;
 mod geometry;
 #[allow(unsafe_code, reason = "the system takes advice by address alone")]
@@ -64,6 +65,8 @@ pub use coverage::{MAX_PASSES, MIN_SURFACE_SHARE, SurfaceHit};
 pub use defaulted_parts::{DefaultedParts, OrthoHeight};
 pub use edits::{Edits, SceneChanges};
 pub use encoding::{OutputEncoding, Quantize, Transfer};
+#[doc(hidden)]
+pub use fork_safe_once::ForkSafeOnce;
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;
 pub use instances::{Instances, Meshes};
@@ -80,7 +83,7 @@ pub use sky::Sky;
 pub use texture_maps::{MapTarget, TextureMap, TextureMaps};
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 #[doc(hidden)]
-pub use threads::thread_count;
+pub use threads::{on_pool, set_pool_threads, thread_count};
 pub use up_axis::UpAxis;
 pub use validate::{MAX_DEPTH_LIMIT, MAX_SIDE, SceneError, check_image_size};
 pub use vectors::{Vec2s, Vec3s};

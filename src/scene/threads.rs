@@ -1,6 +1,9 @@
-//! Numbers of threads, and work on long columns.
+//! Numbers of threads, the threads of this process, and work on long columns.
 
+use crate::fork_safe_once::ForkSafeOnce;
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Number of threads to use: the one asked for, or one per CPU available to this process for 0.
 pub fn thread_count(asked: usize) -> usize {
@@ -10,11 +13,42 @@ pub fn thread_count(asked: usize) -> usize {
     }
 }
 
+/// Number of threads of this process's pool; 0 for one per CPU.
+static POOL_THREADS: AtomicUsize = AtomicUsize::new(0);
+
+/// Sets the number of threads that [`on_pool`] starts at its first call.
+pub fn set_pool_threads(threads: usize) {
+    POOL_THREADS.store(threads, Relaxed);
+}
+
+/// Runs work whose parallel iterators share the threads of a pool: of the caller's, if it is a
+/// worker of one, else of the one that this process starts at the first call. Every parallel
+/// iterator of the library runs within. Rayon's global pool belongs to the process that started it:
+/// after a fork, it has no threads in the child, which would wait for them for ever. The child's
+/// copy of its parent's pool is left alone: ending it would wait for those threads, too.
+pub fn on_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    static POOL: ForkSafeOnce<Option<ThreadPool>> = ForkSafeOnce::new();
+    if rayon::current_thread_index().is_some() {
+        return work();
+    }
+    let builder = || ThreadPoolBuilder::new().num_threads(POOL_THREADS.load(Relaxed));
+    match POOL.get_own_or_init(|| builder().build().ok()) {
+        Some(pool) => pool.install(work),
+        // The system has no more threads, or none at all: the caller becomes the worker of a pool
+        // of one, for good.
+        None => {
+            let pool = builder().num_threads(1).use_current_thread().build();
+            std::mem::forget(pool);
+            work()
+        }
+    }
+}
+
 /// Number of rows of a column that a thread looks at in one go.
 pub(crate) const BLOCK_ROWS: usize = 1 << 14;
 
 /// Results of `work` on blocks of `len` rows, in order. If there are several blocks, they are
-/// shared by the threads of rayon's pool.
+/// shared by the threads of a pool.
 pub(crate) fn map_blocks<T: Sync, R: Send>(
     rows: &[T],
     len: usize,
@@ -22,7 +56,7 @@ pub(crate) fn map_blocks<T: Sync, R: Send>(
 ) -> Vec<R> {
     match rows.len() <= len {
         true => rows.chunks(len).map(work).collect(),
-        false => rows.par_chunks(len).map(work).collect(),
+        false => on_pool(|| rows.par_chunks(len).map(work).collect()),
     }
 }
 

@@ -147,7 +147,7 @@ pub fn generate(spec: Spec, builder: &mut dyn SceneBuilder) {
 
 /// A standard scene as a [`Scene`], validated. Scenes of triangles are drawn on `threads` threads,
 /// 0 for one per CPU; the scene does not depend on their number. Some count their parts before, on
-/// the threads of rayon's pool.
+/// the threads of a pool.
 ///
 /// # Errors
 /// [`StandardError::Scene`] if it breaks a limit of scenes.

@@ -31,6 +31,7 @@ mod sampling;
 mod systems;
 mod terminator;
 mod textures;
+mod threads;
 mod traversal;
 mod watertight;
 mod wide_tree;

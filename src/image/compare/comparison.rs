@@ -7,6 +7,7 @@ use super::difference::{LargestDifference, LayerDifference, NotFiniteCounts, row
 use super::flip::{FlipSum, RgbRow};
 use super::layer_pairs::{ChannelPair, LayerPair, LayerPairs, pair_layers};
 use super::ssim::SsimChannel;
+use phalanx_scene::on_pool;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -98,7 +99,7 @@ pub fn compare_pictures(
         let band = band?;
         differing += add_differences(&pairs, &band, width as usize, tolerance, &mut figures);
         let layers = pairs.common.par_iter().zip(&mut figures);
-        layers.for_each(|(pair, layer)| layer.add_seen(pair, &band, width as usize));
+        on_pool(|| layers.for_each(|(pair, layer)| layer.add_seen(pair, &band, width as usize)));
     }
     let layers = pairs.common.iter().zip(figures);
     Ok(PictureComparison {
@@ -140,7 +141,7 @@ fn add_differences(
         let found: Vec<LayerDifference> = found.collect();
         (found, marks.iter().filter(|mark| **mark).count() as u64)
     });
-    let rows: Vec<(Vec<LayerDifference>, u64)> = rows.collect();
+    let rows: Vec<(Vec<LayerDifference>, u64)> = on_pool(|| rows.collect());
     let mut differing = 0;
     for (found, pixels) in rows {
         differing += pixels;

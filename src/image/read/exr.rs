@@ -17,6 +17,7 @@ use exr::meta::attribute::{SampleType, Text};
 use exr::meta::header::Header;
 use exr::prelude::{Compression, f16};
 use phalanx_scene::film::current_channel_name;
+use phalanx_scene::on_pool;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 use std::io::ErrorKind;
@@ -246,10 +247,10 @@ impl RowReader for ExrRows {
             if batch.is_empty() {
                 break;
             }
-            let blocks: exr::error::Result<Vec<UncompressedBlock>> = batch
+            let blocks = batch
                 .into_par_iter()
-                .map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false))
-                .collect();
+                .map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false));
+            let blocks: exr::error::Result<Vec<_>> = on_pool(|| blocks.collect());
             for block in blocks.map_err(plain)? {
                 target.put(&meta.headers, &block)?;
             }

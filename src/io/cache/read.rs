@@ -5,7 +5,7 @@ use super::header::{self, BLOCK, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use phalanx_scene::{AnyColumn, RowCheck, Scene, Texture};
+use phalanx_scene::{AnyColumn, RowCheck, Scene, Texture, on_pool};
 use phalanx_trace::bvh::{Bvh, BvhArrays, LeafPrims, UnverifiedBvh};
 use rayon::prelude::*;
 use std::path::Path;
@@ -23,7 +23,7 @@ pub struct Cached {
     pub file_bytes: u64,
 }
 
-/// Opens a cache: maps it, and checks every byte and every index on the threads of rayon's pool.
+/// Opens a cache: maps it, and checks every byte and every index on the threads of a pool.
 ///
 /// # Errors
 /// [`CacheError`]: the file cannot be read, or is not a whole and sound cache of this build's
@@ -192,7 +192,7 @@ fn prove(
     let blocks = blocks(file, table, scene, claim, first_array);
     let sums: Vec<AtomicU32> = blocks.iter().map(|_| AtomicU32::new(0)).collect();
     let nonsense = AtomicUsize::new(usize::MAX);
-    blocks.par_iter().zip(&sums).for_each(|(block, sum)| {
+    let prove = |(block, sum): (&VerifyTask, &AtomicU32)| {
         sum.store(crc32fast::hash(block.bytes), Ordering::Relaxed);
         let holds = match block.proof {
             Proof::Rows(check) => check.holds(block.bytes),
@@ -201,7 +201,8 @@ fn prove(
         if !holds {
             nonsense.fetch_min(block.section, Ordering::Relaxed);
         }
-    });
+    };
+    on_pool(|| blocks.par_iter().zip(&sums).for_each(prove));
     let mut whole: Vec<crc32fast::Hasher> =
         table.iter().map(|_| crc32fast::Hasher::new()).collect();
     for (block, sum) in blocks.iter().zip(&sums) {

@@ -2,7 +2,7 @@
 
 use super::header::{self, BLOCK, SectionLayout};
 use super::settings::{self, Extra};
-use phalanx_scene::Scene;
+use phalanx_scene::{Scene, on_pool};
 use phalanx_trace::bvh::{Bvh, BvhError};
 use rayon::prelude::*;
 use std::io::{self, Write};
@@ -39,16 +39,13 @@ impl<'a> SectionData<'a> {
     }
 
     fn checksum(&self) -> u32 {
-        let blocks: Vec<crc32fast::Hasher> = self
-            .parts
-            .par_iter()
-            .flat_map(|part| part.par_chunks(BLOCK))
-            .map(|block| {
-                let mut hasher = crc32fast::Hasher::new();
-                hasher.update(block);
-                hasher
-            })
-            .collect();
+        let parts = self.parts.par_iter();
+        let blocks = parts.flat_map(|part| part.par_chunks(BLOCK)).map(|block| {
+            let mut hasher = crc32fast::Hasher::new();
+            hasher.update(block);
+            hasher
+        });
+        let blocks: Vec<crc32fast::Hasher> = on_pool(|| blocks.collect());
         let mut whole = crc32fast::Hasher::new();
         blocks.iter().for_each(|block| whole.combine(block));
         whole.finalize()

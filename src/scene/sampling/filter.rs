@@ -5,7 +5,7 @@
 //! filter's value there over that density. For a box and a tent the weight is always 1. Mitchell's
 //! filter has negative lobes, whose samples have negative weights.
 
-use std::sync::LazyLock;
+use crate::fork_safe_once::ForkSafeOnce;
 
 /// A reconstruction filter, the same along both axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,7 +69,9 @@ struct FilterTable {
     over: [f32; TABLE_STEPS],
 }
 
-static MITCHELL: LazyLock<FilterTable> = LazyLock::new(|| {
+static MITCHELL: ForkSafeOnce<FilterTable> = ForkSafeOnce::new();
+
+fn mitchell_table() -> FilterTable {
     let width = FILTER_RADIUS / TABLE_STEPS as f64;
     let size_at = |steps: f64| mitchell(steps * width).abs();
     let sizes: [f64; TABLE_STEPS] = std::array::from_fn(|k| {
@@ -86,10 +88,10 @@ static MITCHELL: LazyLock<FilterTable> = LazyLock::new(|| {
     // Both sides are drawn equally often.
     let over = sizes.map(|size| (2.0 * width * all / size) as f32);
     FilterTable { before, over }
-});
+}
 
 fn draw_mitchell(u: f32) -> (f32, f32) {
-    let table = &*MITCHELL;
+    let table = MITCHELL.get_or_init(mitchell_table);
     let side = 2.0 * u - 1.0;
     let size = side.abs();
     // There is always a step at or before: `before[0]` is 0.

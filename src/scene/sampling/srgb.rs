@@ -1,11 +1,10 @@
 //! The bytes of textures as linear numbers.
 
-use std::sync::LazyLock;
+use crate::fork_safe_once::ForkSafeOnce;
 
 /// Decoding table of IEC 61966-2-1: computed once in f64 through `libm`, so that every build holds
 /// the same bits.
-static LINEAR: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|byte| srgb_to_linear(byte as f64 / 255.0) as f32));
+static LINEAR: ForkSafeOnce<[f32; 256]> = ForkSafeOnce::new();
 
 /// The linear value of a number on the sRGB curve. Numbers above 1 follow the same curve.
 #[inline]
@@ -19,7 +18,8 @@ pub fn srgb_to_linear(encoded: f64) -> f64 {
 /// The linear value, 0 to 1, of each sRGB byte.
 #[inline]
 pub fn linear_of_srgb() -> &'static [f32; 256] {
-    &LINEAR
+    let linear = |byte| srgb_to_linear(byte as f64 / 255.0) as f32;
+    LINEAR.get_or_init(|| std::array::from_fn(linear))
 }
 
 /// Each byte as a share of 255.

@@ -4,6 +4,7 @@ use super::geodesic;
 use super::mesh_builder::{Grid, MeshBuilder, count};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
+use phalanx_scene::on_pool;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -88,7 +89,7 @@ pub(super) const ON_WALL: BoxSides = [true, true, true, true, false, true];
 
 /// The detail between `least` and `most` at which all of `parts` come closest to `target` triangles
 /// from below, or nearly so. `draw` draws one of them, with more triangles for more detail; the
-/// threads of rayon's pool count several at a time.
+/// threads of a pool count several at a time.
 pub(super) fn fitted_detail(
     target: u64,
     (mut least, mut most): (f64, f64),
@@ -97,7 +98,7 @@ pub(super) fn fitted_detail(
 ) -> f64 {
     let count_all = |detail: f64| -> u64 {
         let of_part = |part| count(|mesh| draw(&mut PartBuilder::new(mesh, detail), part));
-        (0..parts).into_par_iter().map(of_part).sum()
+        on_pool(|| (0..parts).into_par_iter().map(of_part).sum())
     };
     for _ in 0..40 {
         let middle = (least + most) / 2.0;

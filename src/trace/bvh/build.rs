@@ -17,10 +17,9 @@ use super::tree_parts::{TreePart, TreeParts};
 use super::wide::widen;
 use super::{Bvh, WideBvh};
 use phalanx_scene::huge_pages::move_to_huge_pages;
-use phalanx_scene::{NO_PRIM, Scene, thread_count};
+use phalanx_scene::{ForkSafeOnce, NO_PRIM, Scene, on_pool, thread_count};
 use rayon::prelude::*;
 use std::panic::resume_unwind;
-use std::sync::OnceLock;
 
 impl Bvh {
     /// Builds the tree of a scene: [`Quality::Medium`](super::Quality::Medium), one thread per CPU.
@@ -109,13 +108,13 @@ impl Bvh {
 
 pub(super) fn run_on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     if threads == 0 {
-        return work();
+        return on_pool(work);
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     match pool.build() {
         Ok(pool) => pool.install(work),
-        // If no thread pool can be made, the current threads do the work.
-        Err(_) => work(),
+        // If no thread pool can be made, the existing threads do the work.
+        Err(_) => on_pool(work),
     }
 }
 
@@ -145,7 +144,7 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
         sah: 1.0 + relative_cost(world.tree.weighted_cost, world.tree.bounds),
         nodes: world.tree.nodes.into(),
         slots: world.slots,
-        wide: OnceLock::new(),
+        wide: ForkSafeOnce::new(),
         geometries: GeometryStarts::of(scene),
         rays_cast: RayCounter::default(),
         parts: None,

@@ -3,8 +3,7 @@
 use super::geometry_starts::GeometryStarts;
 use super::tree_parts::TreeParts;
 use super::{Child, LeafKind, LeafPrims, Node, WideBvh};
-use phalanx_scene::{Bounds, Column};
-use std::sync::OnceLock;
+use phalanx_scene::{Bounds, Column, ForkSafeOnce};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The trees of a scene, with everything that a ray can hit: built by [`Bvh::build`], queried by
@@ -32,7 +31,7 @@ pub struct Bvh {
     pub(super) slots: LeafPrims,
     pub(super) depth: usize,
     pub(super) sah: f64,
-    pub(super) wide: OnceLock<Box<WideBvh>>,
+    pub(super) wide: ForkSafeOnce<Box<WideBvh>>,
     pub(super) geometries: GeometryStarts,
     pub(super) rays_cast: RayCounter,
     /// Parts by which the tree follows its scene; none in trees from a cache.
@@ -65,7 +64,7 @@ impl Bvh {
             slots: LeafPrims::default(),
             depth: 1,
             sah: 0.0,
-            wide: OnceLock::new(),
+            wide: ForkSafeOnce::new(),
             geometries: GeometryStarts::default(),
             rays_cast: RayCounter::default(),
             parts: None,

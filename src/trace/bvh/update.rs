@@ -23,7 +23,6 @@ use super::{Bvh, Child, Node};
 use phalanx_scene::{Bounds, Scene, SceneChanges};
 use std::ops::Range;
 use std::slice;
-use std::sync::OnceLock;
 
 /// Growth of the cost of a refitted part, by the surface area heuristic, beyond which the tree is
 /// built anew.
@@ -114,8 +113,9 @@ impl Bvh {
         if !self.refit_part(&input, &mut parts.world) {
             return false;
         }
-        if let Some(wide) = self.wide.get_mut() {
+        if let Some(mut wide) = self.wide.take() {
             wide.refit(&input);
+            self.wide.get_or_init(|| wide);
         }
         match parts.top {
             Some(_) => self.set_root(parts),
@@ -162,7 +162,7 @@ impl Bvh {
                 Some([_, top]) if wide.has_top() => wide.replace_top(widen_below(self, top)),
                 roots => *wide = widen(self, roots),
             }
-            self.wide = OnceLock::from(wide);
+            self.wide.get_or_init(|| wide);
         }
     }
 

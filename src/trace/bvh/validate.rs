@@ -16,9 +16,8 @@
 use super::geometry_starts::GeometryStarts;
 use super::tree::RayCounter;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
-use phalanx_scene::{Column, Scene};
+use phalanx_scene::{Column, ForkSafeOnce, Scene};
 use std::ops::Range;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Relaxed};
 
 /// Set in the levels of nodes of meshes.
@@ -288,7 +287,7 @@ impl UnverifiedBvh {
             slots: self.arrays.slots,
             depth: world + meshes,
             sah: self.arrays.sah,
-            wide: OnceLock::new(),
+            wide: ForkSafeOnce::new(),
             geometries: GeometryStarts::of(scene),
             rays_cast: RayCounter::default(),
             parts: None,

@@ -30,11 +30,11 @@ use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use entry_node::{EntryNode, ROOT, SegmentBox};
 pub(crate) use one_ray::OneRay;
+use phalanx_scene::ForkSafeOnce;
 use ray_state::RayState;
 use ray_stream::RayStream;
 use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleFiltered, SingleQuery};
 use std::ops::Range;
-use std::sync::OnceLock;
 
 /// Maximum number of rays in flight.
 const MAX_IN_FLIGHT: usize = 32;
@@ -43,7 +43,7 @@ const MAX_IN_FLIGHT: usize = 32;
 /// the same number of prefetched rows, would fill the nearest cache. With sixteen children per row
 /// that is 32 KiB (`perf/notes/single-rays.md`, fifth and sixth round).
 fn rays_in_flight() -> usize {
-    static RAYS_IN_FLIGHT: OnceLock<usize> = OnceLock::new();
+    static RAYS_IN_FLIGHT: ForkSafeOnce<usize> = ForkSafeOnce::new();
     *RAYS_IN_FLIGHT.get_or_init(|| {
         let rows = 2 * MAX_IN_FLIGHT * size_of::<WideNode>();
         match isa::nearest_cache() {
