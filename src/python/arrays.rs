@@ -81,13 +81,29 @@ impl<'py> Floats<'py> {
     }
 }
 
+/// The value of a cell, made if there is none. Making it takes no lock: it may let other threads
+/// run, and one that forks would leave its child a cell that nobody fills. If two threads make the
+/// value at once, one of them is kept.
+pub(crate) fn get_or_make<'a, T>(
+    py: Python<'_>,
+    cell: &'a PyOnceLock<T>,
+    make: impl FnOnce() -> PyResult<T>,
+) -> PyResult<&'a T> {
+    if cell.get(py).is_none() {
+        // Sets it with the interpreter's lock.
+        let _ = cell.set(py, make()?);
+    }
+    cell.get_or_try_init(py, || Err(value_error("there is no value")))
+}
+
 /// Imports a function of numpy once.
 pub(crate) fn numpy<'py>(
     py: Python<'py>,
     known: &PyOnceLock<Py<PyAny>>,
     name: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    known.import(py, "numpy", name).cloned()
+    let import = || Ok(py.import("numpy")?.getattr(name)?.unbind());
+    Ok(get_or_make(py, known, import)?.bind(py).clone())
 }
 
 /// A numpy array of one type, C-contiguous, aligned and in native byte order; the same array if it

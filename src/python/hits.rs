@@ -1,6 +1,6 @@
 //! Answers: columns as numpy arrays.
 
-use crate::arrays::{as_contiguous, asarray, halves, shaped};
+use crate::arrays::{as_contiguous, asarray, get_or_make, halves, shaped};
 use crate::coordinates::Coordinates;
 use crate::errors::value_error;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
@@ -279,11 +279,9 @@ impl PyHits {
                 None => [0.0; 3],
             });
             let normals = shaped(py, normals.collect(), &of_vectors(&self.shape))?;
-            Ok::<_, PyErr>(normals.unbind())
+            Ok(normals.unbind())
         };
-        self.normal
-            .get_or_try_init(py, make)
-            .map(|n| n.clone_ref(py))
+        get_or_make(py, &self.normal, make).map(|n| n.clone_ref(py))
     }
 
     /// Distances and points in double precision: (t, points), float64, of the
@@ -297,9 +295,9 @@ impl PyHits {
             let (t, points) = self
                 .source()?
                 .refined(py, &self.in_double(py)?, &self.shape)?;
-            Ok::<_, PyErr>((t.unbind(), points.unbind()))
+            Ok((t.unbind(), points.unbind()))
         };
-        let (t, points) = self.refined.get_or_try_init(py, make)?;
+        let (t, points) = get_or_make(py, &self.refined, make)?;
         Ok((t.bind(py).clone(), points.bind(py).clone()))
     }
 

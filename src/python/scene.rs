@@ -7,12 +7,12 @@ use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
 use phalanx::scene::{GeomId, SceneCamera};
-use phalanx::{BuildSettings, Bvh, NO_PRIM, Scene};
+use phalanx::{BuildSettings, Bvh, ForkSafeOnce, NO_PRIM, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Geometry to cast rays at: triangles, spheres, instances of meshes, or a
 /// whole scene from a file.
@@ -29,7 +29,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 ///
 /// Python threads may share a scene. A call uses the scene as it is when the
 /// call begins, even if geometry is added meanwhile; while one call builds
-/// the tree, others that need it wait.
+/// the tree, others that need it wait. A forked process has its parent's
+/// scenes and threads of its own; it builds trees again that were not finished.
 ///
 /// Raises ValueError for an origin that is not finite.
 ///
@@ -44,7 +45,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 /// array([ 0, -1], dtype=int32)
 #[pyclass(name = "Scene", frozen, module = "phalanx")]
 pub(crate) struct PyScene {
-    /// Held only briefly, never while Python code runs.
+    /// Held only briefly, with the interpreter's lock and never while Python code runs, so that no
+    /// fork sees it held.
     now: Mutex<Snapshot>,
 }
 
@@ -60,7 +62,7 @@ pub(crate) struct Snapshot {
 #[derive(Default)]
 struct LazyTree {
     /// The tree, or the reason why there is none.
-    made: OnceLock<Result<Arc<Bvh>, String>>,
+    made: ForkSafeOnce<Result<Arc<Bvh>, String>>,
     /// The tree of the scene before its last changes, which is updated.
     before: Mutex<Option<Arc<Bvh>>>,
 }
@@ -73,14 +75,14 @@ impl LazyTree {
             _ => self.take_before(),
         };
         LazyTree {
-            made: OnceLock::new(),
+            made: ForkSafeOnce::new(),
             before: Mutex::new(made),
         }
     }
 
+    /// Does not wait: in a process that was forked, the lock may be held for ever.
     fn take_before(&self) -> Option<Arc<Bvh>> {
-        let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
-        before.take()
+        self.before.try_lock().ok()?.take()
     }
 }
 
@@ -120,11 +122,10 @@ impl Snapshot {
 
 impl PyScene {
     fn of(scene: Scene, bvh: Option<Bvh>) -> PyScene {
-        let made = bvh.map_or_else(OnceLock::new, |bvh| Ok(Arc::new(bvh)).into());
-        let tree = LazyTree {
-            made,
-            ..LazyTree::default()
-        };
+        let tree = LazyTree::default();
+        if let Some(bvh) = bvh {
+            tree.made.get_or_init(|| Ok(Arc::new(bvh)));
+        }
         let now = Snapshot {
             scene: Arc::new(scene),
             tree: Arc::new(tree),

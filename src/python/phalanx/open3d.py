@@ -12,7 +12,6 @@ missing. There are three differences:
 from __future__ import annotations
 
 import math
-import threading
 from typing import Any, Callable, NoReturn
 
 import numpy as np
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from . import AllHits, Scene
 from ._crossings import crossings
+from ._locks import ProcessLock
 
 __all__ = ["RaycastingScene"]
 
@@ -60,7 +60,7 @@ class RaycastingScene:
         self._meshes: list[tuple[NDArray, NDArray]] = []
         self._table: _Table | None = None
         # Held while the table and its meshes may differ.
-        self._lock = threading.Lock()
+        self._lock = ProcessLock()
 
     def __reduce__(self) -> tuple[Any, ...]:
         with self._lock:

@@ -11,7 +11,6 @@ Methods, arguments and results are those of trimesh.ray.ray_pyembree, with three
 from __future__ import annotations
 
 import math
-import threading
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import AllHits, Hits, Scene
 from ._crossings import crossings, on_edge
+from ._locks import ProcessLock
 
 __all__ = ["RayMeshIntersector"]
 
@@ -66,7 +66,7 @@ class RayMeshIntersector:
         # The mesh's hash when the scene was made, the scene, and the power of two that scales it.
         self._made: tuple[int, Scene, float] | None = None
         # Held while the scene is made, so that threads share one.
-        self._lock = threading.Lock()
+        self._lock = ProcessLock()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.mesh, self._scale_to_box, self._threads)
