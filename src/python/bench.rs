@@ -29,7 +29,7 @@ impl PyScene {
     /// rays : list of str
     ///     'primary', 'shadow', 'reflection', 'refraction', 'diffuse', 'ao';
     ///     None for all.
-    /// camera : (from, at, up, fov), as in render()
+    /// camera : as for render()
     /// size : (width, height) in pixels, at most 2^22 of them
     /// threads : int; 0 or None for one per CPU
     /// repeat : int
@@ -55,7 +55,7 @@ impl PyScene {
         &self,
         py: Python<'py>,
         rays: Option<Vec<String>>,
-        camera: Option<PyCamera>,
+        camera: Option<PyCamera<'_>>,
         size: (u32, u32),
         threads: Option<i64>,
         repeat: u32,

@@ -91,22 +91,24 @@ impl Coordinates {
     }
 }
 
-/// A (3, 4) or (4, 4) map from a prototype's own coordinates to the scene's.
+/// A (3, 4) or (4, 4) map from a prototype's own coordinates to the scene's, or from a camera's.
 ///
 /// # Errors
 /// `ValueError` for any other shape, and for a last row that is not (0, 0, 0, 1).
 pub(crate) fn transform(
+    name: &str,
     object: &Bound<'_, PyAny>,
     coordinates: &Coordinates,
 ) -> PyResult<DAffine3> {
-    let array = as_contiguous::<f64>("transform", object)?;
+    let array = as_contiguous::<f64>(name, object)?;
     if !matches!(array.shape(), [3 | 4, 4]) {
-        return Err(wrong_shape("transform", "(4, 4) or (3, 4)", array.shape()));
+        return Err(wrong_shape(name, "(4, 4) or (3, 4)", array.shape()));
     }
     let numbers = array.to_vec().map_err(value_error)?;
     let rows: &[[f64; 4]] = numbers.as_chunks().0;
     if rows.get(3).is_some_and(|row| *row != [0.0, 0.0, 0.0, 1.0]) {
-        return Err(value_error("the last row of transform is not (0, 0, 0, 1)"));
+        let why = format!("the last row of {name} is not (0, 0, 0, 1)");
+        return Err(value_error(why));
     }
     let column = |k: usize| DVec3::new(rows[0][k], rows[1][k], rows[2][k]);
     let [offset, _] = coordinates.ray(column(3).into(), [0.0; 3]);

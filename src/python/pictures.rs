@@ -1,6 +1,7 @@
 //! Pictures of a scene: arrays of pixels.
 
 use crate::arrays::shaped;
+use crate::coordinates::{Coordinates, transform};
 use crate::errors::{frame_error, value_error};
 use crate::interrupt::stoppable;
 use crate::scene::{PyScene, Snapshot};
@@ -8,20 +9,37 @@ use phalanx::Scene;
 use phalanx::film::{Aov, Aovs, Film};
 use phalanx::formats::{Options, override_scene};
 use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
-use phalanx::scene::{FileView, check_image_size};
+use phalanx::glam::DVec3;
+use phalanx::scene::{FileView, ViewError, check_image_size};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A camera as passed from Python: from, at, up, and the vertical field of view in degrees.
-pub(crate) type PyCamera = ([f64; 3], [f64; 3], [f32; 3], f32);
+/// Largest distance of a camera's axis, of length 1, from where the other two put it: 0.2 degrees,
+/// which three decimals of a matrix need.
+const MAX_SKEW: f64 = 1.0 / 256.0;
+
+/// A camera as passed from Python, with its vertical field of view in degrees.
+#[derive(FromPyObject)]
+pub(crate) enum PyCamera<'py> {
+    #[pyo3(annotation = "(from, at, up, fov)")]
+    LookAt([f64; 3], [f64; 3], [f32; 3], f32),
+    #[pyo3(annotation = "(c2w, fov)")]
+    Pose(Bound<'py, PyAny>, f32),
+}
+
+type LookAt = ([f64; 3], [f64; 3], [f32; 3], f32);
 
 #[pymethods]
 impl PyScene {
     /// Renders a picture: float32, (height, width, 3), linear radiance, top
     /// row first.
     ///
-    /// camera : (from, at, up, fov)
+    /// camera : (from, at, up, fov) or (c2w, fov)
     ///     Two points, a vector, and the vertical field of view in degrees;
+    ///     or a matrix, (3, 4) or (4, 4), from the camera's coordinates to the
+    ///     scene's, as in NeRF's data, OpenGL and Blender: its columns are the
+    ///     directions right, up and backward, of any length, and the position.
+    ///     For OpenCV's and COLMAP's, negate the second and third column.
     ///     None for the file's camera, or one that frames everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
     /// spp : int
@@ -37,13 +55,15 @@ impl PyScene {
     /// threads : int; 0 or None for one per CPU
     ///
     /// These are the bits that `phalanx render` writes to an OpenEXR file.
-    /// Raises ValueError for an invalid camera, size or layer.
+    /// Raises ValueError for an invalid size or layer, and for a camera with
+    /// numbers that are not finite, without a direction, or whose axes are not
+    /// perpendicular or mirror the picture; TypeError for another tuple.
     #[pyo3(signature = (camera=None, size=None, spp=None, max_depth=None, aovs=None, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        camera: Option<PyCamera>,
+        camera: Option<PyCamera<'_>>,
         size: Option<(u32, u32)>,
         spp: Option<u32>,
         max_depth: Option<u32>,
@@ -78,7 +98,7 @@ impl PyScene {
     fn depth<'py>(
         &self,
         py: Python<'py>,
-        camera: Option<PyCamera>,
+        camera: Option<PyCamera<'_>>,
         size: Option<(u32, u32)>,
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -92,7 +112,7 @@ impl PyScene {
     fn frame_of(
         &self,
         py: Python<'_>,
-        (camera, size): (Option<PyCamera>, Option<(u32, u32)>),
+        (camera, size): (Option<PyCamera<'_>>, Option<(u32, u32)>),
         spp: Option<u32>,
         max_depth: Option<u32>,
         (aovs, threads): (Aovs, Option<i64>),
@@ -122,14 +142,14 @@ impl Snapshot {
     /// The scene with the given camera and size, if any.
     pub(crate) fn framed(
         &self,
-        camera: Option<PyCamera>,
+        camera: Option<PyCamera<'_>>,
         size: Option<(u32, u32)>,
     ) -> PyResult<Scene> {
         if let Some((width, height)) = size {
             check_image_size(width.into(), height.into()).map_err(value_error)?;
         }
         let options = Options {
-            view: camera.map(view_of),
+            view: camera.map(|camera| self.view_of(camera)).transpose()?,
             size,
             ..Options::default()
         };
@@ -142,16 +162,40 @@ impl Snapshot {
         scene.validate().map_err(value_error)?;
         Ok(scene)
     }
+
+    fn view_of(&self, camera: PyCamera<'_>) -> PyResult<FileView> {
+        let (eye, center, up, fovy) = match camera {
+            PyCamera::LookAt(eye, center, up, fovy) => (eye, center, up, fovy),
+            PyCamera::Pose(pose, fovy) => look_at(&pose, fovy, &self.coordinates())?,
+        };
+        Ok(FileView {
+            eye: eye.into(),
+            center: center.into(),
+            up: up.into(),
+            fovy,
+            ortho: None,
+        })
+    }
 }
 
-fn view_of((from, at, up, fovy): PyCamera) -> FileView {
-    FileView {
-        eye: from.into(),
-        center: at.into(),
-        up: up.into(),
-        fovy,
-        ortho: None,
+/// A camera with this map from its own coordinates: x to the right, y up, z backward. Scales are
+/// ignored, as those of a camera's node in glTF are.
+fn look_at(pose: &Bound<'_, PyAny>, fovy: f32, coordinates: &Coordinates) -> PyResult<LookAt> {
+    let to_world = transform("c2w", pose, coordinates)?;
+    if !to_world.is_finite() {
+        return Err(value_error(ViewError::NotFinite));
     }
+    let (m, eye) = (to_world.matrix3, to_world.translation);
+    let [right, up, back] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::normalize_or_zero);
+    let skew = [right.cross(up) - back, up.cross(back) - right];
+    if skew.iter().any(|skew| skew.length() > MAX_SKEW) {
+        let why = "the columns of c2w are not the perpendicular directions right, up and backward";
+        return Err(value_error(why));
+    }
+    // As far away as the scene's origin, so that rounding the points hardly turns the view.
+    let center = eye - back * eye.length().max(1.0);
+    let [eye, center] = [eye, center].map(|point| coordinates.outside(point.into()));
+    Ok((eye, center, up.as_vec3().into(), fovy))
 }
 
 fn layer(name: &str) -> PyResult<Aov> {

@@ -411,7 +411,8 @@ impl PyScene {
         prototype: u32,
         transform: &Bound<'_, PyAny>,
     ) -> PyResult<GeomId> {
-        let to_world = crate::coordinates::transform(transform, &self.now(py).coordinates())?;
+        let coordinates = self.now(py).coordinates();
+        let to_world = crate::coordinates::transform("transform", transform, &coordinates)?;
         self.change(py, |scene| {
             scene
                 .add_instance(prototype, to_world)
@@ -468,7 +469,8 @@ impl PyScene {
         geom_id: GeomId,
         transform: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let to_world = crate::coordinates::transform(transform, &self.now(py).coordinates())?;
+        let coordinates = self.now(py).coordinates();
+        let to_world = crate::coordinates::transform("transform", transform, &coordinates)?;
         self.change(py, |scene| {
             scene
                 .set_transform(geom_id, to_world)

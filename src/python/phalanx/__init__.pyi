@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 __all__ = ["AllHits", "Hits", "Scene", "isa"]
 
-# Two points, a vector, and the vertical field of view in degrees.
+# Two points, a vector, and the vertical field of view in degrees; or a matrix, and that angle.
 _Vector = Sequence[float] | NDArray[np.float32] | NDArray[np.float64]
-_Camera = tuple[_Vector, _Vector, _Vector, float]
+_Camera = tuple[_Vector, _Vector, _Vector, float] | tuple[ArrayLike, float]
 _Quality = Literal["fastest", "fast", "medium", "best"]
 
 def isa() -> str: ...
