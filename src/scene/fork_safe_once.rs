@@ -35,6 +35,12 @@ impl<T> ForkSafeOnce<T> {
         self.value.get().or_else(|| self.child.get()?.get())
     }
 
+    /// As [`ForkSafeOnce::get`], to change the value.
+    pub fn get_mut(&mut self) -> Option<&mut T> {
+        let child = &mut self.child;
+        self.value.get_mut().or_else(|| child.get_mut()?.get_mut())
+    }
+
     /// The value, made by this thread if there is none, while others of this process wait.
     #[inline]
     pub fn get_or_init(&self, make: impl FnOnce() -> T) -> &T {
@@ -52,12 +58,6 @@ impl<T> ForkSafeOnce<T> {
             cell = cell.child.get_or_init(Box::default);
         }
         cell.value.get_or_init(make)
-    }
-
-    /// Takes the value out.
-    pub fn take(&mut self) -> Option<T> {
-        let ForkSafeOnce { value, child, .. } = std::mem::take(self);
-        value.into_inner().or_else(|| child.into_inner()?.take())
     }
 }
 
@@ -134,14 +134,18 @@ mod tests {
     fn what_another_process_has_made_is_used_unless_it_must_be_made_here() {
         let mut cell = from_parent(Some(1));
         assert_eq!((cell.get(), cell.get_or_init(|| 2)), (Some(&1), &1));
+        assert_eq!(cell.get_own_or_init(|| 3), &3);
+        assert_eq!(cell.get_own_or_init(|| 4), &3);
         assert_eq!(
-            (cell.get_own_or_init(|| 3), cell.get_own_or_init(|| 4)),
-            (&3, &3)
+            (cell.clone().get(), cell.get_mut()),
+            (Some(&1), Some(&mut 1))
         );
-        assert_eq!((cell.clone().take(), cell.take()), (Some(1), Some(1)));
-        assert_eq!((cell.get(), cell.get_or_init(|| 5)), (None, &5));
         let mut cell = from_parent(None);
+        assert_eq!((cell.clone().get(), cell.get_mut()), (None, None));
         assert_eq!(cell.get_or_init(|| 6), &6);
-        assert_eq!((cell.clone().take(), cell.take()), (Some(6), Some(6)));
+        assert_eq!(
+            (cell.clone().get(), cell.get_mut()),
+            (Some(&6), Some(&mut 6))
+        );
     }
 }

@@ -60,10 +60,34 @@ pub(crate) fn map_blocks<T: Sync, R: Send>(
     }
 }
 
+/// As `map_blocks`, for rows that change. A single block is the caller's work: passing it to a
+/// pool takes longer than an update of a small scene.
+pub fn map_blocks_mut<T: Send, R: Send>(
+    rows: &mut [T],
+    len: usize,
+    work: impl Fn(&mut [T]) -> R + Sync + Send,
+) -> Vec<R> {
+    match rows.len() <= len {
+        true => rows.chunks_mut(len).map(work).collect(),
+        false => on_pool(|| rows.par_chunks_mut(len).map(work).collect()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::prims::RowCheck;
+
+    #[test]
+    fn work_runs_on_the_callers_pool_or_on_that_of_this_process() {
+        let threads = || (rayon::current_num_threads(), rayon::current_thread_index());
+        let builder = ThreadPoolBuilder::new().num_threads(3);
+        let inside = builder.build().unwrap();
+        assert!(inside.install(|| on_pool(threads) == threads()));
+        assert_eq!(inside.install(|| on_pool(threads).0), 3);
+        let (count, index) = on_pool(|| on_pool(threads));
+        assert!(index.is_some_and(|index| index < count));
+    }
 
     #[test]
     fn the_first_fault_is_found_in_any_block() {

@@ -118,11 +118,11 @@ mod forks {
     const LIMIT: Duration = Duration::from_secs(120);
 
     /// A forked process, ended if it is dropped.
-    struct Child(libc::pid_t);
+    struct ForkedProcess(libc::pid_t);
 
-    impl Child {
+    impl ForkedProcess {
         /// Forks a process that does some work, and succeeds unless that panics.
-        fn start(work: impl FnOnce()) -> Child {
+        fn start(work: impl FnOnce()) -> ForkedProcess {
             // SAFETY: the child is a copy of this thread alone. It does the work and ends, so that
             // nothing of the caller's is dropped twice.
             let pid = unsafe { libc::fork() };
@@ -132,7 +132,7 @@ mod forks {
                 unsafe { libc::_exit(i32::from(done.is_err())) };
             }
             assert!(pid > 0, "no fork");
-            Child(pid)
+            ForkedProcess(pid)
         }
 
         /// The process's status once it has ended; `None` if it hangs.
@@ -157,9 +157,9 @@ mod forks {
     fn a_child_and_its_child_answer_as_their_parent() {
         let scene = room();
         let expected = everything(&scene);
-        let child = Child::start(|| {
+        let child = ForkedProcess::start(|| {
             assert!(everything(&scene) == expected);
-            let grandchild = Child::start(|| assert!(everything(&scene) == expected));
+            let grandchild = ForkedProcess::start(|| assert!(everything(&scene) == expected));
             assert_eq!(grandchild.status(), Some(0));
             assert!(everything(&scene) == expected);
         });
@@ -170,7 +170,7 @@ mod forks {
     /// Forks while another thread does some work, at several moments of it.
     fn while_another_thread(work: impl FnOnce() + Send, child: impl Fn()) {
         let begun = Barrier::new(2);
-        let children: Vec<Child> = std::thread::scope(|scope| {
+        let children: Vec<ForkedProcess> = std::thread::scope(|scope| {
             let other = scope.spawn(|| {
                 begun.wait();
                 work();
@@ -178,7 +178,7 @@ mod forks {
             begun.wait();
             let children = (0..8).map_while(|k| {
                 std::thread::sleep(Duration::from_millis(k));
-                (k < 2 || !other.is_finished()).then(|| Child::start(&child))
+                (k < 2 || !other.is_finished()).then(|| ForkedProcess::start(&child))
             });
             children.collect()
         });

@@ -65,7 +65,11 @@ const CRATES: [(&str, &[&str], &str); 12] = [
 
 /// Modules within a crate, and the modules that each may import.
 const ROOMS: [(&str, &[&str], &str); 13] = [
-    ("scene/sampling", &[], "a definition both engines share"),
+    (
+        "scene/sampling",
+        &["fork_safe_once"],
+        "a definition both engines share",
+    ),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
     ("trace/simd", &[], "numbers know nothing of rays"),
     (

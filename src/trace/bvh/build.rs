@@ -61,7 +61,7 @@ impl Bvh {
     /// # Ok::<(), phalanx_scene::GeometryError>(())
     /// ```
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
-        run_on_threads(settings.threads, || build(scene, settings))
+        run_on_threads(settings.threads, || on_pool(|| build(scene, settings)))
     }
 
     /// The world's tree with as many children a node as there are lanes. It is made at the first
@@ -95,7 +95,8 @@ impl Bvh {
             let threads = thread_count(threads);
             let parts = self.parts.as_deref();
             let roots = parts.and_then(|parts| parts.roots(self.nodes.len()));
-            let make = || run_on_threads(threads, || Box::new(widen(self, roots)));
+            let widen = || Box::new(widen(self, roots));
+            let make = || run_on_threads(threads, || on_pool(widen));
             std::thread::scope(|scope| {
                 match std::thread::Builder::new().spawn_scoped(scope, make) {
                     Ok(maker) => maker.join().unwrap_or_else(|panic| resume_unwind(panic)),
@@ -108,13 +109,13 @@ impl Bvh {
 
 pub(super) fn run_on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     if threads == 0 {
-        return on_pool(work);
+        return work();
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     match pool.build() {
         Ok(pool) => pool.install(work),
         // If no thread pool can be made, the existing threads do the work.
-        Err(_) => on_pool(work),
+        Err(_) => work(),
     }
 }
 

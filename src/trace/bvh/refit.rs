@@ -8,9 +8,8 @@ use super::node::weighted_cost;
 use super::tree_parts::TreePart;
 use super::upper::ChunkRows;
 use super::{Bvh, Child, LeafKind, Node};
-use phalanx_scene::Bounds;
 use phalanx_scene::huge_pages::consecutive;
-use rayon::prelude::*;
+use phalanx_scene::{Bounds, map_blocks_mut};
 
 impl Node {
     /// The box around both children.
@@ -33,10 +32,11 @@ impl Bvh {
         let starts = |row: fn(&ChunkRows) -> usize| part.chunks.iter().map(row);
         let node_slices = split(&mut nodes[upper..], starts(|chunk| chunk.node));
         let triangle_slices = split(triangles, starts(|chunk| chunk.triangle));
-        let chunks = part.chunks.par_iter().zip(node_slices).zip(triangle_slices);
-        let weighted = chunks.map(|((chunk, nodes), triangles)| {
+        let chunks = part.chunks.iter().zip(node_slices).zip(triangle_slices);
+        let weighted = map_blocks_mut(&mut chunks.collect::<Vec<_>>(), 1, |rows| {
+            let ((chunk, nodes), triangles) = &mut rows[0];
             // The boxes read what has just been written.
-            for row in &mut *triangles {
+            for row in triangles.iter_mut() {
                 *row = LeafTriangle::of(input, row.prim_id);
             }
             let first = [
@@ -44,10 +44,10 @@ impl Bvh {
                 part.triangles.start + chunk.triangle,
             ];
             let count = nodes.len();
-            refit_nodes((nodes, count), triangles, first)
+            refit_nodes((&mut **nodes, count), triangles, first)
         });
         // In order, so that the sum does not depend on threads.
-        let below: f64 = weighted.collect::<Vec<f64>>().iter().sum();
+        let below: f64 = weighted.iter().sum();
         let first = [part.nodes.start, part.triangles.start];
         below + refit_nodes((nodes, upper), triangles, first)
     }

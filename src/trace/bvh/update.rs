@@ -20,7 +20,7 @@ use super::subtree::{build_subtree, relative_cost};
 use super::tree_parts::{TreePart, TreeParts};
 use super::wide::{widen, widen_below};
 use super::{Bvh, Child, Node};
-use phalanx_scene::{Bounds, Scene, SceneChanges};
+use phalanx_scene::{Bounds, Scene, SceneChanges, on_pool};
 use std::ops::Range;
 use std::slice;
 
@@ -86,7 +86,7 @@ impl Bvh {
             return false;
         }
         if changes.instances || !changes.meshes.is_empty() {
-            self.rebuild_top(scene, &mut parts);
+            on_pool(|| self.rebuild_top(scene, &mut parts));
         }
         self.geometries = GeometryStarts::of(scene);
         parts.edits = scene.edits();
@@ -113,9 +113,8 @@ impl Bvh {
         if !self.refit_part(&input, &mut parts.world) {
             return false;
         }
-        if let Some(mut wide) = self.wide.take() {
+        if let Some(wide) = self.wide.get_mut() {
             wide.refit(&input);
-            self.wide.get_or_init(|| wide);
         }
         match parts.top {
             Some(_) => self.set_root(parts),
@@ -141,7 +140,7 @@ impl Bvh {
             scene,
             meshes.map(|mesh| self.bounds_of(&mesh.nodes)).collect(),
         );
-        let wide = self.wide.take();
+        let mut wide = std::mem::take(&mut self.wide);
         let first = match parts.top {
             Some(first) => first,
             None => self.separate(&input, parts),
@@ -157,13 +156,13 @@ impl Bvh {
         let deepest = parts.meshes.iter().map(|mesh| mesh.depth).max();
         self.depth = 1 + top.tree.depth.max(parts.world.depth) + deepest.unwrap_or(0);
         self.set_root(parts);
-        if let Some(mut wide) = wide {
+        if let Some(wide) = wide.get_mut() {
             match parts.roots(self.nodes.len()) {
                 Some([_, top]) if wide.has_top() => wide.replace_top(widen_below(self, top)),
-                roots => *wide = widen(self, roots),
+                roots => **wide = widen(self, roots),
             }
-            self.wide.get_or_init(|| wide);
         }
+        self.wide = wide;
     }
 
     /// Builds a tree over the world's primitives without the instances, and leaves the place behind

@@ -7,7 +7,7 @@ use crate::bvh::leaf::LeafTriangle;
 use crate::bvh::leaf_column::LeafRow;
 use crate::simd::NATIVE;
 use glam::Vec3;
-use phalanx_scene::{Bounds, NO_PRIM, PAD};
+use phalanx_scene::{Bounds, NO_PRIM, PAD, map_blocks_mut};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time.
@@ -81,25 +81,25 @@ impl WideBvh {
 
     /// Moves the triangles, and the boxes around them, to where the scene has them now.
     pub(in crate::bvh) fn refit(&mut self, input: &BuildInput) {
-        let moved = self
-            .triangles
-            .par_iter_mut()
-            .with_min_len(GRAIN)
-            .map(|block| {
-                for lane in 0..NATIVE {
-                    if block.prim_id[lane] != NO_PRIM {
-                        let row = LeafTriangle::of(input, block.prim_id[lane]);
-                        block.put(lane, &row);
-                    }
-                }
-                block.bounds()
-            });
-        let blocks: Vec<Bounds> = moved.collect();
-        let nodes = self.nodes.par_iter_mut().with_min_len(GRAIN);
-        nodes.for_each(|node| {
+        let moved = |block: &mut TriangleBlock| {
             for lane in 0..NATIVE {
-                if let ChildRef::Triangles(k) = ChildRef::of_code(node.children[lane]) {
-                    node.set_box(lane, blocks[k as usize]);
+                if block.prim_id[lane] != NO_PRIM {
+                    let row = LeafTriangle::of(input, block.prim_id[lane]);
+                    block.put(lane, &row);
+                }
+            }
+            block.bounds()
+        };
+        let moved = |blocks: &mut [TriangleBlock]| -> Vec<Bounds> {
+            blocks.iter_mut().map(moved).collect()
+        };
+        let blocks = map_blocks_mut(&mut self.triangles, GRAIN, moved).concat();
+        map_blocks_mut(&mut self.nodes, GRAIN, |nodes| {
+            for node in nodes {
+                for lane in 0..NATIVE {
+                    if let ChildRef::Triangles(k) = ChildRef::of_code(node.children[lane]) {
+                        node.set_box(lane, blocks[k as usize]);
+                    }
                 }
             }
         });
