@@ -4,7 +4,7 @@
 use super::instance::{instance_boxes, to_object, world_objects};
 use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
 use super::tree::TwoLevelBvh;
-use phalanx_scene::{Bounds, Scene, SurfaceHit};
+use phalanx_scene::{Bounds, NO_PRIM, Scene, SurfaceHit};
 use std::borrow::Cow;
 use std::cell::Cell;
 
@@ -16,6 +16,14 @@ pub enum OracleSearch<'a> {
     /// Test of every primitive, for small scenes: the reference for any tree.
     BruteForce,
 }
+
+/// Before every hit: no number follows this one.
+pub(super) const START: SurfaceHit = SurfaceHit {
+    prim_id: NO_PRIM,
+    t: 0.0,
+    u: 0.0,
+    v: 0.0,
+};
 
 /// A scene and its search method.
 pub(super) struct SceneSearch<'a> {
@@ -182,52 +190,9 @@ impl<'a> SceneSearch<'a> {
     fn update_closest(&self, setup: &OracleRaySetup, object: u32, best: &mut Option<OracleHit>) {
         match object.checked_sub(self.scene.prim_count() as u32) {
             None => setup.update_closest(self.scene, object, best),
-            Some(instance) => self.update_closest_in(instance as usize, setup, best),
-        }
-    }
-
-    fn update_closest_in(
-        &self,
-        instance: usize,
-        setup: &OracleRaySetup,
-        best: &mut Option<OracleHit>,
-    ) {
-        let Some(interval) = self.interval_in(instance, setup) else {
-            return;
-        };
-        let (mesh, inner) = self.enter(instance, setup);
-        let mut found = None;
-        let closer =
-            |prim, found: &mut Option<OracleHit>| inner.update_closest(self.scene, prim, found);
-        match self.search {
-            OracleSearch::Tree(bvh) => {
-                // A hit beyond the best so far matters only if the clamp may bring it back.
-                let limit = best.map_or(f32::INFINITY, |b| b.t);
-                let limit = if limit < interval.tfar {
-                    limit
-                } else {
-                    f32::INFINITY
-                };
-                bvh.mesh(mesh)
-                    .closest(&inner, 0.0..limit, &mut found, closer);
-            }
-            OracleSearch::BruteForce => {
-                for prim in self.scene.meshes.prims(mesh) {
-                    closer(prim, &mut found);
-                }
-            }
-        }
-        let Some(found) = found else { return };
-        let t = min(max(found.t, interval.tnear), interval.tfar);
-        let local = found.prim_id - self.scene.meshes.first[mesh];
-        let hit = OracleHit {
-            t,
-            prim_id: self.scene.instance_first_id(instance) + local,
-            ..found
-        };
-        let wins = |b: &OracleHit| t < b.t || (t == b.t && hit.prim_id < b.prim_id);
-        if t > 0.0 && t < f32::INFINITY && best.as_ref().is_none_or(wins) {
-            *best = Some(hit);
+            Some(_) => self.object_hits_after(setup, object, &START, best, |hit, best| {
+                hit.update_next(&START, best);
+            }),
         }
     }
 
