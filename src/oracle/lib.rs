@@ -230,6 +230,13 @@ impl<'a> Oracle<'a> {
         self.integrator.search.all_after(ray, &START)
     }
 
+    /// Finds all points with 0 < t at which a ray crosses surfaces, ordered by (t, prim_id): the
+    /// hits of [`Oracle::all_hits`], and behind them the far sides of spheres, ellipsoids and
+    /// cones. The hit of a ray with a filter is the first of a primitive's that it accepts.
+    pub fn crossings(&self, ray: &OracleRay) -> Vec<OracleHit> {
+        self.integrator.search.crossings(ray)
+    }
+
     /// Returns true if anything is hit with 0 < t < `tmax`, in units of the direction.
     ///
     /// ```

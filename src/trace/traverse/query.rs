@@ -20,6 +20,8 @@ use std::ops::Range;
 pub(super) trait Query<L: Lanes>: Copy {
     /// True if near leaves should be visited first; not needed for any hit.
     const FRONT_TO_BACK: bool;
+    /// True if the far side of a primitive may count where the near side is hit.
+    const FAR_SIDES: bool = false;
     /// Limit of each ray's search.
     fn limit(&self) -> L;
     /// Distance up to which each ray enters boxes.
@@ -54,8 +56,13 @@ pub(super) trait Query<L: Lanes>: Copy {
     #[inline(always)]
     fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
         for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.limit()) {
+            if let Some(hit) = prim.intersect::<L, false>(rays, self.limit()) {
                 self.update(&hit, prim.prim_id());
+                if Self::FAR_SIDES
+                    && let Some(hit) = prim.intersect::<L, true>(rays, self.limit())
+                {
+                    self.update(&hit, prim.prim_id());
+                }
             }
         }
         false
@@ -246,7 +253,7 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
     fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
         let mut hits = L::Mask::none();
         for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.limit) {
+            if let Some(hit) = prim.intersect::<L, false>(rays, self.limit) {
                 hits = hits | (hit.valid & hit.t.lt(self.limit));
             }
         }
