@@ -165,9 +165,9 @@ fn clamped_ties_go_to_the_smaller_number() {
     assert!(ties > 200, "only {ties} ties");
 }
 
-/// Rays inside an instance much smaller than its mesh, so slow that their distances in the world end
-/// before the first triangle: the clamp puts all hits at the end of the box, and the smallest number
-/// wins, not the triangle that is closest inside.
+/// Rays inside an instance much smaller than its mesh, with directions so short that their
+/// distances in the world end before the first triangle: the clamp puts all hits at the end of the
+/// box, and the smallest number wins, not the triangle that is closest inside.
 #[test]
 fn hits_beyond_the_end_of_a_box_tie() {
     let mut rng = Rng::new(80);

@@ -58,8 +58,8 @@ pub struct RayFilter<'f> {
     /// For rays that leave a triangle. A ray within a sphere has to hit that sphere's far side, and
     /// this refuses both: use `tnear`.
     pub ignore: u32,
-    /// Decides whether a hit counts. A curved primitive may be offered twice, and counts where it is
-    /// accepted first. It must answer by the hit alone: nothing is promised about the
+    /// Decides whether a hit counts. A curved primitive may be offered twice, and counts where it
+    /// is accepted first. The closure must answer by the hit alone: nothing is promised about the
     /// order and number of its calls. It may cast rays itself.
     pub accept: &'f dyn Fn(&Hit) -> bool,
 }

@@ -307,9 +307,11 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 floor,
             };
             self.descend::<_, false>(&moved, &mut inner, tree);
-            if let Some(mut again) = query.tied(&inner, &interval) {
+            if let Some(best) = query.tied(&inner, &interval) {
+                let mut again = NextHit::new(best.t, inactive_t(), best.prim_id);
+                again.best = best;
                 self.instances(rays, &mut again, k..k + 1, floor);
-                query.take_tied(again);
+                query.take_tied(again.best);
             } else if query.exit_instance(inner, &interval, slot.id_offset) {
                 return true;
             }

@@ -1,7 +1,6 @@
 //! Queries of a traversal, the closest hit or any hit, and their work in a leaf.
 
 use super::leaf_slots::slots_of;
-use super::next_hit::NextHit;
 use crate::bvh::{Bvh, LeafKind};
 use crate::intersect::aabb::{REACH, TInterval};
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
@@ -43,15 +42,15 @@ pub(super) trait Query<L: Lanes>: Copy {
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool;
     /// Takes over the result of the query within an instance; true ends the traversal.
     fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
-    /// A query for an instance that has been searched with this result, if the result is clamped:
-    /// others may tie with it then, which compares distances in the world.
+    /// The best hits before an instance that has been searched with this result, if the result is
+    /// clamped. Others may tie with it then, which shows in distances of the world.
     #[inline(always)]
-    fn tied(&self, _: &Self, _: &TInterval<L>) -> Option<NextHit<L>> {
+    fn tied(&self, _: &Self, _: &TInterval<L>) -> Option<HitRecord<L>> {
         None
     }
-    /// Takes over the result of that query.
+    /// Takes over the best hits by those distances.
     #[inline(always)]
-    fn take_tied(&mut self, _: NextHit<L>) {}
+    fn take_tied(&mut self, _: HitRecord<L>) {}
     /// Tests primitives; true ends the traversal.
     #[inline(always)]
     fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
@@ -174,19 +173,16 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
     }
 
     #[inline(always)]
-    fn tied(&self, inner: &Self, interval: &TInterval<L>) -> Option<NextHit<L>> {
-        let (t, id) = (inner.best.t, inner.best.prim_id);
-        let clamped = t.lt(interval.tnear) | !t.lt(interval.tfar);
-        let mut next = NextHit::new(self.best.t, inactive_t(), L::U32::splat(0));
-        next.best = self.best;
-        (clamped & !id.eq(L::U32::splat(NO_PRIM)))
-            .any()
-            .then_some(next)
+    fn tied(&self, inner: &Self, interval: &TInterval<L>) -> Option<HitRecord<L>> {
+        let ClosestHit { best: found } = inner;
+        let clamped = found.t.lt(interval.tnear) | !found.t.lt(interval.tfar);
+        let met = clamped & !found.prim_id.eq(L::U32::splat(NO_PRIM));
+        met.any().then_some(self.best)
     }
 
     #[inline(always)]
-    fn take_tied(&mut self, found: NextHit<L>) {
-        self.best = found.best;
+    fn take_tied(&mut self, best: HitRecord<L>) {
+        self.best = best;
     }
 
     #[inline(always)]

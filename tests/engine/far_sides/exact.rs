@@ -20,19 +20,19 @@ pub struct Crossing {
 
 /// A line in some space, and the length of the coordinates that were rounded on the way there.
 #[derive(Clone, Copy)]
-struct Line {
+struct MappedLine {
     org: DVec3,
     dir: DVec3,
     size: f64,
 }
 
-impl Line {
+impl MappedLine {
     /// The line under a map that is given by its columns.
-    fn mapped(&self, columns: [Vec3; 4]) -> Line {
+    fn mapped(&self, columns: [Vec3; 4]) -> MappedLine {
         let [x, y, z, shift] = columns.map(Vec3::as_dvec3);
         let turn = |v: DVec3| x * v.x + y * v.y + z * v.z;
         let longest = x.length().max(y.length()).max(z.length());
-        Line {
+        MappedLine {
             org: turn(self.org) + shift,
             dir: turn(self.dir),
             size: longest * self.size + shift.length(),
@@ -62,7 +62,7 @@ pub fn curved_prims(scene: &Scene) -> Vec<u32> {
 /// The crossings of a ray's line with a curved primitive, in order.
 pub fn crossings(scene: &Scene, prim_id: u32, ray: &Ray) -> Vec<Crossing> {
     let [org, dir] = [ray.origin, ray.direction].map(|v| DVec3::from(v.map(f64::from)));
-    let mut line = Line {
+    let mut line = MappedLine {
         org,
         dir,
         size: org.length(),
@@ -87,7 +87,7 @@ pub fn crossings(scene: &Scene, prim_id: u32, ray: &Ray) -> Vec<Crossing> {
     }
 }
 
-fn sphere(line: &Line, center: DVec3, radius: f64) -> Vec<Crossing> {
+fn sphere(line: &MappedLine, center: DVec3, radius: f64) -> Vec<Crossing> {
     let speed = line.dir.length();
     let unit = line.dir / speed;
     let from_center = line.org - center;
@@ -117,7 +117,7 @@ fn sphere(line: &Line, center: DVec3, radius: f64) -> Vec<Crossing> {
         .into()
 }
 
-fn cone(line: &Line, cone: &Cone) -> Vec<Crossing> {
+fn cone(line: &MappedLine, cone: &Cone) -> Vec<Crossing> {
     let (base, apex) = (cone.base.as_dvec3(), cone.apex.as_dvec3());
     let [base_radius, apex_radius] = [cone.base_radius, cone.apex_radius].map(f64::from);
     let length = (apex - base).length();

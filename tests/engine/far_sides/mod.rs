@@ -70,9 +70,9 @@ fn random_ray(scene: &Scene, rng: &mut Rng) -> Ray {
     Ray::new(origin, (target - origin + rng.point(0.01)) * length)
 }
 
-/// What a ray refuses, besides hits at or before `tnear`.
+/// Hits that a ray refuses, besides those at or before `tnear`.
 #[derive(Clone, Copy, Debug)]
-enum Refusal {
+enum RefusedHits {
     Nothing,
     /// Hits up to this distance on primitives with odd numbers.
     OddUntil(f32),
@@ -86,7 +86,7 @@ struct FilteredRay {
     ray: Ray,
     tnear: f32,
     ignore: u32,
-    refusal: Refusal,
+    refusal: RefusedHits,
     /// The hit whose distance is `tnear`, if there is one.
     at: Option<Hit>,
 }
@@ -99,7 +99,7 @@ impl FilteredRay {
             ray,
             tnear: 0.0,
             ignore: NO_PRIM,
-            refusal: Refusal::Nothing,
+            refusal: RefusedHits::Nothing,
             at: None,
         };
         match rng.below(6) {
@@ -110,8 +110,8 @@ impl FilteredRay {
                 filtered.tnear = first.map_or(0.0, |hit| hit.t);
                 filtered.at = first;
             }
-            4 => filtered.refusal = Refusal::OddUntil(rng.range(0.0, 5.0) / speed),
-            _ => filtered.refusal = Refusal::Entries,
+            4 => filtered.refusal = RefusedHits::OddUntil(rng.range(0.0, 5.0) / speed),
+            _ => filtered.refusal = RefusedHits::Entries,
         }
         if rng.once_in(4) {
             filtered.ignore = first.map_or(NO_PRIM, |hit| hit.prim_id);
@@ -139,11 +139,11 @@ impl FilteredRay {
             _ => is_beyond(self.tnear),
         };
         let is_suitable = match self.refusal {
-            Refusal::Nothing => Some(true),
-            Refusal::OddUntil(limit) if prim_id % 2 == 1 => is_beyond(limit),
-            Refusal::OddUntil(_) => Some(true),
-            Refusal::Entries if is_twofold => None,
-            Refusal::Entries => Some(leaves),
+            RefusedHits::Nothing => Some(true),
+            RefusedHits::OddUntil(limit) if prim_id % 2 == 1 => is_beyond(limit),
+            RefusedHits::OddUntil(_) => Some(true),
+            RefusedHits::Entries if is_twofold => None,
+            RefusedHits::Entries => Some(leaves),
         };
         let tests = [
             is_beyond(0.0),
@@ -161,7 +161,7 @@ impl FilteredRay {
 
 /// Sums over all rays.
 #[derive(Debug, Default)]
-struct Tally {
+struct CrossingSums {
     rays: usize,
     hits: usize,
     /// Hits on far sides whose near side lies ahead of the origin.
@@ -170,7 +170,7 @@ struct Tally {
     undecided: usize,
 }
 
-impl Tally {
+impl CrossingSums {
     /// Compares a ray's list with f64, primitive by primitive.
     fn judge(&mut self, scene: &Scene, curved: &[u32], ray: &FilteredRay, list: &[Hit]) {
         self.rays += 1;
@@ -224,9 +224,9 @@ fn oracle_ray(ray: &Ray) -> OracleRay {
 fn list_of(scene: &Scene, bvh: &Bvh, oracle: &Oracle, filtered: &FilteredRay) -> Vec<Hit> {
     let FilteredRay { ray, .. } = filtered;
     let accept = |hit: &Hit| match filtered.refusal {
-        Refusal::Nothing => true,
-        Refusal::OddUntil(limit) => hit.prim_id % 2 == 0 || hit.t > limit,
-        Refusal::Entries => {
+        RefusedHits::Nothing => true,
+        RefusedHits::OddUntil(limit) => hit.prim_id % 2 == 0 || hit.t > limit,
+        RefusedHits::Entries => {
             let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
             let normal = DVec3::from(refine(scene, origin, direction, hit).normal);
             normal.dot(direction.into()) > 0.0
@@ -263,7 +263,7 @@ fn list_of(scene: &Scene, bvh: &Bvh, oracle: &Oracle, filtered: &FilteredRay) ->
 
 /// Checks that batches give the lists of single calls, for the rays without a closure.
 fn assert_batches(bvh: &Bvh, all: &[(FilteredRay, Vec<Hit>)]) {
-    let plain = |(ray, _): &&(FilteredRay, Vec<Hit>)| matches!(ray.refusal, Refusal::Nothing);
+    let plain = |(ray, _): &&(FilteredRay, Vec<Hit>)| matches!(ray.refusal, RefusedHits::Nothing);
     let plain: Vec<_> = all.iter().filter(plain).collect();
     let rays: RayBuffer = plain.iter().map(|(filtered, _)| filtered.ray).collect();
     let tnear: Vec<f32> = plain.iter().map(|(filtered, _)| filtered.tnear).collect();
@@ -290,7 +290,7 @@ fn assert_batches(bvh: &Bvh, all: &[(FilteredRay, Vec<Hit>)]) {
 }
 
 /// Checks one scene: all calls for random rays and filters, and every kernel without a filter.
-fn judge_scene(seed: u64, rays: usize) -> Tally {
+fn judge_scene(seed: u64, rays: usize) -> CrossingSums {
     let mut rng = Rng::new(seed);
     let scene = random_scene(&mut rng, seed.is_multiple_of(2));
     let (tree, bvh) = (TwoLevelBvh::build(&scene), Bvh::build(&scene));
@@ -300,7 +300,7 @@ fn judge_scene(seed: u64, rays: usize) -> Tally {
     };
     let oracle = Oracle::new(&scene, search, 0);
     let curved = curved_prims(&scene);
-    let mut tally = Tally::default();
+    let mut tally = CrossingSums::default();
     let mut all = Vec::new();
     for _ in 0..rays {
         let ray = random_ray(&scene, &mut rng);
@@ -329,7 +329,7 @@ fn rays_find_the_far_sides_that_f64_finds() {
     const SCENES: u64 = 1000;
     const RAYS: usize = 1000;
     let threads = thread_count(0) as u64;
-    let tallies: Vec<Tally> = std::thread::scope(|scope| {
+    let tallies: Vec<CrossingSums> = std::thread::scope(|scope| {
         let workers = (0..threads).map(|first| {
             let seeds = (first..SCENES).step_by(threads as usize);
             scope.spawn(move || {
@@ -344,7 +344,7 @@ fn rays_find_the_far_sides_that_f64_finds() {
             .flat_map(|worker| worker.join().expect("a judgment"))
             .collect()
     });
-    let sum = |of: fn(&Tally) -> usize| tallies.iter().map(of).sum::<usize>();
+    let sum = |of: fn(&CrossingSums) -> usize| tallies.iter().map(of).sum::<usize>();
     let (rays, hits) = (sum(|t| t.rays), sum(|t| t.hits));
     let (far_sides, undecided) = (sum(|t| t.far_sides), sum(|t| t.undecided));
     println!("{rays} rays, {hits} hits, {far_sides} on far sides, {undecided} undecided");
