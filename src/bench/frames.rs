@@ -84,9 +84,9 @@ impl<'a> Frames<'a> {
                     let scene = info.name.clone();
                     return Err(BenchError::View { scene, source });
                 }
-                // Neither is possible: the control belongs to this function, and frames are
-                // measured without a lens.
-                Err(FrameError::Interrupted(_) | FrameError::Lens(_)) => continue,
+                // Not possible: the control belongs to this function, and frames are measured with
+                // the settings of the scene.
+                Err(_) => continue,
             };
             let Some(expected) = &oracle else {
                 oracle = Some(frame);

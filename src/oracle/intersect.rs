@@ -197,7 +197,7 @@ impl OracleRaySetup {
     /// Replaces `best` if the primitive is hit closer, or as close with a smaller number.
     #[inline]
     pub(super) fn update_closest(&self, scene: &Scene, prim_id: u32, best: &mut Option<OracleHit>) {
-        if let Some(hit) = self.hit(scene, prim_id) {
+        if let Some(hit) = self.hit::<false>(scene, prim_id) {
             let closer = match best {
                 None => true,
                 Some(b) => hit.t < b.t || (hit.t == b.t && hit.prim_id < b.prim_id),

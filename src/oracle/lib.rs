@@ -30,9 +30,9 @@ pub use tree::{OracleTree, TwoLevelBvh};
 use glam::Vec3;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::{Dimension, FilmSamples, Sampling, SurfaceShare, concentric_disk};
-use phalanx_scene::{MatteIds, NO_PRIM, RayCounts, Scene, SurfaceHit};
+use phalanx_scene::{MatteIds, RayCounts, Scene};
 use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
-use search::SceneSearch;
+use search::{START, SceneSearch};
 use shading::{OracleMaterial, SampleSeed};
 use shadow_cache_cursor::ShadowCacheCursor;
 use whitted::{PathSegment, WhittedIntegrator};
@@ -227,14 +227,14 @@ impl<'a> Oracle<'a> {
 
     /// Finds all hits with 0 < t, ordered by (t, prim_id).
     pub fn all_hits(&self, ray: &OracleRay) -> Vec<OracleHit> {
-        // No number follows this one.
-        let start = SurfaceHit {
-            prim_id: NO_PRIM,
-            t: 0.0,
-            u: 0.0,
-            v: 0.0,
-        };
-        self.integrator.search.all_after(ray, &start)
+        self.integrator.search.all_after(ray, &START)
+    }
+
+    /// Finds all points with 0 < t at which a ray crosses surfaces, ordered by (t, prim_id): the
+    /// hits of [`Oracle::all_hits`], and behind them the far sides of spheres, ellipsoids and
+    /// cones. The hit of a ray with a filter is the first of a primitive's that it accepts.
+    pub fn crossings(&self, ray: &OracleRay) -> Vec<OracleHit> {
+        self.integrator.search.crossings(ray)
     }
 
     /// Returns true if anything is hit with 0 < t < `tmax`, in units of the direction.

@@ -36,7 +36,7 @@ pub fn occluded(scene: &Scene, rays: &[OracleRay], tmax: f32, blocked: &mut [boo
         let setup = OracleRaySetup::new(ray);
         *blocked = false;
         for prim in 0..scene.prim_count() as u32 {
-            let hit = setup.hit(scene, prim);
+            let hit = setup.hit::<false>(scene, prim);
             *blocked |= hit.is_some_and(|hit| hit.t < tmax);
         }
     }

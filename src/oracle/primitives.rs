@@ -19,31 +19,40 @@ const MIN_SPREAD: f32 = 1.0 / 1024.0;
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 impl OracleRaySetup {
-    /// The ray's hit on a primitive, if it has one at t > 0.
+    /// The ray's first hit on a primitive at t > 0, or with `FAR` the second: the far side of a
+    /// curved primitive that the ray enters.
     #[inline]
-    pub(super) fn hit(&self, scene: &Scene, prim_id: u32) -> Option<OracleHit> {
+    pub(super) fn hit<const FAR: bool>(&self, scene: &Scene, prim_id: u32) -> Option<OracleHit> {
         let prim = scene.prims[prim_id as usize];
         let i = prim.index();
         match prim.kind() {
+            PrimKind::Triangle if FAR => None,
             PrimKind::Triangle => self.triangle(scene.triangles.corners(i), scene, prim_id),
             PrimKind::Sphere => {
                 let from_center = self.ray.org - scene.spheres.center.get(i);
-                self.sphere(
-                    from_center,
-                    self.ray.dir,
-                    scene.spheres.radius[i],
-                    scene,
-                    prim_id,
-                )
+                let radius = scene.spheres.radius[i];
+                self.sphere::<FAR>(from_center, self.ray.dir, radius, scene, prim_id)
             }
             PrimKind::Ellipsoid => {
                 let [x, y, z, shift] = scene.ellipsoids.object_columns(i);
                 let rotate = |v: Vec3| (x * v.x + y * v.y) + z * v.z;
                 let org = rotate(self.ray.org) + shift;
-                self.sphere(org, rotate(self.ray.dir), 1.0, scene, prim_id)
+                self.sphere::<FAR>(org, rotate(self.ray.dir), 1.0, scene, prim_id)
             }
-            PrimKind::Cone => self.cone(scene, i, prim_id),
+            PrimKind::Cone => self.cone::<FAR>(scene, i, prim_id),
         }
+    }
+
+    /// The first hit and, with `FAR_SIDES`, the second.
+    pub(super) fn hits<const FAR_SIDES: bool>(
+        &self,
+        scene: &Scene,
+        prim_id: u32,
+    ) -> impl Iterator<Item = OracleHit> {
+        let far = FAR_SIDES.then(|| self.hit::<true>(scene, prim_id));
+        [self.hit::<false>(scene, prim_id), far.flatten()]
+            .into_iter()
+            .flatten()
     }
 
     fn triangle(&self, stored: [Vec3; 3], scene: &Scene, prim_id: u32) -> Option<OracleHit> {
@@ -107,7 +116,7 @@ impl OracleRaySetup {
         if t.is_finite() { t as f32 } else { otherwise }
     }
 
-    fn sphere(
+    fn sphere<const FAR: bool>(
         &self,
         from_center: Vec3,
         dir: Vec3,
@@ -129,7 +138,11 @@ impl OracleRaySetup {
         let q = if b < 0.0 { b - root } else { b + root };
         let (t0, t1) = (c / q, q / a);
         let (near, far) = (min(t0, t1), max(t0, t1));
-        let raw = if near > 0.0 { near } else { far };
+        let enters = near > 0.0;
+        if FAR && !enters {
+            return None;
+        }
+        let raw = if enters && !FAR { near } else { far };
         let t = self.clamp(raw, scene, prim_id)?;
         Some(OracleHit {
             t,
@@ -145,8 +158,8 @@ impl OracleRaySetup {
             .clamp(raw)
     }
 
-    /// The ray's hit on the cone at `i`, if it has one at t > 0.
-    fn cone(&self, scene: &Scene, i: usize, prim_id: u32) -> Option<OracleHit> {
+    /// The ray's hit on the cone at `i`: see [`OracleRaySetup::hit`].
+    fn cone<const FAR: bool>(&self, scene: &Scene, i: usize, prim_id: u32) -> Option<OracleHit> {
         let interval = self.intersect_box(&scene.prim_bounds(prim_id).padded());
         let frame = scene.cones.frame(i);
         let (org, dir) = (self.ray.org, self.ray.dir);
@@ -183,6 +196,8 @@ impl OracleRaySetup {
             false => valid(from_outside),
         };
         let raw = match (outer, valid(from_inside)) {
+            (Some(a), Some(b)) if FAR => max(a, b),
+            _ if FAR => return None,
             (Some(a), Some(b)) => min(a, b),
             (a, b) => a.or(b)?,
         };

@@ -4,7 +4,7 @@
 use super::instance::{instance_boxes, to_object, world_objects};
 use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
 use super::tree::TwoLevelBvh;
-use phalanx_scene::{Bounds, Scene, SurfaceHit};
+use phalanx_scene::{Bounds, NO_PRIM, Scene, SurfaceHit};
 use std::borrow::Cow;
 use std::cell::Cell;
 
@@ -16,6 +16,14 @@ pub enum OracleSearch<'a> {
     /// Test of every primitive, for small scenes: the reference for any tree.
     BruteForce,
 }
+
+/// Before every hit: no number follows this one.
+pub(super) const START: SurfaceHit = SurfaceHit {
+    prim_id: NO_PRIM,
+    t: 0.0,
+    u: 0.0,
+    v: 0.0,
+};
 
 /// A scene and its search method.
 pub(super) struct SceneSearch<'a> {
@@ -70,16 +78,30 @@ impl<'a> SceneSearch<'a> {
         best
     }
 
+    /// Every point at which a ray crosses a surface, in the order of (t, prim_id): of curved
+    /// primitives both sides.
+    pub(super) fn crossings(&self, ray: &OracleRay) -> Vec<OracleHit> {
+        self.list_after::<true>(ray, &START)
+    }
+
     /// The first hit after another, by (t, prim_id).
     pub(super) fn closest_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Option<OracleHit> {
-        self.hits_after(ray, after, |hit, best| hit.update_next(after, best))
+        self.hits_after::<false>(ray, after, |hit, best| hit.update_next(after, best))
     }
 
     /// All hits after another, in the order of (t, prim_id).
     pub(super) fn all_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Vec<OracleHit> {
+        self.list_after::<false>(ray, after)
+    }
+
+    fn list_after<const FAR_SIDES: bool>(
+        &self,
+        ray: &OracleRay,
+        after: &SurfaceHit,
+    ) -> Vec<OracleHit> {
         let mut all = Vec::new();
         // There is never a best hit, so that nothing ends the search early.
-        self.hits_after(ray, after, |hit, _| {
+        self.hits_after::<FAR_SIDES>(ray, after, |hit, _| {
             all.extend(hit.is_after(after).then_some(hit));
         });
         all.sort_unstable_by_key(|hit| (hit.t.to_bits(), hit.prim_id));
@@ -87,8 +109,8 @@ impl<'a> SceneSearch<'a> {
     }
 
     /// Passes `take` the hits of which one may come after `after`, and before the best so far,
-    /// which it sets; returns the last best.
-    fn hits_after(
+    /// which it sets; returns the last best. With `FAR_SIDES`, a curved primitive may be hit twice.
+    fn hits_after<const FAR_SIDES: bool>(
         &self,
         ray: &OracleRay,
         after: &SurfaceHit,
@@ -97,7 +119,7 @@ impl<'a> SceneSearch<'a> {
         let setup = OracleRaySetup::new(ray);
         let mut best = None;
         let mut next = |object, best: &mut Option<OracleHit>| {
-            self.object_hits_after(&setup, object, after, best, &mut take);
+            self.object_hits_after::<FAR_SIDES>(&setup, object, after, best, &mut take);
         };
         match self.search {
             OracleSearch::Tree(bvh) => {
@@ -112,7 +134,7 @@ impl<'a> SceneSearch<'a> {
     }
 
     /// Passes `take` the hits of one object.
-    fn object_hits_after(
+    fn object_hits_after<const FAR_SIDES: bool>(
         &self,
         setup: &OracleRaySetup,
         object: u32,
@@ -121,7 +143,7 @@ impl<'a> SceneSearch<'a> {
         mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) {
         let Some(instance) = object.checked_sub(self.scene.prim_count() as u32) else {
-            if let Some(hit) = setup.hit(self.scene, object) {
+            for hit in setup.hits::<FAR_SIDES>(self.scene, object) {
                 take(hit, best);
             }
             return;
@@ -133,13 +155,12 @@ impl<'a> SceneSearch<'a> {
         let (mesh, inner) = self.enter(instance, setup);
         let first_id = self.scene.instance_first_id(instance);
         let mut next = |prim: u32, best: &mut Option<OracleHit>| {
-            let Some(hit) = inner.hit(self.scene, prim) else {
-                return;
-            };
-            let t = min(max(hit.t, interval.tnear), interval.tfar);
             let prim_id = first_id + (prim - self.scene.meshes.first[mesh]);
-            if t > 0.0 && t < f32::INFINITY {
-                take(OracleHit { t, prim_id, ..hit }, best);
+            for hit in inner.hits::<FAR_SIDES>(self.scene, prim) {
+                let t = min(max(hit.t, interval.tnear), interval.tfar);
+                if t > 0.0 && t < f32::INFINITY {
+                    take(OracleHit { t, prim_id, ..hit }, best);
+                }
             }
         };
         match self.search {
@@ -182,52 +203,9 @@ impl<'a> SceneSearch<'a> {
     fn update_closest(&self, setup: &OracleRaySetup, object: u32, best: &mut Option<OracleHit>) {
         match object.checked_sub(self.scene.prim_count() as u32) {
             None => setup.update_closest(self.scene, object, best),
-            Some(instance) => self.update_closest_in(instance as usize, setup, best),
-        }
-    }
-
-    fn update_closest_in(
-        &self,
-        instance: usize,
-        setup: &OracleRaySetup,
-        best: &mut Option<OracleHit>,
-    ) {
-        let Some(interval) = self.interval_in(instance, setup) else {
-            return;
-        };
-        let (mesh, inner) = self.enter(instance, setup);
-        let mut found = None;
-        let closer =
-            |prim, found: &mut Option<OracleHit>| inner.update_closest(self.scene, prim, found);
-        match self.search {
-            OracleSearch::Tree(bvh) => {
-                // A hit beyond the best so far matters only if the clamp may bring it back.
-                let limit = best.map_or(f32::INFINITY, |b| b.t);
-                let limit = if limit < interval.tfar {
-                    limit
-                } else {
-                    f32::INFINITY
-                };
-                bvh.mesh(mesh)
-                    .closest(&inner, 0.0..limit, &mut found, closer);
-            }
-            OracleSearch::BruteForce => {
-                for prim in self.scene.meshes.prims(mesh) {
-                    closer(prim, &mut found);
-                }
-            }
-        }
-        let Some(found) = found else { return };
-        let t = min(max(found.t, interval.tnear), interval.tfar);
-        let local = found.prim_id - self.scene.meshes.first[mesh];
-        let hit = OracleHit {
-            t,
-            prim_id: self.scene.instance_first_id(instance) + local,
-            ..found
-        };
-        let wins = |b: &OracleHit| t < b.t || (t == b.t && hit.prim_id < b.prim_id);
-        if t > 0.0 && t < f32::INFINITY && best.as_ref().is_none_or(wins) {
-            *best = Some(hit);
+            Some(_) => self.object_hits_after::<false>(setup, object, &START, best, |hit, best| {
+                hit.update_next(&START, best);
+            }),
         }
     }
 
@@ -248,7 +226,7 @@ impl<'a> SceneSearch<'a> {
     /// Returns true if the object is hit before `tmax`.
     fn is_hit(&self, setup: &OracleRaySetup, object: u32, tmax: f32) -> bool {
         let Some(instance) = object.checked_sub(self.scene.prim_count() as u32) else {
-            let hit = setup.hit(self.scene, object);
+            let hit = setup.hit::<false>(self.scene, object);
             return hit.is_some_and(|hit| hit.t < tmax);
         };
         let instance = instance as usize;
@@ -264,7 +242,7 @@ impl<'a> SceneSearch<'a> {
             tmax
         };
         let blocks = |prim| {
-            let hit = inner.hit(self.scene, prim);
+            let hit = inner.hit::<false>(self.scene, prim);
             hit.is_some_and(|hit| hit.t < limit)
         };
         match self.search {

@@ -76,13 +76,14 @@ impl PyScene {
     ///     Either may be a single row for all, or any other shape that numpy
     ///     broadcasts. Alternatively origins alone, as (..., 6): each origin
     ///     followed by its direction. C-contiguous float32 arrays are used as
-    ///     they are, others are converted. Directions may have any length but
-    ///     zero: distances are in units of it.
+    ///     they are, others are converted. Directions may have lengths from
+    ///     1e-12 to 1e12: distances are in units of it.
     /// tmax : a number, or an array with one for each ray
     ///     Hits count if 0 < t < tmax. None is infinity.
     /// threads : int; 0 or None for one per CPU
     /// tnear : a number, or an array with one for each ray
-    ///     Hits count if tnear < t, too: the ray passes through nearer ones.
+    ///     Hits count if tnear < t, too: the ray passes through nearer ones,
+    ///     also into a sphere, whose far side it then hits.
     /// mask : an integer, or an array of integers, with one for each ray
     ///     Only geometries whose mask shares a bit count: see set_mask().
     /// ignore : an integer, or an array of integers, with one for each ray

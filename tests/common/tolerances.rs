@@ -112,3 +112,8 @@ pub const LAYER_SUM: f32 = 4.0 * f32::EPSILON;
 /// A distance to any triangle, relative: the requirement, three times the worst of ten million
 /// rays.
 pub const DISTANCE: f64 = 1e-5;
+
+/// Share of hits on curved primitives that f64 cannot decide with the bounds of [`HIT_ULPS`] and
+/// [`CONE_ULPS`]: at silhouettes, at the ends of cones, and where a ray or its limit begins on a
+/// surface, as a quarter of the rays in that test do.
+pub const UNDECIDED_CROSSINGS: f64 = 0.05;

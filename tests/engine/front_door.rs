@@ -2,11 +2,14 @@
 //! including invalid rays.
 
 use crate::common::rng::Rng;
+use crate::common::scenes;
+use crate::common::tolerances::DISTANCE;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use phalanx::bvh::Bvh;
+use phalanx::bvh::{BuildSettings, Bvh};
 use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
 use phalanx::scene::{Cone, GeometryError, NO_GEOM, Scene};
-use phalanx::{BatchError, Hit, HitBuffer, Ray, RayBuffer, RayColumns, TMax};
+use phalanx::{BatchError, Hit, HitBuffer, Ray, RayBuffer, RayColumns, RayFilter, TMax};
+use std::time::{Duration, Instant};
 
 /// Lengths around those of packets, pairs, beams and chunks.
 const LENGTHS: [usize; 12] = [0, 1, 7, 8, 9, 15, 17, 511, 513, 1000, 4097, 9001];
@@ -382,4 +385,95 @@ fn columns_of_other_lengths_are_refused() {
     let found = bvh.occluded_batch(&rays, &mut [false; 3], 1);
     let told = "the column blocked has 3 rows, and there are 10 rays";
     assert_eq!(found.unwrap_err().to_string(), told);
+}
+
+/// Directions of the lengths that [`Ray::direction`] documents, and surfaces of the sizes there.
+#[test]
+fn directions_of_the_documented_lengths_hit() {
+    for size in [1e-6f32, 1e-3, 1.0, 1e3, 1e6] {
+        let mut scene = Scene::new();
+        let corner = |x: f32, y: f32| [x * size, y * size, 0.0];
+        let square = [
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        let faces = [[0, 1, 2], [0, 2, 3]];
+        let mesh = scene.add_prototype(&square, &faces).unwrap();
+        // Side by side, all in the plane z = 0 or tangent to it.
+        let at = |k: u32| Vec3::X * size * 4.0 * k as f32;
+        scene.add_mesh(&square, &faces).unwrap();
+        scene.add_sphere(at(1) + Vec3::Z * size, size, 0);
+        let half = Vec3::new(0.5, 1.0, 1.0) * size;
+        scenes::add_ellipsoid(&mut scene, at(2) + Vec3::Z * size, half, Vec3::ZERO, 0);
+        let lying = |end: f32| at(3) + Vec3::new(0.0, end, 1.0) * size;
+        scene.add_cone(
+            Cone {
+                base: lying(-1.0),
+                apex: lying(1.0),
+                base_radius: size,
+                apex_radius: size,
+                inside: false,
+            },
+            0,
+        );
+        let place = DAffine3::from_translation(at(4).as_dvec3());
+        scene.add_instance(mesh, place).unwrap();
+        let bvh = Bvh::build(&scene);
+        let mut all = Vec::new();
+        for length in [1e-12f32, 1.1e-12, 1e-6, 1.0, 1e6, 0.9e12, 1e12] {
+            for (k, tilt) in (0..5).flat_map(|k| [0.0, 0.3].map(|tilt| (k, tilt))) {
+                // From three sizes below to where each touches the plane, straight or at an angle.
+                let toward = Vec3::new(tilt, 0.0, 1.0).normalize();
+                let origin = at(k) - toward * (3.0 * size / toward.z);
+                all.push((
+                    Ray::new(origin, toward * length),
+                    3.0 * size / toward.z / length,
+                ));
+            }
+        }
+        let rays: Vec<Ray> = all.iter().map(|(ray, _)| *ray).collect();
+        assert_oracle(&scene, &bvh, &rays, 1);
+        for (ray, expected) in all {
+            let hit = bvh
+                .intersect(&ray)
+                .unwrap_or_else(|| panic!("{size}: {ray:?}"));
+            let error = (hit.t / expected - 1.0).abs();
+            assert!(
+                error < DISTANCE as f32,
+                "{size}: {ray:?}: {hit:?}, {expected}"
+            );
+            assert!(bvh.occluded(&ray));
+            let filter = RayFilter {
+                tnear: 0.5 * expected,
+                ..RayFilter::default()
+            };
+            assert_eq!(bvh.intersect_filtered(&ray, &filter), Some(hit));
+        }
+    }
+}
+
+/// More threads than there are CPUs or primitives change nothing, and don't take minutes.
+#[test]
+fn trees_take_no_more_threads_than_they_have_work_for() {
+    let start = Instant::now();
+    let (vertices, indices) = soup(&mut Rng::new(15), 50_000);
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(&vertices, &indices).unwrap();
+    let build = |threads: usize| {
+        let settings = BuildSettings {
+            threads,
+            ..BuildSettings::default()
+        };
+        let bvh = Bvh::build_with(&scene, &settings);
+        bvh.build_wide(threads);
+        bvh
+    };
+    let (mut many, one) = (build(usize::MAX), build(1));
+    assert_eq!(format!("{:?}", many.nodes()), format!("{:?}", one.nodes()));
+    scene.set_vertices(mesh, &vertices).unwrap();
+    many.update(&scene);
+    // A thread for each of the largest number took four minutes.
+    assert!(start.elapsed() < Duration::from_secs(60));
 }

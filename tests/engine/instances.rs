@@ -10,7 +10,7 @@ use phalanx::bvh::{BuildSettings, Bvh, Quality};
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::{Scene, SceneError};
-use phalanx::{GeometryError, Ray};
+use phalanx::{GeometryError, Ray, RayFilter};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
@@ -122,6 +122,88 @@ fn ties_go_to_the_smaller_number() {
         let hit = engines.closest(&toward(Vec3::new(0.2, 0.2, 3.0), Vec3::new(0.2, 0.2, 0.0)));
         assert_eq!(hit.map(|h| h.prim_id), Some(direct));
     });
+}
+
+/// Hits inside an instance that the clamp to its box puts at one distance are a tie like any other:
+/// the closest hit is the first of all hits. Directions so short that the slab test cannot tell
+/// planes apart clamp many.
+#[test]
+fn clamped_ties_go_to_the_smaller_number() {
+    let mut rng = Rng::new(79);
+    let mut ties = 0;
+    for _ in 0..60 {
+        let mut scene = scenes::bare();
+        scenes::add_instances(&mut scene, &mut rng, 1.0, 0);
+        for _ in 0..3 {
+            let map = scenes::extreme_map(&mut rng, 1.0);
+            scene.add_instance(0, map).expect("an invertible map");
+        }
+        let bvh = Bvh::build(&scene);
+        with_engines(&scene, |engines| {
+            for _ in 0..40 {
+                let rays = [0; 8].map(|_| {
+                    let ray = random_ray(&scene, &mut rng, 1.0);
+                    let tiny = rng.magnitude(-44.0, -20.0);
+                    let shrunk = rng.pick(&[1.0, tiny]);
+                    OracleRay::new(ray.org, ray.dir * shrunk)
+                });
+                let hits = engines.closest_of(&rays);
+                for (ray, hit) in rays.iter().zip(hits) {
+                    let all = engines.brute.all_hits(ray);
+                    let first = all.first().map(hit_bits);
+                    assert_eq!(hit.as_ref().map(hit_bits), first, "{ray:?}");
+                    ties += usize::from(all.len() > 1 && all[0].t == all[1].t);
+                    let ray = Ray::new(ray.org, ray.dir);
+                    let hit = bvh.intersect(&ray);
+                    assert_eq!(bvh.intersect_filtered(&ray, &RayFilter::default()), hit);
+                    let listed = bvh.all_hits_filtered(&ray, &RayFilter::default());
+                    assert_eq!(listed.first().copied(), hit, "{ray:?}");
+                }
+            }
+        });
+    }
+    assert!(ties > 200, "only {ties} ties");
+}
+
+/// Rays inside an instance much smaller than its mesh, with directions so short that their
+/// distances in the world end before the first triangle: the clamp puts all hits at the end of the
+/// box, and the smallest number wins, not the triangle that is closest inside.
+#[test]
+fn hits_beyond_the_end_of_a_box_tie() {
+    let mut rng = Rng::new(80);
+    let mut reordered = 0;
+    for _ in 0..30 {
+        let mut scene = scenes::bare();
+        let mesh = scene.begin_mesh();
+        for _ in 0..40 {
+            scene.add_triangle([0; 3].map(|_| rng.point(1.0)), None, 0);
+        }
+        scene.end_mesh(mesh);
+        let mut map = scenes::random_map(&mut rng, 1e-3);
+        map.matrix3 *= 1e-3;
+        scene.add_instance(mesh, map).expect("an invertible map");
+        let bvh = Bvh::build(&scene);
+        with_engines(&scene, |engines| {
+            for _ in 0..40 {
+                let rays = [0; 8].map(|_| {
+                    let inside = map.transform_point3(rng.point(0.3).as_dvec3());
+                    let slow = rng.direction() * rng.magnitude(-27.0, -24.0);
+                    OracleRay::new(inside.as_vec3(), slow)
+                });
+                for (ray, hit) in rays.iter().zip(engines.closest_of(&rays)) {
+                    let all = engines.brute.all_hits(ray);
+                    let first = all.first().map(hit_bits);
+                    assert_eq!(hit.as_ref().map(hit_bits), first, "{ray:?}");
+                    reordered += usize::from(all.len() > 1 && all[0].t == all[1].t);
+                    let listed =
+                        bvh.all_hits_filtered(&Ray::new(ray.org, ray.dir), &RayFilter::default());
+                    let listed = listed.first().map(|hit| hit.prim_id);
+                    assert_eq!(listed, hit.map(|hit| hit.prim_id), "{ray:?}");
+                }
+            }
+        });
+    }
+    assert!(reordered > 1000, "only {reordered} ties");
 }
 
 /// A flat mesh lies entirely in the surface of its box, where rounding could lose it.

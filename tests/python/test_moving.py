@@ -109,6 +109,24 @@ def test_rays_choose_what_they_hit():
         scene.intersect(ORIGINS, DOWN, ignore=0.5)
 
 
+def test_rays_that_start_in_a_sphere_hit_its_far_side():
+    scene = phalanx.Scene()
+    scene.add_spheres([[0, 0, 0]], 1.0)
+    ray = [[0, 0, -5]], [0, 0, 1]
+    assert scene.intersect(*ray, tnear=4).t.tolist() == [6.0]
+    assert scene.intersect(*ray, tnear=6).t.tolist() == [np.inf]
+    assert scene.occluded(*ray, tnear=5).tolist() == [True]
+    assert scene.occluded(*ray, tnear=5, tmax=6).tolist() == [False]
+    assert scene.count(*ray, tnear=[3, 5]).tolist() == [1, 1]
+    assert scene.all_hits(*ray, tnear=[3, 5, 7]).t.tolist() == [4.0, 6.0]
+    assert scene.intersect(*ray, ignore=0).t.tolist() == [np.inf]
+    rng = np.random.default_rng(0)
+    starts = rng.normal(size=(1000, 3))
+    starts = np.float32(starts / np.linalg.norm(starts, axis=1, keepdims=True))
+    inward = -starts + 0.3 * rng.uniform(-1, 1, starts.shape)
+    assert (scene.intersect(starts, inward, tnear=1e-3).t > 0.5).all()
+
+
 def test_no_rays_have_no_hits():
     scene, _ = scene_of_three()
     for hits in (scene.intersect([], []), scene.intersect([]), scene.intersect([], DOWN)):

@@ -16,4 +16,10 @@ pub enum FrameError {
     /// The settings describe an impossible lens.
     #[error(transparent)]
     Lens(#[from] LensError),
+    /// The picture has no width or no height, or the region lies outside of it.
+    #[error("the picture has no pixels, or none within the region")]
+    NoPixels,
+    /// The minimum weight of bounces is NaN.
+    #[error("the minimum weight of bounces is not a number")]
+    MinWeight,
 }

@@ -52,7 +52,9 @@ pub struct Frame {
 /// # Errors
 /// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken,
 /// [`FrameError::View`] if the scene has no camera frame, which [`Scene::validate`] would have
-/// reported, [`FrameError::Lens`] if the given lens is impossible.
+/// reported, [`FrameError::Lens`] if the given lens is impossible, [`FrameError::NoPixels`] if the
+/// width or the height is 0 or the region lies outside the picture, [`FrameError::MinWeight`] if
+/// that weight is NaN.
 pub fn render(
     scene: &Scene,
     accel: &Accel,

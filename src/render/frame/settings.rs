@@ -52,7 +52,7 @@ pub struct Settings {
     /// For this product, not for the light, weights are divided by |Ks| + |Kt| where that is more
     /// than 1. So the rays of one depth have no more weight than their camera ray, and no more than
     /// 3/`min_weight` of them are traced, regardless of the materials. With 0, all are traced.
-    /// `None` means [`Settings::min_path_weight`].
+    /// `None` means [`Settings::min_path_weight`], NaN is an error.
     pub min_weight: Option<f32>,
     /// Camera rays per pixel.
     pub sampling: Sampling,
@@ -136,11 +136,17 @@ impl Settings {
         self.tile.clamp(8, 1024).next_multiple_of(8)
     }
 
-    /// The camera that takes the picture.
+    /// The camera that takes the picture, if these settings describe one.
     ///
     /// # Errors
     /// [`FrameError`], except for interruption.
     pub fn camera(&self, scene: &Scene) -> Result<Camera, FrameError> {
+        if self.window().pixels() == 0 {
+            return Err(FrameError::NoPixels);
+        }
+        if self.min_path_weight().is_nan() {
+            return Err(FrameError::MinWeight);
+        }
         let camera = Camera::new(&scene.view, self.width, self.height)?;
         Ok(match self.lens {
             Some(Lens { aperture, focus }) => camera.with_lens(Lens {

@@ -21,6 +21,10 @@ use phalanx_scene::{ForkSafeOnce, NO_PRIM, Scene, on_pool, thread_count};
 use rayon::prelude::*;
 use std::panic::resume_unwind;
 
+/// Minimum number of rows for which a thread is made: it takes as long as building a tree of some
+/// hundred.
+const ROWS_PER_THREAD: usize = 1 << 9;
+
 impl Bvh {
     /// Builds the tree of a scene: [`Quality::Medium`](super::Quality::Medium), one thread per CPU.
     ///
@@ -61,7 +65,9 @@ impl Bvh {
     /// # Ok::<(), phalanx_scene::GeometryError>(())
     /// ```
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
-        run_on_threads(settings.threads, || on_pool(|| build(scene, settings)))
+        run_on_threads(settings.threads, scene.prims.len(), || {
+            on_pool(|| build(scene, settings))
+        })
     }
 
     /// The world's tree with as many children a node as there are lanes. It is made at the first
@@ -95,8 +101,9 @@ impl Bvh {
             let threads = thread_count(threads);
             let parts = self.parts.as_deref();
             let roots = parts.and_then(|parts| parts.roots(self.nodes.len()));
+            let nodes = self.nodes.len();
             let widen = || Box::new(widen(self, roots));
-            let make = || run_on_threads(threads, || on_pool(widen));
+            let make = || run_on_threads(threads, nodes, || on_pool(widen));
             std::thread::scope(|scope| {
                 match std::thread::Builder::new().spawn_scoped(scope, make) {
                     Ok(maker) => maker.join().unwrap_or_else(|panic| resume_unwind(panic)),
@@ -107,10 +114,15 @@ impl Bvh {
     }
 }
 
-pub(super) fn run_on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+/// Does the work of `rows` primitives or nodes on threads of its own; 0 for one per CPU.
+pub(super) fn run_on_threads<T>(threads: usize, rows: usize, work: impl FnOnce() -> T + Send) -> T
+where
+    T: Send,
+{
     if threads == 0 {
         return work();
     }
+    let threads = threads.min(1 + rows / ROWS_PER_THREAD);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     match pool.build() {
         Ok(pool) => pool.install(work),

@@ -54,6 +54,7 @@ impl Quality {
 pub struct BuildSettings {
     /// Trade of build time for tracing speed.
     pub quality: Quality,
-    /// Threads to build with; 0 for one per CPU. They change only the time.
+    /// Threads to build with, no more than there is work for; 0 for one per CPU. They change only
+    /// the time.
     pub threads: usize,
 }

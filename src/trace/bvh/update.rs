@@ -68,7 +68,7 @@ impl Bvh {
         let settings = self.parts.as_ref().map(|parts| parts.settings);
         let settings = settings.unwrap_or_default();
         let had_wide = self.has_wide();
-        if !run_on_threads(settings.threads, || self.follow(scene)) {
+        if !run_on_threads(settings.threads, scene.prims.len(), || self.follow(scene)) {
             *self = Bvh::build_with(scene, &settings);
             if had_wide {
                 self.build_wide(settings.threads);

@@ -74,10 +74,11 @@ impl<T: Copy + PartialEq> PerRay<'_, T> {
 
 /// Rays of a batch: x, y and z of origins and directions in separate slices.
 ///
-/// Origins are in scene units; directions may have any length, and distances are in units of it. A
-/// ray with an origin or direction that is not finite, a zero direction, or a `tmax` that is NaN,
-/// zero or negative misses everything. For speed, adjacent rays in the slices should be coherent,
-/// like the rays of one square of a picture; answers do not depend on it.
+/// Origins are in scene units; directions may have lengths from 10⁻¹² to 10¹² (see
+/// [`Ray::direction`](crate::Ray::direction)), and distances are in units of it. A ray with an
+/// origin or direction that is not finite, a zero direction, or a `tmax` that is NaN, zero or
+/// negative misses everything. For speed, adjacent rays in the slices should be coherent, like the
+/// rays of one square of a picture; answers do not depend on it.
 ///
 /// ```
 /// use phalanx_trace::{RayColumns, TMax};

@@ -18,6 +18,9 @@ const CHUNK: usize = 512;
 
 /// Filter of a ray's hits, besides its `tmax`. The default accepts all.
 ///
+/// A sphere, an ellipsoid or a cone is hit where the ray first crosses it, or if the filter refuses
+/// that, where it crosses it again.
+///
 /// ```
 /// use phalanx_scene::Scene;
 /// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
@@ -33,8 +36,10 @@ const CHUNK: usize = 512;
 ///
 /// assert_eq!(hit(RayFilter::default()), Some(near));
 /// assert_eq!(hit(RayFilter { mask: 0b10, ..RayFilter::default() }), Some(far));
-/// assert_eq!(hit(RayFilter { tnear: 2.5, ..RayFilter::default() }), Some(far));
-/// // A ray that leaves a surface does not hit it again.
+/// // From within the near sphere its far side is hit, at t = 4.
+/// assert_eq!(hit(RayFilter { tnear: 2.5, ..RayFilter::default() }), Some(near));
+/// assert_eq!(hit(RayFilter { tnear: 4.0, ..RayFilter::default() }), Some(far));
+/// // A primitive that is ignored is hit on neither side.
 /// assert_eq!(hit(RayFilter { ignore: 0, ..RayFilter::default() }), Some(far));
 /// let is_odd = |hit: &phalanx_trace::Hit| hit.prim_id % 2 == 1;
 /// assert_eq!(hit(RayFilter { accept: &is_odd, ..RayFilter::default() }), Some(far));
@@ -43,15 +48,18 @@ const CHUNK: usize = 512;
 #[derive(Clone, Copy)]
 pub struct RayFilter<'f> {
     /// Hits count if `tnear` < t, and 0 < t: the ray passes through what is nearer. A ray with a
-    /// NaN here misses everything.
+    /// NaN here misses everything. A ray that starts on a sphere and goes inward hits its far side
+    /// if this is a little more than the rounding of its origin.
     pub tnear: f32,
     /// Only geometries whose mask shares a bit with this one count: see
     /// [`set_mask`](phalanx_scene::Scene::set_mask). Primitives without a geometry have all bits.
     pub mask: u32,
     /// `prim_id` of a primitive that does not count; [`NO_PRIM`] for none.
-    /// For rays that leave a triangle. A ray within a sphere has to hit that sphere: use `tnear`.
+    /// For rays that leave a triangle. A ray within a sphere has to hit that sphere's far side, and
+    /// this refuses both: use `tnear`.
     pub ignore: u32,
-    /// Decides whether a hit counts. It must answer by the hit alone: nothing is promised about the
+    /// Decides whether a hit counts. A curved primitive may be offered twice, and counts where it
+    /// is accepted first. The closure must answer by the hit alone: nothing is promised about the
     /// order and number of its calls. It may cast rays itself.
     pub accept: &'f dyn Fn(&Hit) -> bool,
 }
@@ -146,7 +154,7 @@ impl Bvh {
     /// ```
     pub fn all_hits_filtered(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
         let all = RefCell::new(Vec::new());
-        // Refused hits end no search, so all of them come by, each primitive's once.
+        // Refused hits end no search, so all of them come by, on both sides of a primitive.
         let refuse = |hit: &Hit| {
             if (filter.accept)(hit) {
                 all.borrow_mut().push(*hit);
@@ -159,7 +167,10 @@ impl Bvh {
         };
         self.filtered(ray, &recorder, false);
         let mut all = all.into_inner();
-        all.sort_unstable_by_key(|hit| FoundHit::key_of(hit.t, hit.prim_id));
+        let key = |hit: &Hit| FoundHit::key_of(hit.t, hit.prim_id);
+        all.sort_unstable_by_key(|hit| key(hit).rotate_left(32));
+        all.dedup_by_key(|hit| hit.prim_id);
+        all.sort_unstable_by_key(key);
         all
     }
 
@@ -219,7 +230,8 @@ impl Bvh {
         })
     }
 
-    /// As [`Bvh::all_hits_batch`], for the hits that a filter accepts.
+    /// As [`Bvh::all_hits_batch`], for the hits that a filter accepts. Where `tnear` may lie within
+    /// a curved primitive, only single rays are traced, and coherent ones are slower.
     ///
     /// # Errors
     /// [`BatchError`] if columns differ in length.
@@ -230,10 +242,30 @@ impl Bvh {
         threads: usize,
     ) -> Result<HitLists, BatchError> {
         let rays = rays.into();
+        rays.check()?;
         filter.check(rays.len())?;
-        let mut lists = self.all_hits_batch(rays, threads)?;
-        lists.retain(|ray, hit| self.accepts(hit, &filter.of(ray)));
-        Ok(lists)
+        let prims = self.leaf_prims();
+        let is_flat = prims.spheres.is_empty() && prims.ellipsoids.is_empty();
+        // Masks and numbers refuse both sides of a primitive.
+        let from_start = filter.tnear.common().is_some_and(|tnear| tnear <= 0.0);
+        if from_start || is_flat && prims.cones.is_empty() {
+            let mut lists = self.all_hits_batch(rays, threads)?;
+            lists.retain(|ray, hit| self.accepts(hit, &filter.of(ray)));
+            return Ok(lists);
+        }
+        let count = rays.len();
+        let mut parts = vec![HitLists::empty(); count.div_ceil(CHUNK)];
+        let threads = thread_count(threads, parts.len());
+        self.build_wide(threads);
+        let jobs = (0..count).step_by(CHUNK).zip(&mut parts);
+        share(jobs, threads, |next| {
+            while let Some((first, part)) = next() {
+                for k in first..(first + CHUNK).min(count) {
+                    part.push(self.all_hits_filtered(&rays.ray(k), &filter.of(k)));
+                }
+            }
+        });
+        Ok(HitLists::joined(&parts))
     }
 
     /// Finds a hit for each ray of a batch, the closest one or any, and stores it by its row in the

@@ -8,8 +8,9 @@ use std::ops::Range;
 /// Each list is ordered by (t, prim_id). A primitive appears in it at most once; an edge or a
 /// vertex that a ray passes through, once for each triangle that it belongs to by the rules of
 /// [`Bvh::intersect`](crate::bvh::Bvh::intersect); coincident surfaces, once each. A sphere appears
-/// with the point where the ray enters it, or leaves it if the ray starts inside. 20 bytes per hit.
-/// [`Hit`] documents the columns.
+/// with the point where the ray enters it, or leaves it if the ray starts inside or a
+/// [filter](crate::RayFilter) refuses where it enters. 20 bytes per hit. [`Hit`] documents the
+/// columns.
 ///
 /// Made by [`Bvh::all_hits_batch`](crate::bvh::Bvh::all_hits_batch), which has an example.
 #[derive(Clone, Debug, PartialEq)]

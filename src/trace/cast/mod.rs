@@ -13,7 +13,8 @@
 //! | `filter` | rays that choose what they hit |
 //! | `refine` | a hit in double precision |
 //!
-//! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
+//! Lengths are in scene units, distances in units of a ray's direction. Directions need not be
+//! normalized: see [`Ray::direction`] for the lengths that they may have.
 //! Hits count if 0 < t < `tmax`; ties go to the smaller `prim_id`. All calls give the same bits as
 //! the scalar oracle, ray by ray. They hit every surface, whatever its material's opacity: opacity
 //! only affects pictures (`phalanx_scene::Scene::coverage` is that of a hit).
@@ -57,7 +58,8 @@ pub struct Ray {
     /// Starting point, in scene units. A ray that starts on a surface may hit that surface again;
     /// move the point off by a small part of the scene's extent.
     pub origin: [f32; 3],
-    /// Direction, of any length but zero.
+    /// Direction, of a length from 10⁻¹² to 10¹², for surfaces of 10⁻⁶ to 10⁶ units. Squares of
+    /// shorter and longer ones leave the range of single precision, and such rays may miss.
     pub direction: [f32; 3],
     /// Distance at which the ray ends, in units of `direction`.
     pub tmax: f32,

@@ -22,7 +22,7 @@
 //! above or below the two ends.
 
 use super::hit::HitCandidate;
-use super::leaf_prim::LeafPrim;
+use super::leaf_prim::{Candidates, LeafPrim};
 use super::ray_setup::RaySetup;
 use crate::bvh::leaf::LeafCone;
 use crate::packet::RayPacket;
@@ -34,10 +34,10 @@ impl LeafPrim for LeafCone {
         self.prim_id
     }
 
-    /// The nearest hit ahead, clamped to the interval of the own box. Lanes that enter the box
-    /// beyond `limit` are left out.
+    /// The hit ahead, clamped to the interval of the own box. Lanes that enter the box beyond
+    /// `limit` are left out.
     #[inline(always)]
-    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, limit: L) -> Option<HitCandidate<L>> {
+    fn intersect<L: Lanes, const FAR: bool>(&self, rays: &RaySetup<L>, limit: L) -> Candidates<L> {
         let interval = rays.slabs.intersect_box(&self.prim_aabb);
         if !interval.overlaps(limit).any() {
             return None;
@@ -77,10 +77,15 @@ impl LeafPrim for LeafCone {
         let (outer, t_outer) = valid(from_outside);
         let (inner, t_inner) = valid(from_inside);
         let outer = outer & L::Mask::splat(self.inside == 0);
-        let far = L::splat(f32::INFINITY);
-        let raw = outer.select(t_outer, far).min(inner.select(t_inner, far));
+        let (counts, raw) = if FAR {
+            (outer & inner, t_outer.max(t_inner))
+        } else {
+            let far = L::splat(f32::INFINITY);
+            let nearer = outer.select(t_outer, far).min(inner.select(t_inner, far));
+            (outer | inner, nearer)
+        };
         let t = raw.max(interval.tnear).min(interval.tfar);
-        let valid = meets & (outer | inner) & t.gt(L::ZERO);
+        let valid = meets & counts & t.gt(L::ZERO);
         Some(HitCandidate::without_uv(valid, t))
     }
 }

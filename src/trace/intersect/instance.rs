@@ -1,11 +1,15 @@
 //! Instances: rays are transformed into the space of a mesh, and their hits back into the world.
 //!
 //! Directions are transformed without being normalized again, so that distances along the ray are
-//! the same inside and outside, except for rounding. The hit on an instance is the closest hit
-//! *inside*, by (t, prim_id). Its distance in the world is that t, clamped to the ray's interval in
-//! the instance's own box. A ray that misses that box hits nothing of the instance. With the clamp,
-//! every box around the instance's own is entered no later than the hit (see [`crate::traverse`]):
-//! no tree of the world can lose it.
+//! the same inside and outside, except for rounding. The distance of a hit in the world is that t
+//! *inside*, clamped to the ray's interval in the instance's own box, and hits are ordered by that
+//! and prim_id. A ray that misses that box hits nothing of the instance. With the clamp, every box
+//! around the instance's own is entered no later than the hit (see [`crate::traverse`]): no tree of
+//! the world can lose it.
+//!
+//! The closest hit is searched by t inside, without a clamp for each candidate. That finds the same
+//! hit unless it is clamped itself: then all others that are clamped to that end of the interval
+//! tie with it, and the instance is searched again.
 //!
 //! No tree of the mesh can lose it either, if pruning inside accounts for the clamp. Let `best` be
 //! the closest distance so far in the world. A hit inside at t beyond `best` is clamped to max(t,

@@ -8,7 +8,7 @@
 
 use super::aabb::TInterval;
 use super::hit::HitCandidate;
-use super::leaf_prim::LeafPrim;
+use super::leaf_prim::{Candidates, LeafPrim};
 use super::ray_setup::RaySetup;
 use crate::bvh::leaf::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
@@ -20,11 +20,12 @@ impl LeafPrim for LeafSphere {
     }
 
     #[inline(always)]
-    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, _: L) -> Option<HitCandidate<L>> {
+    fn intersect<L: Lanes, const FAR: bool>(&self, rays: &RaySetup<L>, _: L) -> Candidates<L> {
         let [x, y, z] = self.center;
         let from_center = rays.rays.org - Vec3Lanes::splat(x, y, z);
         let roots = roots(from_center, rays.rays.dir, L::splat(self.radius))?;
-        let (valid, t) = nearest(roots, rays.slabs.intersect_box(&self.prim_aabb));
+        let interval = rays.slabs.intersect_box(&self.prim_aabb);
+        let (valid, t) = root_ahead::<L, FAR>(roots, interval);
         Some(HitCandidate::without_uv(valid, t))
     }
 }
@@ -36,14 +37,13 @@ impl LeafPrim for LeafEllipsoid {
     }
 
     #[inline(always)]
-    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, _: L) -> Option<HitCandidate<L>> {
+    fn intersect<L: Lanes, const FAR: bool>(&self, rays: &RaySetup<L>, _: L) -> Candidates<L> {
         let [x, y, z, shift] = self.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
         let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
         let (org, dir) = (rotate(rays.rays.org) + shift, rotate(rays.rays.dir));
-        let (valid, t) = nearest(
-            roots(org, dir, L::ONE)?,
-            rays.slabs.intersect_box(&self.prim_aabb),
-        );
+        let roots = roots(org, dir, L::ONE)?;
+        let interval = rays.slabs.intersect_box(&self.prim_aabb);
+        let (valid, t) = root_ahead::<L, FAR>(roots, interval);
         Some(HitCandidate::without_uv(valid, t))
     }
 }
@@ -73,13 +73,19 @@ pub(crate) fn roots<L: Lanes>(
     Some((meets, t0.min(t1), t0.max(t1)))
 }
 
-/// The smallest root above zero, clamped to the interval of the own box.
+/// The smallest root above zero, or with `FAR` the other one where that is above zero, too; clamped
+/// to the interval of the own box.
 #[inline(always)]
-pub(crate) fn nearest<L: Lanes>(
+pub(crate) fn root_ahead<L: Lanes, const FAR: bool>(
     (meets, near, far): (L::Mask, L, L),
     interval: TInterval<L>,
 ) -> (L::Mask, L) {
-    let raw = near.gt(L::ZERO).select(near, far);
+    let enters = near.gt(L::ZERO);
+    let (meets, raw) = if FAR {
+        (meets & enters, far)
+    } else {
+        (meets, enters.select(near, far))
+    };
     let (ahead, t) = interval.clamp(raw);
     (meets & ahead, t)
 }

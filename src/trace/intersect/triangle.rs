@@ -26,7 +26,7 @@ mod edges;
 
 use super::aabb::TInterval;
 use super::hit::HitCandidate;
-use super::leaf_prim::LeafPrim;
+use super::leaf_prim::{Candidates, LeafPrim};
 use super::ray_setup::RaySetup;
 use super::shear::Vertices;
 use crate::bvh::leaf::LeafTriangle;
@@ -50,7 +50,10 @@ impl<const AXIS: usize> LeafPrim for TriangleAlong<AXIS> {
     }
 
     #[inline(always)]
-    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, _: L) -> Option<HitCandidate<L>> {
+    fn intersect<L: Lanes, const FAR: bool>(&self, rays: &RaySetup<L>, _: L) -> Candidates<L> {
+        if FAR {
+            return None;
+        }
         let slot = &self.0;
         let corners = slot.vertices.each_ref();
         let corners = corners.map(|corner| rays.shear.relative::<AXIS>(corner));

@@ -11,7 +11,8 @@ use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, U32x8};
 #[derive(Clone, Copy)]
 pub(crate) struct HitFilter<'f> {
     /// Decides by the number of the ray, and the distance, barycentric weights and number of the
-    /// hit. Called only for hits that would be the closest so far.
+    /// hit. Called only for hits that would be the closest so far, and for the far side of a curved
+    /// primitive after the near side.
     pub(crate) accept: &'f dyn Fn(usize, [f32; 3], u32) -> bool,
     /// True if the first accepted hit ends the search.
     pub(crate) any: bool,
@@ -54,6 +55,7 @@ impl<'f> FilteredHit<'f> {
 
 impl Query<F32x8> for FilteredHit<'_> {
     const FRONT_TO_BACK: bool = true;
+    const FAR_SIDES: bool = true;
 
     #[inline(always)]
     fn limit(&self) -> F32x8 {

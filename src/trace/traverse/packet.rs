@@ -292,7 +292,10 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         slots: Range<usize>,
         floor: usize,
     ) -> bool {
-        for slot in slots_of(&self.bvh.leaf_prims().instances, slots) {
+        for (k, slot) in slots
+            .clone()
+            .zip(slots_of(&self.bvh.leaf_prims().instances, slots))
+        {
             let interval = rays.slabs.intersect_box(&slot.prim_aabb);
             let Some(mut inner) = query.enter_instance(&interval, slot.id_offset) else {
                 continue;
@@ -304,7 +307,12 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 floor,
             };
             self.descend::<_, false>(&moved, &mut inner, tree);
-            if query.exit_instance(inner, &interval, slot.id_offset) {
+            if let Some(best) = query.tied(&inner, &interval) {
+                let mut again = NextHit::new(best.t, inactive_t(), best.prim_id);
+                again.best = best;
+                self.instances(rays, &mut again, k..k + 1, floor);
+                query.take_tied(again.best);
+            } else if query.exit_instance(inner, &interval, slot.id_offset) {
                 return true;
             }
         }

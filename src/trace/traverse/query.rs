@@ -19,6 +19,8 @@ use std::ops::Range;
 pub(super) trait Query<L: Lanes>: Copy {
     /// True if near leaves should be visited first; not needed for any hit.
     const FRONT_TO_BACK: bool;
+    /// True if the far side of a primitive may count where the near side is hit.
+    const FAR_SIDES: bool = false;
     /// Limit of each ray's search.
     fn limit(&self) -> L;
     /// Distance up to which each ray enters boxes.
@@ -40,12 +42,26 @@ pub(super) trait Query<L: Lanes>: Copy {
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool;
     /// Takes over the result of the query within an instance; true ends the traversal.
     fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
+    /// The best hits before an instance that has been searched with this result, if the result is
+    /// clamped. Others may tie with it then, which shows in distances of the world.
+    #[inline(always)]
+    fn tied(&self, _: &Self, _: &TInterval<L>) -> Option<HitRecord<L>> {
+        None
+    }
+    /// Takes over the best hits by those distances.
+    #[inline(always)]
+    fn take_tied(&mut self, _: HitRecord<L>) {}
     /// Tests primitives; true ends the traversal.
     #[inline(always)]
     fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
         for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.limit()) {
+            if let Some(hit) = prim.intersect::<L, false>(rays, self.limit()) {
                 self.update(&hit, prim.prim_id());
+                if Self::FAR_SIDES
+                    && let Some(hit) = prim.intersect::<L, true>(rays, self.limit())
+                {
+                    self.update(&hit, prim.prim_id());
+                }
             }
         }
         false
@@ -157,6 +173,19 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
     }
 
     #[inline(always)]
+    fn tied(&self, inner: &Self, interval: &TInterval<L>) -> Option<HitRecord<L>> {
+        let ClosestHit { best: found } = inner;
+        let clamped = found.t.lt(interval.tnear) | !found.t.lt(interval.tfar);
+        let met = clamped & !found.prim_id.eq(L::U32::splat(NO_PRIM));
+        met.any().then_some(self.best)
+    }
+
+    #[inline(always)]
+    fn take_tied(&mut self, best: HitRecord<L>) {
+        self.best = best;
+    }
+
+    #[inline(always)]
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool {
         self.best.update(hit, L::U32::splat(id)).any()
     }
@@ -220,7 +249,7 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
     fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
         let mut hits = L::Mask::none();
         for prim in prims {
-            if let Some(hit) = prim.intersect(rays, self.limit) {
+            if let Some(hit) = prim.intersect::<L, false>(rays, self.limit) {
                 hits = hits | (hit.valid & hit.t.lt(self.limit));
             }
         }

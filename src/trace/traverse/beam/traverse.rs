@@ -207,7 +207,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 let slabs = unsafe { self.slabs.get_unchecked(group) };
                 // SAFETY: as above.
                 let query = unsafe { self.queries.get_unchecked_mut(group) };
-                if let Some(hit) = sphere.intersect(&rays.prepared(slabs), query.limit()) {
+                let rays = rays.prepared(slabs);
+                if let Some(hit) = sphere.intersect::<L, false>(&rays, query.limit()) {
                     query.update(&hit, sphere.prim_id);
                     touched |= 1 << sub_beam;
                 }

@@ -256,8 +256,8 @@ unsafe fn push_children<S: SingleQuery>(
 
 /// Tests a block; true if the ray's limit is nearer than before.
 #[inline(always)]
-fn test_block(
-    query: impl SingleQuery,
+fn test_block<S: SingleQuery>(
+    query: S,
     state: &mut RayState,
     wide: &WideBvh,
     block: ChildRef,
@@ -275,8 +275,14 @@ fn test_block(
             counters.block(LeafKind::SPHERE, NATIVE as u64);
             // SAFETY: as above.
             let block = unsafe { wide.spheres().get_unchecked(index as usize) };
-            let hit = state.spheres(block);
-            hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id))
+            let hit = state.spheres::<false>(block);
+            let mut closer = hit.is_some_and(|hit| query.update(state, &hit, &block.prim_id));
+            if S::FAR_SIDES
+                && let Some(hit) = state.spheres::<true>(block)
+            {
+                closer |= query.update(state, &hit, &block.prim_id);
+            }
+            closer
         }
         ChildRef::Node(_) | ChildRef::Other(_) => false,
     }

@@ -3,6 +3,7 @@
 use crate::bvh::{SphereBlock, TriangleBlock};
 use crate::intersect::aabb::{REACH, TInterval};
 use crate::intersect::hit::{HitCandidate, HitRecord};
+use crate::intersect::leaf_prim::Candidates;
 use crate::intersect::shear::Vertices;
 use crate::intersect::sphere;
 use crate::intersect::triangle::{self, Pairing};
@@ -144,16 +145,14 @@ impl RayState {
     }
 
     #[inline(always)]
-    pub(super) fn spheres(&self, block: &SphereBlock) -> Option<HitCandidate<Native>> {
+    pub(super) fn spheres<const FAR: bool>(&self, block: &SphereBlock) -> Candidates<Native> {
         let column =
             |axis: usize| Native::splat(self.ray.org[axis]) - Native::new(block.center[axis]);
         let from_center = Vec3Native::new(column(0), column(1), column(2));
         let dir = Vec3Native::splat(self.ray.dir[0], self.ray.dir[1], self.ray.dir[2]);
         let roots = sphere::roots(from_center, dir, Native::new(block.radius))?;
-        let (valid, t) = sphere::nearest(
-            roots,
-            self.intersect_box(|row| Native::new(block.prim_aabb.as_flattened()[row / ROW])),
-        );
+        let row = |row: usize| Native::new(block.prim_aabb.as_flattened()[row / ROW]);
+        let (valid, t) = sphere::root_ahead::<_, FAR>(roots, self.intersect_box(row));
         Some(HitCandidate::without_uv(valid, t))
     }
 

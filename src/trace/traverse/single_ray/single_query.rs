@@ -16,6 +16,8 @@ use std::ops::Range;
 pub(super) trait SingleQuery: Copy {
     /// True if near nodes should be visited first.
     const FRONT_TO_BACK: bool;
+    /// True if the far side of a sphere may count where the near side is hit.
+    const FAR_SIDES: bool = false;
 
     /// Accepts the hits of a block's primitives; true if the ray's limit is nearer than before.
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool;
@@ -135,6 +137,7 @@ pub(super) struct SingleFiltered<'f>(pub(super) &'f HitFilter<'f>);
 
 impl SingleQuery for SingleFiltered<'_> {
     const FRONT_TO_BACK: bool = true;
+    const FAR_SIDES: bool = true;
 
     #[inline(always)]
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
