@@ -6,6 +6,7 @@ use super::wavefront::{
     AovBuffer, FragmentSink, Levels, QueueSlice, RadianceX8, RayFragment, ShadowFilter, Wave,
     WavefrontContext, trace_ambient_occlusion, trace_waves,
 };
+use super::workers::NEVER_SET;
 use bumpalo::Bump;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aov, Aovs};
@@ -15,6 +16,7 @@ use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{RayQueue, packets_for};
 use phalanx_trace::simd::LANES;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Traces camera rays and all rays that follow from them.
@@ -68,6 +70,7 @@ impl<'a> SampleTracer<'a> {
                 mattes: None,
                 hides_background: false,
                 columns: levels.columns(),
+                stop: &NEVER_SET,
             },
             seeded: scene.is_stochastic(),
             ao_distance: None,
@@ -92,6 +95,16 @@ impl<'a> SampleTracer<'a> {
         self.context.hides_background = aovs.has(Aov::Alpha);
         self.context.mattes = mattes.filter(|_| aovs.of_coverage());
         self.counter = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
+    }
+
+    /// Sets the flag that stops the tracer.
+    pub(super) fn set_stop(&mut self, stop: &'a AtomicBool) {
+        self.context.stop = stop;
+    }
+
+    /// Returns true if radiance is incomplete, because nobody wants it any more.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.context.is_stopped()
     }
 
     /// Replaces shading by ambient occlusion.
@@ -143,6 +156,9 @@ impl<'a> SampleTracer<'a> {
         self.fragments.clear();
         let most = self.levels.camera_packets();
         for start in (0..packets).step_by(most) {
+            if self.context.is_stopped() {
+                break;
+            }
             let part = start..packets.min(start + most);
             let collects = self.context.mattes.is_some();
             let sink = FragmentSink {

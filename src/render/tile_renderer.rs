@@ -7,7 +7,7 @@ use super::stats::RenderStats;
 use super::tile_sums::TileSums;
 use super::traced_samples::{PixelAccumulators, TracedSamples};
 use super::wavefront::{ShadowFilter, push_camera_rays};
-use super::workers::TileRenderer;
+use super::workers::{NEVER_SET, TileRenderer};
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aovs, Tile, TileBuffer};
 use phalanx_scene::sampling::Sampling;
@@ -15,6 +15,7 @@ use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Bvh;
 use std::mem::replace;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
 /// Renders tiles with packets of eight rays.
@@ -26,6 +27,7 @@ pub struct WavefrontRenderer<'a> {
     noise: NoiseSampler,
     /// Sums that each tile goes on from, and leaves its own in.
     sums: Option<&'a TileSums>,
+    stop: &'a AtomicBool,
 }
 
 impl<'a> WavefrontRenderer<'a> {
@@ -44,6 +46,7 @@ impl<'a> WavefrontRenderer<'a> {
             edges: EdgeSampler::default(),
             noise: NoiseSampler::default(),
             sums: None,
+            stop: &NEVER_SET,
         }
     }
 
@@ -71,6 +74,13 @@ impl<'a> WavefrontRenderer<'a> {
     /// there.
     pub(super) fn with_sums(mut self, sums: Option<&'a TileSums>) -> Self {
         self.sums = sums;
+        self
+    }
+
+    /// Sets a flag that another thread sets to stop: tiles are incomplete from then on.
+    pub fn with_stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.tracer.set_stop(stop);
+        self.stop = stop;
         self
     }
 
@@ -110,6 +120,13 @@ impl TileRenderer for WavefrontRenderer<'_> {
         }
         for sample in first..spp {
             let mut traced = trace_tile(tracer, tile, sample, pixels.record_hits());
+            if self.stop.load(Relaxed) {
+                // The tile may go on later, from the samples that are complete.
+                if let Some(sum) = &mut sum {
+                    sum.samples = sample;
+                }
+                return;
+            }
             sums.add(&traced, tile.width);
             traced.write_hits(pixels, Some);
         }

@@ -1,12 +1,15 @@
 //! HTTP over one socket: requests with a body of JSON, and answers. Every step has a deadline, so
 //! that nobody holds a thread by being slow.
 
+use super::served_scene::AnswerMemory;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Most bytes of a request's head, and of its body.
-const MAX_HEAD: usize = 8 << 10;
+/// Most bytes of a request's head, in which cookies of other programs of this host count, and of its
+/// body.
+const MAX_HEAD: usize = 64 << 10;
 const MAX_BODY: usize = 16 << 10;
 
 /// Most headers of a request.
@@ -42,6 +45,7 @@ pub(super) struct Response {
     content_type: &'static str,
     headers: Vec<(&'static str, String)>,
     body: Vec<u8>,
+    _memory: Option<AnswerMemory>,
 }
 
 impl Response {
@@ -52,7 +56,14 @@ impl Response {
             content_type,
             headers,
             body,
+            _memory: None,
         }
+    }
+
+    /// The answer, which holds this memory until it has been sent.
+    pub(super) fn holding(self, memory: AnswerMemory) -> Response {
+        let _memory = Some(memory);
+        Response { _memory, ..self }
     }
 
     /// The answer with one more header, whose value has no line ends.
@@ -74,13 +85,15 @@ impl From<io::Error> for BadRequest {
 
 /// A socket, with the bytes that arrived behind the last request.
 pub(super) struct Connection {
-    stream: TcpStream,
+    stream: Arc<TcpStream>,
     ahead: Vec<u8>,
     idle: Duration,
+    /// True if the last request wants no body.
+    is_head: bool,
 }
 
 impl Connection {
-    pub(super) fn new(stream: TcpStream) -> io::Result<Connection> {
+    pub(super) fn new(stream: Arc<TcpStream>) -> io::Result<Connection> {
         // On some systems it is that of the listening socket.
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
@@ -89,6 +102,7 @@ impl Connection {
             stream,
             ahead,
             idle,
+            is_head: false,
         })
     }
 
@@ -101,8 +115,13 @@ impl Connection {
             }
         }
         let deadline = Instant::now() + ARRIVAL;
+        let mut seen = 0;
         let (mut request, head, body) = loop {
-            if let Some(parsed) = parse_head(&self.ahead)? {
+            self.is_head = self.ahead.starts_with(b"HEAD ");
+            // A head that arrives byte by byte is not parsed for each of them.
+            let has_end = ends_head(&self.ahead[seen..]);
+            seen = self.ahead.len().saturating_sub(3);
+            if let (true, Some(parsed)) = (has_end, parse_head(&self.ahead)?) {
                 break parsed;
             }
             if self.ahead.len() > MAX_HEAD {
@@ -130,7 +149,7 @@ impl Connection {
     fn read_more(&mut self, deadline: Instant) -> io::Result<usize> {
         let mut chunk = [0; 4096];
         self.stream.set_read_timeout(Some(time_to(deadline)?))?;
-        let count = self.stream.read(&mut chunk)?;
+        let count = (&*self.stream).read(&mut chunk)?;
         self.ahead.extend(&chunk[..count]);
         Ok(count)
     }
@@ -140,13 +159,16 @@ impl Connection {
         let more = response.body.len() as u64 * 1000 / MIN_BYTES_PER_S;
         let deadline = Instant::now() + DEPARTURE + Duration::from_millis(more);
         self.write(&head(response, keep_alive), deadline)?;
-        self.write(&response.body, deadline)
+        match self.is_head {
+            true => Ok(()),
+            false => self.write(&response.body, deadline),
+        }
     }
 
     fn write(&mut self, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {
         while !bytes.is_empty() {
             self.stream.set_write_timeout(Some(time_to(deadline)?))?;
-            match self.stream.write(bytes)? {
+            match (&*self.stream).write(bytes)? {
                 0 => return Err(ErrorKind::WriteZero.into()),
                 count => bytes = &bytes[count..],
             }
@@ -189,6 +211,11 @@ fn time_to(deadline: Instant) -> io::Result<Duration> {
     }
 }
 
+/// Returns true if there is an empty line.
+fn ends_head(bytes: &[u8]) -> bool {
+    bytes.windows(2).any(|end| end == b"\n\n") || bytes.windows(3).any(|end| end == b"\n\r\n")
+}
+
 /// A request without its body, and the lengths of head and body; `None` if bytes are missing.
 fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadRequest> {
     let bad = BadRequest(Some(400));
@@ -202,7 +229,7 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadReques
     let mut request = Request {
         is_post: match parsed.method {
             Some("POST") => true,
-            Some("GET") => false,
+            Some("GET" | "HEAD") => false,
             _ => return Err(BadRequest(Some(405))),
         },
         path: parsed.path.unwrap_or_default().to_owned(),
@@ -213,9 +240,8 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadReques
     };
     let mut length = None;
     for header in parsed.headers.iter() {
-        let Ok(value) = std::str::from_utf8(header.value) else {
-            return Err(bad);
-        };
+        // No other header matters: a cookie may have any bytes.
+        let value = str::from_utf8(header.value).unwrap_or("\u{fffd}");
         match header.name.to_ascii_lowercase().as_str() {
             "host" if request.host.is_empty() => request.host = value.to_owned(),
             "origin" if request.origin.is_none() => request.origin = Some(value.to_owned()),
@@ -251,6 +277,17 @@ fn head(response: &Response, keep_alive: bool) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_head_ends_at_an_empty_line_wherever_it_was_cut() {
+        let text = b"GET / HTTP/1.1\r\nA: b\r\n\r\n";
+        for (end, at) in (1..=text.len()).flat_map(|end| (0..end).map(move |at| (end, at))) {
+            let seen = at.saturating_sub(3);
+            let is_complete = end == text.len();
+            assert_eq!(ends_head(&text[seen..end]), is_complete, "{seen} {end}");
+        }
+        assert!(ends_head(b"GET / HTTP/1.1\n\n"));
+    }
 
     fn status_of(text: &str) -> Option<u16> {
         match parse_head(text.as_bytes()) {

@@ -47,4 +47,4 @@ mod viewed_scene;
 
 pub use protocol::MAX_PIXELS;
 pub use server::{Server, ServerError};
-pub use viewed_scene::ViewedScene;
+pub use viewed_scene::{PIXEL_BYTES, ViewedFacts, ViewedScene};

@@ -2,7 +2,7 @@
 
 use super::connection::{Connection, Request, Response};
 use super::document;
-use super::guard::random_hex;
+use super::guard::{NO_SLASH, random_hex};
 use super::protocol::Asking;
 use super::queue::{PageAnswer, Task};
 use super::served_scene::ServedScene;
@@ -30,6 +30,8 @@ pub(super) fn respond(
                 Ok(nonce) => document::page(&nonce),
                 Err(error) => refusal(500, &error.to_string()),
             },
+            NO_SLASH => Response::new(307, "text/plain", Vec::new())
+                .with_header("Location", served.guard.path()),
             _ => refusal(404, "there is nothing here"),
         });
     }
@@ -67,12 +69,15 @@ fn parsed<'a, T: Deserialize<'a>>(request: &'a Request) -> Result<T, String> {
 
 /// Waits for the answer to a task, as long as the page is there.
 fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -> Option<Response> {
+    let Some(memory) = served.reserve(task.answer_bytes()) else {
+        return Some(crowded());
+    };
     let Some((id, answer)) = served.queue.submit(page, task) else {
         return Some(crowded());
     };
     loop {
         match answer.recv_timeout(LOOK) {
-            Ok(answer) => return Some(response(task, answer)),
+            Ok(answer) => return Some(response(task, answer).holding(memory)),
             // The page has left.
             Err(RecvTimeoutError::Disconnected) => return Some(empty()),
             Err(RecvTimeoutError::Timeout) if connection.is_open() => {}
@@ -99,7 +104,7 @@ fn response(task: Task, answer: PageAnswer) -> Response {
         PageAnswer::File(name, contents) => {
             // The name has only plain characters.
             let disposition = format!("attachment; filename=\"{name}\"");
-            Response::new(200, BYTES, contents()).with_header("Content-Disposition", disposition)
+            Response::new(200, BYTES, contents).with_header("Content-Disposition", disposition)
         }
     }
 }

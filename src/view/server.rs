@@ -12,8 +12,10 @@ use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Most connections at a time: six for each of a few pages.
+/// Most connections at a time that have shown the token, six for each of a few pages, and most of
+/// others.
 const MAX_CONNECTIONS: usize = 96;
+const MAX_STRANGERS: usize = 32;
 
 /// Time for which a failed scene is shown to pages that wait for it.
 const FAILURE: Duration = Duration::from_secs(1);
@@ -87,6 +89,7 @@ impl Server {
             "primitives": scene.scene.id_count(),
             "scene": scene.describe(),
         });
+        self.served.set_answer_bytes(scene.most_answer_bytes);
         let mut tracer = PageTracer::new(scene, &self.served.queue);
         self.served.set(told);
         tracer.run()
@@ -103,7 +106,8 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
         if Arc::strong_count(served) > 2 * MAX_CONNECTIONS {
             continue;
         }
-        let shared = Arc::clone(served);
+        let (shared, stream) = (Arc::clone(served), Arc::new(stream));
+        served.add_stranger(&stream, MAX_STRANGERS);
         // Without a thread, or after an error, there is nobody to tell.
         let talk = move || drop(talk(stream, &shared));
         let _ = std::thread::Builder::new().spawn(talk);
@@ -111,23 +115,28 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
 }
 
 /// Answers the requests of a connection, one after the other.
-fn talk(stream: TcpStream, served: &Arc<ServedScene>) -> io::Result<()> {
-    let mut connection = Connection::new(stream)?;
-    // Each connection shares the scene.
-    if Arc::strong_count(served) > MAX_CONNECTIONS {
-        return connection.send_last(&refusal(503, "too many connections"));
-    }
+fn talk(stream: Arc<TcpStream>, served: &Arc<ServedScene>) -> io::Result<()> {
+    let mut connection = Connection::new(Arc::clone(&stream))?;
     loop {
         let request = match connection.receive() {
             Ok(Some(request)) => request,
             Ok(None) | Err(BadRequest(None)) => return Ok(()),
             Err(BadRequest(Some(status))) => {
-                return connection.send_last(&refusal(status, "malformed request"));
+                let reason = match status {
+                    431 => "the head of the request is too long: remove the cookies of this host",
+                    _ => "malformed request",
+                };
+                return connection.send_last(&refusal(status, reason));
             }
         };
         let Some(name) = served.guard.admitted(&request) else {
             return connection.send_last(&refusal(404, "there is nothing here"));
         };
+        // Each connection shares the scene.
+        let most = MAX_CONNECTIONS + served.remove_stranger(&stream);
+        if Arc::strong_count(served) > most {
+            return connection.send_last(&refusal(503, "too many connections"));
+        }
         let Some(response) = respond(&request, name, &connection, served) else {
             return Ok(());
         };

@@ -1,24 +1,48 @@
 //! The scene that is viewed, its tree, and the options of its pictures.
 
 use super::protocol::{PageView, Shot, ViewMode};
+use super::queue::Task;
 use glam::DVec3;
 use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
-use phalanx::frame::{Integrator, Settings};
+use phalanx::frame::{Integrator, Quality, Settings};
 use phalanx::isa;
 use phalanx::jobs::PictureSpec;
 use phalanx::scene::{FileView, Scene};
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 
 /// Samples at which a picture at rest is good enough, where no option says otherwise.
 const SAMPLES: u32 = 64;
 
 /// Bytes of a pixel of a picture at rest: sums of its samples, two films, two pictures.
-const PIXEL_BYTES: u64 = 110;
+const STILL_BYTES: u64 = 110;
+
+/// Bytes of a pixel of a frame that waits to be read, and of a file that is being made.
+const FRAME_BYTES: u64 = 10;
+const FILE_BYTES: u64 = 70;
+
+/// Bytes of a pixel of all pictures of a page at least.
+pub const PIXEL_BYTES: u64 = STILL_BYTES + FILE_BYTES;
 
 /// Cosine of the angle between the up vector of a camera and the up axis beyond which it lies on
 /// its side.
 const LYING: f64 = 0.3;
+
+/// The name of a file like this one that a picture may have, or else a heat map.
+type FreeName = fn(&Path, bool) -> PathBuf;
+
+/// Facts that only the program knows.
+pub struct ViewedFacts {
+    /// Bytes that pictures and answers may take.
+    pub memory: u64,
+    /// Quality of the tree, if it is not the usual one.
+    pub quality: Option<Quality>,
+    /// Names that replace nothing.
+    pub free_name: FreeName,
+    /// The reason why there is nothing to see, if so.
+    pub warning: Option<String>,
+}
 
 /// The scene, seen by whichever page has its turn.
 pub struct ViewedScene {
@@ -28,6 +52,13 @@ pub struct ViewedScene {
     settings: Settings,
     /// Most pixels of pictures at rest, all pages together.
     pub(super) most_pixels: u64,
+    /// Most bytes of answers that wait to be read.
+    pub(super) most_answer_bytes: u64,
+    /// Quality of the tree, if it is not the usual one.
+    pub(super) quality: Option<Quality>,
+    pub(super) free_name: FreeName,
+    /// The reason why there is nothing to see, if so.
+    warning: Option<String>,
     lights: Option<DefaultLights>,
     /// The scene's own view, and its number among the cameras of the file.
     view: PageView,
@@ -35,15 +66,15 @@ pub struct ViewedScene {
 }
 
 impl ViewedScene {
-    /// A scene with its tree, and the options of its pictures, which stay within `memory` bytes
-    /// while they are at rest.
+    /// A scene with its tree, and the options of its pictures.
     pub fn new(
         scene: Scene,
         bvh: Bvh,
         spec: PictureSpec,
         settings: Settings,
-        memory: u64,
+        facts: ViewedFacts,
     ) -> ViewedScene {
+        let most_pixels = facts.memory / PIXEL_BYTES;
         let lights = DefaultLights::of(&scene, settings.threads);
         ViewedScene {
             view: scene.file_view(&scene.view).into(),
@@ -52,7 +83,11 @@ impl ViewedScene {
             bvh,
             spec,
             settings,
-            most_pixels: memory / PIXEL_BYTES,
+            most_pixels,
+            most_answer_bytes: most_pixels * FILE_BYTES,
+            quality: facts.quality,
+            free_name: facts.free_name,
+            warning: facts.warning,
             lights,
         }
     }
@@ -118,7 +153,7 @@ impl ViewedScene {
             let view = PageView::from(scene.file_view(&camera.view));
             json!({ "name": scene.names.get(camera.name), "view": view })
         });
-        let name = std::path::Path::new(&self.spec.scene);
+        let name = Path::new(&self.spec.scene);
         let name = name.file_name().unwrap_or(name.as_os_str());
         json!({
             "name": name.to_string_lossy(),
@@ -133,7 +168,21 @@ impl ViewedScene {
             "camera": self.camera,
             "cameras": cameras.collect::<Vec<_>>(),
             "size": self.spec.pixels.size,
+            "most_pixels": self.most_pixels,
+            "warning": self.warning,
             "samples": self.spec.pixels.spp.unwrap_or(SAMPLES),
         })
+    }
+}
+
+impl Task {
+    /// Bytes of its answer until it has been read.
+    pub(super) fn answer_bytes(&self) -> u64 {
+        let pixels = self.shot().0.pixels();
+        match self {
+            Task::Frame(_) => pixels * FRAME_BYTES,
+            Task::Save(_) => pixels * FILE_BYTES,
+            Task::Pixel(_) | Task::Command(_) => 0,
+        }
     }
 }

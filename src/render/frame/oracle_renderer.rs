@@ -7,12 +7,15 @@ use phalanx_oracle::{Oracle, OracleHit, OraclePixel, OracleRay};
 use phalanx_scene::Scene;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::{Adaptive, BLOCK, Sampling};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Renders tiles with the oracle, pixel by pixel.
 pub(super) struct OracleRenderer<'a> {
     pub(super) camera: &'a Camera,
     pub(super) scene: &'a Scene,
     pub(super) sampling: Sampling,
+    /// Set if nobody wants the tile any more.
+    pub(super) stop: &'a AtomicBool,
     pub(super) oracle: Oracle<'a>,
 }
 
@@ -43,7 +46,7 @@ impl OracleRenderer<'_> {
         let (surface, kd, material) = self.oracle.surface_at(ray, hit);
         SurfaceAov {
             depth: hit.t / self.scene.scale,
-            position: self.scene.file_position(surface.point).as_vec3().to_array(),
+            position: self.scene.relative_position(surface.point).to_array(),
             ng: surface.ng.to_array(),
             ns: surface.ns.to_array(),
             albedo: kd.to_array(),
@@ -56,6 +59,9 @@ impl OracleRenderer<'_> {
     fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
         let whole = tile.outward(BLOCK, self.camera.size());
         for cell in tiles(whole, BLOCK) {
+            if self.stop.load(Relaxed) {
+                return;
+            }
             let size = (cell.width, cell.height);
             let corner = (cell.x, cell.y);
             let (camera, sampling) = (self.camera, &self.sampling);
@@ -78,6 +84,9 @@ impl TileRenderer for OracleRenderer<'_> {
         }
         for y in 0..tile.height {
             for x in 0..tile.width {
+                if self.stop.load(Relaxed) {
+                    return;
+                }
                 let (column, row) = (tile.x + x, tile.y + y);
                 let pixel = self.oracle.pixel(self.camera, &self.sampling, column, row);
                 self.set(pixels, (x, y), &pixel);

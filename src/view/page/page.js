@@ -92,7 +92,7 @@ document.onchange = ({ target }) => {
 // Takes the mode of the address, and returns its view.
 function readLink() {
   const { view, mode } = fromFragment(location.hash);
-  if (MODES[mode]) app.mode = mode;
+  if (Object.hasOwn(MODES, mode)) app.mode = mode;
   return view;
 }
 
@@ -104,6 +104,7 @@ function begin(scene) {
   [$('overlay').hidden, $('panel').hidden] = [true, false];
   showControls();
   resize();
+  if (scene.warning) say(scene.warning);
   window.onhashchange = () => jump(readLink() ?? app.view);
   stage.focus({ preventScroll: true });
 }
