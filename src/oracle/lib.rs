@@ -35,7 +35,6 @@ use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
 use search::SceneSearch;
 use shading::{OracleMaterial, SampleSeed};
 use shadow_cache_cursor::ShadowCacheCursor;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use whitted::{PathSegment, WhittedIntegrator};
 
 /// The scalar tracer: the reference for all other results.
@@ -125,12 +124,6 @@ impl<'a> Oracle<'a> {
         self
     }
 
-    /// Sets a flag that another thread sets to stop: pixels are incomplete from then on.
-    pub fn with_stop(mut self, stop: &'a AtomicBool) -> Oracle<'a> {
-        self.integrator.stop = stop;
-        self
-    }
-
     /// Rays cast since the oracle was made.
     pub fn ray_counts(&self) -> RayCounts {
         self.integrator.ray_counts
@@ -150,9 +143,6 @@ impl<'a> Oracle<'a> {
         let mut pixel = OraclePixelAccumulator::default();
         for sample in 0..sampling.spp {
             pixel.add(self.sample(camera, sampling, (x, y), sample, ShadowCacheCursor::NONE));
-            if self.integrator.stop.load(Relaxed) {
-                break;
-            }
         }
         pixel.finish()
     }

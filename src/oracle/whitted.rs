@@ -12,10 +12,6 @@ use phalanx_scene::sampling::BounceKind;
 use phalanx_scene::{MAX_PASSES, RayCounts, SurfaceHit};
 use std::array;
 use std::iter::Flatten;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-
-/// The stop flag of an oracle that nobody stops.
-static NEVER_SET: AtomicBool = AtomicBool::new(false);
 
 /// Follows camera rays and their bounces.
 pub(super) struct WhittedIntegrator<'a> {
@@ -30,8 +26,6 @@ pub(super) struct WhittedIntegrator<'a> {
     path: Vec<PathLevel>,
     /// Rays cast so far.
     pub(super) ray_counts: RayCounts,
-    /// Set if nobody wants the light any more: bounces are not followed further.
-    pub(super) stop: &'a AtomicBool,
 }
 
 /// A ray to be traced, and the weight of its light.
@@ -101,7 +95,6 @@ impl<'a> WhittedIntegrator<'a> {
             hides_background: false,
             path: Vec::new(),
             ray_counts: RayCounts::default(),
-            stop: &NEVER_SET,
         }
     }
 
@@ -141,10 +134,6 @@ impl<'a> WhittedIntegrator<'a> {
         let mut path = std::mem::take(&mut self.path);
         let mut next = Some(first);
         let light = loop {
-            if self.stop.load(Relaxed) {
-                path.clear();
-                break Vec3::ZERO;
-            }
             let Some(segment) = next.take() else {
                 // The hit on top is complete: return to the hit that sent the ray there.
                 let Some(PathLevel { parts, .. }) = path.pop() else {

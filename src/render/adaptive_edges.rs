@@ -58,7 +58,7 @@ impl EdgeSampler {
             let mut first = true;
             loop {
                 self.refine(tracer, whole, first, tile, pixels);
-                if tracer.is_stopped() {
+                if tracer.context.is_stopped() {
                     return;
                 }
                 first = false;

@@ -36,7 +36,7 @@ impl NoiseSampler {
         while self.active.iter().any(|active| *active != 0) {
             let next = adaptive.next(samples, most);
             self.round(tracer, whole, samples..next, tile, pixels);
-            if tracer.is_stopped() {
+            if tracer.context.is_stopped() {
                 return;
             }
             samples = next;

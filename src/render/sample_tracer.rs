@@ -16,7 +16,6 @@ use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{RayQueue, packets_for};
 use phalanx_trace::simd::LANES;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Traces camera rays and all rays that follow from them.
@@ -27,7 +26,7 @@ pub(super) struct SampleTracer<'a> {
     bvh: &'a Bvh,
     /// Tracer that counts nodes, if an AOV needs their count.
     counter: Option<PacketTracer<'a>>,
-    context: WavefrontContext<'a>,
+    pub(super) context: WavefrontContext<'a>,
     /// True if rays have seeds.
     pub(super) seeded: bool,
     /// Distance to the sky, if ambient occlusion is rendered.
@@ -95,16 +94,6 @@ impl<'a> SampleTracer<'a> {
         self.context.hides_background = aovs.has(Aov::Alpha);
         self.context.mattes = mattes.filter(|_| aovs.of_coverage());
         self.counter = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
-    }
-
-    /// Sets the flag that stops the tracer.
-    pub(super) fn set_stop(&mut self, stop: &'a AtomicBool) {
-        self.context.stop = stop;
-    }
-
-    /// Returns true if radiance is incomplete, because nobody wants it any more.
-    pub(super) fn is_stopped(&self) -> bool {
-        self.context.is_stopped()
     }
 
     /// Replaces shading by ambient occlusion.

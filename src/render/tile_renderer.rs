@@ -7,7 +7,7 @@ use super::stats::RenderStats;
 use super::tile_sums::TileSums;
 use super::traced_samples::{PixelAccumulators, TracedSamples};
 use super::wavefront::{ShadowFilter, push_camera_rays};
-use super::workers::{NEVER_SET, TileRenderer};
+use super::workers::TileRenderer;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aovs, Tile, TileBuffer};
 use phalanx_scene::sampling::Sampling;
@@ -27,7 +27,6 @@ pub struct WavefrontRenderer<'a> {
     noise: NoiseSampler,
     /// Sums that each tile goes on from, and leaves its own in.
     sums: Option<&'a TileSums>,
-    stop: &'a AtomicBool,
 }
 
 impl<'a> WavefrontRenderer<'a> {
@@ -46,7 +45,6 @@ impl<'a> WavefrontRenderer<'a> {
             edges: EdgeSampler::default(),
             noise: NoiseSampler::default(),
             sums: None,
-            stop: &NEVER_SET,
         }
     }
 
@@ -79,8 +77,7 @@ impl<'a> WavefrontRenderer<'a> {
 
     /// Sets a flag that another thread sets to stop: tiles are incomplete from then on.
     pub fn with_stop(mut self, stop: &'a AtomicBool) -> Self {
-        self.tracer.set_stop(stop);
-        self.stop = stop;
+        self.tracer.context.stop = stop;
         self
     }
 
@@ -118,14 +115,12 @@ impl TileRenderer for WavefrontRenderer<'_> {
         if first == 0 {
             sums.fit(tile.pixels() as usize, tracer.aovs);
         }
+        let stop = tracer.context.stop;
         for sample in first..spp {
             let mut traced = trace_tile(tracer, tile, sample, pixels.record_hits());
-            if self.stop.load(Relaxed) {
+            if stop.load(Relaxed) {
                 // The tile may go on later, from the samples that are complete.
-                if let Some(sum) = &mut sum {
-                    sum.samples = sample;
-                }
-                return;
+                return sum.iter_mut().for_each(|sum| sum.samples = sample);
             }
             sums.add(&traced, tile.width);
             traced.write_hits(pixels, Some);

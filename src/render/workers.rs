@@ -41,7 +41,7 @@ impl Cores {
 /// Progress and stop flag, shared with a running render.
 #[derive(Debug, Default)]
 pub struct Control {
-    /// Set to stop: workers drop their tile and leave, within a second.
+    /// Set to stop: workers leave, those of the packet engine within a second, without their tile.
     pub stop: AtomicBool,
     /// Pixels finished.
     pub pixels: AtomicU64,

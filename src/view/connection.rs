@@ -4,7 +4,6 @@
 use super::served_scene::AnswerMemory;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Most bytes of a request's head, in which cookies of other programs of this host count, and of its
@@ -15,8 +14,9 @@ const MAX_BODY: usize = 16 << 10;
 /// Most headers of a request.
 const MAX_HEADERS: usize = 64;
 
-/// Time that a connection may be idle before and after its first request, and that a request may
-/// take to arrive.
+/// Time that a connection may be idle before and after its first request, and that a later request
+/// may take to arrive. The first one has as much as its connection before it.
+const BRIEF: Duration = Duration::from_millis(250);
 const UNKNOWN: Duration = Duration::from_secs(5);
 const IDLE: Duration = Duration::from_secs(60);
 const ARRIVAL: Duration = Duration::from_secs(10);
@@ -85,7 +85,7 @@ impl From<io::Error> for BadRequest {
 
 /// A socket, with the bytes that arrived behind the last request.
 pub(super) struct Connection {
-    stream: Arc<TcpStream>,
+    stream: TcpStream,
     ahead: Vec<u8>,
     idle: Duration,
     /// True if the last request wants no body.
@@ -93,11 +93,12 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    pub(super) fn new(stream: Arc<TcpStream>) -> io::Result<Connection> {
+    pub(super) fn new(stream: TcpStream, is_crowded: bool) -> io::Result<Connection> {
         // On some systems it is that of the listening socket.
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        let (ahead, idle) = (Vec::new(), UNKNOWN);
+        let ahead = Vec::new();
+        let idle = if is_crowded { BRIEF } else { UNKNOWN };
         Ok(Connection {
             stream,
             ahead,
@@ -114,16 +115,17 @@ impl Connection {
                 Ok(_) => {}
             }
         }
-        let deadline = Instant::now() + ARRIVAL;
+        let deadline = Instant::now() + self.idle.min(ARRIVAL);
         let mut seen = 0;
         let (mut request, head, body) = loop {
             self.is_head = self.ahead.starts_with(b"HEAD ");
             // A head that arrives byte by byte is not parsed for each of them.
-            let has_end = ends_head(&self.ahead[seen..]);
-            seen = self.ahead.len().saturating_sub(3);
-            if let (true, Some(parsed)) = (has_end, parse_head(&self.ahead)?) {
+            if ends_head(&self.ahead[seen..])
+                && let Some(parsed) = parse_head(&self.ahead)?
+            {
                 break parsed;
             }
+            seen = self.ahead.len().saturating_sub(3);
             if self.ahead.len() > MAX_HEAD {
                 return Err(BadRequest(Some(431)));
             }
@@ -149,7 +151,7 @@ impl Connection {
     fn read_more(&mut self, deadline: Instant) -> io::Result<usize> {
         let mut chunk = [0; 4096];
         self.stream.set_read_timeout(Some(time_to(deadline)?))?;
-        let count = (&*self.stream).read(&mut chunk)?;
+        let count = self.stream.read(&mut chunk)?;
         self.ahead.extend(&chunk[..count]);
         Ok(count)
     }
@@ -159,16 +161,18 @@ impl Connection {
         let more = response.body.len() as u64 * 1000 / MIN_BYTES_PER_S;
         let deadline = Instant::now() + DEPARTURE + Duration::from_millis(more);
         self.write(&head(response, keep_alive), deadline)?;
-        match self.is_head {
-            true => Ok(()),
-            false => self.write(&response.body, deadline),
-        }
+        let body = if self.is_head {
+            &[][..]
+        } else {
+            &response.body
+        };
+        self.write(body, deadline)
     }
 
     fn write(&mut self, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {
         while !bytes.is_empty() {
             self.stream.set_write_timeout(Some(time_to(deadline)?))?;
-            match (&*self.stream).write(bytes)? {
+            match self.stream.write(bytes)? {
                 0 => return Err(ErrorKind::WriteZero.into()),
                 count => bytes = &bytes[count..],
             }

@@ -32,7 +32,10 @@ impl ViewedScene {
             more.extend(["--keyframes", KEYFRAMES]);
         } else if request.shot.mode == ViewMode::Cost {
             // Nodes are those of the tree.
-            let quality = self.quality.map(|quality| ["--quality", quality.name()]);
+            let quality = self
+                .facts
+                .quality
+                .map(|quality| ["--quality", quality.name()]);
             more.extend(quality.into_iter().flatten());
             more.extend(["--heat", "nodes", &costs]);
         }
@@ -90,13 +93,13 @@ impl ViewedScene {
         (spec, ImageFormat::Exr)
     }
 
-    /// The name that a picture gets by default, in characters that no shell and no header minds.
+    /// The default name of a picture, with a suffix to its stem, in characters that no shell and no
+    /// header minds.
     fn free_name(&self, suffix: &str, format: ImageFormat) -> String {
-        let name = format!("{}{suffix}.{}", self.stem(), format.ending());
-        let is_map = !suffix.is_empty();
-        (self.free_name)(Path::new(&name), is_map)
-            .display()
-            .to_string()
+        let ending = format.ending();
+        let free = (self.facts.free_name)(format!("{}.{ending}", self.stem()).as_ref());
+        let stem = free.file_stem().unwrap_or_default();
+        format!("{}{suffix}.{ending}", stem.display())
     }
 
     fn stem(&self) -> String {

@@ -6,6 +6,7 @@ use super::guard::{NO_SLASH, random_hex};
 use super::protocol::Asking;
 use super::queue::{PageAnswer, Task};
 use super::served_scene::ServedScene;
+use super::viewed_scene::{FILE_BYTES, FRAME_BYTES};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::mpsc::RecvTimeoutError;
@@ -69,7 +70,9 @@ fn parsed<'a, T: Deserialize<'a>>(request: &'a Request) -> Result<T, String> {
 
 /// Waits for the answer to a task, as long as the page is there.
 fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -> Option<Response> {
-    let Some(memory) = served.reserve(task.answer_bytes()) else {
+    let is_file = matches!(task, Task::Save(_));
+    let pixel_bytes = if is_file { FILE_BYTES } else { FRAME_BYTES };
+    let Some(memory) = served.reserve(task.shot().0.pixels() * pixel_bytes) else {
         return Some(crowded());
     };
     let Some((id, answer)) = served.queue.submit(page, task) else {

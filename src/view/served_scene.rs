@@ -3,10 +3,8 @@
 use super::guard::Guard;
 use super::queue::Queue;
 use serde_json::{Value, json};
-use std::collections::VecDeque;
-use std::net::{Shutdown, TcpStream};
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// State that all connections share.
@@ -14,9 +12,7 @@ pub(super) struct ServedScene {
     pub(super) guard: Guard,
     pub(super) queue: Queue,
     /// Bytes of answers that may still be made before others have been read.
-    answer_bytes: Arc<AtomicU64>,
-    /// Connections that have not shown the token yet, the oldest first.
-    strangers: Mutex<VecDeque<Weak<TcpStream>>>,
+    pub(super) answer_bytes: Arc<AtomicU64>,
     /// The step on the way to a picture, as pages are told, and its beginning.
     stage: Mutex<(Value, Instant)>,
 }
@@ -40,14 +36,8 @@ impl ServedScene {
             guard,
             queue: Queue::default(),
             answer_bytes: Arc::default(),
-            strangers: Mutex::default(),
             stage: Mutex::new((json!({ "stage": "reading" }), Instant::now())),
         }
-    }
-
-    /// Sets the bytes that answers may take until they have been read.
-    pub(super) fn set_answer_bytes(&self, bytes: u64) {
-        self.answer_bytes.store(bytes, SeqCst);
     }
 
     /// Takes memory for an answer; `None` if too many wait to be read.
@@ -56,33 +46,6 @@ impl ServedScene {
         let taken = self.answer_bytes.fetch_update(SeqCst, SeqCst, take);
         let free = Arc::clone(&self.answer_bytes);
         taken.is_ok().then_some(AnswerMemory { free, bytes })
-    }
-
-    fn strangers(&self) -> MutexGuard<'_, VecDeque<Weak<TcpStream>>> {
-        let strangers = self.strangers.lock();
-        let mut strangers = strangers.unwrap_or_else(PoisonError::into_inner);
-        strangers.retain(|stranger| stranger.strong_count() > 0);
-        strangers
-    }
-
-    /// Adds a connection. The oldest of more than `most` makes room, so that a flood of them does
-    /// not keep those out that are about to show the token.
-    pub(super) fn add_stranger(&self, stream: &Arc<TcpStream>, most: usize) {
-        let mut strangers = self.strangers();
-        strangers.push_back(Arc::downgrade(stream));
-        if strangers.len() > most
-            && let Some(oldest) = strangers.pop_front().and_then(|oldest| oldest.upgrade())
-        {
-            // It may have been closed since.
-            let _ = oldest.shutdown(Shutdown::Both);
-        }
-    }
-
-    /// Removes a connection that has shown the token. Returns the number of those that have not.
-    pub(super) fn remove_stranger(&self, stream: &Arc<TcpStream>) -> usize {
-        let mut strangers = self.strangers();
-        strangers.retain(|stranger| stranger.as_ptr() != Arc::as_ptr(stream));
-        strangers.len()
     }
 
     fn stage(&self) -> MutexGuard<'_, (Value, Instant)> {

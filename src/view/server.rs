@@ -5,17 +5,20 @@ use super::guard::Guard;
 use super::routes::{refusal, respond};
 use super::served_scene::ServedScene;
 use super::tracer::PageTracer;
-use super::viewed_scene::ViewedScene;
+use super::viewed_scene::{FILE_BYTES, ViewedScene};
 use serde_json::json;
 use std::io;
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
+use std::sync::atomic::Ordering::SeqCst;
 use std::time::Duration;
 
-/// Most connections at a time that have shown the token, six for each of a few pages, and most of
-/// others.
-const MAX_CONNECTIONS: usize = 96;
-const MAX_STRANGERS: usize = 32;
+/// Most connections at a time: six for each of a few pages, and room for those without the token.
+const MAX_CONNECTIONS: usize = 192;
+
+/// Connections beyond which a new one has little time to show the token, so that a flood of others
+/// keeps no page out.
+const CROWD: usize = 48;
 
 /// Time for which a failed scene is shown to pages that wait for it.
 const FAILURE: Duration = Duration::from_secs(1);
@@ -89,7 +92,8 @@ impl Server {
             "primitives": scene.scene.id_count(),
             "scene": scene.describe(),
         });
-        self.served.set_answer_bytes(scene.most_answer_bytes);
+        let bytes = scene.most_pixels * FILE_BYTES;
+        self.served.answer_bytes.store(bytes, SeqCst);
         let mut tracer = PageTracer::new(scene, &self.served.queue);
         self.served.set(told);
         tracer.run()
@@ -103,11 +107,10 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
-        if Arc::strong_count(served) > 2 * MAX_CONNECTIONS {
+        if Arc::strong_count(served) > MAX_CONNECTIONS {
             continue;
         }
-        let (shared, stream) = (Arc::clone(served), Arc::new(stream));
-        served.add_stranger(&stream, MAX_STRANGERS);
+        let shared = Arc::clone(served);
         // Without a thread, or after an error, there is nobody to tell.
         let talk = move || drop(talk(stream, &shared));
         let _ = std::thread::Builder::new().spawn(talk);
@@ -115,8 +118,9 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
 }
 
 /// Answers the requests of a connection, one after the other.
-fn talk(stream: Arc<TcpStream>, served: &Arc<ServedScene>) -> io::Result<()> {
-    let mut connection = Connection::new(Arc::clone(&stream))?;
+fn talk(stream: TcpStream, served: &Arc<ServedScene>) -> io::Result<()> {
+    // Each connection shares the scene.
+    let mut connection = Connection::new(stream, Arc::strong_count(served) > CROWD)?;
     loop {
         let request = match connection.receive() {
             Ok(Some(request)) => request,
@@ -132,11 +136,6 @@ fn talk(stream: Arc<TcpStream>, served: &Arc<ServedScene>) -> io::Result<()> {
         let Some(name) = served.guard.admitted(&request) else {
             return connection.send_last(&refusal(404, "there is nothing here"));
         };
-        // Each connection shares the scene.
-        let most = MAX_CONNECTIONS + served.remove_stranger(&stream);
-        if Arc::strong_count(served) > most {
-            return connection.send_last(&refusal(503, "too many connections"));
-        }
         let Some(response) = respond(&request, name, &connection, served) else {
             return Ok(());
         };

@@ -1,7 +1,6 @@
 //! The scene that is viewed, its tree, and the options of its pictures.
 
 use super::protocol::{PageView, Shot, ViewMode};
-use super::queue::Task;
 use glam::DVec3;
 use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
@@ -19,8 +18,8 @@ const SAMPLES: u32 = 64;
 const STILL_BYTES: u64 = 110;
 
 /// Bytes of a pixel of a frame that waits to be read, and of a file that is being made.
-const FRAME_BYTES: u64 = 10;
-const FILE_BYTES: u64 = 70;
+pub(super) const FRAME_BYTES: u64 = 10;
+pub(super) const FILE_BYTES: u64 = 70;
 
 /// Bytes of a pixel of all pictures of a page at least.
 pub const PIXEL_BYTES: u64 = STILL_BYTES + FILE_BYTES;
@@ -29,19 +28,14 @@ pub const PIXEL_BYTES: u64 = STILL_BYTES + FILE_BYTES;
 /// its side.
 const LYING: f64 = 0.3;
 
-/// The name of a file like this one that a picture may have, or else a heat map.
-type FreeName = fn(&Path, bool) -> PathBuf;
-
 /// Facts that only the program knows.
 pub struct ViewedFacts {
     /// Bytes that pictures and answers may take.
     pub memory: u64,
     /// Quality of the tree, if it is not the usual one.
     pub quality: Option<Quality>,
-    /// Names that replace nothing.
-    pub free_name: FreeName,
-    /// The reason why there is nothing to see, if so.
-    pub warning: Option<String>,
+    /// The name of a file like this one that replaces no other.
+    pub free_name: fn(&Path) -> PathBuf,
 }
 
 /// The scene, seen by whichever page has its turn.
@@ -52,13 +46,7 @@ pub struct ViewedScene {
     settings: Settings,
     /// Most pixels of pictures at rest, all pages together.
     pub(super) most_pixels: u64,
-    /// Most bytes of answers that wait to be read.
-    pub(super) most_answer_bytes: u64,
-    /// Quality of the tree, if it is not the usual one.
-    pub(super) quality: Option<Quality>,
-    pub(super) free_name: FreeName,
-    /// The reason why there is nothing to see, if so.
-    warning: Option<String>,
+    pub(super) facts: ViewedFacts,
     lights: Option<DefaultLights>,
     /// The scene's own view, and its number among the cameras of the file.
     view: PageView,
@@ -74,7 +62,6 @@ impl ViewedScene {
         settings: Settings,
         facts: ViewedFacts,
     ) -> ViewedScene {
-        let most_pixels = facts.memory / PIXEL_BYTES;
         let lights = DefaultLights::of(&scene, settings.threads);
         ViewedScene {
             view: scene.file_view(&scene.view).into(),
@@ -83,11 +70,8 @@ impl ViewedScene {
             bvh,
             spec,
             settings,
-            most_pixels,
-            most_answer_bytes: most_pixels * FILE_BYTES,
-            quality: facts.quality,
-            free_name: facts.free_name,
-            warning: facts.warning,
+            most_pixels: facts.memory / PIXEL_BYTES,
+            facts,
             lights,
         }
     }
@@ -144,6 +128,12 @@ impl ViewedScene {
         }
     }
 
+    /// The reason why nothing can be seen, if the scene is a point.
+    pub fn warning(&self) -> Option<String> {
+        let wrong = FileView::from(self.view).check().err();
+        wrong.map(|wrong| format!("nothing can be seen: {wrong} (see --camera)"))
+    }
+
     /// Facts that a page has to know before it asks for frames.
     pub(super) fn describe(&self) -> Value {
         let scene = &self.scene;
@@ -169,20 +159,8 @@ impl ViewedScene {
             "cameras": cameras.collect::<Vec<_>>(),
             "size": self.spec.pixels.size,
             "most_pixels": self.most_pixels,
-            "warning": self.warning,
+            "warning": self.warning(),
             "samples": self.spec.pixels.spp.unwrap_or(SAMPLES),
         })
-    }
-}
-
-impl Task {
-    /// Bytes of its answer until it has been read.
-    pub(super) fn answer_bytes(&self) -> u64 {
-        let pixels = self.shot().0.pixels();
-        match self {
-            Task::Frame(_) => pixels * FRAME_BYTES,
-            Task::Save(_) => pixels * FILE_BYTES,
-            Task::Pixel(_) | Task::Command(_) => 0,
-        }
     }
 }

@@ -1,15 +1,13 @@
 //! `phalanx view`.
 
 use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, WorkArgs};
-use crate::cli::output::{self, CliError, EvenColor, interrupt, is_dash};
+use crate::cli::output::{self, CliError, interrupt, is_dash};
 use crate::view::{MAX_PIXELS, PIXEL_BYTES, Server, ServerError, ViewedFacts, ViewedScene};
 use clap::Args;
-use phalanx::Bvh;
 use phalanx::files::shown_path;
-use phalanx::frame::{AccelRef, Control, Engine, Settings, render_with};
+use phalanx::frame::Engine;
 use phalanx::jobs::{EncodingSpec, PixelSpec};
 use phalanx::open::standard_name;
-use phalanx::scene::Scene;
 use phalanx::standard::parse_spec;
 use std::io::{self, Write};
 use std::net::SocketAddr;
@@ -46,9 +44,6 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub work: WorkArgs,
 }
-
-/// Longest side of the picture that tells whether there is anything to see.
-const SMALL: u32 = 64;
 
 /// Fewest pixels of a picture that is worth its page.
 const MIN_PIXELS: u64 = 640 * 480;
@@ -132,33 +127,14 @@ fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
     let (bvh, memory) = input.view_tree(&settings, &args.tree, least * PIXEL_BYTES)?;
     let name = name.to_string_lossy();
     let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
-    let warning = explain_nothing(&input.scene, &bvh, &settings);
-    warning.iter().for_each(|warning| output::warning(warning));
     let facts = ViewedFacts {
         memory: memory.unwrap_or(PICTURES),
         quality: args.tree.quality,
-        free_name: |path, is_map| match is_map {
-            // A map does not say which program wrote it.
-            true => output::free_path(path, output::input_at).0,
-            false => output::free_path(path, output::taken).0,
-        },
-        warning,
+        free_name: |path| output::free_path(path, output::taken).0,
     };
-    Ok(ViewedScene::new(input.scene, bvh, spec, settings, facts))
-}
-
-/// The reason why the first view shows nothing, if so, as a small picture tells it.
-fn explain_nothing(scene: &Scene, bvh: &Bvh, settings: &Settings) -> Option<String> {
-    let small = Settings {
-        width: settings.width.min(SMALL),
-        height: settings.height.min(SMALL),
-        ..settings.clone()
-    };
-    let tree = AccelRef::Packets(bvh);
-    let frame = render_with(scene, tree, &small, &Control::default()).ok()?;
-    let mut color = EvenColor::default();
-    color.add(&frame.film);
-    color.explain(scene, (small.width, small.height))
+    let viewed = ViewedScene::new(input.scene, bvh, spec, settings, facts);
+    viewed.warning().inspect(|warning| output::warning(warning));
+    Ok(viewed)
 }
 
 /// Refuses options that would have no effect.

@@ -175,23 +175,15 @@ impl Budget {
         settings: &Settings,
         least: u64,
     ) -> Result<Option<u64>, CliError> {
-        let wide = scene.prim_count() as u64 * WIDE_BYTES;
         let tree = match tree {
-            Ok(bvh) => {
-                let wide = if bvh.has_wide() {
-                    bvh.wide_bytes() as u64
-                } else {
-                    wide
-                };
-                (bvh.node_bytes() + bvh.prim_bytes()) as u64 + wide
-            }
-            Err(build) => tree_bytes(scene, build) + wide,
+            Ok(bvh) => (bvh.node_bytes() + bvh.prim_bytes()) as u64,
+            Err(build) => tree_bytes(scene, build),
         };
+        let tree = tree + scene.prim_count() as u64 * WIDE_BYTES;
         let held = scene.memory_bytes() as u64 + tree + thread_bytes(scene, settings);
         self.check(held + least, "to view the scene")?;
-        Ok(self
-            .0
-            .map(|allowed| allowed.saturating_sub(held + PROGRAM_BYTES)))
+        let left = |allowed: u64| allowed.saturating_sub(held + PROGRAM_BYTES);
+        Ok(self.0.map(left))
     }
 
     fn check(self, needed: u64, what: &str) -> Result<(), CliError> {

@@ -143,10 +143,9 @@ impl SceneInput {
     ) -> Result<(Bvh, Option<u64>), CliError> {
         let build = tree.settings(settings.threads);
         let stored = self.bvh.as_ref().ok_or(&build);
-        (self.budget).for_view(&self.scene, stored, settings, least)?;
+        let left = (self.budget).for_view(&self.scene, stored, settings, least)?;
         let bvh = self.tree(tree, settings.threads)?;
         bvh.build_wide(settings.threads);
-        let left = (self.budget).for_view(&self.scene, Ok(&bvh), settings, least)?;
         Ok((bvh, left))
     }
 

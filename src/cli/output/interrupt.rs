@@ -63,13 +63,12 @@ fn watch_signals() -> Result<(), ctrlc::Error> {
 /// Handles the signal with this number.
 fn on_signal(number: u8) {
     record_signal(number);
-    let before = ANSWER.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |answer| {
-        Some(after_signal(answer))
-    });
+    let before = ANSWER.load(Ordering::SeqCst);
+    ANSWER.store(after_signal(before), Ordering::SeqCst);
     let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
     match (before, &*running) {
-        (Ok(STOP), Some(control)) => control.stop.store(true, Ordering::SeqCst),
-        (Ok(WAIT), _) => {}
+        (STOP, Some(control)) => control.stop.store(true, Ordering::SeqCst),
+        (WAIT, _) => {}
         _ => {
             message("interrupted");
             remove_shortcut();
@@ -80,10 +79,7 @@ fn on_signal(number: u8) {
 
 /// The answer to the next signal: only the first one may wait.
 fn after_signal(answer: u8) -> u8 {
-    match answer {
-        WAIT => CAME,
-        _ => EXIT_AT_ONCE,
-    }
+    if answer == WAIT { CAME } else { EXIT_AT_ONCE }
 }
 
 /// Keeps a file that leads a browser to a page until the process is interrupted.
@@ -94,12 +90,9 @@ pub fn keep_shortcut(path: PathBuf) {
 
 /// Removes that file, if there is one.
 pub fn remove_shortcut() {
-    let path = SHORTCUT
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take();
+    let mut shortcut = SHORTCUT.lock().unwrap_or_else(PoisonError::into_inner);
     // The user may have removed it.
-    let _ = path.map(std::fs::remove_file);
+    let _ = shortcut.take().map(std::fs::remove_file);
 }
 
 /// Runs `work`, which stops when the control's `stop` is set.

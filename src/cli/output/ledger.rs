@@ -101,12 +101,8 @@ pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
 
 /// The input, with its purpose, or another program's picture that a default output would replace.
 pub fn taken(path: &Path) -> Option<String> {
-    input_at(path).or_else(|| foreign_picture(path))
-}
-
-/// The input that an output at this path would replace, with its purpose.
-pub fn input_at(path: &Path) -> Option<String> {
-    ledger().read.get(&identity(path)?).cloned()
+    let input = identity(path).and_then(|id| ledger().read.get(&id).cloned());
+    input.or_else(|| foreign_picture(path))
 }
 
 /// The path, with `-render` appended to its stem until it is not `taken`, and what has it.

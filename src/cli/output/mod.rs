@@ -28,8 +28,6 @@ pub use diagnose::{print_notes, print_warnings};
 pub use empty_picture::EvenColor;
 pub use error::CliError;
 pub use file_coordinates::{origin_row, to_file_coordinates};
-#[cfg(feature = "view")]
-pub use ledger::input_at;
 pub use ledger::{free_path, reads, taken, writes};
 pub use live_preview::LivePreview;
 pub use memory_stats::MemoryStats;

@@ -57,10 +57,8 @@ impl PictureSpec {
             }
         };
         // A name with U+FFFD may have other bytes: a command of it would not find the file.
-        let command = match self.has_exact_name() {
-            true => self.render_words(&name, &overrides, scene),
-            false => Vec::new(),
-        };
+        let mut command = self.render_words(&name, &overrides, scene);
+        command.retain(|_| self.has_exact_name());
         let size = self.pixels.size.unwrap_or((scene.width, scene.height));
         let matrices = CameraMatrices::of(scene, size);
         let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
@@ -86,21 +84,15 @@ impl PictureSpec {
         let name = Path::new(&self.scene);
         let mut command = self.render_words(name, &self.overrides, scene);
         command.extend(words(&self.encoding));
-        command.extend(
-            ["-o", output]
-                .into_iter()
-                .chain(more.iter().copied())
-                .map(str::to_owned),
-        );
+        let more = ["-o", output].into_iter().chain(more.iter().copied());
+        command.extend(more.map(str::to_owned));
         command_line(&command)
     }
 
     /// The words of a command that renders this picture, without its file and the file's options.
     fn render_words(&self, name: &Path, overrides: &SceneOverrides, scene: &Scene) -> Vec<String> {
-        let name = operand(name);
-        let mut command = ["phalanx", "render", &name.to_string_lossy()]
-            .map(str::to_owned)
-            .to_vec();
+        let name = operand(name).display().to_string();
+        let mut command = ["phalanx", "render", &name].map(str::to_owned).to_vec();
         let format = self.format.iter();
         command.extend(format.flat_map(|f| ["--format".to_owned(), f.clone()]));
         command.extend(words(overrides));

@@ -115,13 +115,11 @@ pub fn render_tiles(
         let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
             .with_min_weight(settings.min_path_weight())
             .with_mattes(mattes.as_ref())
-            .with_hidden_background(settings.aovs.has(Aov::Alpha))
-            .with_stop(&control.stop);
+            .with_hidden_background(settings.aovs.has(Aov::Alpha));
         OracleRenderer {
             camera: &camera,
             scene,
             sampling: settings.sampling,
-            stop: &control.stop,
             oracle: match settings.ao_distance(scene) {
                 Some(reach) => oracle.with_ambient_occlusion(reach),
                 None => oracle,

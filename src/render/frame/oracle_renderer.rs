@@ -7,15 +7,12 @@ use phalanx_oracle::{Oracle, OracleHit, OraclePixel, OracleRay};
 use phalanx_scene::Scene;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::{Adaptive, BLOCK, Sampling};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Renders tiles with the oracle, pixel by pixel.
 pub(super) struct OracleRenderer<'a> {
     pub(super) camera: &'a Camera,
     pub(super) scene: &'a Scene,
     pub(super) sampling: Sampling,
-    /// Set if nobody wants the tile any more.
-    pub(super) stop: &'a AtomicBool,
     pub(super) oracle: Oracle<'a>,
 }
 
@@ -59,9 +56,6 @@ impl OracleRenderer<'_> {
     fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
         let whole = tile.outward(BLOCK, self.camera.size());
         for cell in tiles(whole, BLOCK) {
-            if self.stop.load(Relaxed) {
-                return;
-            }
             let size = (cell.width, cell.height);
             let corner = (cell.x, cell.y);
             let (camera, sampling) = (self.camera, &self.sampling);
@@ -84,9 +78,6 @@ impl TileRenderer for OracleRenderer<'_> {
         }
         for y in 0..tile.height {
             for x in 0..tile.width {
-                if self.stop.load(Relaxed) {
-                    return;
-                }
                 let (column, row) = (tile.x + x, tile.y + y);
                 let pixel = self.oracle.pixel(self.camera, &self.sampling, column, row);
                 self.set(pixels, (x, y), &pixel);

@@ -104,7 +104,6 @@ function begin(scene) {
   [$('overlay').hidden, $('panel').hidden] = [true, false];
   showControls();
   resize();
-  if (scene.warning) say(scene.warning);
   window.onhashchange = () => jump(readLink() ?? app.view);
   stage.focus({ preventScroll: true });
 }

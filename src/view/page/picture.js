@@ -77,7 +77,7 @@ function failed({ name, status, message }) {
   picture.refining = null;
   if (status === 429 || status === 503) setTimeout(pump, 1000);
   else if (status !== undefined) picture.settled = true;
-  warn(status === undefined ? GONE : [message, app.scene.warning].filter(Boolean).join(': '));
+  warn(status === undefined ? GONE : (app.scene.warning ?? message));
   if (status !== undefined || picture.lost) return;
   picture.lost = true;
   setTimeout(retry, 2000);

@@ -126,7 +126,7 @@ fn the_command_of_a_page_writes_beside_the_textures_of_a_model() {
         ("shaded", &["-o model-render.png"][..]),
         (
             "cost",
-            &["-o model-render.png", "--heat nodes model-nodes-render.png"],
+            &["-o model-render.png", "--heat nodes model-render-nodes.png"],
         ),
     ] {
         let told = served.post("command", shot(mode, 1)).json();

@@ -89,15 +89,19 @@ fn an_interrupted_render_leaves_the_old_picture_or_none() {
 const GLASS: &str = "size 16 8\ncamera 0 0 6 0 0 0 0 1 0 45\npoint 3 4 5 1 1 1\nmaxdepth 60\n\
                      specular .9 .9 .9\ntransmission .9 .9 .9\n";
 
-#[test]
-fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
-    let room = TestFolder::new();
+fn glass() -> String {
     let mut text = GLASS.to_owned();
     for k in 0..50 {
         let [x, y, z] = [k % 5, k / 5 % 5 - 2, k / 25].map(|c| f64::from(c) * 0.9);
         text += &format!("sphere {} {y} {z} .5\n", x + 1.0);
     }
-    room.write("glass.test", &text);
+    text
+}
+
+#[test]
+fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
+    let room = TestFolder::new();
+    room.write("glass.test", &glass());
     let options = "--tile 8 --threads 1 --min-weight 1e-30";
     let stop = |line: &str, wait: u64| {
         let mut child = room
@@ -119,7 +123,6 @@ fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
     };
     for more in [
         "",
-        "--engine scalar",
         "--spp 4 --aa adaptive",
         "--spp 4096 --aperture .1 --focus 5 --aa adaptive",
         "--integrator ao --spp 65536 --max-depth 0",
@@ -130,8 +133,36 @@ fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
     // The finished tile is kept, and the other one is not.
     let kept = format!("render glass.test -o g.png {options} --checkpoint g.tiles");
     let said = stop(&kept, 1500);
-    assert!(said.contains("finished tiles are kept in g.tiles"), "{said}");
+    assert!(
+        said.contains("finished tiles are kept in g.tiles"),
+        "{said}"
+    );
     assert_eq!(room.names(), ["g.tiles", "glass.test"]);
     let said = stop(&kept, 1500);
-    assert!(said.contains("resuming from g.tiles, 50.0 % done"), "{said}");
+    assert!(
+        said.contains("resuming from g.tiles, 50.0 % done"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_second_signal_ends_the_process_at_once() {
+    let room = TestFolder::new();
+    room.write("glass.test", &glass());
+    // The bounces of one pixel: the scalar engine stops after a tile.
+    let line = "render glass.test -o g.png --engine scalar --threads 1 --min-weight 1e-30";
+    let mut child = room
+        .command(line)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    signal(&child, "INT");
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none());
+    signal(&child, "TERM");
+    let start = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    assert!(start.elapsed() < Duration::from_secs(5));
 }

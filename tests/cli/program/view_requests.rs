@@ -258,8 +258,12 @@ fn a_scene_that_cannot_be_seen_says_so_as_a_render_does() {
     let room = TestFolder::new();
     room.write("point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
     let rendered = room.run("render point.obj -o x.png --size 32x32");
-    let warning = "the picture is empty";
-    assert!(rendered.stderr.contains(warning), "{}", rendered.stderr);
+    assert!(
+        rendered.stderr.contains("the picture is empty"),
+        "{}",
+        rendered.stderr
+    );
+    let warning = "nothing can be seen: the camera stands on the point";
     let mut command = room.command("view point.obj");
     command.stderr(fs::File::create(room.path().join("said")).unwrap());
     let served = ViewProcess::spawn_with_stderr(&mut command);
