@@ -1,13 +1,13 @@
 //! HTTP over one socket: requests with a body of JSON, and answers. Every step has a deadline, so
 //! that nobody holds a thread by being slow.
 
-use super::served_scene::AnswerMemory;
+use super::answer_memory::AnswerMemory;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-/// Most bytes of a request's head, in which cookies of other programs of this host count, and of its
-/// body.
+/// Most bytes of a request's head, with the cookies that other programs of this host have left, and
+/// of its body.
 const MAX_HEAD: usize = 64 << 10;
 const MAX_BODY: usize = 16 << 10;
 

@@ -61,8 +61,7 @@ impl Task {
 pub(super) enum PageAnswer {
     Frame(ShownPicture),
     Json(Value),
-    /// Name and contents. They are encoded by one thread, because each thread that did it would keep
-    /// some of the memory.
+    /// Name and contents. One thread encodes them, because each that did would keep some memory.
     File(String, Vec<u8>),
     /// The page has asked for something else since, or has the best frame already.
     Nothing,

@@ -1,5 +1,6 @@
 //! Everything that a request may ask for, and the answers.
 
+use super::answer_memory::AnswerMemory;
 use super::connection::{Connection, Request, Response};
 use super::document;
 use super::guard::{NO_SLASH, random_hex};
@@ -72,7 +73,9 @@ fn parsed<'a, T: Deserialize<'a>>(request: &'a Request) -> Result<T, String> {
 fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -> Option<Response> {
     let is_file = matches!(task, Task::Save(_));
     let pixel_bytes = if is_file { FILE_BYTES } else { FRAME_BYTES };
-    let Some(memory) = served.reserve(task.shot().0.pixels() * pixel_bytes) else {
+    let Some(memory) =
+        AnswerMemory::take(&served.answer_bytes, task.shot().0.pixels() * pixel_bytes)
+    else {
         return Some(crowded());
     };
     let Some((id, answer)) = served.queue.submit(page, task) else {

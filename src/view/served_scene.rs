@@ -3,7 +3,7 @@
 use super::guard::Guard;
 use super::queue::Queue;
 use serde_json::{Value, json};
-use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -17,18 +17,6 @@ pub(super) struct ServedScene {
     stage: Mutex<(Value, Instant)>,
 }
 
-/// Memory of an answer, which is given back when it has been sent.
-pub(super) struct AnswerMemory {
-    free: Arc<AtomicU64>,
-    bytes: u64,
-}
-
-impl Drop for AnswerMemory {
-    fn drop(&mut self) {
-        self.free.fetch_add(self.bytes, SeqCst);
-    }
-}
-
 impl ServedScene {
     /// A scene that is being read.
     pub(super) fn new(guard: Guard) -> ServedScene {
@@ -38,14 +26,6 @@ impl ServedScene {
             answer_bytes: Arc::default(),
             stage: Mutex::new((json!({ "stage": "reading" }), Instant::now())),
         }
-    }
-
-    /// Takes memory for an answer; `None` if too many wait to be read.
-    pub(super) fn reserve(&self, bytes: u64) -> Option<AnswerMemory> {
-        let take = |free: u64| free.checked_sub(bytes);
-        let taken = self.answer_bytes.fetch_update(SeqCst, SeqCst, take);
-        let free = Arc::clone(&self.answer_bytes);
-        taken.is_ok().then_some(AnswerMemory { free, bytes })
     }
 
     fn stage(&self) -> MutexGuard<'_, (Value, Instant)> {
