@@ -3,9 +3,9 @@
 use crate::camera::Camera;
 use crate::{Scene, ViewError};
 
-/// Maps from the coordinates of the scene's file, relative to the scene's origin, as OpenEXR defines
-/// them ("Standard Attributes"). A point is a row (x, y, z, 1) that is multiplied with the matrix
-/// from its left; rows of the matrix follow each other.
+/// Maps from the coordinates of the scene's file, relative to the scene's origin, as OpenEXR
+/// defines them ("Standard Attributes"). A point is a row (x, y, z, 1) that is multiplied with the
+/// matrix from its left; rows of the matrix follow each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMatrices {
     /// To the camera's coordinates: x to the right, y up, z along the direction of view, in units
