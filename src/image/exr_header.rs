@@ -84,7 +84,7 @@ fn attributes(file: &PictureFile) -> Vec<(String, String)> {
         (COMMAND.to_owned(), header.command.clone()),
     ];
     all.retain(|(_, text)| !text.is_empty());
-    if file.aovs.has(Aov::Position) && file.origin != [0.0; 3] {
+    if file.origin != [0.0; 3] {
         let [x, y, z] = file.origin;
         all.push((ORIGIN.to_owned(), format!("{x} {y} {z}")));
     }
@@ -171,9 +171,8 @@ mod tests {
     const RED: &[ExrChannel] = &[("R", SampleType::F32, 0)];
 
     #[test]
-    fn only_a_moved_scene_with_positions_has_its_origin_in_the_header() {
+    fn only_a_moved_scene_has_its_origin_in_the_header() {
         let far = PictureFile {
-            aovs: Aovs::NONE.with(Aov::Position),
             origin: [500_000.5, 0.0, -4e6],
             ..PLAIN_EXR
         };
@@ -187,15 +186,11 @@ mod tests {
             value.map(|value| value.into_text().unwrap().to_string())
         };
         assert_eq!(told(&far).as_deref(), Some("500000.5 0 -4000000"));
-        let without = PictureFile {
-            aovs: Aovs::NONE,
-            ..far.clone()
-        };
         let near = PictureFile {
             origin: [0.0; 3],
             ..far.clone()
         };
-        assert_eq!([told(&without), told(&near)], [None, None]);
+        assert_eq!(told(&near), None);
     }
 
     #[test]

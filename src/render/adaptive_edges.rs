@@ -58,6 +58,9 @@ impl EdgeSampler {
             let mut first = true;
             loop {
                 self.refine(tracer, whole, first, tile, pixels);
+                if tracer.context.is_stopped() {
+                    return;
+                }
                 first = false;
                 let ask = |more, cells: &mut Cells| cells.next_round() | more;
                 if !self.cells.iter_mut().fold(false, ask) {

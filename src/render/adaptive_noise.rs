@@ -36,6 +36,9 @@ impl NoiseSampler {
         while self.active.iter().any(|active| *active != 0) {
             let next = adaptive.next(samples, most);
             self.round(tracer, whole, samples..next, tile, pixels);
+            if tracer.context.is_stopped() {
+                return;
+            }
             samples = next;
             if samples == most {
                 break;

@@ -6,6 +6,7 @@ use super::wavefront::{
     AovBuffer, FragmentSink, Levels, QueueSlice, RadianceX8, RayFragment, ShadowFilter, Wave,
     WavefrontContext, trace_ambient_occlusion, trace_waves,
 };
+use super::workers::NEVER_SET;
 use bumpalo::Bump;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aov, Aovs};
@@ -25,7 +26,7 @@ pub(super) struct SampleTracer<'a> {
     bvh: &'a Bvh,
     /// Tracer that counts nodes, if an AOV needs their count.
     counter: Option<PacketTracer<'a>>,
-    context: WavefrontContext<'a>,
+    pub(super) context: WavefrontContext<'a>,
     /// True if rays have seeds.
     pub(super) seeded: bool,
     /// Distance to the sky, if ambient occlusion is rendered.
@@ -68,6 +69,7 @@ impl<'a> SampleTracer<'a> {
                 mattes: None,
                 hides_background: false,
                 columns: levels.columns(),
+                stop: &NEVER_SET,
             },
             seeded: scene.is_stochastic(),
             ao_distance: None,
@@ -143,6 +145,9 @@ impl<'a> SampleTracer<'a> {
         self.fragments.clear();
         let most = self.levels.camera_packets();
         for start in (0..packets).step_by(most) {
+            if self.context.is_stopped() {
+                break;
+            }
             let part = start..packets.min(start + most);
             let collects = self.context.mattes.is_some();
             let sink = FragmentSink {

@@ -15,6 +15,7 @@ use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Bvh;
 use std::mem::replace;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
 /// Renders tiles with packets of eight rays.
@@ -74,6 +75,12 @@ impl<'a> WavefrontRenderer<'a> {
         self
     }
 
+    /// Sets a flag that another thread sets to stop: tiles are incomplete from then on.
+    pub fn with_stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.tracer.context.stop = stop;
+        self
+    }
+
     /// Renders ambient occlusion instead of shading: a hit is white if a single ray from it meets
     /// nothing within `reach`, and black otherwise.
     pub fn with_ambient_occlusion(mut self, reach: f32) -> Self {
@@ -108,8 +115,13 @@ impl TileRenderer for WavefrontRenderer<'_> {
         if first == 0 {
             sums.fit(tile.pixels() as usize, tracer.aovs);
         }
+        let stop = tracer.context.stop;
         for sample in first..spp {
             let mut traced = trace_tile(tracer, tile, sample, pixels.record_hits());
+            if stop.load(Relaxed) {
+                // The tile may go on later, from the samples that are complete.
+                return sum.iter_mut().for_each(|sum| sum.samples = sample);
+            }
             sums.add(&traced, tile.width);
             traced.write_hits(pixels, Some);
         }

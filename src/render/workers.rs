@@ -41,7 +41,7 @@ impl Cores {
 /// Progress and stop flag, shared with a running render.
 #[derive(Debug, Default)]
 pub struct Control {
-    /// Set to stop: workers finish their tile and leave.
+    /// Set to stop: workers leave, those of the packet engine within a second, without their tile.
     pub stop: AtomicBool,
     /// Pixels finished.
     pub pixels: AtomicU64,
@@ -51,6 +51,9 @@ pub struct Control {
     pub rays: AtomicU64,
 }
 
+/// The stop flag of renderers that nobody stops.
+pub(super) static NEVER_SET: AtomicBool = AtomicBool::new(false);
+
 /// The render was stopped through [`Control::stop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the render was interrupted")]
@@ -58,7 +61,8 @@ pub struct Interrupted;
 
 /// One worker's renderer of tiles, which counts its work.
 pub trait TileRenderer {
-    /// Renders every pixel of a tile; `pixels` are of its size, black and without hits.
+    /// Renders every pixel of a tile; `pixels` are of its size, black and without hits. Once the
+    /// render is to stop, they may be incomplete.
     fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer);
     /// The work since the renderer was made.
     fn stats(&self) -> RenderStats;
@@ -83,7 +87,7 @@ pub struct RenderedTiles {
 /// them into the sink.
 ///
 /// # Errors
-/// [`Interrupted`] if `control.stop` was set before the last tile was taken.
+/// [`Interrupted`] if `control.stop` was set before the last tile was finished.
 pub fn render_on_workers<P: TileRenderer>(
     tiles: &[Tile],
     sink: &dyn TileSink,
@@ -112,6 +116,9 @@ pub fn render_on_workers<P: TileRenderer>(
             let start = Stopwatch::start();
             pixels.fit(tile);
             renderer.render_tile(tile, &mut pixels);
+            if control.stop.load(Relaxed) {
+                break;
+            }
             pixels.unify_nans();
             sink.put(tile, &pixels);
             took.push((k, start.elapsed().as_secs_f64()));
@@ -127,7 +134,9 @@ pub fn render_on_workers<P: TileRenderer>(
         tile_seconds: vec![0.0; tiles.len()],
         ..RenderedTiles::default()
     };
+    let mut finished = 0;
     let mut add = |(stats, tracing, took): (RenderStats, Duration, Vec<(usize, f64)>)| {
+        finished += took.len();
         painted.stats.add(&stats);
         painted.tracing += tracing;
         for (k, seconds) in took {
@@ -148,7 +157,7 @@ pub fn render_on_workers<P: TileRenderer>(
             }
         }
     });
-    if control.stop.load(Relaxed) && next.load(Relaxed) < tiles.len() {
+    if control.stop.load(Relaxed) && finished < tiles.len() {
         return Err(Interrupted);
     }
     Ok(painted)

@@ -3,9 +3,9 @@
 use crate::camera::Camera;
 use crate::{Scene, ViewError};
 
-/// Maps from the coordinates of the scene's file, as OpenEXR defines them ("Standard Attributes").
-/// A point is a row (x, y, z, 1) that is multiplied with the matrix from its left; rows of the
-/// matrix follow each other.
+/// Maps from the coordinates of the scene's file, relative to the scene's origin, as OpenEXR
+/// defines them ("Standard Attributes"). A point is a row (x, y, z, 1) that is multiplied with the
+/// matrix from its left; rows of the matrix follow each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMatrices {
     /// To the camera's coordinates: x to the right, y up, z along the direction of view, in units
@@ -26,7 +26,7 @@ impl CameraMatrices {
     pub fn of(scene: &Scene, (width, height): (u32, u32)) -> Result<CameraMatrices, ViewError> {
         let camera = Camera::new(&scene.view, width, height)?;
         let axes = [camera.right, camera.up, -camera.back].map(|axis| axis.as_dvec3());
-        let eye = scene.file_position(camera.eye);
+        let eye = camera.eye.as_dvec3() / f64::from(scene.scale);
         // The rows of a map's columns: the factors of x, y, z and 1.
         let [x, y, z] = axes.map(|axis| [axis.x, axis.y, axis.z, -axis.dot(eye)]);
         let unit = [0.0, 0.0, 0.0, 1.0];
@@ -92,7 +92,7 @@ mod tests {
             let matrices = CameraMatrices::of(&scene, size).unwrap();
             for (row, column, t) in [(50.0, 100.0, 3.0), (350.0, 500.0, 8.0), (10.5, 600.25, 2.0)] {
                 let (org, dir) = camera.ray(row, column);
-                let point = scene.file_position(org + dir * t);
+                let point = scene.relative_position(org + dir * t).as_dvec3();
                 let [x, y, _, w] = apply(&matrices.world_to_ndc, point);
                 let want = [column / 640.0, row / 480.0];
                 let got = [x / w, y / w];

@@ -66,6 +66,12 @@ impl Scene {
         )
     }
 
+    /// File position of a scene position, relative to the scene's origin: `position / scale`,
+    /// rounded once.
+    pub fn relative_position(&self, position: Vec3) -> Vec3 {
+        (position.as_dvec3() / f64::from(self.scale)).as_vec3()
+    }
+
     /// Scene view of a view in the file's coordinates.
     pub fn view_of(&self, view: &FileView) -> View {
         View {

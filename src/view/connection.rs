@@ -1,19 +1,22 @@
 //! HTTP over one socket: requests with a body of JSON, and answers. Every step has a deadline, so
 //! that nobody holds a thread by being slow.
 
+use super::answer_memory::AnswerMemory;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-/// Most bytes of a request's head, and of its body.
-const MAX_HEAD: usize = 8 << 10;
+/// Most bytes of a request's head, with the cookies that other programs of this host have left, and
+/// of its body.
+const MAX_HEAD: usize = 64 << 10;
 const MAX_BODY: usize = 16 << 10;
 
 /// Most headers of a request.
 const MAX_HEADERS: usize = 64;
 
-/// Time that a connection may be idle before and after its first request, and that a request may
-/// take to arrive.
+/// Time that a connection may be idle before and after its first request, and that a later request
+/// may take to arrive. The first one has as much as its connection before it.
+const BRIEF: Duration = Duration::from_millis(250);
 const UNKNOWN: Duration = Duration::from_secs(5);
 const IDLE: Duration = Duration::from_secs(60);
 const ARRIVAL: Duration = Duration::from_secs(10);
@@ -42,6 +45,7 @@ pub(super) struct Response {
     content_type: &'static str,
     headers: Vec<(&'static str, String)>,
     body: Vec<u8>,
+    _memory: Option<AnswerMemory>,
 }
 
 impl Response {
@@ -52,7 +56,14 @@ impl Response {
             content_type,
             headers,
             body,
+            _memory: None,
         }
+    }
+
+    /// The answer, which holds this memory until it has been sent.
+    pub(super) fn holding(self, memory: AnswerMemory) -> Response {
+        let _memory = Some(memory);
+        Response { _memory, ..self }
     }
 
     /// The answer with one more header, whose value has no line ends.
@@ -77,18 +88,22 @@ pub(super) struct Connection {
     stream: TcpStream,
     ahead: Vec<u8>,
     idle: Duration,
+    /// True if the last request wants no body.
+    is_head: bool,
 }
 
 impl Connection {
-    pub(super) fn new(stream: TcpStream) -> io::Result<Connection> {
+    pub(super) fn new(stream: TcpStream, is_crowded: bool) -> io::Result<Connection> {
         // On some systems it is that of the listening socket.
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        let (ahead, idle) = (Vec::new(), UNKNOWN);
+        let ahead = Vec::new();
+        let idle = if is_crowded { BRIEF } else { UNKNOWN };
         Ok(Connection {
             stream,
             ahead,
             idle,
+            is_head: false,
         })
     }
 
@@ -100,11 +115,17 @@ impl Connection {
                 Ok(_) => {}
             }
         }
-        let deadline = Instant::now() + ARRIVAL;
+        let deadline = Instant::now() + self.idle.min(ARRIVAL);
+        let mut seen = 0;
         let (mut request, head, body) = loop {
-            if let Some(parsed) = parse_head(&self.ahead)? {
+            self.is_head = self.ahead.starts_with(b"HEAD ");
+            // A head that arrives byte by byte is not parsed for each of them.
+            if ends_head(&self.ahead[seen..])
+                && let Some(parsed) = parse_head(&self.ahead)?
+            {
                 break parsed;
             }
+            seen = self.ahead.len().saturating_sub(3);
             if self.ahead.len() > MAX_HEAD {
                 return Err(BadRequest(Some(431)));
             }
@@ -140,7 +161,12 @@ impl Connection {
         let more = response.body.len() as u64 * 1000 / MIN_BYTES_PER_S;
         let deadline = Instant::now() + DEPARTURE + Duration::from_millis(more);
         self.write(&head(response, keep_alive), deadline)?;
-        self.write(&response.body, deadline)
+        let body = if self.is_head {
+            &[][..]
+        } else {
+            &response.body
+        };
+        self.write(body, deadline)
     }
 
     fn write(&mut self, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {
@@ -189,6 +215,11 @@ fn time_to(deadline: Instant) -> io::Result<Duration> {
     }
 }
 
+/// Returns true if there is an empty line.
+fn ends_head(bytes: &[u8]) -> bool {
+    bytes.windows(2).any(|end| end == b"\n\n") || bytes.windows(3).any(|end| end == b"\n\r\n")
+}
+
 /// A request without its body, and the lengths of head and body; `None` if bytes are missing.
 fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadRequest> {
     let bad = BadRequest(Some(400));
@@ -202,7 +233,7 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadReques
     let mut request = Request {
         is_post: match parsed.method {
             Some("POST") => true,
-            Some("GET") => false,
+            Some("GET" | "HEAD") => false,
             _ => return Err(BadRequest(Some(405))),
         },
         path: parsed.path.unwrap_or_default().to_owned(),
@@ -213,9 +244,8 @@ fn parse_head(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, BadReques
     };
     let mut length = None;
     for header in parsed.headers.iter() {
-        let Ok(value) = std::str::from_utf8(header.value) else {
-            return Err(bad);
-        };
+        // No other header matters: a cookie may have any bytes.
+        let value = str::from_utf8(header.value).unwrap_or("\u{fffd}");
         match header.name.to_ascii_lowercase().as_str() {
             "host" if request.host.is_empty() => request.host = value.to_owned(),
             "origin" if request.origin.is_none() => request.origin = Some(value.to_owned()),
@@ -251,6 +281,17 @@ fn head(response: &Response, keep_alive: bool) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_head_ends_at_an_empty_line_wherever_it_was_cut() {
+        let text = b"GET / HTTP/1.1\r\nA: b\r\n\r\n";
+        for (end, at) in (1..=text.len()).flat_map(|end| (0..end).map(move |at| (end, at))) {
+            let seen = at.saturating_sub(3);
+            let is_complete = end == text.len();
+            assert_eq!(ends_head(&text[seen..end]), is_complete, "{seen} {end}");
+        }
+        assert!(ends_head(b"GET / HTTP/1.1\n\n"));
+    }
 
     fn status_of(text: &str) -> Option<u16> {
         match parse_head(text.as_bytes()) {

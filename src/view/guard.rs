@@ -4,6 +4,9 @@ use super::connection::Request;
 use std::io;
 use std::net::IpAddr;
 
+/// The name that a request asks for whose path ends with the token.
+pub(super) const NO_SLASH: &str = "/";
+
 /// The secret that a request must know.
 pub(super) struct Guard {
     token: String,
@@ -42,7 +45,8 @@ impl Guard {
         let is_here = host == "localhost" || address.is_ok_and(|ip: IpAddr| ip.is_loopback());
         let own = format!("http://{}", request.host);
         let is_own = request.origin.as_ref().is_none_or(|origin| *origin == own);
-        let (token, name) = request.path.strip_prefix('/')?.split_once('/')?;
+        let path = request.path.strip_prefix('/')?;
+        let (token, name) = path.split_once('/').unwrap_or((path, NO_SLASH));
         let same = token.len() == self.token.len();
         // Every byte is compared, so that time tells nothing.
         let pairs = token.bytes().zip(self.token.bytes());

@@ -10,31 +10,37 @@ use phalanx::frame::{
 use phalanx::image::{ImageFormat, false_color, png_bytes, write_bands};
 use phalanx::jobs::spec::set_header;
 use phalanx::jobs::{EncodingSpec, PictureSpec};
+use serde_json::json;
 use std::path::Path;
 
 /// File of key frames, as the page saves it.
 const KEYFRAMES: &str = "views.txt";
 
 impl ViewedScene {
-    /// The command that makes a picture.
-    pub(super) fn command(&self, request: &KeepRequest) -> String {
+    /// The command that makes a picture. Refuses one that the command could not make.
+    pub(super) fn command(&self, request: &KeepRequest) -> Result<PageAnswer, FrameError> {
         let (mut spec, format) = self.kept(request);
-        let stem = self.stem();
-        let output = format!("{stem}.{}", format.ending());
+        spec.pixels.settings(&self.scene).camera(&self.scene)?;
+        if !spec.has_exact_name() {
+            let reason = "the scene's name is not valid UTF-8: rename it to get a command";
+            return Ok(PageAnswer::Refused(reason.to_owned()));
+        }
+        let costs = self.free_name("-nodes", ImageFormat::Png);
+        let mut more = Vec::new();
         if request.keyframes {
             spec.overrides = self.spec.overrides.clone();
-            return format!(
-                "{} --keyframes {KEYFRAMES}",
-                spec.command(&self.scene, &output)
-            );
+            more.extend(["--keyframes", KEYFRAMES]);
+        } else if request.shot.mode == ViewMode::Cost {
+            // Nodes are those of the tree.
+            let quality = self
+                .facts
+                .quality
+                .map(|quality| ["--quality", quality.name()]);
+            more.extend(quality.into_iter().flatten());
+            more.extend(["--heat", "nodes", &costs]);
         }
-        match request.shot.mode {
-            ViewMode::Cost => format!(
-                "{} --heat nodes {stem}-nodes.png",
-                spec.command(&self.scene, &output)
-            ),
-            _ => spec.command(&self.scene, &output),
-        }
+        let command = spec.command(&self.scene, &self.free_name("", format), &more);
+        Ok(PageAnswer::Json(json!({ "command": command })))
     }
 
     /// The file that the command writes; the heat map, if that is what is seen. `film` is the
@@ -45,7 +51,7 @@ impl ViewedScene {
         film: Option<&Film>,
         control: &Control,
     ) -> Result<PageAnswer, FrameError> {
-        let ((spec, format), stem) = (self.kept(request), self.stem());
+        let (spec, format) = self.kept(request);
         let settings = Settings {
             threads: self.settings(request.shot.mode, request.shot.size).threads,
             ..spec.pixels.settings(&self.scene)
@@ -55,8 +61,8 @@ impl ViewedScene {
             let cost = RayCost::Nodes;
             let costs = render_heatmap(scene, bvh, &settings, cost, control)?;
             let picture = false_color(&costs, settings.width, cost.title());
-            let contents = Box::new(move || png_bytes(&picture));
-            return Ok(PageAnswer::File(format!("{stem}-nodes.png"), contents));
+            let name = self.free_name("-nodes", ImageFormat::Png);
+            return Ok(PageAnswer::File(name, png_bytes(&picture)));
         }
         let film = match film {
             Some(film) => film.clone(),
@@ -65,16 +71,12 @@ impl ViewedScene {
         let spec = spec.resolve(scene);
         let mut file = spec.file(format, scene.origin);
         set_header(&mut file, spec.header(scene, false));
-        let contents = move || {
-            let mut bytes = Vec::new();
-            // Writing to memory does not fail; if it did, there would be no picture.
-            match write_bands(&mut bytes, &file, [Ok(film)]) {
-                Ok(()) => bytes,
-                Err(_) => Vec::new(),
-            }
-        };
-        let name = format!("{stem}.{}", format.ending());
-        Ok(PageAnswer::File(name, Box::new(contents)))
+        let mut bytes = Vec::new();
+        // Writing to memory does not fail; if it did, there would be no picture.
+        if write_bands(&mut bytes, &file, [Ok(film)]).is_err() {
+            bytes.clear();
+        }
+        Ok(PageAnswer::File(self.free_name("", format), bytes))
     }
 
     /// The description of a picture to keep, and its format: what is seen as colours is kept as
@@ -91,7 +93,15 @@ impl ViewedScene {
         (spec, ImageFormat::Exr)
     }
 
-    /// The scene's name for files, in characters that no shell and no header minds.
+    /// The default name of a picture, with a suffix to its stem, in characters that no shell and no
+    /// header minds.
+    fn free_name(&self, suffix: &str, format: ImageFormat) -> String {
+        let ending = format.ending();
+        let free = (self.facts.free_name)(format!("{}.{ending}", self.stem()).as_ref());
+        let stem = free.file_stem().unwrap_or_default();
+        format!("{}{suffix}.{ending}", stem.display())
+    }
+
     fn stem(&self) -> String {
         let stem = phalanx::open::stem(Path::new(&self.spec.scene)).unwrap_or_default();
         let stem = stem.to_string_lossy();

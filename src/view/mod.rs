@@ -10,6 +10,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `answer_memory` | memory of answers that wait to be read |
 //! | `connection` | HTTP over one socket, with a deadline for every step |
 //! | `server` | the loopback address, connections and their threads |
 //! | `guard` | the token, and the places that requests may come from |
@@ -29,6 +30,7 @@
 //! The page asks for every frame, so that a slow connection gets fewer, and a page that is gone
 //! gets none.
 
+mod answer_memory;
 mod connection;
 mod document;
 mod guard;
@@ -47,4 +49,4 @@ mod viewed_scene;
 
 pub use protocol::MAX_PIXELS;
 pub use server::{Server, ServerError};
-pub use viewed_scene::ViewedScene;
+pub use viewed_scene::{PIXEL_BYTES, ViewedFacts, ViewedScene};

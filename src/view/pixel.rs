@@ -2,6 +2,7 @@
 
 use super::protocol::PixelRequest;
 use super::viewed_scene::ViewedScene;
+use glam::{DVec3, Vec3};
 use phalanx::frame::{AccelRef, Aov, Aovs, Control, FrameError, Settings, Tile, render_with};
 use phalanx::{Hit, Ray, RayFilter};
 use serde_json::{Value, json};
@@ -56,9 +57,11 @@ impl ViewedScene {
             let planes = frame.film.layer(aov).iter();
             planes.map(|plane| plane[0]).collect()
         };
+        let file_origin = DVec3::from_array(self.scene.origin);
         let hit = at.map(|at| {
             let mut told = self.name(&along[at]);
-            told["position"] = json!(layer(Aov::Position));
+            let position = Vec3::from_slice(&layer(Aov::Position));
+            told["position"] = json!((position.as_dvec3() + file_origin).to_array());
             told["normal"] = json!(layer(Aov::Ns));
             told["face_normal"] = json!(layer(Aov::Ng));
             told["albedo"] = json!(layer(Aov::Albedo));
@@ -68,7 +71,7 @@ impl ViewedScene {
         });
         let mut told = json!({
             "pixel": [x, y],
-            "origin": origin,
+            "origin": self.scene.file_position(origin.into()).to_array(),
             "direction": direction,
             "hit": hit,
             "passed": passed,
@@ -88,7 +91,7 @@ impl ViewedScene {
             "geometry": Some(hit.geom_id).filter(|id| *id != phalanx::NO_GEOM),
             "object": object,
             "material": material,
-            "t": hit.t,
+            "t": f64::from(hit.t) / f64::from(self.scene.scale),
             "u": hit.u,
             "v": hit.v,
         })

@@ -61,8 +61,8 @@ impl Task {
 pub(super) enum PageAnswer {
     Frame(ShownPicture),
     Json(Value),
-    /// Name and contents, which are put together for the reader alone.
-    File(String, Box<dyn FnOnce() -> Vec<u8> + Send>),
+    /// Name and contents. One thread encodes them, because each that did would keep some memory.
+    File(String, Vec<u8>),
     /// The page has asked for something else since, or has the best frame already.
     Nothing,
     Refused(String),

@@ -1,11 +1,13 @@
 //! Everything that a request may ask for, and the answers.
 
+use super::answer_memory::AnswerMemory;
 use super::connection::{Connection, Request, Response};
 use super::document;
-use super::guard::random_hex;
+use super::guard::{NO_SLASH, random_hex};
 use super::protocol::Asking;
 use super::queue::{PageAnswer, Task};
 use super::served_scene::ServedScene;
+use super::viewed_scene::{FILE_BYTES, FRAME_BYTES};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::mpsc::RecvTimeoutError;
@@ -30,6 +32,8 @@ pub(super) fn respond(
                 Ok(nonce) => document::page(&nonce),
                 Err(error) => refusal(500, &error.to_string()),
             },
+            NO_SLASH => Response::new(307, "text/plain", Vec::new())
+                .with_header("Location", served.guard.path()),
             _ => refusal(404, "there is nothing here"),
         });
     }
@@ -67,12 +71,19 @@ fn parsed<'a, T: Deserialize<'a>>(request: &'a Request) -> Result<T, String> {
 
 /// Waits for the answer to a task, as long as the page is there.
 fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -> Option<Response> {
+    let is_file = matches!(task, Task::Save(_));
+    let pixel_bytes = if is_file { FILE_BYTES } else { FRAME_BYTES };
+    let Some(memory) =
+        AnswerMemory::take(&served.answer_bytes, task.shot().0.pixels() * pixel_bytes)
+    else {
+        return Some(crowded());
+    };
     let Some((id, answer)) = served.queue.submit(page, task) else {
         return Some(crowded());
     };
     loop {
         match answer.recv_timeout(LOOK) {
-            Ok(answer) => return Some(response(task, answer)),
+            Ok(answer) => return Some(response(task, answer).holding(memory)),
             // The page has left.
             Err(RecvTimeoutError::Disconnected) => return Some(empty()),
             Err(RecvTimeoutError::Timeout) if connection.is_open() => {}
@@ -99,7 +110,7 @@ fn response(task: Task, answer: PageAnswer) -> Response {
         PageAnswer::File(name, contents) => {
             // The name has only plain characters.
             let disposition = format!("attachment; filename=\"{name}\"");
-            Response::new(200, BYTES, contents()).with_header("Content-Disposition", disposition)
+            Response::new(200, BYTES, contents).with_header("Content-Disposition", disposition)
         }
     }
 }

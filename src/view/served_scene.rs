@@ -3,13 +3,16 @@
 use super::guard::Guard;
 use super::queue::Queue;
 use serde_json::{Value, json};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// State that all connections share.
 pub(super) struct ServedScene {
     pub(super) guard: Guard,
     pub(super) queue: Queue,
+    /// Bytes of answers that may still be made before others have been read.
+    pub(super) answer_bytes: Arc<AtomicU64>,
     /// The step on the way to a picture, as pages are told, and its beginning.
     stage: Mutex<(Value, Instant)>,
 }
@@ -20,6 +23,7 @@ impl ServedScene {
         ServedScene {
             guard,
             queue: Queue::default(),
+            answer_bytes: Arc::default(),
             stage: Mutex::new((json!({ "stage": "reading" }), Instant::now())),
         }
     }

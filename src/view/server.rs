@@ -5,15 +5,20 @@ use super::guard::Guard;
 use super::routes::{refusal, respond};
 use super::served_scene::ServedScene;
 use super::tracer::PageTracer;
-use super::viewed_scene::ViewedScene;
+use super::viewed_scene::{FILE_BYTES, ViewedScene};
 use serde_json::json;
 use std::io;
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
+use std::sync::atomic::Ordering::SeqCst;
 use std::time::Duration;
 
-/// Most connections at a time: six for each of a few pages.
-const MAX_CONNECTIONS: usize = 96;
+/// Most connections at a time: six for each of a few pages, and room for those without the token.
+const MAX_CONNECTIONS: usize = 192;
+
+/// Connections beyond which a new one has little time to show the token, so that a flood of others
+/// keeps no page out.
+const CROWD: usize = 48;
 
 /// Time for which a failed scene is shown to pages that wait for it.
 const FAILURE: Duration = Duration::from_secs(1);
@@ -87,6 +92,8 @@ impl Server {
             "primitives": scene.scene.id_count(),
             "scene": scene.describe(),
         });
+        let bytes = scene.most_pixels * FILE_BYTES;
+        self.served.answer_bytes.store(bytes, SeqCst);
         let mut tracer = PageTracer::new(scene, &self.served.queue);
         self.served.set(told);
         tracer.run()
@@ -100,7 +107,7 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
-        if Arc::strong_count(served) > 2 * MAX_CONNECTIONS {
+        if Arc::strong_count(served) > MAX_CONNECTIONS {
             continue;
         }
         let shared = Arc::clone(served);
@@ -112,17 +119,18 @@ fn accept(listener: &TcpListener, served: &Arc<ServedScene>) {
 
 /// Answers the requests of a connection, one after the other.
 fn talk(stream: TcpStream, served: &Arc<ServedScene>) -> io::Result<()> {
-    let mut connection = Connection::new(stream)?;
     // Each connection shares the scene.
-    if Arc::strong_count(served) > MAX_CONNECTIONS {
-        return connection.send_last(&refusal(503, "too many connections"));
-    }
+    let mut connection = Connection::new(stream, Arc::strong_count(served) > CROWD)?;
     loop {
         let request = match connection.receive() {
             Ok(Some(request)) => request,
             Ok(None) | Err(BadRequest(None)) => return Ok(()),
             Err(BadRequest(Some(status))) => {
-                return connection.send_last(&refusal(status, "malformed request"));
+                let reason = match status {
+                    431 => "the head of the request is too long: remove the cookies of this host",
+                    _ => "malformed request",
+                };
+                return connection.send_last(&refusal(status, reason));
             }
         };
         let Some(name) = served.guard.admitted(&request) else {

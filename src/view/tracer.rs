@@ -6,7 +6,6 @@ use super::queue::{PageAnswer, Queue, Task, Turn};
 use super::still_frame::StillFrame;
 use super::viewed_scene::ViewedScene;
 use phalanx::frame::{FrameError, Settings};
-use serde_json::json;
 use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -97,10 +96,7 @@ impl<'q> PageTracer<'q> {
             Task::Frame(request) if request.moving => self.moving(turn, work, request).map(Some),
             Task::Frame(request) => self.still(turn, work, request),
             Task::Pixel(request) => self.scene.pixel(request).map(PageAnswer::Json).map(Some),
-            Task::Command(request) => {
-                let command = self.scene.command(request);
-                Ok(Some(PageAnswer::Json(json!({ "command": command }))))
-            }
+            Task::Command(request) => self.scene.command(request).map(Some),
             Task::Save(request) => self.save(turn, work, request),
         }
     }

@@ -4,21 +4,39 @@ use super::protocol::{PageView, Shot, ViewMode};
 use glam::DVec3;
 use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
-use phalanx::frame::{Integrator, Settings};
+use phalanx::frame::{Integrator, Quality, Settings};
 use phalanx::isa;
 use phalanx::jobs::PictureSpec;
 use phalanx::scene::{FileView, Scene};
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 
 /// Samples at which a picture at rest is good enough, where no option says otherwise.
 const SAMPLES: u32 = 64;
 
 /// Bytes of a pixel of a picture at rest: sums of its samples, two films, two pictures.
-const PIXEL_BYTES: u64 = 110;
+const STILL_BYTES: u64 = 110;
+
+/// Bytes of a pixel of a frame that waits to be read, and of a file that is being made.
+pub(super) const FRAME_BYTES: u64 = 10;
+pub(super) const FILE_BYTES: u64 = 70;
+
+/// Bytes of a pixel of all pictures of a page at least.
+pub const PIXEL_BYTES: u64 = STILL_BYTES + FILE_BYTES;
 
 /// Cosine of the angle between the up vector of a camera and the up axis beyond which it lies on
 /// its side.
 const LYING: f64 = 0.3;
+
+/// Facts that only the program knows.
+pub struct ViewedFacts {
+    /// Bytes that pictures and answers may take.
+    pub memory: u64,
+    /// Quality of the tree, if it is not the usual one.
+    pub quality: Option<Quality>,
+    /// The name of a file like this one that replaces no other.
+    pub free_name: fn(&Path) -> PathBuf,
+}
 
 /// The scene, seen by whichever page has its turn.
 pub struct ViewedScene {
@@ -28,6 +46,7 @@ pub struct ViewedScene {
     settings: Settings,
     /// Most pixels of pictures at rest, all pages together.
     pub(super) most_pixels: u64,
+    pub(super) facts: ViewedFacts,
     lights: Option<DefaultLights>,
     /// The scene's own view, and its number among the cameras of the file.
     view: PageView,
@@ -35,14 +54,13 @@ pub struct ViewedScene {
 }
 
 impl ViewedScene {
-    /// A scene with its tree, and the options of its pictures, which stay within `memory` bytes
-    /// while they are at rest.
+    /// A scene with its tree, and the options of its pictures.
     pub fn new(
         scene: Scene,
         bvh: Bvh,
         spec: PictureSpec,
         settings: Settings,
-        memory: u64,
+        facts: ViewedFacts,
     ) -> ViewedScene {
         let lights = DefaultLights::of(&scene, settings.threads);
         ViewedScene {
@@ -52,7 +70,8 @@ impl ViewedScene {
             bvh,
             spec,
             settings,
-            most_pixels: memory / PIXEL_BYTES,
+            most_pixels: facts.memory / PIXEL_BYTES,
+            facts,
             lights,
         }
     }
@@ -109,6 +128,12 @@ impl ViewedScene {
         }
     }
 
+    /// The reason why nothing can be seen, if the scene is a point.
+    pub fn warning(&self) -> Option<String> {
+        let wrong = FileView::from(self.view).check().err();
+        wrong.map(|wrong| format!("nothing can be seen: {wrong} (see --camera)"))
+    }
+
     /// Facts that a page has to know before it asks for frames.
     pub(super) fn describe(&self) -> Value {
         let scene = &self.scene;
@@ -118,7 +143,7 @@ impl ViewedScene {
             let view = PageView::from(scene.file_view(&camera.view));
             json!({ "name": scene.names.get(camera.name), "view": view })
         });
-        let name = std::path::Path::new(&self.spec.scene);
+        let name = Path::new(&self.spec.scene);
         let name = name.file_name().unwrap_or(name.as_os_str());
         json!({
             "name": name.to_string_lossy(),
@@ -133,6 +158,8 @@ impl ViewedScene {
             "camera": self.camera,
             "cameras": cameras.collect::<Vec<_>>(),
             "size": self.spec.pixels.size,
+            "most_pixels": self.most_pixels,
+            "warning": self.warning(),
             "samples": self.spec.pixels.spp.unwrap_or(SAMPLES),
         })
     }

@@ -61,9 +61,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
     output::check_place(&args.output, Some("--output"))?;
     interrupt::listen()?;
     let (losses, written) = match output::is_replaced(&args.output) {
-        true => interrupt::interruptible(Some(&args.output), |control| {
-            write(args, spec, format, control)
-        })?,
+        true => interrupt::interruptible(|control| write(args, spec, format, control))?,
         // A write to a pipe without a reader can only be stopped by ending the process, which
         // leaves nothing behind.
         false => write(args, spec, format, &Control::default())?,

@@ -8,7 +8,7 @@ use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
 };
 use clap::{Args, value_parser};
-use phalanx::files::{quoted_text, shown_path};
+use phalanx::files::{quoted_text, shell_path, shown_path};
 use phalanx::frame::Settings;
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{
@@ -183,14 +183,14 @@ fn refuse_special(scene: &Path) -> Result<(), CliError> {
 
 fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
     let array = format!("0-{}", plan.shards - 1);
-    let mut merge = format!("phalanx merge {}", shown_path(&args.plan));
+    let mut merge = format!("phalanx merge {}", shell_path(&args.plan));
     let by_frame = PlannedFrames::of(plan).is_by_frame();
     if !by_frame && plan.picture_path(&args.plan).is_err() {
         let picture = shown_path(&args.output);
         output::note(&format!(
             "{picture} lies outside the plan's folder: pass -o to the merge, too"
         ));
-        merge.push_str(&format!(" -o {picture}"));
+        merge.push_str(&format!(" -o {}", shell_path(&args.output)));
     }
     let document = PlanDocument {
         plan: &args.plan,
@@ -208,11 +208,12 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
 
 impl Output for PlanDocument<'_> {
     fn table(&self) -> String {
-        let path = shown_path(self.plan);
         let render = format!(
-            "phalanx render --plan {path} --shard I, I from {}",
+            "phalanx render --plan {} --shard I, I from {}",
+            shell_path(self.plan),
             self.array
         );
+        let path = shown_path(self.plan);
         let mut rows = vec![("plan", format!("{path}, {} shards", self.shards))];
         if let Some([first, last]) = self.frames {
             let shard = match self.shard_by {

@@ -16,7 +16,7 @@
 use super::{merge, plan};
 use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
 use clap::{Args, Subcommand, value_parser};
-use phalanx::files::shown_path;
+use phalanx::files::{shell_path, shell_word, shown_path, shown_text};
 use phalanx::jobs::{PlannedFrames, RenderPlan};
 use serde::Serialize;
 use std::ffi::OsString;
@@ -129,7 +129,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     let merge_job = sbatch(&merge_call).map_err(|error| match &array_job {
         Some(job) => error.with_hint(&format!(
             "the array was submitted as job {job}: once it has finished, run phalanx merge {}",
-            shown_path(path)
+            shell_path(path)
         )),
         None => error,
     })?;
@@ -252,8 +252,8 @@ fn calls(
 
 fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {
     let digits = (of.shards - 1).to_string().len();
-    let [program, plan_text] = [&names.program, &names.plan].map(|name| shell_quoted(name));
-    let stem = shell_quoted(&stem.to_string_lossy());
+    let [program, plan_text] = [&names.program, &names.plan].map(shell_word);
+    let stem = shell_word(stem);
     // The size of finished work. A frame's tiles are deleted once its picture is listed.
     let saved = match of.sequence {
         None => r#"saved() { stat -c %s "$shard.tiles" 2>/dev/null || echo 0; }"#,
@@ -291,17 +291,12 @@ exit "$code"
 }
 
 fn merge_script(names: &ScriptNames) -> String {
-    let [program, plan] = [&names.program, &names.plan].map(|name| shell_quoted(name));
-    let output = names.output.as_deref().map(shell_quoted);
+    let [program, plan] = [&names.program, &names.plan].map(shell_word);
+    let output = names.output.as_deref().map(shell_word);
     let output = output.map_or(String::new(), |name| format!(" -o {name}"));
     format!(
         "#!/bin/bash\n# The picture of {plan}, by phalanx submit.\nexec {program} merge {plan}{output}\n"
     )
-}
-
-/// A name as a word of the shell. [`text`] has refused characters that could end its line.
-fn shell_quoted(name: &str) -> String {
-    format!("'{}'", name.replace('\'', r"'\''"))
 }
 
 /// Submits a job; returns its number.
@@ -319,32 +314,43 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
             "cannot start sbatch: {e}; run this on a machine with Slurm's commands"
         ))
     })?;
-    let said = String::from_utf8_lossy(&output.stdout);
-    // In a federation, the cluster's name follows the number.
-    let job = said.trim().split(';').next().unwrap_or_default();
-    if output.status.success() && !job.is_empty() {
-        return Ok(job.to_owned());
+    let [said, reason] = [&output.stdout, &output.stderr]
+        .map(|text| shown_text(String::from_utf8_lossy(text).trim()));
+    if !output.status.success() {
+        return Err(CliError::Runtime(format!(
+            "sbatch refused the job: {reason}"
+        )));
     }
-    let reason = String::from_utf8_lossy(&output.stderr);
-    Err(CliError::Runtime(format!(
-        "sbatch refused the job: {}",
-        reason.trim()
-    )))
+    let number = job_number(&String::from_utf8_lossy(&output.stdout));
+    number.ok_or_else(|| {
+        CliError::Runtime(format!(
+            "sbatch printed no job number, though the job may have been submitted (see squeue --me): {said}"
+        ))
+    })
+}
+
+/// The number that sbatch prints, in a federation with the cluster's name behind it. Wrappers of
+/// clusters print lines of their own.
+fn job_number(said: &str) -> Option<String> {
+    let number = |line: &str| {
+        let number = line.trim().split(';').next()?;
+        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        is_number.then(|| number.to_owned())
+    };
+    said.lines().rev().find_map(number)
 }
 
 /// Prints the scripts and the calls, as a script that writes and calls them.
 fn print_dry_run(scripts: &[(PathBuf, String)], calls: &SbatchCalls) -> Result<(), CliError> {
     // No line of a script can be this one, because names end no lines.
     let script = |(path, text): &(PathBuf, String)| {
-        let path = shell_quoted(&path.to_string_lossy());
+        let path = shell_word(path);
         format!("cat > {path} <<'END OF SCRIPT'\n{text}END OF SCRIPT\n\n")
     };
     let scripts: String = scripts.iter().map(script).collect();
     let line = |call: &[OsString]| {
-        let words = call
-            .iter()
-            .map(|word| shell_quoted(&word.to_string_lossy()));
-        format!("sbatch {}\n", words.collect::<Vec<_>>().join(" "))
+        let words: Vec<String> = call.iter().map(shell_word).collect();
+        format!("sbatch {}\n", words.join(" "))
     };
     let array = calls.array.as_deref().map_or(String::new(), line);
     output::print(&format!("{scripts}{array}{}", line(&calls.merge)))
@@ -353,14 +359,6 @@ fn print_dry_run(scripts: &[(PathBuf, String)], calls: &SbatchCalls) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_are_words_of_the_shell_whatever_is_in_them() {
-        let odd = "/a b/it's $HOME/50%;`id`\"\\!*?#";
-        let text = format!("printf %s {}", shell_quoted(odd));
-        let output = Command::new("sh").args(["-c", &text]).output().unwrap();
-        assert_eq!(output.stdout, odd.as_bytes());
-    }
 
     #[test]
     fn names_that_could_end_a_line_are_refused() {

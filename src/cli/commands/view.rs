@@ -2,7 +2,7 @@
 
 use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, WorkArgs};
 use crate::cli::output::{self, CliError, interrupt, is_dash};
-use crate::view::{MAX_PIXELS, Server, ServerError, ViewedScene};
+use crate::view::{MAX_PIXELS, PIXEL_BYTES, Server, ServerError, ViewedFacts, ViewedScene};
 use clap::Args;
 use phalanx::files::shown_path;
 use phalanx::frame::Engine;
@@ -12,7 +12,6 @@ use phalanx::standard::parse_spec;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
 
 #[derive(Debug, Args)]
 #[command(
@@ -33,9 +32,9 @@ pub struct ViewArgs {
     pub encoding: EncodingSpec,
     /// Loopback address of the page [default: any port]
     ///
-    /// Address and port that only this machine reaches. Port 0 is any free one. [default:
-    /// 127.0.0.1:0]
-    #[arg(long, value_name = "IP:PORT", help_heading = OUTPUT, default_value = "127.0.0.1:0", hide_default_value = true)]
+    /// Address and port that only this machine reaches, as in 127.0.0.1:8000, localhost:8000 or
+    /// 8000. Port 0 is any free one. [default: 127.0.0.1:0]
+    #[arg(long, value_name = "IP:PORT", help_heading = OUTPUT, default_value = "127.0.0.1:0", hide_default_value = true, value_parser = parse_address)]
     pub address: SocketAddr,
     /// Open the page in the browser
     #[arg(long, help_heading = OUTPUT)]
@@ -45,6 +44,9 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub work: WorkArgs,
 }
+
+/// Fewest pixels of a picture that is worth its page.
+const MIN_PIXELS: u64 = 640 * 480;
 
 /// Memory for the pictures of all pages where no limit is given.
 const PICTURES: u64 = 2 << 30;
@@ -57,15 +59,14 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     check_scene(&args.scene)?;
     let server = Server::start(args.address)?;
     output::print(&format!("{}\n", server.url()))?;
-    // The page that leads there, until the process ends.
-    let _shortcut = match args.open {
-        true => open_browser(&server.url()),
-        false => None,
-    };
+    if args.open {
+        open_browser(&server.url());
+    }
     match load(args, &server) {
         Ok(scene) => server.show(scene),
         Err(error) => {
             server.fail(&error.reason());
+            interrupt::remove_shortcut();
             Err(error)
         }
     }
@@ -73,19 +74,31 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
 
 /// Opens the browser on a file that leads to the address, since everybody on the machine can read
 /// the arguments of a program. The file is its user's alone.
-fn open_browser(url: &str) -> Option<NamedTempFile> {
-    let open = || {
+fn open_browser(url: &str) {
+    let open = || -> io::Result<()> {
         let mut file = tempfile::Builder::new().suffix(".html").tempfile()?;
         write!(
             file,
             "<meta http-equiv=\"refresh\" content=\"0; url={url}\">"
         )?;
-        open::that_detached(file.path())?;
-        Ok(file)
+        let (_, path) = file.keep()?;
+        interrupt::keep_shortcut(path.clone());
+        open::that_detached(path)
     };
-    open()
-        .map_err(|error: io::Error| output::warning(&format!("cannot open a browser: {error}")))
-        .ok()
+    if let Err(error) = open() {
+        interrupt::remove_shortcut();
+        output::warning(&format!("cannot open a browser: {error}"));
+    }
+}
+
+/// A socket's address; a port alone, or of localhost, is that of 127.0.0.1.
+fn parse_address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.strip_prefix("localhost:").unwrap_or(text).parse();
+    let address = port.map(|port: u16| SocketAddr::from(([127, 0, 0, 1], port)));
+    let expected = "expected IP:PORT or a port, as in 127.0.0.1:8000 or 8000";
+    address
+        .or_else(|_| text.parse())
+        .map_err(|_| expected.to_owned())
 }
 
 /// Refuses a scene that is not there, before there is a page.
@@ -109,21 +122,19 @@ fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
     let mut input = SceneInput::load(name, &args.scene_args, wanted, threads.unwrap_or(0))?;
     server.set_building(input.scene.id_count());
     let settings = args.work.apply(args.pixels.settings(&input.scene));
-    let bvh = input.tree(&args.tree, settings.threads)?;
+    // Pages without --size ask for as many pixels as there is memory for.
+    let least = args.pixels.size.map_or(MIN_PIXELS, |_| settings.pixels());
+    let (bvh, memory) = input.view_tree(&settings, &args.tree, least * PIXEL_BYTES)?;
     let name = name.to_string_lossy();
     let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
-    // Many frames will use it.
-    bvh.build_wide(settings.threads);
-    let tree = bvh.node_bytes() + bvh.prim_bytes() + bvh.wide_bytes();
-    let held = input.scene.memory_bytes() + tree;
-    let memory = input.budget.left_beside(held as u64);
-    Ok(ViewedScene::new(
-        input.scene,
-        bvh,
-        spec,
-        settings,
-        memory.unwrap_or(PICTURES),
-    ))
+    let facts = ViewedFacts {
+        memory: memory.unwrap_or(PICTURES),
+        quality: args.tree.quality,
+        free_name: |path| output::free_path(path, output::taken).0,
+    };
+    let viewed = ViewedScene::new(input.scene, bvh, spec, settings, facts);
+    viewed.warning().inspect(|warning| output::warning(warning));
+    Ok(viewed)
 }
 
 /// Refuses options that would have no effect.

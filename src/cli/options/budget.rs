@@ -9,6 +9,7 @@
 //! | generating a standard scene | columns (4) and tree (5), for each shape by its kind |
 //! | building a tree | the scene's columns, for each primitive by its kind, each thread (5) |
 //! | rendering | columns, trees, films, and the buffers of each thread (6) |
+//! | viewing | before the tree is built: as building and rendering; pictures of one page |
 //!
 //! 1. The bytes themselves, and the columns and tables made from them. For glTF: the file, plus
 //!    whatever its reader counts. A pipe or device has no size, so reading stops at the limit that
@@ -32,8 +33,9 @@
 //! Estimates err on the high side; `perf/notes/memory.md` compares them with peaks.
 
 use crate::cli::output::{CliError, bytes, grouped};
+use phalanx::bvh::Bvh;
 use phalanx::formats::LoadError;
-use phalanx::frame::{Accel, AccelRef, BuildSettings, Engine, Integrator, Quality, Settings, Tile};
+use phalanx::frame::{Accel, BuildSettings, Engine, Integrator, Quality, Settings, Tile};
 use phalanx::jobs::bands;
 use phalanx::open::{OpenError, is_cache};
 use phalanx::scene::Scene;
@@ -97,12 +99,6 @@ impl Budget {
         self.0.map_or(u64::MAX, left)
     }
 
-    /// Bytes left beside this many, if there is a limit.
-    pub fn left_beside(self, held: u64) -> Option<u64> {
-        let all = held.saturating_add(PROGRAM_BYTES);
-        self.0.map(|allowed| allowed.saturating_sub(all))
-    }
-
     /// The error of a scene that could not be opened. If memory was the reason, it names the limit
     /// that would have sufficed.
     pub fn explain(self, error: OpenError) -> CliError {
@@ -141,19 +137,8 @@ impl Budget {
         settings: &BuildSettings,
     ) -> Result<(), CliError> {
         let objects = (scene.prim_count() + scene.instances.len()) as u64;
-        let triangles = scene.triangles.len() as u64;
         let tree = match engine {
-            Engine::Simd => {
-                let others = objects.saturating_sub(triangles);
-                let builder = match settings.quality {
-                    Quality::Best => BEST_BUILDER_BYTES,
-                    Quality::Fast | Quality::Medium => BUILDER_BYTES,
-                };
-                let threads = thread_count(settings.threads) as u64;
-                // Each thread has a chunk of more than a thousand objects.
-                let builders = threads.min(objects >> 10) * builder;
-                triangles * TRIANGLE_BYTES + others * OTHER_BYTES + builders
-            }
+            Engine::Simd => tree_bytes(scene, settings),
             Engine::Scalar => objects * ORACLE_BYTES,
         };
         let what = format!("to build the BVH of {} primitives", grouped(objects));
@@ -176,27 +161,29 @@ impl Budget {
         };
         let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
         let Tile { width, height, .. } = settings.window();
-        let side = |pixels: u32| u64::from(pixels.min(settings.tile));
-        let tile = side(width) * side(height);
-        let rays = match prepared.accel() {
-            AccelRef::Packets(_) => {
-                let sizes = settings.wave_sizes(scene);
-                let together = tile.min(sizes.rays() as u64);
-                together * RAY_BYTES + sizes.bounce_bytes(together as usize) as u64
-            }
-            AccelRef::Oracle(_) => u64::from(settings.max_depth) * PATH_BYTES,
-        };
-        let by_pixels = scene.is_stochastic()
-            || settings.lens.is_some()
-            || settings.integrator != Integrator::Whitted;
-        let samples = match settings.sampling.adaptively() {
-            Some(_) if !by_pixels => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
-            _ => 0,
-        };
-        let each = THREAD_BYTES + tile * PIXEL_BYTES + rays + samples * SAMPLE_BYTES;
-        let threads = settings.threads as u64 * each;
-        let needed = scene.memory_bytes() as u64 + tree + films * film_bytes(settings) + threads;
+        let beside = films * film_bytes(settings) + thread_bytes(scene, settings);
+        let needed = scene.memory_bytes() as u64 + tree + beside;
         self.check(needed, &format!("to render {width}x{height} pixels"))
+    }
+
+    /// Checks the memory before a scene is viewed in pictures of at least `least` bytes; without a
+    /// tree, before it is built. Returns the bytes left for pictures, if there is a limit.
+    pub fn for_view(
+        self,
+        scene: &Scene,
+        tree: Result<&Bvh, &BuildSettings>,
+        settings: &Settings,
+        least: u64,
+    ) -> Result<Option<u64>, CliError> {
+        let tree = match tree {
+            Ok(bvh) => (bvh.node_bytes() + bvh.prim_bytes()) as u64,
+            Err(build) => tree_bytes(scene, build),
+        };
+        let tree = tree + scene.prim_count() as u64 * WIDE_BYTES;
+        let held = scene.memory_bytes() as u64 + tree + thread_bytes(scene, settings);
+        self.check(held + least, "to view the scene")?;
+        let left = |allowed: u64| allowed.saturating_sub(held + PROGRAM_BYTES);
+        Ok(self.0.map(left))
     }
 
     fn check(self, needed: u64, what: &str) -> Result<(), CliError> {
@@ -210,6 +197,44 @@ impl Budget {
             _ => Ok(()),
         }
     }
+}
+
+/// Bytes that the packet engine's BVH needs while it is built.
+fn tree_bytes(scene: &Scene, settings: &BuildSettings) -> u64 {
+    let objects = (scene.prim_count() + scene.instances.len()) as u64;
+    let triangles = scene.triangles.len() as u64;
+    let builder = match settings.quality {
+        Quality::Best => BEST_BUILDER_BYTES,
+        Quality::Fast | Quality::Medium => BUILDER_BYTES,
+    };
+    let threads = thread_count(settings.threads) as u64;
+    // Each thread has a chunk of more than a thousand objects.
+    let builders = threads.min(objects >> 10) * builder;
+    triangles * TRIANGLE_BYTES + objects.saturating_sub(triangles) * OTHER_BYTES + builders
+}
+
+/// Bytes of all threads while they render.
+fn thread_bytes(scene: &Scene, settings: &Settings) -> u64 {
+    let Tile { width, height, .. } = settings.window();
+    let side = |pixels: u32| u64::from(pixels.min(settings.tile));
+    let tile = side(width) * side(height);
+    let rays = match settings.engine {
+        Engine::Simd => {
+            let sizes = settings.wave_sizes(scene);
+            let together = tile.min(sizes.rays() as u64);
+            together * RAY_BYTES + sizes.bounce_bytes(together as usize) as u64
+        }
+        Engine::Scalar => u64::from(settings.max_depth) * PATH_BYTES,
+    };
+    let by_pixels = scene.is_stochastic()
+        || settings.lens.is_some()
+        || settings.integrator != Integrator::Whitted;
+    let samples = match settings.sampling.adaptively() {
+        Some(_) if !by_pixels => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
+        _ => 0,
+    };
+    let each = THREAD_BYTES + tile * PIXEL_BYTES + rays + samples * SAMPLE_BYTES;
+    settings.threads as u64 * each
 }
 
 /// Refuses an amount of memory that the system does not grant, because using it would end the

@@ -132,6 +132,23 @@ impl SceneInput {
         Ok(prepared)
     }
 
+    /// The packet engine's BVH for many frames, checked before it is built for pictures of at least
+    /// `least` bytes, and the bytes left for pictures, if there is a limit.
+    #[cfg(feature = "view")]
+    pub fn view_tree(
+        &mut self,
+        settings: &Settings,
+        tree: &TreeArgs,
+        least: u64,
+    ) -> Result<(Bvh, Option<u64>), CliError> {
+        let build = tree.settings(settings.threads);
+        let stored = self.bvh.as_ref().ok_or(&build);
+        let left = (self.budget).for_view(&self.scene, stored, settings, least)?;
+        let bvh = self.tree(tree, settings.threads)?;
+        bvh.build_wide(settings.threads);
+        Ok((bvh, left))
+    }
+
     /// The packet engine's BVH.
     pub fn tree(&mut self, tree: &TreeArgs, threads: usize) -> Result<Bvh, CliError> {
         if let Some(bvh) = self.bvh.take() {

@@ -4,7 +4,7 @@ use super::diagnose;
 use super::stderr::{self, message};
 use phalanx::bench::BenchError;
 use phalanx::cache::CacheError;
-use phalanx::files::shown_path;
+use phalanx::files::{shell_path, shown_path};
 use phalanx::formats::LoadError;
 use phalanx::jobs::{BandsError, KeptFileError, PlanError};
 use phalanx::open::OpenError;
@@ -147,7 +147,7 @@ impl CliError {
 fn report_cache(error: &CacheError) {
     stderr::error(&error.to_string());
     if let CacheError::Refused { path, .. } = error {
-        let path = shown_path(path);
+        let path = shell_path(path);
         message(&format!(
             "  help: rebuild it from its scene: phalanx build SCENE -o {path}"
         ));

@@ -1,9 +1,9 @@
 //! SIGINT, SIGTERM and SIGHUP.
 //!
-//! During a render, a signal requests an orderly stop of the threads. A second signal ends the
-//! process immediately, as does any signal while nothing stoppable is running (a scene is loading,
-//! a BVH is being built). While a file is being written, no signal ends the process, because that
-//! would leave a temporary file behind: the signal is deferred, or asks the writer to stop. (Output
+//! During a render, a signal requests an orderly stop of the threads. While a file is written in
+//! other work, a signal waits until the file is complete. A second signal ends the process at once,
+//! as does any signal while neither is the case (a scene is loading, a BVH is being built). It may
+//! leave a temporary file behind, which the next run that writes there removes. (Output
 //! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT, 143 for SIGTERM
 //! and 129 for SIGHUP, by the convention of shells and schedulers. A SIGHUP disabled by `nohup`
 //! stays disabled.
@@ -17,7 +17,7 @@ use super::stdout::is_dash;
 use phalanx::files::replace_file;
 use phalanx::frame::Control;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -26,11 +26,10 @@ const STOP: u8 = 1;
 const WAIT: u8 = 2;
 /// A signal arrived while a file was being written.
 const CAME: u8 = 3;
-/// Stops the writer of a file, which then removes its temporary file.
-const STOP_WRITING: u8 = 4;
 
 static ANSWER: AtomicU8 = AtomicU8::new(EXIT_AT_ONCE);
 static RUNNING: Mutex<Option<Arc<Control>>> = Mutex::new(None);
+static SHORTCUT: Mutex<Option<PathBuf>> = Mutex::new(None);
 
 /// Installs handlers for the signals that ask a process to end.
 pub fn listen() -> Result<(), CliError> {
@@ -64,33 +63,43 @@ fn watch_signals() -> Result<(), ctrlc::Error> {
 /// Handles the signal with this number.
 fn on_signal(number: u8) {
     record_signal(number);
-    match ANSWER.load(Ordering::SeqCst) {
-        answer @ (STOP | STOP_WRITING) => {
-            let next = if answer == STOP { EXIT_AT_ONCE } else { CAME };
-            ANSWER.store(next, Ordering::SeqCst);
-            let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(control) = &*running {
-                control.stop.store(true, Ordering::SeqCst);
-            }
-        }
-        WAIT | CAME => ANSWER.store(CAME, Ordering::SeqCst),
+    let before = ANSWER.load(Ordering::SeqCst);
+    ANSWER.store(after_signal(before), Ordering::SeqCst);
+    let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+    match (before, &*running) {
+        (STOP, Some(control)) => control.stop.store(true, Ordering::SeqCst),
+        (WAIT, _) => {}
         _ => {
             message("interrupted");
+            remove_shortcut();
             std::process::exit(signal_exit_code().into());
         }
     }
 }
 
-/// Runs `work`, which stops when the control's `stop` is set. If it writes a file, further signals
-/// wait until the file is complete.
-pub fn interruptible<T>(writes: Option<&Path>, work: impl FnOnce(&Control) -> T) -> T {
+/// The answer to the next signal: only the first one may wait.
+fn after_signal(answer: u8) -> u8 {
+    if answer == WAIT { CAME } else { EXIT_AT_ONCE }
+}
+
+/// Keeps a file that leads a browser to a page until the process is interrupted.
+#[cfg(feature = "view")]
+pub fn keep_shortcut(path: PathBuf) {
+    *SHORTCUT.lock().unwrap_or_else(PoisonError::into_inner) = Some(path);
+}
+
+/// Removes that file, if there is one.
+pub fn remove_shortcut() {
+    let mut shortcut = SHORTCUT.lock().unwrap_or_else(PoisonError::into_inner);
+    // The user may have removed it.
+    let _ = shortcut.take().map(std::fs::remove_file);
+}
+
+/// Runs `work`, which stops when the control's `stop` is set.
+pub fn interruptible<T>(work: impl FnOnce(&Control) -> T) -> T {
     let control = Arc::new(Control::default());
     *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&control));
-    let answer = match writes.is_some_and(is_replaced) {
-        true => STOP_WRITING,
-        false => STOP,
-    };
-    ANSWER.store(answer, Ordering::SeqCst);
+    ANSWER.store(STOP, Ordering::SeqCst);
     let result = work(&control);
     ANSWER.store(EXIT_AT_ONCE, Ordering::SeqCst);
     result
@@ -126,4 +135,17 @@ pub fn write_file(
         };
     }
     block_signals(path, || replace_file(path, fill))?.map_err(|e| CliError::cannot_write(path, e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_signal_never_waits() {
+        for first in [STOP, WAIT] {
+            let second = after_signal(first);
+            assert!(second != STOP && second != WAIT, "{first}");
+        }
+    }
 }

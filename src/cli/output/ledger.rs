@@ -47,7 +47,7 @@ fn identity(path: &Path) -> Option<PathBuf> {
 const HEAD: u64 = 64;
 
 /// Up to `most` first bytes of a regular file; empty if it cannot be read.
-pub fn first_bytes(path: &Path, most: u64) -> Vec<u8> {
+fn first_bytes(path: &Path, most: u64) -> Vec<u8> {
     let mut head = Vec::new();
     if path.is_file() {
         _ = File::open(path).and_then(|file| file.take(most).read_to_end(&mut head));
@@ -99,9 +99,31 @@ pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The input that an output at this path would replace, with its purpose.
-pub fn input_at(path: &Path) -> Option<String> {
-    ledger().read.get(&identity(path)?).cloned()
+/// The input, with its purpose, or another program's picture that a default output would replace.
+pub fn taken(path: &Path) -> Option<String> {
+    let input = identity(path).and_then(|id| ledger().read.get(&id).cloned());
+    input.or_else(|| foreign_picture(path))
+}
+
+/// The path, with `-render` appended to its stem until it is not `taken`, and what has it.
+pub fn free_path(
+    path: &Path,
+    taken: impl Fn(&Path) -> Option<String>,
+) -> (PathBuf, Option<String>) {
+    let mut free = path.to_path_buf();
+    while taken(&free).is_some() {
+        let [stem, ending] = [free.file_stem(), free.extension()].map(Option::unwrap_or_default);
+        free = format!("{}-render.{}", stem.display(), ending.display()).into();
+    }
+    (free, taken(path))
+}
+
+/// A description of a PNG at this path that another program wrote, such as a texture whose name a
+/// cache does not record. PNGs of this program name it before their pixels.
+fn foreign_picture(path: &Path) -> Option<String> {
+    let head = first_bytes(path, 4096);
+    let ours = head.windows(8).any(|word| word == b"phalanx ");
+    (head.starts_with(b"\x89PNG") && !ours).then(|| "a picture from another program".to_owned())
 }
 
 fn refusal(written: &str, read: &str) -> CliError {

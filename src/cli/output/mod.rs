@@ -28,7 +28,7 @@ pub use diagnose::{print_notes, print_warnings};
 pub use empty_picture::EvenColor;
 pub use error::CliError;
 pub use file_coordinates::{origin_row, to_file_coordinates};
-pub use ledger::{first_bytes, input_at, reads, writes};
+pub use ledger::{free_path, reads, taken, writes};
 pub use live_preview::LivePreview;
 pub use memory_stats::MemoryStats;
 pub use output_file::{OutputFile, format_of};

@@ -13,7 +13,6 @@ use phalanx::frame::{self, Accel, Control, Frame, Settings};
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::io::IsTerminal;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -67,18 +66,17 @@ pub fn render(
         mode,
         ..ProgressOptions::of(settings.pixels())
     };
-    with_progress(None, options, |control| {
+    with_progress(options, |control| {
         frame::render(scene, prepared, settings, control)
     })
 }
 
 /// Runs `fill`, which renders a picture and may write a file, with signal handling and progress.
 pub fn with_progress<T: Send, E: Into<CliError> + Send>(
-    writes: Option<&Path>,
     options: ProgressOptions,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
 ) -> Result<T, CliError> {
-    interrupt::interruptible(writes, |control| on_large_stack(control, options, fill))
+    interrupt::interruptible(|control| on_large_stack(control, options, fill))
 }
 
 fn on_large_stack<T: Send, E: Into<CliError> + Send>(

@@ -1,5 +1,6 @@
 //! Options as words of a command line, from the JSON of their structs.
 
+use phalanx_files::shell_word;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -92,8 +93,9 @@ pub(super) fn words(part: &impl Serialize) -> Vec<String> {
         if text == NOT_GIVEN || DEFAULTS.contains(&(&field, &text)) {
             continue;
         }
+        let has_parts = ["camera", "region", "light", "allow_path"].contains(&field.as_str());
         let values = match value {
-            Value::Array(parts) if ["camera", "region", "light"].contains(&field.as_str()) => parts,
+            Value::Array(parts) if has_parts => parts,
             value => vec![value],
         };
         let values = values.iter().map(|value| option_text(&field, value));
@@ -103,6 +105,7 @@ pub(super) fn words(part: &impl Serialize) -> Vec<String> {
             // Their values may begin with a minus sign.
             "camera_name" | "ortho" | "up" | "exposure" => words.push(format!("{option}={text}")),
             "light" => words.extend(values.flat_map(|light| [option.clone(), light])),
+            "allow_path" => words.extend(values.map(|path| format!("{option}={path}"))),
             "size" | "aov" => words.extend([option, text]),
             _ => words.extend([option].into_iter().chain(values)),
         }
@@ -112,27 +115,6 @@ pub(super) fn words(part: &impl Serialize) -> Vec<String> {
 
 /// A command line of these words, as shells read it.
 pub(super) fn command_line(words: &[String]) -> String {
-    let words: Vec<String> = words.iter().map(|word| in_shell(word)).collect();
+    let words: Vec<String> = words.iter().map(shell_word).collect();
     words.join(" ")
-}
-
-fn in_shell(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_.,:/=+".contains(c);
-    match !word.is_empty() && word.chars().all(plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_with_spaces_are_quoted() {
-        assert_eq!(in_shell("a-b.test"), "a-b.test");
-        assert_eq!(in_shell("kd=1 ks=.5"), "'kd=1 ks=.5'");
-        assert_eq!(in_shell("it's"), "'it'\\''s'");
-        assert_eq!(in_shell(""), "''");
-    }
 }

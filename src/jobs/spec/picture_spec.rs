@@ -4,15 +4,14 @@ use super::encoding_spec::EncodingSpec;
 use super::options::{command_line, words};
 use super::pixel_spec::PixelSpec;
 use super::scene_overrides::SceneOverrides;
-use phalanx_files::shown_text;
+use phalanx_files::{operand, shown_path};
 use phalanx_image::{Crop, ImageFormat, PictureFile, PictureHeader};
 use phalanx_io::open::standard_name;
 use phalanx_render::frame::{Aov, Tile};
 use phalanx_scene::{CameraMatrices, OutputEncoding, Scene, material_names, object_names};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The description of a picture. It has no threads, tile size, kernel or engine, because no picture
 /// depends on them.
@@ -48,7 +47,7 @@ impl PictureSpec {
     /// The scene has the view of the picture. `is_moved` is true if that is not the view that the
     /// scene's name and the overrides give, so that the command has to name it.
     pub fn header(&self, scene: &Scene, is_moved: bool) -> PictureHeader {
-        let name = self.shown_name();
+        let name = self.portable_name();
         let view = scene.file_view(&scene.view);
         let overrides = SceneOverrides {
             allow_path: Vec::new(),
@@ -57,13 +56,15 @@ impl PictureSpec {
                 false => self.overrides.clone(),
             }
         };
-        let command = self.render_words(&name, &overrides, scene);
+        // A name with U+FFFD may have other bytes: a command of it would not find the file.
+        let mut command = self.render_words(&name, &overrides, scene);
+        command.retain(|_| self.has_exact_name());
         let size = self.pixels.size.unwrap_or((scene.width, scene.height));
         let matrices = CameraMatrices::of(scene, size);
         let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
         let aovs = self.pixels.aovs();
         PictureHeader {
-            scene: name,
+            scene: shown_path(&name),
             command: command_line(&command),
             matrices: matrices.ok(),
             objects: match aovs.has(Aov::CryptoObject) {
@@ -78,17 +79,20 @@ impl PictureSpec {
     }
 
     /// The command that renders this picture of a scene to a file, from the folder that the scene's
-    /// name is relative to.
-    pub fn command(&self, scene: &Scene, output: &str) -> String {
-        let mut command = self.render_words(&self.scene, &self.overrides, scene);
+    /// name is relative to. `more` are further words.
+    pub fn command(&self, scene: &Scene, output: &str, more: &[&str]) -> String {
+        let name = Path::new(&self.scene);
+        let mut command = self.render_words(name, &self.overrides, scene);
         command.extend(words(&self.encoding));
-        command.extend(["-o", output].map(str::to_owned));
+        let more = ["-o", output].into_iter().chain(more.iter().copied());
+        command.extend(more.map(str::to_owned));
         command_line(&command)
     }
 
     /// The words of a command that renders this picture, without its file and the file's options.
-    fn render_words(&self, name: &str, overrides: &SceneOverrides, scene: &Scene) -> Vec<String> {
-        let mut command = ["phalanx", "render", name].map(str::to_owned).to_vec();
+    fn render_words(&self, name: &Path, overrides: &SceneOverrides, scene: &Scene) -> Vec<String> {
+        let name = operand(name).display().to_string();
+        let mut command = ["phalanx", "render", &name].map(str::to_owned).to_vec();
         let format = self.format.iter();
         command.extend(format.flat_map(|f| ["--format".to_owned(), f.clone()]));
         command.extend(words(overrides));
@@ -124,14 +128,21 @@ impl PictureSpec {
         }
     }
 
+    /// Returns true if the scene's name is valid UTF-8, so that a command can have it.
+    pub fn has_exact_name(&self) -> bool {
+        !self.scene.contains('\u{fffd}')
+    }
+
     /// The scene's name without its folders, which differ between machines.
-    fn shown_name(&self) -> String {
+    fn portable_name(&self) -> PathBuf {
         let path = Path::new(&self.scene);
-        let name = match standard_name(path) {
-            Some(name) => OsStr::new(name),
-            None => path.file_name().unwrap_or(path.as_os_str()),
-        };
-        shown_text(&name.to_string_lossy())
+        let name = path.file_name().map_or(path, Path::new);
+        match standard_name(path).is_some() || name == path {
+            true => path.to_owned(),
+            // Without its folder, it might be a standard scene or stdin.
+            false if standard_name(name).is_some() || name == "-" => Path::new(".").join(name),
+            false => name.to_owned(),
+        }
     }
 }
 

@@ -50,7 +50,7 @@ pub struct Frame {
 /// Renders one frame with the engine that `accel` was built for.
 ///
 /// # Errors
-/// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken,
+/// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was finished,
 /// [`FrameError::View`] if the scene has no camera frame, which [`Scene::validate`] would have
 /// reported, [`FrameError::Lens`] if the given lens is impossible, [`FrameError::NoPixels`] if the
 /// width or the height is 0 or the region lies outside the picture, [`FrameError::MinWeight`] if
@@ -162,7 +162,8 @@ fn render_packets(
             .with_min_weight(settings.min_path_weight())
             .with_sampling(settings.sampling)
             .with_aovs(settings.aovs, mattes.as_ref())
-            .with_sums(sums);
+            .with_sums(sums)
+            .with_stop(&control.stop);
         match settings.ao_distance(scene) {
             Some(reach) => renderer.with_ambient_occlusion(reach),
             None => renderer,

@@ -43,7 +43,7 @@ impl OracleRenderer<'_> {
         let (surface, kd, material) = self.oracle.surface_at(ray, hit);
         SurfaceAov {
             depth: hit.t / self.scene.scale,
-            position: self.scene.file_position(surface.point).as_vec3().to_array(),
+            position: self.scene.relative_position(surface.point).to_array(),
             ng: surface.ng.to_array(),
             ns: surface.ns.to_array(),
             albedo: kd.to_array(),

@@ -80,10 +80,7 @@ impl<'arena> AovBuffer<'arena> {
                 let hit = &hits[ray / LANES];
                 self.surfaces[ray] = SurfaceAov {
                     depth: hit.t.lane(ray % LANES) / scene.scale,
-                    position: scene
-                        .file_position(vec3(&at.point, lane))
-                        .as_vec3()
-                        .to_array(),
+                    position: scene.relative_position(vec3(&at.point, lane)).to_array(),
                     ng: vec3(&at.ng, lane).to_array(),
                     ns: vec3(&at.ns, lane).to_array(),
                     albedo: vec3(&kd, lane).to_array(),

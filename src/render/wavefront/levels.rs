@@ -80,6 +80,7 @@ impl BounceLevel {
 }
 
 /// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays.
+/// A stop is seen before each wave, because the bounces of one tile may take hours.
 pub(crate) fn trace_waves(
     context: &mut WavefrontContext,
     scratch: &mut Bump,
@@ -91,7 +92,7 @@ pub(crate) fn trace_waves(
     let queues = levels.level(0).queues(max_depth);
     trace_wavefront(context, scratch, &mut camera, queues);
     let mut top = 0;
-    loop {
+    while !context.is_stopped() {
         let most = levels.sizes.bounced;
         if levels.level(top).waiting.advance(most) {
             top += 1;

@@ -27,6 +27,9 @@ pub(super) fn trace_shadow_rays(
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
     let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
     for light in 0..scene.lights.len() {
+        if context.is_stopped() {
+            return;
+        }
         queue.clear();
         let shade_light = ShadeLight::of(scene, light);
         let one = shade_light.sample_position([0; LANES], context.sample);

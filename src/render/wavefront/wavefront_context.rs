@@ -10,6 +10,7 @@ use phalanx_trace::Traversal;
 use phalanx_trace::packet::QueueColumns;
 use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
 use phalanx_trace::stopwatch::Stopwatch;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
 /// Shared state of all waves.
@@ -36,9 +37,15 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) hides_background: bool,
     /// The columns of the queues of bounces.
     pub(crate) columns: QueueColumns,
+    /// Set if nobody wants the rays' radiance any more.
+    pub(crate) stop: &'a AtomicBool,
 }
 
 impl<'a> WavefrontContext<'a> {
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.load(Relaxed)
+    }
+
     /// Traces rays, and adds the time that it takes.
     pub(super) fn trace(&mut self, trace: impl FnOnce(&mut Traversal<'a>)) {
         let start = Stopwatch::start();

@@ -7,9 +7,9 @@
 pub enum Aov {
     /// Distance from the camera ray's origin, in the file's units; infinite for a miss.
     Depth,
-    /// Position of the hit, in the file's coordinates. The scene's origin is added in double
-    /// precision before rounding, so that far from the file's origin neighbouring pixels may have
-    /// the same position.
+    /// Position of the hit, in the file's coordinates relative to the scene's origin. It is not
+    /// added, because far from the file's origin single precision would lose the digits that a
+    /// scene has there.
     Position,
     /// Geometric normal, toward the viewer.
     Ng,

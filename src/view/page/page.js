@@ -92,7 +92,7 @@ document.onchange = ({ target }) => {
 // Takes the mode of the address, and returns its view.
 function readLink() {
   const { view, mode } = fromFragment(location.hash);
-  if (MODES[mode]) app.mode = mode;
+  if (Object.hasOwn(MODES, mode)) app.mode = mode;
   return view;
 }
 

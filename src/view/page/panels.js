@@ -6,6 +6,7 @@ const MODE_NAMES = Object.keys(MODES);
 const LEGENDS = { depth: 'Depth: distance along the ray', cost: 'Cost: BVH nodes visited' };
 const KINDS = ['primary', 'shadow', 'reflection', 'refraction'];
 const FACTS = 'object material primitive geometry material_id t u v position normal face_normal albedo'.split(' ');
+const PLACES = ['position', 'origin', 'bounds'];
 const READOUT_MS = 80;
 const FIGURES_MS = 120; // what changes faster cannot be read
 const decimal = (x, digits = 1) => (Number.isFinite(x) ? x.toFixed(digits) : '–');
@@ -93,7 +94,7 @@ async function hover(event) {
   if (!answer || !readout.at || version !== picture.version) return;
   const { hit } = answer;
   const names = hit && [hit.object, hit.material].filter((name) => name !== null).join(' · ');
-  const where = hit && `\nprimitive ${hit.primitive}   t ${short(hit.t)}\n${valueText(hit.position)}`;
+  const where = hit && `\nprimitive ${hit.primitive}   t ${short(hit.t)}\n${valueText(hit.position, coordinate)}`;
   $('readout').textContent = hit ? (names || 'unnamed') + where : 'background';
   $('readout').hidden = false;
   if (String(at) !== String(readout.at)) hover(readout.event);
@@ -102,10 +103,16 @@ function hideReadout() {
   readout.at = null;
   $('readout').hidden = true;
 }
+// Six digits of a coordinate, or to a millionth of the scene where it lies far from its origin.
+function coordinate(x) {
+  const beyond = Math.ceil(Math.log10(Math.abs(x) / diagonal(app.scene.bounds)));
+  return String(Number(x.toPrecision(clamp(6 + beyond, 6, 17))));
+}
 // Text of a value of an answer: a number, a vector, bounds, or a name.
-function valueText(value) {
-  if (Array.isArray(value)) return value.map(valueText).join(Array.isArray(value[0]) ? '\n' : '  ');
-  return typeof value === 'number' ? short(value) : String(value ?? '–');
+function valueText(value, text = short) {
+  const parts = (between) => value.map((part) => valueText(part, text)).join(between);
+  if (Array.isArray(value)) return parts(Array.isArray(value[0]) ? '\n' : '  ');
+  return typeof value === 'number' && !Number.isInteger(value) ? text(value) : String(value ?? '–');
 }
 
 async function pin(pixel) {
@@ -115,7 +122,8 @@ async function pin(pixel) {
   phalanx.pinned = answer;
   app.pin = { view, share: pixel.map((x, k) => (x + 0.5) / app.size[k]) };
   const { hit, passed, ...rest } = answer;
-  const field = ([name, value]) => term([name.replace('_', ' '), valueText(value)]);
+  const textOf = (name) => (PLACES.includes(name) ? coordinate : short);
+  const field = ([name, value]) => term([name.replace('_', ' '), valueText(value, textOf(name))]);
   const place = ([name]) => (FACTS.includes(name) ? FACTS.indexOf(name) : FACTS.length);
   const sorted = (fields) => Object.entries(fields).sort((a, b) => place(a) - place(b));
   const list = (fields) => element('dl', {}, ...sorted(fields).map(field));

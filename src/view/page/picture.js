@@ -77,13 +77,14 @@ function failed({ name, status, message }) {
   picture.refining = null;
   if (status === 429 || status === 503) setTimeout(pump, 1000);
   else if (status !== undefined) picture.settled = true;
-  warn(status === undefined ? GONE : message);
+  warn(status === undefined ? GONE : (app.scene.warning ?? message));
   if (status !== undefined || picture.lost) return;
   picture.lost = true;
   setTimeout(retry, 2000);
 }
 async function retry() {
-  if (document.hidden || !(await server.state().catch(() => null))) return setTimeout(retry, 2000);
+  const state = document.hidden ? null : await server.state().catch(({ status, message }) => status && warn(message));
+  if (!state) return setTimeout(retry, 2000);
   Object.assign(picture, { lost: false, sent: -1, settled: false });
   pump();
 }
@@ -115,9 +116,10 @@ function latency() {
 function resize() {
   const { width, height } = stage.getBoundingClientRect();
   if (!app.scene || !width || !height) return;
-  const ratio = Math.min(window.devicePixelRatio, Math.sqrt(MAX_PIXELS / (width * height)));
+  const most = Math.min(MAX_PIXELS, app.scene.most_pixels);
+  const ratio = Math.min(window.devicePixelRatio, Math.sqrt(most / (width * height)));
   const fixed = app.scene.size;
-  const size = fixed ?? [width, height].map((x) => Math.max(1, Math.round(x * ratio)));
+  const size = fixed ?? [width, height].map((x) => Math.max(1, Math.floor(x * ratio)));
   const fit = Math.min(width / size[0], height / size[1]);
   const box = fixed ? scaled(fixed, fit) : [width, height];
   Object.assign(canvas.style, { width: `${box[0]}px`, height: `${box[1]}px` });

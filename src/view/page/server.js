@@ -3,6 +3,7 @@
 const server = (() => {
   const TRANSFER_MS = 40; // of a frame while moving, at most
   const DECODE_MS = 1e-5; // of a pixel of a JPEG
+  const RESTARTED = 'The program was started again: open its new address.';
   const page = crypto.getRandomValues(new BigUint64Array(1))[0].toString(16).padStart(16, '0');
   let open = 0; // frames in flight
   let roundTrips = [0]; // recent ones, in ms, without the work
@@ -17,7 +18,8 @@ const server = (() => {
     const response = await fetch(path, { method: 'POST', headers, body: json(body), signal });
     if (response.ok) return response;
     const { error } = await response.json().catch(() => ({}));
-    throw Object.assign(new Error(error ?? 'The request failed.'), { status: response.status });
+    const reason = response.status === 404 ? RESTARTED : (error ?? 'The request failed.');
+    throw Object.assign(new Error(reason), { status: response.status });
   }
   async function frame(request, signal, alone) {
     const begin = performance.now();

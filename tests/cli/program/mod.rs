@@ -4,6 +4,7 @@
 mod bench;
 mod caches;
 mod compare;
+mod copied_commands;
 mod formats;
 mod guide;
 mod headers;
@@ -25,6 +26,7 @@ mod signals;
 mod standard;
 mod streams;
 mod view;
+mod view_requests;
 mod words;
 
 use serde_json::Value;

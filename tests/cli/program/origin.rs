@@ -228,3 +228,47 @@ fn dumped_rays_say_where_their_coordinates_begin() {
     let axis = |k: usize| f64::from_le_bytes(bytes[8 + 8 * k..16 + 8 * k].try_into().unwrap());
     assert_eq!([0, 1, 2].map(axis), [500_000.0, 0.0, -4_012_344.0]);
 }
+
+/// The first sample of a channel of an OpenEXR file.
+fn samples(room: &TestFolder, name: &str, channel: &str) -> Vec<f32> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let image = exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(room.path().join(name))
+        .unwrap();
+    let channels = image.layer_data.channel_data.list;
+    let found = channels
+        .iter()
+        .find(|found| found.name.eq(channel))
+        .unwrap();
+    found.sample_data.values_as_f32().collect()
+}
+
+#[test]
+fn positions_of_a_picture_keep_their_digits_beside_its_origin() {
+    let room = room();
+    for (name, at) in [("near", [0.0; 3]), ("far", PLACE)] {
+        let options = given(at);
+        room.ok(&format!(
+            "render {name}.obj -o {name}.exr --aov P {options}"
+        ));
+    }
+    let origin = b"500000 0 -4012344";
+    assert!(memchr::memmem::find(&bytes(&room, "far.exr"), origin).is_some());
+    assert!(memchr::memmem::find(&bytes(&room, "near.exr"), b"phalanx.origin").is_none());
+    let shift = [0.25, 0.0, -1.5];
+    for (axis, channel) in ["P.X", "P.Y", "P.Z"].into_iter().enumerate() {
+        let [near, far] = ["near.exr", "far.exr"].map(|name| samples(&room, name, channel));
+        let hits = near.iter().zip(&far).filter(|(near, _)| **near != 0.0);
+        let errors = hits.map(|(near, far)| (near + shift[axis] - far).abs());
+        let mut errors: Vec<f32> = errors.collect();
+        errors.sort_by(f32::total_cmp);
+        // Pixels at edges may see another face.
+        let most = errors[errors.len() * 99 / 100];
+        assert!(most < 1e-4, "{channel}: {most}");
+    }
+}

@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 #[test]
 fn a_reader_that_has_gone_away_is_no_error() {
@@ -83,4 +83,86 @@ fn an_interrupted_render_leaves_the_old_picture_or_none() {
         assert_eq!(room.names(), before, "{name}");
         assert_eq!(fs::read_to_string(&path).ok().as_deref(), old);
     }
+}
+
+/// A scene of glass in which the bounces of the right tile take hours, and nothing is on the left.
+const GLASS: &str = "size 16 8\ncamera 0 0 6 0 0 0 0 1 0 45\npoint 3 4 5 1 1 1\nmaxdepth 60\n\
+                     specular .9 .9 .9\ntransmission .9 .9 .9\n";
+
+fn glass() -> String {
+    let mut text = GLASS.to_owned();
+    for k in 0..50 {
+        let [x, y, z] = [k % 5, k / 5 % 5 - 2, k / 25].map(|c| f64::from(c) * 0.9);
+        text += &format!("sphere {} {y} {z} .5\n", x + 1.0);
+    }
+    text
+}
+
+#[test]
+fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
+    let room = TestFolder::new();
+    room.write("glass.test", &glass());
+    let options = "--tile 8 --threads 1 --min-weight 1e-30";
+    let stop = |line: &str, wait: u64| {
+        let mut child = room
+            .command(line)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(wait));
+        let start = Instant::now();
+        signal(&child, "TERM");
+        let mut said = String::new();
+        let stderr = child.stderr.as_mut().unwrap();
+        stderr.read_to_string(&mut said).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(143), "{line}: {said}");
+        // Seconds are left for a machine under load: without a stop, it would be hours.
+        assert!(start.elapsed() < Duration::from_secs(10), "{line}");
+        said
+    };
+    for more in [
+        "",
+        "--spp 4 --aa adaptive",
+        "--spp 4096 --aperture .1 --focus 5 --aa adaptive",
+        "--integrator ao --spp 65536 --max-depth 0",
+    ] {
+        stop(&format!("render glass.test -o g.png {options} {more}"), 700);
+        assert_eq!(room.names(), ["glass.test"], "{more}");
+    }
+    // The finished tile is kept, and the other one is not.
+    let kept = format!("render glass.test -o g.png {options} --checkpoint g.tiles");
+    let said = stop(&kept, 1500);
+    assert!(
+        said.contains("finished tiles are kept in g.tiles"),
+        "{said}"
+    );
+    assert_eq!(room.names(), ["g.tiles", "glass.test"]);
+    let said = stop(&kept, 1500);
+    assert!(
+        said.contains("resuming from g.tiles, 50.0 % done"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_second_signal_ends_the_process_at_once() {
+    let room = TestFolder::new();
+    room.write("glass.test", &glass());
+    // The bounces of one pixel: the scalar engine stops after a tile.
+    let line = "render glass.test -o g.png --engine scalar --threads 1 --min-weight 1e-30";
+    let mut child = room
+        .command(line)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    signal(&child, "INT");
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none());
+    signal(&child, "TERM");
+    let start = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    assert!(start.elapsed() < Duration::from_secs(5));
 }

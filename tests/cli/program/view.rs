@@ -12,25 +12,25 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 /// A served scene.
-struct ViewProcess {
-    child: Child,
-    address: String,
-    token: String,
+pub struct ViewProcess {
+    pub child: Child,
+    pub address: String,
+    pub token: String,
 }
 
 /// An answer: status, headers, body.
-struct HttpAnswer {
-    status: u16,
-    head: String,
-    body: Vec<u8>,
+pub struct HttpAnswer {
+    pub status: u16,
+    pub head: String,
+    pub body: Vec<u8>,
 }
 
 impl HttpAnswer {
-    fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", self.head))
     }
 
-    fn header(&self, name: &str) -> &str {
+    pub fn header(&self, name: &str) -> &str {
         let lines = self.head.lines();
         let found = lines
             .filter_map(|line| line.split_once(": "))
@@ -40,13 +40,16 @@ impl HttpAnswer {
 }
 
 impl ViewProcess {
-    fn start(folder: &TestFolder, line: &str) -> ViewProcess {
-        let mut command = folder.command(line);
-        let mut child = command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+    pub fn start(folder: &TestFolder, line: &str) -> ViewProcess {
+        ViewProcess::spawn(&mut folder.command(line))
+    }
+
+    pub fn spawn(command: &mut Command) -> ViewProcess {
+        ViewProcess::spawn_with_stderr(command.stderr(Stdio::null()))
+    }
+
+    pub fn spawn_with_stderr(command: &mut Command) -> ViewProcess {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
         let mut first = String::new();
         let mut out = BufReader::new(child.stdout.take().unwrap());
         out.read_line(&mut first).unwrap();
@@ -63,7 +66,7 @@ impl ViewProcess {
         served
     }
 
-    fn connect(&self) -> TcpStream {
+    pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(&self.address).unwrap();
         stream
             .set_read_timeout(Some(Duration::from_secs(60)))
@@ -72,12 +75,12 @@ impl ViewProcess {
     }
 
     /// The answer to a request of these bytes, after which the connection is closed.
-    fn ask(&self, request: &str) -> HttpAnswer {
+    pub fn ask(&self, request: &str) -> HttpAnswer {
         let told = self.try_to_ask(request);
         told.unwrap_or_else(|error| panic!("{request:.99}: {error}"))
     }
 
-    fn try_to_ask(&self, request: &str) -> std::io::Result<HttpAnswer> {
+    pub fn try_to_ask(&self, request: &str) -> std::io::Result<HttpAnswer> {
         let mut stream = self.connect();
         stream.write_all(request.as_bytes())?;
         let mut bytes = Vec::new();
@@ -94,7 +97,7 @@ impl ViewProcess {
         })
     }
 
-    fn request(&self, host: &str, more: &str, name: &str, body: &str) -> String {
+    pub fn request(&self, host: &str, more: &str, name: &str, body: &str) -> String {
         let (token, length) = (&self.token, body.len());
         let method = if body.is_empty() { "GET" } else { "POST" };
         format!(
@@ -103,7 +106,7 @@ impl ViewProcess {
         )
     }
 
-    fn post(&self, name: &str, mut body: Value) -> HttpAnswer {
+    pub fn post(&self, name: &str, mut body: Value) -> HttpAnswer {
         body["page"] = json!("00112233445566aa");
         self.ask(&self.request(&self.address, "", name, &body.to_string()))
     }
@@ -116,15 +119,15 @@ impl Drop for ViewProcess {
     }
 }
 
-fn view() -> Value {
+pub fn view() -> Value {
     json!({ "eye": [0.5, 0.25, 4.5], "center": [0, 0.125, 0], "up": [0, 1, 0], "fovy": 40, "ortho": null })
 }
 
-fn shot(mode: &str, samples: u32) -> Value {
+pub fn shot(mode: &str, samples: u32) -> Value {
     json!({ "view": view(), "size": [40, 24], "mode": mode, "samples": samples })
 }
 
-fn frame(mode: &str, have: u32, samples: u32) -> Value {
+pub fn frame(mode: &str, have: u32, samples: u32) -> Value {
     let mut asked = shot(mode, samples);
     asked["have"] = json!(have);
     asked["moving"] = json!(false);
@@ -382,7 +385,7 @@ fn bad_requests_are_refused_and_the_next_one_is_served() {
     for (request, status) in [
         ("\0\u{1}\u{2}\r\n\r\n".to_owned(), 400),
         (
-            format!("GET / HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(20_000)),
+            format!("GET / HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(70_000)),
             431,
         ),
         (

@@ -3,7 +3,7 @@
 use super::shard_files::{found, ranges, whole};
 use crate::cli::commands::plan;
 use crate::cli::output::CliError;
-use phalanx::files::shown_path;
+use phalanx::files::{shell_path, shown_path};
 use phalanx::frame::Tile;
 use phalanx::jobs::{FinishedFrames, FrameState, PlannedFrames, TileFile};
 use std::collections::BTreeSet;
@@ -70,7 +70,7 @@ impl MissingShares {
         }
         text.push_str(&format!(
             "\n  help: render them with phalanx render --plan {} --shard I, or as a job array with --array={}",
-            shown_path(path),
+            shell_path(path),
             ranges(&self.shards())
         ));
         Err(CliError::Missing(text))

@@ -135,7 +135,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
 fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Result<(), CliError> {
     let (window, aovs) = (frames.plan.window(), frames.plan.spec.pixels.aovs());
     let options = ProgressOptions::of(window.pixels());
-    progress::with_progress(Some(&file.path), options, |control| {
+    progress::with_progress(options, |control| {
         file.write_while(control, |take| {
             merge_bands(window, aovs, files, control, take)
         })

@@ -51,7 +51,7 @@ pub fn write(
     let AccelRef::Packets(bvh) = prepared.accel() else {
         return Ok(());
     };
-    let costs = progress::with_progress(None, ProgressOptions::of(settings.pixels()), |control| {
+    let costs = progress::with_progress(ProgressOptions::of(settings.pixels()), |control| {
         render_heatmap(scene, bvh, settings, heatmap.cost, control)
     })?;
     let picture = false_color(&costs, settings.window().width, heatmap.cost.title());

@@ -132,7 +132,7 @@ impl Job<'_> {
         };
         let start = Instant::now();
         let mut color = EvenColor::default();
-        let written = progress::with_progress(Some(&output.path), options, |control| {
+        let written = progress::with_progress(options, |control| {
             let tree = prepared.accel();
             output.write_while(control, |take| {
                 render_bands(scene, tree, settings, control, beside, |band| {

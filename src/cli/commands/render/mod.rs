@@ -151,39 +151,23 @@ fn check_checkpoint(path: &Path, origin: Option<&'static str>) -> Result<(), Cli
     origin.map_or(Ok(()), |origin| output::writes(origin, path))
 }
 
-/// The default path, with `-render` appended to its stem until it replaces neither an input nor
-/// another program's picture.
+/// The default path, changed until it replaces neither an input nor another program's picture.
 fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
-    let taken = |path: &Path| output::input_at(path).or_else(|| foreign_picture(path));
-    let input = |path: &Path| match sequence {
-        None => taken(path),
+    let (free, taken) = output::free_path(&path, |path| match sequence {
+        None => output::taken(path),
         Some(sequence) => {
             let mut frames = sequence.frames.clone();
-            frames.find_map(|frame| taken(&sequence.name(path, frame)))
+            frames.find_map(|frame| output::taken(&sequence.name(path, frame)))
         }
-    };
-    let Some(taken) = input(&path) else {
-        return path;
-    };
-    let mut free = path.clone();
-    while input(&free).is_some() {
-        let [stem, ending] = [free.file_stem(), free.extension()].map(Option::unwrap_or_default);
-        free = format!("{}-render.{}", stem.display(), ending.display()).into();
+    });
+    if let Some(taken) = taken {
+        output::note(&format!(
+            "{} is {taken}: writing {} instead",
+            shown_path(&path),
+            shown_path(&free)
+        ));
     }
-    output::note(&format!(
-        "{} is {taken}: writing {} instead",
-        shown_path(&path),
-        shown_path(&free)
-    ));
     free
-}
-
-/// A description of a PNG at this path that another program wrote, such as a texture whose name a
-/// cache does not record. PNGs of this program name it before their pixels.
-fn foreign_picture(path: &Path) -> Option<String> {
-    let head = output::first_bytes(path, 4096);
-    let ours = head.windows(8).any(|word| word == b"phalanx ");
-    (head.starts_with(b"\x89PNG") && !ours).then(|| "a picture from another program".to_owned())
 }
 
 /// Refuses frames without a valid view, and frame names that cannot be written or are already in

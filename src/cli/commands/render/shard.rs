@@ -188,7 +188,7 @@ impl PlanShard<'_> {
             ..ProgressOptions::of(share.iter().map(Tile::pixels).sum())
         };
         let (scene, settings) = (&self.picture.scene_input.scene, &self.picture.settings);
-        let done = progress::with_progress(None, options, |control| {
+        let done = progress::with_progress(options, |control| {
             render_to_file(
                 scene,
                 prepared.accel(),
