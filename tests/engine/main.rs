@@ -26,6 +26,7 @@ mod random_scenes;
 mod ray_sets;
 mod references;
 mod refined;
+mod regressions;
 mod same_tree;
 mod sampling;
 mod systems;
