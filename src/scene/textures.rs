@@ -40,8 +40,8 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Colour at a position, decoded from sRGB first: bilinear between the centres of texels, or that
-    /// of the nearest. (0, 0) is the upper left corner, (1, 1) the lower right one.
+    /// Colour at a position, decoded from sRGB first: bilinear between the centres of texels, or
+    /// that of the nearest. (0, 0) is the upper left corner, (1, 1) the lower right one.
     pub fn color_at(&self, u: f32, v: f32) -> Vec3 {
         self.decoded_at(u, v, linear_of_srgb())
     }
