@@ -31,8 +31,8 @@ impl PbrSurface {
         self.weights().metal != [0.0]
     }
 
-    /// A material of this surface: its Ka, Kd, Ks and exponent. If it is `varied`, metallic and
-    /// roughness are left to the hits.
+    /// A material of this surface: its Ka, Kd, Ks, highlight and exponent. If it is `varied`,
+    /// metallic and roughness are left to the hits.
     pub(super) fn to_material(self, varied: bool) -> Material {
         let weights = self.weights();
         let ([metal], [dielectric]) = (weights.metal, weights.dielectric);
@@ -47,6 +47,7 @@ impl PbrSurface {
             ka: kd * AMBIENT,
             kd,
             ks,
+            highlight: self.specular * weights.highlight[0],
             shininess: weights.shininess[0],
             metallic_roughness: varied.then_some(self.lobes),
             ..Material::DEFAULT

@@ -6,12 +6,21 @@ use phalanx_scene::{Texture, Wrap};
 /// shows the grain of most pictures, at any resolution.
 const STEEPNESS: f32 = 4.0;
 
-/// Returns true if most texels are bluish, as those of normals are that point outward.
-pub(super) fn is_normal_map(texels: &[[u8; 3]]) -> bool {
-    let [r, g, b] = [0, 1, 2].map(|channel| {
-        let sum: u64 = texels.iter().map(|texel| u64::from(texel[channel])).sum();
-        sum as f64 / texels.len().max(1) as f64
-    });
+/// Brightest texel that counts as empty: black, or next to black in a JPEG. No normal is as dark.
+const EMPTY: u8 = 32;
+
+/// Returns true if the picture is bluish, as normals are that point outward. The unused parts of an
+/// atlas do not count: they are black or transparent.
+pub(super) fn is_normal_map(picture: &Texture) -> bool {
+    let clear = |k: usize| picture.alpha.get(k) == Some(&0);
+    let texels = picture.texels.iter().enumerate();
+    let used = texels.filter(|(k, texel)| texel.iter().any(|&c| c > EMPTY) && !clear(*k));
+    let (mut sums, mut count) = ([0u64; 3], 0u64);
+    for (_, texel) in used {
+        (0..3).for_each(|channel| sums[channel] += u64::from(texel[channel]));
+        count += 1;
+    }
+    let [r, g, b] = sums.map(|sum| sum as f64 / count.max(1) as f64);
     let is_middle = |mean: f64| (90.0..=165.0).contains(&mean);
     is_middle(r) && is_middle(g) && b > r.max(g) + 50.0
 }
@@ -54,6 +63,7 @@ mod tests {
             width,
             height: grey.len() as u32 / width,
             wrap: [wrap; 2],
+            nearest: false,
             texels: grey.iter().map(|&c| [c; 3]).collect(),
             alpha: Default::default(),
         }
@@ -76,10 +86,25 @@ mod tests {
 
     #[test]
     fn normal_maps_are_bluish() {
-        assert!(is_normal_map(&[[128, 128, 255], [90, 160, 230]]));
+        let is_normal_map = |texels: &[[u8; 3]], alpha: &[u8]| {
+            is_normal_map(&Texture {
+                texels: texels.to_vec().into(),
+                alpha: alpha.to_vec().into(),
+                ..heights(1, Wrap::Clamp, &[0])
+            })
+        };
+        let outward = [128, 128, 255];
+        assert!(is_normal_map(&[outward, [90, 160, 230]], &[]));
         for grey in [0, 128, 255] {
-            assert!(!is_normal_map(&[[grey; 3]]));
+            assert!(!is_normal_map(&[[grey; 3]], &[]));
         }
-        assert!(!is_normal_map(&[]) && !is_normal_map(&[[10, 20, 200]]));
+        assert!(!is_normal_map(&[], &[]) && !is_normal_map(&[[10, 20, 200]], &[]));
+        // Unused parts of an atlas, four fifths of it.
+        let atlas = |unused| [outward, unused, unused, unused, unused];
+        assert!(is_normal_map(&atlas([20, 30, 16]), &[]));
+        assert!(is_normal_map(&atlas([255; 3]), &[255, 0, 0, 0, 0]));
+        // Heights stay heights, however much of them is black or cut out.
+        assert!(!is_normal_map(&[[200; 3], [0; 3], [0; 3]], &[]));
+        assert!(!is_normal_map(&atlas([255; 3]), &[0, 255, 255, 255, 255]));
     }
 }

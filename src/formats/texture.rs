@@ -15,10 +15,10 @@ pub(super) struct TextureLibrary<'a> {
     textures: Vec<Texture>,
     /// Row of the first texture of each picture; [`NO_TEXTURE`] for a missing one.
     pictures: HashMap<ImageKey, u32>,
-    /// Row of the texture of a picture with a wrapping.
-    wrapped: HashMap<(u32, [Wrap; 2]), u32>,
-    /// Textures whose wrapping has been set.
-    wrap_assigned: HashSet<u32>,
+    /// Row of the texture of a picture with a sampler.
+    sampled: HashMap<(u32, TextureSampler), u32>,
+    /// Textures whose sampler has been set.
+    sampler_assigned: HashSet<u32>,
     /// Textures whose alpha is read; that of others is dropped in the end.
     read_for_alpha: HashSet<u32>,
     /// Row of each texture as a mask, and as a normal map.
@@ -30,6 +30,22 @@ pub(super) struct TextureLibrary<'a> {
 /// Most texels of all textures together, of three bytes each: small files may decode to a thousand
 /// times their size.
 const MAX_TEXELS: u64 = 1 << 30;
+
+/// The way to read a texture between its texels and beyond its edges.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct TextureSampler {
+    pub(super) wrap: [Wrap; 2],
+    pub(super) nearest: bool,
+}
+
+impl From<[Wrap; 2]> for TextureSampler {
+    fn from(wrap: [Wrap; 2]) -> TextureSampler {
+        TextureSampler {
+            wrap,
+            nearest: false,
+        }
+    }
+}
 
 /// Key that distinguishes pictures.
 #[derive(PartialEq, Eq, Hash)]
@@ -65,8 +81,8 @@ impl<'a> TextureLibrary<'a> {
             asset_dir,
             textures: Vec::new(),
             pictures: HashMap::new(),
-            wrapped: HashMap::new(),
-            wrap_assigned: HashSet::new(),
+            sampled: HashMap::new(),
+            sampler_assigned: HashSet::new(),
             read_for_alpha: HashSet::new(),
             masks: HashMap::new(),
             normals: HashMap::new(),
@@ -80,12 +96,12 @@ impl<'a> TextureLibrary<'a> {
     pub(super) fn named(
         &mut self,
         name: &str,
-        wrap: [Wrap; 2],
+        sampler: impl Into<TextureSampler>,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
         let found = self.asset_dir.find(name);
-        self.found(name, found, wrap, span, report)
+        self.found(name, found, sampler, span, report)
     }
 
     /// The texture in a file that was looked for already. Otherwise as [`TextureLibrary::named`].
@@ -93,7 +109,7 @@ impl<'a> TextureLibrary<'a> {
         &mut self,
         name: &str,
         found: Result<Found, String>,
-        wrap: [Wrap; 2],
+        sampler: impl Into<TextureSampler>,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
@@ -103,7 +119,8 @@ impl<'a> TextureLibrary<'a> {
         };
         let asset_dir = self.asset_dir;
         let bytes = || asset_dir.read(&found?).map(Cow::Owned);
-        self.picture(origin, &quoted_file(name), bytes, wrap, span, report)
+        let sampler = sampler.into();
+        self.picture(origin, &quoted_file(name), bytes, sampler, span, report)
     }
 
     /// The texture that is embedded in the scene file, in `bytes`, which are requested once.
@@ -112,12 +129,12 @@ impl<'a> TextureLibrary<'a> {
         &mut self,
         picture: Embedded,
         bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
-        wrap: [Wrap; 2],
+        sampler: impl Into<TextureSampler>,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let origin = ImageKey::Embedded(picture);
-        self.picture(origin, &picture.name(), bytes, wrap, span, report)
+        let (origin, sampler) = (ImageKey::Embedded(picture), sampler.into());
+        self.picture(origin, &picture.name(), bytes, sampler, span, report)
     }
 
     /// The same texture for its alpha: an index for [`phalanx_scene::Material::opacity_texture`].
@@ -172,7 +189,7 @@ impl<'a> TextureLibrary<'a> {
         if let Some(&row) = self.normals.get(&texture) {
             return row;
         }
-        let row = if is_normal_map(&known.texels) {
+        let row = if is_normal_map(known) {
             texture
         } else {
             let bytes = 3 * known.texels.len() as u64;
@@ -207,11 +224,11 @@ impl<'a> TextureLibrary<'a> {
         origin: ImageKey,
         name: &str,
         bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
-        wrap: [Wrap; 2],
+        sampler: TextureSampler,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let row = self.row(origin, name, bytes, wrap);
+        let row = self.row(origin, name, bytes, sampler);
         row.unwrap_or_else(|reason| {
             match self.asset_dir.memory().refusal() {
                 Some(_) => {
@@ -224,14 +241,14 @@ impl<'a> TextureLibrary<'a> {
         })
     }
 
-    /// The row of a picture with a wrapping. The error says why there is none, the first time;
+    /// The row of a picture with a sampler. The error says why there is none, the first time;
     /// later it is [`NO_TEXTURE`].
     fn row<'b>(
         &mut self,
         origin: ImageKey,
         name: &str,
         bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
-        wrap: [Wrap; 2],
+        sampler: TextureSampler,
     ) -> Result<u32, String> {
         let first = match self.pictures.get(&origin) {
             Some(&first) => first,
@@ -245,11 +262,11 @@ impl<'a> TextureLibrary<'a> {
         if first == NO_TEXTURE {
             return Ok(first);
         }
-        if let Some(&row) = self.wrapped.get(&(first, wrap)) {
+        if let Some(&row) = self.sampled.get(&(first, sampler)) {
             return Ok(row);
         }
-        let row = self.copy_for(name, first, wrap);
-        self.wrapped.insert((first, wrap), known(&row));
+        let row = self.copy_for(name, first, sampler);
+        self.sampled.insert((first, sampler), known(&row));
         row
     }
 
@@ -271,29 +288,31 @@ impl<'a> TextureLibrary<'a> {
             width,
             height,
             wrap: [Wrap::Repeat; 2],
+            nearest: false,
             texels: decoded.colors.into(),
             alpha: decoded.alpha.into(),
         })
     }
 
-    /// Row of a picture with another wrapping. The first use sets the wrapping of the texture
-    /// itself, and only another one needs a copy.
-    fn copy_for(&mut self, name: &str, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
-        let row = match self.wrap_assigned.insert(first) {
+    /// Row of a picture with another sampler. The first use sets the sampler of the texture itself,
+    /// and only another one needs a copy.
+    fn copy_for(&mut self, name: &str, first: u32, sampler: TextureSampler) -> Result<u32, String> {
+        let row = match self.sampler_assigned.insert(first) {
             true => first,
             false => {
                 let texture = &self.textures[first as usize];
                 let (width, height) = (texture.width, texture.height);
                 let texels = checked_budget(width, height, self.texels_left)?;
                 let alpha = texture.alpha.len() as u64;
-                let what = format!("for the texture {name} with another wrapping");
+                let what = format!("for the texture {name} with another sampler");
                 self.asset_dir.memory().take(texels * 3 + alpha, what)?;
                 self.texels_left -= texels;
                 let copy = texture.clone();
                 self.push(copy)
             }
         };
-        self.textures[row as usize].wrap = wrap;
+        let texture = &mut self.textures[row as usize];
+        (texture.wrap, texture.nearest) = (sampler.wrap, sampler.nearest);
         Ok(row)
     }
 

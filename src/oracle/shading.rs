@@ -17,6 +17,8 @@ pub(super) struct OracleMaterial {
     pub(super) own: Vec3,
     pub(super) kd: Vec3,
     ks: Vec3,
+    /// Weight of the highlight without a mirror.
+    highlight: Vec3,
     kt: Vec3,
     shininess: f32,
     ior: f32,
@@ -29,7 +31,7 @@ impl OracleMaterial {
         let (m, i) = (&scene.materials, scene.prim_material(prim) as usize);
         let tint = tint(scene, m.texture[i], prim, hit);
         let (mut ambient, mut kd) = (m.ka.get(i) * tint, m.kd.get(i) * tint);
-        let (mut ke, mut ks) = (m.ke.get(i), m.ks.get(i));
+        let (mut ke, mut ks, mut highlight) = (m.ke.get(i), m.ks.get(i), m.highlight.get(i));
         let mut shininess = m.shininess[i];
         let (mut metallic, mut roughness) = (m.metallic[i], m.roughness[i]);
         for map in scene.maps.of(m.maps[i]) {
@@ -39,7 +41,7 @@ impl OracleMaterial {
             let channel = value[map.channel as usize];
             match map.target {
                 MapTarget::Emission => ke *= value,
-                MapTarget::Specular => ks *= value,
+                MapTarget::Specular => (ks, highlight) = (ks * value, highlight * value),
                 MapTarget::Shininess => shininess *= channel,
                 MapTarget::Metallic => metallic *= channel,
                 MapTarget::Roughness => roughness *= channel,
@@ -49,6 +51,7 @@ impl OracleMaterial {
         if m.metallic_roughness(i).is_some() {
             let lobes = LobeWeights::of([metallic], [roughness]);
             let [metal] = lobes.metal;
+            highlight = ks * lobes.highlight[0];
             ks = ks * lobes.dielectric[0] + kd * metal;
             ambient *= 1.0 - metal;
             kd *= 1.0 - metal;
@@ -58,6 +61,7 @@ impl OracleMaterial {
             own: ambient + ke,
             kd,
             ks,
+            highlight: highlight * ((shininess + 2.0) * 0.125),
             kt: m.kt.get(i),
             shininess,
             ior: m.ior[i],
@@ -263,13 +267,17 @@ pub(super) fn sample_light(
         (to, to_light, seen, 1.0)
     };
     let diffuse = max(to_light.dot(at.ns), 0.0);
-    let specular = if material.ks == Vec3::ZERO {
+    let specular = if material.ks == Vec3::ZERO && material.highlight == Vec3::ZERO {
         0.0
     } else {
         let half = unit(to_light - at.dir);
         pow(max(half.dot(at.ns), 0.0), material.shininess)
     };
-    let radiance = (seen * (material.kd * diffuse + material.ks * specular)) * coverage;
+    let mut lobe = material.kd * diffuse + material.ks * specular;
+    if material.highlight != Vec3::ZERO {
+        lobe += material.highlight * (specular * diffuse);
+    }
+    let radiance = (seen * lobe) * coverage;
     let facing = to_light.dot(above.map_or(at.ng, |above| above.normal)) > 0.0;
     let (mut org, mut dir) = (at.point + at.ng * at.offset, dir);
     if let Some(above) = above {

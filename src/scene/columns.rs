@@ -53,6 +53,7 @@ impl Scene {
             .vectors(["materials", "ke"], [&m.ke], Finite)
             .vectors(["materials", "kd"], [&m.kd], Finite)
             .vectors(["materials", "ks"], [&m.ks], Finite)
+            .vectors(["materials", "highlight"], [&m.highlight], Finite)
             .vectors(["materials", "kt"], [&m.kt], Finite)
             .column(["materials", "shininess"], &m.shininess, Color)
             .column(["materials", "ior"], &m.ior, Positive)
@@ -131,8 +132,8 @@ impl Scene {
         all.push(&mut self.names.text);
         all.push(&mut self.names.ends);
         all.push(&mut self.names.runs);
-        let colors = [&mut m.ka, &mut m.ke, &mut m.kd, &mut m.ks, &mut m.kt];
-        all.extend(parts_mut(colors));
+        all.extend(parts_mut([&mut m.ka, &mut m.ke, &mut m.kd]));
+        all.extend(parts_mut([&mut m.ks, &mut m.highlight, &mut m.kt]));
         all.push(&mut m.shininess);
         all.push(&mut m.ior);
         all.push(&mut m.texture);

@@ -190,6 +190,7 @@ mod tests {
             width: 2,
             height: 1,
             wrap: [Wrap::Clamp; 2],
+            nearest: false,
             texels: vec![[0; 3]; 2].into(),
             alpha: vec![0, 255].into(),
         });

@@ -15,6 +15,11 @@ pub struct Material {
     pub kd: Vec3,
     /// Specular Ks, also the weight of the mirror ray.
     pub ks: Vec3,
+    /// Reflectance of lamps alone, beside Ks: a highlight that no mirror image goes with. Each lamp
+    /// adds highlight · (s + 2)/8 · max(h·n, 0)^s · max(l·n, 0), a lobe that reflects this share of
+    /// its light or less at any exponent (Walter et al., "Microfacet Models for Refraction through
+    /// Rough Surfaces", 2007: D/4 of Blinn-Phong).
+    pub highlight: Vec3,
     /// Transmission Kt, the weight of the refracted ray.
     pub kt: Vec3,
     /// Blinn exponent s, at least 0.
@@ -47,8 +52,8 @@ pub struct Material {
     /// number.
     pub maps: [u32; 2],
     /// Present if Kd, Ks and s follow from these at each hit: see
-    /// [`LobeWeights`](crate::LobeWeights). Kd is then the base colour, and Ks the reflectance of
-    /// the non-metal part.
+    /// [`LobeWeights`](crate::LobeWeights). Kd is then the base colour, Ks the reflectance of the
+    /// non-metal part, and `highlight` follows from it.
     pub metallic_roughness: Option<MetallicRoughness>,
 }
 
@@ -59,6 +64,7 @@ impl Material {
         ke: Vec3::ZERO,
         kd: Vec3::ZERO,
         ks: Vec3::ZERO,
+        highlight: Vec3::ZERO,
         kt: Vec3::ZERO,
         shininess: 1.0,
         ior: 1.0,
@@ -99,6 +105,8 @@ pub struct Materials {
     pub kd: Vec3s,
     /// Specular Ks.
     pub ks: Vec3s,
+    /// Reflectance of lamps alone.
+    pub highlight: Vec3s,
     /// Transmission Kt.
     pub kt: Vec3s,
     /// Blinn exponent s.
@@ -145,6 +153,7 @@ impl Materials {
         self.ke.push(surface.ke);
         self.kd.push(surface.kd);
         self.ks.push(surface.ks);
+        self.highlight.push(surface.highlight);
         self.kt.push(surface.kt);
         self.shininess.push(surface.shininess);
         self.ior.push(surface.ior);
@@ -168,6 +177,7 @@ impl Materials {
             ke: self.ke.get(i),
             kd: self.kd.get(i),
             ks: self.ks.get(i),
+            highlight: self.highlight.get(i),
             kt: self.kt.get(i),
             shininess: self.shininess[i],
             ior: self.ior[i],
@@ -209,7 +219,7 @@ impl Materials {
 }
 
 /// Numbers in a material.
-const MATERIAL_WORDS: usize = 27;
+const MATERIAL_WORDS: usize = 30;
 
 impl Material {
     fn flags(&self) -> u8 {
@@ -225,7 +235,7 @@ impl Material {
 
     /// The material's bits. Equal materials have equal bits; bits, unlike floats, can be hashed.
     fn bits(&self) -> [u32; MATERIAL_WORDS] {
-        let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
+        let colors = [self.ka, self.ke, self.kd, self.ks, self.highlight, self.kt];
         let colors = colors.iter().flat_map(|color| color.to_array());
         let [metallic, roughness] = self.metallic_roughness_parts();
         let numbers = [

@@ -1,5 +1,6 @@
-//! Metallic-roughness materials as the document's Kd, Ks and s: one rule for readers, which convert
-//! what is constant, and for both engines, which convert what varies over a surface.
+//! Metallic-roughness materials as the document's Kd, Ks and s, and a highlight without a mirror:
+//! one rule for readers, which convert what is constant, and for both engines, which convert what
+//! varies over a surface.
 
 /// Roughness from which on nothing is mirrored.
 const MATT: f32 = 0.5;
@@ -16,13 +17,17 @@ pub struct MetallicRoughness {
 }
 
 /// Effect of metallic and roughness on a material whose Kd is its base colour and whose Ks is the
-/// reflectance of its non-metal part: Kd·(1 − metal), Ks·dielectric + Kd·metal, and the exponent.
+/// reflectance of its non-metal part: Kd·(1 − metal), Ks·dielectric + Kd·metal, Ks·highlight for
+/// lamps alone, and the exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LobeWeights<const N: usize> {
     /// Weight of the base colour in Ks: metallic times gloss.
     pub metal: [f32; N],
     /// Weight of the non-metal reflectance in Ks.
     pub dielectric: [f32; N],
+    /// Weight of the non-metal reflectance in the highlight: 1 − metallic. The rough share of metal
+    /// is diffuse already.
+    pub highlight: [f32; N],
     /// Blinn exponent.
     pub shininess: [f32; N],
 }
@@ -43,6 +48,7 @@ impl<const N: usize> LobeWeights<N> {
         LobeWeights {
             metal: std::array::from_fn(|k| share(metallic[k]) * gloss[k]),
             dielectric: std::array::from_fn(|k| (1.0 - share(metallic[k])) * gloss[k]),
+            highlight: metallic.map(|m| 1.0 - share(m)),
             shininess: roughness.map(|r| {
                 let alpha = share(r) * share(r);
                 (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST)

@@ -31,6 +31,8 @@ pub struct Texture {
     pub height: u32,
     /// Continuation beyond the left and right edges, and beyond the upper and lower ones.
     pub wrap: [Wrap; 2],
+    /// True to show each texel as a square of one colour, not blended with its neighbours.
+    pub nearest: bool,
     /// `width` × `height` texels, the uppermost row first.
     pub texels: Column<[u8; 3]>,
     /// Opacity of each texel, in 255ths; empty if all are opaque.
@@ -38,8 +40,8 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Colour at a position: bilinear between the centres of texels, decoded from sRGB first. (0,
-    /// 0) is the upper left corner, (1, 1) the lower right one.
+    /// Colour at a position, decoded from sRGB first: bilinear between the centres of texels, or
+    /// that of the nearest. (0, 0) is the upper left corner, (1, 1) the lower right one.
     pub fn color_at(&self, u: f32, v: f32) -> Vec3 {
         self.decoded_at(u, v, linear_of_srgb())
     }
@@ -76,6 +78,10 @@ impl Texture {
         let (above, below, ty) = texel_pair(v, self.wrap[1], self.height);
         let at =
             |column: u32, row: u32| texel(row as usize * self.width as usize + column as usize);
+        if self.nearest {
+            let column = if tx < 0.5 { left } else { right };
+            return at(column, if ty < 0.5 { above } else { below });
+        }
         let along = |row: u32| mix(at(left, row), at(right, row), tx);
         mix(along(above), along(below), ty)
     }

@@ -447,6 +447,7 @@ fn normals_in_the_plane_leave_no_speckles() {
 }
 
 fn random_texture(rng: &mut Rng) -> Texture {
+    let nearest = rng.once_in(3);
     let (width, height) = (1 + rng.below(5) as u32, 1 + rng.below(5) as u32);
     let texels = (0..width * height).map(|_| [0; 3].map(|_| rng.bits() as u8));
     let texels: Vec<[u8; 3]> = texels.collect();
@@ -455,6 +456,7 @@ fn random_texture(rng: &mut Rng) -> Texture {
         width,
         height,
         wrap: [Wrap::Repeat, Wrap::Clamp],
+        nearest,
         alpha: alpha.collect(),
         texels: texels.into(),
     }
@@ -472,6 +474,7 @@ fn random_material(rng: &mut Rng, textures: usize) -> Material {
         kt: rng.pick(&[Vec3::ZERO, Vec3::ZERO, Vec3::new(0.5, 0.2, 0.0)]),
         ior: rng.pick(&[1.0, 1.0, 1.5]),
         gloss: rng.pick(&[0.0, 0.0, 0.0, 50.0]),
+        highlight: rng.pick(&[Vec3::ZERO, Vec3::ZERO, Vec3::new(0.5, 0.04, 0.0)]),
         shininess: 20.0,
         texture: texture(rng),
         opacity: rng.pick(&[1.0, 1.0, 0.0, 0.5, 0.3]),

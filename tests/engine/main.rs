@@ -28,6 +28,7 @@ mod ray_sets;
 mod references;
 mod refined;
 mod refusals;
+mod regressions;
 mod same_tree;
 mod sampling;
 mod systems;

@@ -90,13 +90,15 @@ fn lobes_of_a_map_are_those_of_constants() {
         let found = pixel(&mapped([9, 102, 200], map(target), base, light));
         let expected = pixel(&mapped([255; 3], map(target), constant, light));
         assert_near(found, expected);
-        // And the constant is the document's Blinn-Phong of the table's weights.
+        // And the constant is Blinn-Phong of the table's weights.
         let lobes = LobeWeights::of([metallic], [roughness]);
         let ([metal], [dielectric], [s]) = (lobes.metal, lobes.dielectric, lobes.shininess);
+        let highlight = base.ks * (1.0 - metallic) * (s + 2.0) / 8.0;
         let to_light = light.normalize();
         let half = (to_light + Vec3::Z).normalize();
         let ks = base.ks * dielectric + base.kd * metal;
-        let lit = base.kd * (1.0 - metal) * to_light.z + ks * half.z.powf(s);
+        let lobe = ks + highlight * to_light.z;
+        let lit = base.kd * (1.0 - metal) * to_light.z + lobe * half.z.powf(s);
         assert_near(found, lit);
     }
     let matt = LobeWeights::of([1.0], [0.5]);

@@ -43,6 +43,7 @@ pub(crate) fn texture(
         width,
         height,
         wrap,
+        nearest: false,
         texels: places.map(|(x, y)| texel(x, y)).collect(),
         alpha: Default::default(),
     }
@@ -248,6 +249,8 @@ fn random_scene(seed: u64) -> Scene {
         scene.textures.push(texture(width, height, wrap, |x, y| {
             texels[(y * width + x) as usize]
         }));
+        let last = scene.textures.last_mut().expect("it was added");
+        last.nearest = rng.once_in(3);
     }
     for k in 0..6 {
         let texture = rng.below(scene.textures.len()) as u32;
@@ -255,6 +258,7 @@ fn random_scene(seed: u64) -> Scene {
             ka: rng.color(),
             kd: rng.color(),
             ks: if k == 1 { Vec3::splat(0.5) } else { Vec3::ZERO },
+            highlight: rng.pick(&[Vec3::ZERO, Vec3::splat(0.04), Vec3::new(0.5, 0.0, 2.0)]),
             shininess: 20.0,
             texture: if k == 2 {
                 phalanx::scene::NO_TEXTURE

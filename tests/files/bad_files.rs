@@ -1,4 +1,5 @@
-//! Folders of bad files, each with a file of expected messages next to it.
+//! Folders of bad files, and of awkward ones, which are read: each has a file of expected messages
+//! next to it.
 //!
 //! After a change of wording, `PHALANX_BLESS=1 cargo test --test files bad_files::` writes the
 //! current messages: review the difference before committing it.
@@ -72,4 +73,5 @@ fn every_bad_file_gets_its_message() {
     assert_messages("tests/files/bad/nff", &["nff"], replaced, 30);
     let meshes = ["obj", "ply", "stl"];
     assert_messages("tests/files/bad_meshes", &meshes, appended, 20);
+    assert_messages("tests/files/awkward", &meshes, appended, 3);
 }

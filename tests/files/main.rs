@@ -10,5 +10,6 @@ mod gltf_reader;
 mod mesh_readers;
 mod mutated_text;
 mod nff_reader;
+mod regressions;
 mod standard;
 mod test_reader;

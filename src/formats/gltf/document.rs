@@ -279,6 +279,7 @@ pub(super) struct GltfImage {
 pub(super) struct Sampler {
     pub(super) wrap_s: Option<u32>,
     pub(super) wrap_t: Option<u32>,
+    pub(super) mag_filter: Option<u32>,
 }
 
 #[derive(Deserialize, Default)]

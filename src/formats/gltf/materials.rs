@@ -10,7 +10,7 @@ use crate::folder::Folder;
 use crate::mesh_defaults::{GREY, WHITE};
 use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
 use crate::options::Options;
-use crate::texture::{Embedded, TextureLibrary};
+use crate::texture::{Embedded, TextureLibrary, TextureSampler};
 use glam::{Vec2, Vec3};
 use phalanx_scene::{
     MapTarget, Material, MaterialTable, MetallicRoughness, NO_TEXTURE, Scene, TextureMap, Wrap,
@@ -261,7 +261,10 @@ impl<'a> GltfMaterials<'a> {
         let texture = texture.ok_or_else(|| format!("there is no textures[{index}]"))?;
         let sampler = texture.sampler.and_then(|row| document.samplers.get(row));
         let wrap = sampler.map_or([None; 2], |s| [s.wrap_s, s.wrap_t]);
-        let wrap = wrap.map(wrap_of);
+        let sampler = TextureSampler {
+            wrap: wrap.map(wrap_of),
+            nearest: sampler.is_some_and(|s| s.mag_filter == Some(NEAREST)),
+        };
         let source = self.source;
         let span = || source.span_of("materials", material);
         let other = texture.extensions.webp.as_ref();
@@ -275,12 +278,12 @@ impl<'a> GltfMaterials<'a> {
             return Ok(match parse_data_uri(uri) {
                 None => {
                     let name = file_name(uri, self.asset_dir);
-                    self.library.named(&name, wrap, span, report)
+                    self.library.named(&name, sampler, span, report)
                 }
                 Some(data) => {
                     let bytes = || Ok(Cow::Owned(data.bytes()?));
                     let picture = Embedded::Text(row);
-                    self.library.embedded(picture, bytes, wrap, span, report)
+                    self.library.embedded(picture, bytes, sampler, span, report)
                 }
             });
         }
@@ -291,7 +294,7 @@ impl<'a> GltfMaterials<'a> {
         };
         let bytes = || source.view(view).map(Cow::Borrowed);
         let picture = Embedded::View(view);
-        Ok(self.library.embedded(picture, bytes, wrap, span, report))
+        Ok(self.library.embedded(picture, bytes, sampler, span, report))
     }
 
     /// Warns of a texture without a picture of a kind that is read here, once for each kind.
@@ -365,6 +368,10 @@ impl MaterialMaps {
         normals.any(|map| self.layers[map.uv_layer as usize].map.is_upright())
     }
 }
+
+/// The filter of a texture whose texels are not blended. Only `magFilter` counts: rays sample a
+/// point, and never the mean of many texels.
+const NEAREST: u32 = 9728;
 
 fn wrap_of(number: Option<u32>) -> Wrap {
     match number {

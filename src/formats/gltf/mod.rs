@@ -47,13 +47,14 @@
 //!
 //! # Materials
 //! With base colour c, metallic m, roughness r and gloss g = max(0, 1 − 2r)² (Ks weighs the mirror
-//! image as well as the highlight, so nothing rough may have any):
+//! image, so nothing rough may have any):
 //!
 //! | parameter | value |
 //! |---|---|
 //! | Kd | c · (1 − m·g) · (1 − t) |
 //! | Ka | Kd / 10 |
 //! | Ks | (1 − m)·g·F0 + m·g·c, F0 = 4 %, or that of KHR_materials_ior |
+//! | highlight | (1 − m)·F0, of lamps alone |
 //! | shininess | 2/r⁴ − 2, at most 10000 |
 //! | Kt | c · t, t = transmission · (1 − m); t is 0 with a texture of transmission |
 //! | ior | 1, as of a thin sheet; that of KHR_materials_ior if there is a volume |

@@ -1,45 +1,50 @@
 //! Conversion of MTL's materials.
 //!
-//! The renderer's material is the document's: Ka is added unchanged, Ks weights both the highlight
+//! The renderer's material is the document's: Ka is added unchanged, Ks weights both a highlight
 //! and the mirror ray, and Kt the refracted ray. MTL has an ambient light of its own, highlights
 //! without mirrors, and opacity, so its materials are converted:
 //!
 //! | material | from |
 //! |---|---|
-//! | Ka | 0.1 × `Ka` (1); 0.1 × `Kd` where `Ka` is missing or black |
+//! | Ka | 0.1 × `Ka` × `Kd` (1); 0.1 × `Kd` where `Ka` is missing, black, or equal to `Kd`; 0.1 × `Ka` with a `map_Ka` |
 //! | Ke | `Ke`; times the texture of `map_Ke` (5, 6) |
 //! | Kd | `Kd`, 0.8 if missing; 1 if missing or black with a texture (6) |
-//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2), and for matt materials (8); times the texture of `map_Ks` (5, 6) |
+//! | Ks | `Ks` for `illum` 3 and more, unless `Ns` is 1 or less (8) |
+//! | Ks, highlight, shininess | those of a glTF material for `illum` 2 and none, and 3 and more with such an `Ns`: reflectance `Ks` × 8 %, roughness by `Ns` (2); 0 for `illum` 0 and 1 |
+//! | their textures | Ks and highlight times that of `map_Ks` (5, 6), shininess times that of `map_Ns` |
 //! | opacity | `d`, or 1 − `Tr` where there is no `d` (3), 1 where that is 0 (7) |
 //! | its texture | `map_d`: the picture's alpha, or its luminance where it has none (4) |
 //! | Kt | (1 − `d`) × `Tf` for glass and coloured sheets (3), else 0 |
-//! | shininess | `Ns`; 1000 for a mirror without it (8); times the texture of `map_Ns` |
+//! | shininess of mirrors | `Ns`; 1000 without it (8) |
 //! | index of refraction | `Ni` for glass (3), else 1 |
 //! | texture | `map_Kd`, or `map_Ka` where there is none; Ka and Kd are multiplied with it |
 //! | normal | the texture of `norm`, or of `map_Bump` and `bump`, times `-bm` (9) |
-//! | all of Ka, Kd, Ks, shininess | with `Pr`, `Pm`, `map_Pr` or `map_Pm`: as in glTF, with base colour `Kd`, roughness `Pr` and metallic `Pm` (10) |
+//! | all of Ka, Kd, Ks, highlight, shininess | with `Pr`, `Pm`, `map_Pr` or `map_Pm`: as in glTF, with base colour `Kd`, roughness `Pr` and metallic `Pm` (10) |
 //!
-//! 1. The rest of the room is a tenth as bright as a lamp.
-//! 2. `illum` 3 and more request mirrors. 2 and none request a highlight, which gets a faint sheen.
+//! 1. The rest of the room is a tenth as bright as a lamp, and `Ka` is a tint of what it falls on:
+//!    Blender writes `Ka 1 1 1` for every material.
+//! 2. `illum` 3 and more request mirrors; 2 and none a highlight, which gets what glTF has for it.
+//!    Blender writes the reflectance of its materials as `Ks`, with 0.5 for 4 %, and their
+//!    roughness r as `Ns`: 900 (1 − r)² or 1000 (1 − r)², depending on its version. Roughness is
+//!    set by hand, so the version is the one by which it is nearer to a hundredth.
 //! 3. `illum` 4 and more with an `Ni` other than 1 is glass, which refracts light and casts a full
 //!    shadow. Everything else with a `d` below 1 is a partly transparent surface, or, if its `Tf`
 //!    is a colour, a sheet that transmits coloured light without bending it. Ka and Kd of glass and
 //!    sheets are multiplied by `d`; coverage weights the whole surface.
 //! 4. The alpha of `map_Kd` counts if `map_d` names the same file.
 //! 5. 0 if the texture cannot be read: the whole surface would glow or mirror evenly.
-//! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces. The same holds for `Ke` and
-//!    `Ks`, which count as 1 if missing or black with a texture.
+//! 6. Maya and Google Poly write `Kd 0 0 0` for textured surfaces. The same holds for `Ke`, `Ks`,
+//!    `Pr` and `Pm`, which count as 1 if missing or 0 with a texture.
 //! 7. OpenMVS, mvs-texturing and MeshLab write `Tr 1` for opaque surfaces. It means clear for glass
-//!    and with a coloured `Tf`, which request transmission.
-//! 8. An `Ns` of at most 1, or none, means that there is no highlight: Blender, Unity, 3ds Max and
-//!    others write `Ks 0.5` with an `Ns` of 0 or 1, or without one, for dull surfaces. A lobe of
-//!    such an exponent is at least as wide as the diffuse light: a white film over all that is lit,
-//!    with a hard edge where the light ends, and a clear image of the sky on a rough surface.
-//!    `illum` 3 and more without `Ns` request only a mirror, and get a sharp one.
+//!    and with a coloured `Tf`, which request transmission. `d 0` means opaque if all materials of
+//!    a file have it: Blender writes it where its slider of alpha was at 0, with an `illum` of
+//!    glass.
+//! 8. An `Ns` of at most 1 is no mirror: Blender, Unity, 3ds Max and others write `Ks 0.5` with an
+//!    `Ns` of 0 or 1, or without one, for dull surfaces. `illum` 3 and more without `Ns` request
+//!    only a mirror, and get a sharp one.
 //! 9. Blender writes normal maps as `map_Bump`: a bluish picture is one, any other is heights, for
 //!    which MTL has no unit.
-//! 10. What is missing is 1 with a texture, else metallic 0, and the roughness of `Ns`: the one
-//!     whose exponent in glTF's table is `Ns`.
+//! 10. What is missing is 1 with a texture, else metallic 0, and the roughness of `Ns` (2).
 
 use super::mtl::{MapKind, MtlMaterial};
 use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
@@ -52,18 +57,37 @@ pub(super) type MapTextures = BTreeMap<MapKind, u32>;
 
 /// Brightness of the room relative to its lamps.
 const AMBIENT: f32 = 0.1;
-/// Share of a mere highlight that is a mirror.
-const SHEEN: f32 = 0.15;
+/// Reflectance of a mere highlight whose `Ks` is 1.
+const GLOSS: f32 = 2.0 * DIELECTRIC;
 /// The diffuse colour of a material without `Kd`.
 const PLAIN: Vec3 = Vec3::splat(0.8);
-/// Largest exponent that stands for no highlight.
+/// Largest exponent that stands for no mirror.
 const MATT: f32 = 1.0;
 /// The exponent of a mirror that has none: the largest in use.
 const SHARP: f32 = 1000.0;
 
 impl MtlMaterial {
+    /// The model of illumination.
+    fn model(&self) -> f32 {
+        self.illum.unwrap_or(2.0)
+    }
+
     fn refracts(&self) -> bool {
-        self.illum.is_some_and(|illum| illum >= 4.0) && self.ni > 0.0 && self.ni != 1.0
+        self.model() >= 4.0 && self.ni > 0.0 && self.ni != 1.0
+    }
+
+    /// Returns true if nothing of the surface is there, and nothing passes through it.
+    pub(super) fn is_invisible(&self) -> bool {
+        self.d.is_some_and(|d| d <= 0.0) && !self.has_colored_filter()
+    }
+
+    /// Makes an invisible surface opaque. A model of glass asks only for what was invisible.
+    pub(super) fn show(&mut self) {
+        self.shown = true;
+        self.d = Some(1.0);
+        self.illum = self
+            .illum
+            .map(|illum| if illum < 4.0 { illum } else { 2.0 });
     }
 
     fn has_colored_filter(&self) -> bool {
@@ -81,14 +105,18 @@ impl MtlMaterial {
         self.kd == Some(Vec3::ZERO) && self.maps.contains_key(&MapKind::Kd)
     }
 
-    /// Share of Ks that is a mirror, without regard to its texture.
-    fn mirror(&self) -> f32 {
-        let illum = self.illum.unwrap_or(2.0);
-        match self.ns.map_or(illum < 3.0, |ns| ns <= MATT) {
-            false if illum >= 3.0 => 1.0,
-            false if illum >= 2.0 => SHEEN,
-            _ => 0.0,
-        }
+    /// Returns true if `Ns` is the exponent of a mirror or a highlight.
+    fn has_exponent(&self) -> bool {
+        let mirror = self.model() >= 3.0;
+        !self.is_pbr() && self.model() >= 2.0 && self.ns.map_or(mirror, |ns| ns > MATT)
+    }
+
+    /// The roughness that Blender writes as `Ns`.
+    fn roughness(&self) -> f32 {
+        let exponent = self.ns.unwrap_or(0.0);
+        let [old, new] = [900.0, 1000.0].map(|most| 1.0 - (exponent / most).min(1.0).sqrt());
+        let off = |roughness: f32| (roughness * 100.0 - (roughness * 100.0).round()).abs();
+        if off(old) < off(new) { old } else { new }
     }
 
     fn is_pbr(&self) -> bool {
@@ -100,7 +128,7 @@ impl MtlMaterial {
     pub(super) fn shows(&self, kind: MapKind) -> bool {
         match kind {
             MapKind::Ka => !self.maps.contains_key(&MapKind::Kd),
-            MapKind::Ks | MapKind::Ns => !self.is_pbr() && self.mirror() > 0.0,
+            MapKind::Ks | MapKind::Ns => self.has_exponent(),
             MapKind::Bump => !self.maps.contains_key(&MapKind::Norm),
             _ => true,
         }
@@ -109,10 +137,12 @@ impl MtlMaterial {
     /// Metallic and roughness, and true if a texture of `textures` varies them.
     fn lobes(&self, textures: &MapTextures) -> (MetallicRoughness, bool) {
         let [rough, metal] = [MapKind::Pr, MapKind::Pm].map(|kind| textures.contains_key(&kind));
-        let exponent = self.ns.unwrap_or(MATT).max(0.0);
-        let of_exponent = (2.0 / (exponent + 2.0)).sqrt().sqrt();
-        let metallic = self.pm.unwrap_or(if metal { 1.0 } else { 0.0 });
-        let roughness = self.pr.unwrap_or(if rough { 1.0 } else { of_exponent });
+        let given = |number: Option<f32>, varied: bool| {
+            let number = number.filter(|&number| number != 0.0 || !varied);
+            number.or(varied.then_some(1.0))
+        };
+        let metallic = given(self.pm, metal).unwrap_or(0.0);
+        let roughness = given(self.pr, rough).unwrap_or_else(|| self.roughness());
         let lobes = MetallicRoughness {
             metallic: metallic.clamp(0.0, 1.0),
             roughness: roughness.clamp(0.0, 1.0),
@@ -145,28 +175,34 @@ impl MtlMaterial {
             None if !textured => PLAIN,
             _ => Vec3::ONE,
         };
-        let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
+        let own = |&ka: &Vec3| ka != Vec3::ZERO && self.kd != Some(ka);
+        let ka = match self.ka.filter(own) {
+            Some(ka) if self.maps.contains_key(&MapKind::Ka) => ka,
+            tint => tint.unwrap_or(Vec3::ONE) * kd,
+        };
+        let ks = self.beneath(self.ks, MapKind::Ks, textures);
         let texture = textures.get(&MapKind::Kd).or(textures.get(&MapKind::Ka));
         let texture = texture.copied().unwrap_or(NO_TEXTURE);
-        let surface = if self.is_pbr() {
-            let (lobes, varied) = self.lobes(textures);
-            let surface = PbrSurface {
-                color: kd * there,
-                lobes,
-                specular: Vec3::splat(DIELECTRIC),
-                through: 0.0,
-            };
-            let colored = texture != NO_TEXTURE && surface.has_colored_mirror();
-            surface.to_material(varied || colored)
-        } else {
-            Material {
-                ka: ka * AMBIENT * there,
-                kd: kd * there,
-                ks: self.beneath(self.ks, MapKind::Ks, textures) * self.mirror(),
-                shininess: self.ns.unwrap_or(SHARP),
-                ..Material::DEFAULT
-            }
+        let (lobes, varied) = self.lobes(textures);
+        let surface = PbrSurface {
+            color: kd * there,
+            lobes,
+            specular: match self.is_pbr() {
+                true => Vec3::splat(DIELECTRIC),
+                false if self.model() >= 2.0 => ks * GLOSS,
+                false => Vec3::ZERO,
+            },
+            through: 0.0,
         };
+        let colored = texture != NO_TEXTURE && surface.has_colored_mirror();
+        let mut surface = surface.to_material(varied || colored);
+        if !self.is_pbr() {
+            surface.ka = ka * AMBIENT * there;
+        }
+        if self.model() >= 3.0 && self.has_exponent() {
+            (surface.ks, surface.highlight) = (ks, Vec3::ZERO);
+            surface.shininess = self.ns.unwrap_or(SHARP);
+        }
         Material {
             ke: self.beneath(self.ke, MapKind::Ke, textures),
             kt: if transmits {
@@ -196,25 +232,42 @@ mod tests {
 
     #[test]
     fn the_illumination_model_decides_about_mirrors() {
-        let ks = |illum: &str| surface(&format!("Ks 1 .5 0\nNs 50\n{illum}\n")).ks;
+        let lobes = |illum: &str| {
+            let surface = surface(&format!("Ks 1 .5 0\nNs 50\n{illum}\n"));
+            (surface.ks, surface.highlight)
+        };
         let whole = Vec3::new(1.0, 0.5, 0.0);
-        assert_eq!(ks(""), whole * SHEEN);
-        assert_eq!(ks("illum 2"), whole * SHEEN);
-        assert_eq!(ks("illum 1"), Vec3::ZERO);
-        assert_eq!(ks("illum 0"), Vec3::ZERO);
-        assert_eq!(ks("illum 3"), whole);
-        assert_eq!(ks("illum 5"), whole);
-        assert_eq!(ks("illum 5\nmap_Ks a.png"), Vec3::ZERO);
+        for highlight in ["", "illum 2"] {
+            assert_eq!(lobes(highlight), (Vec3::ZERO, whole * GLOSS));
+        }
+        for none in [
+            "illum 1",
+            "illum 0",
+            "illum 2\nmap_Ks a.png",
+            "illum 5\nmap_Ks a.png",
+        ] {
+            assert_eq!(lobes(none), (Vec3::ZERO, Vec3::ZERO), "{none}");
+        }
+        for mirror in ["illum 3", "illum 5"] {
+            assert_eq!(lobes(mirror), (whole, Vec3::ZERO));
+        }
+        // The gloss of roughness 0.1: (1 − 2 · 0.1)².
+        let polished = surface("Ks .5 .5 .5\nNs 810\nillum 2").ks;
+        assert!(
+            (polished - 0.04 * 0.64).abs().max_element() < 1e-6,
+            "{polished}"
+        );
     }
 
     #[test]
-    fn an_exponent_without_a_highlight_is_matt() {
+    fn an_exponent_without_a_lobe_is_matt() {
         for ns in ["", "Ns 0", "Ns 1", "Ns .5", "Ns -3", "Ns nan", "Ns"] {
             let dull = surface(&format!("Kd .6 .6 .6\nKs .5 .5 .5\n{ns}\nillum 2"));
             assert_eq!(dull.ks, Vec3::ZERO, "{ns}");
+            assert!(dull.shininess < 0.5, "{ns}: {}", dull.shininess);
         }
         assert_eq!(surface("Ks 1\nNs 0\nillum 3").ks, Vec3::ZERO);
-        assert_eq!(surface("Ks 1\nNs 1.5").ks, Vec3::splat(SHEEN));
+        assert_eq!(surface("Ks 1\nNs 1.5\nillum 3").ks, Vec3::ONE);
         let mirror = surface("Ks 1\nillum 3");
         assert_eq!((mirror.ks, mirror.shininess), (Vec3::ONE, SHARP));
     }
@@ -246,7 +299,7 @@ mod tests {
                 "{text}"
             );
             assert_eq!((leaf.ka, leaf.kd), (Vec3::splat(0.1), Vec3::ONE));
-            assert!(!leaf.thin && leaf.ks != Vec3::ZERO);
+            assert!(!leaf.thin && leaf.highlight.max(leaf.ks) != Vec3::ZERO);
         }
         for (text, opacity) in [("", 1.0), ("d 0", 0.0), ("d -1", 0.0), ("d 7", 1.0)] {
             assert_eq!(surface(text).opacity, opacity);
@@ -302,11 +355,51 @@ mod tests {
     }
 
     #[test]
+    fn ka_is_a_tint_of_kd() {
+        for (text, ka) in [
+            ("Ka 1 1 1\nKd .4 .05 .02", Vec3::new(0.4, 0.05, 0.02)),
+            ("Ka 1 .5 0\nKd .5 .5 .5", Vec3::new(0.5, 0.25, 0.0)),
+            ("Ka 1 1 1\nKd .5 .5 .5\nmap_Kd a.png", Vec3::splat(0.5)),
+            // As exporters write it that have no colour of their own for it.
+            ("Ka .6 .6 .6\nKd .6 .6 .6", Vec3::splat(0.6)),
+            ("Ka 1 1 1\nKd 0 0 0", Vec3::ZERO),
+            ("Ka 1 1 1\nKd .5 .5 .5\nmap_Ka a.png", Vec3::ONE),
+        ] {
+            let found = surface(text).ka;
+            assert!(
+                (found - ka * AMBIENT).abs().max_element() < 1e-7,
+                "{text}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn exponents_are_roughness_as_blender_writes_it() {
+        // Old versions write 900 (1 − r)², later ones 1000 (1 − r)².
+        for (ns, roughness) in [
+            ("272.250012", 0.45f32),
+            ("323.999994", 0.4),
+            ("225.000000", 0.5),
+            ("359.999993", 0.4),
+            ("250.000000", 0.5),
+            ("640.000000", 0.2),
+        ] {
+            let found = surface(&format!("Ks .5\nNs {ns}\nillum 2")).shininess;
+            let wanted = 2.0 / (roughness * roughness * roughness * roughness) - 2.0;
+            assert!(
+                (found / wanted - 1.0).abs() < 1e-4,
+                "{ns}: {found}, not {wanted}"
+            );
+        }
+        assert_eq!(surface("Ks .5\nNs 1000\nillum 2").shininess, 10_000.0);
+        assert_eq!(surface("Ks .5\nNs 1e9\nillum 2").shininess, 10_000.0);
+    }
+
+    #[test]
     fn ambient_light_is_a_tenth_of_a_lamp() {
         assert_eq!(surface("Kd 1 .5 0").ka, Vec3::new(0.1, 0.05, 0.0));
         assert_eq!(surface("Ka 0 0 0\nKd 1 .5 0").ka, Vec3::new(0.1, 0.05, 0.0));
-        assert_eq!(surface("Ka 1\nKd 1 .5 0").ka, Vec3::splat(0.1));
-        let lamp = surface("Ke 2 3 4\nNs 80");
+        let lamp = surface("Ke 2 3 4\nNs 80\nillum 3");
         assert_eq!((lamp.ke, lamp.shininess), (Vec3::new(2.0, 3.0, 4.0), 80.0));
         assert_eq!(surface("Ke 2 3 4\nmap_Ke a.png").ke, Vec3::ZERO);
     }

@@ -103,6 +103,8 @@ pub(super) struct MaterialReader<'a> {
     reports: Vec<DiagnosticSink<'a>>,
     /// Keywords and kinds of remarks that each file has had, in lower case.
     named: Vec<HashSet<Vec<u8>>>,
+    /// Pictures of `map_Bump`, and what they are taken as.
+    reliefs: Vec<String>,
     /// Statements that each file's materials leave out, each keyword once, and at most
     /// [`MAX_DIAGNOSTICS`].
     left_out: Vec<Vec<MtlOmission>>,
@@ -121,6 +123,7 @@ impl<'a> MaterialReader<'a> {
             textures,
             reports: reports.collect(),
             named: vec![HashSet::new(); files.len()],
+            reliefs: Vec::new(),
             left_out: vec![Vec::new(); files.len()],
         }
     }
@@ -137,6 +140,11 @@ impl<'a> MaterialReader<'a> {
             self.leave_out(*source, left_out);
         }
         self.warn_of_readings(*source, material);
+        let exponents = material.maps.get(&MapKind::Ns);
+        if let Some(map) = exponents.filter(|_| !material.shows(MapKind::Ns)) {
+            let reason = "it has no effect: the material has no `Ns` above 1 that it could vary";
+            self.warn_once(*source, b"map_ns", map, reason);
+        }
         let shown = material
             .maps
             .iter()
@@ -199,7 +207,9 @@ impl<'a> MaterialReader<'a> {
         let texture = match kind {
             MapKind::Bump => {
                 let report = &mut self.reports[source];
-                self.textures.normals_of(texture, || map.name, report)
+                let normals = self.textures.normals_of(texture, || map.name, report);
+                self.note_relief(source, map, normals == texture);
+                normals
             }
             _ => texture,
         };
@@ -212,14 +222,26 @@ impl<'a> MaterialReader<'a> {
         })
     }
 
-    /// The textures of all rows; remarks about the files go to the scene file's report.
-    pub(super) fn finish(self, report: &mut DiagnosticSink) -> Vec<Texture> {
+    /// Notes what a picture of `map_Bump` is taken as, once, and of the first few.
+    fn note_relief(&mut self, source: usize, map: &MtlTexture, is_normals: bool) {
+        let name = without_comment(&self.files[source].bytes[map.name.range()]);
+        let heights = "heights (`norm` in place of `map_Bump` makes it a normal map)";
+        let taken = if is_normals { "a normal map" } else { heights };
+        let note = format!("{} is taken as {taken}", quoted_bytes(name));
+        if self.reliefs.len() < MAX_DIAGNOSTICS && !self.reliefs.contains(&note) {
+            self.reliefs.push(note);
+        }
+    }
+
+    /// The textures of all rows, and notes on them; remarks about the files go to the scene file's
+    /// report.
+    pub(super) fn finish(self, report: &mut DiagnosticSink) -> (Vec<Texture>, Vec<String>) {
         let parts = self.files.iter().zip(self.reports).zip(self.left_out);
         for ((file, mut about), left_out) in parts {
             warn_left_out(file, left_out, &mut about);
             about.emit_for_file(&file.name, file.library, report);
         }
-        self.textures.into_textures()
+        (self.textures.into_textures(), self.reliefs)
     }
 
     fn texture(&mut self, source: usize, map: &MtlTexture) -> u32 {
@@ -295,6 +317,15 @@ impl<'a> MaterialReader<'a> {
             let message = "`Tr 1` without a `d` is taken as opaque, because exporters write it so; \
                            as a transparency, it would hide the surface (write `d 0` for that)";
             report.warning(material.tr_keyword, message);
+        }
+        if material.shown && named.insert(b"d 0".to_vec()) {
+            let message = "`d 0` in every material of the file is taken as opaque, because exporters \
+                           write it so; as an opacity, it would hide the whole model";
+            report.warning(material.d_keyword, message);
+        }
+        let unknown = |_: &Span| named.insert(b"negative".to_vec());
+        if let Some(keyword) = material.negative.filter(unknown) {
+            report.warning(keyword, "negative colours and exponents are taken as 0");
         }
         if material.kd_is_placeholder() && named.insert(b"kd 0".to_vec()) {
             let message = "a black `Kd` with a `map_Kd` is taken as 1, because exporters write it so; \

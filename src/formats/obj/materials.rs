@@ -1,9 +1,10 @@
 //! The materials that an OBJ file names, from its material files.
 
 use super::cursor::Cursor;
+use super::file_list;
 use super::material_rows::{KnownMaterial, MaterialReader, MeshMaterials, MtlSource};
+use super::mtl::{self, MtlMaterial};
 use super::name::{spellings, text_of, without_comment};
-use super::{file_list, mtl};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found, NamedFile};
 use crate::memory::MemoryLedger;
@@ -154,7 +155,11 @@ impl<'a> MaterialLibrary<'a> {
             }
         };
         mtl::named_files(&bytes).for_each(|name| self.asset_dir.note(&text_of(name)));
-        for material in mtl::read(&bytes) {
+        let mut materials = mtl::read(&bytes);
+        if materials.iter().all(MtlMaterial::is_invisible) {
+            materials.iter_mut().for_each(MtlMaterial::show);
+        }
+        for material in materials {
             // If two have the same name the first counts, because a file is searched from its
             // beginning.
             let (known, name) = (self.materials.len(), &bytes[material.name.range()]);
@@ -188,7 +193,7 @@ impl<'a> MaterialLibrary<'a> {
 
     /// Materials of `triangles` triangles whose materials change at `runs`. Triangles before the
     /// first change, and those of an unknown name, have row 0. Textures become the scene's. The
-    /// second result is the changes of the materials' names.
+    /// other results are the changes of the materials' names, and notes on textures.
     pub(super) fn resolve(
         &self,
         mut runs: Vec<(usize, Span)>,
@@ -196,7 +201,7 @@ impl<'a> MaterialLibrary<'a> {
         scene: &mut Scene,
         table: &mut MaterialTable,
         report: &mut DiagnosticSink,
-    ) -> (MeshMaterials, NameChanges) {
+    ) -> (MeshMaterials, NameChanges, Vec<String>) {
         runs.retain(|run| run.0 < triangles);
         let textures = TextureLibrary::new(self.asset_dir);
         let mut reader = MaterialReader::new(self.asset_dir, &self.files, textures);
@@ -227,7 +232,8 @@ impl<'a> MaterialLibrary<'a> {
             });
             named.push((first, look));
         }
-        scene.textures = reader.finish(report);
-        (MeshMaterials::new(&named, triangles), names)
+        let notes;
+        (scene.textures, notes) = reader.finish(report);
+        (MeshMaterials::new(&named, triangles), names, notes)
     }
 }

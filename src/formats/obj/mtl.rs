@@ -22,9 +22,14 @@ pub(super) struct MtlMaterial {
     pub(super) ni: f32,
     pub(super) d: Option<f32>,
     pub(super) tr: Option<f32>,
-    /// Keywords of the last `Kd` and the last `Tr`.
+    /// Keywords of the last `Kd`, the last `d` and the last `Tr`.
     pub(super) kd_keyword: Span,
+    pub(super) d_keyword: Span,
     pub(super) tr_keyword: Span,
+    /// Keyword of the first number that must not be negative and was, and is 0 now.
+    pub(super) negative: Option<Span>,
+    /// True for a `d 0` that is no opacity, because all materials of the file have it.
+    pub(super) shown: bool,
     pub(super) illum: Option<f32>,
     /// Roughness and metallic of the PBR extension.
     pub(super) pr: Option<f32>,
@@ -63,7 +68,7 @@ impl MapKind {
             b"map_ns" => MapKind::Ns,
             b"map_pr" => MapKind::Pr,
             b"map_pm" => MapKind::Pm,
-            b"norm" => MapKind::Norm,
+            b"norm" | b"map_norm" | b"map_normal" | b"map_kn" => MapKind::Norm,
             b"map_bump" | b"bump" => MapKind::Bump,
             _ => return None,
         })
@@ -91,9 +96,18 @@ impl MtlMaterial {
             tf: Vec3::ONE,
             ni: 1.0,
             kd_keyword: name,
+            d_keyword: name,
             tr_keyword: name,
             ..MtlMaterial::default()
         }
+    }
+
+    /// Takes a number as 0 that must not be negative.
+    fn at_least_zero(&mut self, number: f32, keyword: Span) -> f32 {
+        if number < 0.0 {
+            self.negative.get_or_insert(keyword);
+        }
+        number.max(0.0)
     }
 
     /// Notes something that is omitted, unless its kind is known to be.
@@ -166,7 +180,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
     match keyword {
         b"ka" | b"kd" | b"ks" | b"ke" | b"tf" => {
             let color = match color(cursor) {
-                Ok(color) => color,
+                Ok(color) => color.map(|c| material.at_least_zero(c, name)),
                 Err(reason) => return material.leave_out(cursor, name, reason),
             };
             match keyword {
@@ -186,9 +200,9 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
                 Err(reason) => return material.leave_out(cursor, name, reason),
             };
             match keyword {
-                b"ns" => material.ns = Some(number),
+                b"ns" => material.ns = Some(material.at_least_zero(number, name)),
                 b"ni" => material.ni = number,
-                b"d" => material.d = Some(number),
+                b"d" => (material.d, material.d_keyword) = (Some(number), name),
                 b"pr" => material.pr = Some(number),
                 b"pm" => material.pm = Some(number),
                 b"tr" => (material.tr, material.tr_keyword) = (Some(number), name),

@@ -88,13 +88,14 @@ fn read_in_chunks(
         let rows = joined.faces[VERTEX].len() as u64 * COLOR_ROW_BYTES;
         memory.take(rows, "for the colours of the file's vertices")?;
     }
+    let mut notes = Vec::new();
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
         let named = (changes.objects.len() + changes.materials.len()) as u64;
         memory.take(named * NAME_BYTES, "for the names of the file's objects")?;
         let library =
             materials::MaterialLibrary::new(bytes, asset_dir, &changes.libraries, &mut report);
-        let (materials, material_names) = library.resolve(
+        let (materials, material_names, on_textures) = library.resolve(
             changes.materials,
             triangles,
             &mut scene,
@@ -102,6 +103,7 @@ fn read_in_chunks(
             &mut report,
         );
         joined.material = materials.rows;
+        notes = on_textures;
         let names = &mut scene.names;
         let objects = changes.objects.iter();
         let objects = objects.map(|&(first, name)| (first, names.intern(&bytes[name.range()])));
@@ -111,7 +113,9 @@ fn read_in_chunks(
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
     }
-    mesh::finish(scene, joined, &BARE, options, report)
+    let mut loaded = mesh::finish(scene, joined, &BARE, options, report)?;
+    loaded.notes.extend(notes);
+    Ok(loaded)
 }
 
 /// Reads all chunks. Faces for which there is no memory are left out.

@@ -2,7 +2,7 @@
 
 use super::plan::ReadPlan;
 use super::uvs::NO_PICTURE;
-use crate::diagnostics::DiagnosticSink;
+use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
 use crate::mesh_defaults::{WHITE, empty_scene};
 use crate::options::Options;
@@ -79,7 +79,13 @@ impl NamedPictures {
 
     /// A scene with the pictures, and the material of each triangle of these numbers of pictures;
     /// all have the first picture if there are none.
-    pub(super) fn into_scene(self, numbers: &[u32], options: &Options) -> (Scene, MeshMaterial) {
+    pub(super) fn into_scene(
+        self,
+        numbers: &[u32],
+        options: &Options,
+        span: Span,
+        report: &mut DiagnosticSink,
+    ) -> (Scene, MeshMaterial) {
         let mut scene = empty_scene();
         let mut table = MaterialTable::default();
         let base = options.material.unwrap_or(WHITE);
@@ -89,6 +95,14 @@ impl NamedPictures {
         };
         let rows: Vec<u32> = self.rows.iter().map(|&texture| row(texture)).collect();
         let bare = row(NO_TEXTURE);
+        let beyond = |&&number: &&u32| number != NO_PICTURE && number as usize >= rows.len();
+        let lost = numbers.iter().filter(beyond).count();
+        if lost > 0 {
+            let message = format!(
+                "triangles with a `texnumber` beyond the file's pictures are drawn without one: {lost}"
+            );
+            report.warning(span, message);
+        }
         let of = |&number: &u32| match number {
             NO_PICTURE => bare,
             _ => rows.get(number as usize).copied().unwrap_or(bare),

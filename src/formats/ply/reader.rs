@@ -92,7 +92,8 @@ fn read_in_chunks(
     let scene = match pictures.is_empty() {
         true => mesh::scene_for(&colors, options, &mut MaterialTable::default()),
         false => {
-            let (scene, material) = pictures.into_scene(&of_faces.pictures, options);
+            let (scene, material) =
+                pictures.into_scene(&of_faces.pictures, options, span, &mut report);
             joined.material = material;
             scene
         }

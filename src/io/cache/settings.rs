@@ -122,8 +122,8 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
     for k in 0..bytes.word(from.textures.len() as u32)? as usize {
         has_alpha.push(bytes.flag(extra.has_alpha.get(k).copied().unwrap_or_default())?);
         let texture = from.textures.get(k);
-        let (width, height, wrap) = texture
-            .map(|t| (t.width, t.height, t.wrap))
+        let (width, height, wrap, nearest) = texture
+            .map(|t| (t.width, t.height, t.wrap, t.nearest))
             .unwrap_or_default();
         scene.textures.push(Texture {
             width: bytes.word(width)?,
@@ -131,6 +131,7 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
             wrap: bytes.each(wrap, |bytes, wrap| {
                 bytes.one_of(wrap, [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror])
             })?,
+            nearest: bytes.flag(nearest)?,
             texels: Default::default(),
             alpha: Default::default(),
         });

@@ -18,7 +18,8 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 pub struct LightSample {
     /// Lanes in which the light contributes: it faces the surface and its term is not zero.
     pub needed: Mask8,
-    /// L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s).
+    /// L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s), and the highlight without a mirror:
+    /// [`Material::highlight`](phalanx_scene::Material::highlight).
     pub radiance: Vec3x8,
     /// Shadow ray origin: the hit point, offset toward the viewer.
     pub org: Vec3x8,
@@ -128,13 +129,18 @@ impl ShadeLight {
             return LightSample::none();
         }
         let diffuse = positive(to_light.dot(at.ns));
-        let specular = if material.shines().any() {
+        let highlight = material.highlight();
+        let specular = if highlight.is_some() || material.shines().any() {
             let half = (to_light - at.dir).normalized();
             pow(positive(half.dot(at.ns)), material.shininess())
         } else {
             F32x8::ZERO
         };
-        let lobe = material.kd().scale(diffuse) + material.ks().scale(specular);
+        let mut lobe = material.kd().scale(diffuse) + material.ks().scale(specular);
+        if let Some((highlight, lanes)) = highlight {
+            let both = lobe + highlight.scale(specular * diffuse);
+            lobe = Vec3x8::select(lanes, both, lobe);
+        }
         let radiance = radiance.mul_elementwise(lobe);
         let mut org = at.point + at.ng.scale(at.offset);
         if let Some(above) = above {

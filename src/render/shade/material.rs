@@ -24,6 +24,8 @@ pub struct MaterialRow {
     own: Vec3,
     kd: Vec3,
     ks: Vec3,
+    /// [`Material::highlight`](phalanx_scene::Material::highlight) times (s + 2)/8.
+    highlight: Vec3,
     kt: Vec3,
     shininess: f32,
     ior: f32,
@@ -35,6 +37,7 @@ pub struct VariedMaterial {
     own: Vec3x8,
     kd: Vec3x8,
     ks: Vec3x8,
+    highlight: Vec3x8,
     shininess: F32x8,
 }
 
@@ -62,6 +65,18 @@ impl ShadeMaterial<'_> {
     pub fn shininess(&self) -> F32x8 {
         let even = || F32x8::splat(self.row.shininess);
         self.varied.map_or_else(even, |v| v.shininess)
+    }
+
+    /// Weight of the highlight without a mirror, and the lanes that have one; `None` if none has.
+    #[inline(always)]
+    pub fn highlight(&self) -> Option<(Vec3x8, Mask8)> {
+        let highlight = match self.varied {
+            Some(varied) => varied.highlight,
+            None if self.row.highlight == Vec3::ZERO => return None,
+            None => wide(self.row.highlight),
+        };
+        let lanes = is_not_zero(highlight);
+        lanes.any().then_some((highlight, lanes))
     }
 
     /// Lanes in which Ks is not zero.
@@ -115,6 +130,7 @@ impl MaterialRow {
             own: m.ka.get(i) + m.ke.get(i),
             kd: m.kd.get(i),
             ks: m.ks.get(i),
+            highlight: m.highlight.get(i) * ((m.shininess[i] + 2.0) * 0.125),
             kt: m.kt.get(i),
             shininess: m.shininess[i],
             ior: m.ior[i],
@@ -129,12 +145,13 @@ impl MaterialRow {
     #[cold]
     fn converted(self, ka: Vec3, ke: Vec3, lobes: MetallicRoughness) -> MaterialRow {
         let lobes = LobeWeights::of([lobes.metallic], [lobes.roughness]);
-        let [metal] = lobes.metal;
+        let ([metal], [shininess]) = (lobes.metal, lobes.shininess);
         MaterialRow {
             own: ka * (1.0 - metal) + ke,
             kd: self.kd * (1.0 - metal),
             ks: self.ks * lobes.dielectric[0] + self.kd * metal,
-            shininess: lobes.shininess[0],
+            highlight: (self.ks * lobes.highlight[0]) * ((shininess + 2.0) * 0.125),
+            shininess,
             ..self
         }
     }
@@ -155,7 +172,8 @@ impl VariedMaterial {
         let tint = tint(scene, index, hits);
         let mut ambient = wide(m.ka.get(i)).mul_elementwise(tint);
         let mut kd = wide(m.kd.get(i)).mul_elementwise(tint);
-        let (mut ke, mut ks) = (wide(m.ke.get(i)), wide(m.ks.get(i)));
+        let [mut ke, mut ks, mut highlight] =
+            [&m.ke, &m.ks, &m.highlight].map(|column| wide(column.get(i)));
         let [mut shininess, mut metallic, mut roughness] =
             [&m.shininess, &m.metallic, &m.roughness].map(|column| F32x8::splat(column[i]));
         for map in scene.maps.of(m.maps[i]) {
@@ -170,7 +188,7 @@ impl VariedMaterial {
             let scaled = |c: F32x8| given.select(c * channel, c);
             match map.target {
                 MapTarget::Emission => ke = colored(ke),
-                MapTarget::Specular => ks = colored(ks),
+                MapTarget::Specular => (ks, highlight) = (colored(ks), colored(highlight)),
                 MapTarget::Shininess => shininess = scaled(shininess),
                 MapTarget::Metallic => metallic = scaled(metallic),
                 MapTarget::Roughness => roughness = scaled(roughness),
@@ -180,15 +198,18 @@ impl VariedMaterial {
         if m.flags[i] & METALLIC_ROUGHNESS != 0 {
             let lobes = LobeWeights::of(metallic.to_array(), roughness.to_array());
             let [metal, dielectric] = [lobes.metal, lobes.dielectric].map(F32x8::new);
+            highlight = ks.scale(F32x8::new(lobes.highlight));
             ks = ks.scale(dielectric) + kd.scale(metal);
             ambient = ambient.scale(F32x8::ONE - metal);
             kd = kd.scale(F32x8::ONE - metal);
             shininess = F32x8::new(lobes.shininess);
         }
+        let height = (shininess + F32x8::splat(2.0)) * F32x8::splat(0.125);
         VariedMaterial {
             own: ambient + ke,
             kd,
             ks,
+            highlight: highlight.scale(height),
             shininess,
         }
     }
@@ -199,6 +220,7 @@ impl VariedMaterial {
             own: wide(row.own),
             kd: wide(row.kd),
             ks: wide(row.ks),
+            highlight: wide(row.highlight),
             shininess: F32x8::splat(row.shininess),
         }
     }

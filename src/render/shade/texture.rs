@@ -120,8 +120,8 @@ impl TexturePosition {
 /// Interpolates between the values of the four texels around a point: a + (b − a)·t along the rows,
 /// then between the rows.
 fn sample(texture: &Texture, value: &[f32; 256], at: &TexturePosition) -> Vec3x8 {
-    let across = TexelPair::of(at.u, texture.wrap[0], texture.width);
-    let down = TexelPair::of(at.v, texture.wrap[1], texture.height);
+    let across = TexelPair::of(at.u, texture.wrap[0], texture.width).filtered(texture.nearest);
+    let down = TexelPair::of(at.v, texture.wrap[1], texture.height).filtered(texture.nearest);
     let fetch = |columns: &[u32; LANES], rows: &[u32; LANES]| {
         let texels: [[u8; 3]; LANES] = std::array::from_fn(|k| {
             let row = rows[k] as usize * texture.width as usize;
@@ -170,6 +170,16 @@ impl TexelPair {
             upper: upper.map(|k| if k >= size { after } else { k }),
             weight: x - cell,
         }
+    }
+
+    /// The same, or the nearer texel twice, so that blending both gives its value.
+    fn filtered(mut self, nearest: bool) -> TexelPair {
+        let weights = self.weight.to_array();
+        for k in (0..LANES).filter(|_| nearest) {
+            let nearer = [self.lower[k], self.upper[k]][usize::from(weights[k] >= 0.5)];
+            (self.lower[k], self.upper[k]) = (nearer, nearer);
+        }
+        self
     }
 }
 

@@ -120,6 +120,8 @@ fn a_picture_that_shows_nothing_says_why() {
         ran.stderr
     };
     let seen = "--camera 0,0,5 0,0,0 0,1,0 40";
+    // Alone in its file, such a material would be taken as opaque.
+    let hidden = "Kd 1 1 1\nd 0\nnewmtl other\nKd 1 1 1";
     for (material, line, reason) in [
         (
             "Kd 1 1 1",
@@ -136,7 +138,7 @@ fn a_picture_that_shows_nothing_says_why() {
             "--camera 0,9,5 0,9,0 0,1,0 40",
             "above or below",
         ),
-        ("Kd 1 1 1\nd 0", seen, "every surface is fully transparent"),
+        (hidden, seen, "every surface is fully transparent"),
     ] {
         let stderr = said(material, line);
         let warned = stderr.contains("warning: the picture is empty");
@@ -145,7 +147,7 @@ fn a_picture_that_shows_nothing_says_why() {
     assert!(!said("Kd 1 1 1", seen).contains("empty"));
     // A detail may well have one colour.
     let detail = format!("{seen} --region 0 0 4 4");
-    assert!(!said("Kd 1 1 1\nd 0", &detail).contains("empty"));
+    assert!(!said(hidden, &detail).contains("empty"));
 }
 
 /// Lights and samples of a first look, on all ways to a picture.

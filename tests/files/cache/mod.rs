@@ -25,12 +25,14 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         width: 3,
         height: 2,
         wrap: [Wrap::Mirror, Wrap::Clamp],
+        nearest: true,
         texels: vec![[1, 2, 3], [4, 5, 6], [7, 8, 9], [0; 3], [255; 3], [9; 3]].into(),
         alpha: Default::default(),
     });
     let glass = scene.materials.push(&Material {
         kd: Vec3::splat(0.4),
         ks: Vec3::splat(0.2),
+        highlight: Vec3::splat(0.04),
         kt: Vec3::splat(0.3),
         ior: 1.4,
         texture: 0,

@@ -49,6 +49,8 @@ fn metallic_roughness() {
     );
     let polished = surface(pbr(0.0, 0.0));
     near(polished.ks, Vec3::splat(0.04));
+    near(polished.highlight, Vec3::splat(0.04));
+    assert_eq!((matt.highlight, mirror.highlight), (Vec3::ZERO, Vec3::ZERO));
     near(polished.kd, COLOR);
     // Half way to matt a quarter is left of the mirror image.
     let brushed = surface(pbr(1.0, 0.25));
