@@ -5,13 +5,13 @@ use phalanx::report::{
     markdown, rate,
 };
 
-/// Geometric means over a record's scenes as Markdown, by kind of rays on the fewest threads: our
-/// rates (`auto`), their ratios to each peer's best mode with exact results and to the oracle, and
-/// our rates on all threads. Then comes the machine.
+/// Geometric means over a record's scenes of triangles as Markdown, by kind of rays on the fewest
+/// threads: our rates (`auto`), their ratios to each peer's best mode with exact results and to the
+/// oracle, and our rates on all threads. Then the same of each other scene, and the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
-    let scenes = counted(record.scenes.len(), "scene");
-    let of = format!("geometric means of {scenes}, ");
-    ReadmeTable::of(record).text(&of, ReadmeTable::means, ".")
+    let table = ReadmeTable::of(record);
+    let of = format!("geometric means of {}, ", table.index.averaged_words());
+    table.text(&of, ReadmeTable::means, ".")
 }
 
 /// Rates in each scene of a record as Markdown, by kind of rays on the fewest threads: ours
@@ -33,7 +33,7 @@ struct ReadmeTable<'a> {
 
 impl<'a> ReadmeTable<'a> {
     fn of(record: &'a BenchRecord) -> ReadmeTable<'a> {
-        let index = RecordIndex::of(&record.rows);
+        let index = RecordIndex::of(&record.scenes, &record.rows);
         let kinds = RayKind::names().filter(|kind| index.kinds.contains(kind));
         ReadmeTable {
             record,
@@ -84,13 +84,30 @@ impl<'a> ReadmeTable<'a> {
             let first = format!("phalanx, {}", counted(self.most as usize, "thread"));
             rows.push(self.row(first, |kind| mean(kind, self.most)));
         }
+        let averaged = &self.index.averaged;
+        let apart = self.record.scenes.iter();
+        for scene in apart.filter(|scene| !averaged.contains(&&*scene.name)) {
+            let (name, count) = (markdown(&scene.name), primitives(scene.primitive_count));
+            rows.push(self.row(format!("**{name}**, {count}: phalanx"), |kind| {
+                self.rate(AUTO, &scene.name, kind).map(rate)
+            }));
+            for (other, shown) in self.others() {
+                let ratio = |kind: &str| {
+                    let [ours, theirs] = [AUTO, other].map(|of| self.rate(of, &scene.name, kind));
+                    Some(format!("× {}", rate(ours? / theirs?)))
+                };
+                if self.kinds.iter().any(|kind| ratio(kind).is_some()) {
+                    rows.push(self.row(format!("phalanx ÷ {shown}"), ratio));
+                }
+            }
+        }
         rows
     }
 
     fn mean_ratio(&self, name: &str, kind: &str) -> Option<String> {
         let over = self.index.over(name, kind, self.fewest)?;
         // Not every peer supports every scene: a ratio covers the scenes that both have.
-        let scenes = self.index.scenes.iter();
+        let scenes = self.index.averaged.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
         let of = match over.scenes < ours.count() {
             true => format!(" (of {})", over.scenes),
