@@ -194,15 +194,16 @@ impl Scene {
     /// As [`Scene::add_mesh`], and [`GeometryError::EmptyPrototype`].
     ///
     /// ```
-    /// # extern crate phalanx_scene as phalanx;
+    /// # mod phalanx { pub use {glam, phalanx_scene::*}; }
     /// use phalanx::Scene;
+    /// use phalanx::glam::{DAffine3, dvec3};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     /// let leaf = scene.add_prototype(&corners, &[[0, 1, 2]])?;
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
     /// for x in 0..10 {
-    ///     let to_world = glam::DAffine3::from_translation(glam::dvec3(f64::from(x), 0.0, 0.0));
+    ///     let to_world = DAffine3::from_translation(dvec3(f64::from(x), 0.0, 0.0));
     ///     scene.add_instance(leaf, to_world)?;
     /// }
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 10));

@@ -13,13 +13,13 @@ const MIN_PIXELS: usize = 64;
 const VISIBLE: f32 = 0.5 / 255.0 / 12.92;
 
 /// Radiance as a file shows it: on a screen, the dark is black, and all from 1 on is white.
-fn shown(file: &PictureFile, color: [f32; 3]) -> [f32; 3] {
-    let gain = file.exposure.stops.exp2();
-    color.map(|c| match c * gain {
-        _ if file.format.is_linear() => c,
-        c if c < VISIBLE => 0.0,
-        c => c.min(1.0),
-    })
+fn shown_by(file: &PictureFile) -> impl Fn(f32) -> f32 {
+    let (gain, is_linear) = (file.exposure.stops.exp2(), file.format.is_linear());
+    move |radiance| match radiance * gain {
+        _ if is_linear => radiance,
+        shown if shown < VISIBLE => 0.0,
+        shown => shown.min(1.0),
+    }
 }
 
 /// The common colour of all pixels so far, as it is shown, if there is one.
@@ -41,12 +41,13 @@ impl EvenColor {
         if pixels == 0 || matches!(self, EvenColor::Several) {
             return;
         }
+        let shown = shown_by(file);
         let (color, before) = match *self {
             EvenColor::All(color, before) => (color, before),
-            _ => (shown(file, band.pixel(0, 0)), 0),
+            _ => (band.pixel(0, 0).map(&shown), 0),
         };
         let mut planes = band.planes.iter().zip(color);
-        *self = match planes.all(|(plane, c)| plane.iter().all(|&p| shown(file, [p; 3])[0] == c)) {
+        *self = match planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c)) {
             true => EvenColor::All(color, before + pixels),
             false => EvenColor::Several,
         };
@@ -58,7 +59,7 @@ impl EvenColor {
         let EvenColor::All(color, pixels) = self else {
             return None;
         };
-        let background = color == shown(file, scene.background.to_array());
+        let background = color == scene.background.to_array().map(shown_by(file));
         let detail = pixels < MIN_PIXELS && outside(scene, scene.bounds(), size).is_none();
         // A part of a picture may well be a part of one surface.
         let part = pixels < size.0 as usize * size.1 as usize && !background && color != [0.0; 3];

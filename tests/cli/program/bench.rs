@@ -532,3 +532,45 @@ fn a_quick_run_has_as_many_scenes_as_its_help_says() {
     let help = TestFolder::new().ok("bench -h");
     assert!(help.contains("Measure only eight scenes"), "{help}");
 }
+
+/// A box of six squares around one of finely divided faces.
+fn furnished_room() -> String {
+    let mut text = String::new();
+    for (lo, size, cells) in [(0.0, 10.0, 1), (1.0, 2.0, 14)] {
+        for face in 0..6 {
+            for cell in 0..cells * cells {
+                for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+                    let at = |k: u32| f64::from(k) / f64::from(cells);
+                    let mut corner = [
+                        at(cell % cells + a),
+                        at(cell / cells + b),
+                        f64::from(face / 3),
+                    ];
+                    corner.rotate_right(face as usize % 3);
+                    let [x, y, z] = corner.map(|c| lo + c * size);
+                    text += &format!("v {x} {y} {z}\n");
+                }
+                text += "f -4 -3 -2 -1\n";
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn a_room_seen_from_outside_gets_the_hint_of_render() {
+    let room = TestFolder::new();
+    room.write("room.obj", &furnished_room());
+    let hint = "if this is a room, try a camera inside it: --camera 5.0,5.0,5.0";
+    for line in [
+        "render room.obj -o a.png --size 40x30",
+        &format!("bench room.obj {FAST} --rays primary"),
+    ] {
+        let ran = room.run(line);
+        assert!(
+            ran.code == Some(0) && ran.stderr.contains(hint),
+            "{line}: {}",
+            ran.stderr
+        );
+    }
+}

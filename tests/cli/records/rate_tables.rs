@@ -7,7 +7,8 @@ use phalanx::report::{
 
 /// Geometric means over a record's scenes of triangles as Markdown, by kind of rays on the fewest
 /// threads: our rates (`auto`), their ratios to each peer's best mode with exact results and to the
-/// oracle, and our rates on all threads. Then the same of each other scene, and the machine.
+/// oracle, and our rates on all threads. Then ours and the peers' in each other scene, and the
+/// machine.
 pub fn readme_table(record: &BenchRecord) -> String {
     let table = ReadmeTable::of(record);
     let of = format!("geometric means of {}, ", table.index.averaged_words());
@@ -91,7 +92,7 @@ impl<'a> ReadmeTable<'a> {
             rows.push(self.row(format!("**{name}**, {count}: phalanx"), |kind| {
                 self.rate(AUTO, &scene.name, kind).map(rate)
             }));
-            for (other, shown) in self.others() {
+            for (other, shown) in self.others().filter(|(other, _)| *other != ORACLE) {
                 let ratio = |kind: &str| {
                     let [ours, theirs] = [AUTO, other].map(|of| self.rate(of, &scene.name, kind));
                     Some(format!("× {}", rate(ours? / theirs?)))

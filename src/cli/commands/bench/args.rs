@@ -89,9 +89,10 @@ pub struct RunArgs {
         long_help = "Scene files, scene caches (.phx), standard scenes (standard:NAME[:SIZE]), or - for stdin [default: the standard suite]"
     )]
     pub scenes: Vec<PathBuf>,
-    /// Measure only eight scenes (about two minutes)
+    /// Measure only eight scenes (at most four minutes)
     ///
-    /// Also takes fewer samples per rate. The time is that of two cores; each other tracer adds about a minute.
+    /// Also takes fewer samples per rate. Four minutes is the time on two cores with both other
+    /// tracers.
     #[arg(long, help_heading = MEASUREMENT)]
     pub quick: bool,
     /// Measure only scenes whose name contains TEXT
@@ -137,7 +138,7 @@ pub struct RunArgs {
     ///
     /// The record then has the rates that were measured until then, and is marked as partial. So it
     /// is after Ctrl-C or SIGTERM.
-    #[arg(long, value_name = "SECONDS", help_heading = MEASUREMENT, value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", help_heading = MEASUREMENT, hide_short_help = true, value_parser = parse_seconds)]
     pub time_limit: Option<f64>,
     /// Count work instead of measuring time
     ///
