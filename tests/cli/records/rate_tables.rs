@@ -7,8 +7,8 @@ use phalanx::report::{
 
 /// Geometric means over a record's scenes of triangles as Markdown, by kind of rays on the fewest
 /// threads: our rates (`auto`), their ratios to each peer's best mode with exact results and to the
-/// oracle, and our rates on all threads. Then ours and the peers' in each other scene, and the
-/// machine.
+/// oracle, and our rates on all threads. Then ours in each other scene, with their ratios to the
+/// best peer, and the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
     let table = ReadmeTable::of(record);
     let of = format!("geometric means of {}, ", table.index.averaged_words());
@@ -88,19 +88,24 @@ impl<'a> ReadmeTable<'a> {
         let averaged = &self.index.averaged;
         let apart = self.record.scenes.iter();
         for scene in apart.filter(|scene| !averaged.contains(&&*scene.name)) {
-            let (name, count) = (markdown(&scene.name), primitives(scene.primitive_count));
-            rows.push(self.row(format!("**{name}**, {count}: phalanx"), |kind| {
-                self.rate(AUTO, &scene.name, kind).map(rate)
+            let name = markdown(&scene.name);
+            let has_peer = |peer: &str| {
+                self.kinds
+                    .iter()
+                    .any(|kind| self.rate(peer, &scene.name, kind).is_some())
+            };
+            let first = match self.index.peers().any(has_peer) {
+                true => format!("{name} (÷ best peer)"),
+                false => name,
+            };
+            rows.push(self.row(first, |kind| {
+                let ours = self.rate(AUTO, &scene.name, kind)?;
+                let peers = self.index.peers();
+                let peers = peers.filter_map(|peer| self.rate(peer, &scene.name, kind));
+                let best = peers.max_by(f64::total_cmp);
+                let ratio = best.map(|best| format!(" (×{})", rate(ours / best)));
+                Some(rate(ours) + &ratio.unwrap_or_default())
             }));
-            for (other, shown) in self.others().filter(|(other, _)| *other != ORACLE) {
-                let ratio = |kind: &str| {
-                    let [ours, theirs] = [AUTO, other].map(|of| self.rate(of, &scene.name, kind));
-                    Some(format!("× {}", rate(ours? / theirs?)))
-                };
-                if self.kinds.iter().any(|kind| ratio(kind).is_some()) {
-                    rows.push(self.row(format!("phalanx ÷ {shown}"), ratio));
-                }
-            }
         }
         rows
     }
