@@ -45,6 +45,9 @@ pub enum BenchError {
         /// Row of that pixel.
         y: u32,
     },
+    /// The listener stopped the run before the scene had rates.
+    #[error("stopped")]
+    Stopped,
     /// The scene was not validated.
     #[error("{scene}: {source}")]
     View {

@@ -1,11 +1,12 @@
 //! Settings of a run: what to measure, and for how long.
 
+use super::error::BenchError;
 use crate::peers::Peer;
 use phalanx_render::frame::{CoreAffinity, Sampling};
 use phalanx_report::{RayKind, RaySetRecord, RunInfo};
-use phalanx_scene::thread_count;
+use phalanx_scene::{Scene, thread_count};
 use phalanx_trace::Kernel;
-use phalanx_trace::bvh::{BuildSettings, Quality};
+use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
 use std::collections::BTreeMap;
 
 /// The measurements of every scene.
@@ -76,6 +77,7 @@ impl BenchPlan<'_> {
             started,
             arguments,
             seconds,
+            partial: false,
             size: self.size,
             repeat: self.repeat as u32,
             spp: Sampling::CENTER.spp,
@@ -107,11 +109,13 @@ pub struct SceneInfo {
     pub expected: BTreeMap<String, RaySetRecord>,
 }
 
-/// Receives the progress of a run.
+/// Receives the progress of a run. An error, which should be [`BenchError::Stopped`], ends it.
 pub trait ProgressListener {
     /// Begins a step, described by `what` in a few words.
-    fn begin_step(&mut self, what: &str);
+    fn begin_step(&mut self, what: &str) -> Result<(), BenchError>;
+    /// Receives the tree of a scene, before anything is traced.
+    fn built(&mut self, _scene: &Scene, _bvh: &Bvh) {}
     /// Reports that a sample was taken; `done` is the finished share of this scene's work, in \[0,
     /// 1\].
-    fn progress(&mut self, done: f64);
+    fn progress(&mut self, done: f64) -> Result<(), BenchError>;
 }

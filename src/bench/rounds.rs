@@ -1,6 +1,7 @@
 //! The timed part: every measurement takes a sample in every round, so that changes of the
 //! machine's speed affect all of them alike.
 
+use super::error::BenchError;
 use super::plan::{BenchPlan, ProgressListener};
 use super::timer::Timing;
 use phalanx_render::frame::CoreAffinity;
@@ -65,30 +66,38 @@ impl<'a> Measurement<'a> {
     }
 }
 
+/// Minimum number of rounds of a run that is ended early: the first only fills caches.
+const MIN_ROUNDS: usize = 2;
+
 /// Maximum number of passes of a sample, if one is too short for the clock.
 const MAX_PASSES: usize = 10_000;
 
 /// Takes all measurements, round by round, so that a disturbance of the machine affects all of
 /// them. Every other round is in reverse order, so that no engine always comes after the same other
-/// engine, whose tree fills the caches.
+/// engine, whose tree fills the caches. If the listener ends the run, rates have the samples taken
+/// until then.
 pub(super) fn run_rounds(
     mut measurements: Vec<Measurement>,
     plan: &BenchPlan,
     listener: &mut dyn ProgressListener,
-) -> Vec<RateRow> {
+) -> Result<Vec<RateRow>, BenchError> {
     let mut round = 0;
-    while measurements.iter().any(|entry| entry.wants_more(plan)) {
+    'rounds: while measurements.iter().any(|entry| entry.wants_more(plan)) {
         let total = measurements.len() * plan.repeat.max(round + 1);
         let count = measurements.len();
         for k in 0..count {
             let turn = if round % 2 == 1 { count - 1 - k } else { k };
             measurements[turn].measure_round(plan);
-            listener.progress((round * count + k + 1) as f64 / total as f64);
+            let done = (round * count + k + 1) as f64 / total as f64;
+            if let Err(stopped) = listener.progress(done) {
+                match round >= MIN_ROUNDS {
+                    true => break 'rounds,
+                    false => return Err(stopped),
+                }
+            }
         }
         round += 1;
     }
-    measurements
-        .into_iter()
-        .filter_map(Measurement::finish)
-        .collect()
+    let rows = measurements.into_iter().filter_map(Measurement::finish);
+    Ok(rows.collect())
 }

@@ -51,20 +51,22 @@ pub fn record(program: Program, run: RunInfo, all: Vec<Measured>) -> BenchRecord
 ///
 /// # Errors
 /// [`BenchError`] if one of our kernels, or the oracle, gives a wrong result: then there are no
-/// rates.
+/// rates. [`BenchError::Stopped`] if the listener ends the run before each rate has two samples.
 pub fn measure(
     scene: &Scene,
     info: &SceneInfo,
     plan: &BenchPlan,
     listener: &mut dyn ProgressListener,
 ) -> Result<Measured, BenchError> {
-    listener.begin_step("building");
+    listener.begin_step("building")?;
     let mut trees = BenchTrees::build(scene, plan);
+    listener.built(scene, &trees.bvh);
     let (peers, notes) = build_peers(scene, info, plan, &mut trees);
-    listener.begin_step("checking");
+    listener.begin_step("checking")?;
     let arena = Bump::new();
     let workloads = workload::workloads(&arena, &trees, plan, info)?;
     for workload in &workloads {
+        listener.begin_step("checking")?;
         workload::check(&trees, workload, plan, info)?;
     }
     let frames = Frames::of(&trees, plan);
@@ -79,8 +81,8 @@ pub fn measure(
             .collect();
         let mut measurements = measurements(&workloads, &entrants, plan, info);
         measurements.extend(frames.measurements(info, frame_hits));
-        listener.begin_step("measuring");
-        rows = run_rounds(measurements, plan, listener);
+        listener.begin_step("measuring")?;
+        rows = run_rounds(measurements, plan, listener)?;
     }
     Ok(Measured {
         scene: scene_record,

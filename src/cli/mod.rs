@@ -27,7 +27,7 @@ use commands::submit::{self, SubmitTo};
 use commands::verify::{self, VerifyArgs};
 #[cfg(feature = "view")]
 use commands::view::{self, ViewArgs};
-use options::OUTPUT;
+use options::{OUTPUT, suggest};
 use output::Verbosity;
 use phalanx::files::steers;
 use phalanx::{isa, set_pool_threads, thread_count};
@@ -192,7 +192,7 @@ pub enum Command {
 #[inline(never)]
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
-    let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(error));
     output::set_verbosity(arguments.verbosity.verbosity());
     if let Some(threads) = arguments.command.threads() {
         // Files are encoded and checked on them.
@@ -240,13 +240,20 @@ impl Command {
 
 /// Ends the process with clap's message. If an argument contains control characters, they are
 /// escaped, and the message has no colours.
-fn refuse(error: &clap::Error) -> ! {
+fn refuse(mut error: clap::Error) -> ! {
     let steer = |text: OsString| text.to_string_lossy().contains(steers);
-    if error.use_stderr() && std::env::args_os().any(steer) {
-        let plain = Arguments::command().styles(Styles::plain());
-        if let Err(error) = plain.try_get_matches() {
-            output::message(error.render().ansi().to_string().trim_end());
-        }
+    let is_plain = error.use_stderr() && std::env::args_os().any(steer);
+    let mut program = Arguments::command();
+    if is_plain {
+        program = program.styles(Styles::plain());
+        error = program.clone().try_get_matches().err().unwrap_or(error);
+    }
+    program.build();
+    let mut words = std::env::args_os().skip(1);
+    let command = words.find_map(|word| program.find_subcommand(word).cloned());
+    suggest(&mut error, command);
+    if is_plain {
+        output::message(error.render().ansi().to_string().trim_end());
         std::process::exit(error.exit_code());
     }
     error.exit()

@@ -68,10 +68,8 @@ pub(super) fn finish_scene(
         if missing.background {
             scene.background = BACKGROUND;
         }
-        if let Err(error) = decide(&mut scene, options) {
-            report.error(Span::START, error.to_string());
-            return Err(ReadStop::of(report));
-        }
+        let decided = decide(&mut scene, options);
+        decided.map_err(|error| ReadStop::Options(error.to_string()))?;
         notes = notes_on(&scene, missing, options);
         // Checked once in the file's units, and once as it will be traced: a scene that holds both
         // 1e30 and 1e-30 units cannot be brought into f32's comfortable range as a whole.
@@ -86,6 +84,10 @@ pub(super) fn finish_scene(
                 false => scene.validate(),
             };
             if let Err(error) = fitted {
+                if options.view.is_some() || !options.lights.is_empty() {
+                    let reason = format!("--camera or --light is too far away: {error}");
+                    return Err(ReadStop::Options(reason));
+                }
                 let help =
                     "its largest and smallest parts may lie too far apart for single precision";
                 report.error_with_help(Span::START, told(error), help);

@@ -104,7 +104,13 @@ fn load_read(
     let text = utf16::to_utf8(bytes, asset_dir.memory()).map_err(|why| failed(bytes, why))?;
     let bytes = text.as_deref().unwrap_or(bytes);
     let loaded = read(format.read, bytes, &asset_dir, options);
-    let mut loaded = loaded.map_err(|why| failed(bytes, why))?;
+    let mut loaded = loaded.map_err(|stop| match stop {
+        ReadStop::Options(reason) => LoadError::Options {
+            path: path.to_path_buf(),
+            reason,
+        },
+        wrong => failed(bytes, wrong.diagnostics()),
+    })?;
     loaded.files = asset_dir.into_files();
     Ok(loaded)
 }
@@ -116,9 +122,9 @@ fn read(
     bytes: &[u8],
     asset_dir: &Folder,
     options: &Options,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<Loaded, ReadStop> {
     if let Some(words) = foreign::refusal(bytes) {
-        return Err(DiagnosticSink::binary().refuse(Span::START, words));
+        return Err(DiagnosticSink::binary().refuse(Span::START, words).into());
     }
     let mut options = options.clone();
     let chosen = options.origin != Origin::Auto;
@@ -142,7 +148,7 @@ fn read(
                     }
                 }
             }
-            Err(ReadStop::Wrong(diagnostics)) => return Err(diagnostics),
+            Err(stop @ (ReadStop::Wrong(_) | ReadStop::Options(_))) => return Err(stop),
             Err(ReadStop::Far(position)) => options.origin = Origin::At(position.into()),
             Err(ReadStop::Inexact) => {
                 options.origin = Origin::File;
@@ -188,7 +194,8 @@ pub fn read_bytes(
         Err(diagnostics) => return Some(Err(diagnostics)),
     };
     let bytes = text.as_deref().unwrap_or(bytes);
-    Some(read(format.read, bytes, &asset_dir, options))
+    let loaded = read(format.read, bytes, &asset_dir, options);
+    Some(loaded.map_err(ReadStop::diagnostics))
 }
 
 /// Reads a scene from the text of a `.test` file.
@@ -211,7 +218,8 @@ pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 
 fn read_text(reader: SceneReader, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     let options = Options::default();
-    read(reader, text.as_bytes(), &Folder::none(), &options)
+    let loaded = read(reader, text.as_bytes(), &Folder::none(), &options);
+    loaded.map_err(ReadStop::diagnostics)
 }
 
 fn open(path: &Path) -> io::Result<File> {

@@ -58,6 +58,14 @@ pub enum LoadError {
         /// Bytes that may be used.
         allowed: u64,
     },
+    /// The file is a scene, but cannot be traced with these options.
+    #[error("{}: {reason}", shown_path(path))]
+    Options {
+        /// The file.
+        path: PathBuf,
+        /// The option, and what is wrong with it.
+        reason: String,
+    },
     /// The file's ending is not that of a supported format.
     #[error("{}: not a scene format that is read here", shown_path(path))]
     UnknownFormat {

@@ -72,6 +72,8 @@ pub(super) enum ReadStop {
     Far(DVec3),
     /// Coordinates are single precision, and the move would change them.
     Inexact,
+    /// The file is a scene, but cannot be traced with the options, for this reason.
+    Options(String),
 }
 
 impl ReadStop {
@@ -80,11 +82,13 @@ impl ReadStop {
         ReadStop::Wrong(report.into_errors())
     }
 
-    #[cfg(test)]
+    /// The errors, for a caller without options: one of them is told as an error of the file.
     pub(super) fn diagnostics(self) -> Vec<Diagnostic> {
         match self {
             ReadStop::Wrong(diagnostics) => diagnostics,
-            other => panic!("nothing is wrong: {other:?}"),
+            ReadStop::Options(reason) => DiagnosticSink::binary().refuse(Span::START, reason),
+            // The file is read again from another origin.
+            ReadStop::Far(_) | ReadStop::Inexact => Vec::new(),
         }
     }
 }

@@ -11,8 +11,9 @@ const NOTHING: [u8; 3] = [24, 26, 30];
 /// to 1 as bytes. With the first comes the value of the last colour.
 ///
 /// ```
-/// use phalanx_image::layer_colors;
-/// use phalanx_scene::film::{Aov, Aovs, Film};
+/// # mod phalanx { pub use {phalanx_image as image, phalanx_scene::film}; }
+/// use phalanx::film::{Aov, Aovs, Film};
+/// use phalanx::image::layer_colors;
 ///
 /// let film = Film::new(2, 1, false).with_aovs(Aovs::default().with(Aov::Depth));
 /// let (rgb, scale) = layer_colors(&film, Aov::Depth);

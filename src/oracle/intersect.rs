@@ -17,8 +17,9 @@ impl OracleRay {
     /// Makes a ray.
     ///
     /// ```
-    /// use glam::Vec3;
-    /// use phalanx_oracle::OracleRay;
+    /// # mod phalanx { pub use {glam, phalanx_oracle as oracle, phalanx_scene::*}; }
+    /// use phalanx::glam::Vec3;
+    /// use phalanx::oracle::OracleRay;
     ///
     /// assert_eq!(OracleRay::new(Vec3::ZERO, Vec3::Z).dir, Vec3::Z);
     /// ```

@@ -40,9 +40,10 @@ use whitted::{PathSegment, WhittedIntegrator};
 /// The scalar tracer: the reference for all other results.
 ///
 /// ```
-/// use glam::Vec3;
-/// use phalanx_oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
-/// use phalanx_scene::Scene;
+/// # mod phalanx { pub use {glam, phalanx_oracle as oracle, phalanx_scene::*}; }
+/// use phalanx::glam::Vec3;
+/// use phalanx::oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
+/// use phalanx::Scene;
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0; 3], [5.0, 0.0, 0.0]], &[1.0, 1.0])?;
@@ -53,7 +54,7 @@ use whitted::{PathSegment, WhittedIntegrator};
 ///     let hit = oracle.closest(&ray).expect("a hit");
 ///     assert_eq!((hit.t, hit.prim_id), (8.0, 0));
 /// }
-/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// # Ok::<(), phalanx::GeometryError>(())
 /// ```
 pub struct Oracle<'a> {
     integrator: WhittedIntegrator<'a>,
@@ -240,9 +241,10 @@ impl<'a> Oracle<'a> {
     /// Returns true if anything is hit with 0 < t < `tmax`, in units of the direction.
     ///
     /// ```
-    /// use glam::Vec3;
-    /// use phalanx_oracle::{Oracle, OracleRay, OracleSearch};
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {glam, phalanx_oracle as oracle, phalanx_scene::*}; }
+    /// use phalanx::glam::Vec3;
+    /// use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
+    /// use phalanx::Scene;
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -250,7 +252,7 @@ impl<'a> Oracle<'a> {
     /// let ray = OracleRay::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::X);
     /// assert!(oracle.occluded(&ray, 8.5));
     /// assert!(!oracle.occluded(&ray, 8.0));
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn occluded(&self, ray: &OracleRay, tmax: f32) -> bool {
         self.integrator.search.occluded(ray, tmax)

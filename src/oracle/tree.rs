@@ -40,13 +40,14 @@ impl TwoLevelBvh {
     /// while the trees are in use.
     ///
     /// ```
-    /// use phalanx_oracle::TwoLevelBvh;
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {glam, phalanx_oracle as oracle, phalanx_scene::*}; }
+    /// use phalanx::oracle::TwoLevelBvh;
+    /// use phalanx::Scene;
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
     /// assert!(TwoLevelBvh::build(&scene).memory_bytes() > 0);
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn build(scene: &Scene) -> TwoLevelBvh {
         let prims = scene.prim_count() as u32;

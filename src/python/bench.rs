@@ -4,7 +4,9 @@ use crate::errors::value_error;
 use crate::interrupt::stoppable;
 use crate::pictures::PyCamera;
 use crate::scene::PyScene;
-use phalanx::bench::{BenchPlan, ProgressListener, RayKind, SceneInfo, measure, record};
+use phalanx::bench::{
+    BenchError, BenchPlan, ProgressListener, RayKind, SceneInfo, measure, record,
+};
 use phalanx::bvh::Quality;
 use phalanx::isa;
 use phalanx::report::{Program, to_json};
@@ -104,7 +106,9 @@ impl PyScene {
 struct Silence;
 
 impl ProgressListener for Silence {
-    fn begin_step(&mut self, _: &str) {}
+    fn begin_step(&mut self, _: &str) -> Result<(), BenchError> {
+        Ok(())
+    }
     fn progress(&mut self, _: f64) {}
 }
 

@@ -17,7 +17,7 @@ pub use comparison::{
     EngineRank, GroupChange, Grouping, IncompatibleRecords, KernelChange, MeanRates, MeanRatios,
     Mismatch, Normalisation, RETAKES, RateChange, RecordComparison, Regression, RowChange, RowKey,
     changes_table, check_baseline, compare, comparison_markdown, comparison_tables,
-    comparison_text, counters, counters_table, regressions_table,
+    comparison_text, counters, counters_table, nothing_in_common, regressions_table,
 };
 pub use files::{RecordError, load, to_csv, to_json};
 pub use numbers::{NONE, counted, grouped, rate};

@@ -97,10 +97,13 @@ pub struct Cache {
 pub struct RunInfo {
     /// Start, RFC 3339, UTC.
     pub started: String,
-    /// Arguments, without the program's name.
+    /// Arguments, without the program's name, and without folders.
     pub arguments: Vec<String>,
     /// Wall seconds of the whole run.
     pub seconds: f64,
+    /// True if the run was ended before it had all scenes and samples.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub partial: bool,
     /// Picture size of the rays, unless a scene says otherwise.
     pub size: [u32; 2],
     /// Camera rays per pixel, of the rays and of frames.
@@ -132,7 +135,7 @@ fn medium() -> String {
 /// A scene, and the work of a run before it could trace rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneRecord {
-    /// Name as on the command line: a path or `standard:NAME:SIZE`. Rows refer to it.
+    /// Name of its file, without the folder, or `standard:NAME:SIZE`. Rows refer to it.
     pub name: String,
     /// Standard family, such as `terrain`.
     pub family: Option<String>,
@@ -158,6 +161,14 @@ pub struct SceneRecord {
     pub tree_bytes: u64,
     /// Ray sets by kind.
     pub rays: BTreeMap<String, RaySetRecord>,
+}
+
+impl SceneRecord {
+    /// Returns true if the scene has no primitives but triangles, and instances of them.
+    pub fn is_of_triangles(&self) -> bool {
+        let mut kinds = self.primitives.keys();
+        kinds.all(|kind| ["triangles", "instances"].contains(&&**kind))
+    }
 }
 
 /// A set of rays, and its results.

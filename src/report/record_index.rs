@@ -2,7 +2,7 @@
 //! ratios of such rows.
 
 use super::numbers::{counted, rate};
-use super::{BenchRecord, ORACLE, PHALANX, RateRow, geometric_mean};
+use super::{BenchRecord, ORACLE, PHALANX, RateRow, SceneRecord, geometric_mean};
 use crate::ray_kind::{FRAME, RayKind};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,6 +32,10 @@ pub struct RecordIndex<'a> {
     pub threads: Vec<u32>,
     /// Scenes, in the order of the rows.
     pub scenes: Vec<&'a str>,
+    /// Scenes that means are over: those of triangles alone, or all if there are none. A few
+    /// spheres are traced seven times as fast as by a tracer of meshes, which would decide a mean
+    /// over eight scenes.
+    pub averaged: Vec<&'a str>,
     /// Names of the other entrants: our kernels, the oracle, then peers.
     pub others: Vec<&'a str>,
     /// The engines of all rows: ours, the oracle, then peers.
@@ -60,8 +64,8 @@ pub struct SpeedRatio {
 }
 
 impl<'a> RecordIndex<'a> {
-    /// The index of some rows.
-    pub fn of(rows: &'a [RateRow]) -> RecordIndex<'a> {
+    /// The index of the rows of some scenes.
+    pub fn of(records: &'a [SceneRecord], rows: &'a [RateRow]) -> RecordIndex<'a> {
         let mut best: BTreeMap<BestKey<'a>, &'a RateRow> = BTreeMap::new();
         let stands = |row: &&RateRow| row.has_rate() && (row.exact || !is_peer(&row.engine));
         for row in rows.iter().filter(stands) {
@@ -75,7 +79,9 @@ impl<'a> RecordIndex<'a> {
         let ours = || best.keys().filter(|key| key.0 == AUTO);
         let threads: BTreeSet<u32> = ours().map(|key| key.3).collect();
         let measured: BTreeSet<&str> = ours().map(|key| key.2).collect();
-        let scenes = rows.iter().map(|row| row.scene.as_str());
+        let scenes = first_of_each(rows.iter().map(|row| row.scene.as_str()));
+        let meshes = records.iter().filter(|scene| scene.is_of_triangles());
+        let meshes: Vec<&str> = meshes.map(|scene| &*scene.name).collect();
         let engines = rows.iter().map(|row| (&*row.engine, &*row.engine));
         let ours_first = &[PHALANX, ORACLE];
         RecordIndex {
@@ -83,12 +89,22 @@ impl<'a> RecordIndex<'a> {
                 .filter(|kind| measured.contains(kind))
                 .collect(),
             threads: threads.into_iter().collect(),
-            scenes: first_of_each(scenes),
+            averaged: some_or_all(&scenes, |scene| meshes.contains(scene)),
+            scenes,
             others: in_order(others.map(|(key, row)| (key.0, &*row.engine)), ours_first),
             engines: in_order(engines, ours_first),
             rows,
             by_key: rows.iter().map(|row| (kernel_key(row), row)).collect(),
             best,
+        }
+    }
+
+    /// The scenes that means are over, in words.
+    pub fn averaged_words(&self) -> String {
+        let scenes = counted(self.averaged.len(), "scene");
+        match self.averaged.len() < self.scenes.len() {
+            true => format!("{scenes} of triangles"),
+            false => scenes,
         }
     }
 
@@ -151,13 +167,14 @@ impl<'a> RecordIndex<'a> {
             .collect()
     }
 
-    /// Geometric mean of an entrant's rates over its scenes.
+    /// Geometric mean of an entrant's rates over the scenes of [`RecordIndex::averaged`].
     pub fn mean(&self, name: &str, rays: &str, threads: u32) -> Option<f64> {
-        let rates = self.scenes.iter();
+        let rates = self.averaged.iter();
         geometric_mean(rates.filter_map(|scene| self.rate(name, scene, rays, threads)))
     }
 
-    /// Our rates as a multiple of another entrant's, over the scenes that both have.
+    /// Our rates as a multiple of another entrant's, over the scenes of
+    /// [`RecordIndex::averaged`] that both have.
     pub fn over(&self, name: &str, rays: &str, threads: u32) -> Option<SpeedRatio> {
         let other = |scene: &str| self.rate(name, scene, rays, threads);
         self.over_rates(rays, threads, other)
@@ -181,7 +198,7 @@ impl<'a> RecordIndex<'a> {
         other: impl Fn(&str) -> Option<f64>,
     ) -> Option<SpeedRatio> {
         let ratio = |scene: &&str| Some(self.rate(AUTO, scene, rays, threads)? / other(scene)?);
-        let ratios: Vec<f64> = self.scenes.iter().filter_map(ratio).collect();
+        let ratios: Vec<f64> = self.averaged.iter().filter_map(ratio).collect();
         Some(SpeedRatio {
             mean: geometric_mean(ratios.iter().copied())?,
             least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
@@ -190,15 +207,25 @@ impl<'a> RecordIndex<'a> {
         })
     }
 
-    /// Geometric mean of our rates as a multiple of another entrant's, over all scenes and kinds of
-    /// rays that both have.
+    /// Geometric mean of our rates as a multiple of another entrant's, over all kinds of rays, and
+    /// the scenes of [`RecordIndex::averaged`], that both have.
     pub fn over_all(&self, name: &str, threads: u32) -> Option<f64> {
         let pairs = self.best.iter();
         let pairs = pairs.filter(|(key, _)| key.0 == name && key.3 == threads);
+        let pairs = pairs.filter(|(key, _)| self.averaged.contains(&key.1));
         geometric_mean(pairs.filter_map(|(&(_, scene, rays, threads), other)| {
             let ours = self.rate(AUTO, scene, rays, threads)?;
             Some(ours / other.mrays_per_s.median)
         }))
+    }
+}
+
+/// The names for which `wanted` holds, or all if there are none.
+pub(super) fn some_or_all<'a>(all: &[&'a str], wanted: impl Fn(&&str) -> bool) -> Vec<&'a str> {
+    let some: Vec<&str> = all.iter().copied().filter(wanted).collect();
+    match some.is_empty() {
+        true => all.to_vec(),
+        false => some,
     }
 }
 
@@ -242,7 +269,7 @@ pub fn is_peer(engine: &str) -> bool {
 /// part. It is about primary rays where there are any, on the most threads. `None` if there are no
 /// rates of ours.
 pub fn quotable_line(record: &BenchRecord) -> Option<String> {
-    let best = RecordIndex::of(&record.rows);
+    let best = RecordIndex::of(&record.scenes, &record.rows);
     let kind = RayKind::names().find(|kind| best.kinds.contains(kind))?;
     let threads = *best.threads.last()?;
     let rate = rate(best.mean(AUTO, kind, threads)?);
@@ -261,10 +288,7 @@ pub fn quotable_line(record: &BenchRecord) -> Option<String> {
     if parts.len() == 1 {
         parts.extend(over(ORACLE, "its scalar oracle"));
     }
-    let (threads, scenes) = (
-        counted(threads as usize, "thread"),
-        counted(best.scenes.len(), "scene"),
-    );
+    let (threads, scenes) = (counted(threads as usize, "thread"), best.averaged_words());
     Some(format!("{} ({threads}, {scenes})", parts.join(", ")))
 }
 
@@ -300,7 +324,7 @@ mod tests {
             row("b", ("phalanx", "auto"), 32.0, true),
             row("b", ("oracle", "scalar"), 1.0, true),
         ];
-        let best = RecordIndex::of(&rows);
+        let best = RecordIndex::of(&[], &rows);
         assert_eq!(best.others, ["packet8", "oracle", "embree"]);
         let over = |name| best.over(name, "primary", 1).map(|m| (m.mean, m.scenes));
         assert_eq!(over("embree"), Some((2.0, 1)));

@@ -7,7 +7,8 @@ use glam::Vec3;
 /// Errors of geometry that cannot be added. A call that returns one adds nothing.
 ///
 /// ```
-/// use phalanx_scene::{GeometryError, Scene};
+/// # extern crate phalanx_scene as phalanx;
+/// use phalanx::{GeometryError, Scene};
 ///
 /// let error = Scene::new().add_spheres(&[[0.0; 3]], &[-1.0]).unwrap_err();
 /// assert_eq!(error, GeometryError::Radius { sphere: 0, radius: -1.0 });
@@ -92,7 +93,8 @@ impl Scene {
     /// origin, 640×480 pixels. Camera, lights and size only matter for pictures, not for rays.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::Scene;
     ///
     /// let scene = Scene::new();
     /// assert_eq!((scene.prim_count(), scene.lights.len()), (0, 0));
@@ -119,7 +121,8 @@ impl Scene {
     /// and [`GeometryError::TooManyShown`].
     ///
     /// ```
-    /// use phalanx_scene::{GeometryError, Scene};
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::{GeometryError, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -145,7 +148,8 @@ impl Scene {
     /// [`GeometryError::TooMany`] and [`GeometryError::TooManyShown`].
     ///
     /// ```
-    /// use phalanx_scene::{GeometryError, Scene};
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::{GeometryError, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let pair = scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5])?;
@@ -190,18 +194,20 @@ impl Scene {
     /// As [`Scene::add_mesh`], and [`GeometryError::EmptyPrototype`].
     ///
     /// ```
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {glam, phalanx_scene::*}; }
+    /// use phalanx::Scene;
+    /// use phalanx::glam::{DAffine3, dvec3};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     /// let leaf = scene.add_prototype(&corners, &[[0, 1, 2]])?;
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
     /// for x in 0..10 {
-    ///     let to_world = glam::DAffine3::from_translation(glam::dvec3(f64::from(x), 0.0, 0.0));
+    ///     let to_world = DAffine3::from_translation(dvec3(f64::from(x), 0.0, 0.0));
     ///     scene.add_instance(leaf, to_world)?;
     /// }
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 10));
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn add_prototype(
         &mut self,
@@ -226,8 +232,9 @@ impl Scene {
     /// [`GeometryError::TooManyShown`].
     ///
     /// ```
-    /// use glam::{DAffine3, DVec3, dvec3};
-    /// use phalanx_scene::{GeometryError, Scene};
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::glam::{DAffine3, DVec3, dvec3};
+    /// use phalanx::{GeometryError, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -261,13 +268,14 @@ impl Scene {
     /// while primitives are added: those of instances follow all stored ones.
     ///
     /// ```
-    /// use phalanx_scene::{NO_GEOM, Scene};
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::{NO_GEOM, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let pair = scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5])?;
     /// let one = scene.add_spheres(&[[6.0, 0.0, 0.0]], &[1.0])?;
     /// assert_eq!(scene.geometry_starts(), [(0, pair), (2, one), (3, NO_GEOM)]);
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn geometry_starts(&self) -> Vec<(u32, GeomId)> {
         let mut starts: Vec<(u32, GeomId)> = Vec::new();

@@ -134,7 +134,8 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
 /// that no program changes it.
 ///
 /// ```
-/// assert_eq!(phalanx_scene::matte_id("hello"), 0x248b_fa47);
+/// # mod phalanx { pub use phalanx_scene as scene; pub use phalanx_scene::*; }
+/// assert_eq!(phalanx::scene::matte_id("hello"), 0x248b_fa47);
 /// ```
 pub fn matte_id(name: &str) -> u32 {
     let hash = murmur3_32(name.as_bytes());

@@ -24,7 +24,8 @@ impl Scene {
     /// [`GeometryError::VertexCount`]; nothing is changed then.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::Scene;
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -32,7 +33,7 @@ impl Scene {
     /// scene.set_vertices(sail, &corners.map(|[x, y, _]| [x, y, 2.0]))?;
     /// assert_eq!(scene.bounds().lo.z, 2.0);
     /// assert!(scene.set_vertices(sail, &corners[..2]).is_err());
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn set_vertices(
         &mut self,
@@ -97,8 +98,9 @@ impl Scene {
     /// [`GeometryError::NoGeometry`] and [`GeometryError::NotInvertible`]; nothing is changed then.
     ///
     /// ```
-    /// use glam::{DAffine3, dvec3};
-    /// use phalanx_scene::Scene;
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::glam::{DAffine3, dvec3};
+    /// use phalanx::Scene;
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -106,7 +108,7 @@ impl Scene {
     /// let left = scene.add_instance(wing, DAffine3::IDENTITY)?;
     /// scene.set_transform(left, DAffine3::from_translation(dvec3(0.0, 0.0, 3.0)))?;
     /// assert!(scene.bounds().lo.z > 2.9);
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn set_transform(
         &mut self,
@@ -134,14 +136,15 @@ impl Scene {
     /// [`GeometryError::NoGeometry`].
     ///
     /// ```
-    /// use phalanx_scene::Scene;
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::Scene;
     ///
     /// let mut scene = Scene::new();
     /// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
     /// scene.set_mask(ball, 0)?;
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
     /// assert!(scene.set_mask(1, 0).is_err());
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn set_mask(&mut self, geometry: GeomId, mask: u32) -> Result<(), GeometryError> {
         let known = self.geometries.get(geometry);

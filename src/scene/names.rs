@@ -67,12 +67,13 @@ impl NameTable {
     /// nothing but blanks is [`NO_NAME`].
     ///
     /// ```
-    /// let mut names = phalanx_scene::NameTable::default();
+    /// # mod phalanx { pub use phalanx_scene as scene; pub use phalanx_scene::*; }
+    /// let mut names = phalanx::scene::NameTable::default();
     /// let lid = names.intern(b"lid");
     /// assert_eq!((lid, names.intern(b" lid\r")), (0, 0));
     /// let old = names.intern(b"Fl\xe4che");
     /// assert_eq!(names.get(old), Some("Fläche"));
-    /// assert_eq!(names.intern(b" "), phalanx_scene::NO_NAME);
+    /// assert_eq!(names.intern(b" "), phalanx::scene::NO_NAME);
     /// ```
     pub fn intern(&mut self, name: &[u8]) -> u32 {
         let name = name.trim_ascii();

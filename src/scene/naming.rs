@@ -13,14 +13,16 @@ impl Scene {
     /// [`GeometryError::NoGeometry`].
     ///
     /// ```
-    /// use phalanx_scene::{Scene, object_names};
+    /// # mod phalanx { pub use phalanx_scene as scene; pub use phalanx_scene::*; }
+    /// use phalanx::scene::object_names;
+    /// use phalanx::Scene;
     ///
     /// let mut scene = Scene::new();
     /// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
     /// scene.set_name(ball, "ball")?;
     /// assert_eq!(scene.prim_names(0), [Some("ball"), None]);
     /// assert_eq!(object_names(&scene).collect::<Vec<_>>(), ["ball"]);
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn set_name(&mut self, geometry: GeomId, name: &str) -> Result<(), GeometryError> {
         let known = self.geometries.get(geometry);

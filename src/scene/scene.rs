@@ -29,13 +29,14 @@ use std::ops::Range;
 /// [`Scene::validate`] then checks all of them before anything is traced.
 ///
 /// ```
-/// use phalanx_scene::Scene;
+/// # extern crate phalanx_scene as phalanx;
+/// use phalanx::Scene;
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0, 0.0, -3.0]], &[1.0])?;
 /// assert!(scene.validate().is_ok());
 /// assert_eq!(scene.bounds().lo.to_array(), [-1.0, -1.0, -4.0]);
-/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// # Ok::<(), phalanx::GeometryError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {

@@ -125,8 +125,12 @@ fn shadow_rays_end_at_the_light() {
 struct Nobody;
 
 impl ProgressListener for Nobody {
-    fn begin_step(&mut self, _: &str) {}
-    fn progress(&mut self, _: f64) {}
+    fn begin_step(&mut self, _: &str) -> Result<(), BenchError> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<(), BenchError> {
+        Ok(())
+    }
 }
 
 fn plan(timed: bool) -> BenchPlan<'static> {

@@ -7,6 +7,7 @@ mod format_args;
 mod frames;
 #[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
 mod heap;
+mod other_names;
 mod parsers;
 mod picture_output;
 mod scene_args;
@@ -16,6 +17,7 @@ mod work_args;
 
 pub use budget::film_bytes;
 pub use frames::{FrameArgs, Sequence, read_keys};
+pub use other_names::suggest;
 pub use parsers::name_parser;
 pub use phalanx::jobs::spec::headings::{LONG_RENDERS, MACHINE, OUTPUT};
 pub use phalanx::jobs::spec::{parse_number, parse_size};

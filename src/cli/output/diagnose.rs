@@ -13,11 +13,14 @@ use std::path::Path;
 /// Prints the error of a scene file that could not be read.
 pub fn print_error(error: &LoadError) {
     match error {
-        LoadError::Io { .. } | LoadError::Memory { .. } => stderr::error(&error.to_string()),
-        LoadError::UnknownFormat { .. } => {
+        LoadError::Io { .. } | LoadError::Memory { .. } | LoadError::Options { .. } => {
+            stderr::error(&error.to_string());
+        }
+        LoadError::UnknownFormat { path } => {
             let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
+            let help = conversion(path).unwrap_or_default();
             stderr::error(&format!(
-                "{error} (known: {}; --format overrides the extension)",
+                "{error} (known: {}; --format overrides the extension){help}",
                 known.join(", ")
             ));
         }
@@ -27,6 +30,25 @@ pub fn print_error(error: &LoadError) {
             diagnostics,
         } => message_raw(draw(path, text, diagnostics, renderer(), &error_label()).trim_end()),
     }
+}
+
+/// Extensions of scene formats that are not read, and how to convert such files to glTF.
+const CONVERTERS: [(&str, &str); 4] = [
+    (
+        "3ds 3mf amf dae fbx ifc lwo off x x3d",
+        "by assimp export IN OUT.glb, or in Blender",
+    ),
+    ("abc blend usd usda usdc usdz", "in Blender: File > Export"),
+    ("brep iges igs step stp", "in FreeCAD: File > Export"),
+    ("3dm c4d ma max mb skp wrl", "in the program that made it"),
+];
+
+/// Advice on converting a file to a format that is read, if it is a scene of another.
+fn conversion(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_ascii_lowercase();
+    let is_one = |names: &str| names.split(' ').any(|name| ending == name);
+    let (_, how) = CONVERTERS.iter().find(|(names, _)| is_one(names))?;
+    Some(format!("\n  help: convert it to glTF {how}"))
 }
 
 /// Prints the warnings of a reader.

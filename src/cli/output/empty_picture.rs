@@ -1,14 +1,28 @@
 //! Detection of empty pictures while their bands are written, and the likely reason.
 
 use phalanx::camera::Camera;
+use phalanx::image::PictureFile;
 use phalanx::render::Film;
 use phalanx::scene::{Bounds, Scene};
 
-/// Minimum size, in pixels, of a picture that may be reported as empty. A smaller one may show a
-/// detail of one colour.
+/// Minimum size, in pixels, of a picture whose single colour is reported. A smaller one may show a
+/// detail.
 const MIN_PIXELS: usize = 64;
 
-/// The common colour of all pixels so far, if there is one.
+/// Radiance from which on sRGB of eight bits is not black.
+const VISIBLE: f32 = 0.5 / 255.0 / 12.92;
+
+/// Radiance as a file shows it: on a screen, the dark is black, and all from 1 on is white.
+fn shown_by(file: &PictureFile) -> impl Fn(f32) -> f32 {
+    let (gain, is_linear) = (file.exposure.stops.exp2(), file.format.is_linear());
+    move |radiance| match radiance * gain {
+        _ if is_linear => radiance,
+        shown if shown < VISIBLE => 0.0,
+        shown => shown.min(1.0),
+    }
+}
+
+/// The common colour of all pixels so far, as it is shown, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum EvenColor {
     /// No pixel yet.
@@ -21,41 +35,45 @@ pub enum EvenColor {
 }
 
 impl EvenColor {
-    /// Adds the pixels of a band.
-    pub fn add(&mut self, band: &Film) {
+    /// Adds the pixels of a band of a file's picture.
+    pub fn add(&mut self, file: &PictureFile, band: &Film) {
         let pixels = band.planes[0].len();
         if pixels == 0 || matches!(self, EvenColor::Several) {
             return;
         }
+        let shown = shown_by(file);
         let (color, before) = match *self {
             EvenColor::All(color, before) => (color, before),
-            _ => (band.pixel(0, 0), 0),
+            _ => (band.pixel(0, 0).map(&shown), 0),
         };
         let mut planes = band.planes.iter().zip(color);
-        *self = match planes.all(|(plane, c)| plane.iter().all(|&p| p == c)) {
+        *self = match planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c)) {
             true => EvenColor::All(color, before + pixels),
             false => EvenColor::Several,
         };
     }
 
-    /// The reason why a picture of this size shows only background or black; `None` if it shows
-    /// more, or if the scene is empty.
-    pub fn explain(self, scene: &Scene, size: (u32, u32)) -> Option<String> {
+    /// The reason why a picture of this size shows nothing. `None` if it shows something, or if the
+    /// scene is empty, of which its reader has warned.
+    pub fn explain(self, file: &PictureFile, scene: &Scene, size: (u32, u32)) -> Option<String> {
         let EvenColor::All(color, pixels) = self else {
             return None;
         };
-        let background = color == scene.background.to_array();
-        if pixels < MIN_PIXELS || scene.prim_count() == 0 || !(background || color == [0.0; 3]) {
+        let background = color == scene.background.to_array().map(shown_by(file));
+        let detail = pixels < MIN_PIXELS && outside(scene, scene.bounds(), size).is_none();
+        // A part of a picture may well be a part of one surface.
+        let part = pixels < size.0 as usize * size.1 as usize && !background && color != [0.0; 3];
+        if scene.prim_count() == 0 || detail || part {
             return None;
         }
-        let reason = reason(scene, background, size);
+        let reason = reason(scene, background, color, size);
         Some(format!(
             "the picture is empty (all pixels have the same colour): {reason}"
         ))
     }
 }
 
-fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
+fn reason(scene: &Scene, background: bool, color: [f32; 3], size: (u32, u32)) -> String {
     let m = &scene.materials;
     let bounds = scene.bounds();
     let clear = |prim: u32| m.opacity[scene.prim_material(prim) as usize] == 0.0;
@@ -70,7 +88,15 @@ fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
     if background {
         return match inside {
             true => "the camera is inside the scene, but nothing is in view (see --camera)".into(),
-            false => "nothing is visible, or it has the colour of the background (see --camera, --background)".into(),
+            false => "nothing is visible, or it has the colour of the background (see --camera, --background, --exposure)".into(),
+        };
+    }
+    if color != [0.0; 3] {
+        return match color == [1.0; 3] {
+            true => "it is overexposed (see --light, --exposure)".into(),
+            false => {
+                "one surface fills it, or the camera is inside an object (see --camera)".into()
+            }
         };
     }
     if scene.lights.is_empty() {
@@ -78,9 +104,9 @@ fn reason(scene: &Scene, background: bool, size: (u32, u32)) -> String {
     }
     match inside {
         true => {
-            "the camera is inside the scene, where no light reaches (see --camera, --light)".into()
+            "the camera is inside the scene, where little or no light reaches (see --camera, --light)".into()
         }
-        false => "no light reaches the visible surfaces (see --light)".into(),
+        false => "little or no light reaches the visible surfaces (see --light, --exposure)".into(),
     }
 }
 

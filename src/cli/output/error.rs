@@ -81,7 +81,7 @@ impl CliError {
             CliError::Usage(_) => 2,
             CliError::Load(error) => match **error {
                 LoadError::Io { .. } | LoadError::Memory { .. } => 1,
-                LoadError::UnknownFormat { .. } => 2,
+                LoadError::UnknownFormat { .. } | LoadError::Options { .. } => 2,
                 LoadError::Scene { .. } => 3,
             },
             CliError::Scene(_) => 3,

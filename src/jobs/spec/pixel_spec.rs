@@ -336,13 +336,14 @@ const ALL_AOVS: &str = "all";
 
 #[cfg(feature = "clap")]
 fn aov_parser() -> impl TypedValueParser<Value = String> {
-    let value = |(name, aov): &(&'static str, Aov)| {
-        let mut others = Aov::OTHER_NAMES.iter();
-        let other = others.find(|(_, of)| of == aov).map(|(other, _)| *other);
-        PossibleValue::new(*name).aliases(other)
+    let names = |(name, aov): &(&'static str, Aov)| {
+        let others = Aov::OTHER_NAMES.iter().filter(|(_, of)| of == aov);
+        std::iter::once(*name)
+            .chain(others.map(|(other, _)| *other))
+            .collect::<Vec<_>>()
     };
-    let names = Aov::ALL.iter().map(value);
-    PossibleValuesParser::new(names.chain([PossibleValue::new(ALL_AOVS)]))
+    let names = Aov::ALL.iter().flat_map(names);
+    PossibleValuesParser::new(names.chain([ALL_AOVS]))
 }
 
 /// A parser for a fixed set of names with help texts.

@@ -63,7 +63,7 @@ pub struct SceneOverrides {
     ///
     /// Replaces the file's camera: position, target, up vector, and vertical field of view in
     /// degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
-    #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], help_heading = headings::CAMERA, allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], help_heading = headings::CAMERA, value_parser = camera_word, allow_hyphen_values = true))]
     pub camera: Option<Vec<String>>,
     /// Camera of the file, by name or number
     ///
@@ -137,7 +137,7 @@ fn parsed<T>(
 
 fn view(parts: &[String]) -> Result<FileView, String> {
     let [from, at, up, fov] = parts else {
-        return Err("expected FROM AT UP FOV".to_owned());
+        return Err(CAMERA_FORM.to_owned());
     };
     let position = |name: &str, text: &str| {
         let [x, y, z] = doubles(text)?[..] else {
@@ -172,8 +172,8 @@ fn parse_up(text: &str) -> Result<UpAxis, String> {
 fn parse_ortho(text: &str) -> Result<OrthoHeight, String> {
     match text {
         FITTING => Ok(OrthoHeight::Fitting),
-        _ => match doubles(text)?[..] {
-            [height] if height > 0.0 => Ok(OrthoHeight::Given(height)),
+        _ => match doubles(text).as_deref() {
+            Ok(&[height]) if height > 0.0 => Ok(OrthoHeight::Given(height)),
             _ => Err("expected a height above 0, as in --ortho=3.5".into()),
         },
     }
@@ -184,10 +184,9 @@ fn parse_light(text: &str) -> Result<AddedLight, String> {
         Some(rest) => (true, rest),
         None => (false, text),
     };
-    let all = doubles(rest)?;
-    let (position, color) = match all[..] {
-        [x, y, z] => (DVec3::new(x, y, z), Vec3::ONE),
-        [x, y, z, r, g, b] => {
+    let (position, color) = match doubles(rest).as_deref() {
+        Ok(&[x, y, z]) => (DVec3::new(x, y, z), Vec3::ONE),
+        Ok(&[x, y, z, r, g, b]) => {
             let color = [r, g, b].map(|part| part as f32);
             (DVec3::new(x, y, z), color_of(color)?)
         }
@@ -210,10 +209,10 @@ fn parse_light(text: &str) -> Result<AddedLight, String> {
 }
 
 fn parse_color(text: &str) -> Result<Vec3, String> {
-    match numbers(text)?[..] {
-        [grey] => color_of([grey; 3]),
-        [r, g, b] => color_of([r, g, b]),
-        _ => Err("expected R,G,B or a single number".into()),
+    match numbers(text).as_deref() {
+        Ok(&[grey]) => color_of([grey; 3]),
+        Ok(&[r, g, b]) => color_of([r, g, b]),
+        _ => Err("expected R,G,B or a single number for grey, as in 1,1,1".into()),
     }
 }
 
@@ -287,6 +286,18 @@ fn doubles(text: &str) -> Result<Vec<f64>, String> {
         parsed.map_err(|_| format!("`{text}` is not a number"))
     };
     text.split(',').map(double).collect()
+}
+
+/// The form of `--camera`, for messages.
+const CAMERA_FORM: &str = "expected FROM AT UP FOV, as in --camera 0,1,5 0,0,0 0,1,0 45";
+
+/// One of the four values of `--camera`: three numbers or one.
+#[cfg(feature = "clap")]
+fn camera_word(text: &str) -> Result<String, String> {
+    match doubles(text).map(|numbers| numbers.len()) {
+        Ok(1 | 3) => Ok(text.to_owned()),
+        _ => Err(CAMERA_FORM.to_owned()),
+    }
 }
 
 fn numbers(text: &str) -> Result<Vec<f32>, String> {

@@ -12,9 +12,9 @@ use phalanx_trace::bvh::Bvh;
 /// for bit the picture of [`render`](super::render) with N uniform samples.
 ///
 /// ```
-/// use phalanx_render::frame::{Control, RefinedFrame, Settings};
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::bvh::Bvh;
+/// # mod phalanx { pub use {phalanx_render::frame, phalanx_scene::*, phalanx_trace::bvh::*}; }
+/// use phalanx::frame::{Control, RefinedFrame, Settings};
+/// use phalanx::{Bvh, Scene};
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;

@@ -7,7 +7,9 @@
 //!
 //! The criteria for a regression are explained at [`Changes::regressions`].
 
-use super::compatibility::{IncompatibleRecords, Mismatch, of_machine, of_part, of_rays, refuse};
+use super::compatibility::{
+    IncompatibleRecords, Mismatch, nothing_in_common, of_machine, of_part, of_rays, refuse,
+};
 use super::log_rate::{LogRate, RateChange, mean_change};
 use crate::record_index::SharedRow;
 use crate::{BenchRecord, ORACLE, PHALANX, RateRow, RecordIndex};
@@ -135,13 +137,14 @@ pub fn compare(
     new: &BenchRecord,
     force: bool,
 ) -> Result<Changes, IncompatibleRecords> {
-    let [before, now] = [old, new].map(|record| RecordIndex::of(&record.rows));
+    let [before, now] = [old, new].map(|record| RecordIndex::of(&record.scenes, &record.rows));
     let both = before.shared(&now, PHALANX);
     let mut reasons = of_machine(old, new);
     reasons.extend(of_rays(old, new));
     reasons.extend(both.iter().filter_map(|(old, new)| of_part(old, new)));
     if both.is_empty() {
-        reasons.push(Mismatch::NothingInCommon);
+        let records = [("the baseline", old), ("this run", new)];
+        reasons.push(Mismatch::NothingInCommon(nothing_in_common(&records)));
     }
     let mut changes = Changes {
         only_old: keys(before.lacking(&now, PHALANX)),

@@ -1,6 +1,7 @@
 //! Compatibility of two records: the reasons why they may not be compared.
 
 use crate::{BenchRecord, Cache, RateRow, SceneRecord};
+use std::collections::BTreeSet;
 use std::fmt::{self, Display};
 
 /// One reason why the rates of two records do not measure the same thing.
@@ -12,9 +13,9 @@ pub enum Mismatch {
     /// Another scene, other rays or other results of them, in words.
     #[error("{0}")]
     Rays(String),
-    /// No rate of ours occurs in both.
-    #[error("no rate stands in both")]
-    NothingInCommon,
+    /// No rate of ours occurs in both, in words.
+    #[error("{0}")]
+    NothingInCommon(String),
 }
 
 fn difference(what: &str, old: impl Display, new: impl Display) -> String {
@@ -114,9 +115,38 @@ pub fn check_baseline(
     let mut reasons = of_machine(old, new);
     let in_common = |row: &RateRow| scenes.contains(&&*row.scene);
     if !old.rows.iter().any(in_common) {
-        reasons.push(Mismatch::NothingInCommon);
+        let scenes = scenes.join(", ");
+        let words = format!("no scene in common with the baseline, here {scenes}");
+        reasons.push(Mismatch::NothingInCommon(words));
     }
     refuse(reasons, force).map(drop)
+}
+
+/// The reason why no rate occurs in all of some records, which come with a name each: their
+/// scenes, kinds of rays or tracers, whichever have none in common first.
+pub fn nothing_in_common<'a>(records: &[(&str, &'a BenchRecord)]) -> String {
+    type RowPart = fn(&RateRow) -> &str;
+    let parts: [(&str, RowPart); 3] = [
+        ("scene", |row| &row.scene),
+        ("kind of rays", |row| &row.rays),
+        ("tracer", |row| &row.engine),
+    ];
+    for (what, part) in parts {
+        let set = |of: &(&str, &'a BenchRecord)| of.1.rows.iter().map(part).collect();
+        let sets: Vec<BTreeSet<&str>> = records.iter().map(set).collect();
+        let is_shared = |word: &&str| sets.iter().all(|set| set.contains(word));
+        if !sets.iter().flatten().any(is_shared) {
+            let words = records.iter().zip(sets).map(|((name, _), set)| {
+                let shown: Vec<&str> = set.into_iter().take(MAX_REASONS).collect();
+                match shown.is_empty() {
+                    true => format!("\n  {name}: no rates"),
+                    false => format!("\n  {name}: {}", shown.join(", ")),
+                }
+            });
+            return format!("no {what} in common:{}", words.collect::<String>());
+        }
+    }
+    "no rate in common: scenes, rays, tracers and threads occur in other combinations".to_owned()
 }
 
 /// The reasons, if each of them may be overridden and `force` does.

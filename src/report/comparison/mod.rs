@@ -20,7 +20,7 @@ mod tables;
 pub(super) use change_tables::{BY_RAYS_HEAD, worst_first};
 pub use change_tables::{changes_table, counters_table, regressions_table};
 pub use changes::{Changes, GroupChange, Grouping, Normalisation, RowChange, RowKey, compare};
-pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline};
+pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline, nothing_in_common};
 pub use counters::{CountDifference, CounterChange, counters};
 pub use log_rate::RateChange;
 pub use rates::ComparedRate;
@@ -108,8 +108,10 @@ pub struct ComparedRecord {
 impl RecordComparison {
     /// Compares records, which come with a name each. Differences are from the first.
     pub fn of(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
-        let rows = records.iter().map(|(_, record)| &record.rows);
-        let best: Vec<RecordIndex> = rows.map(|rows| RecordIndex::of(rows)).collect();
+        let best = records
+            .iter()
+            .map(|(_, record)| RecordIndex::of(&record.scenes, &record.rows));
+        let best: Vec<RecordIndex> = best.collect();
         let ranking = summary::ranking(&best);
         let of = |i: usize| (records[i].1, &best[i]);
         let further = 1..records.len();

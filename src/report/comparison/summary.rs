@@ -1,5 +1,6 @@
 //! Ranks and geometric means of several records.
 
+use crate::record_index::some_or_all;
 use crate::{AUTO, PHALANX, RecordIndex, geometric_mean};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -20,7 +21,7 @@ pub struct EngineRank {
     pub mrays_per_s: f64,
 }
 
-/// Geometric means of our rates over scenes.
+/// Geometric means of our rates over scenes of triangles, or over all where there are none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeanRates {
     /// Kind of rays.
@@ -72,6 +73,9 @@ pub(super) fn ranking(records: &[RecordIndex]) -> Ranking {
         .flat_map(|rows| rows.keys().map(|key| (key.0, key.1, key.3)));
     let mut shared: BTreeSet<(&str, &str, u32)> = rates.collect();
     shared.retain(|of| entrants.iter().all(|entrant| !rate(entrant, of).is_nan()));
+    let scenes: Vec<&str> = shared.iter().map(|of| of.0).collect();
+    let averaged = some_or_all(&scenes, |scene| records[0].averaged.contains(scene));
+    shared.retain(|of| averaged.contains(&of.0));
     if engines.iter().any(BTreeSet::is_empty) || shared.is_empty() {
         return Ranking::default();
     }
@@ -110,6 +114,7 @@ pub(super) fn means(records: &[RecordIndex]) -> Vec<MeanRates> {
             records.iter().all(has)
         });
         let shared: Vec<&str> = shared.copied().collect();
+        let shared = some_or_all(&shared, |scene| first.averaged.contains(scene));
         let mean = |best: &RecordIndex| {
             let scenes = shared.iter();
             geometric_mean(scenes.filter_map(|scene| best.rate(AUTO, scene, kind, threads)))

@@ -15,6 +15,9 @@ const MAX_RATES: usize = 24;
 /// Longest name of a scene in a table, whose other columns take the rest of 80.
 const SCENE_LENGTH: usize = 14;
 
+/// The scenes of means and ranks.
+const OF_TRIANGLES: &str = " (scenes of triangles, if any)";
+
 /// The tables of a comparison: ranks first, then means, then rates.
 pub fn comparison_tables(of: &RecordComparison) -> Vec<ReportTable> {
     let mut tables = vec![ranks(of), means(of), ratios(of), kernels(of)];
@@ -95,7 +98,7 @@ fn ranks(of: &RecordComparison) -> ReportTable {
         counted(of.ranked_rates, "rate"),
         counted(of.ranked_scenes, "scene"),
     );
-    let title = format!("ranks over {rates} of {scenes} that all of these have");
+    let title = format!("ranks over {rates} of {scenes} that all of these have{OF_TRIANGLES}");
     let mut table =
         ReportTable::new(title, "rank | record | tracer | slowdown | Mrays/s", 3).with(rows);
     table.note = "slowdown: geometric mean of the fastest rate of each measurement over this one; 1.00 is always the fastest. \
@@ -107,7 +110,7 @@ fn ranks(of: &RecordComparison) -> ReportTable {
 fn means(of: &RecordComparison) -> ReportTable {
     let scenes = of.means.iter().map(|mean| mean.scenes).max().unwrap_or(0);
     let scenes = counted(scenes, "scene");
-    let title = format!("phalanx, Mrays/s, geometric means over {scenes}");
+    let title = format!("phalanx, Mrays/s, geometric means over {scenes}{OF_TRIANGLES}");
     let rows = of.means.iter().map(|mean| {
         let mut cells = vec![mean.rays.clone(), mean.threads.to_string()];
         for (i, &mrays) in mean.mrays_per_s.iter().enumerate() {
@@ -120,7 +123,8 @@ fn means(of: &RecordComparison) -> ReportTable {
 }
 
 fn ratios(of: &RecordComparison) -> ReportTable {
-    let title = format!("{PHALANX} as a multiple of other tracers, geometric means of each record");
+    let title =
+        format!("{PHALANX} as a multiple of other tracers, means of each record{OF_TRIANGLES}");
     let mut table = ReportTable::new(title, "tracer | threads", 1);
     table.names = 2;
     let labels = of.records.iter().map(|record| record.label.clone());

@@ -36,7 +36,7 @@ impl<'a> ComparedRecords<'a> {
             records,
             best: records
                 .iter()
-                .map(|(_, r)| RecordIndex::of(&r.rows))
+                .map(|(_, r)| RecordIndex::of(&r.scenes, &r.rows))
                 .collect(),
             threads: comparison.means.iter().map(|mean| mean.threads).max(),
         }
@@ -188,7 +188,7 @@ pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
     };
     html! {
         @if engines.is_empty() { p.note { "Neither the oracle nor a peer took part." } } @else {
-            p { "How many times as fast as another tracer phalanx is on the same machine: geometric means over scenes, peers by their best exact mode." }
+            p { "How many times as fast as another tracer phalanx is on the same machine: geometric means over scenes of triangles, or all where there are none; peers by their best exact mode." }
             (of.legend())
             div.grid { @for engine in &engines { (chart(engine)) } }
             (of.tables("phalanx as a multiple"))

@@ -97,7 +97,7 @@ pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
 }
 
 fn about_the_run(record: &BenchRecord) -> Vec<String> {
-    let (program, machine) = (&record.program, &record.machine);
+    let (program, machine, run) = (&record.program, &record.machine, &record.run);
     let (profile, has, asked) = (
         &program.profile,
         &program.isa_available,
@@ -116,6 +116,7 @@ fn about_the_run(record: &BenchRecord) -> Vec<String> {
         host.map(|host| {
             format!("A virtual machine ({host}): its neighbours take part in what is measured.")
         }),
+        run.partial.then(|| "The run was ended early: rates or samples are missing.".to_owned()),
         record.rows.iter().any(|r| !r.has_rate())
             .then(|| "Some rows hold no rate and are left out.".to_owned()),
     ];
@@ -179,8 +180,12 @@ fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
         });
         let parts: Vec<String> = parts.collect();
         let (on, speeds) = (threads_text(threads), listed(&parts));
-        (!parts.is_empty())
-            .then(|| format!("On {on}, phalanx is {speeds} (geometric means over scenes)."))
+        (!parts.is_empty()).then(|| {
+            format!(
+                "On {on}, phalanx is {speeds} (geometric means over {}).",
+                view.index.averaged_words()
+            )
+        })
     };
     let best = said("the best exact peer", &|kind| {
         view.index.over_best_peer(kind, threads)
@@ -228,15 +233,16 @@ fn engines(view: &RecordView<'_>) -> Markup {
         };
         (look(i), format!("against {engine}{mode}"))
     });
-    let bars = html! { li { "bars reach from the least to the greatest of all scenes" } };
+    let bars = html! { li { "bars reach from the least to the greatest of these scenes" } };
     legend(keys, bars)
 }
 
 fn ratio_table(view: &RecordView<'_>, threads: u32) -> ReportTable<Markup> {
-    let peers = view.index.has_peers();
+    let index = &view.index;
+    let peers = index.has_peers();
     let row = |kind: &&str| {
-        let best = view.index.over_best_peer(kind, threads);
-        let oracle = view.index.over(ORACLE, kind, threads);
+        let best = index.over_best_peer(kind, threads);
+        let oracle = index.over(ORACLE, kind, threads);
         let scenes = best.iter().chain(&oracle).map(|r| r.scenes).max()?;
         let mut cells = vec![cell(kind)];
         cells.extend(peers.then(|| ratio_cell(best)));
@@ -247,8 +253,8 @@ fn ratio_table(view: &RecordView<'_>, threads: u32) -> ReportTable<Markup> {
         true => "rays | over best exact peer | over oracle | scenes",
         false => "rays | over oracle | scenes",
     };
-    let on = threads_text(threads);
-    let title = format!("phalanx auto on {on}: mean over scenes, least and greatest");
+    let (on, scenes) = (threads_text(threads), index.averaged_words());
+    let title = format!("phalanx auto on {on}: mean over {scenes}, least and greatest");
     ReportTable::new(title, head, 1).with(view.kinds.iter().filter_map(row))
 }
 

@@ -37,7 +37,7 @@ impl<'a> RecordView<'a> {
             scenes: first_of_each(scenes),
             kinds: in_order(kinds.map(|kind| (kind, kind)), &order),
             threads: threads.into_iter().collect(),
-            index: RecordIndex::of(rows),
+            index: RecordIndex::of(&record.scenes, rows),
         }
     }
 

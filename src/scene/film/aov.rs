@@ -178,7 +178,8 @@ const RENAMED_CHANNELS: [(&str, &str); 10] = [
 /// are unchanged.
 ///
 /// ```
-/// use phalanx_scene::film::current_channel_name;
+/// # extern crate phalanx_scene as phalanx;
+/// use phalanx::film::current_channel_name;
 ///
 /// assert_eq!(current_channel_name("ns.X"), "N.X");
 /// assert_eq!(current_channel_name("albedo.R"), "albedo.R");

@@ -37,15 +37,15 @@ impl Bvh {
     /// If columns that were filled by hand show more primitives than 32 bits can number.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let ray = Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]);
     /// assert!(Bvh::build(&scene).intersect(&ray).is_none());
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
     /// assert!(Bvh::build(&scene).intersect(&ray).is_some());
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn build(scene: &Scene) -> Bvh {
         Bvh::build_with(scene, &BuildSettings::default())
@@ -54,15 +54,15 @@ impl Bvh {
     /// Builds the tree of a scene as [`Bvh::build`] does, with another quality or on fewer threads.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{BuildSettings, Bvh, Quality, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 1.0])?;
     /// let settings = BuildSettings { quality: Quality::Best, threads: 1 };
     /// let bvh = Bvh::build_with(&scene, &settings);
     /// assert_eq!(bvh.leaf_prims().spheres.len(), 2);
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
         run_on_threads(settings.threads, scene.prims.len(), || {
@@ -81,8 +81,8 @@ impl Bvh {
     /// clock is started, or where the first answer must not wait.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::bvh::Bvh;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Scene};
     ///
     /// let bvh = Bvh::build(&Scene::new());
     /// assert!(!bvh.has_wide());

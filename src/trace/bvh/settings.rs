@@ -8,7 +8,8 @@ use super::{best, clustering};
 /// at [`Quality::Best`]: see `perf/notes/many-cores.md`.
 ///
 /// ```
-/// use phalanx_trace::bvh::Quality;
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::Quality;
 ///
 /// assert_eq!(Quality::default(), Quality::Medium);
 /// assert_eq!(Quality::Best.name(), "best");

@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 /// all of its queries take `&self`, and no answer depends on the trees' shape.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{Ray, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, Ray, Scene};
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 /// let ray = Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]);
 /// let other = std::thread::scope(|scope| scope.spawn(|| bvh.intersect(&ray)).join());
 /// assert_eq!(other.expect("a result"), bvh.intersect(&ray));
-/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// # Ok::<(), phalanx::GeometryError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Bvh {

@@ -48,9 +48,9 @@ impl Bvh {
     /// other is queried.
     ///
     /// ```
-    /// use glam::{DAffine3, dvec3};
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::glam::{DAffine3, dvec3};
+    /// use phalanx::{Bvh, Ray, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
@@ -62,7 +62,7 @@ impl Bvh {
     /// scene.set_transform(door, DAffine3::from_translation(dvec3(0.0, 0.0, 2.0)))?;
     /// bvh.update(&scene);
     /// assert_eq!(bvh.intersect(&ray).map(|hit| hit.t), Some(7.0));
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn update(&mut self, scene: &Scene) {
         let settings = self.parts.as_ref().map(|parts| parts.settings);

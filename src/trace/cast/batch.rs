@@ -43,8 +43,8 @@ impl Bvh {
     /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
-    /// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -100,8 +100,8 @@ impl Bvh {
     /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
-    /// use phalanx_trace::{RayColumns, TMax, bvh::Bvh};
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, RayColumns, Scene, TMax};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -166,8 +166,8 @@ impl Bvh {
     /// [`BatchError`] if columns differ in length.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, RayBuffer, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, RayBuffer, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
@@ -216,8 +216,8 @@ impl Bvh {
     /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, RayBuffer, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, RayBuffer, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3], [0.0, 0.0, 5.0]], &[1.0, 1.0])?;

@@ -21,7 +21,8 @@ pub enum PerRay<'a, T> {
 /// rays are slower; this does not apply if all rays end at 1 (see [`Ray::segment`]).
 ///
 /// ```
-/// use phalanx_trace::{RayColumns, TMax};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{RayColumns, TMax};
 ///
 /// let (zeros, ones, ends) = ([0.0; 8], [1.0; 8], [2.5; 8]);
 /// let endless = RayColumns {
@@ -81,7 +82,8 @@ impl<T: Copy + PartialEq> PerRay<'_, T> {
 /// rays of one square of a picture; answers do not depend on it.
 ///
 /// ```
-/// use phalanx_trace::{RayColumns, TMax};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{RayColumns, TMax};
 ///
 /// let (zeros, ones) = ([0.0; 100], [1.0; 100]);
 /// let along_z = RayColumns {
@@ -107,8 +109,8 @@ pub struct RayColumns<'a> {
 /// which are both 2³² − 1. [`Hit`] documents the columns of a hit.
 ///
 /// ```
-/// use phalanx_scene::{NO_GEOM, NO_PRIM, Scene};
-/// use phalanx_trace::{HitColumns, Ray, RayBuffer, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, HitColumns, NO_GEOM, NO_PRIM, Ray, RayBuffer, Scene};
 ///
 /// let bvh = Bvh::build(&Scene::new());
 /// let rays: RayBuffer = [Ray::new([0.0; 3], [0.0, 0.0, 1.0])].into_iter().collect();
@@ -124,7 +126,7 @@ pub struct RayColumns<'a> {
 /// bvh.intersect_batch(&rays.columns(), &mut hits, 0)?;
 /// assert_eq!((t, u, v), ([f32::INFINITY], [0.0], [0.0]));
 /// assert_eq!((prim_id, geom_id), ([NO_PRIM], [NO_GEOM]));
-/// # Ok::<(), phalanx_trace::BatchError>(())
+/// # Ok::<(), phalanx::BatchError>(())
 /// ```
 #[derive(Debug)]
 pub struct HitColumns<'a> {
@@ -144,8 +146,8 @@ pub struct HitColumns<'a> {
 /// nothing.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
 ///
 /// let bvh = Bvh::build(&Scene::new());
 /// let rays: RayBuffer = [Ray::new([0.0; 3], [0.0, 0.0, 1.0])].into_iter().collect();
@@ -184,7 +186,8 @@ impl RayColumns<'_> {
     /// [`BatchError`] with the first column that differs from the origins' x.
     ///
     /// ```
-    /// use phalanx_trace::{RayColumns, TMax};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{RayColumns, TMax};
     ///
     /// let (long, short) = ([0.0; 3], [0.0; 2]);
     /// let rays = RayColumns {
@@ -263,7 +266,8 @@ pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Resu
 /// 28 bytes per ray.
 ///
 /// ```
-/// use phalanx_trace::{Ray, RayBuffer};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Ray, RayBuffer};
 ///
 /// let ahead = |x| Ray::new([x, 0.0, 0.0], [0.0, 0.0, 1.0]);
 /// let mut rays: RayBuffer = (0..10).map(|x| ahead(x as f32)).collect();
@@ -343,8 +347,8 @@ impl FromIterator<Ray> for RayBuffer {
 /// 20 bytes per ray. A buffer can be reused for any number of batches of its length.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;

@@ -22,8 +22,8 @@ const CHUNK: usize = 512;
 /// that, where it crosses it again.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, Ray, RayFilter, Scene};
 ///
 /// let mut scene = Scene::new();
 /// let near = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -41,9 +41,9 @@ const CHUNK: usize = 512;
 /// assert_eq!(hit(RayFilter { tnear: 4.0, ..RayFilter::default() }), Some(far));
 /// // A primitive that is ignored is hit on neither side.
 /// assert_eq!(hit(RayFilter { ignore: 0, ..RayFilter::default() }), Some(far));
-/// let is_odd = |hit: &phalanx_trace::Hit| hit.prim_id % 2 == 1;
+/// let is_odd = |hit: &phalanx::Hit| hit.prim_id % 2 == 1;
 /// assert_eq!(hit(RayFilter { accept: &is_odd, ..RayFilter::default() }), Some(far));
-/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// # Ok::<(), phalanx::GeometryError>(())
 /// ```
 #[derive(Clone, Copy)]
 pub struct RayFilter<'f> {
@@ -124,8 +124,8 @@ impl Bvh {
     /// Returns true if a ray hits anything that a filter accepts.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, RayFilter, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -133,7 +133,7 @@ impl Bvh {
     /// assert!(bvh.occluded_filtered(&ray, &RayFilter::default()));
     /// let beyond = RayFilter { tnear: 0.9, ..RayFilter::default() };
     /// assert!(!bvh.occluded_filtered(&ray, &beyond));
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn occluded_filtered(&self, ray: &Ray, filter: &RayFilter) -> bool {
         self.filtered(ray, filter, true).is_some()
@@ -142,15 +142,15 @@ impl Bvh {
     /// Finds all hits that a filter accepts, ordered by (t, `prim_id`): see [`HitLists`].
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, RayFilter, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, RayFilter, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[0.0, 4.0, 8.0].map(|z| [0.0, 0.0, z]), &[1.0; 3])?;
     /// let (bvh, ray) = (Bvh::build(&scene), Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]));
     /// let hits = bvh.all_hits_filtered(&ray, &RayFilter { ignore: 1, ..RayFilter::default() });
     /// assert_eq!(hits.iter().map(|hit| hit.t).collect::<Vec<f32>>(), [2.0, 10.0]);
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn all_hits_filtered(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
         let all = RefCell::new(Vec::new());
@@ -181,8 +181,8 @@ impl Bvh {
     /// [`BatchError`] if columns differ in length; nothing is written then.
     ///
     /// ```
-    /// use phalanx_scene::{NO_PRIM, Scene};
-    /// use phalanx_trace::{BatchFilter, HitBuffer, PerRay, Ray, RayBuffer, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{BatchFilter, Bvh, HitBuffer, NO_PRIM, PerRay, Ray, RayBuffer, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3], [0.0, 0.0, 5.0]], &[1.0, 1.0])?;

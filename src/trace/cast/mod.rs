@@ -46,7 +46,8 @@ use phalanx_scene::{GeomId, NO_GEOM};
 /// zero or negative misses everything; that is not an error.
 ///
 /// ```
-/// use phalanx_trace::Ray;
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::Ray;
 ///
 /// let ray = Ray { tmax: 10.0, ..Ray::new([0.0; 3], [0.0, 0.0, 1.0]) };
 /// assert!(ray.can_hit());
@@ -69,7 +70,8 @@ impl Ray {
     /// Creates a ray with infinite `tmax`. Accepts arrays and glam's vectors.
     ///
     /// ```
-    /// use phalanx_trace::Ray;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::Ray;
     ///
     /// let ray = Ray::new([0.0, 0.0, 5.0], [0.0, 0.0, -2.0]);
     /// assert_eq!(ray.at(1.5), [0.0, 0.0, 2.0]);
@@ -87,7 +89,8 @@ impl Ray {
     /// count. For shadow rays.
     ///
     /// ```
-    /// use phalanx_trace::Ray;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::Ray;
     ///
     /// let ray = Ray::segment([1.0, 0.0, 0.0], [4.0, 0.0, 0.0]);
     /// assert_eq!((ray.direction, ray.tmax), ([3.0, 0.0, 0.0], 1.0));
@@ -106,7 +109,8 @@ impl Ray {
     /// to rounding in single precision.
     ///
     /// ```
-    /// use phalanx_trace::Ray;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::Ray;
     ///
     /// assert_eq!(Ray::segment([1.0, 0.0, 0.0], [5.0, 2.0, 0.0]).at(0.5), [3.0, 1.0, 0.0]);
     /// ```
@@ -126,8 +130,8 @@ impl Ray {
 /// The closest hit of a ray. A miss is `None` instead.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{Hit, Ray, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, Hit, Ray, Scene};
 ///
 /// let mut scene = Scene::new();
 /// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -135,7 +139,7 @@ impl Ray {
 /// // Two units away, of which the direction is half a one.
 /// let expected = Hit { t: 4.0, u: 0.0, v: 0.0, prim_id: 0, geom_id: ball };
 /// assert_eq!(Bvh::build(&scene).intersect(&ray), Some(expected));
-/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// # Ok::<(), phalanx::GeometryError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -175,8 +179,8 @@ impl Bvh {
     /// [`Bvh::intersect_batch`] is faster and gives the same bits.
     ///
     /// ```
-    /// use phalanx_trace::{Ray, bvh::Bvh};
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
@@ -197,8 +201,8 @@ impl Bvh {
     /// Returns true if a ray hits anything before its `tmax`. Cost as for [`Bvh::intersect`].
     ///
     /// ```
-    /// use phalanx_trace::{Ray, bvh::Bvh};
-    /// use phalanx_scene::Scene;
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, Scene};
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -244,8 +248,8 @@ impl Bvh {
     /// Each call searches the list of geometries; for many hits, keep the answers.
     ///
     /// ```
-    /// use phalanx_scene::Scene;
-    /// use phalanx_trace::{Ray, bvh::Bvh};
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, Scene};
     ///
     /// let mut scene = Scene::new();
     /// let near = scene.add_spheres(&[[0.0; 3], [9.0, 0.0, 0.0]], &[1.0, 1.0])?;
@@ -255,7 +259,7 @@ impl Bvh {
     /// assert_eq!((hit.geom_id, hit.prim_id), (far, 3));
     /// assert_eq!(bvh.first_prim(far).map(|first| hit.prim_id - first), Some(1));
     /// assert_eq!(bvh.first_prim(near), Some(0));
-    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn first_prim(&self, geometry: GeomId) -> Option<u32> {
         self.geometries().first_prim(geometry)

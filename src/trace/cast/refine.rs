@@ -26,8 +26,8 @@ pub struct RefinedHit {
 /// hit. Costs about 50 ns; no bits of other answers depend on it.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{Ray, bvh::Bvh, refine};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, Ray, Scene, refine};
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
@@ -35,7 +35,7 @@ pub struct RefinedHit {
 /// let refined = refine(&scene, [0.1, 0.0, -3.0], [0.0, 0.0, 1.0], &hit.expect("a hit"));
 /// assert!((refined.t - (3.0 - 0.99f64.sqrt())).abs() < 1e-15);
 /// assert!((refined.normal[0] - 0.1).abs() < 1e-15);
-/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// # Ok::<(), phalanx::GeometryError>(())
 /// ```
 ///
 /// # Panics

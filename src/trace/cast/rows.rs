@@ -8,8 +8,8 @@ use super::{BatchError, Ray, RayColumns, TMax};
 /// columns as it goes, which costs about a nanosecond a ray.
 ///
 /// ```
-/// use phalanx_scene::Scene;
-/// use phalanx_trace::{HitBuffer, RayRows, TMax, bvh::Bvh};
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Bvh, HitBuffer, RayRows, Scene, TMax};
 ///
 /// let mut scene = Scene::new();
 /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;

@@ -1,8 +1,11 @@
 //! `phalanx bench`: files, tables, exit codes.
 
 use super::TestFolder;
+use super::signals::signal;
 use serde_json::Value;
 use std::fs;
+use std::process::Stdio;
+use std::time::Duration;
 
 /// Fast enough for a test; the measurements themselves are ignored.
 const FAST: &str = "--size 48x32 --repeat 2 --min-time 0 --threads 1,2";
@@ -346,7 +349,7 @@ fn a_baseline_of_another_machine_is_refused_before_anything_is_measured() {
     room.write("other.json", &other.replace(&cpu, "\"Imaginary 9000\""));
     for (scene, baseline, why) in [
         ("a.test", "other.json", "another CPU: Imaginary 9000"),
-        ("standard:balls:1", "r.json", "no rate stands in both"),
+        ("standard:balls:1", "r.json", "no scene in common"),
     ] {
         let line = format!("bench {scene} {FAST} --rays primary --baseline {baseline}");
         let ran = room.run(&line);
@@ -356,4 +359,218 @@ fn a_baseline_of_another_machine_is_refused_before_anything_is_measured() {
     room.ok(&format!(
         "bench a.test {FAST} --rays primary --baseline other.json --force"
     ));
+}
+
+#[test]
+fn a_record_without_a_file_is_the_output() {
+    let room = TestFolder::new();
+    let ran = room.run(&format!("bench a.test {FAST} --rays primary --json"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let record: Value = serde_json::from_str(&ran.stdout).expect("JSON alone");
+    assert_eq!(record["run"].get("partial"), None);
+    assert!(ran.stderr.contains("Mrays/s"), "{}", ran.stderr);
+    // The option's value would be the record's file, and the scene is one.
+    let before = fs::read(room.path().join("a.test")).unwrap();
+    room.refused("bench --json a.test", 2, &["a.test", "before --json"]);
+    assert_eq!(fs::read(room.path().join("a.test")).unwrap(), before);
+}
+
+#[test]
+fn records_name_files_without_their_folders() {
+    let room = TestFolder::new();
+    fs::create_dir(room.path().join("private")).unwrap();
+    fs::copy(
+        room.path().join("a.test"),
+        room.path().join("private/a.test"),
+    )
+    .unwrap();
+    let folder = room.path().join("private").display().to_string();
+    room.ok(&format!(
+        "bench a.test {folder}/a.test {FAST} --rays primary --csv={folder}/r.csv --json {folder}/r.json --html {folder}/r.html"
+    ));
+    for file in ["r.json", "r.csv", "r.html"] {
+        let text = fs::read_to_string(room.path().join("private").join(file)).unwrap();
+        assert!(!text.contains("private"), "{file}");
+    }
+    let record = record(&room, "private/r.json");
+    let arguments = record["run"]["arguments"].as_array().unwrap();
+    assert!(
+        arguments.contains(&Value::from("--csv=r.csv")),
+        "{arguments:?}"
+    );
+    let names: Vec<&Value> = record["scenes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| &s["name"])
+        .collect();
+    assert_eq!(names, ["a.test", "a.test (2)"]);
+}
+
+#[test]
+fn each_scene_has_its_camera() {
+    let room = TestFolder::new();
+    room.ok("build a.test -o a.phx");
+    let (near, away) = (
+        "--camera 0,0,5 0,0,0 0,1,0 60",
+        "--camera 0,0,5 0,0,9 0,1,0 60",
+    );
+    let hits = |scenes: &str, cameras: &str| -> Vec<u64> {
+        room.ok(&format!(
+            "bench {scenes} {FAST} --rays primary {cameras} --json r.json"
+        ));
+        let record = record(&room, "r.json");
+        let scenes = record["scenes"].as_array().unwrap().iter();
+        scenes
+            .map(|scene| scene["rays"]["primary"]["hits"].as_u64().unwrap())
+            .collect()
+    };
+    let own = hits("a.test", "")[0];
+    let [near_hits, none] = hits("a.test a.test", &format!("{near} {away}"))[..] else {
+        panic!("two scenes")
+    };
+    assert!(near_hits > 0 && none == 0 && own > 0 && own != near_hits);
+    // One is for all, but a cache keeps its own where the others have one each.
+    assert_eq!(hits("a.test a.test", near), [near_hits; 2]);
+    assert_eq!(hits("a.phx", near), [near_hits]);
+    assert_eq!(hits("a.phx a.test", near), [own, near_hits]);
+    let three = format!("bench a.test a.test a.test {FAST} {near} {away}");
+    room.refused(&three, 2, &["one for each"]);
+    // The suite's answers are those of its own camera.
+    room.ok(&format!(
+        "bench standard:balls:2 --rays primary --repeat 1 --threads 1 {near}"
+    ));
+}
+
+/// A run that would take an hour.
+const ENDLESS: &str = "bench a.test --size 48x32 --repeat 10000 --min-time 3600 --threads 1 --rays primary --json r.json";
+
+#[test]
+fn a_run_that_is_ended_keeps_its_rates() {
+    let room = TestFolder::new();
+    let is_partial = || {
+        let record = record(&room, "r.json");
+        let rows = record["rows"].as_array().unwrap();
+        assert!(!rows.is_empty() && record["run"]["partial"] == true);
+        room.ok("bench report r.json -o r.html");
+        let page = fs::read_to_string(room.path().join("r.html")).unwrap();
+        assert!(page.contains("ended early"));
+    };
+    let ran = room.run(&format!("{ENDLESS} --time-limit 2"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("partial"), "{}", ran.stdout);
+    is_partial();
+    for (name, code) in [("INT", 130), ("TERM", 143)] {
+        fs::remove_file(room.path().join("r.json")).unwrap();
+        let child = room
+            .command(ENDLESS)
+            .stderr(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_secs(2));
+        signal(&child, name);
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{name}: {said}");
+        assert!(said.contains("interrupted: 1 of 1 scenes"), "{said}");
+        is_partial();
+    }
+    let ran = room.run(&format!("{ENDLESS} --time-limit 0"));
+    assert_eq!(
+        (ran.code, ran.stdout.as_str()),
+        (Some(2), ""),
+        "{}",
+        ran.stderr
+    );
+    assert!(ran.stderr.contains("--time-limit"), "{}", ran.stderr);
+}
+
+#[test]
+fn reports_of_records_without_a_common_rate_are_refused() {
+    let room = TestFolder::new();
+    let bench = |scene: &str, rays: &str, name: &str| {
+        room.ok(&format!("bench {scene} {FAST} --rays {rays} --json {name}"));
+    };
+    bench("a.test", "primary", "a.json");
+    bench("a.test", "shadow", "b.json");
+    bench("standard:balls:1", "primary", "c.json");
+    for command in ["report", "compare"] {
+        for (records, words) in [
+            (
+                "a.json c.json",
+                [
+                    "no scene in common",
+                    "a.json: a.test",
+                    "c.json: standard:balls:1",
+                ],
+            ),
+            (
+                "a.json b.json",
+                [
+                    "no kind of rays in common",
+                    "a.json: primary",
+                    "b.json: shadow",
+                ],
+            ),
+        ] {
+            let page = if command == "report" {
+                "-o no.html"
+            } else {
+                ""
+            };
+            room.refused(&format!("bench {command} {records} {page}"), 2, &words);
+        }
+    }
+    assert!(!room.path().join("no.html").exists());
+}
+
+#[test]
+fn a_quick_run_has_as_many_scenes_as_its_help_says() {
+    let suite = include_str!("../../../perf/suite.toml");
+    assert_eq!(suite.matches("quick = true").count(), 8);
+    let help = TestFolder::new().ok("bench -h");
+    assert!(help.contains("Measure only eight scenes"), "{help}");
+}
+
+/// A box of six squares around one of finely divided faces.
+fn furnished_room() -> String {
+    let mut text = String::new();
+    for (lo, size, cells) in [(0.0, 10.0, 1), (1.0, 2.0, 14)] {
+        for face in 0..6 {
+            for cell in 0..cells * cells {
+                for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+                    let at = |k: u32| f64::from(k) / f64::from(cells);
+                    let mut corner = [
+                        at(cell % cells + a),
+                        at(cell / cells + b),
+                        f64::from(face / 3),
+                    ];
+                    corner.rotate_right(face as usize % 3);
+                    let [x, y, z] = corner.map(|c| lo + c * size);
+                    text += &format!("v {x} {y} {z}\n");
+                }
+                text += "f -4 -3 -2 -1\n";
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn a_room_seen_from_outside_gets_the_hint_of_render() {
+    let room = TestFolder::new();
+    room.write("room.obj", &furnished_room());
+    let hint = "if this is a room, try a camera inside it: --camera 5.0,5.0,5.0";
+    for line in [
+        "render room.obj -o a.png --size 40x30",
+        &format!("bench room.obj {FAST} --rays primary"),
+    ] {
+        let ran = room.run(line);
+        assert!(
+            ran.code == Some(0) && ran.stderr.contains(hint),
+            "{line}: {}",
+            ran.stderr
+        );
+    }
 }

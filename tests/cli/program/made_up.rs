@@ -139,12 +139,31 @@ fn a_picture_that_shows_nothing_says_why() {
             "above or below",
         ),
         (hidden, seen, "every surface is fully transparent"),
+        (
+            "Ka 1 1 1\nKd 0 0 0",
+            "--camera 0,0,.1 0,0,0 0,1,0 9",
+            "one surface fills it",
+        ),
+        (
+            "Kd 1 1 1",
+            "--camera 0,0,5 0,0,0 0,1,0 40 --exposure=-60",
+            "--exposure",
+        ),
+        (
+            "Kd 1 1 1",
+            "--camera 0,0,5 0,0,0 0,1,0 40 --exposure 60",
+            "--exposure",
+        ),
     ] {
         let stderr = said(material, line);
         let warned = stderr.contains("warning: the picture is empty");
         assert!(warned && stderr.contains(reason), "{line}: {stderr}");
     }
     assert!(!said("Kd 1 1 1", seen).contains("empty"));
+    // Small, but not by its colour.
+    let tiny =
+        room("Kd 1 1 1").run("render s.obj -o a.png --size 3x3 --camera 0,0,5 0,0,9 0,1,0 40");
+    assert!(tiny.stderr.contains("behind the camera"), "{}", tiny.stderr);
     // A detail may well have one colour.
     let detail = format!("{seen} --region 0 0 4 4");
     assert!(!said(hidden, &detail).contains("empty"));

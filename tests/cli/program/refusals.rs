@@ -1,6 +1,6 @@
 //! Refused inputs, with their messages and exit codes; nothing is left behind.
 
-use super::{SCENE, TestFolder};
+use super::{SCENE, TestFolder, ran};
 use std::fs;
 
 #[test]
@@ -44,6 +44,18 @@ fn usage_errors_are_2() {
         ("rendr a.test", "render"),
         ("render", "<SCENE>"),
         ("render a.test --colour", "--colour"),
+        ("render a.test --samples 4", "--spp N"),
+        ("plan a.test --samples 4", "--spp N"),
+        ("render a.test --width 40", "--size WxH"),
+        ("render a.test --env sky.hdr", "--background R,G,B"),
+        ("render a.test --background white", "expected R,G,B"),
+        ("render a.test --light white", "expected X,Y,Z"),
+        ("render a.test --camera 0 0 5 45", "FROM, as in 0,1,5"),
+        ("render a.test --camera-name 7", "no camera is called"),
+        (
+            "render a.test --aov albdo -o a.exr",
+            "Z, position, P, ng, Ng, ns, N,",
+        ),
         ("render a.test --size 10", "640x480"),
         ("render a.test --size 0x10", "out of range"),
         ("render a.test --size 1000000x1000000", "out of range"),
@@ -364,4 +376,42 @@ fn names_on_the_command_line_do_not_steer_the_terminal() {
             "{line:?}: {said}"
         );
     }
+}
+
+#[test]
+fn a_camera_in_one_word_is_told_the_form() {
+    let room = TestFolder::new();
+    for more in ["", "-o a.png", "-o a.png --size 40x30", "--size 40x30"] {
+        let mut command = room.command("render a.test --camera");
+        command.arg("0 0 5").args(more.split_whitespace());
+        let ran = ran(&mut command);
+        let told = ran.stderr.contains("FROM AT UP FOV, as in");
+        assert!(ran.code == Some(2) && told, "{more}: {}", ran.stderr);
+    }
+    let far = "--camera 1e38,0,0 0,0,0 0,1,0 45 --size 8x8";
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/phalanx.test");
+    room.refused(&format!("render {scene} {far}"), 2, &["too far away"]);
+    // Only options that the command has are named.
+    let ran = room.run("info a.test --samples 4");
+    assert!(!ran.stderr.contains("--spp"), "{}", ran.stderr);
+}
+
+#[test]
+fn scenes_of_other_programs_name_a_converter() {
+    let room = TestFolder::new();
+    for (name, how) in [
+        ("a.fbx", "assimp export"),
+        ("a.off", "assimp export"),
+        ("a.USDZ", "in Blender"),
+        ("a.stp", "in FreeCAD"),
+    ] {
+        room.write(name, "");
+        room.refused(
+            &format!("render {name}"),
+            2,
+            &["help: convert it to glTF", how],
+        );
+    }
+    room.write("a.txt", "");
+    assert!(!room.run("render a.txt").stderr.contains("convert"));
 }

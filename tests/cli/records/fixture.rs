@@ -145,6 +145,7 @@ fn run() -> RunInfo {
         started: "2026-11-21T12:00:00Z".into(),
         arguments: ["bench", "--against", "embree"].map(str::to_owned).to_vec(),
         seconds: 600.0,
+        partial: false,
         size: [1280, 960],
         repeat: 9,
         spp: 1,

@@ -5,13 +5,14 @@ use phalanx::report::{
     markdown, rate,
 };
 
-/// Geometric means over a record's scenes as Markdown, by kind of rays on the fewest threads: our
-/// rates (`auto`), their ratios to each peer's best mode with exact results and to the oracle, and
-/// our rates on all threads. Then comes the machine.
+/// Geometric means over a record's scenes of triangles as Markdown, by kind of rays on the fewest
+/// threads: our rates (`auto`), their ratios to each peer's best mode with exact results and to the
+/// oracle, and our rates on all threads. Then ours in each other scene, with their ratios to the
+/// best peer, and the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
-    let scenes = counted(record.scenes.len(), "scene");
-    let of = format!("geometric means of {scenes}, ");
-    ReadmeTable::of(record).text(&of, ReadmeTable::means, ".")
+    let table = ReadmeTable::of(record);
+    let of = format!("geometric means of {}, ", table.index.averaged_words());
+    table.text(&of, ReadmeTable::means, ".")
 }
 
 /// Rates in each scene of a record as Markdown, by kind of rays on the fewest threads: ours
@@ -33,7 +34,7 @@ struct ReadmeTable<'a> {
 
 impl<'a> ReadmeTable<'a> {
     fn of(record: &'a BenchRecord) -> ReadmeTable<'a> {
-        let index = RecordIndex::of(&record.rows);
+        let index = RecordIndex::of(&record.scenes, &record.rows);
         let kinds = RayKind::names().filter(|kind| index.kinds.contains(kind));
         ReadmeTable {
             record,
@@ -84,13 +85,35 @@ impl<'a> ReadmeTable<'a> {
             let first = format!("phalanx, {}", counted(self.most as usize, "thread"));
             rows.push(self.row(first, |kind| mean(kind, self.most)));
         }
+        let averaged = &self.index.averaged;
+        let apart = self.record.scenes.iter();
+        for scene in apart.filter(|scene| !averaged.contains(&&*scene.name)) {
+            let name = markdown(&scene.name);
+            let has_peer = |peer: &str| {
+                self.kinds
+                    .iter()
+                    .any(|kind| self.rate(peer, &scene.name, kind).is_some())
+            };
+            let first = match self.index.peers().any(has_peer) {
+                true => format!("{name} (÷ best peer)"),
+                false => name,
+            };
+            rows.push(self.row(first, |kind| {
+                let ours = self.rate(AUTO, &scene.name, kind)?;
+                let peers = self.index.peers();
+                let peers = peers.filter_map(|peer| self.rate(peer, &scene.name, kind));
+                let best = peers.max_by(f64::total_cmp);
+                let ratio = best.map(|best| format!(" (×{})", rate(ours / best)));
+                Some(rate(ours) + &ratio.unwrap_or_default())
+            }));
+        }
         rows
     }
 
     fn mean_ratio(&self, name: &str, kind: &str) -> Option<String> {
         let over = self.index.over(name, kind, self.fewest)?;
         // Not every peer supports every scene: a ratio covers the scenes that both have.
-        let scenes = self.index.scenes.iter();
+        let scenes = self.index.averaged.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
         let of = match over.scenes < ours.count() {
             true => format!(" (of {})", over.scenes),

@@ -104,6 +104,39 @@ fn a_table_of_few_scenes() {
 }
 
 #[test]
+fn spheres_are_in_no_mean() {
+    let mut record = fixture::record(3);
+    let mean = readme_table(&record);
+    assert!(
+        mean.starts_with("| Mrays/s, geometric means of 3 scenes, "),
+        "{mean}"
+    );
+    record.scenes[2].primitives = [("spheres".to_owned(), 998), ("triangles".to_owned(), 2)].into();
+    let two = readme_table(&fixture::record(2));
+    let row = |table: &str, start: &str| {
+        let found = table.lines().find(|line| line.starts_with(start));
+        found
+            .unwrap_or_else(|| panic!("no line {start} in\n{table}"))
+            .to_owned()
+    };
+    let table = readme_table(&record);
+    assert!(
+        table.starts_with("| Mrays/s, geometric means of 2 scenes of triangles, "),
+        "{table}"
+    );
+    for start in [
+        "| **phalanx** |",
+        "| phalanx ÷ embree",
+        "| phalanx ÷ scalar oracle",
+        "| phalanx, 2 threads |",
+    ] {
+        assert_eq!(row(&table, start), row(&two, start));
+    }
+    row(&table, "| standard:scene2:small (÷ best peer) | ");
+    assert_eq!(table.matches("\n| phalanx ÷ embree").count(), 1, "{table}");
+}
+
+#[test]
 fn a_record_without_rates_says_so() {
     let mut empty = fixture::record(1);
     empty.rows.clear();

@@ -56,6 +56,12 @@ fn kept_records_validate() {
             continue;
         }
         let document = json(&path);
+        let text = document.to_string();
+        assert!(
+            !text.contains("\"/"),
+            "{}: a path of a machine",
+            path.display()
+        );
         // Those of `cargo bench --bench ratios` and of the scripts in `perf` are of other kinds.
         if document.get("ratios").is_none() && document.get("kind").is_none() {
             let wrong = errors(&perf, &document);
@@ -104,7 +110,7 @@ fn kinds_of_rays_are_the_benchmarks() {
 }
 
 /// Optional fields.
-const OPTIONAL: [(&str, &str); 2] = [("scene", "origin"), ("run", "spp")];
+const OPTIONAL: [(&str, &str); 3] = [("scene", "origin"), ("run", "partial"), ("run", "spp")];
 
 /// Checks that every field is described and, apart from the optional ones, required, and that no
 /// object accepts others. Maps describe their values.

@@ -286,6 +286,7 @@ pub fn minimal() -> BenchRecord {
                 "report.html".to_owned(),
             ],
             seconds: 712.0,
+            partial: false,
             size: [1024, 1024],
             repeat: 7,
             spp: 1,

@@ -2,9 +2,10 @@
 //!
 //!     cargo run --release --manifest-path perf/calls/Cargo.toml --bin moving -- MESH [THREADS]
 //!
-//! Prints medians of milliseconds: a build of the mesh, with and without the wide tree; a refit of
-//! its moved vertices; and the move of a thousand instances of it. `perf/notes/calls.md` has the
-//! tables, and Embree's times, by `perf/moving.py`.
+//! Prints medians of milliseconds, of the clock and of all threads' CPU time: a build of the mesh,
+//! with and without the wide tree; a refit of its moved vertices; and the move of a thousand
+//! instances of it. `perf/notes/calls.md` has the tables, and Embree's times, by
+//! `perf/calls/embree_moving.py`.
 
 use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::glam::{DAffine3, DVec3};
@@ -12,6 +13,11 @@ use phalanx::{Bvh, Scene};
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
+
+unsafe extern "C" {
+    /// Microseconds of CPU time of all threads of the process.
+    safe fn clock() -> i64;
+}
 
 const ROUNDS: usize = 15;
 const INSTANCES: usize = 1000;
@@ -41,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         bvh
     });
     println!("{mesh}, {} triangles, {threads} threads", faces.len());
-    println!("build                {build:8.2} ms, with the wide tree {both:8.2}");
+    println!("build                {} ms, with the wide tree {}", shown(build), shown(both));
     let mut wide_off = Bvh::build_with(&scene, &settings);
     let mut wave = |scene: &mut Scene, round: usize| {
         let rest = size * 0.002 * (round as f32).sin();
@@ -57,11 +63,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         wide.push(time(|| bvh.update(&scene)).0);
     }
     let [narrow, wide] = [narrow, wide].map(middle);
-    println!("refit                {narrow:8.2} ms, with the wide tree {wide:8.2}");
+    println!("refit                {} ms, with the wide tree {}", shown(narrow), shown(wide));
     println!(
-        "refit / build        {:8.3}                      {:8.3}",
-        narrow / build,
-        wide / both
+        "refit / build, CPU   {:8.3}                      {:8.3}",
+        narrow[1] / build[1],
+        wide[1] / both[1]
     );
 
     let mut scene = Scene::new();
@@ -88,26 +94,36 @@ fn main() -> Result<(), Box<dyn Error>> {
         times.push(time(|| bvh.update(&scene)).0);
     }
     println!(
-        "{INSTANCES} instances moved {:8.3} ms, the first time {:8.3}",
-        middle(times[1..].to_vec()),
-        times[0]
+        "{INSTANCES} instances moved {} ms, the first time {}",
+        shown(middle(times[1..].to_vec())),
+        shown(times[0])
     );
     Ok(())
 }
 
-fn time<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let start = Instant::now();
+/// Milliseconds of the clock, and of CPU time.
+type Times = [f64; 2];
+
+fn time<T>(work: impl FnOnce() -> T) -> (Times, T) {
+    let (start, cpu) = (Instant::now(), clock());
     let made = work();
-    (start.elapsed().as_secs_f64() * 1e3, made)
+    let wall = start.elapsed().as_secs_f64() * 1e3;
+    ([wall, (clock() - cpu) as f64 / 1e3], made)
 }
 
-fn median<T>(mut work: impl FnMut(usize) -> T) -> (f64, T) {
-    let mut runs: Vec<(f64, T)> = (0..5).map(|k| time(|| work(k))).collect();
-    runs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    runs.swap_remove(2)
+fn median<T>(mut work: impl FnMut(usize) -> T) -> (Times, T) {
+    let (times, mut made): (Vec<Times>, Vec<T>) = (0..5).map(|k| time(|| work(k))).unzip();
+    (middle(times), made.swap_remove(0))
 }
 
-fn middle(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+fn middle(times: Vec<Times>) -> Times {
+    [0, 1].map(|column| {
+        let mut times: Vec<f64> = times.iter().map(|times| times[column]).collect();
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    })
+}
+
+fn shown([wall, cpu]: Times) -> String {
+    format!("{wall:8.2} (CPU {cpu:.2})")
 }

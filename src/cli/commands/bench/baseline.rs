@@ -6,6 +6,7 @@ use super::measure::{BenchScene, measure_scene, record};
 use super::program::this_program;
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, RayKind};
+use phalanx::frame::Control;
 use phalanx::report::{
     BenchRecord, Changes, CountDifference, CounterChange, IncompatibleRecords, RETAKES,
     RecordError, RowKey, changes_table, counters, counters_table, regressions_table,
@@ -113,7 +114,8 @@ impl Baseline {
             suspects.len(),
             scenes.len()
         ));
-        let mut bar = BenchProgressBar::new(scenes.len());
+        let control = Control::default();
+        let mut bar = BenchProgressBar::new(scenes.len(), &control, None);
         let mut all = Vec::new();
         for scene in scenes {
             let kinds = |kind: &RayKind| {
@@ -124,7 +126,7 @@ impl Baseline {
                 .iter()
                 .any(|s| s.scene == scene.info.name && s.rays == "frame");
             let again = plan.restricted(kinds, frames);
-            all.push(measure_scene(args, &again, scene, &mut bar)?.0);
+            all.push(measure_scene(&again, scene, &mut bar)?.0);
         }
         bar.finish();
         Ok(record(args, plan, all, now.run.started.clone(), 0.0))

@@ -4,30 +4,33 @@ use super::args::RunArgs;
 use super::bar::BenchProgressBar;
 use super::program::this_program;
 use super::table;
-use crate::cli::options::{SceneInput, WantedPicture};
+use crate::cli::options::{SceneArgs, SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
 use phalanx::frame::Engine;
 use phalanx::report::BenchRecord;
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{PathBuf, is_separator};
 use std::time::Instant;
 
 /// A scene to measure.
 pub struct BenchScene {
     pub path: PathBuf,
+    /// Its options, with its own camera.
+    pub args: SceneArgs,
     pub info: SceneInfo,
 }
 
-/// Opens a scene, measures it, and prints its table.
+/// Opens a scene, measures it, and prints its table. [`BenchError::Stopped`] if the run ends before
+/// the scene has rates.
 pub fn measure_scene(
-    args: &RunArgs,
     plan: &BenchPlan,
     scene: &BenchScene,
     bar: &mut BenchProgressBar,
 ) -> Result<(Measured, SceneInput), CliError> {
-    bar.scene(&scene.info.name);
+    bar.scene(&scene.info.name).map_err(CliError::Bench)?;
     let start = Instant::now();
-    let scene_input = SceneInput::load(&scene.path, &args.scene_args, wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &scene.args, wanted(plan), 0)?;
     let settings = plan.build_settings();
     (scene_input.budget).for_tree(&scene_input.scene, Engine::Simd, &settings)?;
     let info = SceneInfo {
@@ -60,7 +63,7 @@ pub fn record(
     started: String,
     seconds: f64,
 ) -> BenchRecord {
-    let arguments = std::env::args().skip(1).collect();
+    let arguments = std::env::args_os().skip(1).map(without_folder).collect();
     let run = plan.run_info(started, arguments, seconds);
     let mut record = phalanx::bench::record(this_program(), run, all);
     // Measured only for the files that show them, because they take seconds.
@@ -69,4 +72,14 @@ pub fn record(
         record.limits = Some(limits);
     }
     record
+}
+
+/// An argument with the names of files only: records travel, folders of a machine do not.
+fn without_folder(argument: OsString) -> String {
+    let text = argument.to_string_lossy();
+    let option = text.split_once('=').filter(|_| text.starts_with("--"));
+    let (option, value) = option.map_or((String::new(), &*text), |(option, value)| {
+        (format!("{option}="), value)
+    });
+    option + value.rsplit(is_separator).next().unwrap_or(value)
 }

@@ -17,17 +17,22 @@ use args::{BenchCommand, PeerArg, RunArgs};
 use bar::BenchProgressBar;
 use baseline::Baseline;
 use measure::{BenchScene, measure_scene, record};
-use phalanx::bench::{BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScene, dump};
+use phalanx::bench::{BenchError, BenchPlan, DumpError, Measured, Suite, SuiteScene, dump};
 use phalanx::files::shown_path;
+use phalanx::formats::endings;
+use phalanx::frame::Control;
+use phalanx::jobs::SceneOverrides;
+use phalanx::open::{is_cache, standard_name};
 use phalanx::peers::Peer;
 use phalanx::peers::embree::EmbreeLibrary;
 use phalanx::report::html::{ScenePictures, page_against};
-use phalanx::report::{BenchRecord, to_csv, to_json};
+use phalanx::report::{BenchRecord, RateRow, to_csv, to_json};
 use phalanx::trace::Kernel;
 use saved::save;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Instant, SystemTime};
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::{Duration, Instant, SystemTime};
 
 /// The standard suite, from the repository.
 const SUITE: &str = include_str!("../../../../perf/suite.toml");
@@ -55,7 +60,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         baseline.check(args, &plan, &scenes)?;
     }
     if let Some(path) = &args.dump_rays {
-        return dump_rays(path, args, &plan, &scenes);
+        return dump_rays(path, &plan, &scenes);
     }
     if args.quick && plan.timed {
         output::print(&quick_note(&suite, &plan, scenes.len()))?;
@@ -64,26 +69,57 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     // A clock before 1970 has no such text.
     let now = SystemTime::now().max(SystemTime::UNIX_EPOCH);
     let started = humantime::format_rfc3339(now).to_string();
+    let (measured, stopped) = interrupt::interruptible(|control| {
+        let measured = measure_each(args, &plan, &scenes, control);
+        (measured, control.stop.load(Relaxed))
+    });
+    let (all, shown) = measured?;
+    let few = |row: &RateRow| row.samples.len() < plan.repeat;
+    let partial = all.len() < scenes.len() || all.iter().flat_map(|scene| &scene.rows).any(few);
+    let done = format!("{} of {} scenes were measured", all.len(), scenes.len());
+    match stopped {
+        _ if !all.is_empty() => {}
+        true => return Err(CliError::Interrupted),
+        false => return Err(CliError::Usage(format!("--time-limit: {done}"))),
+    }
+    if let Some(path) = &args.update_suite {
+        return update_suite(path, suite, &all);
+    }
+    let mut record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
+    record.run.partial = partial;
+    output::print(&table::summary(&record, output::stdout_columns()))?;
+    write_files(args, &record, &shown, baseline.as_ref())?;
+    match &baseline {
+        _ if stopped => Err(CliError::Resumable(done)),
+        Some(baseline) => baseline.judge(args, &plan, &scenes, &record),
+        None => Ok(()),
+    }
+}
+
+/// Measures the scenes one after another, until the end, a signal or the time limit, and draws them
+/// for a page.
+fn measure_each(
+    args: &RunArgs,
+    plan: &BenchPlan,
+    scenes: &[BenchScene],
+    control: &Control,
+) -> Result<(Vec<Measured>, Vec<ScenePictures>), CliError> {
     let (mut all, mut shown) = (Vec::new(), Vec::new());
-    let mut bar = BenchProgressBar::new(scenes.len());
-    for scene in &scenes {
-        let (measured, scene_input) = measure_scene(args, &plan, scene, &mut bar)?;
+    let limit = args.time_limit.map(Duration::from_secs_f64);
+    let end = limit.map(|limit| Instant::now() + limit);
+    let mut bar = BenchProgressBar::new(scenes.len(), control, end);
+    for scene in scenes {
+        let (measured, scene_input) = match measure_scene(plan, scene, &mut bar) {
+            Err(CliError::Bench(BenchError::Stopped)) => break,
+            done => done?,
+        };
         if args.html.is_some() {
             shown.push(pictures::of(&scene.info.name, &scene_input.scene)?);
         }
         all.push(measured);
     }
     bar.finish();
-    if let Some(path) = &args.update_suite {
-        return update_suite(path, suite, &all);
-    }
-    let record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
-    output::print(&table::summary(&record, output::stdout_columns()))?;
-    write_files(args, &record, &shown, baseline.as_ref())?;
-    match &baseline {
-        Some(baseline) => baseline.judge(args, &plan, &scenes, &record),
-        None => Ok(()),
-    }
+    Ok((all, shown))
 }
 
 /// A line on the part of the suite that a quick run measures.
@@ -109,6 +145,16 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
         place
             .as_ref()
             .map_or(Ok(()), |place| output::check_report_place(place, origin))?;
+    }
+    let is_scene = |path: &Path| {
+        let ending = path.extension().unwrap_or_default();
+        standard_name(path).is_some() || endings().any(|known| ending.eq_ignore_ascii_case(known))
+    };
+    if let Some(scene) = args.json.as_deref().filter(|path| is_scene(path)) {
+        let scene = shown_path(scene);
+        return Err(CliError::Usage(format!(
+            "--json {scene}: a scene: give it before --json"
+        )));
     }
     SceneInput::note_all(&args.scenes)?;
     args.scene_args.no_picture()?;
@@ -145,18 +191,13 @@ fn write_files(
 }
 
 /// Writes the rays of one scene, whole or not at all.
-fn dump_rays(
-    path: &Path,
-    args: &RunArgs,
-    plan: &BenchPlan,
-    scenes: &[BenchScene],
-) -> Result<(), CliError> {
+fn dump_rays(path: &Path, plan: &BenchPlan, scenes: &[BenchScene]) -> Result<(), CliError> {
     let [scene] = scenes else {
         return Err(CliError::Usage(
             "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
         ));
     };
-    let scene_input = SceneInput::load(&scene.path, &args.scene_args, measure::wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &scene.args, measure::wanted(plan), 0)?;
     let mut counts = Vec::new();
     interrupt::write_file(path, |file| {
         let dumped = dump(&scene_input.scene, &scene.info, plan, file);
@@ -233,9 +274,12 @@ fn bench_scenes(
     suite: &Suite,
     plan: &BenchPlan,
 ) -> Result<Vec<BenchScene>, CliError> {
-    let answers = plan.size == suite.size && args.update_suite.is_none();
+    let overrides = &args.scene_args.overrides;
+    let is_plain = *overrides == SceneOverrides::default();
+    let answers = plan.size == suite.size && args.update_suite.is_none() && is_plain;
     let of_suite = |scene: &SuiteScene| BenchScene {
         path: PathBuf::from(&scene.name),
+        args: args.scene_args.clone(),
         info: scene.info(answers),
     };
     if args.scenes.is_empty() {
@@ -251,21 +295,32 @@ fn bench_scenes(
         }
         return Ok(scenes);
     }
-    let named = |path: &PathBuf| {
-        let name = path.display().to_string();
-        let known = suite.scene.iter().find(|scene| scene.name == name);
-        known.map_or_else(
-            || BenchScene {
-                path: path.clone(),
-                info: SceneInfo {
-                    name,
-                    ..SceneInfo::default()
-                },
-            },
-            of_suite,
-        )
+    let paths = &args.scenes;
+    let words = overrides.camera.as_deref().unwrap_or_default();
+    // One for all, or one for each but the caches, which keep their own.
+    let each = words.len() == 4 * paths.iter().filter(|path| !is_cache(path)).count();
+    if words.len() > 4 && !each {
+        let words = "--camera: give one for all scenes, or one for each that is no cache";
+        return Err(CliError::Usage(words.to_owned()));
+    }
+    let mut cameras = words.chunks(4).map(<[String]>::to_vec).peekable();
+    let named = |(k, path): (usize, &PathBuf)| {
+        let mut known = suite.scene.iter();
+        let known = known.find(|scene| path.as_os_str() == &*scene.name);
+        let mut info = known.map(|scene| scene.info(answers)).unwrap_or_default();
+        info.name = path.file_name().unwrap_or_default().display().to_string();
+        let is_namesake = |other: &&PathBuf| other.file_name() == path.file_name();
+        let before = paths[..k].iter().filter(is_namesake).count();
+        if before > 0 {
+            info.name += &format!(" ({})", before + 1);
+        }
+        let (path, mut args) = (path.clone(), args.scene_args.clone());
+        if each && !words.is_empty() {
+            args.overrides.camera = cameras.next_if(|_| !is_cache(&path));
+        }
+        BenchScene { path, args, info }
     };
-    Ok(args.scenes.iter().map(named).collect())
+    Ok(paths.iter().enumerate().map(named).collect())
 }
 
 /// Writes the suite with this run's answers as the expected ones.

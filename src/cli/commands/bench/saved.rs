@@ -6,6 +6,7 @@ use crate::cli::output::{self, CliError, Output, interrupt};
 use phalanx::report::html::{comparison_page, page};
 use phalanx::report::{
     BenchRecord, ComparisonOptions, RecordComparison, comparison_markdown, comparison_text,
+    nothing_in_common,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -24,19 +25,11 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
             record.rows.retain(|row| filter.is_match(&row.name()));
         }
     }
-    let compared = |all| {
-        let options = ComparisonOptions {
-            threshold: args.threshold,
-            all,
-        };
-        RecordComparison::of(&pairs(&records), options)
-    };
-    let shown = compared(args.all);
-    if shown.compared == 0 {
-        return Err(nothing_in_common(args.filter.is_some()));
-    }
+    let filtered = args.filter.is_some();
+    let compared = |all| compared(&records, args.threshold, all, filtered);
+    let shown = compared(args.all)?;
     if let Some(path) = &args.html {
-        save(path, &comparison_page(&pairs(&records), &compared(false)))?;
+        save(path, &comparison_page(&pairs(&records), &compared(false)?))?;
     }
     match args.markdown {
         true => output::print(&comparison_markdown(&shown)),
@@ -51,20 +44,24 @@ pub fn report(args: &RecordReportArgs) -> Result<(), CliError> {
     if let [(_, record)] = &records[..] {
         return save(&args.output, &page(record, &[]));
     }
-    let options = ComparisonOptions {
-        threshold: REPORT_THRESHOLD,
-        all: false,
-    };
-    let compared = RecordComparison::of(&pairs(&records), options);
+    let compared = compared(&records, REPORT_THRESHOLD, false, false)?;
     save(&args.output, &comparison_page(&pairs(&records), &compared))
 }
 
-fn nothing_in_common(filtered: bool) -> CliError {
-    let error = CliError::Usage("these records have no rates in common".to_owned());
-    match filtered {
-        true => error
-            .with_hint("--filter matches names such as: standard:room:200k primary phalanx auto"),
-        false => error,
+/// The comparison of records that have rates in common.
+fn compared(
+    records: &NamedRecords,
+    threshold: f64,
+    all: bool,
+    filtered: bool,
+) -> Result<RecordComparison, CliError> {
+    let compared = RecordComparison::of(&pairs(records), ComparisonOptions { threshold, all });
+    let error = || CliError::Usage(nothing_in_common(&pairs(records)));
+    let help = "--filter matches names such as: standard:room:200k primary phalanx auto";
+    match compared.compared {
+        0 if filtered => Err(error().with_hint(help)),
+        0 => Err(error()),
+        _ => Ok(compared),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::cli::output::grouped;
 use phalanx::bench::Measured;
 use phalanx::report::{
-    AUTO, BenchRecord, RateRow, RecordIndex, ReportTable, SceneRecord, quotable_line, rate, wrapped,
+    AUTO, BenchRecord, RecordIndex, ReportTable, SceneRecord, quotable_line, rate, wrapped,
 };
 
 /// Minimum width for showing the peers' own rates and modes.
@@ -17,7 +17,7 @@ const OF: &str = " of ";
 pub fn scene(measured: &Measured, width: usize) -> String {
     let table = match measured.rows.is_empty() {
         true => work(measured, width),
-        false => rates(&measured.rows, width),
+        false => rates(&RecordIndex::of(&[], &measured.rows), width),
     };
     heading(&measured.scene, width) + &table + "\n"
 }
@@ -30,11 +30,15 @@ pub fn summary(record: &BenchRecord, width: usize) -> String {
     };
     let mut text = String::new();
     if record.scenes.len() > 1 {
-        text += &format!("geometric means over {} scenes\n", record.scenes.len());
-        let means = rates(&record.rows, width);
+        let index = RecordIndex::of(&record.scenes, &record.rows);
+        text += &format!("geometric means over {}\n", index.averaged_words());
+        let means = rates(&index, width);
         text += &means;
         if means.contains(OF) {
             text += "  of N: mean over the N scenes that this tracer supports\n";
+        }
+        if index.averaged.len() < index.scenes.len() {
+            text += "  scenes with spheres or cones are in their own tables, and in no mean\n";
         }
         text.push('\n');
     }
@@ -44,6 +48,7 @@ pub fn summary(record: &BenchRecord, width: usize) -> String {
     let mut facts = vec![machine.cpu.clone(), threads, build];
     facts.extend(run.peers.iter().cloned());
     facts.push(format!("{:.0} s", run.seconds));
+    facts.extend(run.partial.then(|| "partial: ended early".to_owned()));
     text + &wrapped(&facts.join(", "), "", width) + &line + "\n"
 }
 
@@ -74,16 +79,15 @@ fn short_time(seconds: f64) -> String {
 
 /// Rates of `auto` by kind of rays and threads, whole frames first, and its speedup over each other
 /// entrant. Over several scenes, these are geometric means.
-fn rates(rows: &[RateRow], width: usize) -> String {
-    let best = RecordIndex::of(rows);
+fn rates(best: &RecordIndex, width: usize) -> String {
     let wide = width >= WIDE && best.scenes.len() == 1;
     let peers = || best.peers().filter(|_| wide);
     let row = |kind: &str, threads: u32| {
         let mut cells = vec![kind.to_owned(), threads.to_string()];
-        cells.push(ours(&best, kind, threads)?);
+        cells.push(ours(best, kind, threads)?);
         let others = best.others.iter();
-        cells.extend(others.map(|name| ratio(&best, name, kind, threads)));
-        cells.extend(peers().map(|peer| best_mode(&best, peer, kind, threads)));
+        cells.extend(others.map(|name| ratio(best, name, kind, threads)));
+        cells.extend(peers().map(|peer| best_mode(best, peer, kind, threads)));
         Some(cells)
     };
     let kinds = best.kinds.iter();
@@ -117,7 +121,7 @@ fn ratio(best: &RecordIndex, name: &str, kind: &str, threads: u32) -> String {
         return "-".to_owned();
     };
     // A peer that cannot trace every scene is compared on the others.
-    let of = match over.scenes < best.scenes.len() {
+    let of = match over.scenes < best.averaged.len() {
         true => format!("{OF}{}", over.scenes),
         false => String::new(),
     };

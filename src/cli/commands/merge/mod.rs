@@ -10,7 +10,8 @@ pub use shard_files::ranges;
 
 use super::plan;
 use crate::cli::output::{
-    self, CliError, Output, OutputFile, ProgressOptions, format_of, interrupt, lines, progress,
+    self, CliError, EvenColor, Output, OutputFile, ProgressOptions, format_of, interrupt, lines,
+    progress,
 };
 use missing::{MissingShares, missing_frames, missing_tiles, shares, tile_files};
 use phalanx::files::shown_path;
@@ -135,11 +136,19 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
 fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Result<(), CliError> {
     let (window, aovs) = (frames.plan.window(), frames.plan.spec.pixels.aovs());
     let options = ProgressOptions::of(window.pixels());
+    let mut color = EvenColor::default();
     progress::with_progress(options, |control| {
         file.write_while(control, |take| {
-            merge_bands(window, aovs, files, control, take)
+            merge_bands(window, aovs, files, control, |band| {
+                color.add(&file.file, &band);
+                take(band)
+            })
         })
-    })
+    })?;
+    if matches!(color, EvenColor::All(..)) {
+        output::warning("the picture is empty (all pixels have the same colour)");
+    }
+    Ok(())
 }
 
 impl Output for MergeDocument<'_> {

@@ -136,7 +136,7 @@ impl Job<'_> {
             let tree = prepared.accel();
             output.write_while(control, |take| {
                 render_bands(scene, tree, settings, control, beside, |band| {
-                    color.add(&band);
+                    color.add(&output.file, &band);
                     take(band)
                 })
             })
@@ -145,7 +145,8 @@ impl Job<'_> {
             Some(tiles) => keep_tiles(tiles, written)?,
             None => written?,
         };
-        if let Some(reason) = color.explain(scene, (settings.width, settings.height)) {
+        if let Some(reason) = color.explain(&output.file, scene, (settings.width, settings.height))
+        {
             output::warning(&reason);
         }
         let seconds = RenderSeconds {

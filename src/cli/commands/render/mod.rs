@@ -10,6 +10,7 @@ mod shard;
 mod shard_index;
 
 pub use args::RenderArgs;
+pub use interior::hint as interior_hint;
 
 use crate::cli::options::{SceneInput, Sequence, film_bytes, picture_file, stem};
 use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
@@ -76,7 +77,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let prepared = scene_input.prepare_render(&settings, &args.tree, films)?;
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     if let AccelRef::Packets(bvh) = prepared.accel() {
-        interior::hint(&scene_input.scene, bvh).inspect(|hint| output::note(hint));
+        interior_hint(&scene_input.scene, bvh).inspect(|hint| output::note(hint));
     }
     let job = Job {
         args,
