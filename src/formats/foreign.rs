@@ -11,6 +11,23 @@ const PACKED: [(&[u8], &str); 6] = [
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive"),
 ];
 
+/// First bytes of pictures and scenes, the ending of such files, and their names.
+const OTHERS: [(&[u8], &str, &str); 5] = [
+    (b"\x89PNG\r\n\x1a\n", "png", "a PNG picture, not a scene"),
+    (b"\xff\xd8\xff", "jpg", "a JPEG picture, not a scene"),
+    (b"glTF", "glb", "binary glTF: its name should end in .glb"),
+    (b"ply\n", "ply", "a PLY file: its name should end in .ply"),
+    (b"ply\r", "ply", "a PLY file: its name should end in .ply"),
+];
+
+/// Identifies a file of another kind than those with these endings. Texts of all formats, and the
+/// headers of binary STL, begin in other ways.
+pub(super) fn other_kind(bytes: &[u8], endings: &[&str]) -> Option<String> {
+    let mut others = (OTHERS.iter()).filter(|(_, ending, _)| !endings.contains(ending));
+    let (_, _, what) = others.find(|(magic, ..)| bytes.starts_with(magic))?;
+    Some(format!("it is {what}"))
+}
+
 /// Identifies bytes that are neither a scene nor a part of one.
 pub fn refusal(bytes: &[u8]) -> Option<String> {
     let packed = PACKED.iter().find(|(magic, _)| bytes.starts_with(magic));
@@ -50,6 +67,28 @@ mod tests {
                 let read = read_bytes(ending, bytes, &Options::default()).unwrap();
                 let message = read.unwrap_err()[0].message.clone();
                 assert!(message.contains(words), "{ending}: {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_and_scenes_are_named_where_another_format_is_read() {
+        for (bytes, own, words) in [
+            (&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "", "a PNG picture"),
+            (b"\xff\xd8\xff\xe0\0\x10JFIF", "", "a JPEG picture"),
+            (b"glTF\x02\0\0\0", "gltf glb", "end in .glb"),
+            (
+                b"ply\nformat binary_little_endian 1.0\n",
+                "ply",
+                "end in .ply",
+            ),
+            (b"ply\r\nformat ascii 1.0\r\n", "ply", "end in .ply"),
+        ] {
+            for ending in endings() {
+                let read = read_bytes(ending, bytes, &Options::default()).unwrap();
+                let message = read.unwrap_err()[0].message.clone();
+                let named = message.contains(words);
+                assert_eq!(named, !own.contains(ending), "{ending}: {message}");
             }
         }
     }

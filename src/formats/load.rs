@@ -6,8 +6,8 @@ use super::folder::Folder;
 use super::loaded::{LoadError, Loaded};
 use super::options::Options;
 use super::origin::{self, Origin, ReadStop};
-use super::table::{FORMATS, SceneFormat, SceneReader, find};
-use super::{foreign, nff, test_scene, utf16};
+use super::table::{FORMATS, SceneFormat, find};
+use super::{foreign, utf16};
 use phalanx_scene::Scene;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -103,7 +103,7 @@ fn load_read(
     };
     let text = utf16::to_utf8(bytes, asset_dir.memory()).map_err(|why| failed(bytes, why))?;
     let bytes = text.as_deref().unwrap_or(bytes);
-    let loaded = read(format.read, bytes, &asset_dir, options);
+    let loaded = read(format, bytes, &asset_dir, options);
     let mut loaded = loaded.map_err(|stop| match stop {
         ReadStop::Options(reason) => LoadError::Options {
             path: path.to_path_buf(),
@@ -118,12 +118,13 @@ fn load_read(
 /// Reads a file in its own coordinates, and once more if its geometry turns out to be far away: see
 /// [`origin`].
 fn read(
-    reader: SceneReader,
+    format: &SceneFormat,
     bytes: &[u8],
     asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, ReadStop> {
-    if let Some(words) = foreign::refusal(bytes) {
+    let other = foreign::refusal(bytes).or_else(|| foreign::other_kind(bytes, format.endings));
+    if let Some(words) = other {
         return Err(DiagnosticSink::binary().refuse(Span::START, words).into());
     }
     let mut options = options.clone();
@@ -135,7 +136,7 @@ fn read(
         readings += 1;
         asset_dir.memory().reset(used);
         let origin = options.origin.position();
-        match reader(bytes, asset_dir, &options) {
+        match (format.read)(bytes, asset_dir, &options) {
             Ok(mut loaded) => {
                 let again = !chosen && loaded.scene.is_moved() && readings < origin::MAX_READINGS;
                 match again.then(|| origin::of_scene(&loaded.scene)).flatten() {
@@ -194,7 +195,7 @@ pub fn read_bytes(
         Err(diagnostics) => return Some(Err(diagnostics)),
     };
     let bytes = text.as_deref().unwrap_or(bytes);
-    let loaded = read(format.read, bytes, &asset_dir, options);
+    let loaded = read(format, bytes, &asset_dir, options);
     Some(loaded.map_err(ReadStop::diagnostics))
 }
 
@@ -204,7 +205,9 @@ pub fn read_bytes(
 /// Faults of the text, in file order: at least one and at most
 /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS) diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    read_text(test_scene::read, text)
+    let [test, ..] = &FORMATS;
+    let loaded = read(test, text.as_bytes(), &Folder::none(), &Options::default());
+    loaded.map_err(ReadStop::diagnostics)
 }
 
 /// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
@@ -213,12 +216,8 @@ pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 /// Faults of the text, in file order: at least one and at most
 /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS) diagnostics.
 pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    read_text(nff::read, text)
-}
-
-fn read_text(reader: SceneReader, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    let options = Options::default();
-    let loaded = read(reader, text.as_bytes(), &Folder::none(), &options);
+    let [_, nff, ..] = &FORMATS;
+    let loaded = read(nff, text.as_bytes(), &Folder::none(), &Options::default());
     loaded.map_err(ReadStop::diagnostics)
 }
 

@@ -3,6 +3,8 @@
 //! Files hold colours as screens show them, on the sRGB curve: Blender, three.js and MeshLab write
 //! and read them so. The scene's are linear.
 
+use super::chunk_remarks::ChunkRemarks;
+use super::diagnostics::Span;
 use phalanx_scene::sampling::{linear_of_srgb, srgb_to_linear};
 use phalanx_scene::{Column, Vec3s};
 
@@ -58,6 +60,17 @@ pub(super) fn linear_of_share(channel: f32) -> f32 {
     match channel > 0.0 {
         true => srgb_to_linear(f64::from(channel)) as f32,
         false => 0.0,
+    }
+}
+
+/// Warns of a colour that is not opaque, on the scale from 0 to 1 or on that of bytes.
+pub(super) fn note_opacity(alpha: f32, span: Span, remarks: &mut ChunkRemarks) {
+    if alpha < 1.0 || (1.5..255.0).contains(&alpha) {
+        remarks.warn(
+            span,
+            "the opacity of this colour is not used",
+            "colours, this one first, have an opacity that is not used",
+        );
     }
 }
 

@@ -87,6 +87,10 @@ struct SbatchCalls {
     merge: Vec<OsString>,
 }
 
+/// Advice for an array that sbatch refuses: Slurm's message does not name the reason.
+const ARRAY_LIMIT: &str = "the cluster's MaxArraySize (see scontrol show config) must exceed the \
+                           largest shard's number: plan with fewer shards";
+
 /// Submits the missing shards of a plan.
 pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     let plan = plan::read(&args.plan)?;
@@ -121,7 +125,13 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     for (script, text) in &scripts {
         interrupt::write_file(script, |out| out.write_all(text.as_bytes()))?;
     }
-    let array_job = calls.array.as_deref().map(sbatch).transpose()?;
+    let array_job = calls.array.as_deref().map(sbatch).transpose();
+    let array_job = array_job.map_err(|error| match error {
+        CliError::Runtime(reason) if reason.contains("job array") => {
+            CliError::Runtime(reason).with_hint(ARRAY_LIMIT)
+        }
+        other => other,
+    })?;
     let mut merge_call = calls.merge;
     if let Some(job) = &array_job {
         merge_call.insert(0, format!("--dependency=afterany:{job}").into());

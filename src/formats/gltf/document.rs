@@ -65,6 +65,7 @@ pub(super) struct GltfLight {
     pub(super) kind: String,
     #[serde(default)]
     pub(super) spot: SpotAngles,
+    pub(super) range: Option<IgnoredAny>,
 }
 
 /// Angles from the axis of a spot light, in radians.

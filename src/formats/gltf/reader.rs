@@ -439,6 +439,10 @@ impl<'a, 't> GltfReader<'a, 't> {
         if shown().any(|node| node.skin.is_some() && node.extensions.instancing.is_some()) {
             unsupported.add("copies of meshes with skins");
         }
+        let mut lights = document.extensions.lights.lights.iter();
+        if lights.any(|light| light.range.is_some()) {
+            unsupported.add("ranges of lights");
+        }
         extensions::add_unknown(self.source, unsupported);
         unsupported.warn(self.source, &mut self.report);
     }

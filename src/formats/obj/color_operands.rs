@@ -4,13 +4,13 @@ use super::chunk::ObjReader;
 use crate::chunk_remarks::ParseError;
 use crate::diagnostics::Span;
 use crate::faces::VERTEX;
-use crate::vertex_colors::COLOR_BYTES;
+use crate::vertex_colors::{COLOR_BYTES, note_opacity};
 
 impl ObjReader<'_> {
     /// Reads the numbers after a position: a weight, or a colour and perhaps its opacity.
     pub(super) fn weight_or_color(&mut self) -> Result<(), ParseError> {
         let start = self.cursor.at;
-        let mut numbers = [0.0; 3];
+        let mut numbers = [0.0, 0.0, 0.0, 1.0];
         let mut count = 0;
         while !self.cursor.at_statement_end() {
             let number = self.cursor.float()?;
@@ -27,14 +27,16 @@ impl ObjReader<'_> {
         Ok(())
     }
 
-    fn add_color(&mut self, rgb: [f32; 3], start: usize) {
+    fn add_color(&mut self, [r, g, b, alpha]: [f32; 4], start: usize) {
         if !self.share.take(COLOR_BYTES) {
             return;
         }
         let vertex = self.chunk.counts()[VERTEX] - 1;
+        let (rgb, span) = ([r, g, b], Span::between(start, self.cursor.at));
+        note_opacity(alpha, span, &mut self.chunk.remarks);
         if !rgb.iter().all(|channel| channel.is_finite()) {
             self.chunk.remarks.warn(
-                Span::between(start, self.cursor.at),
+                span,
                 "this colour is not finite: white is used instead",
                 "colours are not finite, this one first: white is used instead",
             );

@@ -52,12 +52,14 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The length of a `\` and the line end behind it.
+    /// The length of a `\` and the line end behind it, perhaps after blanks.
     #[cold]
     fn continued(&self) -> Option<usize> {
-        match self.text.get(self.at + 1..)? {
-            [b'\r', b'\n', ..] => Some(3),
-            [b'\n' | b'\r', ..] => Some(2),
+        let rest = self.text.get(self.at + 1..)?;
+        let blanks = rest.iter().position(|&b| b != b' ' && b != b'\t')?;
+        match &rest[blanks..] {
+            [b'\r', b'\n', ..] => Some(blanks + 3),
+            [b'\n' | b'\r', ..] => Some(blanks + 2),
             _ => None,
         }
     }

@@ -10,7 +10,7 @@
 //! | statement | meaning |
 //! |---|---|
 //! | `v x y z r g b` | a vertex with a colour (1), which belongs to it wherever it is used |
-//! | `v x y z r g b a` | the same; the opacity is not used |
+//! | `v x y z r g b a` | the same; the opacity is not used, with a warning |
 //! | `v x y z w` | the weight is not used |
 //! | `#MRGB MMRRGGBB…` | ZBrush: colours of vertices in their order, if no vertex has one itself |
 //! | `s 1`, `s off` | smoothing groups: faces of a group without normals get common ones (2) |

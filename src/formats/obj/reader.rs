@@ -151,13 +151,14 @@ fn read_chunks(
     workers::map(threads, parts, |part| read(&unlimited, part))
 }
 
-/// Start of a statement at or after an offset: behind a line end that no `\` continues.
+/// Start of a statement at or after an offset: behind a line end that no `\` continues. Blanks may
+/// stand behind the `\`.
 fn line_start(bytes: &[u8], at: usize) -> usize {
     let mut start = at;
     while let Some(end) = memchr::memchr(b'\n', &bytes[start..]) {
         start += end + 1;
-        let line = &bytes[..start - 1];
-        if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+        let mut line = bytes[..start - 1].iter();
+        if line.rfind(|&&b| b > b' ' || b == b'\n') != Some(&b'\\') {
             return start;
         }
     }

@@ -112,6 +112,8 @@ fn a_piece_does_not_begin_on_a_continued_line() {
     assert_eq!(line_start(text, 0), 10);
     assert_eq!(line_start(text, 12), text.len() - 3);
     assert_eq!(line_start(text, text.len() - 2), text.len());
+    let blanks = b"f 1 \\ \t\r\n2 3\\ x\nend";
+    assert_eq!(line_start(blanks, 0), blanks.len() - 3);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::diagnostics::{DiagnosticSink, Span};
 use crate::faces::VERTEX;
 use crate::mesh::NotFinite;
 use crate::mesh_chunk::{checked_normal, checked_position};
+use crate::vertex_colors::note_opacity;
 use crate::workers;
 use glam::DVec3;
 use phalanx_scene::huge_pages::zeroed;
@@ -220,6 +221,14 @@ impl<'a> PlyBinaryReader<'a> {
         }
         if let Some(color) = self.plan.vertices.color {
             chunk.colors = self.numbers(element, count, color.numbers);
+            let alpha = color
+                .alpha
+                .map(|alpha| self.numbers(element, count, [alpha]));
+            let stride = element.least_bytes();
+            for (row, &alpha) in alpha.iter().flatten().flatten().enumerate() {
+                let span = Span::new(self.at + row * stride, stride);
+                note_opacity(alpha, span, &mut chunk.remarks);
+            }
         }
         if let Some(uv) = self.plan.vertices.uv {
             chunk.mesh.uvs = self.numbers(element, count, uv);

@@ -3,7 +3,8 @@
 //!
 //! Numbers are on the sRGB curve, as screens show them. Their scale is inferred from the values,
 //! because programs disagree about types: floats are from 0 to 1 (Open3D) or to 255, and integers
-//! of any type may be those of bytes. Alpha is not used, as it is seldom meant as opacity.
+//! of any type may be those of bytes. Alpha is not used, as it is seldom meant as opacity; that
+//! of vertices gets a warning.
 
 use super::header::{Element, PropertyKind};
 use crate::faces::Faces;
@@ -17,12 +18,15 @@ const NAMES: [[&[u8]; 3]; 3] = [
     [b"diffuse_red", b"diffuse_green", b"diffuse_blue"],
     [b"r", b"g", b"b"],
 ];
+/// Names of the property of its opacity.
+const ALPHA_NAMES: [&[u8]; 3] = [b"alpha", b"diffuse_alpha", b"a"];
 
 /// The properties of an element that hold a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ColorProperties {
     /// Indices of red, green and blue.
     pub(super) numbers: [usize; 3],
+    pub(super) alpha: Option<usize>,
     /// True if they are integers.
     whole: bool,
 }
@@ -34,6 +38,7 @@ impl ColorProperties {
         let is_whole = |&index: &usize| matches!(element.properties[index].kind, PropertyKind::One(kind) if kind.is_whole());
         Some(ColorProperties {
             numbers,
+            alpha: (ALPHA_NAMES.into_iter()).find_map(|name| element.number(name)),
             whole: numbers.iter().all(is_whole),
         })
     }

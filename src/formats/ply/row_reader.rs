@@ -10,6 +10,7 @@ use crate::diagnostics::Span;
 use crate::faces::check_corners;
 use crate::memory::LedgerShare;
 use crate::mesh_chunk::push;
+use crate::vertex_colors::note_opacity;
 
 /// Numbers of rows, one after the other, in one of the encodings.
 pub(super) trait RowWords {
@@ -31,17 +32,18 @@ pub(super) trait RowWords {
     fn strip_bytes(corners: usize) -> u64;
 }
 
-/// Numbers of a vertex that are used: three of its position, its normal and its colour, and two of
-/// its texture coordinates.
-type VertexNumbers = [f32; 11];
+/// Numbers of a vertex that are used: three of its position, its normal and its colour, two of its
+/// texture coordinates, and the colour's opacity.
+type VertexNumbers = [f32; 12];
 
 /// The index of the property of each of these numbers, if vertices have it.
-fn sources(plan: &VertexPlan) -> [Option<usize>; 11] {
+fn sources(plan: &VertexPlan) -> [Option<usize>; 12] {
     let [x, y, z] = plan.position.map(Some);
     let [nx, ny, nz] = plan.normal.map_or([None; 3], |normal| normal.map(Some));
     let [r, g, b] = (plan.color).map_or([None; 3], |color| color.numbers.map(Some));
     let [u, v] = plan.uv.map_or([None; 2], |uv| uv.map(Some));
-    [x, y, z, nx, ny, nz, r, g, b, u, v]
+    let alpha = plan.color.and_then(|color| color.alpha);
+    [x, y, z, nx, ny, nz, r, g, b, u, v, alpha]
 }
 
 /// Reads rows into a chunk.
@@ -113,11 +115,12 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
     #[inline]
     fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
         let start = self.words.at();
-        let mut numbers: VertexNumbers = [0.0; 11];
+        let mut numbers: VertexNumbers = [0.0; 12];
         // The normal of a row that is cut off is +z.
         numbers[5] = 1.0;
+        numbers[11] = 1.0;
         let read = self.vertex_numbers(element, &mut numbers);
-        let [x, y, z, nx, ny, nz, r, g, b, u, v] = numbers;
+        let [x, y, z, nx, ny, nz, r, g, b, u, v, alpha] = numbers;
         // A faulty vertex is stored, too, so that later ones keep their numbers.
         let span = Span::between(start, self.words.at());
         self.chunk.mesh.add_vertex([x, y, z], number, span);
@@ -126,6 +129,7 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
         }
         if self.plan.vertices.color.is_some() {
             push(&mut self.chunk.colors, [r, g, b]);
+            note_opacity(alpha, span, &mut self.chunk.remarks);
         }
         if self.plan.vertices.uv.is_some() {
             push(&mut self.chunk.mesh.uvs, [u, v]);

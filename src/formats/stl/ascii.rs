@@ -232,11 +232,11 @@ impl<'a> StlAsciiReader<'a> {
 
     fn facet(&mut self) -> Result<(), FacetFault> {
         self.skip_normal();
-        self.keyword(b"outer")?;
-        self.keyword(b"loop")?;
+        self.keyword("outer")?;
+        self.keyword("loop")?;
         let mut corners = [[0.0; 3]; 3];
         for corner in &mut corners {
-            self.keyword(b"vertex")?;
+            self.keyword("vertex")?;
             *corner = self.vertex()?;
         }
         let first = self.chunk.soup.len();
@@ -255,9 +255,9 @@ impl<'a> StlAsciiReader<'a> {
             self.chunk.soup.push([a, last, next]);
             last = next;
         }
-        self.end(b"loop")?;
+        self.end("loop")?;
         self.pass_words();
-        self.end(b"facet")
+        self.end("facet")
     }
 
     fn vertex(&mut self) -> Result<[f32; 3], FacetFault> {
@@ -293,18 +293,14 @@ impl<'a> StlAsciiReader<'a> {
         }
     }
 
-    fn keyword(&mut self, expected: &[u8]) -> Result<(), FacetFault> {
-        match self.words.take(expected) {
-            Some(_) => Ok(()),
-            None => Err(self.fault(&format!("`{}`", String::from_utf8_lossy(expected)))),
-        }
+    fn keyword(&mut self, expected: &str) -> Result<(), FacetFault> {
+        let taken = self.words.take(expected.as_bytes()).map(drop);
+        taken.ok_or_else(|| self.fault(&format!("`{expected}`")))
     }
 
-    fn end(&mut self, part: &[u8]) -> Result<(), FacetFault> {
-        match self.words.take_end(part) {
-            Some(_) => Ok(()),
-            None => Err(self.fault(&format!("`end{}`", String::from_utf8_lossy(part)))),
-        }
+    fn end(&mut self, part: &str) -> Result<(), FacetFault> {
+        let taken = self.words.take_end(part.as_bytes()).map(drop);
+        taken.ok_or_else(|| self.fault(&format!("`end{part}`")))
     }
 
     fn number<T: From<f32>>(

@@ -23,11 +23,12 @@ const COLORS: usize = FLAG as usize;
 /// Bytes of the number of a facet's colour, while the mesh is made.
 const NUMBER_BYTES: u64 = 4;
 
-/// Colours of facets with these words; none unless the file clearly uses them. The error is for a
-/// message: there is no memory for them.
+/// Colours of facets with these words; none unless the file clearly uses them. Facets without one
+/// are `bare`. The error is for a message: there is no memory for them.
 pub(super) fn read(
     header: &[u8],
     words: impl ExactSizeIterator<Item = u16> + Clone,
+    bare: Option<Vec3>,
     memory: &MemoryLedger,
 ) -> Result<MeshColors, OverLimit> {
     let coloured = words.clone().any(|word| word != 0);
@@ -45,7 +46,7 @@ pub(super) fn read(
         colors.rgb.push(rgb);
         colors.rgb.len() as u32 - 1
     };
-    let others = object.map_or(NO_COLORS, &mut row);
+    let others = object.or(bare).map_or(NO_COLORS, &mut row);
     let own = |word: u16| match object {
         // If all words are 0, the header's colour is that of all facets.
         Some(_) => coloured && word & FLAG == 0,
@@ -80,11 +81,7 @@ fn object_color(header: &[u8]) -> Option<Vec3> {
     let name = b"COLOR=";
     let at = memchr::memmem::find(header, name)?;
     let &[r, g, b, _] = header[at + name.len()..].first_chunk()?;
-    Some(Vec3::new(
-        linear_of_byte(r),
-        linear_of_byte(g),
-        linear_of_byte(b),
-    ))
+    Some([r, g, b].map(linear_of_byte).into())
 }
 
 #[cfg(test)]
@@ -93,7 +90,7 @@ mod tests {
 
     fn of(header: &[u8], words: &[u16]) -> Option<Vec<Option<[f32; 3]>>> {
         let words = words.iter().copied();
-        let colors = read(header, words, &MemoryLedger::of(None)).expect("memory");
+        let colors = read(header, words, None, &MemoryLedger::of(None)).expect("memory");
         let ColorOwners::Triangles(numbers) = &colors.owners else {
             assert!(colors.rgb.is_empty());
             return None;
@@ -146,8 +143,13 @@ mod tests {
     #[test]
     fn colours_count() {
         let words = std::iter::repeat_n(0xffff, 1_000_000);
-        let refused = read(b"", words.clone(), &MemoryLedger::of(Some(16_000_000)));
+        let refused = read(
+            b"",
+            words.clone(),
+            None,
+            &MemoryLedger::of(Some(16_000_000)),
+        );
         assert!(refused.is_err_and(|message| message.what.contains("colours")));
-        assert!(read(b"", words, &MemoryLedger::of(Some(17_000_000))).is_ok());
+        assert!(read(b"", words, None, &MemoryLedger::of(Some(17_000_000))).is_ok());
     }
 }

@@ -7,7 +7,7 @@ use crate::folder::Folder;
 use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh::{self, MergedMesh};
-use crate::mesh_defaults::BARE;
+use crate::mesh_defaults::{BARE, GREY};
 use crate::named_runs::{self, NAME_BYTES};
 use crate::options::Options;
 use crate::origin::ReadStop;
@@ -38,8 +38,17 @@ fn is_binary(bytes: &[u8]) -> bool {
     let end = bytes.iter().rposition(|b| !filler(b));
     let head = &bytes[..end.map_or(0, |last| last + 1).min(HEAD)];
     let is_text = |&b: &u8| b >= b' ' || b.is_ascii_whitespace() || b == 0x0b;
-    bytes.len() >= binary::HEADER && !head.iter().all(is_text)
+    // Text with a stray control character has the words of a facet all the same.
+    let is_vertex = |word: &&[u8]| word.eq_ignore_ascii_case(b"vertex");
+    let has_facet = || head.windows(6).filter(is_vertex).count() >= 3;
+    bytes.len() >= binary::HEADER && !head.iter().all(is_text) && !has_facet()
 }
+
+/// Parts that no file has. The third axis points up, as is the custom.
+const MISSING: MissingParts = MissingParts {
+    up: UpAxis::Z,
+    ..BARE
+};
 
 /// Reads an STL file.
 pub(crate) fn read(
@@ -72,16 +81,16 @@ fn read_in_chunks(
     let joined = welded.triangulated(threads, &mut report);
     let bytes_of_names = solids.len() as u64 * NAME_BYTES;
     memory.take(bytes_of_names, "for the names of the file's solids")?;
-    let mut scene = bare_scene(options);
+    let mut scene = scene_for(&joined, options);
     let solids = solids.into_iter();
     let solids = solids.map(|(at, name)| (at, scene.names.intern(&bytes[name.range()])));
     let solids = solids.collect();
     named_runs::name(&mut scene.names, &solids, &Vec::new(), soup.len());
-    finish(scene, joined, options, report)
+    mesh::finish(scene, joined, &MISSING, options, report)
 }
 
-fn bare_scene(options: &Options) -> Scene {
-    mesh::bare_scene(options, &mut MaterialTable::default())
+fn scene_for(joined: &MergedMesh, options: &Options) -> Scene {
+    mesh::scene_for(&joined.colors, options, &mut MaterialTable::default())
 }
 
 fn read_binary(
@@ -93,8 +102,10 @@ fn read_binary(
     let mut report = DiagnosticSink::binary();
     let facets = binary::facets(bytes, memory, &mut report)?;
     let header = &bytes[..bytes.len().min(binary::HEADER - 4)];
+    // The material beneath colours is white, unless it is the user's.
+    let bare = options.material.is_none().then_some(GREY.kd);
     let colors = match facets.words() {
-        Some(words) => colors::read(header, words, memory)?,
+        Some(words) => colors::read(header, words, bare, memory)?,
         None => MeshColors::default(),
     };
     let welded = weld::weld(facets.len(), threads, |k| binary::corner(&facets.bytes, k));
@@ -104,23 +115,8 @@ fn read_binary(
         colors,
         ..welded.triangulated(threads, &mut report)
     };
-    finish(bare_scene(options), joined, options, report)
-}
-
-fn finish(
-    scene: Scene,
-    joined: MergedMesh,
-    options: &Options,
-    report: DiagnosticSink,
-) -> Result<Loaded, ReadStop> {
-    if !report.is_clean() {
-        return Err(ReadStop::of(report));
-    }
-    let missing = MissingParts {
-        up: UpAxis::Z,
-        ..BARE
-    };
-    mesh::finish(scene, joined, &missing, options, report)
+    let scene = scene_for(&joined, options);
+    mesh::finish(scene, joined, &MISSING, options, report)
 }
 
 #[cfg(test)]

@@ -389,6 +389,33 @@ fn names_with_control_characters_stand_in_no_script() {
     assert_eq!(ran(inside).code, Some(2));
 }
 
+#[cfg(unix)]
+#[test]
+fn an_array_that_slurm_refuses_is_told_of_its_limit() {
+    use std::os::unix::fs::PermissionsExt;
+    let room = TestFolder::new();
+    room.ok("plan a.test --shards 4 -o m.png --plan p.json");
+    let submit = |reason: &str| {
+        room.write(
+            "sbatch",
+            &format!("#!/bin/sh\necho 'sbatch: error: {reason}' >&2\nexit 1\n"),
+        );
+        let executable = fs::Permissions::from_mode(0o755);
+        fs::set_permissions(room.path().join("sbatch"), executable).unwrap();
+        let mut command = room.command("submit slurm p.json");
+        let done = ran(command.env("PATH", room.path()));
+        assert_eq!(done.code, Some(1), "{}", done.stderr);
+        assert!(done.stderr.contains(reason), "{}", done.stderr);
+        done.stderr.contains("MaxArraySize") && done.stderr.contains("fewer shards")
+    };
+    assert!(submit(
+        "Batch job submission failed: Invalid job array specification"
+    ));
+    assert!(!submit(
+        "Batch job submission failed: Invalid partition name specified"
+    ));
+}
+
 #[test]
 fn other_names_are_words_of_the_scripts_whatever_is_in_them() {
     let room = TestFolder::new();

@@ -80,12 +80,14 @@ fn extensions_of_materials() {
     }));
     assert_eq!(lamp.ke, Vec3::new(4.0, 8.0, 0.0));
     let mut unlit = pbr(0.0, 0.5);
-    unlit["extensions"] = json!({"KHR_materials_unlit": {}});
+    unlit["extensions"] = json!({
+        "KHR_materials_unlit": {},
+        "KHR_materials_emissive_strength": {"emissiveStrength": 8}
+    });
+    unlit["emissiveFactor"] = json!([0, 0, 1]);
     let unlit = surface(unlit);
-    assert_eq!(
-        (unlit.ka, unlit.kd, unlit.ks),
-        (COLOR, Vec3::ZERO, Vec3::ZERO)
-    );
+    assert_eq!((unlit.ka, unlit.ke), (COLOR, Vec3::ZERO));
+    assert_eq!((unlit.kd, unlit.ks), (Vec3::ZERO, Vec3::ZERO));
     let old = surface(
         json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
             "diffuseFactor": [0.5, 0.25, 1, 1], "specularFactor": [0.25, 0.5, 0.125], "glossinessFactor": 1

@@ -164,6 +164,23 @@ fn lights() {
 }
 
 #[test]
+fn a_range_is_not_shown() {
+    let said = |range: Value| {
+        let mut lamp = json!({"type": "point", "intensity": 4});
+        lamp["range"] = range;
+        let loaded = lit(json!([lamp, lamp]));
+        near(
+            loaded.scene.lights.color.get(0),
+            Vec3::splat(4.0 / std::f32::consts::PI),
+        );
+        loaded.warnings.into_iter().map(|w| w.message).collect()
+    };
+    let said: [Vec<String>; 3] = [json!(3), json!("far"), Value::Null].map(said);
+    let ranges = vec!["not shown: ranges of lights".to_owned()];
+    assert_eq!(said, [ranges.clone(), ranges, Vec::new()]);
+}
+
+#[test]
 fn lights_of_another_exposure_are_scaled_alike() {
     let loaded = lit(json!([
         {"type": "directional", "intensity": 30_000},

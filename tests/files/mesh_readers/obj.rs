@@ -43,6 +43,25 @@ fn lines_end_in_every_way() {
 }
 
 #[test]
+fn blanks_may_stand_behind_the_mark_of_a_continued_line() {
+    for end in ["\\ \n", "\\\t \r\n", "\\  \r", "\\\n"] {
+        let text = format!("{CORNERS}f 1 2 {end} 3\n").replace("v 1 0 0", &format!("v 1 {end}0 0"));
+        let loaded = read(&text);
+        assert_eq!(triangles(&loaded.scene), FLAT, "{end:?}");
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+    // An empty line ends it, and a mark within a line continues nothing.
+    assert_eq!(
+        triangles(&scene(&format!("{CORNERS}f 1 2 3 \\ \n\nf 1 2 3\n"))).len(),
+        2
+    );
+    assert_eq!(
+        super::errors("obj", format!("{CORNERS}f 1 2 \\ 3\n").as_bytes()).len(),
+        1
+    );
+}
+
+#[test]
 fn numbers_may_carry_signs_points_exponents_and_company() {
     let text = "v +0 -0 .0\nv 1. 0e5 0 1.0\nv 0 +1E0 0 1 .5 .25\nf +1 2 3";
     assert_eq!(triangles(&scene(text)), FLAT);

@@ -99,6 +99,17 @@ fn vertices_have_colours_of_their_own() {
         );
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     }
+    let said = |alpha: [&str; 3]| {
+        let [a, b, c] = alpha;
+        let text = format!("v 0 0 0 1 0 0 {a}\nv 1 0 0 1 0 0 {b}\nv 0 1 0 1 0 0 {c}\nf 1 2 3\n");
+        messages(&read(&text).warnings)
+    };
+    assert!(said(["1", "1.0", "255"]).is_empty());
+    let one = "the opacity of this colour is not used";
+    assert_eq!(said(["1", "0.5", "1"]), [one]);
+    assert_eq!(said(["128", "255", "255"]), [one]);
+    let three = "3 colours, this one first, have an opacity that is not used";
+    assert_eq!(said(["0"; 3]), [three]);
     let plain = read("v 0 0 0 1\nv 1 0 0 1\nv 0 1 0 1\nf 1 2 3\n").scene;
     assert!(plain.triangles.colors.is_empty() && plain.triangles.vertex_colors.is_empty());
     let bad = read("v 0 0 0 nan 0 0\nv 1 0 0 -1 0 0\nv 0 1 0 1.01 1 1\nf 1 2 3\n");

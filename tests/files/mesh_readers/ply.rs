@@ -420,6 +420,69 @@ fn binary_colours_are_those_of_text() {
 }
 
 #[test]
+fn an_opacity_of_vertices_is_one_warning_in_every_encoding() {
+    let said = |kind: &str, alpha: [&str; 3]| {
+        let header = COLORED.replace(
+            "property TYPE red",
+            &format!("property {kind} alpha\nproperty TYPE red"),
+        );
+        let header = header.replace("TYPE", "uchar");
+        let [a, b, c] = alpha;
+        let body = format!("0 0 0 {a} 255 0 0\n1 0 0 {b} 9 9 9\n0 1 0 {c} 0 0 0\n3 0 1 2\n");
+        let text = read("ply", &ascii(&header, &body));
+        let listed = header.replace(
+            "property uchar red",
+            "property list uchar uchar x\nproperty uchar red",
+        );
+        let all = [false, true].map(|big| {
+            let mut file = BinaryNumbers::new(big, &header);
+            let mut lists = BinaryNumbers::new(big, &listed);
+            let starts = [file.all.len(), lists.all.len()];
+            for (k, alpha) in alpha.into_iter().enumerate() {
+                file = file.floats(&POSITIONS[3 * k..3 * k + 3]);
+                lists = lists.floats(&POSITIONS[3 * k..3 * k + 3]);
+                (file, lists) = match kind {
+                    "float" => {
+                        let alpha = [alpha.parse().unwrap()];
+                        (file.floats(&alpha), lists.floats(&alpha))
+                    }
+                    _ => {
+                        let alpha = [alpha.parse().unwrap()];
+                        (file.put(alpha), lists.put(alpha))
+                    }
+                };
+                (file, lists) = (file.put([9; 3]), lists.put([0]).put([9; 3]));
+            }
+            [(file, starts[0]), (lists, starts[1])].map(|(file, start)| {
+                let said = read("ply", &file.put([3]).ints(&[0, 1, 2]).all).warnings;
+                let second = said.first().map(|w| w.offset >= start + 16);
+                (messages(&said), second)
+            })
+        });
+        let expected = messages(&text.warnings);
+        for (said, second) in all.into_iter().flatten() {
+            assert_eq!(said, expected, "{kind} {alpha:?}");
+            assert_eq!(second, (!said.is_empty()).then_some(true), "{alpha:?}");
+        }
+        expected
+    };
+    let one = ["the opacity of this colour is not used"];
+    let two = ["2 colours, this one first, have an opacity that is not used"];
+    assert_eq!(said("uchar", ["255", "254", "255"]), one);
+    assert_eq!(said("uchar", ["255", "0", "128"]), two);
+    assert_eq!(said("float", ["1", "0.99", "1"]), one);
+    assert_eq!(said("float", ["1", "0", "0.5"]), two);
+    for (kind, opaque) in [("uchar", "255"), ("float", "1"), ("float", "255")] {
+        assert!(said(kind, [opaque; 3]).is_empty(), "{kind} {opaque}");
+    }
+    // An alpha beside no colour is some other number.
+    let header = COLORED.replace("TYPE red", "uchar alpha");
+    let body = "0 0 0 0 0 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n";
+    let loaded = read("ply", &ascii(&header.replace("TYPE", "uchar"), body));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+}
+
+#[test]
 fn faces_have_colours_where_vertices_have_none() {
     let header = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                   element face COUNT\nproperty uchar red\nproperty list uchar int vertex_indices\n\

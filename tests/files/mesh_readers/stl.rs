@@ -1,7 +1,9 @@
 //! Semantics of STL files.
 
 use super::{FLAT, area_from_z, errors, messages, read, triangles};
+use glam::Vec3;
 use phalanx::formats::{Options, UpAxis, read_bytes};
+use phalanx::scene::Material;
 
 /// A binary file of facets with these vertices.
 fn binary(header: &[u8], facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
@@ -242,12 +244,72 @@ fn facets_have_the_colours_of_both_dialects() {
     assert_eq!(colors(&file), [None; 3]);
     let (red, blue) = (Some([1.0, 0.0, 0.0]), Some([0.0, 0.0, 1.0]));
     words(&mut file, [0xfc00, 0x801f, 0]);
-    assert_eq!(colors(&file), [red, blue, None]);
+    // The grey of all meshes, over the white beneath colours.
+    let grey = Some([0.75, 0.73, 0.70]);
+    assert_eq!(colors(&file), [red, blue, grey]);
     words(&mut file, [0xfc00, 0x001f, 0]);
     assert_eq!(colors(&file), [None; 3]);
     file[..10].copy_from_slice(b"COLOR=\xff\0\0\xff");
     words(&mut file, [0x8000, 0x7c00, 0x001f]);
     assert_eq!(colors(&file), [red, blue, red]);
+}
+
+#[test]
+fn colours_lie_over_white_and_no_colour_over_grey() {
+    let mut file = binary(b"COLOR=\xff\xff\xff\xff", &FLAT);
+    let white = read("stl", &file).scene;
+    assert_eq!(white.materials.get(0).kd, Vec3::ONE);
+    assert_eq!(white.triangles.corner_colors(0), Some([Vec3::ONE; 3]));
+    file[..6].fill(b' ');
+    let grey = read("stl", &file).scene;
+    assert_eq!(grey.materials.get(0).kd, Vec3::new(0.75, 0.73, 0.70));
+    assert_eq!(grey.triangles.corner_colors(0), None);
+    // The user's material is that of facets without a colour.
+    let mut file = binary(b"", &[FLAT[0]; 2]);
+    file[84 + 48..][..2].copy_from_slice(&0xfc00_u16.to_le_bytes());
+    let options = Options {
+        material: Some(Material::DEFAULT),
+        ..Options::default()
+    };
+    let scene = read_bytes("stl", &file, &options).unwrap().unwrap().scene;
+    assert_eq!(scene.materials.get(0), Material::DEFAULT);
+    assert_eq!(scene.triangles.corner_colors(0), Some([Vec3::X; 3]));
+    assert_eq!(scene.triangles.corner_colors(1), None);
+}
+
+#[test]
+fn text_with_control_characters_is_text() {
+    let square = triangles(&read("stl", SQUARE.as_bytes()).scene);
+    for text in [
+        SQUARE.replace("solid a", "solid a\x01\x7f"),
+        SQUARE.replace("vertex 1 0 0", "vertex 1 0 \x10 0"),
+        SQUARE.to_uppercase().replacen('\n', "\n\x08", 3),
+    ] {
+        let loaded = read("stl", text.as_bytes());
+        assert_eq!(triangles(&loaded.scene), square, "{text:?}");
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+}
+
+#[test]
+fn cut_off_binary_files_are_drawn_whatever_their_header_says() {
+    let header = b"solid of vertex and VERTEX, outer loop, endfacet\0";
+    let mut file = binary(header, &[FLAT[0]; 20]);
+    file.truncate(84 + 19 * 50 + 7);
+    let loaded = read("stl", &file);
+    assert_eq!(triangles(&loaded.scene), [FLAT[0]; 19]);
+    assert!(loaded.warnings[0].message.contains("after 19 of 20 facets"));
+    // A few wild numbers are left out; if there are many, it is something else than a mesh.
+    let mut wild = |facets: usize| {
+        for facet in 0..facets {
+            file[84 + 50 * facet + 12..][..4].copy_from_slice(&1e30_f32.to_le_bytes());
+        }
+        read_bytes("stl", &file, &Options::default()).unwrap()
+    };
+    let said = messages(&wild(5).expect("a scene").warnings);
+    assert!(said[0].ends_with("5 triangles are left out"), "{said:?}");
+    let said = wild(6).expect_err("no scene")[0].message.clone();
+    assert!(said.contains("within a facet"), "{said}");
 }
 
 #[test]
