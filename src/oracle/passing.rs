@@ -125,14 +125,25 @@ impl SceneSearch<'_> {
         if !self.occluded(ray, tmax) {
             return Vec3::ONE;
         }
-        if !self.has_clear_shadows {
-            return Vec3::ZERO;
+        match self.has_clear_shadows {
+            true => self.visibility_past(ray, tmax, |_| false),
+            false => Vec3::ZERO,
         }
+    }
+
+    /// V without the hits that `spares` takes.
+    pub(super) fn visibility_past(
+        &self,
+        ray: &OracleRay,
+        tmax: f32,
+        mut spares: impl FnMut(&OracleHit) -> bool,
+    ) -> Vec3 {
         let mut product = Vec3::ONE;
         let mut counted: Option<SurfaceHit> = None;
         for hit in OracleHitWalk::new(self, ray, None).take_while(|hit| hit.t < tmax) {
             let on = hit.on_surface();
-            if counted.is_none_or(|counted| !self.scene.is_same_surface(counted, on)) {
+            let is_counted = |counted| self.scene.is_same_surface(counted, on);
+            if !spares(&hit) && !counted.is_some_and(is_counted) {
                 product = self.scene.pass_light(product, on);
                 counted = Some(on);
             }

@@ -203,6 +203,8 @@ fn sample_light_position(scene: &Scene, light: usize, seed: SampleSeed) -> Vec3 
 /// Unoccluded contribution of a light, and the shadow ray that tests it.
 pub(super) struct OracleLightSample {
     pub(super) ray: OracleRay,
+    /// On a smooth surface, the ray that starts there, and true if `ray` starts beneath its facet.
+    pub(super) above: Option<(OracleRay, bool)>,
     pub(super) tmax: f32,
     pub(super) radiance: Vec3,
 }
@@ -279,16 +281,19 @@ pub(super) fn sample_light(
     }
     let radiance = (seen * lobe) * coverage;
     let facing = to_light.dot(above.map_or(at.ng, |above| above.normal)) > 0.0;
-    let (mut org, mut dir) = (at.point + at.ng * at.offset, dir);
-    if let Some(above) = above {
-        org += above.shift;
-        if !lights.directional[light] {
-            dir -= above.shift;
-        }
-    }
+    let faces_facet = to_light.dot(at.ng) > 0.0;
+    let is_beneath = above.is_some() && !faces_facet;
+    let (over, under) = (at.point + at.ng * at.offset, at.point - at.ng * at.offset);
+    let above = above.map(|OracleTerminatorShift { shift, .. }| {
+        let is_directional = lights.directional[light];
+        let dir = if is_directional { dir } else { dir - shift };
+        (OracleRay::new(over + shift, dir), is_beneath)
+    });
+    let org = if is_beneath { under } else { over };
     let adds = !radiance.is_nan() && radiance != Vec3::ZERO;
     (facing && adds).then(|| OracleLightSample {
         ray: OracleRay::new(org, dir),
+        above,
         tmax,
         radiance,
     })

@@ -199,7 +199,6 @@ impl<'a> WhittedIntegrator<'a> {
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
         let above = shading::OracleTerminatorShift::of(scene, &hit, &at);
-        let above = above.filter(|above| above.is_open(&self.search, &at));
         for light in 0..scene.lights.len() {
             let lit = shading::Lit {
                 seed: segment.chance,
@@ -214,20 +213,14 @@ impl<'a> WhittedIntegrator<'a> {
                 parts.direct += sample.radiance;
                 continue;
             }
-            if self.search.has_clear_shadows {
-                self.ray_counts.shadow += 1;
-                let passed = self.search.visibility(&sample.ray, sample.tmax);
-                if passed != Vec3::ZERO {
-                    parts.direct += sample.radiance * passed;
-                }
-                continue;
-            }
+            let mut passed = Vec3::ONE;
             let visible = cursor.is_visible(light, sample.radiance, || {
                 self.ray_counts.shadow += 1;
-                !self.search.occluded(&sample.ray, sample.tmax)
+                passed = sample.visibility(&self.search, &hit);
+                passed != Vec3::ZERO
             });
             if visible {
-                parts.direct += sample.radiance;
+                parts.direct += sample.radiance * passed;
             }
         }
         let [mirror, refracted] = self.bounces(segment, &material, coverage, &at);

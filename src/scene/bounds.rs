@@ -97,16 +97,6 @@ pub const OFFSET_PER_COORDINATE: f32 = 4.0 * PAD;
 /// (`trace::intersect`, distances). The second is too small to be visible.
 pub const OFFSET_PER_EDGE: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
 
-/// Depth of a triangle's corner below the tangent plane at another one, as a share of the edges,
-/// beyond which the triangle stands for a smooth surface: a twentieth of a degree. Vertex normals
-/// of flat faces are rounded by less in most files.
-pub const SMOOTH_SLOPE: f32 = 1.0 / 1024.0;
-
-/// Reach of the test whether the way from a hit point to the smooth surface above it is open, as a
-/// multiple of that way: nothing may lie so near the other end that a shadow ray could begin behind
-/// it by rounding.
-pub const SMOOTH_REACH: f32 = 2.0;
-
 /// Largest offset as a share of the distance to the origin of the arriving ray, regardless of the
 /// coordinates and the triangle's size: a quarter of a pixel's width in a picture of 4,000 pixels
 /// across 40 degrees.

@@ -44,7 +44,7 @@ const MIN_VISIBILITY: f32 = 1.0 / 1_048_576.0;
 /// Largest difference of the distances at which a ray meets two triangles on the edge between
 /// them, relative to the distance: four times the error of one distance
 /// (`perf/notes/distances.md`).
-const EDGE_DISTANCE: f32 = 1.0 / 65_536.0;
+pub(crate) const EDGE_DISTANCE: f32 = 1.0 / 65_536.0;
 
 impl Scene {
     /// Returns true if rays may pass through some surface because it is not fully opaque.
@@ -79,12 +79,17 @@ impl Scene {
         if self.materials.flags[material] & SINGLE_SIDED == 0 || prim.kind() != PrimKind::Triangle {
             return false;
         }
-        let dir = placed.instance.map_or(dir, |instance| {
-            let [x, y, z, _] = self.instances.object_columns(instance as usize);
-            (x * dir.x + y * dir.y) + z * dir.z
-        });
+        let dir = self.object_direction(dir, placed.instance);
         let [a, b, c] = self.triangles.corners(prim.index()).map(Vec3::as_dvec3);
         (b - a).cross(c - a).dot(dir.as_dvec3()) > 0.0
+    }
+
+    /// A direction in the space of an instance's mesh, or of the world.
+    pub(crate) fn object_direction(&self, dir: Vec3, instance: Option<u32>) -> Vec3 {
+        instance.map_or(dir, |instance| {
+            let [x, y, z, _] = self.instances.object_columns(instance as usize);
+            (x * dir.x + y * dir.y) + z * dir.z
+        })
     }
 
     /// Coverage at a hit for a ray of this direction; `None` on an invisible back, where it is 0.

@@ -45,6 +45,7 @@ pub mod sampling;
 mod scene;
 mod sky;
 mod tangents;
+mod terminator;
 mod texture_maps;
 mod textures;
 mod threads;
@@ -55,7 +56,7 @@ mod view;
 
 pub use bounds::{
     Bounds, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE, PAD,
-    PLANE_ROUNDING, SMOOTH_REACH, SMOOTH_SLOPE,
+    PLANE_ROUNDING,
 };
 pub use camera_matrices::CameraMatrices;
 pub use camera_path::{CameraKey, CameraPath};
@@ -80,6 +81,7 @@ pub use prims::*;
 pub use ray_counts::RayCounts;
 pub use scene::{ResolvedPrim, Scene};
 pub use sky::Sky;
+pub use terminator::{OwnFacets, SMOOTH_SLOPE};
 pub use texture_maps::{MapTarget, TextureMap, TextureMaps};
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 #[doc(hidden)]

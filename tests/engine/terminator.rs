@@ -1,6 +1,8 @@
 //! Shadow terminator of smooth surfaces of few triangles: without steps, without leaks, and the
 //! same bits from both engines.
 
+mod standing;
+
 use crate::common::frames::frame_of;
 use crate::common::scenes::{cube_corner, cube_triangles};
 use crate::coverage::assert_same_everywhere;

@@ -21,7 +21,10 @@ pub struct LightSample {
     /// L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s), and the highlight without a mirror:
     /// [`Material::highlight`](phalanx_scene::Material::highlight).
     pub radiance: Vec3x8,
-    /// Shadow ray origin: the hit point, offset toward the viewer.
+    /// Lanes whose facet faces away from a light that the smooth surface faces.
+    pub beneath: Mask8,
+    /// Shadow ray origin: the hit point, offset toward the viewer, or away from it in lanes of
+    /// `beneath`.
     pub org: Vec3x8,
     /// Shadow ray direction toward the light: L − P for a point light, the unit direction for a
     /// directional one.
@@ -34,6 +37,7 @@ impl LightSample {
         LightSample {
             needed: Mask8::none(),
             radiance: Vec3x8::ZERO,
+            beneath: Mask8::none(),
             org: Vec3x8::ZERO,
             dir: Vec3x8::ZERO,
         }
@@ -108,8 +112,8 @@ impl ShadeLight {
         may_point_along(at.ng, toward) | may_point_along(at.ns, toward)
     }
 
-    /// Evaluates the light at position `position` for a batch. Hits on the smooth surface `above`
-    /// face the light by its normal, and send their shadow rays from there.
+    /// Evaluates the light at position `position` for a batch. Hits beneath the smooth surface
+    /// `above` face the light by its normal.
     ///
     /// Inlined by force: it has one caller, the loop over surfaces.
     #[inline(always)]
@@ -120,11 +124,15 @@ impl ShadeLight {
         at: &Surface,
         above: Option<&TerminatorShift>,
     ) -> LightSample {
-        let (mut dir, to_light, radiance, lit) = self.radiance_at(position, at);
-        let facing = above.map_or(at.ng, |above| {
-            Vec3x8::select(above.smooth, above.normal, at.ng)
-        });
-        let lit = lit & to_light.dot(facing).gt(F32x8::ZERO);
+        let (dir, to_light, radiance, lit) = self.radiance_at(position, at);
+        let faces = |normal: Vec3x8| to_light.dot(normal).gt(F32x8::ZERO);
+        let facet = faces(at.ng);
+        let smooth = above.map(|above| (above.smooth, faces(above.normal)));
+        let (facing, beneath) = match smooth {
+            Some((smooth, faces)) => ((smooth & faces) | (!smooth & facet), smooth & !facet),
+            None => (facet, Mask8::none()),
+        };
+        let lit = lit & facing;
         if !lit.any() {
             return LightSample::none();
         }
@@ -142,17 +150,11 @@ impl ShadeLight {
             lobe = Vec3x8::select(lanes, both, lobe);
         }
         let radiance = radiance.mul_elementwise(lobe);
-        let mut org = at.point + at.ng.scale(at.offset);
-        if let Some(above) = above {
-            org = Vec3x8::select(above.smooth, org + above.shift, org);
-            if self.shape != LightShape::Directional {
-                dir = Vec3x8::select(above.smooth, dir - above.shift, dir);
-            }
-        }
         LightSample {
             needed: lit & is_nonzero(radiance),
             radiance,
-            org,
+            beneath,
+            org: at.point + at.ng.scale(beneath.select(-at.offset, at.offset)),
             dir,
         }
     }

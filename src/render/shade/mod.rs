@@ -12,7 +12,7 @@
 //! | `pow` | the specular power, eight lanes at a time |
 //! | `texture` | values of textures, colours of vertices |
 //! | `normal_map` | shading normals turned by a texture |
-//! | `terminator` | origins of shadow rays on smooth surfaces of few triangles |
+//! | `terminator` | the smooth surface above a hit on one of few triangles |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 

@@ -1,6 +1,5 @@
-//! Origins of shadow rays that leave triangles with vertex normals, moved onto the smooth surface
-//! that the normals describe, so that its shadow terminator has no steps (Hanika, "Hacking the
-//! Shadow Terminator", Ray Tracing Gems II, 2021).
+//! The smooth surface that vertex normals describe above a hit, for lights that it faces: see
+//! `scene::terminator`.
 
 use super::instance::{InstanceTransforms, linear};
 use super::surface::Surface;
@@ -21,7 +20,7 @@ pub struct TerminatorShift {
 }
 
 impl TerminatorShift {
-    /// The smooth surface above the hits of `at`; `None` if shadows follow all of their triangles.
+    /// The smooth surface above the hits of `at`; `None` if light follows all of their triangles.
     /// Each hit point is raised to the tangent planes at the corners of its triangle, weighted by
     /// its barycentric coordinates, where those planes are above it. Vertex normals are turned as
     /// [`Surface::ng`] is, so that nothing is raised where the viewer sees a hollow. On instances,

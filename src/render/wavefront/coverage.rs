@@ -37,7 +37,7 @@ impl WaveCoverage<'_> {
     }
 }
 
-fn surface_hit(hits: &HitPacket, lane: usize) -> SurfaceHit {
+pub(super) fn surface_hit(hits: &HitPacket, lane: usize) -> SurfaceHit {
     SurfaceHit {
         prim_id: hits.prim_id.lane(lane),
         t: hits.t.lane(lane),
@@ -244,13 +244,14 @@ fn push_after(after: &mut [HitPacket], queue: &RayQueue, mask: Mask8, hits: &Hit
 
 /// Share of a lamp's light that passes all surfaces before `tmax`, for the `blocked` lanes of a
 /// packet of shadow rays: V, the product over the hits in order of (t, prim_id), up to the first
-/// zero.
+/// zero, without the hits that `spares` takes, by lane.
 pub(super) fn visibility(
     context: &mut WavefrontContext,
     queue: &RayQueue,
     packet: usize,
     tmax: f32,
     blocked: Mask8,
+    mut spares: impl FnMut(usize, SurfaceHit) -> bool,
 ) -> [Vec3; LANES] {
     let (rays, _) = queue.packet(packet, tmax);
     let mut product = [Vec3::ONE; LANES];
@@ -268,7 +269,8 @@ pub(super) fn visibility(
         open = open & !hits.prim_id.eq(U32x8::splat(NO_PRIM));
         for lane in open.lanes() {
             let on = surface_hit(&hits, lane);
-            if counted[lane].is_none_or(|counted| !context.scene.is_same_surface(counted, on)) {
+            let is_counted = |counted| context.scene.is_same_surface(counted, on);
+            if !spares(lane, on) && !counted[lane].is_some_and(is_counted) {
                 product[lane] = context.scene.pass_light(product[lane], on);
                 counted[lane] = Some(on);
             }

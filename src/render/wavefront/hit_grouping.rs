@@ -13,6 +13,8 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8};
 #[derive(Clone, Copy)]
 pub(crate) struct HitGroups<'arena> {
     pub(crate) surfaces: &'arena [Surface],
+    /// The hits of the wave, one packet per packet of rays.
+    pub(super) hits: &'arena [HitPacket],
     /// The row of each surface's material.
     rows: &'arena [MaterialRow],
     /// The varied parameters of each surface's material; empty if the scene has neither textures
@@ -29,7 +31,7 @@ impl<'arena> HitGroups<'arena> {
         arena: &'arena Bump,
         scene: &Scene,
         surfaces: &'arena [Surface],
-        hits: &[HitPacket],
+        hits: &'arena [HitPacket],
     ) -> HitGroups<'arena> {
         let is_even = scene.textures.is_empty() && scene.triangles.colors.is_empty();
         let varied: &[VariedMaterial] = match is_even {
@@ -42,6 +44,7 @@ impl<'arena> HitGroups<'arena> {
         };
         HitGroups {
             surfaces,
+            hits,
             rows: material_rows(arena, scene, surfaces),
             varied,
             above: &[],

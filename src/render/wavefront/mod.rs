@@ -8,7 +8,7 @@
 //! | `coverage` | partly transparent surfaces: rays and light through them |
 //! | `hit_grouping` | hits grouped by kind and material, eight surfaces at a time |
 //! | `emission` | ambient light and emission |
-//! | `terminator` | smooth surfaces above the hits, from which shadow rays leave |
+//! | `terminator` | smooth surfaces above the hits, and the shadow rays beneath them |
 //! | `shadow_rays` | lights, and the shadow rays that test them |
 //! | `shadow_filter` | shadow rays saved by neighbouring samples |
 //! | `secondary_rays` | mirror and refracted rays |
@@ -85,7 +85,7 @@ fn trace_wavefront(
     }
     handle_escaped_rays(context, rays, *bounced, hits, radiance);
     add_ambient_and_emission(&groups, coverage, radiance);
-    groups.above = find_smooth_surfaces(context, arena, &groups, hits);
+    groups.above = find_smooth_surfaces(context, arena, &groups);
     let known = shadow_filter.look_up(arena, groups.surfaces, hits);
     trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
     aovs.record(context.scene, hits, &groups, radiance);

@@ -4,6 +4,7 @@ use super::coverage::{WaveCoverage, visibility};
 use super::hit_grouping::HitGroups;
 use super::ray_batch::{QueueSlice, RadianceX8, add_lanes};
 use super::shadow_filter::KnownLights;
+use super::terminator::TerminatorRays;
 use super::wavefront_context::WavefrontContext;
 use crate::shade::ShadeLight;
 use bumpalo::Bump;
@@ -25,15 +26,19 @@ pub(super) fn trace_shadow_rays(
     let scene = context.scene;
     let above = |k: usize| groups.above.get(k).and_then(Option::as_ref);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
+    let [mut smooth, mut again] =
+        [(); 2].map(|()| TerminatorRays::with_capacity(arena, groups.above.len()));
     let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
     for light in 0..scene.lights.len() {
         if context.is_stopped() {
             return;
         }
         queue.clear();
+        smooth.clear();
         let shade_light = ShadeLight::of(scene, light);
         let one = shade_light.sample_position([0; LANES], context.sample);
         let casts_shadows = scene.lights.casts_shadows(light);
+        let is_directional = scene.lights.directional[light];
         for (k, at) in groups.surfaces.iter().enumerate() {
             let position = if shade_light.is_area() {
                 shade_light.sample_position(rays.seeds(&at.ray), context.sample)
@@ -50,17 +55,19 @@ pub(super) fn trace_shadow_rays(
                 add_lanes(radiance, sample.needed, &at.ray, &carried);
                 continue;
             }
-            let asked = known.unknown(light, (k, at), &sample, radiance);
-            queue.push(asked, sample.org, sample.dir, sample.radiance, &at.ray);
+            let unknown = known.unknown(light, (k, at), &sample, radiance);
+            let mut flat = unknown;
+            if let Some(above) = above(k) {
+                smooth.push(unknown & above.smooth, &sample, at, above, is_directional);
+                flat = unknown & !above.smooth;
+            }
+            queue.push(flat, sample.org, sample.dir, sample.radiance, &at.ray);
         }
-        let tmax = if scene.lights.directional[light] {
-            f32::INFINITY
-        } else {
-            1.0
-        };
-        add_unoccluded(context, &queue, tmax, blocked, radiance, |open, hits| {
-            known.record_visible(light, open, hits);
-        });
+        let tmax = if is_directional { f32::INFINITY } else { 1.0 };
+        let mut record = |open, rays: &_| known.record_visible(light, open, rays);
+        add_unoccluded(context, &queue, tmax, blocked, radiance, &mut record);
+        let room = (&mut again, &mut *blocked);
+        smooth.add_unoccluded(context, groups.hits, tmax, room, radiance, record);
     }
 }
 
@@ -87,7 +94,7 @@ pub(super) fn add_unoccluded(
         add_lanes(radiance, open, hit, carried);
         record(open, hit);
         if context.has_clear_shadows && blocked.any() {
-            let passed = visibility(context, queue, packet, tmax, blocked);
+            let passed = visibility(context, queue, packet, tmax, blocked, |_, _| false);
             for lane in blocked.lanes().filter(|&lane| passed[lane] != Vec3::ZERO) {
                 let (ray, passed) = (hit[lane] as usize, passed[lane]);
                 let rgb = [0, 1, 2].map(|c| carried[c][lane] * passed[c]);
