@@ -109,7 +109,9 @@ impl ProgressListener for Silence {
     fn begin_step(&mut self, _: &str) -> Result<(), BenchError> {
         Ok(())
     }
-    fn progress(&mut self, _: f64) {}
+    fn progress(&mut self, _: f64) -> Result<(), BenchError> {
+        Ok(())
+    }
 }
 
 fn kind(name: &String) -> PyResult<RayKind> {
