@@ -1,11 +1,11 @@
 //! What stands on a smooth surface of few triangles keeps the shadow that it casts on the facets.
 
-use super::{add_box, add_globe, faceted, picture, seen_from};
+use super::{add_globe, faceted, picture, seen_from};
 use crate::common::frames::frame_of;
 use crate::common::rng::Rng;
 use glam::{Affine3A, DAffine3, DVec3, Quat, Vec3};
 use phalanx::frame::{Accel, Engine, Settings};
-use phalanx::scene::{Material, Mesh, Scene, View};
+use phalanx::scene::{Material, Mesh, Scene};
 use phalanx::{Bvh, Ray};
 
 /// A smooth surface z = h(x, y) of `side` × `side` cells of a unit, centred on the axis.
