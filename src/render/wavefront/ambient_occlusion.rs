@@ -43,6 +43,14 @@ pub(crate) fn trace_ambient_occlusion(
         queue.push(at.active, org, dir, Vec3x8::splat(1.0, 1.0, 1.0), &at.ray);
     }
     let blocked = arena.alloc_slice_fill_copy(queue.packets(), 0);
-    add_unoccluded(context, &queue, ao_distance, blocked, radiance, |_, _| {});
+    add_unoccluded(
+        context,
+        &queue,
+        None,
+        ao_distance,
+        blocked,
+        radiance,
+        |_, _| {},
+    );
     aovs.record(context.scene, hits, &groups, radiance);
 }

@@ -26,8 +26,7 @@ pub(super) fn trace_shadow_rays(
     let scene = context.scene;
     let above = |k: usize| groups.above.get(k).and_then(Option::as_ref);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
-    let [mut smooth, mut again] =
-        [(); 2].map(|()| TerminatorRays::with_capacity(arena, groups.above.len()));
+    let mut smooth = TerminatorRays::new(arena, groups);
     let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
     for light in 0..scene.lights.len() {
         if context.is_stopped() {
@@ -65,19 +64,20 @@ pub(super) fn trace_shadow_rays(
         }
         let tmax = if is_directional { f32::INFINITY } else { 1.0 };
         let mut record = |open, rays: &_| known.record_visible(light, open, rays);
-        add_unoccluded(context, &queue, tmax, blocked, radiance, &mut record);
-        let room = (&mut again, &mut *blocked);
-        smooth.add_unoccluded(context, groups.hits, tmax, room, radiance, record);
+        add_unoccluded(context, &queue, None, tmax, blocked, radiance, &mut record);
+        let (facet, smooth) = (&smooth.facet, Some(&smooth));
+        add_unoccluded(context, facet, smooth, tmax, blocked, radiance, record);
     }
 }
 
 /// Traces shadow rays, adds the radiance of rays that are not blocked before `tmax` to the hits
 /// that sent them, and passes those lanes and the hits of a packet to `record`. If everything that
-/// blocks a ray lets light through, that share of the radiance is added. `blocked` has room for one
-/// byte per packet: lanes as bits.
+/// blocks a ray lets light through, or is a facet that a `smooth` surface spares, that share of the
+/// radiance is added. `blocked` has room for one byte per packet: lanes as bits.
 pub(super) fn add_unoccluded(
     context: &mut WavefrontContext,
     queue: &RayQueue,
+    smooth: Option<&TerminatorRays>,
     tmax: f32,
     blocked: &mut [u8],
     radiance: &mut [RadianceX8],
@@ -93,13 +93,22 @@ pub(super) fn add_unoccluded(
         let open = queue.active(packet) & !blocked;
         add_lanes(radiance, open, hit, carried);
         record(open, hit);
-        if context.has_clear_shadows && blocked.any() {
-            let passed = visibility(context, queue, packet, tmax, blocked, |_, _| false);
-            for lane in blocked.lanes().filter(|&lane| passed[lane] != Vec3::ZERO) {
-                let (ray, passed) = (hit[lane] as usize, passed[lane]);
-                let rgb = [0, 1, 2].map(|c| carried[c][lane] * passed[c]);
-                radiance[ray / LANES].add(ray % LANES, rgb);
-            }
+        if !blocked.any() {
+            continue;
+        }
+        let (lit, passed) = match smooth {
+            Some(smooth) => smooth.past_own_facets(context, packet, tmax, blocked),
+            None if !context.has_clear_shadows => continue,
+            None => (
+                blocked,
+                visibility(context, queue, packet, tmax, blocked, |_, _| false),
+            ),
+        };
+        for lane in lit.lanes().filter(|&lane| passed[lane] != Vec3::ZERO) {
+            let (ray, passed) = (hit[lane] as usize, passed[lane]);
+            let rgb = [0, 1, 2].map(|c| carried[c][lane] * passed[c]);
+            radiance[ray / LANES].add(ray % LANES, rgb);
+            record(Mask8::from_bits(1 << lane), hit);
         }
     }
 }

@@ -3,7 +3,6 @@
 
 use super::coverage::{surface_hit, visibility};
 use super::hit_grouping::{HitGroups, hits_at};
-use super::ray_batch::{RadianceX8, add_lanes};
 use super::wavefront_context::WavefrontContext;
 use crate::shade::{LightSample, ShadeLight, Surface, TerminatorShift};
 use bumpalo::Bump;
@@ -33,17 +32,21 @@ pub(super) fn find_smooth_surfaces<'arena>(
 /// Shadow rays that start on facets of smooth surfaces, each with another one that starts on the
 /// smooth surface above.
 pub(super) struct TerminatorRays<'arena> {
-    facet: RayQueue<'arena>,
-    /// The weight is that of the facet's ray where it starts beneath the facet, else zero.
+    pub(super) facet: RayQueue<'arena>,
+    /// The weight is one where the facet's ray starts beneath it, else zero. These rays carry no
+    /// light, so they are not counted.
     above: RayQueue<'arena>,
+    hits: &'arena [HitPacket],
 }
 
 impl<'arena> TerminatorRays<'arena> {
-    /// Room for the rays of this number of surfaces.
-    pub(super) fn with_capacity(arena: &'arena Bump, surfaces: usize) -> TerminatorRays<'arena> {
+    /// Room for the rays of all smooth surfaces.
+    pub(super) fn new(arena: &'arena Bump, groups: &HitGroups<'arena>) -> TerminatorRays<'arena> {
+        let rays = groups.above.len() * LANES;
         TerminatorRays {
-            facet: RayQueue::with_capacity(arena, surfaces * LANES),
-            above: RayQueue::with_capacity(arena, surfaces * LANES),
+            facet: RayQueue::with_capacity(arena, rays),
+            above: RayQueue::with_capacity(arena, rays),
+            hits: groups.hits,
         }
     }
 
@@ -77,100 +80,37 @@ impl<'arena> TerminatorRays<'arena> {
         self.above.push(needed, org, dir, weight, &at.ray);
     }
 
-    /// Moves some rays of a packet to another queue.
-    fn move_lanes(&self, packet: usize, lanes: Mask8, to: &mut TerminatorRays) {
-        for (from, to) in [(&self.facet, &mut to.facet), (&self.above, &mut to.above)] {
-            let (rays, _) = from.packet::<F32x8>(packet, 0.0);
-            let ([x, y, z], parent) = from.payload(packet);
-            let weight = Vec3x8::new(F32x8::new(*x), F32x8::new(*y), F32x8::new(*z));
-            to.push(lanes, rays.org, rays.dir, weight, parent);
-        }
-    }
-
-    /// Traces the rays of facets as [`add_unoccluded`](super::shadow_rays::add_unoccluded) does.
-    /// What blocks them is spared by the rule of [`OwnFacets`] where the ray from above reaches the
-    /// light. Rays from above carry no light, so they are not counted. `blocked` has room for one
-    /// byte per packet; `again`, for the same number of rays.
-    pub(super) fn add_unoccluded(
+    /// The lanes of a packet of blocked rays of facets that some light may pass, and its share,
+    /// without their own facets where the ray from above reaches the light.
+    pub(super) fn past_own_facets(
         &self,
         context: &mut WavefrontContext,
-        hits: &[HitPacket],
-        tmax: f32,
-        (again, blocked): (&mut TerminatorRays, &mut [u8]),
-        radiance: &mut [RadianceX8],
-        mut record: impl FnMut(Mask8, &[u32; LANES]),
-    ) {
-        again.clear();
-        context.stats.rays.shadow += self.facet.len() as u64;
-        occlude(context, &self.facet, tmax, blocked);
-        for packet in 0..self.facet.packets() {
-            let (carried, rays) = self.facet.payload(packet);
-            let active = self.facet.active(packet);
-            let blocked = active & Mask8::from_bits(u32::from(blocked[packet]));
-            add_lanes(radiance, active & !blocked, rays, carried);
-            record(active & !blocked, rays);
-            self.move_lanes(packet, blocked, again);
-        }
-        occlude(context, &again.above, tmax, blocked);
-        for packet in 0..again.facet.packets() {
-            let active = again.facet.active(packet);
-            let mut open = active & !Mask8::from_bits(u32::from(blocked[packet]));
-            if context.has_clear_shadows {
-                let hidden = active & !open;
-                let passed = visibility(context, &again.above, packet, tmax, hidden, |_, _| false);
-                let is_clear = |lane: usize| u32::from(passed[lane] != Vec3::ZERO) << lane;
-                let clear: u32 = hidden.lanes().map(is_clear).sum();
-                open = open | Mask8::from_bits(clear);
-            }
-            let passed = again.past_own_facets(context, hits, packet, tmax, open);
-            let (carried, rays) = again.facet.payload(packet);
-            for lane in active.lanes().filter(|&lane| passed[lane] != Vec3::ZERO) {
-                let rgb = [0, 1, 2].map(|c| carried[c][lane] * passed[lane][c]);
-                radiance[rays[lane] as usize / LANES].add(rays[lane] as usize % LANES, rgb);
-                record(Mask8::from_bits(1 << lane), rays);
-            }
-        }
-    }
-
-    /// Share of the light that passes what blocks the facets' rays of a packet, without their own
-    /// facets in lanes that are `open` from above; zero in lanes where it cannot be another.
-    fn past_own_facets(
-        &self,
-        context: &mut WavefrontContext,
-        hits: &[HitPacket],
         packet: usize,
         tmax: f32,
-        open: Mask8,
-    ) -> [Vec3; LANES] {
-        let traced = match context.has_clear_shadows {
-            true => self.facet.active(packet),
-            false => open,
-        };
-        if !traced.any() {
-            return [Vec3::ZERO; LANES];
+        blocked: Mask8,
+    ) -> (Mask8, [Vec3; LANES]) {
+        let mut hidden = [0];
+        let one = packet..packet + 1;
+        context.trace(|traversal| traversal.occluded(&self.above, one, tmax, &mut hidden));
+        let hidden = blocked & Mask8::from_bits(u32::from(hidden[0]));
+        let (mut traced, mut above) = (blocked & !hidden, [Vec3::ONE; LANES]);
+        if context.has_clear_shadows {
+            above = visibility(context, &self.above, packet, tmax, hidden, |_, _| false);
+            traced = blocked;
+        } else if !traced.any() {
+            return (traced, above);
         }
         let scene = context.scene;
         let ([beneath, ..], rays) = self.above.payload(packet);
         let mut own: [OwnFacets; LANES] = std::array::from_fn(|lane| {
             let ray = rays[lane] as usize;
-            let from = surface_hit(&hits[ray / LANES], ray % LANES);
+            let from = surface_hit(&self.hits[ray / LANES], ray % LANES);
             let (_, dir) = self.facet.ray(packet, lane);
             OwnFacets::new(scene, dir.into(), from, beneath[lane] != 0.0)
         });
-        let open = open.bits();
-        let mut passed = visibility(context, &self.facet, packet, tmax, traced, |lane, on| {
-            open >> lane & 1 == 1 && own[lane].spares(scene, on)
+        let passed = visibility(context, &self.facet, packet, tmax, traced, |lane, on| {
+            above[lane] != Vec3::ZERO && own[lane].spares(scene, on)
         });
-        for lane in (!traced).lanes() {
-            passed[lane] = Vec3::ZERO;
-        }
-        passed
+        (traced, passed)
     }
-}
-
-/// Sets `blocked` to the lanes of all rays of a queue that hit anything, a byte a packet.
-fn occlude(context: &mut WavefrontContext, queue: &RayQueue, tmax: f32, blocked: &mut [u8]) {
-    let all = 0..queue.packets();
-    let blocked = &mut blocked[..all.len()];
-    context.trace(|traversal| traversal.occluded(queue, all, tmax, blocked));
 }
