@@ -1,15 +1,15 @@
 //! Facets of a smooth surface that a shadow ray crosses although the surface itself would not block
 //! it. Both tracers use these definitions.
 //!
-//! Triangles with vertex normals stand for a smooth surface. A point of it is lit by the side of the
-//! interpolated normal n on which the light is, so its facet may face away from a light that n
-//! faces. There a shadow ray starts beneath the facet, and has to leave the body through the back of
-//! another facet; elsewhere it starts above. In a crease it may enter once more through the front of
-//! a facet that shares a vertex with its own, if n faces the light there, too. These facets are
-//! spared if a second ray, from the smooth surface above the point (Hanika, "Hacking the Shadow
-//! Terminator", Ray Tracing Gems II, 2021), reaches the light: no part of the body rises between
-//! the two. Whatever else is on the way from the point to the light blocks it, so nothing that
-//! stands on the surface loses its shadow.
+//! Triangles with vertex normals stand for a smooth surface. A point of it is lit by the side of
+//! the interpolated normal n on which the light is, so its facet may face away from a light that n
+//! faces. There a shadow ray starts beneath the facet, and has to leave the body through the back
+//! of another facet; elsewhere it starts above. In a crease it may enter once more through the
+//! front of a facet that shares a vertex with its own, if n faces the light there, too. These
+//! facets are spared if a second ray, from the smooth surface above the point (Hanika, "Hacking the
+//! Shadow Terminator", Ray Tracing Gems II, 2021), reaches the light: no part of the body rises
+//! between the two. Whatever else is on the way from the point to the light blocks it, so nothing
+//! that stands on the surface loses its shadow.
 
 use crate::coverage::EDGE_DISTANCE;
 use crate::{PrimKind, Scene, SurfaceHit};

@@ -294,8 +294,8 @@ const CAMERA_FORM: &str = "expected FROM AT UP FOV, as in --camera 0,1,5 0,0,0 0
 /// One of the four values of `--camera`: three numbers or one.
 #[cfg(feature = "clap")]
 fn camera_word(text: &str) -> Result<String, String> {
-    match doubles(text).map(|numbers| numbers.len()) {
-        Ok(1 | 3) => Ok(text.to_owned()),
+    match doubles(text)?.len() {
+        1 | 3 => Ok(text.to_owned()),
         _ => Err(CAMERA_FORM.to_owned()),
     }
 }

@@ -209,7 +209,7 @@ fn nonsense_beside_a_scene_is_2() {
             ("--camera 0,0,5 0,0,0 0,1,0 200", "field of view"),
             ("--light 1,2", "X,Y,Z"),
             ("--light dir:0,0,0", "direction"),
-            ("--background red", "`red` is not a number"),
+            ("--background red", "expected R,G,B"),
             ("--background -1,0,0", ""),
             ("--material kd", "KEY=VALUE"),
             ("--material glow=1", "unknown material key `glow`"),

@@ -1,4 +1,5 @@
-//! What stands on a smooth surface of few triangles keeps the shadow that it casts on the facets.
+//! Shadows of things that stand on a smooth surface of few triangles: those that they cast on its
+//! facets.
 
 use super::{add_globe, faceted, picture, seen_from};
 use crate::common::frames::frame_of;
