@@ -232,7 +232,7 @@ impl Scene {
     /// [`GeometryError::TooManyShown`].
     ///
     /// ```
-    /// # extern crate phalanx_scene as phalanx;
+    /// # mod phalanx { pub use {glam, phalanx_scene::*}; }
     /// use phalanx::glam::{DAffine3, DVec3, dvec3};
     /// use phalanx::{GeometryError, Scene};
     ///

@@ -134,7 +134,7 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
 /// that no program changes it.
 ///
 /// ```
-/// # mod phalanx { pub use phalanx_scene as scene; pub use phalanx_scene::*; }
+/// # mod phalanx { pub mod scene { pub use phalanx_scene::*; } pub use phalanx_scene::*; }
 /// assert_eq!(phalanx::scene::matte_id("hello"), 0x248b_fa47);
 /// ```
 pub fn matte_id(name: &str) -> u32 {

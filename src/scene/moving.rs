@@ -98,7 +98,7 @@ impl Scene {
     /// [`GeometryError::NoGeometry`] and [`GeometryError::NotInvertible`]; nothing is changed then.
     ///
     /// ```
-    /// # extern crate phalanx_scene as phalanx;
+    /// # mod phalanx { pub use {glam, phalanx_scene::*}; }
     /// use phalanx::glam::{DAffine3, dvec3};
     /// use phalanx::Scene;
     ///

@@ -67,7 +67,7 @@ impl NameTable {
     /// nothing but blanks is [`NO_NAME`].
     ///
     /// ```
-    /// # mod phalanx { pub use phalanx_scene as scene; pub use phalanx_scene::*; }
+    /// # mod phalanx { pub mod scene { pub use phalanx_scene::*; } pub use phalanx_scene::*; }
     /// let mut names = phalanx::scene::NameTable::default();
     /// let lid = names.intern(b"lid");
     /// assert_eq!((lid, names.intern(b" lid\r")), (0, 0));

@@ -13,7 +13,7 @@ impl Scene {
     /// [`GeometryError::NoGeometry`].
     ///
     /// ```
-    /// # mod phalanx { pub use phalanx_scene as scene; pub use phalanx_scene::*; }
+    /// # mod phalanx { pub mod scene { pub use phalanx_scene::*; } pub use phalanx_scene::*; }
     /// use phalanx::scene::object_names;
     /// use phalanx::Scene;
     ///

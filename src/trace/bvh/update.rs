@@ -48,7 +48,7 @@ impl Bvh {
     /// other is queried.
     ///
     /// ```
-    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// # mod phalanx { pub use {glam, phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
     /// use phalanx::glam::{DAffine3, dvec3};
     /// use phalanx::{Bvh, Ray, Scene};
     ///
