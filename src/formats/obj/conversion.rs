@@ -72,6 +72,11 @@ impl MtlMaterial {
         self.illum.unwrap_or(2.0)
     }
 
+    /// Returns true if the material names a texture of this kind.
+    fn has(&self, kind: MapKind) -> bool {
+        self.maps.contains_key(&kind)
+    }
+
     fn refracts(&self) -> bool {
         self.model() >= 4.0 && self.ni > 0.0 && self.ni != 1.0
     }
@@ -85,9 +90,7 @@ impl MtlMaterial {
     pub(super) fn show(&mut self) {
         self.shown = true;
         self.d = Some(1.0);
-        self.illum = self
-            .illum
-            .map(|illum| if illum < 4.0 { illum } else { 2.0 });
+        self.illum = self.illum.filter(|&illum| illum < 4.0);
     }
 
     fn has_colored_filter(&self) -> bool {
@@ -102,7 +105,7 @@ impl MtlMaterial {
 
     /// Returns true for a black `Kd` that is only a placeholder for the texture.
     pub(super) fn kd_is_placeholder(&self) -> bool {
-        self.kd == Some(Vec3::ZERO) && self.maps.contains_key(&MapKind::Kd)
+        self.kd == Some(Vec3::ZERO) && self.has(MapKind::Kd)
     }
 
     /// Returns true if `Ns` is the exponent of a mirror or a highlight.
@@ -120,16 +123,15 @@ impl MtlMaterial {
     }
 
     fn is_pbr(&self) -> bool {
-        let maps = [MapKind::Pr, MapKind::Pm].map(|kind| self.maps.contains_key(&kind));
-        self.pr.is_some() || self.pm.is_some() || maps.contains(&true)
+        self.pr.or(self.pm).is_some() || self.has(MapKind::Pr) || self.has(MapKind::Pm)
     }
 
     /// Returns true if the material shows the texture of a kind, if it can be read.
     pub(super) fn shows(&self, kind: MapKind) -> bool {
         match kind {
-            MapKind::Ka => !self.maps.contains_key(&MapKind::Kd),
+            MapKind::Ka => !self.has(MapKind::Kd),
             MapKind::Ks | MapKind::Ns => self.has_exponent(),
-            MapKind::Bump => !self.maps.contains_key(&MapKind::Norm),
+            MapKind::Bump => !self.has(MapKind::Norm),
             _ => true,
         }
     }
@@ -137,15 +139,14 @@ impl MtlMaterial {
     /// Metallic and roughness, and true if a texture of `textures` varies them.
     fn lobes(&self, textures: &MapTextures) -> (MetallicRoughness, bool) {
         let [rough, metal] = [MapKind::Pr, MapKind::Pm].map(|kind| textures.contains_key(&kind));
-        let given = |number: Option<f32>, varied: bool| {
-            let number = number.filter(|&number| number != 0.0 || !varied);
-            number.or(varied.then_some(1.0))
+        // Beneath a texture, what is missing or 0 is 1.
+        let share = |number: Option<f32>, varied: bool, missing: f32| match number {
+            None | Some(0.0) if varied => 1.0,
+            number => number.unwrap_or(missing).clamp(0.0, 1.0),
         };
-        let metallic = given(self.pm, metal).unwrap_or(0.0);
-        let roughness = given(self.pr, rough).unwrap_or_else(|| self.roughness());
         let lobes = MetallicRoughness {
-            metallic: metallic.clamp(0.0, 1.0),
-            roughness: roughness.clamp(0.0, 1.0),
+            metallic: share(self.pm, metal, 0.0),
+            roughness: share(self.pr, rough, self.roughness()),
         };
         (lobes, rough || metal)
     }
@@ -153,7 +154,7 @@ impl MtlMaterial {
     /// A colour that its texture multiplies: 0 if that cannot be read, 1 if it is only a
     /// placeholder.
     fn beneath(&self, color: Vec3, kind: MapKind, textures: &MapTextures) -> Vec3 {
-        match (self.maps.contains_key(&kind), textures.contains_key(&kind)) {
+        match (self.has(kind), textures.contains_key(&kind)) {
             (true, false) => Vec3::ZERO,
             (true, true) if color == Vec3::ZERO => Vec3::ONE,
             _ => color,
@@ -168,16 +169,14 @@ impl MtlMaterial {
         let refracts = self.refracts();
         let transmits = refracts || self.has_colored_filter() && d < 1.0;
         let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
-        let textured = [MapKind::Kd, MapKind::Ka].map(|kind| self.maps.contains_key(&kind));
-        let textured = textured.contains(&true);
         let kd = match self.kd {
             Some(kd) if !self.kd_is_placeholder() => kd,
-            None if !textured => PLAIN,
+            None if !self.has(MapKind::Kd) && !self.has(MapKind::Ka) => PLAIN,
             _ => Vec3::ONE,
         };
         let own = |&ka: &Vec3| ka != Vec3::ZERO && self.kd != Some(ka);
         let ka = match self.ka.filter(own) {
-            Some(ka) if self.maps.contains_key(&MapKind::Ka) => ka,
+            Some(ka) if self.has(MapKind::Ka) => ka,
             tint => tint.unwrap_or(Vec3::ONE) * kd,
         };
         let ks = self.beneath(self.ks, MapKind::Ks, textures);
@@ -205,11 +204,7 @@ impl MtlMaterial {
         }
         Material {
             ke: self.beneath(self.ke, MapKind::Ke, textures),
-            kt: if transmits {
-                self.tf * (1.0 - d)
-            } else {
-                Vec3::ZERO
-            },
+            kt: self.tf * (1.0 - there),
             ior: if refracts { self.ni } else { 1.0 },
             texture,
             opacity,

@@ -98,9 +98,7 @@ impl<'a> MaterialLibrary<'a> {
         let search = |name: String| Some((asset_dir.find_for(None, &name).ok()?, name));
         match names.find_map(search) {
             Some((found, name)) => self.add_file(&name, Ok(found), span, report),
-            None => parts
-                .iter()
-                .for_each(|part| self.add_parts(part, span, report)),
+            None => (parts.iter()).for_each(|part| self.add_parts(part, span, report)),
         }
     }
 
@@ -181,14 +179,10 @@ impl<'a> MaterialLibrary<'a> {
 
     /// The material that a `usemtl` names, and the spelling of its name.
     fn find<'n>(&self, name: &'n [u8]) -> Option<(&'n [u8], &KnownMaterial)> {
-        let known = |name: &[u8]| {
-            self.by_name
-                .get(name)
-                .or_else(|| self.by_short_name.get(name))
-        };
-        spellings(name)
-            .find_map(|name| Some((name, known(name)?)))
-            .map(|(name, &known)| (name, &self.materials[known]))
+        spellings(name).find_map(|name| {
+            let known = self.by_name.get(name).or(self.by_short_name.get(name))?;
+            Some((name, &self.materials[*known]))
+        })
     }
 
     /// Materials of `triangles` triangles whose materials change at `runs`. Triangles before the

@@ -110,6 +110,39 @@ impl MtlMaterial {
         number.max(0.0)
     }
 
+    /// Sets the parameter of a keyword in lower case; else returns the reason why the statement is
+    /// omitted. `name` is the keyword's span.
+    fn set(&mut self, keyword: &[u8], name: Span, cursor: &mut Cursor) -> Result<(), &'static str> {
+        match keyword {
+            b"ka" => self.ka = Some(self.color(name, cursor)?),
+            b"kd" => (self.kd, self.kd_keyword) = (Some(self.color(name, cursor)?), name),
+            b"ks" => self.ks = self.color(name, cursor)?,
+            b"ke" => self.ke = self.color(name, cursor)?,
+            b"tf" => self.tf = self.color(name, cursor)?,
+            b"ns" => self.ns = Some(self.at_least_zero(number(cursor)?, name)),
+            b"ni" => self.ni = number(cursor)?,
+            b"d" => {
+                texture_map::skip_option(cursor, b"-halo", 0);
+                (self.d, self.d_keyword) = (Some(number(cursor)?), name);
+            }
+            b"tr" => (self.tr, self.tr_keyword) = (Some(number(cursor)?), name),
+            b"illum" => self.illum = Some(number(cursor)?),
+            b"pr" => self.pr = Some(number(cursor)?),
+            b"pm" => self.pm = Some(number(cursor)?),
+            _ => {
+                let kind = MapKind::of(keyword).ok_or(NOT_SHOWN)?;
+                let leave_out = |cursor: &Cursor, option| self.leave_out(cursor, option, NOT_SHOWN);
+                let map = texture_map::read(cursor, leave_out).ok_or(NO_NAME)?;
+                self.maps.insert(kind, map);
+            }
+        }
+        Ok(())
+    }
+
+    fn color(&mut self, keyword: Span, cursor: &mut Cursor) -> Result<Vec3, &'static str> {
+        Ok(color(cursor)?.map(|c| self.at_least_zero(c, keyword)))
+    }
+
     /// Notes something that is omitted, unless its kind is known to be.
     fn leave_out(&mut self, cursor: &Cursor, keyword: Span, reason: &'static str) {
         let text = cursor.bytes(keyword);
@@ -177,54 +210,9 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) {
     let Some(material) = materials.last_mut() else {
         return;
     };
-    match keyword {
-        b"ka" | b"kd" | b"ks" | b"ke" | b"tf" => {
-            let color = match color(cursor) {
-                Ok(color) => color.map(|c| material.at_least_zero(c, name)),
-                Err(reason) => return material.leave_out(cursor, name, reason),
-            };
-            match keyword {
-                b"ka" => material.ka = Some(color),
-                b"kd" => (material.kd, material.kd_keyword) = (Some(color), name),
-                b"ks" => material.ks = color,
-                b"ke" => material.ke = color,
-                _ => material.tf = color,
-            }
-        }
-        b"ns" | b"ni" | b"d" | b"tr" | b"illum" | b"pr" | b"pm" => {
-            if keyword == b"d" {
-                texture_map::skip_option(cursor, b"-halo", 0);
-            }
-            let number = match number(cursor) {
-                Ok(number) => number,
-                Err(reason) => return material.leave_out(cursor, name, reason),
-            };
-            match keyword {
-                b"ns" => material.ns = Some(material.at_least_zero(number, name)),
-                b"ni" => material.ni = number,
-                b"d" => (material.d, material.d_keyword) = (Some(number), name),
-                b"pr" => material.pr = Some(number),
-                b"pm" => material.pm = Some(number),
-                b"tr" => (material.tr, material.tr_keyword) = (Some(number), name),
-                _ => material.illum = Some(number),
-            }
-        }
-        keyword => match MapKind::of(keyword) {
-            Some(kind) => map(cursor, material, name, kind),
-            None => material.leave_out(cursor, name, NOT_SHOWN),
-        },
+    if let Err(reason) = material.set(keyword, name, cursor) {
+        material.leave_out(cursor, name, reason);
     }
-}
-
-/// Reads a texture, and notes its options that are omitted.
-fn map(cursor: &mut Cursor, material: &mut MtlMaterial, name: Span, kind: MapKind) {
-    let map = texture_map::read(cursor, |cursor, option| {
-        material.leave_out(cursor, option, NOT_SHOWN);
-    });
-    if map.is_none() {
-        material.leave_out(cursor, name, NO_NAME);
-    }
-    material.maps.extend(map.map(|map| (kind, map)));
 }
 
 /// One number for grey, or three; else the reason why there is no colour.

@@ -176,10 +176,8 @@ fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
         before
     });
     let before: Vec<[i64; 3]> = before.collect();
-    before
-        .into_iter()
-        .map(|before| IndexLimits { before, total })
-        .collect()
+    let limits = |before| IndexLimits { before, total };
+    before.into_iter().map(limits).collect()
 }
 
 /// Statements that hold for the triangles after them, by the triangle that they begin at.
