@@ -31,20 +31,12 @@ pub(super) struct TextureLibrary<'a> {
 /// times their size.
 const MAX_TEXELS: u64 = 1 << 30;
 
-/// The way to read a texture between its texels and beyond its edges.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+/// The way to read a texture between its texels and beyond its edges: by default, blended and
+/// repeated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct TextureSampler {
     pub(super) wrap: [Wrap; 2],
     pub(super) nearest: bool,
-}
-
-impl From<[Wrap; 2]> for TextureSampler {
-    fn from(wrap: [Wrap; 2]) -> TextureSampler {
-        TextureSampler {
-            wrap,
-            nearest: false,
-        }
-    }
 }
 
 /// Key that distinguishes pictures.
@@ -96,7 +88,7 @@ impl<'a> TextureLibrary<'a> {
     pub(super) fn named(
         &mut self,
         name: &str,
-        sampler: impl Into<TextureSampler>,
+        sampler: TextureSampler,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
@@ -109,7 +101,7 @@ impl<'a> TextureLibrary<'a> {
         &mut self,
         name: &str,
         found: Result<Found, String>,
-        sampler: impl Into<TextureSampler>,
+        sampler: TextureSampler,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
@@ -119,7 +111,6 @@ impl<'a> TextureLibrary<'a> {
         };
         let asset_dir = self.asset_dir;
         let bytes = || asset_dir.read(&found?).map(Cow::Owned);
-        let sampler = sampler.into();
         self.picture(origin, &quoted_file(name), bytes, sampler, span, report)
     }
 
@@ -129,11 +120,11 @@ impl<'a> TextureLibrary<'a> {
         &mut self,
         picture: Embedded,
         bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
-        sampler: impl Into<TextureSampler>,
+        sampler: TextureSampler,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let (origin, sampler) = (ImageKey::Embedded(picture), sampler.into());
+        let origin = ImageKey::Embedded(picture);
         self.picture(origin, &picture.name(), bytes, sampler, span, report)
     }
 
@@ -230,11 +221,9 @@ impl<'a> TextureLibrary<'a> {
     ) -> u32 {
         let row = self.row(origin, name, bytes, sampler);
         row.unwrap_or_else(|reason| {
+            let message = format!("the texture {name} is left out: {reason}");
             match self.asset_dir.memory().refusal() {
-                Some(_) => {
-                    let message = format!("the texture {name} is left out: {reason}");
-                    report.error(span(), message)
-                }
+                Some(_) => report.error(span(), message),
                 None => report.texture_left_out(span(), name, reason),
             }
             NO_TEXTURE
@@ -297,20 +286,16 @@ impl<'a> TextureLibrary<'a> {
     /// Row of a picture with another sampler. The first use sets the sampler of the texture itself,
     /// and only another one needs a copy.
     fn copy_for(&mut self, name: &str, first: u32, sampler: TextureSampler) -> Result<u32, String> {
-        let row = match self.sampler_assigned.insert(first) {
-            true => first,
-            false => {
-                let texture = &self.textures[first as usize];
-                let (width, height) = (texture.width, texture.height);
-                let texels = checked_budget(width, height, self.texels_left)?;
-                let alpha = texture.alpha.len() as u64;
-                let what = format!("for the texture {name} with another sampler");
-                self.asset_dir.memory().take(texels * 3 + alpha, what)?;
-                self.texels_left -= texels;
-                let copy = texture.clone();
-                self.push(copy)
-            }
-        };
+        let mut row = first;
+        if !self.sampler_assigned.insert(first) {
+            let texture = &self.textures[first as usize];
+            let texels = checked_budget(texture.width, texture.height, self.texels_left)?;
+            let bytes = texels * 3 + texture.alpha.len() as u64;
+            let what = format!("for the texture {name} with another sampler");
+            self.asset_dir.memory().take(bytes, what)?;
+            self.texels_left -= texels;
+            row = self.push(texture.clone());
+        }
         let texture = &mut self.textures[row as usize];
         (texture.wrap, texture.nearest) = (sampler.wrap, sampler.nearest);
         Ok(row)
@@ -356,6 +341,13 @@ mod tests {
     use png::{BitDepth::Eight, ColorType};
     use std::path::Path;
 
+    fn sampler(wrap: Wrap) -> TextureSampler {
+        TextureSampler {
+            wrap: [wrap; 2],
+            nearest: false,
+        }
+    }
+
     #[test]
     fn a_picture_stands_once_for_each_wrapping() {
         let folder = tempfile::tempdir().unwrap();
@@ -366,7 +358,7 @@ mod tests {
         let mut report = DiagnosticSink::binary();
         let span = Span::START;
         let mut library = TextureLibrary::new(&asset_dir);
-        let (repeat, clamp) = ([Wrap::Repeat; 2], [Wrap::Clamp; 2]);
+        let (repeat, clamp) = (sampler(Wrap::Repeat), sampler(Wrap::Clamp));
         let mut named = |name, wrap| library.named(name, wrap, || span, &mut report);
         assert_eq!(named("dot.png", clamp), 0);
         assert_eq!(named("dot.png", repeat), 1);
@@ -386,7 +378,7 @@ mod tests {
         }
         assert_eq!(asked, 1, "decoded once");
         let wraps: Vec<_> = library.into_textures().iter().map(|t| t.wrap).collect();
-        assert_eq!(wraps, [clamp, repeat, clamp]);
+        assert_eq!(wraps, [clamp, repeat, clamp].map(|sampler| sampler.wrap));
         let warnings = report.finish().expect("no errors");
         let messages: Vec<&str> = warnings.iter().map(|w| w.message.as_str()).collect();
         assert_eq!(messages.len(), 2, "once for each: {messages:?}");
@@ -402,7 +394,7 @@ mod tests {
             std::fs::write(folder.path().join(name), bytes).unwrap();
         }
         let span = || Span::START;
-        let repeat = [Wrap::Repeat; 2];
+        let repeat = sampler(Wrap::Repeat);
         let named = |most: u64, names: &[&str]| {
             let asset_dir = Folder::of(&folder.path().join("scene")).within(Some(most));
             let mut report = DiagnosticSink::binary();
@@ -441,7 +433,7 @@ mod tests {
         let mut report = DiagnosticSink::binary();
         let span = || Span::START;
         let mut library = TextureLibrary::new(&asset_dir);
-        let [repeat, clamp] = [Wrap::Repeat, Wrap::Clamp].map(|w| [w; 2]);
+        let [repeat, clamp] = [Wrap::Repeat, Wrap::Clamp].map(sampler);
         let mut named = |name, wrap| library.named(name, wrap, span, &mut report);
         let leaves = [named("leaf.png", repeat), named("leaf.png", clamp)];
         let wholes = [named("whole.png", repeat), named("whole.png", clamp)];
@@ -477,7 +469,7 @@ mod tests {
             let asset_dir = Folder::of(&folder.path().join("scene")).within(Some(most));
             let mut report = DiagnosticSink::binary();
             let mut library = TextureLibrary::new(&asset_dir);
-            let row = library.named(name, [Wrap::Repeat; 2], || Span::START, &mut report);
+            let row = library.named(name, sampler(Wrap::Repeat), || Span::START, &mut report);
             library.mask_of(row, || Span::START, &mut report);
             assert_eq!(
                 report.finish().is_err(),
@@ -510,7 +502,7 @@ mod tests {
         let mut library = TextureLibrary::new(&asset_dir);
         library.texels_left = 4;
         let mut named = |name, wrap| library.named(name, wrap, span, &mut report);
-        let [repeat, clamp, mirror] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror].map(|w| [w; 2]);
+        let [repeat, clamp, mirror] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror].map(sampler);
         assert_eq!(named("two.png", repeat), 0);
         assert_eq!(named("three.png", repeat), NO_TEXTURE);
         assert_eq!(named("./two.png", clamp), 1, "a copy");

@@ -82,9 +82,7 @@ fn warn_left_out(file: &MtlSource, mut left_out: Vec<MtlOmission>, about: &mut D
     let mut known = HashSet::new();
     reasons.retain(|reason| known.insert(*reason));
     let groups = reasons.iter().map(|reason| {
-        let same = left_out
-            .iter()
-            .filter(|omission| omission.reason == *reason);
+        let same = left_out.iter().filter(|other| other.reason == *reason);
         let names = same.map(|omission| quoted_bytes(&file.bytes[omission.keyword.range()]));
         let names: Vec<String> = names.collect();
         let verb = if names.len() == 1 { "is" } else { "are" };
@@ -136,20 +134,16 @@ impl<'a> MaterialReader<'a> {
         table: &mut MaterialTable,
     ) -> MaterialLook {
         let KnownMaterial { material, source } = known;
-        for left_out in &material.left_out {
-            self.leave_out(*source, left_out);
-        }
+        (material.left_out.iter()).for_each(|left_out| self.leave_out(*source, left_out));
         self.warn_of_readings(*source, material);
         let exponents = material.maps.get(&MapKind::Ns);
         if let Some(map) = exponents.filter(|_| !material.shows(MapKind::Ns)) {
             let reason = "it has no effect: the material has no `Ns` above 1 that it could vary";
             self.warn_once(*source, b"map_ns", map, reason);
         }
-        let shown = material
-            .maps
-            .iter()
-            .filter(|(kind, _)| material.shows(**kind));
-        let shown: Vec<(MapKind, MtlTexture)> = shown.map(|(&kind, &map)| (kind, map)).collect();
+        let maps = material.maps.iter().map(|(&kind, &map)| (kind, map));
+        let shown = maps.filter(|(kind, _)| material.shows(*kind));
+        let shown: Vec<(MapKind, MtlTexture)> = shown.collect();
         let mut textures = MapTextures::new();
         for (kind, map) in shown.iter().filter(|(kind, _)| *kind != MapKind::D) {
             let texture = self.texture(*source, map);
@@ -166,18 +160,16 @@ impl<'a> MaterialReader<'a> {
             let reason = "its picture is not shown: that of map_Kd colours the ambient light";
             self.warn_once(*source, b"map_ka", ka, reason);
         }
-        let transform = shown.first().map(|(_, map)| map.transform);
-        let transform = transform.unwrap_or(UvTransform::IDENTITY);
+        let first = shown.first();
+        let transform = first.map_or(UvTransform::IDENTITY, |(_, map)| map.transform);
         if let Some((_, other)) = shown.iter().find(|(_, map)| map.transform != transform) {
             let reason = "its -s and -o are not used: those of the material's first texture are";
             self.warn_once(*source, b"-s", other, reason);
         }
         let mask = mask.unwrap_or(NO_TEXTURE);
         let mut converted = material.to_material(&textures, mask);
-        let maps = shown
-            .iter()
-            .filter_map(|(kind, map)| self.row_of(*source, *kind, map, *textures.get(kind)?));
-        let maps: Vec<TextureMap> = maps.collect();
+        let row = |(kind, map): &(_, _)| self.row_of(*source, *kind, map, *textures.get(kind)?);
+        let maps: Vec<TextureMap> = shown.iter().filter_map(row).collect();
         converted.maps = scene.maps.push_all(&maps);
         let textured = !textures.is_empty() || mask != NO_TEXTURE;
         let moved = textured && transform != UvTransform::IDENTITY;
@@ -204,18 +196,15 @@ impl<'a> MaterialReader<'a> {
             MapKind::Pm => MapTarget::Metallic,
             MapKind::Norm | MapKind::Bump => MapTarget::Normal,
         };
-        let texture = match kind {
-            MapKind::Bump => {
-                let report = &mut self.reports[source];
-                let normals = self.textures.normals_of(texture, || map.name, report);
-                self.note_relief(source, map, normals == texture);
-                normals
-            }
-            _ => texture,
-        };
-        (texture != NO_TEXTURE).then_some(TextureMap {
+        let mut shown = texture;
+        if kind == MapKind::Bump {
+            let report = &mut self.reports[source];
+            shown = self.textures.normals_of(texture, || map.name, report);
+            self.note_relief(source, map, shown == texture);
+        }
+        (shown != NO_TEXTURE).then_some(TextureMap {
             target,
-            texture,
+            texture: shown,
             channel: map.channel,
             uv_layer: 0,
             scale: map.bump,
@@ -249,7 +238,7 @@ impl<'a> MaterialReader<'a> {
         let report = &mut self.reports[source];
         let found = found.map(|found| found.accepted(&name, map.name, report));
         self.textures
-            .found(&name, found, map.wrap, || map.name, report)
+            .found(&name, found, map.sampler, || map.name, report)
     }
 
     /// The texture of opacity: that of the colour's file is its alpha alone, so that a picture
@@ -262,16 +251,14 @@ impl<'a> MaterialReader<'a> {
         texture: u32,
     ) -> u32 {
         let same = color.is_some_and(|color| self.same_file(source, &color, map));
-        let matte = map.matte || same;
         let row = match color {
-            Some(color) if same && color.wrap == map.wrap => texture,
+            Some(color) if same && color.sampler == map.sampler => texture,
             _ => self.texture(source, map),
         };
-        match matte {
+        let report = &mut self.reports[source];
+        match map.matte || same {
             true => self.textures.alpha_of(row),
-            false => self
-                .textures
-                .mask_of(row, || map.name, &mut self.reports[source]),
+            false => self.textures.mask_of(row, || map.name, report),
         }
     }
 
@@ -311,27 +298,24 @@ impl<'a> MaterialReader<'a> {
 
     /// Warns of statements that are read differently from their definition, once for each kind.
     fn warn_of_readings(&mut self, source: usize, material: &MtlMaterial) {
-        let named = &mut self.named[source];
-        let report = &mut self.reports[source];
-        if material.tr_is_opacity() && named.insert(b"tr 1".to_vec()) {
-            let message = "`Tr 1` without a `d` is taken as opaque, because exporters write it so; \
-                           as a transparency, it would hide the surface (write `d 0` for that)";
-            report.warning(material.tr_keyword, message);
+        let mut warn = |applies: bool, keyword: Span, message: &str| {
+            if applies && self.named[source].insert(message.as_bytes().to_vec()) {
+                self.reports[source].warning(keyword, message);
+            }
+        };
+        let message = "`Tr 1` without a `d` is taken as opaque, because exporters write it so; \
+                       as a transparency, it would hide the surface (write `d 0` for that)";
+        warn(material.tr_is_opacity(), material.tr_keyword, message);
+        let message = "`d 0` in every material of the file is taken as opaque, because exporters \
+                       write it so; as an opacity, it would hide the whole model";
+        warn(material.shown, material.d_keyword, message);
+        if let Some(keyword) = material.negative {
+            let message = "negative colours and exponents are taken as 0";
+            warn(true, keyword, message);
         }
-        if material.shown && named.insert(b"d 0".to_vec()) {
-            let message = "`d 0` in every material of the file is taken as opaque, because exporters \
-                           write it so; as an opacity, it would hide the whole model";
-            report.warning(material.d_keyword, message);
-        }
-        let unknown = |_: &Span| named.insert(b"negative".to_vec());
-        if let Some(keyword) = material.negative.filter(unknown) {
-            report.warning(keyword, "negative colours and exponents are taken as 0");
-        }
-        if material.kd_is_placeholder() && named.insert(b"kd 0".to_vec()) {
-            let message = "a black `Kd` with a `map_Kd` is taken as 1, because exporters write it so; \
-                           multiplied, the texture would be black";
-            report.warning(material.kd_keyword, message);
-        }
+        let message = "a black `Kd` with a `map_Kd` is taken as 1, because exporters write it so; \
+                       multiplied, the texture would be black";
+        warn(material.kd_is_placeholder(), material.kd_keyword, message);
     }
 
     /// Warns of a texture, the first time of its kind.

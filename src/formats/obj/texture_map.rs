@@ -2,6 +2,7 @@
 
 use super::cursor::Cursor;
 use crate::diagnostics::Span;
+use crate::texture::TextureSampler;
 use glam::Vec2;
 use phalanx_scene::Wrap;
 
@@ -10,7 +11,7 @@ use phalanx_scene::Wrap;
 pub(super) struct MtlTexture {
     /// The file's name, perhaps with a comment behind it.
     pub(super) name: Span,
-    pub(super) wrap: [Wrap; 2],
+    pub(super) sampler: TextureSampler,
     pub(super) transform: UvTransform,
     /// True for a mask that is the picture's alpha, regardless of its colours.
     pub(super) matte: bool,
@@ -67,7 +68,7 @@ pub(super) fn read(
 ) -> Option<MtlTexture> {
     let mut map = MtlTexture {
         name: Span::START,
-        wrap: [Wrap::Repeat; 2],
+        sampler: TextureSampler::default(),
         transform: UvTransform::IDENTITY,
         matte: false,
         channel: 0,
@@ -82,7 +83,7 @@ pub(super) fn read(
         if is(b"-clamp") {
             let on = cursor.word();
             let on = start.bytes(on).eq_ignore_ascii_case(b"on");
-            map.wrap = [if on { Wrap::Clamp } else { Wrap::Repeat }; 2];
+            map.sampler.wrap = [if on { Wrap::Clamp } else { Wrap::Repeat }; 2];
         } else if is(b"-imfchan") {
             let channel = cursor.word();
             match start.bytes(channel) {
@@ -183,11 +184,11 @@ mod tests {
             of("-s 2 3 1 -O 0.5 -clamp ON -t 1 1 1 -imfchan m -cc on a.png").unwrap();
         let (scale, offset) = (map.transform.scale, map.transform.offset);
         assert_eq!((scale, offset), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0)));
-        assert_eq!((map.wrap, map.matte), ([Wrap::Clamp; 2], true));
+        assert_eq!((map.sampler.wrap, map.matte), ([Wrap::Clamp; 2], true));
         assert_eq!(left_out, ["-t", "-cc"]);
         let (_, map, _) = of("-s nan 2 -clamp off a.png").unwrap();
         assert_eq!(
-            (map.transform.scale, map.wrap),
+            (map.transform.scale, map.sampler.wrap),
             (Vec2::new(1.0, 2.0), [Wrap::Repeat; 2])
         );
     }

@@ -6,8 +6,8 @@ use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
 use crate::mesh_defaults::{WHITE, empty_scene};
 use crate::options::Options;
-use crate::texture::TextureLibrary;
-use phalanx_scene::{Material, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture, Wrap};
+use crate::texture::{TextureLibrary, TextureSampler};
+use phalanx_scene::{Material, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
 
 /// The pictures of a file.
 #[derive(Default)]
@@ -54,18 +54,14 @@ impl NamedPictures {
                 let name = name.replace("<this>", asset_dir.scene_stem());
                 let found = asset_dir.find_for(None, &name);
                 let found = found.map(|found| found.accepted(&name, span, report));
-                let wrap = [Wrap::Repeat; 2];
-                pictures
-                    .rows
-                    .push(library.found(&name, found, wrap, || span, report));
+                let sampler = TextureSampler::default();
+                let row = library.found(&name, found, sampler, || span, report);
+                pictures.rows.push(row);
             }
             pictures.textures = library.into_textures();
         }
-        let shown = match pictures.textures.is_empty() {
-            true => 0,
-            false => pictures.rows.len(),
-        };
-        plan.keep_uvs_for(shown);
+        let missing = pictures.textures.is_empty();
+        plan.keep_uvs_for(if missing { 0 } else { pictures.rows.len() });
         pictures
     }
 
@@ -98,10 +94,9 @@ impl NamedPictures {
         let beyond = |&&number: &&u32| number != NO_PICTURE && number as usize >= rows.len();
         let lost = numbers.iter().filter(beyond).count();
         if lost > 0 {
-            let message = format!(
-                "triangles with a `texnumber` beyond the file's pictures are drawn without one: {lost}"
-            );
-            report.warning(span, message);
+            let what =
+                "triangles with a `texnumber` beyond the file's pictures are drawn without one";
+            report.warning(span, format!("{what}: {lost}"));
         }
         let of = |&number: &u32| match number {
             NO_PICTURE => bare,
