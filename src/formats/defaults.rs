@@ -79,11 +79,9 @@ pub(super) fn finish_scene(
         } else {
             let unit = scene.scale;
             scene.rescale_to_f32_range();
-            let fitted = match scene.scale == unit {
-                true => Ok(()),
-                false => scene.validate(),
-            };
-            if let Err(error) = fitted {
+            if scene.scale != unit
+                && let Err(error) = scene.validate()
+            {
                 if options.view.is_some() || !options.lights.is_empty() {
                     let reason = format!("--camera or --light is too far away: {error}");
                     return Err(ReadStop::Options(reason));
@@ -111,12 +109,12 @@ fn notes_on(scene: &Scene, missing: &MissingParts, options: &Options) -> Vec<Str
     } = scene.defaulted;
     if view {
         let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
-        let options_of = match assumed_y {
+        let up = match assumed_y {
             true => ", y up (see --camera, --up)",
             false => " (see --camera)",
         };
         let used = "the file has no camera: one that frames everything is used";
-        notes.push(format!("{used}{options_of}"));
+        notes.push(format!("{used}{up}"));
     }
     if light {
         let fill = match scene.defaulted.bare {
@@ -165,11 +163,9 @@ fn decide(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
     let (width, height) = options.size.unwrap_or((scene.width, scene.height));
     let aspect = f64::from(width) / f64::from(height);
     // Other scenes are the same for every picture.
-    let depends = view || ortho_size.is_some();
-    let picture = if depends {
-        (aspect, options.turntable)
-    } else {
-        (1.0, false)
+    let picture = match view || ortho_size.is_some() {
+        true => (aspect, options.turntable),
+        false => (1.0, false),
     };
     scene.defaulted.made_for = Some(picture);
     let is_placed = options.view.is_some() || options.camera.is_some();
@@ -287,20 +283,13 @@ pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<Vec<String
     // The scene was rescaled into the comfortable range when it was made. Parts that are placed now
     // cannot change its scale any more.
     let DefaultedParts { view, light, .. } = scene.defaulted;
-    let placed = options.view.is_some()
-        || options.camera.is_some()
-        || !options.lights.is_empty()
-        || view
-        || light;
-    if placed && !scene.is_in_safe_range() {
+    let moved = options.view.is_some() || options.camera.is_some() || !options.lights.is_empty();
+    if (moved || view || light) && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
     }
     scene.validate_settings()?;
-    let notes = [
-        camera_choice::note(scene, options),
-        note_on_up(scene, options),
-    ];
-    Ok(notes.into_iter().flatten().collect())
+    let notes = camera_choice::note(scene, options).into_iter();
+    Ok(notes.chain(note_on_up(scene, options)).collect())
 }
 
 fn apply_overrides(scene: &mut Scene, options: &Options) {

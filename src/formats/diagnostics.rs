@@ -140,11 +140,8 @@ impl<'a> DiagnosticSink<'a> {
 
     /// Adds a remark that a texture is left out: one for all with this reason.
     pub(super) fn texture_left_out(&mut self, span: Span, name: &str, reason: String) {
-        let known = self
-            .left_out
-            .iter_mut()
-            .find(|(known, ..)| *known == reason);
-        match known {
+        let mut known = self.left_out.iter_mut();
+        match known.find(|(known, ..)| *known == reason) {
             Some((.., names)) => names.push(name.to_owned()),
             None => self.left_out.push((reason, span, vec![name.to_owned()])),
         }

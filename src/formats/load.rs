@@ -82,9 +82,8 @@ fn load_read(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Loaded, LoadError> {
-    let asset_dir = Folder::of(path)
-        .and(&options.allow_paths)
-        .within(options.max_memory);
+    let asset_dir = Folder::of(path).and(&options.allow_paths);
+    let asset_dir = asset_dir.within(options.max_memory);
     let failed = |bytes: &[u8], diagnostics| {
         let path = path.to_path_buf();
         match asset_dir.memory().refusal() {
@@ -190,13 +189,11 @@ pub fn read_bytes(
 ) -> Option<Result<Loaded, Vec<Diagnostic>>> {
     let format = find(OsStr::new(ending))?;
     let asset_dir = Folder::none().within(options.max_memory);
-    let text = match utf16::to_utf8(bytes, asset_dir.memory()) {
-        Ok(text) => text,
-        Err(diagnostics) => return Some(Err(diagnostics)),
-    };
-    let bytes = text.as_deref().unwrap_or(bytes);
-    let loaded = read(format, bytes, &asset_dir, options);
-    Some(loaded.map_err(ReadStop::diagnostics))
+    let loaded = utf16::to_utf8(bytes, asset_dir.memory()).and_then(|text| {
+        let bytes = text.as_deref().unwrap_or(bytes);
+        read(format, bytes, &asset_dir, options).map_err(ReadStop::diagnostics)
+    });
+    Some(loaded)
 }
 
 /// Reads a scene from the text of a `.test` file.
@@ -225,10 +222,7 @@ fn open(path: &Path) -> io::Result<File> {
     // Some systems open a directory as if it were a file and fail at the first read, others say
     // "access denied".
     if std::fs::metadata(path)?.is_dir() {
-        return Err(io::Error::new(
-            io::ErrorKind::IsADirectory,
-            "is a directory",
-        ));
+        return Err(io::ErrorKind::IsADirectory.into());
     }
     File::open(path)
 }

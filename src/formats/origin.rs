@@ -197,16 +197,13 @@ pub(super) fn move_exactly(
         if !axes[axis] || origin == 0.0 {
             continue;
         }
-        let mut used = corners
-            .iter()
-            .flatten()
-            .map(|&corner| column[corner as usize]);
-        if !used.all(|c| is_exact(c, origin)) {
+        let is_exact = |&corner: &u32| is_exact(column[corner as usize], origin);
+        if !corners.as_flattened().iter().all(is_exact) {
             return Err(ReadStop::Inexact);
         }
-        column
-            .iter_mut()
-            .for_each(|c| *c = (f64::from(*c) - origin) as f32);
+        for c in column.iter_mut() {
+            *c = (f64::from(*c) - origin) as f32;
+        }
     }
     Ok(())
 }

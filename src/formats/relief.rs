@@ -12,13 +12,12 @@ const EMPTY: u8 = 32;
 /// Returns true if the picture is bluish, as normals are that point outward. The unused parts of an
 /// atlas do not count: they are black or transparent.
 pub(super) fn is_normal_map(picture: &Texture) -> bool {
-    let clear = |k: usize| picture.alpha.get(k) == Some(&0);
-    let texels = picture.texels.iter().enumerate();
-    let used = texels.filter(|(k, texel)| texel.iter().any(|&c| c > EMPTY) && !clear(*k));
     let (mut sums, mut count) = ([0u64; 3], 0u64);
-    for (_, texel) in used {
-        (0..3).for_each(|channel| sums[channel] += u64::from(texel[channel]));
-        count += 1;
+    for (k, texel) in picture.texels.iter().enumerate() {
+        if texel.iter().any(|&c| c > EMPTY) && picture.alpha.get(k) != Some(&0) {
+            (0..3).for_each(|channel| sums[channel] += u64::from(texel[channel]));
+            count += 1;
+        }
     }
     let [r, g, b] = sums.map(|sum| sum as f64 / count.max(1) as f64);
     let is_middle = |mean: f64| (90.0..=165.0).contains(&mean);

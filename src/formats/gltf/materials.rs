@@ -149,12 +149,10 @@ impl<'a> GltfMaterials<'a> {
         }
         let found = match row {
             None => {
+                let colored = vertices != VertexPaint::Absent;
                 let bare = Material {
                     single_sided: true,
-                    ..match vertices {
-                        VertexPaint::Absent => GREY,
-                        _ => WHITE,
-                    }
+                    ..if colored { WHITE } else { GREY }
                 };
                 let material = options.material.unwrap_or(bare);
                 PrimitiveMaterial {
@@ -181,22 +179,17 @@ impl<'a> GltfMaterials<'a> {
         self.unsupported.add_material(material);
         let paint = PbrMaterial::of(material);
         let mut maps = MaterialMaps::default();
-        let texture = match paint.texture {
-            Some(info) => self.texture(info, row, report)?,
-            None => NO_TEXTURE,
-        };
-        if let (Some(info), true) = (paint.texture, texture != NO_TEXTURE) {
+        let mut texture = NO_TEXTURE;
+        if let Some((picture, info)) = self.map(paint.texture, row, report)? {
+            texture = picture;
             maps.layer(info);
         }
         let alpha_texture = || self.library.alpha_of(texture);
         let in_vertices = vertices == VertexPaint::WithAlpha;
         let cover = Cover::of(material, paint.alpha, alpha_texture, in_vertices);
         let mut emitted = emitted(material);
-        if let Some(info) = material
-            .emissive_texture
-            .as_ref()
-            .filter(|_| emitted != Vec3::ZERO)
-        {
+        let glow = material.emissive_texture.as_ref();
+        if let Some(info) = glow.filter(|_| emitted != Vec3::ZERO) {
             match self.map(Some(info), row, report)? {
                 Some(glow) => maps.add(glow, MapTarget::Emission, 0),
                 // Without its texture the whole surface would glow, so it does not glow at all.
@@ -275,17 +268,13 @@ impl<'a> GltfMaterials<'a> {
         let image = document.images.get(row);
         let image = image.ok_or_else(|| format!("there is no images[{row}]"))?;
         if let Some(uri) = &image.uri {
-            return Ok(match parse_data_uri(uri) {
-                None => {
-                    let name = file_name(uri, self.asset_dir);
-                    self.library.named(&name, sampler, span, report)
-                }
-                Some(data) => {
-                    let bytes = || Ok(Cow::Owned(data.bytes()?));
-                    let picture = Embedded::Text(row);
-                    self.library.embedded(picture, bytes, sampler, span, report)
-                }
-            });
+            let Some(data) = parse_data_uri(uri) else {
+                let name = file_name(uri, self.asset_dir);
+                return Ok(self.library.named(&name, sampler, span, report));
+            };
+            let bytes = || Ok(Cow::Owned(data.bytes()?));
+            let picture = Embedded::Text(row);
+            return Ok(self.library.embedded(picture, bytes, sampler, span, report));
         }
         let Some(view) = image.buffer_view else {
             let message = format!("images[{row}] has neither uri nor bufferView");
@@ -361,11 +350,9 @@ impl MaterialMaps {
     /// Returns true if the tangents of the file, if it has any, are those of the normal map: they
     /// follow texture coordinates that are not turned.
     fn keeps_tangents(&self) -> bool {
-        let mut normals = self
-            .rows
-            .iter()
-            .filter(|map| map.target == MapTarget::Normal);
-        normals.any(|map| self.layers[map.uv_layer as usize].map.is_upright())
+        let is_upright = |map: &TextureMap| self.layers[map.uv_layer as usize].map.is_upright();
+        let mut maps = self.rows.iter();
+        maps.any(|map| map.target == MapTarget::Normal && is_upright(map))
     }
 }
 
@@ -421,10 +408,7 @@ impl PbrMaterial<'_> {
         let [r, g, b, alpha] = pbr.base_color_factor.unwrap_or([1.0; 4]).map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
-        let texture = pbr
-            .base_color_texture
-            .as_ref()
-            .filter(|t| t.index.is_some());
+        let texture = pbr.base_color_texture.as_ref();
         PbrMaterial {
             color: Vec3::new(r, g, b),
             alpha,
@@ -434,7 +418,7 @@ impl PbrMaterial<'_> {
                 Some(_) => Vec3::splat(reflectance * reflectance),
                 None => Vec3::splat(DIELECTRIC),
             },
-            texture,
+            texture: texture.filter(|t| t.index.is_some()),
             lobes: pbr.metallic_roughness_texture.as_ref(),
         }
     }

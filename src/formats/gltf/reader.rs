@@ -187,10 +187,8 @@ impl<'a, 't> GltfReader<'a, 't> {
             return Err(ReadStop::Inexact);
         }
         if self.scene.prims.is_empty() {
-            self.report.warning(
-                Span::START,
-                "the file shows no triangles: the picture will be empty",
-            );
+            let message = "the file shows no triangles: the picture will be empty";
+            self.report.warning(Span::START, message);
         }
         let bounds = VisibleVertices::of(&self.scene, self.threads).bounds(&self.scene);
         if self.options.origin == Origin::Auto
@@ -287,9 +285,9 @@ impl<'a, 't> GltfReader<'a, 't> {
             }
         }
         if baked > 0 {
+            let copies = maps.len();
             let message = format!(
-                "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
-                maps.len()
+                "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {copies} copies are stored"
             );
             let span = self.source.span_of("meshes", mesh);
             self.report.warning(span, message);
@@ -349,10 +347,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         if messages.is_empty() || !self.warned.insert(mesh) {
             return;
         }
-        for message in messages {
-            self.source
-                .warning(&mut self.report, "meshes", mesh, &message);
-        }
+        let (source, report) = (self.source, &mut self.report);
+        (messages.iter()).for_each(|message| source.warning(report, "meshes", mesh, message));
     }
 
     fn shapes(
@@ -387,9 +383,9 @@ impl<'a, 't> GltfReader<'a, 't> {
             let material = self.materials.of(row, paint, options, scene, report);
             let material = material.map_err(named)?;
             let skinned = pose.skin.is_some();
-            let vertices =
-                PrimitiveVertices::open(source, primitive, &material, pose.weights, skinned)
-                    .map_err(named)?;
+            let weights = pose.weights;
+            let vertices = PrimitiveVertices::open(source, primitive, &material, weights, skinned);
+            let vertices = vertices.map_err(named)?;
             let has = |layer: &UvLayer| primitive.attributes.contains_key(&layer.set);
             let missing = material.uvs.iter().position(|layer| !has(layer));
             let missing = missing.map(|layer| (layer, &material.uvs[layer].set));
@@ -411,15 +407,9 @@ impl<'a, 't> GltfReader<'a, 't> {
             let name = row.and_then(|row| source.document.materials.get(row));
             let name = name.map_or(String::new(), |material| material.name.text());
             let looks = (&material, self.scene.names.intern(name.as_bytes()));
-            let shape = PrimitiveGeometry::open(
-                source,
-                primitive,
-                looks,
-                vertices,
-                (left, self.threads),
-                room,
-            )
-            .map_err(named)?;
+            let limits = (left, self.threads);
+            let shape = PrimitiveGeometry::open(source, primitive, looks, vertices, limits, room);
+            let shape = shape.map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);

@@ -223,7 +223,7 @@ impl<'a> PlyBinaryReader<'a> {
             chunk.colors = self.numbers(element, count, color.numbers);
             let alpha = color
                 .alpha
-                .map(|alpha| self.numbers(element, count, [alpha]));
+                .map(|index| self.numbers(element, count, [index]));
             let stride = element.least_bytes();
             for (row, &alpha) in alpha.iter().flatten().flatten().enumerate() {
                 let span = Span::new(self.at + row * stride, stride);
@@ -307,9 +307,8 @@ impl<'a> PlyBinaryReader<'a> {
             PropertyKind::List { .. } => None,
         };
         let before = (0..list).map(of).sum::<Option<usize>>()?;
-        let after = (list + 1..element.properties.len())
-            .map(of)
-            .sum::<Option<usize>>()?;
+        let after = list + 1..element.properties.len();
+        let after = after.map(of).sum::<Option<usize>>()?;
         let first = before + count_type.size();
         let stride = first + 3 * item.size() + after;
         let length = count.checked_mul(stride)?;

@@ -89,15 +89,13 @@ fn read_in_chunks(
     uvs::turn(&mut mesh.vertex_uvs, threads, span, &mut report);
     let mut joined = mesh.triangulated(threads, &mut report);
     let notes = std::mem::take(&mut pictures.notes);
-    let scene = match pictures.is_empty() {
-        true => mesh::scene_for(&colors, options, &mut MaterialTable::default()),
-        false => {
-            let (scene, material) =
-                pictures.into_scene(&of_faces.pictures, options, span, &mut report);
-            joined.material = material;
-            scene
-        }
-    };
+    let scene;
+    if pictures.is_empty() {
+        scene = mesh::scene_for(&colors, options, &mut MaterialTable::default());
+    } else {
+        let numbers = &of_faces.pictures;
+        (scene, joined.material) = pictures.into_scene(numbers, options, span, &mut report);
+    }
     joined.single = plan.vertices.single;
     joined.colors = colors;
     let mut loaded = mesh::finish(scene, joined, &BARE, options, report)?;

@@ -31,9 +31,8 @@ pub(super) const MAX_UVS: usize = 2 * MAX_CORNERS + 1;
 
 /// The two numbers of a vertex, as indices of its properties.
 pub(super) fn of_vertex(vertex: &Element) -> Option<[usize; 2]> {
-    VERTEX_NAMES
-        .into_iter()
-        .find_map(|names| vertex.numbers(names))
+    let mut names = VERTEX_NAMES.into_iter();
+    names.find_map(|names| vertex.numbers(names))
 }
 
 /// The properties of faces that say where on a picture they are.
@@ -75,11 +74,11 @@ impl FaceUvs {
         let complete = uvs.len() == 2 * corners.len();
         let first = self.columns[0].len() as u32;
         self.scratch.clear();
-        self.scratch
-            .extend((first..).zip(corners).map(|(uv, &corner)| FaceCorner {
-                numbers: [corner as u32, if complete { uv } else { NONE }, NONE],
-                relative: 0,
-            }));
+        let corner = |(uv, &corner): (u32, &i64)| FaceCorner {
+            numbers: [corner as u32, if complete { uv } else { NONE }, NONE],
+            relative: 0,
+        };
+        self.scratch.extend((first..).zip(corners).map(corner));
         faces.add(&self.scratch);
         if complete {
             for uv in uvs.chunks_exact(2) {
