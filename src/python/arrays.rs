@@ -123,11 +123,8 @@ pub(crate) fn as_contiguous<'py, T: NumpyNumber>(
     let array = as_array(name, object)?;
     let dtype = array.dtype();
     if !T::KINDS.contains(&dtype.kind()) && array.len() > 0 {
-        let given: String = dtype.str()?.extract()?;
-        let words = T::WORDS;
-        return Err(PyTypeError::new_err(format!(
-            "{name} holds {given}, not {words}"
-        )));
+        let message = format!("{name} holds {}, not {}", dtype.str()?, T::WORDS);
+        return Err(PyTypeError::new_err(message));
     }
     let options = PyDict::new(object.py());
     options.set_item("dtype", numpy::dtype::<T>(object.py()))?;

@@ -70,9 +70,8 @@ impl Coordinates {
         if self.scale == 1.0 {
             return Floats::of(name, object);
         }
-        let given = as_contiguous::<f64>(name, object)?
-            .try_readonly()
-            .map_err(value_error)?;
+        let given = as_contiguous::<f64>(name, object)?;
+        let given = given.try_readonly().map_err(value_error)?;
         let scaled = given.as_slice()?.iter().map(|c| (c * self.scale) as f32);
         Floats::made(object.py(), scaled.collect(), given.shape())
     }

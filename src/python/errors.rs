@@ -41,11 +41,8 @@ pub(crate) fn geometry_error(error: GeometryError) -> PyErr {
 /// `OSError` with the file's name, if the error came from the system.
 fn system_error(path: &str, error: &io::Error) -> Option<PyErr> {
     let code = error.raw_os_error()?;
-    Some(PyOSError::new_err((
-        code,
-        error.to_string(),
-        path.to_owned(),
-    )))
+    let (reason, path) = (error.to_string(), path.to_owned());
+    Some(PyOSError::new_err((code, reason, path)))
 }
 
 /// `OSError` if the system could not write a file, `ValueError` for anything else.
@@ -58,10 +55,10 @@ pub(crate) fn open_error(path: &str, error: OpenError) -> PyErr {
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(&error);
     let mut words = error.to_string();
     while let Some(inner) = cause {
-        if let Some(error) = inner
+        let system = inner
             .downcast_ref()
-            .and_then(|error| system_error(path, error))
-        {
+            .and_then(|error| system_error(path, error));
+        if let Some(error) = system {
             return error;
         }
         cause = inner.source();

@@ -5,9 +5,11 @@ use crate::coordinates::Coordinates;
 use crate::errors::value_error;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use phalanx::{Hit, HitLists, NO_PRIM, RefinedHit, Scene, refine};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
+use std::fmt::Display;
 use std::sync::Arc;
 
 /// The closest hits of rays, as returned by Scene.intersect(). Each
@@ -208,9 +210,8 @@ impl RaySource {
         refined: &[Option<RefinedHit>],
         shape: &[usize],
     ) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
-        let t = refined
-            .iter()
-            .map(|hit| hit.map_or(f64::INFINITY, |hit| hit.t));
+        let t = |hit: &Option<RefinedHit>| hit.map_or(f64::INFINITY, |hit| hit.t);
+        let t = refined.iter().map(t);
         let points = refined.iter().flat_map(|hit| match hit {
             Some(hit) => self.coordinates.outside(hit.point),
             None => [f64::NAN; 3],
@@ -230,13 +231,12 @@ impl RaySource {
         };
         let width = if self.directions.is_some() { 3 } else { 6 };
         let directions = self.directions.as_ref();
+        let directions = directions.map(|directions| pick(directions.bind(py).clone(), 3));
         Ok(RaySource {
             scene: Arc::clone(&self.scene),
             coordinates: self.coordinates,
             origins: pick(self.origins.bind(py).clone(), width)?,
-            directions: directions
-                .map(|directions| pick(directions.bind(py).clone(), 3))
-                .transpose()?,
+            directions: directions.transpose()?,
         })
     }
 
@@ -292,9 +292,8 @@ impl PyHits {
     /// rays. Do not change the rays before.
     fn refine<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         let make = || {
-            let (t, points) = self
-                .source()?
-                .refined(py, &self.in_double(py)?, &self.shape)?;
+            let source = self.source()?;
+            let (t, points) = source.refined(py, &self.in_double(py)?, &self.shape)?;
             Ok((t.unbind(), points.unbind()))
         };
         let (t, points) = get_or_make(py, &self.refined, make)?;
@@ -330,17 +329,10 @@ impl PyHits {
     /// Pickled hits have their normals and refined points instead of the scene.
     fn __reduce__<'py>(slf: &Bound<'py, PyHits>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, hits) = (slf.py(), slf.get());
-        let state = (&hits.t, &hits.u, &hits.v, &hits.prim_id, &hits.geom_id);
-        let (t, u, v, prim_id, geom_id) = state;
-        let state = (
-            t,
-            u,
-            v,
-            prim_id,
-            geom_id,
-            hits.normal(py)?,
-            hits.refine(py)?,
-        );
+        let (t, u, v) = (&hits.t, &hits.u, &hits.v);
+        let (prim_id, geom_id) = (&hits.prim_id, &hits.geom_id);
+        let (normal, refined) = (hits.normal(py)?, hits.refine(py)?);
+        let state = (t, u, v, prim_id, geom_id, normal, refined);
         (slf.get_type(), state).into_pyobject(py)
     }
 
@@ -374,24 +366,22 @@ impl PyHits {
     /// The first hits as a table, for notebooks.
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
         const MOST: usize = 10;
-        let columns = [
-            self.t.bind(py).to_vec()?,
-            self.u.bind(py).to_vec()?,
-            self.v.bind(py).to_vec()?,
-        ];
-        let numbers = [
-            self.prim_id.bind(py).to_vec()?,
-            self.geom_id.bind(py).to_vec()?,
-        ];
-        let row = |ray: usize| {
-            let floats = columns.iter().map(|column| column[ray].to_string());
-            let integers = numbers.iter().map(|column| column[ray].to_string());
-            let cells = floats
-                .chain(integers)
-                .map(|cell| format!("<td>{cell}</td>"));
-            format!("<tr><th>{ray}</th>{}</tr>", cells.collect::<String>())
+        let floats = [&self.t, &self.u, &self.v].map(|column| column.bind(py).to_vec());
+        let integers = [&self.prim_id, &self.geom_id].map(|column| column.bind(py).to_vec());
+        let ([t, u, v], [prim_id, geom_id]) = (floats, integers);
+        let (t, u, v, prim_id, geom_id) = (t?, u?, v?, prim_id?, geom_id?);
+        let row = |k: usize| {
+            let cells = [
+                &t[k] as &dyn Display,
+                &u[k],
+                &v[k],
+                &prim_id[k],
+                &geom_id[k],
+            ];
+            let cells = cells.map(|cell| format!("<td>{cell}</td>")).concat();
+            format!("<tr><th>{k}</th>{cells}</tr>")
         };
-        let count = columns[0].len();
+        let count = t.len();
         let rows: String = (0..count.min(MOST)).map(row).collect();
         let names = ["ray", "t", "u", "v", "prim_id", "geom_id"];
         let heads: String = names.map(|name| format!("<th>{name}</th>")).concat();
@@ -403,20 +393,14 @@ impl PyHits {
     }
 
     fn __len__(&self) -> PyResult<usize> {
-        match self.shape.first() {
-            Some(&rows) => Ok(rows),
-            None => Err(pyo3::exceptions::PyTypeError::new_err(
-                "hits of a single ray have no length",
-            )),
-        }
+        let rows = self.shape.first().copied();
+        rows.ok_or_else(|| PyTypeError::new_err("hits of a single ray have no length"))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let met = self.hit(py)?.call_method0("sum")?;
-        Ok(format!(
-            "<phalanx.Hits: {met} of {} rays hit>",
-            self.shape.iter().product::<usize>()
-        ))
+        let rays: usize = self.shape.iter().product();
+        Ok(format!("<phalanx.Hits: {met} of {rays} rays hit>"))
     }
 }
 
@@ -498,10 +482,7 @@ impl PyAllHits {
     }
 
     fn __repr__(&self) -> String {
-        format!(
-            "<phalanx.AllHits: {} hits of {} rays>",
-            self.__len__(),
-            self.first_rows.len() - 1
-        )
+        let (hits, rays) = (self.__len__(), self.first_rows.len() - 1);
+        format!("<phalanx.AllHits: {hits} hits of {rays} rays>")
     }
 }

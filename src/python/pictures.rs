@@ -74,13 +74,11 @@ impl PyScene {
         let names = aovs.unwrap_or_default();
         let layers = names.iter().map(|name| layer(name));
         let layers: Vec<Aov> = layers.collect::<PyResult<_>>()?;
-        let asked = layers
-            .iter()
-            .fold(Aovs::default(), |all, aov| all.with(*aov));
+        let asked = layers.iter().copied().fold(Aovs::default(), Aovs::with);
         let frame = self.frame_of(py, (camera, size), spp, max_depth, (asked, threads))?;
-        let color = color(py, &frame.film)?;
+        let color = interleaved(py, &frame.film, &frame.film.planes)?;
         if !layered {
-            return Ok(color.into_any());
+            return Ok(color);
         }
         let pictures = PyDict::new(py);
         pictures.set_item("color", color)?;
@@ -126,12 +124,8 @@ impl PyScene {
             aovs,
             ..Settings::of(&scene)
         };
-        if let Some(spp) = spp {
-            settings.sampling.spp = spp;
-        }
-        if let Some(depth) = max_depth {
-            settings.max_depth = depth;
-        }
+        settings.sampling.spp = spp.unwrap_or(settings.sampling.spp);
+        settings.max_depth = max_depth.unwrap_or(settings.max_depth);
         let control = Control::default();
         let work = || render_with(&scene, AccelRef::Packets(&bvh), &settings, &control);
         stoppable(py, &control.stop, work)?.map_err(frame_error)
@@ -201,16 +195,9 @@ fn look_at(pose: &Bound<'_, PyAny>, fovy: f32, coordinates: &Coordinates) -> PyR
 fn layer(name: &str) -> PyResult<Aov> {
     Aov::named(name).ok_or_else(|| {
         let names: Vec<&str> = Aov::ALL.iter().map(|(name, _)| *name).collect();
-        value_error(format!(
-            "there is no layer {name:?}; layers are {}",
-            names.join(", ")
-        ))
+        let names = names.join(", ");
+        value_error(format!("there is no layer {name:?}; layers are {names}"))
     })
-}
-
-/// The picture, pixel after pixel.
-fn color<'py>(py: Python<'py>, film: &Film) -> PyResult<Bound<'py, PyAny>> {
-    interleaved(py, film, &film.planes)
 }
 
 /// A layer as an array.
@@ -224,6 +211,7 @@ fn plane<'py>(py: Python<'py>, film: &Film, aov: Aov) -> PyResult<Bound<'py, PyA
     interleaved(py, film, planes)
 }
 
+/// Planes as an array, pixel after pixel.
 fn interleaved<'py>(
     py: Python<'py>,
     film: &Film,

@@ -7,7 +7,7 @@ use numpy::{PyArrayDyn, PyArrayMethods};
 use phalanx::bvh::Quality;
 use phalanx::formats::Options;
 use phalanx::scene::{GeomId, SceneCamera};
-use phalanx::{BuildSettings, Bvh, ForkSafeOnce, NO_PRIM, Scene};
+use phalanx::{BuildSettings, Bvh, ForkSafeOnce, GeometryError, NO_PRIM, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
@@ -150,11 +150,11 @@ impl PyScene {
     fn change<T>(
         &self,
         py: Python<'_>,
-        change: impl FnOnce(&mut Scene) -> PyResult<T>,
+        change: impl FnOnce(&mut Scene) -> Result<T, GeometryError>,
     ) -> PyResult<T> {
         let mut now = self.lock(py);
         let scene = Arc::make_mut(&mut now.scene);
-        let changed = change(scene)?;
+        let changed = change(scene).map_err(geometry_error)?;
         scene.defaulted.made_for = None;
         now.tree = Arc::new(now.tree.next());
         Ok(changed)
@@ -240,10 +240,10 @@ impl PyScene {
         let warnings = py.import("warnings")?;
         for warning in &opened.warnings {
             let place = match warning.line {
-                0 => format!("{}: byte {}", path.display(), warning.offset),
-                line => format!("{}:{line}:{}", path.display(), warning.column),
+                0 => format!(" byte {}", warning.offset),
+                line => format!("{line}:{}", warning.column),
             };
-            let words = format!("{place}: {}", warning.message);
+            let words = format!("{}:{place}: {}", path.display(), warning.message);
             warnings.call_method1("warn", (words,))?;
         }
         Ok(PyScene::of(opened.scene, opened.bvh))
@@ -275,14 +275,13 @@ impl PyScene {
         }
         let now = self.now(py);
         let bvh = now.tree(py)?;
-        let write = || {
+        let written = py.detach(|| {
             phalanx::files::replace_file(&path, |out| {
                 let written = phalanx::cache::write(out, &now.scene, &bvh);
                 written.map(drop).map_err(std::io::Error::other)
             })
-        };
-        py.detach(write)
-            .map_err(|error| write_error(&path.to_string_lossy(), error))
+        });
+        written.map_err(|error| write_error(&path.to_string_lossy(), error))
     }
 
     /// A copy that shares nothing that changes.
@@ -301,8 +300,8 @@ impl PyScene {
         let now = self.now(py);
         let bvh = now.tree(py)?;
         let mut bytes = Vec::new();
-        py.detach(|| phalanx::cache::write(&mut bytes, &now.scene, &bvh))
-            .map_err(value_error)?;
+        let written = py.detach(|| phalanx::cache::write(&mut bytes, &now.scene, &bvh));
+        written.map_err(value_error)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -341,9 +340,7 @@ impl PyScene {
         let vertices = self.now(py).coordinates().points("vertices", vertices)?;
         let faces = crate::arrays::faces(faces)?;
         let vertices = vertices.threes("vertices")?;
-        self.change(py, |scene| {
-            scene.add_mesh(vertices, &faces).map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.add_mesh(vertices, &faces))
     }
 
     /// Adds spheres and returns the geometry's number, geom_id.
@@ -368,9 +365,7 @@ impl PyScene {
             [_] => radii.numbers()?.to_vec(),
             shape => return Err(wrong_shape("radii", "(n,)", shape)),
         };
-        self.change(py, |scene| {
-            scene.add_spheres(centers, &radii).map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.add_spheres(centers, &radii))
     }
 
     /// Adds a mesh that is hit only through its instances, in its own
@@ -383,17 +378,11 @@ impl PyScene {
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
     ) -> PyResult<u32> {
-        let vertices = self
-            .now(py)
-            .coordinates()
-            .differences("vertices", vertices)?;
+        let coordinates = self.now(py).coordinates();
+        let vertices = coordinates.differences("vertices", vertices)?;
         let faces = crate::arrays::faces(faces)?;
         let vertices = vertices.threes("vertices")?;
-        self.change(py, |scene| {
-            scene
-                .add_prototype(vertices, &faces)
-                .map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.add_prototype(vertices, &faces))
     }
 
     /// Places a prototype and returns the geometry's number, geom_id.
@@ -413,11 +402,7 @@ impl PyScene {
     ) -> PyResult<GeomId> {
         let coordinates = self.now(py).coordinates();
         let to_world = crate::coordinates::transform("transform", transform, &coordinates)?;
-        self.change(py, |scene| {
-            scene
-                .add_instance(prototype, to_world)
-                .map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.add_instance(prototype, to_world))
     }
 
     /// Moves the vertices of a mesh: as many as add_mesh() was given, in the
@@ -433,11 +418,7 @@ impl PyScene {
     ) -> PyResult<()> {
         let vertices = self.now(py).coordinates().points("vertices", vertices)?;
         let vertices = vertices.threes("vertices")?;
-        self.change(py, |scene| {
-            scene
-                .set_vertices(geom_id, vertices)
-                .map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.set_vertices(geom_id, vertices))
     }
 
     /// Moves the vertices of a prototype, as set_vertices() those of a mesh.
@@ -447,14 +428,11 @@ impl PyScene {
         prototype: u32,
         vertices: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let vertices = self
-            .now(py)
-            .coordinates()
-            .differences("vertices", vertices)?;
+        let coordinates = self.now(py).coordinates();
+        let vertices = coordinates.differences("vertices", vertices)?;
         let vertices = vertices.threes("vertices")?;
         self.change(py, |scene| {
-            let set = scene.set_prototype_vertices(prototype, vertices);
-            set.map_err(geometry_error)
+            scene.set_prototype_vertices(prototype, vertices)
         })
     }
 
@@ -471,11 +449,7 @@ impl PyScene {
     ) -> PyResult<()> {
         let coordinates = self.now(py).coordinates();
         let to_world = crate::coordinates::transform("transform", transform, &coordinates)?;
-        self.change(py, |scene| {
-            scene
-                .set_transform(geom_id, to_world)
-                .map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.set_transform(geom_id, to_world))
     }
 
     /// Sets the mask of a geometry, 32 bits, all of them at first. Rays with a
@@ -487,9 +461,7 @@ impl PyScene {
     fn set_mask(&self, py: Python<'_>, geom_id: GeomId, mask: i64) -> PyResult<()> {
         let bits = crate::rays::mask_bits(mask);
         let mask = bits.ok_or_else(|| value_error(format!("the mask {mask} has over 32 bits")))?;
-        self.change(py, |scene| {
-            scene.set_mask(geom_id, mask).map_err(geometry_error)
-        })
+        self.change(py, |scene| scene.set_mask(geom_id, mask))
     }
 
     /// Names a geometry. Its object in Cryptomatte layers has this name;
@@ -583,9 +555,8 @@ impl PyScene {
     /// the arrays that were added.
     fn first_prim(&self, py: Python<'_>, geom_id: i64) -> PyResult<Option<u32>> {
         let bvh = self.now(py).tree(py)?;
-        Ok(u32::try_from(geom_id)
-            .ok()
-            .and_then(|id| bvh.first_prim(id)))
+        let geom_id = u32::try_from(geom_id).ok();
+        Ok(geom_id.and_then(|id| bvh.first_prim(id)))
     }
 
     /// Number of primitives; those of a prototype count once per instance.
@@ -606,13 +577,9 @@ impl PyScene {
 
     fn __repr__(&self, py: Python<'_>) -> String {
         let now = self.now(py);
-        let built = match now.tree.made.get() {
-            Some(Ok(_)) => "built",
-            _ => "not built",
-        };
-        format!(
-            "<phalanx.Scene: {} primitives, {built}>",
-            now.scene.visible_count()
-        )
+        let is_built = matches!(now.tree.made.get(), Some(Ok(_)));
+        let built = if is_built { "built" } else { "not built" };
+        let count = now.scene.visible_count();
+        format!("<phalanx.Scene: {count} primitives, {built}>")
     }
 }
