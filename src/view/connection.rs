@@ -50,11 +50,10 @@ pub(super) struct Response {
 
 impl Response {
     pub(super) fn new(status: u16, content_type: &'static str, body: Vec<u8>) -> Response {
-        let headers = Vec::new();
         Response {
             status,
             content_type,
-            headers,
+            headers: Vec::new(),
             body,
             _memory: None,
         }
@@ -97,23 +96,20 @@ impl Connection {
         // On some systems it is that of the listening socket.
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        let ahead = Vec::new();
-        let idle = if is_crowded { BRIEF } else { UNKNOWN };
         Ok(Connection {
             stream,
-            ahead,
-            idle,
+            ahead: Vec::new(),
+            idle: if is_crowded { BRIEF } else { UNKNOWN },
             is_head: false,
         })
     }
 
     /// The next request; `None` if the other side closes, or stays idle.
     pub(super) fn receive(&mut self) -> Result<Option<Request>, BadRequest> {
-        if self.ahead.is_empty() {
-            match self.read_more(Instant::now() + self.idle) {
-                Ok(0) | Err(_) => return Ok(None),
-                Ok(_) => {}
-            }
+        if self.ahead.is_empty()
+            && let Ok(0) | Err(_) = self.read_more(Instant::now() + self.idle)
+        {
+            return Ok(None);
         }
         let deadline = Instant::now() + self.idle.min(ARRIVAL);
         let mut seen = 0;
@@ -161,12 +157,8 @@ impl Connection {
         let more = response.body.len() as u64 * 1000 / MIN_BYTES_PER_S;
         let deadline = Instant::now() + DEPARTURE + Duration::from_millis(more);
         self.write(&head(response, keep_alive), deadline)?;
-        let body = if self.is_head {
-            &[][..]
-        } else {
-            &response.body
-        };
-        self.write(body, deadline)
+        let sent = if self.is_head { 0 } else { response.body.len() };
+        self.write(&response.body[..sent], deadline)
     }
 
     fn write(&mut self, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {

@@ -32,11 +32,9 @@ impl ViewedScene {
             more.extend(["--keyframes", KEYFRAMES]);
         } else if request.shot.mode == ViewMode::Cost {
             // Nodes are those of the tree.
-            let quality = self
-                .facts
-                .quality
-                .map(|quality| ["--quality", quality.name()]);
-            more.extend(quality.into_iter().flatten());
+            if let Some(quality) = self.facts.quality {
+                more.extend(["--quality", quality.name()]);
+            }
             more.extend(["--heat", "nodes", &costs]);
         }
         let command = spec.command(&self.scene, &self.free_name("", format), &more);

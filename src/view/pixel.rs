@@ -43,16 +43,11 @@ impl ViewedScene {
         let ray = Ray::new(origin, direction);
         let seen = frame.film.hits.as_ref();
         let seen = seen.map(|hits| (hits.prim_id[0], hits.t[0]));
+        let is_seen = |hit: &Hit| Some((hit.prim_id, hit.t)) == seen;
         let along = self.bvh.all_hits_filtered(&ray, &RayFilter::default());
-        let at = along
-            .iter()
-            .position(|hit| Some((hit.prim_id, hit.t)) == seen);
-        let passed = &along[..at.unwrap_or(along.len())];
-        let passed: Vec<Value> = passed
-            .iter()
-            .take(MAX_PASSED)
-            .map(|hit| self.name(hit))
-            .collect();
+        let at = along.iter().position(is_seen);
+        let passed = along[..at.unwrap_or(along.len())].iter().take(MAX_PASSED);
+        let passed: Vec<Value> = passed.map(|hit| self.name(hit)).collect();
         let layer = |aov: Aov| -> Vec<f32> {
             let planes = frame.film.layer(aov).iter();
             planes.map(|plane| plane[0]).collect()

@@ -73,12 +73,10 @@ fn parsed<'a, T: Deserialize<'a>>(request: &'a Request) -> Result<T, String> {
 fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -> Option<Response> {
     let is_file = matches!(task, Task::Save(_));
     let pixel_bytes = if is_file { FILE_BYTES } else { FRAME_BYTES };
-    let Some(memory) =
-        AnswerMemory::take(&served.answer_bytes, task.shot().0.pixels() * pixel_bytes)
-    else {
-        return Some(crowded());
-    };
-    let Some((id, answer)) = served.queue.submit(page, task) else {
+    let bytes = task.shot().0.pixels() * pixel_bytes;
+    let memory = AnswerMemory::take(&served.answer_bytes, bytes);
+    let submitted = memory.and_then(|memory| Some((memory, served.queue.submit(page, task)?)));
+    let Some((memory, (id, answer))) = submitted else {
         return Some(crowded());
     };
     loop {
@@ -124,10 +122,8 @@ fn empty() -> Response {
 }
 
 fn crowded() -> Response {
-    refusal(
-        503,
-        "too many pages look at this scene, or one asks for too much at once",
-    )
+    let reason = "too many pages look at this scene, or one asks for too much at once";
+    refusal(503, reason)
 }
 
 /// An answer that says why there is none.

@@ -74,14 +74,14 @@ impl Server {
 
     /// Tells the pages that the tree of a scene with this many primitives is being built.
     pub fn set_building(&self, primitives: u64) {
-        self.served
-            .set(json!({ "stage": "building", "primitives": primitives }));
+        let told = json!({ "stage": "building", "primitives": primitives });
+        self.served.set(told);
     }
 
     /// Tells the pages that there will be no picture, and gives them the time to ask.
     pub fn fail(&self, reason: &str) {
-        self.served
-            .set(json!({ "stage": "failed", "error": reason }));
+        let told = json!({ "stage": "failed", "error": reason });
+        self.served.set(told);
         std::thread::sleep(FAILURE);
     }
 

@@ -34,11 +34,10 @@ struct PageWork {
 
 impl<'q> PageTracer<'q> {
     pub(super) fn new(scene: ViewedScene, queue: &'q Queue) -> PageTracer<'q> {
-        let pages = HashMap::new();
         PageTracer {
             scene,
             queue,
-            pages,
+            pages: HashMap::new(),
         }
     }
 
@@ -61,11 +60,8 @@ impl<'q> PageTracer<'q> {
 
     /// Frees the pictures of the pages that were served longest ago, until the others fit.
     fn free_pictures(&mut self) {
-        let mut stills: Vec<_> = self
-            .pages
-            .values_mut()
-            .map(|work| &mut work.still)
-            .collect();
+        let stills = self.pages.values_mut().map(|work| &mut work.still);
+        let mut stills: Vec<_> = stills.collect();
         stills.sort_by_key(|still| Reverse(still.as_ref().map(|still| still.served)));
         let mut left = self.scene.most_pixels;
         for still in stills {
@@ -126,15 +122,12 @@ impl<'q> PageTracer<'q> {
         request: &FrameRequest,
     ) -> Result<Option<PageAnswer>, FrameError> {
         let FrameRequest { shot, have, .. } = *request;
-        let most = if shot.mode.is_refined() {
-            request.samples
-        } else {
-            1
-        };
+        let is_refined = shot.mode.is_refined();
+        let most = if is_refined { request.samples } else { 1 };
         if have >= most {
             return Ok(Some(PageAnswer::Nothing));
         }
-        if !shot.mode.is_refined() {
+        if !is_refined {
             let settings = self.scene.settings(shot.mode, shot.size);
             let shown = self.scene.paint(shot.mode, &settings, &turn.control)?;
             return Ok(Some(PageAnswer::Frame(shown)));
