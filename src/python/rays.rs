@@ -51,19 +51,18 @@ impl<'py> Rays<'py> {
     ) -> PyResult<Rays<'py>> {
         let (origins, directions) = match directions {
             None if frame.is_identity() => (side_by_side(Floats::of("rays", origins)?)?, None),
-            None => {
-                // Split before rounding: relative to a large origin, positions are small.
-                let rays = as_contiguous::<f64>("rays", origins)?;
-                check_side_by_side(rays.shape())?;
-                let [origins, directions] = halves(&rays)?;
+            given => {
+                let [origins, directions] = match given {
+                    Some(directions) => [origins.clone(), directions.clone()],
+                    None => {
+                        // Split before rounding: relative to a large origin, positions are small.
+                        let rays = as_contiguous::<f64>("rays", origins)?;
+                        check_side_by_side(rays.shape())?;
+                        halves(&rays)?
+                    }
+                };
                 let origins = frame.points("origins", &origins)?;
                 let directions = frame.differences("directions", &directions)?;
-                let [origins, directions] = of_one_shape(origins, directions)?;
-                (origins, Some(directions))
-            }
-            Some(directions) => {
-                let origins = frame.points("origins", origins)?;
-                let directions = frame.differences("directions", directions)?;
                 let [origins, directions] = of_one_shape(origins, directions)?;
                 (origins, Some(directions))
             }
@@ -114,12 +113,9 @@ impl<'py> RayFilters<'py> {
             return Ok(None);
         }
         // −1, the prim_id of a miss, is no primitive.
-        let prim = |n: i64| {
-            if n == -1 {
-                Some(NO_PRIM)
-            } else {
-                u32::try_from(n).ok()
-            }
+        let prim = |n: i64| match n {
+            -1 => Some(NO_PRIM),
+            n => u32::try_from(n).ok(),
         };
         Ok(Some(RayFilters {
             tnear: FloatPerRay::of("tnear", tnear, 0.0, shape)?,
@@ -184,11 +180,8 @@ impl IntegerPerRay {
             let word = convert(number);
             word.ok_or_else(|| value_error(format!("{name} has {number}: 32 bits are too few")))
         };
-        let each: Vec<u32> = array
-            .as_slice()?
-            .iter()
-            .map(word)
-            .collect::<PyResult<_>>()?;
+        let each = array.as_slice()?.iter().map(word);
+        let each = each.collect::<PyResult<Vec<u32>>>()?;
         if let (true, [all]) = (array.shape().is_empty(), &each[..]) {
             return Ok(IntegerPerRay::All(*all));
         }
