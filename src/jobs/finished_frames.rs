@@ -332,7 +332,7 @@ mod tests {
         }
         for old in [
             "{\"finished_frames\": 2, \"x\": 1}\n",
-            "{\"layout_version\": 3}\n",
+            "{\"layout_version\": 2}\n",
         ] {
             fs::write(&path, old).unwrap();
             assert!(matches!(refused(), KeptFileError::Layout { found: 2, .. }));
