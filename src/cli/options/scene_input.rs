@@ -166,7 +166,7 @@ impl SceneInput {
 }
 
 /// The scene format of a file name's extension.
-fn ending_of(name: &Path) -> Option<&'static str> {
+pub fn ending_of(name: &Path) -> Option<&'static str> {
     let ending = name.extension()?;
     endings().find(|known| ending.eq_ignore_ascii_case(known))
 }
