@@ -325,13 +325,10 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
             false => refused,
         });
     }
-    // Wrappers of clusters print lines of their own. In a federation, the cluster's name follows the
-    // number.
-    let mut numbers = said
-        .lines()
-        .rev()
-        .filter_map(|line| line.trim().split(';').next());
-    let number = numbers.find(|number| number.parse::<u64>().is_ok());
+    // Wrappers of clusters print other lines. In a federation, the cluster's name follows.
+    let words = said.lines().rev().map(|line| line.trim().split(';'));
+    let mut words = words.filter_map(|mut words| words.next());
+    let number = words.find(|word| word.parse::<u64>().is_ok());
     number.map(str::to_owned).ok_or_else(|| {
         CliError::Runtime(format!(
             "sbatch printed no job number, though the job may have been submitted (see squeue --me): {}",
