@@ -72,12 +72,8 @@ impl<'a> Frames<'a> {
                 record_hits: true,
                 ..settings.clone()
             };
-            let frame = render_with(
-                self.trees.scene,
-                self.tree(engine),
-                &settings,
-                &Control::default(),
-            );
+            let (tree, control) = (self.tree(engine), Control::default());
+            let frame = render_with(self.trees.scene, tree, &settings, &control);
             let frame = match frame {
                 Ok(frame) => frame,
                 Err(FrameError::View(source)) => {

@@ -74,11 +74,8 @@ fn working_sets(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] 
     // programs. Four times the second level is certainly more than that level holds, but little of
     // the third.
     let within_l3 = (4 * l2).min(l3 / 2);
-    let all = caches
-        .iter()
-        .map(|c| c.bytes)
-        .max()
-        .unwrap_or(DEFAULT_CACHES[2]);
+    let all = caches.iter().map(|c| c.bytes).max();
+    let all = all.unwrap_or(DEFAULT_CACHES[2]);
     let beyond = (2 * all).clamp(128 << 20, MAX_READ_BYTES) / threads as u64;
     [
         ("l1", l1 / 2),

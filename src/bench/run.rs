@@ -75,10 +75,8 @@ pub fn measure(
     let scene_record = workload::scene_record(info, &trees, &workloads, plan.size);
     let mut rows = Vec::new();
     if plan.timed {
-        let entrants: Vec<Vec<Entrant>> = workloads
-            .iter()
-            .map(|workload| entrants(&trees, &peers, workload, plan))
-            .collect();
+        let entrants = |workload| entrants(&trees, &peers, workload, plan);
+        let entrants: Vec<Vec<Entrant>> = workloads.iter().map(entrants).collect();
         let mut measurements = measurements(&workloads, &entrants, plan, info);
         measurements.extend(frames.measurements(info, frame_hits));
         listener.begin_step("measuring")?;

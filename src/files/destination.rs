@@ -120,10 +120,8 @@ fn file_at(path: &Path) -> io::Result<Destination> {
     let folder = folder_of(path);
     let none = || {
         let folder = shown_path(folder);
-        io::Error::new(
-            io::ErrorKind::NotFound,
-            format!("there is no folder {folder}"),
-        )
+        let message = format!("there is no folder {folder}");
+        io::Error::new(io::ErrorKind::NotFound, message)
     };
     let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
     match folder.canonicalize() {

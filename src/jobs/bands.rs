@@ -70,10 +70,8 @@ fn bands_of(window: Tile, rows: u32) -> Vec<Tile> {
         height: rows.min(window.height - top),
         ..window
     };
-    (0..window.height)
-        .step_by(rows as usize)
-        .map(band)
-        .collect()
+    let tops = (0..window.height).step_by(rows as usize);
+    tops.map(band).collect()
 }
 
 /// Renders the window of the settings and passes its bands to `take`, from the top and each as soon

@@ -199,11 +199,8 @@ impl TileFile {
     fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, KeptFileError> {
         let found = Recovery::run(path, &file, key)?;
         let mut finished = FinishedPixels::new(key.pixels.window());
-        let pixels = found
-            .tiles
-            .iter()
-            .map(|(tile, _)| finished.add(*tile))
-            .sum();
+        let new_pixels = found.tiles.iter().map(|(tile, _)| finished.add(*tile));
+        let pixels = new_pixels.sum();
         let mut tiles = found.tiles;
         tiles.sort_by_key(|(tile, at)| (tile.y, tile.x, *at));
         Ok(TileFile {
@@ -228,11 +225,8 @@ impl TileFile {
 fn put(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
     let part = tile.within(window);
     let plane_bytes = 4 * tile.pixels() as usize;
-    for (plane, bytes) in film
-        .planes_mut()
-        .into_iter()
-        .zip(bytes.chunks_exact(plane_bytes))
-    {
+    let planes = film.planes_mut().into_iter();
+    for (plane, bytes) in planes.zip(bytes.chunks_exact(plane_bytes)) {
         let words = bytes.as_chunks::<4>().0;
         for y in part.y..part.y + part.height {
             let from = ((y - tile.y) * tile.width + part.x - tile.x) as usize;

@@ -223,10 +223,7 @@ impl<'a> RecordIndex<'a> {
 /// The names for which `wanted` holds, or all if there are none.
 pub(super) fn some_or_all<'a>(all: &[&'a str], wanted: impl Fn(&&str) -> bool) -> Vec<&'a str> {
     let some: Vec<&str> = all.iter().copied().filter(wanted).collect();
-    match some.is_empty() {
-        true => all.to_vec(),
-        false => some,
-    }
+    if some.is_empty() { all.to_vec() } else { some }
 }
 
 /// Each name once, where it occurs first.

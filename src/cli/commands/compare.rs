@@ -47,20 +47,16 @@ pub struct CompareArgs {
 pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     output::reads("the picture", &args.a)?;
     output::reads("the picture", &args.b)?;
-    let written = [
-        ("--heat", &args.heat),
-        ("--side-by-side", &args.side_by_side),
-    ];
-    for (option, path) in written {
-        path.as_deref()
-            .map_or(Ok(()), |path| output::check_png_place(path, option))?;
+    let (heat, side_by_side) = (&args.heat, &args.side_by_side);
+    for (option, path) in [("--heat", heat), ("--side-by-side", side_by_side)] {
+        (path.iter()).try_for_each(|path| output::check_png_place(path, option))?;
     }
     let (mut a, mut b) = (PictureReader::open(&args.a)?, PictureReader::open(&args.b)?);
     let found = compare_pictures(&mut a, &mut b, args.tolerance).map_err(refusal)?;
-    if let Some(path) = &args.heat {
+    if let Some(path) = heat {
         save_heat(path, &mut a, &mut b, &found).map_err(refusal)?;
     }
-    if let Some(path) = &args.side_by_side {
+    if let Some(path) = side_by_side {
         save_side_by_side(path, &mut a, &mut b, &found).map_err(refusal)?;
     }
     let verdict = Verdict::of(&found, args);
@@ -155,10 +151,8 @@ impl CompareDocument {
     fn of(args: &CompareArgs, found: &PictureComparison, verdict: Verdict) -> CompareDocument {
         let name = |path: &Path| path.to_string_lossy().into_owned();
         let share = |pixels: u64| pixels as f64 / found.pixels().max(1) as f64;
-        let layers = found.layers.iter();
-        let layers: Vec<LayerRow> = layers
-            .map(|layer| LayerRow::of(layer, share(layer.differing)))
-            .collect();
+        let row = |layer: &LayerComparison| LayerRow::of(layer, share(layer.differing));
+        let layers: Vec<LayerRow> = found.layers.iter().map(row).collect();
         let [only_in_a, only_in_b] = found.only_in.clone();
         CompareDocument {
             a: name(&args.a),
@@ -324,17 +318,11 @@ impl CompareDocument {
     /// Lines of the figures of a single layer.
     fn figures(&self, layer: &LayerRow) -> String {
         let screen = self.unit == "8-bit steps";
-        let largest = match screen {
-            // The largest difference of 8-bit pictures is a whole number, and is written as one.
-            true => format!(
-                "{} of 255",
-                (layer.largest_difference * 1000.0).round() / 1000.0
-            ),
-            false => float(layer.largest_difference),
-        };
-        let rms = match screen {
-            true => format!("{:.6}", layer.rmse),
-            false => float(layer.rmse),
+        // The largest difference of 8-bit pictures is a whole number, and is written as one.
+        let steps = (layer.largest_difference * 1000.0).round() / 1000.0;
+        let [largest, rms] = match screen {
+            true => [format!("{steps} of 255"), format!("{:.6}", layer.rmse)],
+            false => [layer.largest_difference, layer.rmse].map(float),
         };
         let mut rows = vec![("largest difference", largest), ("at pixel", layer.place())];
         rows.push(("root mean square", rms));

@@ -3,8 +3,7 @@
 use crate::cli::options::parse_thread_count;
 use crate::cli::output::{self, CliError, Output, bytes, grouped, interrupt, lines, progress};
 use clap::{Args, value_parser};
-use phalanx::files::replace_file;
-use phalanx::files::shown_path;
+use phalanx::files::{replace_file, shown_path};
 use phalanx::frame::Control;
 use phalanx::standard::{self, DroppedFeatures, FileFormat, PREFIX, SceneWriteError, Spec};
 use serde::Serialize;
@@ -92,10 +91,8 @@ fn spec_of(args: &GenerateArgs) -> Result<Spec, CliError> {
     let plain = args.name.strip_prefix(PREFIX).unwrap_or(&args.name);
     let name = match (&args.size, plain.contains(':')) {
         (Some(_), true) => {
-            return Err(CliError::Usage(format!(
-                "{} already has a size: omit --size",
-                args.name
-            )));
+            let message = format!("{} already has a size: omit --size", args.name);
+            return Err(CliError::Usage(message));
         }
         (Some(size), false) => format!("{PREFIX}{plain}:{size}"),
         (None, _) => format!("{PREFIX}{plain}"),

@@ -79,9 +79,7 @@ impl NameList {
         let largest = sizes.iter().take(MAX_NAMES);
         NameList {
             count: sizes.len(),
-            largest: largest
-                .map(|&(name, size)| (name.to_owned(), size))
-                .collect(),
+            largest: Vec::from_iter(largest.map(|&(name, size)| (name.to_owned(), size))),
         }
     }
 
@@ -179,15 +177,9 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     let mut scene_input =
         SceneInput::load(&args.scene, &args.scene_args, WantedPicture::default(), 0)?;
-    let tree = scene_input
-        .prepare(Engine::Simd, &args.tree, 0)?
-        .tree_stats();
-    let document = InfoDocument::new(
-        &args.scene,
-        &scene_input.scene,
-        tree,
-        scene_input.mapped_bytes,
-    );
+    let tree = scene_input.prepare(Engine::Simd, &args.tree, 0)?;
+    let (scene, mapped) = (&scene_input.scene, scene_input.mapped_bytes);
+    let document = InfoDocument::new(&args.scene, scene, tree.tree_stats(), mapped);
     output::print_output(&document, args.json)
 }
 

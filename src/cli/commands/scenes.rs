@@ -2,7 +2,7 @@
 
 use crate::cli::output::{self, CliError, Output, aligned, grouped};
 use clap::Args;
-use phalanx::standard::{self, CATALOGUE, Family, ShapeCounts, Spec, StandardScene};
+use phalanx::standard::{self, CATALOGUE, Family, Spec, StandardScene};
 use serde::Serialize;
 
 #[derive(Debug, Args)]
@@ -36,13 +36,7 @@ struct SceneListing {
 
 impl SceneListing {
     fn of(entry: &'static StandardScene) -> SceneListing {
-        let ShapeCounts {
-            spheres,
-            cones,
-            polygons,
-            triangles,
-            lights,
-        } = standard::counts(Spec::of(entry));
+        let counts = standard::counts(Spec::of(entry));
         SceneListing {
             name: entry.name,
             family: match entry.family {
@@ -53,11 +47,11 @@ impl SceneListing {
             default_size: entry.default_size,
             sizes: [*entry.sizes.start(), *entry.sizes.end()],
             size_means: entry.size_means,
-            spheres,
-            cones,
-            polygons,
-            triangles,
-            lights,
+            spheres: counts.spheres,
+            cones: counts.cones,
+            polygons: counts.polygons,
+            triangles: counts.triangles,
+            lights: counts.lights,
         }
     }
 

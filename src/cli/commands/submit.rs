@@ -125,13 +125,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     for (script, text) in &scripts {
         interrupt::write_file(script, |out| out.write_all(text.as_bytes()))?;
     }
-    let array_job = calls.array.as_deref().map(sbatch).transpose();
-    let array_job = array_job.map_err(|error| match error {
-        CliError::Runtime(reason) if reason.contains("job array") => {
-            CliError::Runtime(reason).with_hint(ARRAY_LIMIT)
-        }
-        other => other,
-    })?;
+    let array_job = calls.array.as_deref().map(sbatch).transpose()?;
     let mut merge_call = calls.merge;
     if let Some(job) = &array_job {
         merge_call.insert(0, format!("--dependency=afterany:{job}").into());
@@ -186,10 +180,8 @@ fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, 
     let frames = PlannedFrames::of(plan);
     if frames.is_by_frame() {
         if args.output.is_some() {
-            return Err(CliError::Usage(
-                "-o cannot be used with this plan: its shards write the frames, and the merge only checks them"
-                    .to_owned(),
-            ));
+            let message = "-o cannot be used with this plan: its shards write the frames, and the merge only checks them";
+            return Err(CliError::Usage(message.to_owned()));
         }
         let first = frames.all().next().unwrap_or_default();
         plan::frame_path(&frames, &args.plan, first)?;
@@ -324,30 +316,25 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
             "cannot start sbatch: {e}; run this on a machine with Slurm's commands"
         ))
     })?;
-    let [said, reason] = [&output.stdout, &output.stderr]
-        .map(|text| shown_text(String::from_utf8_lossy(text).trim()));
+    let [said, reason] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
     if !output.status.success() {
-        return Err(CliError::Runtime(format!(
-            "sbatch refused the job: {reason}"
-        )));
+        let reason = shown_text(reason.trim());
+        let refused = CliError::Runtime(format!("sbatch refused the job: {reason}"));
+        return Err(match reason.contains("job array") {
+            true => refused.with_hint(ARRAY_LIMIT),
+            false => refused,
+        });
     }
-    let number = job_number(&String::from_utf8_lossy(&output.stdout));
-    number.ok_or_else(|| {
+    // Wrappers of clusters print other lines. In a federation, the cluster's name follows.
+    let words = said.lines().rev().map(|line| line.trim().split(';'));
+    let mut words = words.filter_map(|mut words| words.next());
+    let number = words.find(|word| word.parse::<u64>().is_ok());
+    number.map(str::to_owned).ok_or_else(|| {
         CliError::Runtime(format!(
-            "sbatch printed no job number, though the job may have been submitted (see squeue --me): {said}"
+            "sbatch printed no job number, though the job may have been submitted (see squeue --me): {}",
+            shown_text(said.trim())
         ))
     })
-}
-
-/// The number that sbatch prints, in a federation with the cluster's name behind it. Wrappers of
-/// clusters print lines of their own.
-fn job_number(said: &str) -> Option<String> {
-    let number = |line: &str| {
-        let number = line.trim().split(';').next()?;
-        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
-        is_number.then(|| number.to_owned())
-    };
-    said.lines().rev().find_map(number)
 }
 
 /// Prints the scripts and the calls, as a script that writes and calls them.

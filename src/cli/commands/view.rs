@@ -79,7 +79,7 @@ fn open_browser(url: &str) {
         let mut file = tempfile::Builder::new().suffix(".html").tempfile()?;
         write!(
             file,
-            "<meta http-equiv=\"refresh\" content=\"0; url={url}\">"
+            r#"<meta http-equiv="refresh" content="0; url={url}">"#
         )?;
         let (_, path) = file.keep()?;
         interrupt::keep_shortcut(path.clone());
@@ -95,10 +95,8 @@ fn open_browser(url: &str) {
 fn parse_address(text: &str) -> Result<SocketAddr, String> {
     let port = text.strip_prefix("localhost:").unwrap_or(text).parse();
     let address = port.map(|port: u16| SocketAddr::from(([127, 0, 0, 1], port)));
-    let expected = "expected IP:PORT or a port, as in 127.0.0.1:8000 or 8000";
-    address
-        .or_else(|_| text.parse())
-        .map_err(|_| expected.to_owned())
+    let address = address.or_else(|_| text.parse());
+    address.map_err(|_| "expected IP:PORT or a port, as in 127.0.0.1:8000 or 8000".to_owned())
 }
 
 /// Refuses a scene that is not there, before there is a page.
@@ -124,7 +122,11 @@ fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
     let settings = args.work.apply(args.pixels.settings(&input.scene));
     // Pages without --size ask for as many pixels as there is memory for.
     let least = args.pixels.size.map_or(MIN_PIXELS, |_| settings.pixels());
-    let (bvh, memory) = input.view_tree(&settings, &args.tree, least * PIXEL_BYTES)?;
+    let bvh = input.tree(&args.tree, settings.threads)?;
+    let least = least * PIXEL_BYTES;
+    let memory = (input.budget).for_view(&input.scene, &bvh, &settings, least)?;
+    // Many frames will use it.
+    bvh.build_wide(settings.threads);
     let name = name.to_string_lossy();
     let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
     let facts = ViewedFacts {

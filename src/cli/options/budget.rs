@@ -9,7 +9,7 @@
 //! | generating a standard scene | columns (4) and tree (5), for each shape by its kind |
 //! | building a tree | the scene's columns, for each primitive by its kind, each thread (5) |
 //! | rendering | columns, trees, films, and the buffers of each thread (6) |
-//! | viewing | before the tree is built: as building and rendering; pictures of one page |
+//! | viewing | columns, trees, the buffers of each thread (6), and the pictures of one page |
 //!
 //! 1. The bytes themselves, and the columns and tables made from them. For glTF: the file, plus
 //!    whatever its reader counts. A pipe or device has no size, so reading stops at the limit that
@@ -32,7 +32,9 @@
 //! limit. [`PROGRAM_BYTES`] are added to each estimate. Freed memory counts as free: see `heap`.
 //! Estimates err on the high side; `perf/notes/memory.md` compares them with peaks.
 
+use super::scene_input::ending_of;
 use crate::cli::output::{CliError, bytes, grouped};
+#[cfg(feature = "view")]
 use phalanx::bvh::Bvh;
 use phalanx::formats::LoadError;
 use phalanx::frame::{Accel, BuildSettings, Engine, Integrator, Quality, Settings, Tile};
@@ -87,10 +89,7 @@ impl Budget {
     pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, CliError> {
         let what = format!("to read a file of {}", bytes(file_bytes));
         let needed = file_bytes.saturating_mul(times(name));
-        self.check(needed, &what)?;
-        Ok(self
-            .0
-            .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
+        self.check(needed, &what)
     }
 
     /// Largest file that [`Budget::beside_file`] accepts, in bytes.
@@ -137,8 +136,18 @@ impl Budget {
         settings: &BuildSettings,
     ) -> Result<(), CliError> {
         let objects = (scene.prim_count() + scene.instances.len()) as u64;
+        let triangles = scene.triangles.len() as u64;
         let tree = match engine {
-            Engine::Simd => tree_bytes(scene, settings),
+            Engine::Simd => {
+                let builder = match settings.quality {
+                    Quality::Best => BEST_BUILDER_BYTES,
+                    Quality::Fast | Quality::Medium => BUILDER_BYTES,
+                };
+                // Each thread has a chunk of more than a thousand objects.
+                let builders = (thread_count(settings.threads) as u64).min(objects >> 10);
+                let others = objects.saturating_sub(triangles);
+                triangles * TRIANGLE_BYTES + others * OTHER_BYTES + builders * builder
+            }
             Engine::Scalar => objects * ORACLE_BYTES,
         };
         let what = format!("to build the BVH of {} primitives", grouped(objects));
@@ -163,54 +172,38 @@ impl Budget {
         let Tile { width, height, .. } = settings.window();
         let beside = films * film_bytes(settings) + thread_bytes(scene, settings);
         let needed = scene.memory_bytes() as u64 + tree + beside;
-        self.check(needed, &format!("to render {width}x{height} pixels"))
+        let what = format!("to render {width}x{height} pixels");
+        self.check(needed, &what).map(drop)
     }
 
-    /// Checks the memory before a scene is viewed in pictures of at least `least` bytes; without a
-    /// tree, before it is built. Returns the bytes left for pictures, if there is a limit.
+    /// Checks the memory before a scene is viewed in pictures of at least `least` bytes. Returns the
+    /// bytes left for pictures, if there is a limit.
+    #[cfg(feature = "view")]
     pub fn for_view(
         self,
         scene: &Scene,
-        tree: Result<&Bvh, &BuildSettings>,
+        bvh: &Bvh,
         settings: &Settings,
         least: u64,
     ) -> Result<Option<u64>, CliError> {
-        let tree = match tree {
-            Ok(bvh) => (bvh.node_bytes() + bvh.prim_bytes()) as u64,
-            Err(build) => tree_bytes(scene, build),
-        };
-        let tree = tree + scene.prim_count() as u64 * WIDE_BYTES;
-        let held = scene.memory_bytes() as u64 + tree + thread_bytes(scene, settings);
-        self.check(held + least, "to view the scene")?;
-        let left = |allowed: u64| allowed.saturating_sub(held + PROGRAM_BYTES);
-        Ok(self.0.map(left))
+        let tree = (scene.memory_bytes() + bvh.node_bytes() + bvh.prim_bytes()) as u64;
+        let wide = scene.prim_count() as u64 * WIDE_BYTES;
+        let needed = tree + wide + thread_bytes(scene, settings) + least;
+        let left = self.check(needed, "to view the scene")?;
+        Ok(left.map(|left| left + least))
     }
 
-    fn check(self, needed: u64, what: &str) -> Result<(), CliError> {
+    /// Returns the bytes left, if there is a limit.
+    fn check(self, needed: u64, what: &str) -> Result<Option<u64>, CliError> {
         let needed = needed.saturating_add(PROGRAM_BYTES);
-        match self.0 {
-            Some(allowed) if needed > allowed => Err(CliError::Runtime(format!(
-                "about {} needed {what}, but --max-memory allows {}",
-                bytes(needed),
-                bytes(allowed)
-            ))),
-            _ => Ok(()),
-        }
+        let left = |allowed: u64| allowed.checked_sub(needed).ok_or(allowed);
+        self.0.map(left).transpose().map_err(|allowed| {
+            let [needed, allowed] = [needed, allowed].map(bytes);
+            CliError::Runtime(format!(
+                "about {needed} needed {what}, but --max-memory allows {allowed}"
+            ))
+        })
     }
-}
-
-/// Bytes that the packet engine's BVH needs while it is built.
-fn tree_bytes(scene: &Scene, settings: &BuildSettings) -> u64 {
-    let objects = (scene.prim_count() + scene.instances.len()) as u64;
-    let triangles = scene.triangles.len() as u64;
-    let builder = match settings.quality {
-        Quality::Best => BEST_BUILDER_BYTES,
-        Quality::Fast | Quality::Medium => BUILDER_BYTES,
-    };
-    let threads = thread_count(settings.threads) as u64;
-    // Each thread has a chunk of more than a thousand objects.
-    let builders = threads.min(objects >> 10) * builder;
-    triangles * TRIANGLE_BYTES + objects.saturating_sub(triangles) * OTHER_BYTES + builders
 }
 
 /// Bytes of all threads while they render.
@@ -254,14 +247,8 @@ fn grantable(needed: u64, what: &str) -> Result<(), CliError> {
 
 /// Memory needed to read a scene file, as a multiple of its size.
 fn times(name: &Path) -> u64 {
-    let ends = |ending: &str| {
-        name.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
-    };
-    match is_cache(name) || ends("gltf") || ends("glb") {
-        true => 1,
-        false => FILE_TIMES,
-    }
+    let is_read_once = is_cache(name) || matches!(ending_of(name), Some("gltf" | "glb"));
+    if is_read_once { 1 } else { FILE_TIMES }
 }
 
 /// Bytes of one film in memory, which is a band of the picture unless hits are recorded: three

@@ -133,10 +133,8 @@ pub fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError>
     let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));
     read.map_err(|e| CliError::cannot_read(&name, e))?;
     if text.len() as u64 > MAX_KEYS {
-        let message = format!(
-            "{name}: not a key frame file: larger than {}",
-            bytes(MAX_KEYS)
-        );
+        let most = bytes(MAX_KEYS);
+        let message = format!("{name}: not a key frame file: larger than {most}");
         return Err(CliError::Usage(message));
     }
     parse_keys(&text, scene).map_err(|(line, what)| {
@@ -157,15 +155,14 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
             continue;
         };
         let wrong = |what: &str| (number, what.to_owned());
-        let frame = first
-            .parse()
-            .map_err(|_| wrong(&format!("{first} is not a frame number")))?;
+        let frame = first.parse();
+        let frame = frame.map_err(|_| wrong(&format!("{first} is not a frame number")))?;
         let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
         let numbers = numbers.map_err(|_| wrong("not a number"))?;
         let &[ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy] = &numbers[..] else {
+            let count = numbers.len();
             return Err(wrong(&format!(
-                "expected 10 numbers after the frame, found {}",
-                numbers.len()
+                "expected 10 numbers after the frame, found {count}"
             )));
         };
         let view = scene.view_of(&FileView {

@@ -35,10 +35,8 @@ pub fn suggest(error: &mut Error, command: Option<Command>) {
         let is_known = |arg: &Arg| arg.get_long() == ours.split(' ').next();
         if command.get_arguments().any(is_known) {
             let usage = ContextValue::StyledStr(command.render_usage());
-            error.insert(
-                ContextKind::SuggestedArg,
-                ContextValue::String(format!("--{ours}")),
-            );
+            let option = ContextValue::String(format!("--{ours}"));
+            error.insert(ContextKind::SuggestedArg, option);
             error.insert(ContextKind::Usage, usage);
         }
     }

@@ -132,23 +132,6 @@ impl SceneInput {
         Ok(prepared)
     }
 
-    /// The packet engine's BVH for many frames, checked before it is built for pictures of at least
-    /// `least` bytes, and the bytes left for pictures, if there is a limit.
-    #[cfg(feature = "view")]
-    pub fn view_tree(
-        &mut self,
-        settings: &Settings,
-        tree: &TreeArgs,
-        least: u64,
-    ) -> Result<(Bvh, Option<u64>), CliError> {
-        let build = tree.settings(settings.threads);
-        let stored = self.bvh.as_ref().ok_or(&build);
-        let left = (self.budget).for_view(&self.scene, stored, settings, least)?;
-        let bvh = self.tree(tree, settings.threads)?;
-        bvh.build_wide(settings.threads);
-        Ok((bvh, left))
-    }
-
     /// The packet engine's BVH.
     pub fn tree(&mut self, tree: &TreeArgs, threads: usize) -> Result<Bvh, CliError> {
         if let Some(bvh) = self.bvh.take() {
@@ -166,7 +149,7 @@ impl SceneInput {
 }
 
 /// The scene format of a file name's extension.
-fn ending_of(name: &Path) -> Option<&'static str> {
+pub fn ending_of(name: &Path) -> Option<&'static str> {
     let ending = name.extension()?;
     endings().find(|known| ending.eq_ignore_ascii_case(known))
 }
@@ -175,9 +158,13 @@ fn ending_of(name: &Path) -> Option<&'static str> {
 fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
     let mut bytes = Vec::new();
     let most = most.saturating_add(1);
+    static STDIN_WAS_READ: AtomicBool = AtomicBool::new(false);
+    if is_dash(name) && STDIN_WAS_READ.swap(true, Ordering::Relaxed) {
+        let message = "stdin can be read only once: give - only once";
+        return Err(CliError::Usage(message.to_owned()));
+    }
     let (read, named) = match is_dash(name) {
         true => {
-            take_stdin()?;
             let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
             (read, "stdin".into())
         }
@@ -189,17 +176,6 @@ fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
     };
     read.map_err(|e| CliError::cannot_read(named, e))?;
     Ok(bytes)
-}
-
-/// Refuses to read stdin a second time.
-fn take_stdin() -> Result<(), CliError> {
-    static READ: AtomicBool = AtomicBool::new(false);
-    if READ.swap(true, Ordering::Relaxed) {
-        return Err(CliError::Usage(
-            "stdin can be read only once: give - only once".to_owned(),
-        ));
-    }
-    Ok(())
 }
 
 /// File name, without extension, of outputs made from a scene.

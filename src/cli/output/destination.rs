@@ -3,8 +3,7 @@
 use super::error::CliError;
 use super::ledger;
 use super::stdout::{is_dash, reserve_stdout};
-use phalanx::files::shown_path;
-use phalanx::files::{Destination, check_writable};
+use phalanx::files::{Destination, check_writable, shown_path};
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};

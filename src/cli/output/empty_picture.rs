@@ -85,29 +85,22 @@ fn reason(scene: &Scene, background: bool, color: [f32; 3], size: (u32, u32)) ->
     }
     let eye = scene.view.eye;
     let inside = eye.cmpge(bounds.lo).all() && eye.cmple(bounds.hi).all();
-    if background {
-        return match inside {
-            true => "the camera is inside the scene, but nothing is in view (see --camera)".into(),
-            false => "nothing is visible, or it has the colour of the background (see --camera, --background, --exposure)".into(),
-        };
-    }
-    if color != [0.0; 3] {
-        return match color == [1.0; 3] {
-            true => "it is overexposed (see --light, --exposure)".into(),
-            false => {
-                "one surface fills it, or the camera is inside an object (see --camera)".into()
-            }
-        };
-    }
-    if scene.lights.is_empty() {
-        return "the scene has no lights and no emissive surfaces (see --light)".into();
-    }
-    match inside {
-        true => {
-            "the camera is inside the scene, where little or no light reaches (see --camera, --light)".into()
-        }
-        false => "little or no light reaches the visible surfaces (see --light, --exposure)".into(),
-    }
+    let reason = if background && inside {
+        "the camera is inside the scene, but nothing is in view (see --camera)"
+    } else if background {
+        "nothing is visible, or it has the colour of the background (see --camera, --background, --exposure)"
+    } else if color == [1.0; 3] {
+        "it is overexposed (see --light, --exposure)"
+    } else if color != [0.0; 3] {
+        "one surface fills it, or the camera is inside an object (see --camera)"
+    } else if scene.lights.is_empty() {
+        "the scene has no lights and no emissive surfaces (see --light)"
+    } else if inside {
+        "the camera is inside the scene, where little or no light reaches (see --camera, --light)"
+    } else {
+        "little or no light reaches the visible surfaces (see --light, --exposure)"
+    };
+    reason.into()
 }
 
 /// Position of the scene, if its box is completely outside a picture of this size.

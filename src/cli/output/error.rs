@@ -6,6 +6,7 @@ use phalanx::bench::BenchError;
 use phalanx::cache::CacheError;
 use phalanx::files::{shell_path, shown_path};
 use phalanx::formats::LoadError;
+use phalanx::frame::FrameError;
 use phalanx::jobs::{BandsError, KeptFileError, PlanError};
 use phalanx::open::OpenError;
 use phalanx::standard::StandardError;
@@ -188,13 +189,11 @@ impl From<phalanx::image::PictureError> for CliError {
     }
 }
 
-impl From<phalanx::frame::FrameError> for CliError {
-    fn from(error: phalanx::frame::FrameError) -> CliError {
+impl From<FrameError> for CliError {
+    fn from(error: FrameError) -> CliError {
         match error {
-            phalanx::frame::FrameError::Interrupted(_) => CliError::Interrupted,
-            phalanx::frame::FrameError::Lens(error) => {
-                CliError::Usage(format!("--aperture and --focus: {error}"))
-            }
+            FrameError::Interrupted(_) => CliError::Interrupted,
+            FrameError::Lens(error) => CliError::Usage(format!("--aperture and --focus: {error}")),
             other => CliError::Runtime(other.to_string()),
         }
     }
@@ -231,17 +230,12 @@ impl From<KeptFileError> for CliError {
 
 impl From<PlanError> for CliError {
     fn from(error: PlanError) -> CliError {
+        let text = error.to_string();
         match error {
-            PlanError::NoShard { .. } | PlanError::Frame { .. } => {
-                CliError::Usage(error.to_string())
-            }
-            PlanError::Output { .. } => {
-                CliError::Usage(error.to_string()).with_hint("choose a file with -o")
-            }
-            PlanError::Version { .. } => {
-                CliError::Runtime(error.to_string()).with_hint("make the plan again")
-            }
-            _ => CliError::Runtime(error.to_string()),
+            PlanError::NoShard { .. } | PlanError::Frame { .. } => CliError::Usage(text),
+            PlanError::Output { .. } => CliError::Usage(text).with_hint("choose a file with -o"),
+            PlanError::Version { .. } => CliError::Runtime(text).with_hint("make the plan again"),
+            _ => CliError::Runtime(text),
         }
     }
 }

@@ -6,8 +6,7 @@
 
 use super::error::CliError;
 use super::stdout::is_dash;
-use phalanx::files::Destination;
-use phalanx::files::shown_path;
+use phalanx::files::{Destination, shown_path};
 use phalanx::formats::foreign;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -91,9 +90,8 @@ pub fn writes(origin: &'static str, path: &Path) -> Result<(), CliError> {
     }
     if let Some((first, _)) = ledger.written.iter().find(|(_, (other, _))| *other == id) {
         let shown = shown_path(path);
-        return Err(CliError::Usage(format!(
-            "{first} and {origin} are the same file, {shown}: choose another"
-        )));
+        let message = format!("{first} and {origin} are the same file, {shown}: choose another");
+        return Err(CliError::Usage(message));
     }
     ledger.written.insert(origin, (id, written));
     Ok(())

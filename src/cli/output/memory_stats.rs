@@ -66,17 +66,14 @@ impl MemoryStats {
             ("tree nodes", self.bvh_node_bytes),
             ("tree primitives", self.bvh_primitive_bytes),
         ];
-        if self.bvh_wide_bytes > 0 {
-            all.push(("wide tree", self.bvh_wide_bytes));
-        }
-        if self.film_bytes > 0 {
-            all.push(("film", self.film_bytes));
-        }
+        let others = [
+            ("wide tree", self.bvh_wide_bytes),
+            ("film", self.film_bytes),
+        ];
+        all.extend(others.into_iter().filter(|(_, bytes)| *bytes > 0));
         let listed = |parts: &mut dyn Iterator<Item = (&str, u64)>| {
-            let words: Vec<String> = parts
-                .map(|(name, b)| format!("{name} {}", bytes(b)))
-                .collect();
-            words.join(", ")
+            let words = parts.map(|(name, b)| format!("{name} {}", bytes(b)));
+            Vec::from_iter(words).join(", ")
         };
         let mut rows = vec![("memory", listed(&mut all.into_iter()))];
         if !self.scene_parts.is_empty() {
@@ -89,10 +86,8 @@ impl MemoryStats {
             rows.push(("bytes each", format!("primitive {rest:.1}{peak}")));
         }
         if self.mapped_bytes > 0 {
-            rows.push((
-                "mapped",
-                format!("{} of a scene cache", bytes(self.mapped_bytes)),
-            ));
+            let mapped = bytes(self.mapped_bytes);
+            rows.push(("mapped", format!("{mapped} of a scene cache")));
         }
         if let Some(peak) = self.peak_rss_bytes {
             rows.push(("peak memory", bytes(peak)));

@@ -78,6 +78,12 @@ impl OutputFile {
         Ok(OutputFile { path, file })
     }
 
+    /// The same file in another place.
+    pub fn with_path(&self, path: PathBuf) -> OutputFile {
+        let file = self.file.clone();
+        OutputFile { path, file }
+    }
+
     /// The file with this header, completed with the file's own options.
     pub fn with_header(&self, header: PictureHeader) -> OutputFile {
         let mut output = self.clone();
@@ -117,9 +123,8 @@ impl OutputFile {
                 Err(error) => return Err(error.into()),
             }
         }
-        let written = writer
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let written = writer.join();
+        let written = written.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         match (made, written) {
             (Err(BandsError::Abandoned), _) if stopped() => Err(CliError::Interrupted),
             // The writer failed, and took no more bands.

@@ -53,11 +53,8 @@ impl Preview {
 
 /// The picture reduced to at most `side` pixels, by keeping every n-th pixel.
 fn thinned(picture: &Picture, side: u32) -> Picture {
-    let step = picture
-        .width
-        .max(picture.height)
-        .div_ceil(side.max(1))
-        .max(1);
+    let longest = picture.width.max(picture.height);
+    let step = longest.div_ceil(side.max(1)).max(1);
     let (width, height) = (picture.width.div_ceil(step), picture.height.div_ceil(step));
     let mut rgb = Vec::new();
     for y in (0..picture.height).step_by(step as usize) {

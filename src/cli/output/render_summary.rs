@@ -1,6 +1,7 @@
 //! A picture's settings other than size and depth, as shown in reports and records.
 
 use phalanx::frame::{Integrator, Sampling, Settings};
+use phalanx::report::counted;
 use serde::{Deserialize, Serialize};
 
 /// Size of a picture, and its position if it is a region of a larger one.
@@ -96,13 +97,8 @@ impl RenderSummary {
 
     /// The samples per pixel in words; with adaptive sampling, the maximum.
     pub fn samples_words(&self) -> String {
-        let most = if self.aa_threshold.is_some() {
-            "up to "
-        } else {
-            ""
-        };
-        let plural = if self.spp == 1 { "" } else { "s" };
-        format!("{most}{} sample{plural} per pixel", self.spp)
+        let most = self.aa_threshold.map_or("", |_| "up to ");
+        format!("{most}{} per pixel", counted(self.spp as usize, "sample"))
     }
 
     /// The settings in words, without the filter of a single sample and a minimum weight of 0.

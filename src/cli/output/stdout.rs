@@ -52,10 +52,8 @@ pub fn print_raw(text: &str) -> Result<(), CliError> {
         return Ok(());
     }
     let mut stdout = io::stdout().lock();
-    match stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-    {
+    let written = stdout.write_all(text.as_bytes());
+    match written.and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::Runtime(format!(
             "cannot write to stdout: {error}"
         ))),

@@ -6,10 +6,7 @@ use phalanx::files::shown_text;
 pub fn lines(rows: &[(&str, String)]) -> String {
     let width = rows
         .iter()
-        .map(|(label, _)| label.len())
-        .max()
-        .unwrap_or(0)
-        .max(12);
+        .fold(12, |width, (label, _)| label.len().max(width));
     let row = |(label, value): &(&str, String)| format!("{label:<width$} {}\n", shown_text(value));
     rows.iter().map(row).collect()
 }

@@ -7,7 +7,7 @@ use super::scene_overrides::SceneOverrides;
 use phalanx_files::{operand, shown_path};
 use phalanx_image::{Crop, ImageFormat, PictureFile, PictureHeader};
 use phalanx_io::open::standard_name;
-use phalanx_render::frame::{Aov, Tile};
+use phalanx_render::frame::Aov;
 use phalanx_scene::{CameraMatrices, OutputEncoding, Scene, material_names, object_names};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -108,17 +108,13 @@ impl PictureSpec {
     /// The file of this picture, which is fully resolved, for a scene with this origin. Its header
     /// is empty.
     pub fn file(&self, format: ImageFormat, origin: [f64; 3]) -> PictureFile {
-        let Tile {
-            x,
-            y,
-            width,
-            height,
-        } = self.pixels.window();
+        let window = self.pixels.window();
+        let (width, height, corner) = (window.width, window.height, (window.x, window.y));
         let of = self.pixels.size.unwrap_or_default();
         PictureFile {
             width,
             height,
-            crop: ((width, height) != of).then_some(Crop { corner: (x, y), of }),
+            crop: ((width, height) != of).then_some(Crop { corner, of }),
             format,
             aovs: self.pixels.aovs(),
             origin,

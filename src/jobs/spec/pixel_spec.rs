@@ -336,14 +336,11 @@ const ALL_AOVS: &str = "all";
 
 #[cfg(feature = "clap")]
 fn aov_parser() -> impl TypedValueParser<Value = String> {
-    let names = |(name, aov): &(&'static str, Aov)| {
-        let others = Aov::OTHER_NAMES.iter().filter(|(_, of)| of == aov);
-        std::iter::once(*name)
-            .chain(others.map(|(other, _)| *other))
-            .collect::<Vec<_>>()
+    let named = |first: &'static (&str, Aov)| {
+        let others = Aov::OTHER_NAMES.iter().filter(|(_, aov)| *aov == first.1);
+        std::iter::once(first).chain(others).map(|(name, _)| *name)
     };
-    let names = Aov::ALL.iter().flat_map(names);
-    PossibleValuesParser::new(names.chain([ALL_AOVS]))
+    PossibleValuesParser::new(Aov::ALL.iter().flat_map(named).chain([ALL_AOVS]))
 }
 
 /// A parser for a fixed set of names with help texts.

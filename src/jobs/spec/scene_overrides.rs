@@ -63,7 +63,7 @@ pub struct SceneOverrides {
     ///
     /// Replaces the file's camera: position, target, up vector, and vertical field of view in
     /// degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
-    #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], help_heading = headings::CAMERA, value_parser = camera_word, allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], help_heading = headings::CAMERA, allow_hyphen_values = true))]
     pub camera: Option<Vec<String>>,
     /// Camera of the file, by name or number
     ///
@@ -137,15 +137,13 @@ fn parsed<T>(
 
 fn view(parts: &[String]) -> Result<FileView, String> {
     let [from, at, up, fov] = parts else {
-        return Err(CAMERA_FORM.to_owned());
+        return Err("expected FROM AT UP FOV, as in --camera 0,1,5 0,0,0 0,1,0 45".into());
     };
-    let position = |name: &str, text: &str| {
-        let [x, y, z] = doubles(text)?[..] else {
-            return Err(format!(
-                "expected three numbers for {name}, as in 0,1,5, not `{text}`"
-            ));
-        };
-        Ok(DVec3::new(x, y, z))
+    let position = |name: &str, text: &str| match doubles(text).as_deref() {
+        Ok(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!(
+            "expected three numbers for {name}, as in 0,1,5, not `{text}`"
+        )),
     };
     let view = FileView {
         eye: position("FROM", from)?,
@@ -180,11 +178,8 @@ fn parse_ortho(text: &str) -> Result<OrthoHeight, String> {
 }
 
 fn parse_light(text: &str) -> Result<AddedLight, String> {
-    let (directional, rest) = match text.strip_prefix("dir:") {
-        Some(rest) => (true, rest),
-        None => (false, text),
-    };
-    let (position, color) = match doubles(rest).as_deref() {
+    let toward = text.strip_prefix("dir:");
+    let (position, color) = match doubles(toward.unwrap_or(text)).as_deref() {
         Ok(&[x, y, z]) => (DVec3::new(x, y, z), Vec3::ONE),
         Ok(&[x, y, z, r, g, b]) => {
             let color = [r, g, b].map(|part| part as f32);
@@ -196,7 +191,7 @@ fn parse_light(text: &str) -> Result<AddedLight, String> {
             );
         }
     };
-    match directional {
+    match toward.is_some() {
         true if position.as_vec3() == Vec3::ZERO => {
             Err("the direction of a light cannot be 0,0,0".into())
         }
@@ -286,18 +281,6 @@ fn doubles(text: &str) -> Result<Vec<f64>, String> {
         parsed.map_err(|_| format!("`{text}` is not a number"))
     };
     text.split(',').map(double).collect()
-}
-
-/// The form of `--camera`, for messages.
-const CAMERA_FORM: &str = "expected FROM AT UP FOV, as in --camera 0,1,5 0,0,0 0,1,0 45";
-
-/// One of the four values of `--camera`: three numbers or one.
-#[cfg(feature = "clap")]
-fn camera_word(text: &str) -> Result<String, String> {
-    match doubles(text)?.len() {
-        1 | 3 => Ok(text.to_owned()),
-        _ => Err(CAMERA_FORM.to_owned()),
-    }
 }
 
 fn numbers(text: &str) -> Result<Vec<f32>, String> {

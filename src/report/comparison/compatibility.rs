@@ -168,9 +168,8 @@ pub fn of_rays(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
 fn of_scene(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
     let scene = &new.name;
     let answers = |what: &str, number: &str, old: &str, new: &str| {
-        Mismatch::Rays(format!(
-            "{what} ({number} {old} in the baseline, {new} here)"
-        ))
+        let words = format!("{what} ({number} {old} in the baseline, {new} here)");
+        Mismatch::Rays(words)
     };
     if old.hash != new.hash {
         let what = format!("{scene}: another scene of this name");

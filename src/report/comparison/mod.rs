@@ -108,9 +108,8 @@ pub struct ComparedRecord {
 impl RecordComparison {
     /// Compares records, which come with a name each. Differences are from the first.
     pub fn of(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
-        let best = records
-            .iter()
-            .map(|(_, record)| RecordIndex::of(&record.scenes, &record.rows));
+        let records_only = records.iter().map(|(_, record)| record);
+        let best = records_only.map(|record| RecordIndex::of(&record.scenes, &record.rows));
         let best: Vec<RecordIndex> = best.collect();
         let ranking = summary::ranking(&best);
         let of = |i: usize| (records[i].1, &best[i]);

@@ -97,10 +97,8 @@ impl RowPair {
 }
 
 fn group_slower(pairs: &[&RowPair], shared: bool) -> bool {
-    let rows: Vec<LogRate> = pairs
-        .iter()
-        .map(|pair| pair.change(pair.new).over(pair.yardstick.exactly()))
-        .collect();
+    let change = |pair: &&RowPair| pair.change(pair.new).over(pair.yardstick.exactly());
+    let rows: Vec<LogRate> = pairs.iter().map(change).collect();
     let yardsticks: Vec<LogRate> = pairs.iter().map(|pair| pair.yardstick).collect();
     mean_change(&rows, &yardsticks, shared).slower_than(THRESHOLD)
 }

@@ -24,10 +24,8 @@ impl Changes {
     /// measured again, [`RETAKES`] times in all.
     pub fn suspects(&self, again: &[Changes], threshold: f64) -> Vec<RowKey> {
         let stays = |key: &RowKey| again.iter().all(|retake| retake.slower(key, threshold));
-        let suspects = self
-            .rows
-            .iter()
-            .filter(|row| row.change.slower_than(threshold));
+        let rows = self.rows.iter();
+        let suspects = rows.filter(|row| row.change.slower_than(threshold));
         let keys = suspects.map(|row| row.key.clone());
         keys.filter(stays).collect()
     }

@@ -209,10 +209,8 @@ fn with_changes(of: &RecordComparison, mut table: ReportTable) -> ReportTable {
 }
 
 fn rate_cells(compared: &ComparedRate) -> Vec<String> {
-    let changes = compared
-        .changes
-        .iter()
-        .map(|change| Some(change_text(change)));
+    let changes = compared.changes.iter();
+    let changes = changes.map(|change| Some(change_text(change)));
     let changes = [None].into_iter().chain(changes);
     let cells = compared.rates.iter().zip(changes);
     let cells = cells.flat_map(|(estimate, change)| [Some(rate(estimate.median)), change]);

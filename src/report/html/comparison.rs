@@ -31,13 +31,11 @@ impl<'a> ComparedRecords<'a> {
         records: &'a [(&'a str, &'a BenchRecord)],
         comparison: &'a RecordComparison,
     ) -> ComparedRecords<'a> {
+        let index = |(_, r): &(_, &'a BenchRecord)| RecordIndex::of(&r.scenes, &r.rows);
         ComparedRecords {
             comparison,
             records,
-            best: records
-                .iter()
-                .map(|(_, r)| RecordIndex::of(&r.scenes, &r.rows))
-                .collect(),
+            best: records.iter().map(index).collect(),
             threads: comparison.means.iter().map(|mean| mean.threads).max(),
         }
     }

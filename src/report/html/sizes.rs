@@ -59,10 +59,8 @@ fn point_name((scene, rate): SizePoint<'_>) -> String {
 }
 
 fn family<'a>(curve: &[SizePoint<'a>]) -> &'a str {
-    curve
-        .first()
-        .and_then(|point| point.0.family.as_deref())
-        .unwrap_or_default()
+    let family = curve.first().and_then(|point| point.0.family.as_deref());
+    family.unwrap_or_default()
 }
 
 /// Rate of the largest scene.

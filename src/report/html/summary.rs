@@ -180,12 +180,9 @@ fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
         });
         let parts: Vec<String> = parts.collect();
         let (on, speeds) = (threads_text(threads), listed(&parts));
-        (!parts.is_empty()).then(|| {
-            format!(
-                "On {on}, phalanx is {speeds} (geometric means over {}).",
-                view.index.averaged_words()
-            )
-        })
+        let scenes = view.index.averaged_words();
+        (!parts.is_empty())
+            .then(|| format!("On {on}, phalanx is {speeds} (geometric means over {scenes})."))
     };
     let best = said("the best exact peer", &|kind| {
         view.index.over_best_peer(kind, threads)

@@ -25,9 +25,8 @@ impl<'a> RecordView<'a> {
         let rows = &record.rows;
         let counters = &record.counters;
         let own = record.scenes.iter().map(|s| s.name.as_str());
-        let scenes = own
-            .chain(rows.iter().map(|r| r.scene.as_str()))
-            .chain(counters.iter().map(|c| c.scene.as_str()));
+        let scenes = own.chain(rows.iter().map(|r| r.scene.as_str()));
+        let scenes = scenes.chain(counters.iter().map(|c| c.scene.as_str()));
         let kinds = rows.iter().map(|r| r.rays.as_str());
         let kinds = kinds.chain(counters.iter().map(|c| c.rays.as_str()));
         let order: Vec<&str> = RayKind::names().collect();

@@ -58,10 +58,8 @@ pub(super) fn by_asking_python() -> Vec<PathBuf> {
             && output.status.success()
         {
             let folders = String::from_utf8_lossy(&output.stdout);
-            return folders
-                .lines()
-                .flat_map(|line| in_folder(Path::new(line)))
-                .collect();
+            let found = folders.lines().map(|line| in_folder(Path::new(line)));
+            return found.flatten().collect();
         }
     }
     Vec::new()

@@ -208,12 +208,8 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').unwrap_or(text).trim_end();
     let good = |percent: &f64| (0.0..100.0).contains(percent);
-    let percent = parse_number(
-        number,
-        good,
-        "a percentage from 0 to less than 100, as in 3%",
-    )?;
-    Ok(percent / 100.0)
+    let expected = "a percentage from 0 to less than 100, as in 3%";
+    Ok(parse_number(number, good, expected)? / 100.0)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

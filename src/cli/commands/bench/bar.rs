@@ -47,10 +47,8 @@ impl BenchProgressBar<'_> {
 
     fn go_on(&self) -> Result<(), BenchError> {
         let is_over = self.end.is_some_and(|end| Instant::now() >= end);
-        match is_over || self.control.stop.load(Ordering::Relaxed) {
-            true => Err(BenchError::Stopped),
-            false => Ok(()),
-        }
+        let goes_on = !is_over && !self.control.stop.load(Ordering::Relaxed);
+        goes_on.then_some(()).ok_or(BenchError::Stopped)
     }
 
     /// Prints something while the bar is hidden.

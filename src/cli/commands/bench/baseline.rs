@@ -8,8 +8,8 @@ use crate::cli::output::{self, CliError};
 use phalanx::bench::{BenchPlan, RayKind};
 use phalanx::frame::Control;
 use phalanx::report::{
-    BenchRecord, Changes, CountDifference, CounterChange, IncompatibleRecords, RETAKES,
-    RecordError, RowKey, changes_table, counters, counters_table, regressions_table,
+    BenchRecord, Changes, CountDifference, IncompatibleRecords, RETAKES, RecordError, RowKey,
+    changes_table, counters, counters_table, regressions_table,
 };
 use std::path::Path;
 
@@ -118,14 +118,11 @@ impl Baseline {
         let mut bar = BenchProgressBar::new(scenes.len(), &control, None);
         let mut all = Vec::new();
         for scene in scenes {
-            let kinds = |kind: &RayKind| {
+            let has = |rays: &str| {
                 let mut of_scene = suspects.iter().filter(|s| s.scene == scene.info.name);
-                of_scene.any(|s| s.rays == kind.name())
+                of_scene.any(|s| s.rays == rays)
             };
-            let frames = suspects
-                .iter()
-                .any(|s| s.scene == scene.info.name && s.rays == "frame");
-            let again = plan.restricted(kinds, frames);
+            let again = plan.restricted(|kind: &RayKind| has(kind.name()), has("frame"));
             all.push(measure_scene(&again, scene, &mut bar)?.0);
         }
         bar.finish();
@@ -139,13 +136,9 @@ impl Baseline {
                 "the baseline used BVH quality {old}, this run {new} (see --quality)"
             ));
         }
-        let changes = counters(&self.0, now);
-        let scene = |name: &str| now.scenes.iter().any(|scene| scene.name == name);
+        let mut changes = counters(&self.0, now);
         // If only a part of the suite was run, only that part of the baseline is compared.
-        let changes: Vec<CounterChange> = changes
-            .into_iter()
-            .filter(|change| scene(&change.scene))
-            .collect();
+        changes.retain(|change| now.scenes.iter().any(|scene| scene.name == change.scene));
         if changes.is_empty() {
             return output::print("work: all counts equal to the baseline\n");
         }
@@ -155,10 +148,7 @@ impl Baseline {
             CountDifference::Count { old, new, .. } => new as f64 > allowed(old),
             CountDifference::OnlyOld | CountDifference::OnlyNew => false,
         });
-        match more {
-            true => Err(CliError::Slower),
-            false => Ok(()),
-        }
+        if more { Err(CliError::Slower) } else { Ok(()) }
     }
 }
 

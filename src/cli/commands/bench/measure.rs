@@ -77,9 +77,7 @@ pub fn record(
 /// An argument with the names of files only: records travel, folders of a machine do not.
 fn without_folder(argument: OsString) -> String {
     let text = argument.to_string_lossy();
-    let option = text.split_once('=').filter(|_| text.starts_with("--"));
-    let (option, value) = option.map_or((String::new(), &*text), |(option, value)| {
-        (format!("{option}="), value)
-    });
-    option + value.rsplit(is_separator).next().unwrap_or(value)
+    let sign = text.find('=').filter(|_| text.starts_with("--"));
+    let (option, value) = text.split_at(sign.map_or(0, |at| at + 1));
+    option.to_owned() + value.rsplit(is_separator).next().unwrap_or(value)
 }

@@ -11,7 +11,7 @@ mod table;
 
 pub use args::BenchArgs;
 
-use crate::cli::options::SceneInput;
+use crate::cli::options::{SceneInput, ending_of};
 use crate::cli::output::{self, CliError, interrupt};
 use args::{BenchCommand, PeerArg, RunArgs};
 use bar::BenchProgressBar;
@@ -19,14 +19,13 @@ use baseline::Baseline;
 use measure::{BenchScene, measure_scene, record};
 use phalanx::bench::{BenchError, BenchPlan, DumpError, Measured, Suite, SuiteScene, dump};
 use phalanx::files::shown_path;
-use phalanx::formats::endings;
 use phalanx::frame::Control;
 use phalanx::jobs::SceneOverrides;
 use phalanx::open::{is_cache, standard_name};
 use phalanx::peers::Peer;
 use phalanx::peers::embree::EmbreeLibrary;
 use phalanx::report::html::{ScenePictures, page_against};
-use phalanx::report::{BenchRecord, RateRow, to_csv, to_json};
+use phalanx::report::{BenchRecord, to_csv, to_json};
 use phalanx::trace::Kernel;
 use saved::save;
 use std::path::{Path, PathBuf};
@@ -63,7 +62,13 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         return dump_rays(path, &plan, &scenes);
     }
     if args.quick && plan.timed {
-        output::print(&quick_note(&suite, &plan, scenes.len()))?;
+        output::print(&format!(
+            "quick: {} of the suite's {} scenes, {} samples per rate (full suite: {})\n\n",
+            scenes.len(),
+            suite.scene.len(),
+            plan.repeat,
+            suite.repeat
+        ))?;
     }
     let start = Instant::now();
     // A clock before 1970 has no such text.
@@ -74,8 +79,8 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         (measured, control.stop.load(Relaxed))
     });
     let (all, shown) = measured?;
-    let few = |row: &RateRow| row.samples.len() < plan.repeat;
-    let partial = all.len() < scenes.len() || all.iter().flat_map(|scene| &scene.rows).any(few);
+    let mut rows = all.iter().flat_map(|scene| &scene.rows);
+    let partial = all.len() < scenes.len() || rows.any(|row| row.samples.len() < plan.repeat);
     let done = format!("{} of {} scenes were measured", all.len(), scenes.len());
     match stopped {
         _ if !all.is_empty() => {}
@@ -122,16 +127,6 @@ fn measure_each(
     Ok((all, shown))
 }
 
-/// A line on the part of the suite that a quick run measures.
-fn quick_note(suite: &Suite, plan: &BenchPlan, scenes: usize) -> String {
-    format!(
-        "quick: {scenes} of the suite's {} scenes, {} samples per rate (full suite: {})\n\n",
-        suite.scene.len(),
-        plan.repeat,
-        suite.repeat
-    )
-}
-
 /// Refuses files that cannot be written, and scenes that cannot be read again if necessary.
 fn check_places(args: &RunArgs) -> Result<(), CliError> {
     let places = [
@@ -142,19 +137,12 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
         ("--update-suite", &args.update_suite),
     ];
     for (origin, place) in places {
-        place
-            .as_ref()
-            .map_or(Ok(()), |place| output::check_report_place(place, origin))?;
+        (place.iter()).try_for_each(|place| output::check_report_place(place, origin))?;
     }
-    let is_scene = |path: &Path| {
-        let ending = path.extension().unwrap_or_default();
-        standard_name(path).is_some() || endings().any(|known| ending.eq_ignore_ascii_case(known))
-    };
-    if let Some(scene) = args.json.as_deref().filter(|path| is_scene(path)) {
-        let scene = shown_path(scene);
-        return Err(CliError::Usage(format!(
-            "--json {scene}: a scene: give it before --json"
-        )));
+    let is_scene = |path: &&Path| standard_name(path).is_some() || ending_of(path).is_some();
+    if let Some(scene) = args.json.as_deref().filter(is_scene) {
+        let message = format!("--json {0}: give {0} before --json", shown_path(scene));
+        return Err(CliError::Usage(message));
     }
     SceneInput::note_all(&args.scenes)?;
     args.scene_args.no_picture()?;
@@ -175,12 +163,8 @@ fn write_files(
     pictures: &[ScenePictures],
     baseline: Option<&Baseline>,
 ) -> Result<(), CliError> {
-    if let Some(path) = &args.json {
-        save(path, &to_json(record))?;
-    }
-    if let Some(path) = &args.csv {
-        save(path, &to_csv(record))?;
-    }
+    (args.json.iter()).try_for_each(|path| save(path, &to_json(record)))?;
+    (args.csv.iter()).try_for_each(|path| save(path, &to_csv(record)))?;
     if let Some(path) = &args.html {
         let changes = baseline.and_then(|baseline| baseline.changes(args, record));
         let earlier = baseline.map(|baseline| &baseline.0);
@@ -201,23 +185,18 @@ fn dump_rays(path: &Path, plan: &BenchPlan, scenes: &[BenchScene]) -> Result<(),
     let mut counts = Vec::new();
     interrupt::write_file(path, |file| {
         let dumped = dump(&scene_input.scene, &scene.info, plan, file);
-        counts = dumped.map_err(|error| match error {
+        let dumped = dumped.map_err(|error| match error {
             DumpError::Io(error) => error,
             other => std::io::Error::other(other),
-        })?;
-        Ok(())
+        });
+        dumped.map(|written| counts = written)
     })?;
-    let counts: Vec<String> = counts
-        .iter()
-        .map(|(kind, rays)| format!("{} {kind}", output::grouped(*rays as u64)))
-        .collect();
+    let words = |(kind, rays): &(&str, usize)| format!("{} {kind}", output::grouped(*rays as u64));
+    let counts: Vec<String> = counts.iter().map(words).collect();
     output::print(&format!("{}: {}\n", shown_path(path), counts.join(", ")))
 }
 
 fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
-    let size = args
-        .size
-        .map_or(suite.size, |(width, height)| [width, height]);
     let usual_repeat = match args.quick {
         true => suite.quick_repeat,
         false => suite.repeat,
@@ -228,7 +207,7 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
         kernels: kernels(args),
         quality: args.quality,
         threads: args.thread_counts(),
-        size,
+        size: args.size.map_or(suite.size, Into::into),
         repeat: args.repeat.map_or(usual_repeat, |n| n as usize),
         min_time: args.min_time.unwrap_or(suite.min_time),
         pin: args.pin,
@@ -248,9 +227,8 @@ fn kernels(args: &RunArgs) -> Vec<Kernel> {
 /// The peers to measure.
 fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     if args.embree.is_some() && !args.against.contains(&PeerArg::Embree) {
-        return Err(CliError::Usage(
-            "--embree needs --against embree".to_owned(),
-        ));
+        let message = "--embree needs --against embree".to_owned();
+        return Err(CliError::Usage(message));
     }
     let mut peers = Vec::new();
     if args.against.contains(&PeerArg::Embree) {
@@ -277,25 +255,19 @@ fn bench_scenes(
     let overrides = &args.scene_args.overrides;
     let is_plain = *overrides == SceneOverrides::default();
     let answers = plan.size == suite.size && args.update_suite.is_none() && is_plain;
-    let of_suite = |scene: &SuiteScene| BenchScene {
-        path: PathBuf::from(&scene.name),
-        args: args.scene_args.clone(),
-        info: scene.info(answers),
-    };
-    if args.scenes.is_empty() {
+    let mut paths = args.scenes.clone();
+    if paths.is_empty() {
         let text = args.filter.as_deref().unwrap_or("");
         let wanted =
             |scene: &&SuiteScene| (scene.quick || !args.quick) && scene.name.contains(text);
-        let scenes: Vec<BenchScene> = suite.scene.iter().filter(wanted).map(of_suite).collect();
-        if scenes.is_empty() {
-            return Err(CliError::Usage(format!(
-                "no scene of the suite{} has `{text}` in its name",
-                if args.quick { "'s quick part" } else { "" }
-            )));
+        let wanted = suite.scene.iter().filter(wanted);
+        paths.extend(wanted.map(|scene| PathBuf::from(&scene.name)));
+        if paths.is_empty() {
+            let part = if args.quick { "'s quick part" } else { "" };
+            let message = format!("no scene of the suite{part} has `{text}` in its name");
+            return Err(CliError::Usage(message));
         }
-        return Ok(scenes);
     }
-    let paths = &args.scenes;
     let words = overrides.camera.as_deref().unwrap_or_default();
     // One for all, or one for each but the caches, which keep their own.
     let each = words.len() == 4 * paths.iter().filter(|path| !is_cache(path)).count();
@@ -330,9 +302,8 @@ fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), C
         let Some(found) = found else { continue };
         scene.expected = found.scene.rays.clone();
     }
-    let text = suite
-        .to_text()
-        .map_err(|e| CliError::Runtime(e.to_string()))?;
+    let text = suite.to_text();
+    let text = text.map_err(|e| CliError::Runtime(e.to_string()))?;
     save(path, &format!("{SUITE_HEAD}\n{text}"))
 }
 

@@ -25,9 +25,11 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
             record.rows.retain(|row| filter.is_match(&row.name()));
         }
     }
-    let filtered = args.filter.is_some();
-    let compared = |all| compared(&records, args.threshold, all, filtered);
-    let shown = compared(args.all)?;
+    let compared = |all| compared(&records, args.threshold, all);
+    let shown = compared(args.all).map_err(|error| match &args.filter {
+        Some(_) => error.with_hint(FILTERED),
+        None => error,
+    })?;
     if let Some(path) = &args.html {
         save(path, &comparison_page(&pairs(&records), &compared(false)?))?;
     }
@@ -44,23 +46,22 @@ pub fn report(args: &RecordReportArgs) -> Result<(), CliError> {
     if let [(_, record)] = &records[..] {
         return save(&args.output, &page(record, &[]));
     }
-    let compared = compared(&records, REPORT_THRESHOLD, false, false)?;
+    let compared = compared(&records, REPORT_THRESHOLD, false)?;
     save(&args.output, &comparison_page(&pairs(&records), &compared))
 }
+
+/// Advice for records without common rates that pass a filter.
+const FILTERED: &str = "--filter matches names such as: standard:room:200k primary phalanx auto";
 
 /// The comparison of records that have rates in common.
 fn compared(
     records: &NamedRecords,
     threshold: f64,
     all: bool,
-    filtered: bool,
 ) -> Result<RecordComparison, CliError> {
     let compared = RecordComparison::of(&pairs(records), ComparisonOptions { threshold, all });
-    let error = || CliError::Usage(nothing_in_common(&pairs(records)));
-    let help = "--filter matches names such as: standard:room:200k primary phalanx auto";
     match compared.compared {
-        0 if filtered => Err(error().with_hint(help)),
-        0 => Err(error()),
+        0 => Err(CliError::Usage(nothing_in_common(&pairs(records)))),
         _ => Ok(compared),
     }
 }

@@ -37,9 +37,6 @@ pub fn summary(record: &BenchRecord, width: usize) -> String {
         if means.contains(OF) {
             text += "  of N: mean over the N scenes that this tracer supports\n";
         }
-        if index.averaged.len() < index.scenes.len() {
-            text += "  scenes with spheres or cones are in their own tables, and in no mean\n";
-        }
         text.push('\n');
     }
     let (machine, run) = (&record.machine, &record.run);

@@ -69,10 +69,8 @@ fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliE
     let plan = frames.plan;
     if frames.is_by_frame() {
         if args.output.is_some() || args.format.is_some() {
-            return Err(CliError::Usage(
-                "-o and --format cannot be used with this plan: its shards wrote the frames, and merge only checks them"
-                    .to_owned(),
-            ));
+            let message = "-o and --format cannot be used with this plan: its shards wrote the frames, and merge only checks them";
+            return Err(CliError::Usage(message.to_owned()));
         }
         return Ok(args.plan.with_file_name(&plan.output));
     }
@@ -118,15 +116,11 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
             None => frames.picture_path(&args.plan, frame)?,
         };
         output::check_picture_place(&path, Some("--output"))?;
-        let file = OutputFile {
-            path,
-            ..target.clone()
-        };
+        let file = target.with_path(path);
         reopened.set_frame(frames, frame)?;
         let file = reopened.with_frame_header(plan, &file);
-        let files: Result<Vec<TileFile>, String> = tile_files(&args.plan, frames, frame, &shares)?
-            .into_iter()
-            .collect();
+        let files = tile_files(&args.plan, frames, frame, &shares)?;
+        let files: Result<Vec<TileFile>, String> = files.into_iter().collect();
         write(frames, &file, &files.map_err(CliError::Missing)?)?;
     }
     Ok(())
@@ -153,10 +147,8 @@ fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Resul
 
 impl Output for MergeDocument<'_> {
     fn table(&self) -> String {
-        let size = format!(
-            "{}x{}, from {} shards",
-            self.width, self.height, self.shards
-        );
+        let (width, height) = (self.width, self.height);
+        let size = format!("{width}x{height}, from {} shards", self.shards);
         let mut path = shown_path(&self.path);
         if let Some(last) = self.last_path.as_ref().filter(|last| **last != self.path) {
             path.push_str(&format!(" to {}", shown_path(last)));

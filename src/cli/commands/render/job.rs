@@ -71,10 +71,7 @@ impl Job<'_> {
         for frame in sequence.frames.clone() {
             scene.view = sequence.view(frame, &start)?;
             let path = sequence.name(&output.path, frame);
-            let output = OutputFile {
-                path,
-                ..output.clone()
-            };
+            let output = output.with_path(path);
             let checkpoint = self.args.kept.checkpoint.as_deref();
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
             let tiles = self.checkpoint(scene, checkpoint.as_deref())?;
@@ -110,11 +107,7 @@ impl Job<'_> {
         output: &OutputFile,
         tiles: Option<&TileFile>,
     ) -> Result<RenderTotals, CliError> {
-        let Job {
-            args,
-            prepared,
-            settings,
-        } = *self;
+        let (args, settings) = (self.args, self.settings);
         let preview = LivePreview::of(
             args.preview.preview,
             args.preview.snapshot.as_deref(),
@@ -133,7 +126,7 @@ impl Job<'_> {
         let start = Instant::now();
         let mut color = EvenColor::default();
         let written = progress::with_progress(options, |control| {
-            let tree = prepared.accel();
+            let tree = self.prepared.accel();
             output.write_while(control, |take| {
                 render_bands(scene, tree, settings, control, beside, |band| {
                     color.add(&output.file, &band);
@@ -145,10 +138,9 @@ impl Job<'_> {
             Some(tiles) => keep_tiles(tiles, written)?,
             None => written?,
         };
-        if let Some(reason) = color.explain(&output.file, scene, (settings.width, settings.height))
-        {
-            output::warning(&reason);
-        }
+        let size = (settings.width, settings.height);
+        let empty = color.explain(&output.file, scene, size);
+        empty.inspect(|reason| output::warning(reason));
         let seconds = RenderSeconds {
             render: seconds,
             write: start.elapsed().as_secs_f64() - seconds,
@@ -167,10 +159,6 @@ impl Job<'_> {
 /// written. A file that is put together in memory takes the space of all bands on top.
 pub fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
     let bands = bands(settings.window(), settings.tile_side());
-    let file = if output.is_in_memory() {
-        bands.len()
-    } else {
-        0
-    };
+    let file = usize::from(output.is_in_memory()) * bands.len();
     (bands.len().min(open_bands(&bands) + 2) + file) as u64
 }

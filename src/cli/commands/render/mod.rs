@@ -107,8 +107,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let memory = MemoryStats::of(scene, &tree, film, scene_input.mapped_bytes);
     let image = RenderImage::new(&settings, &output, sequence.as_ref());
     let sizes = (tree, memory);
-    let mut report =
-        RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
+    let stats = &work.stats;
+    let mut report = RenderDocument::new(name, scene, &settings, image, sizes, stats, seconds);
     let kept = args.kept.checkpoint.as_deref();
     report.checkpoint = kept.map(|path| KeptTiles {
         path: path.to_string_lossy().into_owned(),
@@ -133,9 +133,8 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     };
     format_of(path, args.scene_args.picture_format()?, "--output")?;
     if args.frames.are_given() && output::is_dash(path) {
-        return Err(CliError::Usage(
-            "a sequence cannot be written to stdout: give a file name".to_owned(),
-        ));
+        let message = "a sequence cannot be written to stdout: give a file name";
+        return Err(CliError::Usage(message.to_owned()));
     }
     check_output(args, path)
 }
@@ -162,11 +161,8 @@ fn beside_inputs(path: PathBuf, sequence: Option<&Sequence>) -> PathBuf {
         }
     });
     if let Some(taken) = taken {
-        output::note(&format!(
-            "{} is {taken}: writing {} instead",
-            shown_path(&path),
-            shown_path(&free)
-        ));
+        let [path, free] = [&path, &free].map(shown_path);
+        output::note(&format!("{path} is {taken}: writing {free} instead"));
     }
     free
 }
@@ -215,9 +211,9 @@ fn output_path(
                 true => Path::new(".").join(name),
                 false => PathBuf::from(name),
             };
-            let format = format_of(&path, asked, "the scene's output")
-                .map_err(|error| error.with_hint("choose another file with -o"))?;
-            Ok((path, format))
+            let format = format_of(&path, asked, "the scene's output");
+            let hinted = |error: CliError| error.with_hint("choose another file with -o");
+            Ok((path, format.map_err(hinted)?))
         }
         None => {
             let format = asked.unwrap_or(ImageFormat::Png);

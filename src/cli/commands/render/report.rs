@@ -9,6 +9,7 @@ use crate::cli::output::{
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
 use phalanx::render::{RayCounts, RenderStats};
+use phalanx::report::counted;
 use phalanx::scene::{Scene, Transfer};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -167,8 +168,7 @@ impl RenderDocument {
     }
 
     fn threads_words(&self) -> String {
-        let plural = if self.threads == 1 { "" } else { "s" };
-        format!("{} thread{plural}", self.threads)
+        counted(self.threads, "thread")
     }
 
     fn ray_table(&self) -> String {

@@ -131,15 +131,12 @@ impl PlanShard<'_> {
         let Some(prepared) = &self.prepared else {
             return Ok(());
         };
-        let kept = open_tiles(
-            tiles,
-            &self.frames.key(frame)?,
-            self.picture.settings.pixels(),
-        )?;
+        let settings = &self.picture.settings;
+        let kept = open_tiles(tiles, &self.frames.key(frame)?, settings.pixels())?;
         let job = Job {
             args: self.args,
             prepared,
-            settings: &self.picture.settings,
+            settings,
         };
         let file = &self.picture.with_frame_header(self.frames.plan, file);
         let work = job.render(&self.picture.scene_input.scene, file, Some(&kept))?;
@@ -189,14 +186,8 @@ impl PlanShard<'_> {
         };
         let (scene, settings) = (&self.picture.scene_input.scene, &self.picture.settings);
         let done = progress::with_progress(options, |control| {
-            render_to_file(
-                scene,
-                prepared.accel(),
-                settings,
-                control,
-                share.to_vec(),
-                file,
-            )
+            let tree = prepared.accel();
+            render_to_file(scene, tree, settings, control, share.to_vec(), file)
         });
         let BandStats { stats, seconds } = keep_tiles(file, done)?;
         if !self.args.json && self.frames.sequence.is_some() {
@@ -211,12 +202,8 @@ impl PlanShard<'_> {
     fn set_frame(&mut self, frame: u32, films: u64) -> Result<(), CliError> {
         self.picture.set_frame(self.frames, frame)?;
         if self.prepared.is_none() {
-            let prepared = (self.picture.scene_input).prepare_render(
-                &self.picture.settings,
-                &self.args.tree,
-                films,
-            )?;
-            self.prepared = Some(prepared);
+            let (scene, settings) = (&mut self.picture.scene_input, &self.picture.settings);
+            self.prepared = Some(scene.prepare_render(settings, &self.args.tree, films)?);
         }
         Ok(())
     }

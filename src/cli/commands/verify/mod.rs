@@ -19,6 +19,7 @@ use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
 use phalanx::jobs::{PixelSpec, ToneSpec};
 use phalanx::render::RayCounts;
+use phalanx::report::counted;
 use phalanx::scene::Scene;
 use pixel_diff::{FilmDifference, first_difference};
 use pixel_hashes::{PixelHashFile, PixelHashes};
@@ -122,11 +123,8 @@ struct Against {
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     args.pixels.check_use().map_err(CliError::Usage)?;
     args.scene_args.no_picture()?;
-    let record = args
-        .against
-        .as_deref()
-        .map(PixelHashFile::load)
-        .transpose()?;
+    let record = args.against.as_deref().map(PixelHashFile::load);
+    let record = record.transpose()?;
     if let Some(path) = &args.record {
         output::check_report_place(path, "--record")?;
         PixelHashFile::check_names(&args.scenes)?;
@@ -204,9 +202,8 @@ fn verify(
     }
     let encoding = args.tone.encoding(scene.encoding);
     // A record of other settings is refused before anything is rendered.
-    let expected = record
-        .map(|r| r.find(path, &settings, encoding))
-        .transpose()?;
+    let expected = record.map(|record| record.find(path, &settings, encoding));
+    let expected = expected.transpose()?;
     let prepared = scene_input.prepare(Engine::Scalar, &args.tree, 0)?;
     let reference = render(args, scene_input, &prepared, &settings)?;
     drop(prepared);
@@ -240,11 +237,8 @@ fn hold_against(
             None => "identical".to_owned(),
             Some([x, y]) => format!("DIFFERENT, first at pixel ({x}, {y})"),
         };
-        output::print(&format!(
-            "{}: against {}: {verdict}\n",
-            shown_path(path),
-            shown_path(file)
-        ))?;
+        let [path, file] = [path, file].map(shown_path);
+        output::print(&format!("{path}: against {file}: {verdict}\n"))?;
     }
     Ok(Against {
         file: file.to_string_lossy().into_owned(),
@@ -290,15 +284,12 @@ fn render(
 ) -> Result<Frame, CliError> {
     let scene = &scene_input.scene;
     // Two films: one is the scalar engine's.
-    scene_input
-        .budget
-        .for_render(scene, prepared, settings, 2)?;
+    (scene_input.budget).for_render(scene, prepared, settings, 2)?;
     let frame = progress::render(scene, prepared, settings, args.progress)?;
     if frame.film.hits.is_none() {
         // Without hits, half of the comparison would be skipped silently.
-        return Err(CliError::Runtime(
-            "the engine recorded no hits to compare".to_owned(),
-        ));
+        let message = "the engine recorded no hits to compare";
+        return Err(CliError::Runtime(message.to_owned()));
     }
     Ok(frame)
 }
@@ -316,7 +307,7 @@ impl KernelRun {
     }
 
     fn line(&self, path: &Path, reference: &Frame) -> String {
-        let plural = if self.threads == 1 { "" } else { "s" };
+        let threads = counted(self.threads, "thread");
         let verdict = match &self.first_difference {
             _ if self.identical => "identical".to_owned(),
             Some(difference) => format!("DIFFERENT, {difference}"),
@@ -325,12 +316,8 @@ impl KernelRun {
                 differing_counts(&reference.stats.rays, &self.rays)
             ),
         };
-        format!(
-            "{}: {} thread{plural}, kernel {}: {verdict}\n",
-            shown_path(path),
-            self.threads,
-            self.kernel
-        )
+        let (path, kernel) = (shown_path(path), self.kernel);
+        format!("{path}: {threads}, kernel {kernel}: {verdict}\n")
     }
 }
 
@@ -338,10 +325,9 @@ impl KernelRun {
 fn differing_counts(scalar: &RayCounts, simd: &RayCounts) -> String {
     let pairs = rays_by_kind(scalar).into_iter().zip(rays_by_kind(simd));
     let different = pairs.filter(|((_, scalar), (_, simd))| scalar != simd);
-    let words: Vec<String> = different
-        .map(|((kind, scalar), (_, simd))| format!("{kind} {scalar} by scalar and {simd} by simd"))
-        .collect();
-    words.join(", ")
+    let words = different
+        .map(|((kind, scalar), (_, simd))| format!("{kind} {scalar} by scalar and {simd} by simd"));
+    Vec::from_iter(words).join(", ")
 }
 
 #[cfg(test)]

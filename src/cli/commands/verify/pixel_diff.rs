@@ -4,6 +4,7 @@ use crate::cli::output::to_file_coordinates;
 use phalanx::files::quoted_text;
 use phalanx::frame::Settings;
 use phalanx::render::{Film, NO_HIT};
+use phalanx::report::counted;
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::fmt;
@@ -93,10 +94,8 @@ pub fn first_difference(
     let first = differing.next()?;
     let width = scalar.width as usize;
     let window = settings.window();
-    let (x, y) = (
-        window.x + (first % width) as u32,
-        window.y + (first / width) as u32,
-    );
+    let [column, row] = [first % width, first / width].map(|at| at as u32);
+    let (x, y) = (window.x + column, window.y + row);
     Some(FilmDifference {
         x,
         y,
@@ -116,22 +115,14 @@ fn camera_ray(scene: &Scene, settings: &Settings, x: u32, y: u32) -> Option<Came
 
 impl fmt::Display for FilmDifference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let FilmDifference {
-            x,
-            y,
-            pixels,
-            ray,
-            scalar,
-            simd,
-        } = self;
-        let plural = if *pixels == 1 { "pixel" } else { "pixels" };
-        writeln!(f, "{pixels} {plural}, first at ({x}, {y})")?;
-        if let Some(CameraRay { org, dir }) = ray {
+        let pixels = counted(self.pixels, "pixel");
+        writeln!(f, "{pixels}, first at ({}, {})", self.x, self.y)?;
+        if let Some(CameraRay { org, dir }) = &self.ray {
             let ([ox, oy, oz], [x, y, z]) = (org, dir);
             writeln!(f, "  ray    from ({ox}, {oy}, {oz}) toward ({x}, {y}, {z})")?;
         }
-        writeln!(f, "  scalar {scalar}")?;
-        write!(f, "  simd   {simd}")
+        writeln!(f, "  scalar {}", self.scalar)?;
+        write!(f, "  simd   {}", self.simd)
     }
 }
 

@@ -121,13 +121,11 @@ impl PixelHashFile {
         }
         let rows = [&kept.hits, &kept.radiance];
         let whole = |row: &String| row.len() == kept.window.width as usize * DIGITS;
-        if rows
-            .iter()
-            .any(|r| r.len() != kept.window.height as usize || !r.iter().all(whole))
-        {
-            return Err(CliError::Runtime(format!(
-                "the record of {name} is damaged"
-            )));
+        let sound =
+            |r: &&Vec<String>| r.len() == kept.window.height as usize && r.iter().all(whole);
+        if !rows.iter().all(sound) {
+            let message = format!("the record of {name} is damaged");
+            return Err(CliError::Runtime(message));
         }
         Ok(kept)
     }
