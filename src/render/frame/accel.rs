@@ -10,7 +10,7 @@ use phalanx_trace::bvh::{BuildSettings, Bvh};
 pub struct Accel(AccelKind);
 
 enum AccelKind {
-    Packets(Bvh),
+    Packets(Box<Bvh>),
     Oracle(TwoLevelBvh),
 }
 
@@ -67,14 +67,14 @@ impl Accel {
     /// builds in the same way, on one thread.
     pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Accel {
         Accel(match engine {
-            Engine::Simd => AccelKind::Packets(Bvh::build_with(scene, settings)),
+            Engine::Simd => AccelKind::Packets(Box::new(Bvh::build_with(scene, settings))),
             Engine::Scalar => AccelKind::Oracle(TwoLevelBvh::build(scene)),
         })
     }
 
     /// The packet engine with a tree built elsewhere, which must be the scene's.
     pub fn with_tree(bvh: Bvh) -> Accel {
-        Accel(AccelKind::Packets(bvh))
+        Accel(AccelKind::Packets(Box::new(bvh)))
     }
 
     /// The engine and its tree.

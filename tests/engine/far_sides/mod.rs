@@ -225,7 +225,7 @@ fn list_of(scene: &Scene, bvh: &Bvh, oracle: &Oracle, filtered: &FilteredRay) ->
     let FilteredRay { ray, .. } = filtered;
     let accept = |hit: &Hit| match filtered.refusal {
         RefusedHits::Nothing => true,
-        RefusedHits::OddUntil(limit) => hit.prim_id % 2 == 0 || hit.t > limit,
+        RefusedHits::OddUntil(limit) => hit.prim_id.is_multiple_of(2) || hit.t > limit,
         RefusedHits::Entries => {
             let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
             let normal = DVec3::from(refine(scene, origin, direction, hit).normal);

@@ -95,7 +95,7 @@ fn boxes_on_smooth_terrains_lose_no_shadow() {
             ..Material::DEFAULT
         });
         let elevation = rng.range(0.05, 0.6);
-        let azimuth = rng.range(0.0, 6.28);
+        let azimuth = rng.range(0.0, std::f32::consts::TAU);
         let sun = Vec3::new(azimuth.cos(), azimuth.sin(), elevation).normalize();
         bare.lights.add_directional(sun, Vec3::ONE);
         terrain.add(&mut bare);
