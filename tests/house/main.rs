@@ -7,4 +7,5 @@ mod features;
 mod imports;
 mod layering;
 mod names;
+mod regressions;
 mod source;

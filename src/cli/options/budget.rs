@@ -32,7 +32,7 @@
 //! limit. [`PROGRAM_BYTES`] are added to each estimate. Freed memory counts as free: see `heap`.
 //! Estimates err on the high side; `perf/notes/memory.md` compares them with peaks.
 
-use super::scene_input::ending_of;
+use super::format_args::ending_of;
 use crate::cli::output::{CliError, bytes, grouped};
 #[cfg(feature = "view")]
 use phalanx::bvh::Bvh;
@@ -176,8 +176,8 @@ impl Budget {
         self.check(needed, &what).map(drop)
     }
 
-    /// Checks the memory before a scene is viewed in pictures of at least `least` bytes. Returns the
-    /// bytes left for pictures, if there is a limit.
+    /// Checks the memory before a scene is viewed in pictures of at least `least` bytes. Returns
+    /// the bytes left for pictures, if there is a limit.
     #[cfg(feature = "view")]
     pub fn for_view(
         self,

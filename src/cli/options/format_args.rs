@@ -4,6 +4,7 @@ use crate::cli::output::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::formats::endings;
 use phalanx::image::ImageFormat;
+use std::path::Path;
 
 /// A format name. No scene format shares its name with a picture format, so one option takes both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,12 @@ pub enum FormatName {
     Scene(&'static str),
     /// A picture format.
     Picture(ImageFormat),
+}
+
+/// The scene format of a file name's extension.
+pub fn ending_of(name: &Path) -> Option<&'static str> {
+    let ending = name.extension()?;
+    endings().find(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// A parser for the names of all formats.

@@ -16,6 +16,7 @@ mod tolerance;
 mod work_args;
 
 pub use budget::film_bytes;
+pub use format_args::ending_of;
 pub use frames::{FrameArgs, Sequence, read_keys};
 pub use other_names::suggest;
 pub use parsers::name_parser;
@@ -23,6 +24,6 @@ pub use phalanx::jobs::spec::headings::{LONG_RENDERS, MACHINE, OUTPUT};
 pub use phalanx::jobs::spec::{parse_number, parse_size};
 pub use picture_output::picture_file;
 pub use scene_args::{SceneArgs, WantedPicture};
-pub use scene_input::{SceneInput, ending_of, stem};
+pub use scene_input::{SceneInput, stem};
 pub use tolerance::{MaxDiffering, parse_max_differing, parse_tolerance};
 pub use work_args::{KernelSet, TileArgs, TreeArgs, WorkArgs, kernels_parser, parse_thread_count};

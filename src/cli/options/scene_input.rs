@@ -1,6 +1,7 @@
 //! The scene argument of a command: opened and built within the memory limit.
 
 use super::budget::Budget;
+use super::format_args::ending_of;
 use super::scene_args::{SceneArgs, WantedPicture};
 use super::work_args::TreeArgs;
 use super::{bus_error, heap};
@@ -146,12 +147,6 @@ impl SceneInput {
         (self.budget).for_tree(&self.scene, Engine::Simd, &settings)?;
         Ok(Bvh::build_with(&self.scene, &settings))
     }
-}
-
-/// The scene format of a file name's extension.
-pub fn ending_of(name: &Path) -> Option<&'static str> {
-    let ending = name.extension()?;
-    endings().find(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// Reads stdin, a pipe or a device to its end, or one byte beyond `most`.
