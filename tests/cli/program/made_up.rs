@@ -140,7 +140,7 @@ fn a_picture_that_shows_nothing_says_why() {
         ),
         (hidden, seen, "every surface is fully transparent"),
         (
-            "Ke 1 1 1\nKd 0 0 0",
+            "Ke .5 .5 .5\nKd 0 0 0",
             "--camera 0,0,.1 0,0,0 0,1,0 9",
             "one surface fills it",
         ),

@@ -125,7 +125,7 @@ fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
         "",
         "--spp 4 --aa adaptive",
         "--spp 4096 --aperture .1 --focus 5 --aa adaptive",
-        "--integrator ao --spp 65536 --max-depth 0",
+        "--integrator ao --spp 65536 --max-depth 0 --size 512x256",
     ] {
         stop(&format!("render glass.test -o g.png {options} {more}"), 700);
         assert_eq!(room.names(), ["glass.test"], "{more}");
