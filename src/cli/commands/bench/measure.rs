@@ -21,7 +21,7 @@ pub struct BenchScene {
     pub info: SceneInfo,
 }
 
-/// Opens a scene, measures it, and prints its table. [`BenchError::Stopped`] if the run ends before
+/// Opens a scene, measures it, and prints its table. `BenchError::Stopped` if the run ends before
 /// the scene has rates.
 pub fn measure_scene(
     plan: &BenchPlan,
