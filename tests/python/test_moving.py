@@ -117,8 +117,9 @@ def test_rays_that_start_in_a_sphere_hit_its_far_side():
     assert scene.intersect(*ray, tnear=6).t.tolist() == [np.inf]
     assert scene.occluded(*ray, tnear=5).tolist() == [True]
     assert scene.occluded(*ray, tnear=5, tmax=6).tolist() == [False]
-    assert scene.count(*ray, tnear=[3, 5]).tolist() == [1, 1]
-    assert scene.all_hits(*ray, tnear=[3, 5, 7]).t.tolist() == [4.0, 6.0]
+    rays = [[0, 0, -5]] * 3, [0, 0, 1]
+    assert scene.count(*rays, tnear=[3, 5, 7]).tolist() == [1, 1, 0]
+    assert scene.all_hits(*rays, tnear=[3, 5, 7]).t.tolist() == [4.0, 6.0]
     assert scene.intersect(*ray, ignore=0).t.tolist() == [np.inf]
     rng = np.random.default_rng(0)
     starts = rng.normal(size=(1000, 3))
