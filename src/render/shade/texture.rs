@@ -174,10 +174,11 @@ impl TexelPair {
 
     /// The same, or the nearer texel twice, so that blending both gives its value.
     fn filtered(mut self, nearest: bool) -> TexelPair {
-        let weights = self.weight.to_array();
-        for k in (0..LANES).filter(|_| nearest) {
-            let nearer = [self.lower[k], self.upper[k]][usize::from(weights[k] >= 0.5)];
-            (self.lower[k], self.upper[k]) = (nearer, nearer);
+        if nearest {
+            for (k, weight) in self.weight.to_array().into_iter().enumerate() {
+                let nearer = [self.lower[k], self.upper[k]][usize::from(weight >= 0.5)];
+                (self.lower[k], self.upper[k]) = (nearer, nearer);
+            }
         }
         self
     }

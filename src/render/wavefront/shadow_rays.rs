@@ -83,6 +83,9 @@ pub(super) fn add_unoccluded(
     radiance: &mut [RadianceX8],
     mut record: impl FnMut(Mask8, &[u32; LANES]),
 ) {
+    if queue.is_empty() {
+        return;
+    }
     context.stats.rays.shadow += queue.len() as u64;
     let all = 0..queue.packets();
     let blocked = &mut blocked[..all.len()];

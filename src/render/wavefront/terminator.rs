@@ -91,7 +91,7 @@ impl<'arena> TerminatorRays<'arena> {
     ) -> (Mask8, [Vec3; LANES]) {
         let mut hidden = [0];
         let one = packet..packet + 1;
-        context.trace(|traversal| traversal.occluded(&self.above, one, tmax, &mut hidden));
+        (context.traversal).occluded(&self.above, one, tmax, &mut hidden);
         let hidden = blocked & Mask8::from_bits(u32::from(hidden[0]));
         let (mut traced, mut above) = (blocked & !hidden, [Vec3::ONE; LANES]);
         if context.has_clear_shadows {
