@@ -203,8 +203,7 @@ pub fn read_bytes(
 /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS) diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     let [test, ..] = &FORMATS;
-    let loaded = read(test, text.as_bytes(), &Folder::none(), &Options::default());
-    loaded.map_err(ReadStop::diagnostics)
+    read_text(test, text)
 }
 
 /// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
@@ -214,7 +213,16 @@ pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS) diagnostics.
 pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     let [_, nff, ..] = &FORMATS;
-    let loaded = read(nff, text.as_bytes(), &Folder::none(), &Options::default());
+    read_text(nff, text)
+}
+
+fn read_text(format: &SceneFormat, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    let loaded = read(
+        format,
+        text.as_bytes(),
+        &Folder::none(),
+        &Options::default(),
+    );
     loaded.map_err(ReadStop::diagnostics)
 }
 

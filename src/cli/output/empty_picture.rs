@@ -22,6 +22,9 @@ fn shown_by(file: &PictureFile) -> impl Fn(f32) -> f32 {
     }
 }
 
+/// The warning of a picture in which nothing can be seen.
+pub const EMPTY: &str = "the picture is empty (all pixels have the same colour)";
+
 /// The common colour of all pixels so far, as it is shown, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum EvenColor {
@@ -67,9 +70,7 @@ impl EvenColor {
             return None;
         }
         let reason = reason(scene, background, color, size);
-        Some(format!(
-            "the picture is empty (all pixels have the same colour): {reason}"
-        ))
+        Some(format!("{EMPTY}: {reason}"))
     }
 }
 

@@ -25,7 +25,7 @@ pub use destination::{
     check_report_place, is_replaced, refuse_stdout,
 };
 pub use diagnose::{print_notes, print_warnings};
-pub use empty_picture::EvenColor;
+pub use empty_picture::{EMPTY, EvenColor};
 pub use error::CliError;
 pub use file_coordinates::{origin_row, to_file_coordinates};
 pub use ledger::{free_path, reads, taken, writes};

@@ -141,16 +141,16 @@ fn cone(line: &MappedLine, cone: &Cone) -> Vec<Crossing> {
     let root = squared.max(0.0).sqrt();
     let at = |leaves: bool| {
         let c = p.dot(p) - r * r;
-        // Of the two forms of a root, the one that does not cancel.
+        // The form of the quadratic's root that subtracts no nearly equal numbers.
         let s = if leaves == (b < 0.0) {
             (root.copysign(-b) - b) / a
         } else {
             c / (root.copysign(-b) - b)
         };
         let (height, radius) = (z + dz * s, (r + dr * s).abs());
-        // What |p|² − r² changes by if the surface moves by `place`, and by the rounding of squares
-        // where the line enters the cone's box; and how far that moves the crossing, where the line
-        // is steep and where it is not.
+        // `change` bounds the error of |p|² − r²: the surface may move by `place`, and squares are
+        // rounded where the line enters the cone's box. Then follows how far that moves the
+        // crossing, on steep lines and on others.
         let squares = CONE_ULPS * EPSILON * (length + widest) * (length + widest);
         let change = 2.0 * secant * radius * place + place * place + squares;
         let slide = (change / (2.0 * root)).min((change / a.abs()).sqrt());

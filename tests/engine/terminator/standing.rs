@@ -141,7 +141,7 @@ fn boxes_on_smooth_terrains_lose_no_shadow() {
             };
             let point = origin - Vec3::Z * hit.t;
             let is_lit = smooth_red[pixel] > 0.0;
-            // By rounding, a ray may pass the edge of a tiny box in both ways.
+            // Rounding may let a ray pass the edge of a tiny box, whatever the terminator.
             if faceted_red[pixel] == 0.0 && alone.occluded(&Ray::new(point, sun)) {
                 hidden += 1;
                 assert!(

@@ -47,8 +47,10 @@ impl BenchProgressBar<'_> {
 
     fn go_on(&self) -> Result<(), BenchError> {
         let is_over = self.end.is_some_and(|end| Instant::now() >= end);
-        let goes_on = !is_over && !self.control.stop.load(Ordering::Relaxed);
-        goes_on.then_some(()).ok_or(BenchError::Stopped)
+        if is_over || self.control.stop.load(Ordering::Relaxed) {
+            return Err(BenchError::Stopped);
+        }
+        Ok(())
     }
 
     /// Prints something while the bar is hidden.

@@ -163,8 +163,12 @@ fn write_files(
     pictures: &[ScenePictures],
     baseline: Option<&Baseline>,
 ) -> Result<(), CliError> {
-    (args.json.iter()).try_for_each(|path| save(path, &to_json(record)))?;
-    (args.csv.iter()).try_for_each(|path| save(path, &to_csv(record)))?;
+    if let Some(path) = &args.json {
+        save(path, &to_json(record))?;
+    }
+    if let Some(path) = &args.csv {
+        save(path, &to_csv(record))?;
+    }
     if let Some(path) = &args.html {
         let changes = baseline.and_then(|baseline| baseline.changes(args, record));
         let earlier = baseline.map(|baseline| &baseline.0);
@@ -185,11 +189,11 @@ fn dump_rays(path: &Path, plan: &BenchPlan, scenes: &[BenchScene]) -> Result<(),
     let mut counts = Vec::new();
     interrupt::write_file(path, |file| {
         let dumped = dump(&scene_input.scene, &scene.info, plan, file);
-        let dumped = dumped.map_err(|error| match error {
+        counts = dumped.map_err(|error| match error {
             DumpError::Io(error) => error,
             other => std::io::Error::other(other),
-        });
-        dumped.map(|written| counts = written)
+        })?;
+        Ok(())
     })?;
     let words = |(kind, rays): &(&str, usize)| format!("{} {kind}", output::grouped(*rays as u64));
     let counts: Vec<String> = counts.iter().map(words).collect();

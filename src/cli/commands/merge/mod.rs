@@ -140,7 +140,7 @@ fn write(frames: &PlannedFrames, file: &OutputFile, files: &[TileFile]) -> Resul
         })
     })?;
     if matches!(color, EvenColor::All(..)) {
-        output::warning("the picture is empty (all pixels have the same colour)");
+        output::warning(output::EMPTY);
     }
     Ok(())
 }

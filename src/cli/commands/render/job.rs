@@ -139,8 +139,9 @@ impl Job<'_> {
             None => written?,
         };
         let size = (settings.width, settings.height);
-        let empty = color.explain(&output.file, scene, size);
-        empty.inspect(|reason| output::warning(reason));
+        if let Some(reason) = color.explain(&output.file, scene, size) {
+            output::warning(&reason);
+        }
         let seconds = RenderSeconds {
             render: seconds,
             write: start.elapsed().as_secs_f64() - seconds,
@@ -159,6 +160,9 @@ impl Job<'_> {
 /// written. A file that is put together in memory takes the space of all bands on top.
 pub fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
     let bands = bands(settings.window(), settings.tile_side());
-    let file = usize::from(output.is_in_memory()) * bands.len();
+    let file = match output.is_in_memory() {
+        true => bands.len(),
+        false => 0,
+    };
     (bands.len().min(open_bands(&bands) + 2) + file) as u64
 }
