@@ -192,7 +192,8 @@ def test_no_threads_pile_up(traced):
     before = threads()
     for count in (1, 2, 12):
         assert int(fork(lambda: calls(count))()) <= 1 + os.cpu_count()
-    assert threads() == before
+    # The parent's own may have ended meanwhile: one that built a wide tree.
+    assert threads() <= before
 
 
 def while_another_thread(work, pauses, child):
