@@ -377,11 +377,7 @@ fn compare(old: &CommittedCounts, new: &CommittedCounts) -> ExitCode {
     for name in names {
         let (before, now) = (old.instructions.get(name), new.instructions.get(name));
         let (Some(&before), Some(&now)) = (before, now) else {
-            let which = if now.is_some() {
-                "not in the baseline"
-            } else {
-                "no longer counted"
-            };
+            let which = if now.is_some() { "not in the baseline" } else { "no longer counted" };
             println!("{name:<44} {which}");
             worse += 1;
             continue;

@@ -36,11 +36,7 @@ fn main() {
     let mut ratios = Vec::new();
     let mut python = Python::start();
     for file in files(scratch.path(), small) {
-        let passes = if file.metadata().map_or(0, |m| m.len()) > 1 << 26 {
-            5
-        } else {
-            11
-        };
+        let passes = if file.metadata().map_or(0, |m| m.len()) > 1 << 26 { 5 } else { 11 };
         if file.extension().is_some_and(|e| e == "obj") {
             ratios.push(compare(&file, "tobj", 3.0, passes, tobj_triangles));
             continue;

@@ -93,11 +93,7 @@ mod cpu {
             None => String::new(),
         };
         // A hypervisor exists, even if its name is empty.
-        let name = if name.is_empty() {
-            "unnamed".to_owned()
-        } else {
-            name
-        };
+        let name = if name.is_empty() { "unnamed".to_owned() } else { name };
         Some(name)
     }
 

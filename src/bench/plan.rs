@@ -52,9 +52,10 @@ impl BenchPlan<'_> {
     /// Binding of the given number of workers to cores. With one worker per core they are always
     /// bound: a sample is over before the system would move one of two workers on the same core.
     pub fn pin(&self, threads: usize) -> CoreAffinity {
-        match self.pin || threads >= BenchPlan::all_threads() && threads > 1 {
-            true => CoreAffinity::Cores,
-            false => CoreAffinity::None,
+        if self.pin || threads >= BenchPlan::all_threads() && threads > 1 {
+            CoreAffinity::Cores
+        } else {
+            CoreAffinity::None
         }
     }
 

@@ -138,11 +138,7 @@ fn light(scene: &Scene) -> Option<usize> {
 /// The shadow ray toward a light, if the surface faces it.
 fn toward(scene: &Scene, light: usize, at: &OracleSurface) -> Option<OracleRay> {
     let position = scene.lights.center(light);
-    let dir = if scene.lights.directional[light] {
-        position
-    } else {
-        position - at.point
-    };
+    let dir = if scene.lights.directional[light] { position } else { position - at.point };
     let faces = dir.dot(at.ng) > 0.0 && dir.dot(at.ns) > 0.0;
     faces.then(|| at.offset_origin(dir))
 }

@@ -90,9 +90,10 @@ pub(super) fn run_rounds(
             measurements[turn].measure_round(plan);
             let done = (round * count + k + 1) as f64 / total as f64;
             if let Err(stopped) = listener.progress(done) {
-                match round >= MIN_ROUNDS {
-                    true => break 'rounds,
-                    false => return Err(stopped),
+                if round >= MIN_ROUNDS {
+                    break 'rounds;
+                } else {
+                    return Err(stopped);
                 }
             }
         }

@@ -70,10 +70,7 @@ impl SuiteScene {
             family: Some(self.family.clone()),
             step: Some(self.step.clone()),
             load_seconds: 0.0,
-            expected: match answers {
-                true => self.expected.clone(),
-                false => BTreeMap::new(),
-            },
+            expected: if answers { self.expected.clone() } else { BTreeMap::new() },
         }
     }
 }

@@ -85,17 +85,17 @@ impl Destination {
     pub(super) fn check_stream(&self) -> io::Result<()> {
         match self {
             Destination::File(_) => Ok(()),
-            Destination::Stream(path) => match fs::metadata(path)?.permissions().readonly() {
-                true => Err(io::ErrorKind::PermissionDenied.into()),
-                false => Ok(()),
-            },
+            Destination::Stream(path) => {
+                if fs::metadata(path)?.permissions().readonly() {
+                    Err(io::ErrorKind::PermissionDenied.into())
+                } else {
+                    Ok(())
+                }
+            }
             Destination::Open(number) => {
                 let mut file = descriptor::duplicate(*number)?;
                 // No empty write here: on a datagram socket it would be a message.
-                match is_socket(&file.metadata()?) {
-                    true => Ok(()),
-                    false => file.write(&[]).map(drop),
-                }
+                if is_socket(&file.metadata()?) { Ok(()) } else { file.write(&[]).map(drop) }
             }
         }
     }

@@ -29,10 +29,7 @@ pub fn shown_text(text: &str) -> String {
 pub fn escaped(text: &str, of_kind: impl Fn(char) -> bool) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match of_kind(c) {
-            true => shown.extend(c.escape_default()),
-            false => shown.push(c),
-        }
+        if of_kind(c) { shown.extend(c.escape_default()) } else { shown.push(c) }
     }
     shown
 }

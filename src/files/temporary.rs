@@ -77,10 +77,7 @@ fn host() -> String {
     let name = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let plain = |c: &char| c.is_ascii_alphanumeric() || *c == '-';
     let name: String = name.chars().filter(plain).take(64).collect();
-    match name.is_empty() {
-        true => name,
-        false => format!("{name}-"),
-    }
+    if name.is_empty() { name } else { format!("{name}-") }
 }
 
 #[cfg(test)]

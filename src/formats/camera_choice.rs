@@ -21,9 +21,10 @@ pub(super) fn choose(scene: &mut Scene, options: &Options) -> Result<(), SceneEr
     let number: Option<usize> = asked.trim().parse().ok();
     let by_number = number.and_then(|number| scene.cameras.get(number));
     let chosen = by_name.or(by_number).copied().ok_or_else(|| {
-        let known = match scene.cameras.is_empty() {
-            true => "the scene has no cameras to choose from".to_owned(),
-            false => format!("the cameras are {}", listed(scene, |_| true)),
+        let known = if scene.cameras.is_empty() {
+            "the scene has no cameras to choose from".to_owned()
+        } else {
+            format!("the cameras are {}", listed(scene, |_| true))
         };
         SceneError::NoCamera {
             asked: quoted(asked),

@@ -216,11 +216,7 @@ mod tests {
             let all = format!("{mantissa:024}");
             let (whole, fraction) = all.split_at(24 - scale);
             let whole = whole.trim_start_matches('0');
-            let whole = if whole.is_empty() && fraction.is_empty() {
-                "0"
-            } else {
-                whole
-            };
+            let whole = if whole.is_empty() && fraction.is_empty() { "0" } else { whole };
             check(
                 &format!("{whole}.{fraction}")
                     .replace(".", if fraction.is_empty() { "" } else { "." }),

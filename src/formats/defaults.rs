@@ -109,18 +109,12 @@ fn notes_on(scene: &Scene, missing: &MissingParts, options: &Options) -> Vec<Str
     } = scene.defaulted;
     if view {
         let assumed_y = options.up.is_none() && missing.up_unsaid && missing.up == UpAxis::Y;
-        let up = match assumed_y {
-            true => ", y up (see --camera, --up)",
-            false => " (see --camera)",
-        };
+        let up = if assumed_y { ", y up (see --camera, --up)" } else { " (see --camera)" };
         let used = "the file has no camera: one that frames everything is used";
         notes.push(format!("{used}{up}"));
     }
     if light {
-        let fill = match scene.defaulted.bare {
-            true => " and a fill light are",
-            false => " is",
-        };
+        let fill = if scene.defaulted.bare { " and a fill light are" } else { " is" };
         notes.push(format!(
             "the file has no light: a point light over the camera's shoulder{fill} used (see --light)"
         ));
@@ -163,9 +157,10 @@ fn decide(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
     let (width, height) = options.size.unwrap_or((scene.width, scene.height));
     let aspect = f64::from(width) / f64::from(height);
     // Other scenes are the same for every picture.
-    let picture = match view || ortho_size.is_some() {
-        true => (aspect, options.turntable),
-        false => (1.0, false),
+    let picture = if view || ortho_size.is_some() {
+        (aspect, options.turntable)
+    } else {
+        (1.0, false)
     };
     scene.defaulted.made_for = Some(picture);
     let is_placed = options.view.is_some() || options.camera.is_some();
@@ -266,9 +261,10 @@ fn note_on_up(scene: &Scene, options: &Options) -> Option<String> {
     if options.up.is_none() || scene.defaulted.view || scene.sky.is_some() {
         return None;
     }
-    let reason = match options.view.is_some() {
-        true => "with --camera",
-        false => "on a scene that has a camera",
+    let reason = if options.view.is_some() {
+        "with --camera"
+    } else {
+        "on a scene that has a camera"
     };
     Some(format!("--up has no effect {reason}"))
 }

@@ -222,11 +222,7 @@ impl<'a> DiagnosticSink<'a> {
             return (0, 0);
         };
         let offset = offset.min(text.len());
-        let from = if self.counted.offset <= offset {
-            self.counted
-        } else {
-            START
-        };
+        let from = if self.counted.offset <= offset { self.counted } else { START };
         let breaks = text[from.offset..offset].iter();
         let line = from.line + breaks.filter(|&&b| b == b'\n').count();
         self.counted = LineCursor { offset, line };

@@ -19,12 +19,11 @@ pub(super) const MAX_CORNERS: usize = 1 << 16;
 
 /// Refuses a face of too many corners, before its triangles are made.
 pub(super) fn check_corners(count: usize, span: Span) -> Result<(), ParseError> {
-    match count > MAX_CORNERS {
-        true => {
-            let message = format!("a face of {count} corners: at most {MAX_CORNERS}");
-            Err(ParseError::new(span, message))
-        }
-        false => Ok(()),
+    if count > MAX_CORNERS {
+        let message = format!("a face of {count} corners: at most {MAX_CORNERS}");
+        Err(ParseError::new(span, message))
+    } else {
+        Ok(())
     }
 }
 
@@ -176,10 +175,7 @@ impl Faces {
         let mut check = |rows: &mut [[u32; 3]]| {
             let (mut point, mut any) = (home, false);
             for &number in rows.as_flattened() {
-                match is_lost(number) {
-                    true => any = true,
-                    false => point = number,
-                }
+                if is_lost(number) { any = true } else { point = number }
             }
             if any {
                 rows.fill([point; 3]);

@@ -206,9 +206,10 @@ impl Folder {
 
         let absolute = is_absolute(&name);
         let paths_of = |name: &str| -> Vec<PathBuf> {
-            match is_absolute(name) {
-                true => vec![joined(Path::new("/"), name)],
-                false => bases.iter().map(|base| joined(base, name)).collect(),
+            if is_absolute(name) {
+                vec![joined(Path::new("/"), name)]
+            } else {
+                bases.iter().map(|base| joined(base, name)).collect()
             }
         };
         let mut own = paths_of(&name);
@@ -226,9 +227,8 @@ impl Folder {
             }
         }
         let found = search.then(|| self.search(roots, &bases, (&name, last, absolute)));
-        found.flatten().ok_or_else(|| match is_remote(&name) {
-            true => REMOTE.into(),
-            false => reason.unwrap_or_default(),
+        found.flatten().ok_or_else(|| {
+            if is_remote(&name) { REMOTE.into() } else { reason.unwrap_or_default() }
         })
     }
 

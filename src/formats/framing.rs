@@ -50,9 +50,10 @@ pub(super) fn middle_and_half(bounds: Bounds) -> (DVec3, DVec3) {
     let units = 4.0 * f64::from(f32::EPSILON);
     let least = (lo.abs().max(hi.abs()).max_element() * units).max(1e-30);
     let half = (hi - lo) / 2.0;
-    match half.max_element() < least {
-        true => ((lo + hi) / 2.0, half.max(DVec3::splat(least))),
-        false => ((lo + hi) / 2.0, half),
+    if half.max_element() < least {
+        ((lo + hi) / 2.0, half.max(DVec3::splat(least)))
+    } else {
+        ((lo + hi) / 2.0, half)
     }
 }
 
@@ -226,10 +227,7 @@ fn reach(scene: &Scene, visible: &VisibleVertices, middle: DVec3, sides: &FrameS
     let mut all = nothing();
     blocks.iter().for_each(|block| all.merge(block));
     all.add_instances(scene);
-    match all.reach[0].is_finite() {
-        true => all.reach,
-        false => [0.0; 4],
-    }
+    if all.reach[0].is_finite() { all.reach } else { [0.0; 4] }
 }
 
 /// The greatest n · (p − middle) of the points added so far, for the normal n of each side.

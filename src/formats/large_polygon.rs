@@ -143,11 +143,7 @@ fn unit_scale(numbers: impl Iterator<Item = f64>) -> f64 {
         (lo.min(x), hi.max(x))
     });
     let exponent = libm::ilogb(hi - lo);
-    if hi > lo {
-        libm::ldexp(1.0, -exponent)
-    } else {
-        1.0
-    }
+    if hi > lo { libm::ldexp(1.0, -exponent) } else { 1.0 }
 }
 
 /// Edges that the outline uses an odd number of times: one there and one back enclose nothing. Each
@@ -233,13 +229,7 @@ fn enclosed(delaunay: &Delaunay, outer: &[bool]) -> Vec<[u32; 3]> {
     let mut inside: Vec<Option<bool>> = vec![None; delaunay.num_all_faces()];
     inside[delaunay.outer_face().fix().index()] = Some(false);
     let hull = delaunay.convex_hull();
-    let from_outside = hull.map(|edge| {
-        if edge.is_outer_edge() {
-            edge
-        } else {
-            edge.rev()
-        }
-    });
+    let from_outside = hull.map(|edge| if edge.is_outer_edge() { edge } else { edge.rev() });
     let mut waiting: Vec<_> = from_outside.collect();
     while let Some(edge) = waiting.pop() {
         let (near, far) = (edge.face().fix().index(), edge.rev().face());

@@ -34,10 +34,7 @@ pub(super) fn is_in_reach(position: [f32; 3]) -> bool {
 
 /// The position as it is stored: 0 if it is not finite.
 pub(super) fn stored(position: [f32; 3]) -> [f32; 3] {
-    match position.iter().all(|c| c.is_finite()) {
-        true => position,
-        false => [0.0; 3],
-    }
+    if position.iter().all(|c| c.is_finite()) { position } else { [0.0; 3] }
 }
 
 /// Leaves out the faces with a vertex that is out of reach ([`is_in_reach`]), and warns of them.
@@ -77,13 +74,14 @@ fn leave_out_unreachable(
     let mut remarks = ChunkRemarks::default();
     let mut missed = WarningTally::default();
     for (vertex, used) in lost.iter().zip(used) {
-        match used {
-            true => missed.add(vertex.span),
-            false => remarks.warn(
+        if used {
+            missed.add(vertex.span)
+        } else {
+            remarks.warn(
                 vertex.span,
                 "this vertex is not finite or beyond 1e20; no face uses it",
                 "vertices, this one first, are not finite or beyond 1e20; no face uses them",
-            ),
+            )
         }
     }
     if let Some(span) = missed.first {
@@ -228,9 +226,10 @@ pub(super) fn scene_for(
     options: &Options,
     table: &mut MaterialTable,
 ) -> Scene {
-    match colors.rgb.is_empty() {
-        true => bare_scene(options, table),
-        false => scene_with(options.material.unwrap_or(WHITE), table),
+    if colors.rgb.is_empty() {
+        bare_scene(options, table)
+    } else {
+        scene_with(options.material.unwrap_or(WHITE), table)
     }
 }
 

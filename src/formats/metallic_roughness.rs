@@ -36,12 +36,13 @@ impl PbrSurface {
     pub(super) fn to_material(self, varied: bool) -> Material {
         let weights = self.weights();
         let ([metal], [dielectric]) = (weights.metal, weights.dielectric);
-        let (kd, ks) = match varied {
-            true => (self.color * (1.0 - self.through), self.specular),
-            false => (
+        let (kd, ks) = if varied {
+            (self.color * (1.0 - self.through), self.specular)
+        } else {
+            (
                 self.color * ((1.0 - metal) * (1.0 - self.through)),
                 self.specular * dielectric + self.color * metal,
-            ),
+            )
         };
         Material {
             ka: kd * AMBIENT,

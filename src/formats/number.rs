@@ -20,13 +20,14 @@ pub(super) fn number(text: &str) -> Result<f32, String> {
 /// The way to read coordinates: they are in double precision if the scene has an origin, which is
 /// subtracted first, and else rounded to single precision at once.
 pub(super) fn coordinate(origin: DVec3) -> fn(&str) -> Result<f64, String> {
-    match origin == DVec3::ZERO {
-        true => |text| number(text).map(f64::from),
-        false => |text| {
+    if origin == DVec3::ZERO {
+        |text| number(text).map(f64::from)
+    } else {
+        |text| {
             number(text)?;
             text.parse()
                 .map_err(|_| format!("{} is not a number", quoted(text)))
-        },
+        }
     }
 }
 

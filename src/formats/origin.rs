@@ -128,9 +128,12 @@ fn far(lo: DVec3, hi: DVec3) -> Option<DVec3> {
     }
     let unit = power_below(half).max(power_below(largest) * f64::from(f32::EPSILON));
     let center = (lo + hi) / 2.0;
-    let multiple = |axis: usize| match magnitude[axis] > MAX_OFFSET_RATIO * half {
-        true => libm::rint(center[axis] / unit) * unit,
-        false => 0.0,
+    let multiple = |axis: usize| {
+        if magnitude[axis] > MAX_OFFSET_RATIO * half {
+            libm::rint(center[axis] / unit) * unit
+        } else {
+            0.0
+        }
     };
     let origin = DVec3::new(multiple(0), multiple(1), multiple(2));
     (origin != DVec3::ZERO && origin.is_finite()).then_some(origin)
@@ -139,10 +142,7 @@ fn far(lo: DVec3, hi: DVec3) -> Option<DVec3> {
 /// The largest power of two that is not larger than `x`; 0 for 0.
 fn power_below(x: f64) -> f64 {
     let (mantissa, exponent) = libm::frexp(x);
-    match mantissa == 0.0 {
-        true => 0.0,
-        false => libm::scalbn(0.5, exponent),
-    }
+    if mantissa == 0.0 { 0.0 } else { libm::scalbn(0.5, exponent) }
 }
 
 /// The origin of triangles of these vertices, if they are far away. Ends early if they are not.

@@ -19,9 +19,10 @@ pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
         4 if is_convex_quad(points) => return vec![[0, 1, 2], [0, 2, 3]],
         _ => {}
     }
-    let mut triangles = match points.len() > MAX_EARS {
-        true => large_polygon::triangulate(&flattened(points)).unwrap_or_default(),
-        false => ears(points),
+    let mut triangles = if points.len() > MAX_EARS {
+        large_polygon::triangulate(&flattened(points)).unwrap_or_default()
+    } else {
+        ears(points)
     };
     if triangles.is_empty() {
         return (2..points.len() as u32).map(|k| [0, k - 1, k]).collect();

@@ -14,11 +14,7 @@ pub(super) fn utf8(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
 /// The length of the byte order mark that some editors put before text.
 pub(super) fn mark_length(bytes: &[u8]) -> usize {
     let mark = "\u{feff}".as_bytes();
-    if bytes.starts_with(mark) {
-        mark.len()
-    } else {
-        0
-    }
+    if bytes.starts_with(mark) { mark.len() } else { 0 }
 }
 
 /// Text for messages about a file that should be UTF-8.

@@ -326,11 +326,12 @@ fn luminance(texels: &[[u8; 3]]) -> Vec<u8> {
 
 fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
     let texels = u64::from(width) * u64::from(height);
-    match texels <= most {
-        true => Ok(texels),
-        false => Err(format!(
+    if texels <= most {
+        Ok(texels)
+    } else {
+        Err(format!(
             "with its {width}×{height} texels, all textures together would have more than {MAX_TEXELS}"
-        )),
+        ))
     }
 }
 

@@ -57,10 +57,7 @@ pub(super) fn linear_of_share(channel: f32) -> f32 {
         return 1.0;
     }
     // False for NaN, too.
-    match channel > 0.0 {
-        true => srgb_to_linear(f64::from(channel)) as f32,
-        false => 0.0,
-    }
+    if channel > 0.0 { srgb_to_linear(f64::from(channel)) as f32 } else { 0.0 }
 }
 
 /// Warns of a colour that is not opaque, on the scale from 0 to 1 or on that of bytes.

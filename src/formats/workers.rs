@@ -54,9 +54,10 @@ pub(super) fn cut(
     let mut start = range.start;
     while start < range.end {
         let wanted = start.saturating_add(size);
-        let end = match wanted < range.end {
-            true => end_after(wanted).clamp(wanted, range.end),
-            false => range.end,
+        let end = if wanted < range.end {
+            end_after(wanted).clamp(wanted, range.end)
+        } else {
+            range.end
         };
         chunks.push(start..end);
         start = end;

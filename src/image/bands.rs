@@ -27,9 +27,10 @@ pub fn save_bands(
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> Result<(), PictureError> {
     let mut bands = CheckedBands::new(file, bands.into_iter());
-    let written = match file.format.seeks() {
-        true => replace_file_seeking(path, |out| bands.write_seeking(out, file)),
-        false => replace_file(path, |out| bands.write(out, file)),
+    let written = if file.format.seeks() {
+        replace_file_seeking(path, |out| bands.write_seeking(out, file))
+    } else {
+        replace_file(path, |out| bands.write(out, file))
     };
     written.map_err(PictureError::write(path))
 }
@@ -45,9 +46,10 @@ pub fn write_bands(
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> io::Result<()> {
     let mut bands = CheckedBands::new(file, bands.into_iter());
-    match file.format.seeks() {
-        true => out.write_all(&in_memory(|out| bands.write_seeking(out, file))?)?,
-        false => bands.write(out, file)?,
+    if file.format.seeks() {
+        out.write_all(&in_memory(|out| bands.write_seeking(out, file))?)?
+    } else {
+        bands.write(out, file)?
     }
     out.flush()
 }

@@ -65,10 +65,7 @@ fn channels(aovs: Aovs, depth: Depth) -> Vec<ExrChannel> {
     };
     let radiance = ["R", "G", "B"].map(|name| (name, color));
     let layers = aovs.iter().flat_map(|aov| {
-        let float = match aov.is_color() {
-            true => color,
-            false => SampleType::F32,
-        };
+        let float = if aov.is_color() { color } else { SampleType::F32 };
         let kind = move |id: bool| if id { SampleType::U32 } else { float };
         aov.channels()
             .iter()
@@ -85,10 +82,7 @@ fn channels(aovs: Aovs, depth: Depth) -> Vec<ExrChannel> {
 /// compositor. Infinities and NaN stay what they are.
 fn half(value: f32) -> f16 {
     let most = f16::MAX.to_f32();
-    f16::from_f32_const(match value.is_infinite() {
-        true => value,
-        false => value.clamp(-most, most),
-    })
+    f16::from_f32_const(if value.is_infinite() { value } else { value.clamp(-most, most) })
 }
 
 /// Writes the tiles of a film that begins in this row of the picture; returns its height.

@@ -59,11 +59,7 @@ fn round_up(value: f32) -> f32 {
 }
 
 fn color(share: f32) -> [u8; 3] {
-    let share = if share.is_finite() {
-        share.clamp(0.0, 1.0)
-    } else {
-        1.0
-    };
+    let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
     let color = colorous::INFERNO.eval_continuous(share as f64);
     [color.r, color.g, color.b]
 }

@@ -141,11 +141,7 @@ mod tests {
             let want = film.pixel(x, y).map(|c| if c > 0.0 { c } else { 0.0 });
             let most = want.iter().fold(0.0f32, |a, &b| a.max(b));
             for (got, want) in pixel.0.into_iter().zip(want) {
-                let step = if most.is_finite() {
-                    most / 128.0
-                } else {
-                    f32::INFINITY
-                };
+                let step = if most.is_finite() { most / 128.0 } else { f32::INFINITY };
                 assert!(
                     (want - got).abs() <= step || want.is_infinite(),
                     "{x},{y}: {got} {want}"

@@ -25,10 +25,11 @@ pub fn layer_colors(film: &Film, aov: Aov) -> (Vec<u8>, Option<f32>) {
         [x, y, z, ..] => {
             let byte = |c: f32| ((0.5 * c + 0.5) * 255.0).round() as u8;
             let vectors = x.iter().zip(y).zip(z).map(|((x, y), z)| [*x, *y, *z]);
-            let colors = vectors.map(|vector| match vector == [0.0; 3] {
-                true => NOTHING,
-                false => vector.map(byte),
-            });
+            let colors = vectors.map(
+                |vector| {
+                    if vector == [0.0; 3] { NOTHING } else { vector.map(byte) }
+                },
+            );
             (colors.flatten().collect(), None)
         }
         [ids, ..] if aov.channels()[0].1 => {

@@ -98,9 +98,10 @@ fn encoder<'a>(
     file: Option<&PictureFile>,
 ) -> Encoder<'static, &'a mut dyn Write> {
     let mut encoder = Encoder::new(out, width, rows);
-    encoder.set_color(match file.is_some_and(|file| file.aovs.has(Aov::Alpha)) {
-        true => ColorType::Rgba,
-        false => ColorType::Rgb,
+    encoder.set_color(if file.is_some_and(|file| file.aovs.has(Aov::Alpha)) {
+        ColorType::Rgba
+    } else {
+        ColorType::Rgb
     });
     encoder.set_depth(match file.map(|file| file.depth) {
         Some(Depth::Sixteen) => BitDepth::Sixteen,
@@ -169,9 +170,10 @@ fn describe<W: Write>(encoder: &mut Encoder<W>, file: &PictureFile) -> Result<()
     };
     encoder.set_source_gamma(ScaledFloat::from_scaled(gamma));
     for (keyword, text) in file.header.texts() {
-        match text.is_ascii() {
-            true => encoder.add_text_chunk(keyword.to_owned(), text)?,
-            false => encoder.add_itxt_chunk(keyword.to_owned(), text)?,
+        if text.is_ascii() {
+            encoder.add_text_chunk(keyword.to_owned(), text)?
+        } else {
+            encoder.add_itxt_chunk(keyword.to_owned(), text)?
         }
     }
     Ok(())

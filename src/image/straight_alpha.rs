@@ -44,10 +44,7 @@ impl Encoder {
 /// Radiance divided by alpha. Pixels of alpha 0 show nothing whatever their colour, and become
 /// black, which compresses best.
 fn straighten(plane: &[f32], alpha: &[f32]) -> Vec<f32> {
-    let straight = |(color, alpha): (&f32, &f32)| match *alpha > 0.0 {
-        true => color / alpha,
-        false => 0.0,
-    };
+    let straight = |(color, alpha): (&f32, &f32)| if *alpha > 0.0 { color / alpha } else { 0.0 };
     plane.iter().zip(alpha).map(straight).collect()
 }
 

@@ -64,20 +64,14 @@ pub(super) fn read(
     let ours = bytes(key);
     let Some(before) = before.first_chunk::<PREFIX_BYTES>() else {
         // Any other file of that size is somebody's.
-        return Ok(match ours.starts_with(&before) {
-            true => FileHeader::Empty,
-            false => FileHeader::Unknown,
-        });
+        return Ok(if ours.starts_with(&before) { FileHeader::Empty } else { FileHeader::Unknown });
     };
     let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|k| before[at + k]));
     let (bytes, checksum) = (word(8), word(12));
     let end = PREFIX_BYTES as u64 + u64::from(bytes);
     if before[..8] != MAGIC || end > length || bytes > MAX_TEXT {
         let cut_off = before[..8] == MAGIC && length < ours.len() as u64;
-        return Ok(match cut_off {
-            true => FileHeader::Empty,
-            false => FileHeader::Unknown,
-        });
+        return Ok(if cut_off { FileHeader::Empty } else { FileHeader::Unknown });
     }
     // The text is no longer than the file, and than the limit above.
     let mut text = vec![0; bytes as usize];

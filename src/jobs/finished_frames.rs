@@ -121,9 +121,10 @@ impl FinishedFrames {
             return Ok(FrameState::Unlisted);
         };
         let same = found.is_file() && found.len() == listed.bytes;
-        match same && checksum(picture)? == (listed.bytes, listed.crc32) {
-            true => Ok(FrameState::Finished),
-            false => Ok(FrameState::Changed),
+        if same && checksum(picture)? == (listed.bytes, listed.crc32) {
+            Ok(FrameState::Finished)
+        } else {
+            Ok(FrameState::Changed)
         }
     }
 

@@ -75,13 +75,14 @@ impl KeptHeader {
             return Err(other());
         }
         // Compared as texts, because a zero has a sign.
-        match there.json() == self.json() {
-            true => Ok(()),
-            false => Err(KeptFileError::Different {
+        if there.json() == self.json() {
+            Ok(())
+        } else {
+            Err(KeptFileError::Different {
                 path: path.into(),
                 holds: kind.foreign,
                 differences: there.differences(self),
-            }),
+            })
         }
     }
 

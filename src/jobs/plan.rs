@@ -338,10 +338,7 @@ impl RenderPlan {
     /// [`PlanError::NoShard`].
     pub fn check_shard(&self, shard: u32) -> Result<(), PlanError> {
         let shards = self.shards;
-        match shard < shards {
-            true => Ok(()),
-            false => Err(PlanError::NoShard { shard, shards }),
-        }
+        if shard < shards { Ok(()) } else { Err(PlanError::NoShard { shard, shards }) }
     }
 }
 

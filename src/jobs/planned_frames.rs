@@ -48,10 +48,8 @@ impl<'a> PlannedFrames<'a> {
     /// The frames of a shard, in order: some of them, or all where a shard has tiles of each.
     pub fn of_shard(&self, shard: u32) -> impl Iterator<Item = u32> + use<> {
         let [first, last] = self.ends;
-        let (skipped, step) = match self.is_by_frame() {
-            true => (shard, self.plan.shards.max(1)),
-            false => (0, 1),
-        };
+        let (skipped, step) =
+            if self.is_by_frame() { (shard, self.plan.shards.max(1)) } else { (0, 1) };
         (first.saturating_add(skipped)..=last).step_by(step as usize)
     }
 

@@ -21,9 +21,10 @@ impl Oracle<'_> {
     ) -> Vec<OraclePixel> {
         let by_chance =
             self.scene().is_stochastic() || camera.has_lens() || self.ao_distance.is_some();
-        match by_chance {
-            true => self.block_by_pixels(camera, sampling, adaptive, corner, size),
-            false => self.block_by_cells(camera, sampling, adaptive, corner, size),
+        if by_chance {
+            self.block_by_pixels(camera, sampling, adaptive, corner, size)
+        } else {
+            self.block_by_cells(camera, sampling, adaptive, corner, size)
         }
     }
 

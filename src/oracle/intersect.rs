@@ -137,11 +137,7 @@ const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 fn reciprocal(x: f32) -> f32 {
     let safe = if x.abs() < MIN_DIRECTION {
-        if x < 0.0 {
-            -MIN_DIRECTION
-        } else {
-            MIN_DIRECTION
-        }
+        if x < 0.0 { -MIN_DIRECTION } else { MIN_DIRECTION }
     } else {
         x
     };
@@ -175,10 +171,7 @@ impl OracleRaySetup {
             slope_x,
             slope_y,
             scale,
-            steepness: match usual {
-                true => max(slope_x.abs(), slope_y.abs()),
-                false => f32::INFINITY,
-            },
+            steepness: if usual { max(slope_x.abs(), slope_y.abs()) } else { f32::INFINITY },
         }
     }
 

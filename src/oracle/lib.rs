@@ -77,12 +77,11 @@ pub fn camera_ray(
         column: [column],
         weight: [weight],
     } = sampling.film_samples([x], [y], sample);
-    let (org, dir) = match camera.has_lens() {
-        true => {
-            let [[u], [v]] = concentric_disk(SampleSeed::of(x, y, sample).point(Dimension::Lens));
-            camera.through_lens(row, column, [u, v])
-        }
-        false => camera.ray(row, column),
+    let (org, dir) = if camera.has_lens() {
+        let [[u], [v]] = concentric_disk(SampleSeed::of(x, y, sample).point(Dimension::Lens));
+        camera.through_lens(row, column, [u, v])
+    } else {
+        camera.ray(row, column)
     };
     (OracleRay::new(org, dir), weight)
 }

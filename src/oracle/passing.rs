@@ -106,10 +106,7 @@ impl SceneSearch<'_> {
         let mut shares = Vec::new();
         while let Some(hit) = next {
             let on = hit.on_surface();
-            let coverage = match whole || !self.has_coverage {
-                true => 1.0,
-                false => self.scene.coverage(on),
-            };
+            let coverage = if whole || !self.has_coverage { 1.0 } else { self.scene.coverage(on) };
             shares.push((hit.prim_id, open * coverage));
             open *= 1.0 - coverage;
             if open < MIN_SURFACE_SHARE {
@@ -125,9 +122,10 @@ impl SceneSearch<'_> {
         if !self.occluded(ray, tmax) {
             return Vec3::ONE;
         }
-        match self.has_clear_shadows {
-            true => self.visibility_past(ray, tmax, |_| false),
-            false => Vec3::ZERO,
+        if self.has_clear_shadows {
+            self.visibility_past(ray, tmax, |_| false)
+        } else {
+            Vec3::ZERO
         }
     }
 

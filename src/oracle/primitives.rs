@@ -86,9 +86,10 @@ impl OracleRaySetup {
             (by_edges > 0.0).then_some(by_edges)?
         } else {
             let t = self.plane_distance(stored, by_edges);
-            match bound < weight * 128.0 {
-                true => (t > 0.0 && t < f32::INFINITY).then_some(t)?,
-                false => self.clamp(t, scene, prim_id)?,
+            if bound < weight * 128.0 {
+                (t > 0.0 && t < f32::INFINITY).then_some(t)?
+            } else {
+                self.clamp(t, scene, prim_id)?
             }
         };
         Some(OracleHit {
@@ -191,10 +192,7 @@ impl OracleRaySetup {
             let met = height >= 0.0 && height <= frame.length && t > 0.0;
             met.then_some(t)
         };
-        let outer = match scene.cones.get(i).inside {
-            true => None,
-            false => valid(from_outside),
-        };
+        let outer = if scene.cones.get(i).inside { None } else { valid(from_outside) };
         let raw = match (outer, valid(from_inside)) {
             (Some(a), Some(b)) if FAR => max(a, b),
             _ if FAR => return None,
@@ -235,11 +233,7 @@ pub(super) fn surface_point(
 
 pub(super) fn unit_or(v: Vec3, otherwise: Vec3) -> Vec3 {
     let squared = v.dot(v);
-    if squared > 0.0 {
-        v * (1.0 / squared.sqrt())
-    } else {
-        otherwise
-    }
+    if squared > 0.0 { v * (1.0 / squared.sqrt()) } else { otherwise }
 }
 
 pub(super) fn unit(v: Vec3) -> Vec3 {
@@ -325,11 +319,7 @@ fn cone_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> O
     let (x, z) = (radius + profile.sin * along, profile.cos * along);
     let point = c.base + (radial * x + profile.axis * z);
     let slanted = radial * profile.cos - profile.axis * profile.sin;
-    let ng = if away.dot(away) > 0.0 {
-        unit_or(slanted, back)
-    } else {
-        back
-    };
+    let ng = if away.dot(away) > 0.0 { unit_or(slanted, back) } else { back };
     let size = max_abs(c.apex - c.base) + max(radius, c.apex_radius);
     let offset = size * PAD + ng.abs().dot(point.abs()) * PLANE_ROUNDING;
     (point, ng, ng, ng, offset)

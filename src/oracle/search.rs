@@ -171,10 +171,7 @@ impl<'a> SceneSearch<'a> {
                 let mut nearest = within(best);
                 let limit = nearest.map_or(f32::INFINITY, |b| b.t);
                 // A hit before the instance's box counts as one where the ray enters it.
-                let near = match interval.tnear < after.t {
-                    true => after.t,
-                    false => f32::NEG_INFINITY,
-                };
+                let near = if interval.tnear < after.t { after.t } else { f32::NEG_INFINITY };
                 let tree = bvh.mesh(mesh);
                 tree.closest(&inner, near..limit, &mut nearest, |prim, nearest| {
                     next(prim, best);
@@ -236,11 +233,7 @@ impl<'a> SceneSearch<'a> {
         };
         let (mesh, inner) = self.enter(instance, setup);
         // Beyond the interval a hit is clamped to its end.
-        let limit = if interval.tfar < tmax {
-            f32::INFINITY
-        } else {
-            tmax
-        };
+        let limit = if interval.tfar < tmax { f32::INFINITY } else { tmax };
         let blocks = |prim| {
             let hit = inner.hit::<false>(self.scene, prim);
             hit.is_some_and(|hit| hit.t < limit)

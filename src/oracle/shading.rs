@@ -131,11 +131,7 @@ impl OracleSurface {
 
     /// A ray that leaves the surface on the side to which its direction points.
     pub fn offset_origin(&self, dir: Vec3) -> OracleRay {
-        let offset = if dir.dot(self.ng) >= 0.0 {
-            self.offset
-        } else {
-            -self.offset
-        };
+        let offset = if dir.dot(self.ng) >= 0.0 { self.offset } else { -self.offset };
         OracleRay::new(self.point + self.ng * offset, dir)
     }
 }
@@ -324,18 +320,16 @@ fn to_world_direction(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
 /// A vector on the side of the unit normal `ng`; one on the other side is mirrored.
 fn in_front(v: Vec3, ng: Vec3) -> Vec3 {
     let along = v.dot(ng);
-    match along >= 0.0 {
-        true => v,
-        false => v - ng * (2.0 * along),
-    }
+    if along >= 0.0 { v } else { v - ng * (2.0 * along) }
 }
 
 /// Mirrors a direction at the geometric surface, unless it is on the same side as `inner`.
 fn mirror_into_hemisphere(at: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
     let along = dir.dot(at.ng);
-    match (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {
-        true => dir,
-        false => dir - at.ng * (2.0 * along),
+    if (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {
+        dir
+    } else {
+        dir - at.ng * (2.0 * along)
     }
 }
 
@@ -354,27 +348,20 @@ pub(super) fn bounces(
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
     let cos = -along;
-    let eta = if at.entering {
-        1.0 / material.ior
-    } else {
-        material.ior
-    };
+    let eta = if at.entering { 1.0 / material.ior } else { material.ior };
     let k = 1.0 - (eta * eta) * (1.0 - cos * cos);
     let transmits = material.kt != Vec3::ZERO;
     let total = transmits && k < 0.0;
-    let weight = if total {
-        material.ks + material.kt
-    } else {
-        material.ks
-    };
+    let weight = if total { material.ks + material.kt } else { material.ks };
     let mirror = (weight != Vec3::ZERO).then(|| {
         let mut straight = unit(d - n * (2.0 * along));
         if at.bumped {
             straight = in_front(straight, at.ng);
         }
-        let dir = match material.gloss > 0.0 {
-            true => sample_glossy(material.gloss, seed, at, straight),
-            false => straight,
+        let dir = if material.gloss > 0.0 {
+            sample_glossy(material.gloss, seed, at, straight)
+        } else {
+            straight
         };
         OracleBounce {
             ray: at.offset_origin(dir),

@@ -100,10 +100,7 @@ impl<'a> WhittedIntegrator<'a> {
 
     /// Radiance of a camera ray that hits nothing.
     pub(super) fn camera_background(&self) -> Vec3 {
-        match self.hides_background {
-            true => Vec3::ZERO,
-            false => self.search.scene.background,
-        }
+        if self.hides_background { Vec3::ZERO } else { self.search.scene.background }
     }
 
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera
@@ -191,10 +188,8 @@ impl<'a> WhittedIntegrator<'a> {
         };
         let at = OracleSurface::new(scene, &segment.ray, &hit);
         let prim = scene.resolve(hit.prim_id).prim;
-        let coverage = match self.search.has_coverage {
-            true => scene.coverage(hit.on_surface()),
-            false => 1.0,
-        };
+        let coverage =
+            if self.search.has_coverage { scene.coverage(hit.on_surface()) } else { 1.0 };
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);

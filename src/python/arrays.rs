@@ -131,10 +131,11 @@ pub(crate) fn as_contiguous<'py, T: NumpyNumber>(
     options.set_item("order", "C")?;
     let array = asarray(object.py())?.call((array,), Some(&options))?;
     let array = array.cast_into::<PyArrayDyn<T>>()?;
-    match is_ready(&array) {
-        true => Ok(array),
+    if is_ready(&array) {
+        Ok(array)
+    } else {
         // It was of the type, but not aligned.
-        false => Ok(array.call_method0("copy")?.cast_into()?),
+        Ok(array.call_method0("copy")?.cast_into()?)
     }
 }
 

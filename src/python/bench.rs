@@ -135,10 +135,7 @@ fn now(py: Python<'_>) -> PyResult<String> {
 }
 
 fn program() -> Program {
-    let profile = match cfg!(debug_assertions) {
-        true => "debug",
-        false => "release",
-    };
+    let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
     Program {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         git_revision: None,

@@ -154,10 +154,7 @@ fn push_requests(
 /// Writes the sums that a block has accumulated to the pixels of a tile.
 fn finish(cells: &mut Cells, tile: Tile, pixels: &mut TileBuffer) {
     let ((right, down), aovs) = (cells.corner(), pixels.aovs());
-    let coverage = match aovs.of_coverage() {
-        true => cells.coverage(),
-        false => Vec::new(),
-    };
+    let coverage = if aovs.of_coverage() { cells.coverage() } else { Vec::new() };
     for (at, sum) in (0..).zip(&cells.sums()) {
         let x = (right + at % BLOCK).checked_sub(tile.x);
         let y = (down + at / BLOCK).checked_sub(tile.y);

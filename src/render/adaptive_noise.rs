@@ -74,10 +74,8 @@ impl NoiseSampler {
         let (camera, sampling) = (tracer.camera, tracer.sampling);
         let active = &self.active;
         let count: u64 = active.iter().map(|all| u64::from(all.count_ones())).sum();
-        let together = match tracer.seeded {
-            true => 1,
-            false => (whole.pixels() / count.max(1)).max(1) as u32,
-        };
+        let together =
+            if tracer.seeded { 1 } else { (whole.pixels() / count.max(1)).max(1) as u32 };
         for first in samples.clone().step_by(together as usize) {
             let part = first..samples.end.min(first + together);
             let capacity = count as usize * part.len();

@@ -27,9 +27,8 @@ pub(super) fn write_coverage(
 /// Identifiers of surfaces for layers of coverage, if there are any: those of the scene, or none if
 /// only the shares are needed.
 pub(super) fn mattes_for(scene: &Scene, aovs: Aovs) -> Option<MatteIds> {
-    let ids = || match aovs.of_mattes() {
-        true => MatteIds::of(scene),
-        false => MatteIds::default(),
+    let ids = || {
+        if aovs.of_mattes() { MatteIds::of(scene) } else { MatteIds::default() }
     };
     aovs.of_coverage().then(ids)
 }

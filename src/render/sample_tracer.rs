@@ -128,10 +128,8 @@ impl<'a> SampleTracer<'a> {
     ) -> TracedSamples<'_, 'a> {
         // The filter knows lights as visible or hidden, which light through a surface is neither
         // of.
-        let mut shadow_filter = match self.context.has_clear_shadows {
-            true => ShadowFilter::NONE,
-            false => shadow_filter,
-        };
+        let mut shadow_filter =
+            if self.context.has_clear_shadows { ShadowFilter::NONE } else { shadow_filter };
         self.tile_arena.reset();
         let arena = &self.tile_arena;
         let mut rays = RayQueue::seeded(arena, capacity, self.seeded);

@@ -93,9 +93,10 @@ impl TileRenderer for WavefrontRenderer<'_> {
     fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer) {
         let tracer = &mut self.tracer;
         if let Some(adaptive) = tracer.sampling.adaptively() {
-            return match tracer.seeded || tracer.camera.has_lens() {
-                true => self.noise.render_tile(tracer, adaptive, tile, pixels),
-                false => self.edges.render_tile(tracer, adaptive, tile, pixels),
+            return if tracer.seeded || tracer.camera.has_lens() {
+                self.noise.render_tile(tracer, adaptive, tile, pixels)
+            } else {
+                self.edges.render_tile(tracer, adaptive, tile, pixels)
             };
         }
         let mut sum = self.sums.map(|sums| sums.of(tile));

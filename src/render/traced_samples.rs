@@ -40,9 +40,10 @@ impl TracedSamples<'_, '_> {
     pub(super) fn outcomes(&self) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3], f32)> {
         let parts = !self.light[0].is_empty();
         lanes(&self.rays).map(move |(packet, lane, _)| {
-            let light = match parts {
-                true => self.light.each_ref().map(|way| way[packet].lane(lane)),
-                false => [[0.0; 3]; 3],
+            let light = if parts {
+                self.light.each_ref().map(|way| way[packet].lane(lane))
+            } else {
+                [[0.0; 3]; 3]
             };
             let weight = self.rays.payload(packet).0[0][lane];
             (self.radiance[packet].lane(lane), light, weight)

@@ -76,9 +76,12 @@ pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
     let mut bytes = Vec::new();
     let file = File::open(&path);
     let read = file.and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-    if let Err(source) = read.and_then(|read| match read as u64 > MAX_BYTES {
-        true => Err(io::Error::other("it is longer than any record")),
-        false => Ok(()),
+    if let Err(source) = read.and_then(|read| {
+        if read as u64 > MAX_BYTES {
+            Err(io::Error::other("it is longer than any record"))
+        } else {
+            Ok(())
+        }
     }) {
         return Err(RecordError::Io { path, source });
     }
@@ -99,9 +102,10 @@ fn mistake(path: PathBuf, bytes: &[u8], error: serde_json::Error) -> RecordError
         Err(error) => return RecordError::NotJson { path, error },
     };
     let version = document.get("schema_version").and_then(Value::as_u64);
-    match version == Some(u64::from(SCHEMA_VERSION)) {
-        true => RecordError::Layout { path, error },
-        false => RecordError::Version { path, version },
+    if version == Some(u64::from(SCHEMA_VERSION)) {
+        RecordError::Layout { path, error }
+    } else {
+        RecordError::Version { path, version }
     }
 }
 
@@ -154,8 +158,9 @@ fn csv_origin(record: &BenchRecord) -> String {
 }
 
 fn quoted(text: &str) -> String {
-    match text.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+    if text.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }

@@ -149,10 +149,7 @@ pub(super) fn percent(share: f64) -> String {
 
 /// The text of a number, or a dash where it is none.
 pub(super) fn known(value: f64, text: impl FnOnce() -> String) -> String {
-    match value.is_finite() {
-        true => text(),
-        false => NONE.to_owned(),
-    }
+    if value.is_finite() { text() } else { NONE.to_owned() }
 }
 
 /// Digits in threes from the right; a sign stays where it is.

@@ -102,9 +102,10 @@ impl<'a> RecordIndex<'a> {
     /// The scenes that means are over, in words.
     pub fn averaged_words(&self) -> String {
         let scenes = counted(self.averaged.len(), "scene");
-        match self.averaged.len() < self.scenes.len() {
-            true => format!("{scenes} of triangles"),
-            false => scenes,
+        if self.averaged.len() < self.scenes.len() {
+            format!("{scenes} of triangles")
+        } else {
+            scenes
         }
     }
 

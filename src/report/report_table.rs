@@ -73,9 +73,12 @@ impl ReportTable {
     fn block(&self, columns: &[usize]) -> String {
         let columns: Vec<_> = columns.iter().map(|&at| (at, self.width(at))).collect();
         let line = |cells: &Vec<String>| {
-            let padded = columns.iter().map(|&(at, width)| match at < self.texts {
-                true => format!("{:<width$}", cells[at]),
-                false => format!("{:>width$}", cells[at]),
+            let padded = columns.iter().map(|&(at, width)| {
+                if at < self.texts {
+                    format!("{:<width$}", cells[at])
+                } else {
+                    format!("{:>width$}", cells[at])
+                }
             });
             let line = padded.collect::<Vec<_>>().join("  ");
             format!("  {}\n", line.trim_end())

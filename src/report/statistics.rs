@@ -207,9 +207,12 @@ mod tests {
             let disturbed = 0.1 + 0.6 * draw.unit();
             let common = libm::exp(0.005 * draw.normal());
             let mut round = || -> Vec<f64> {
-                let mut piece = || match draw.unit() < disturbed {
-                    true => common * (1.1 + 0.8 * draw.unit()),
-                    false => common * (1.0 + 0.02 * draw.unit()),
+                let mut piece = || {
+                    if draw.unit() < disturbed {
+                        common * (1.1 + 0.8 * draw.unit())
+                    } else {
+                        common * (1.0 + 0.02 * draw.unit())
+                    }
                 };
                 (0..64).map(|_| piece()).collect()
             };

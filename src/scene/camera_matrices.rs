@@ -33,9 +33,10 @@ impl CameraMatrices {
         // Where the ray through a point crosses the picture: column = W/2 + x / (z s), with s the
         // slope between pixels; for parallel rays, without z.
         let slope = f64::from(camera.slope);
-        let (slope, divisor, depth) = match camera.parallel {
-            true => (slope / f64::from(scene.scale), unit, z),
-            false => (slope, z, combine(z, 1.0, unit, -1.0)),
+        let (slope, divisor, depth) = if camera.parallel {
+            (slope / f64::from(scene.scale), unit, z)
+        } else {
+            (slope, z, combine(z, 1.0, unit, -1.0))
         };
         let [across, down] = [width, height].map(|n| 1.0 / (slope * f64::from(n)));
         let column = combine(divisor, 0.5, x, across);

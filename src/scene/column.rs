@@ -114,10 +114,7 @@ impl<T: Clone> Column<T> {
     /// Makes room for more rows.
     pub fn reserve(&mut self, more: usize) {
         let rows = self.make_mut();
-        match rows.is_empty() {
-            true => *rows = room(more),
-            false => rows.reserve(more),
-        }
+        if rows.is_empty() { *rows = room(more) } else { rows.reserve(more) }
     }
 
     /// Frees reserved memory that is not used.

@@ -133,10 +133,7 @@ impl Scene {
         };
         let [a, b, c] = rows.map(|row| self.triangles.vertex_opacity[row as usize]);
         // The weights' sum is rounded; an opaque triangle stays opaque.
-        match a == b && b == c {
-            true => a,
-            false => ((a * wa + b * wb) + c * wc).clamp(0.0, 1.0),
-        }
+        if a == b && b == c { a } else { ((a * wa + b * wb) + c * wc).clamp(0.0, 1.0) }
     }
 
     /// Returns true if a ray's next hit is only the other side of an edge or vertex on which the
@@ -164,9 +161,10 @@ impl Scene {
     /// surfaces, times the share that passes this one. Zero if that is negligible.
     pub fn pass_light(&self, passed: Vec3, hit: SurfaceHit) -> Vec3 {
         let passed = passed * self.transmittance(hit);
-        match passed.cmplt(Vec3::splat(MIN_VISIBILITY)).all() {
-            true => Vec3::ZERO,
-            false => passed,
+        if passed.cmplt(Vec3::splat(MIN_VISIBILITY)).all() {
+            Vec3::ZERO
+        } else {
+            passed
         }
     }
 

@@ -348,9 +348,10 @@ impl Scene {
             u64::from(first) + u64::from(self.meshes.count[mesh as usize])
         });
         let all = self.prim_count() as u64 + shown + more;
-        match all < u64::from(u32::MAX) {
-            true => Ok(shown as u32),
-            false => Err(GeometryError::TooManyShown(all)),
+        if all < u64::from(u32::MAX) {
+            Ok(shown as u32)
+        } else {
+            Err(GeometryError::TooManyShown(all))
         }
     }
 

@@ -104,9 +104,10 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
         let kind = scene.prims[prim as usize].kind();
         let bare = name == NO_NAME && geometry.is_none();
         let alone = bare && kind.is_whole_object();
-        let run = match bare {
-            true => (name, None, Some((kind, scene.prim_material(prim)))),
-            false => (name, geometry.filter(|_| name == NO_NAME), None),
+        let run = if bare {
+            (name, None, Some((kind, scene.prim_material(prim))))
+        } else {
+            (name, geometry.filter(|_| name == NO_NAME), None)
         };
         let last = before.replace((run, prim));
         let goes_on = last.is_some_and(|(last_run, last)| last_run == run && last + 1 == prim);

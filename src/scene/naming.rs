@@ -124,9 +124,10 @@ impl Scene {
         let of_cameras = self.cameras.iter().map(|camera| &camera.name);
         let mut all = of_runs.chain(self.instances.name.iter()).chain(of_cameras);
         let known = all.all(|&name| name == NO_NAME || (name as usize) < ends.len());
-        match is_text && is_whole && ascending && known {
-            true => Ok(()),
-            false => Err(SceneError::DamagedNames),
+        if is_text && is_whole && ascending && known {
+            Ok(())
+        } else {
+            Err(SceneError::DamagedNames)
         }
     }
 }

@@ -49,10 +49,8 @@ impl Scene {
 
     /// Largest coordinate of all visible primitives, of the camera and of the lights.
     fn largest_coordinate(&self) -> f64 {
-        let shapes = match self.meshes.is_empty() {
-            true => self.largest_stored(),
-            false => self.largest_seen(),
-        };
+        let shapes =
+            if self.meshes.is_empty() { self.largest_stored() } else { self.largest_seen() };
         shapes.max(self.largest_of_view_and_lights())
     }
 

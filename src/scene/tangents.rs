@@ -63,11 +63,7 @@ fn face_tangent(t: &Triangles, i: usize, layer: u32) -> Option<(Vec3, f32)> {
     let outward = t.corner_normals(i).map_or(1.0, |[na, nb, nc]| {
         (na + nb + nc).as_dvec3().dot(e1.cross(e2))
     });
-    let sign = if (area < 0.0) == (outward >= 0.0) {
-        1.0
-    } else {
-        -1.0
-    };
+    let sign = if (area < 0.0) == (outward >= 0.0) { 1.0 } else { -1.0 };
     Some((tangent, sign))
 }
 

@@ -112,9 +112,5 @@ fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
 
 /// The fractional part. Numbers from 2²² on count as whole, and so does a NaN.
 fn fraction(x: f32) -> f32 {
-    if x.abs() < 4_194_304.0 {
-        x - x.floor()
-    } else {
-        0.0
-    }
+    if x.abs() < 4_194_304.0 { x - x.floor() } else { 0.0 }
 }

@@ -54,9 +54,10 @@ pub(crate) fn map_blocks<T: Sync, R: Send>(
     len: usize,
     work: impl Fn(&[T]) -> R + Sync + Send,
 ) -> Vec<R> {
-    match rows.len() <= len {
-        true => rows.chunks(len).map(work).collect(),
-        false => on_pool(|| rows.par_chunks(len).map(work).collect()),
+    if rows.len() <= len {
+        rows.chunks(len).map(work).collect()
+    } else {
+        on_pool(|| rows.par_chunks(len).map(work).collect())
     }
 }
 
@@ -67,9 +68,10 @@ pub fn map_blocks_mut<T: Send, R: Send>(
     len: usize,
     work: impl Fn(&mut [T]) -> R + Sync + Send,
 ) -> Vec<R> {
-    match rows.len() <= len {
-        true => rows.chunks_mut(len).map(work).collect(),
-        false => on_pool(|| rows.par_chunks_mut(len).map(work).collect()),
+    if rows.len() <= len {
+        rows.chunks_mut(len).map(work).collect()
+    } else {
+        on_pool(|| rows.par_chunks_mut(len).map(work).collect())
     }
 }
 

@@ -75,11 +75,7 @@ fn on_cube(face: u32, u: f64, v: f64) -> DVec3 {
 /// Two unit vectors perpendicular to the unit vector `axis` and to each other. The first turns into
 /// the second counter-clockwise about `axis`.
 fn across(axis: DVec3) -> [DVec3; 2] {
-    let other = if axis.x.abs() < 0.5 {
-        DVec3::X
-    } else {
-        DVec3::Y
-    };
+    let other = if axis.x.abs() < 0.5 { DVec3::X } else { DVec3::Y };
     let first = axis.cross(other).normalize();
     [first, axis.cross(first)]
 }

@@ -145,11 +145,7 @@ pub struct Extension {
 
 /// Every extension that [`guard`] checks; none if the architecture is not x86-64.
 pub fn extensions() -> Vec<Extension> {
-    let known = if cfg!(target_arch = "x86_64") {
-        FEATURES
-    } else {
-        &[]
-    };
+    let known = if cfg!(target_arch = "x86_64") { FEATURES } else { &[] };
     let stand = |f: &Feature| Extension {
         name: f.name,
         compiled: f.compiled,
@@ -250,11 +246,7 @@ mod cpu {
         match which {
             Word::Basic => {
                 let word = black_box(leaf(1, 0, Register::C));
-                if word & SYSTEM_KEEPS_WIDE != 0 {
-                    word
-                } else {
-                    word & !WIDE
-                }
+                if word & SYSTEM_KEEPS_WIDE != 0 { word } else { word & !WIDE }
             }
             Word::Structured => leaf(7, 0, Register::B),
             Word::StructuredC => leaf(7, 0, Register::C),

@@ -107,10 +107,7 @@ impl Pace {
 
     /// The best kernel, or now and then the other.
     fn kernel(&self) -> Kernel {
-        KERNELS[match self.frames % TRIAL == 3 {
-            true => 1 - self.best,
-            false => self.best,
-        }]
+        KERNELS[if self.frames % TRIAL == 3 { 1 - self.best } else { self.best }]
     }
 
     fn depth(&self, max_depth: u32) -> u32 {
@@ -165,11 +162,7 @@ mod tests {
     fn settle(pace: &mut Pace, pixel: f64, single: f64, most: u64) -> (u32, u32, u32, Kernel) {
         for _ in 0..2 * TRIAL {
             let frame = pace.next(&whole(), most);
-            let factor = if frame.kernel == Kernel::Single {
-                single
-            } else {
-                1.0
-            };
+            let factor = if frame.kernel == Kernel::Single { single } else { 1.0 };
             let each = pixel * factor * (1.0 + f64::from(frame.max_depth));
             let time = frame.pixels() as f64 * each;
             pace.learn(&frame, Duration::from_secs_f64(time));

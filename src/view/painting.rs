@@ -140,9 +140,10 @@ impl ShownPicture {
     /// The picture as it travels, as a JPEG or as raw pixels, and what it says about itself.
     pub(super) fn encode(mut self, as_jpeg: bool) -> (FrameInfo, Vec<u8>) {
         let start = Instant::now();
-        let bytes = match as_jpeg {
-            true => jpeg_bytes(&self.picture, JPEG_QUALITY),
-            false => self.picture.rgba(),
+        let bytes = if as_jpeg {
+            jpeg_bytes(&self.picture, JPEG_QUALITY)
+        } else {
+            self.picture.rgba()
         };
         self.info.encode_ms = start.elapsed().as_secs_f64() * 1e3;
         (self.info, bytes)

@@ -25,9 +25,12 @@ pub(super) struct PageView {
 impl From<FileView> for PageView {
     fn from(view: FileView) -> PageView {
         // The shortest decimals of what was in single precision.
-        let short = |c: f64| match f64::from(c as f32) == c {
-            true => (c as f32).to_string().parse().unwrap_or(c),
-            false => c,
+        let short = |c: f64| {
+            if f64::from(c as f32) == c {
+                (c as f32).to_string().parse().unwrap_or(c)
+            } else {
+                c
+            }
         };
         PageView {
             eye: view.eye.to_array().map(short),

@@ -232,10 +232,8 @@ impl PageQueue {
     /// Takes out the frames that a new one makes useless.
     fn supersede(&mut self, moving: bool) -> VecDeque<WaitingTask> {
         let moved = self.waiting.iter().filter(|waiting| waiting.is_moving());
-        let mut spare = match moving {
-            true => moved.count().saturating_sub(MAX_MOVING - 1),
-            false => usize::MAX,
-        };
+        let mut spare =
+            if moving { moved.count().saturating_sub(MAX_MOVING - 1) } else { usize::MAX };
         let useless = |waiting: &WaitingTask| match waiting.task {
             Task::Frame(request) if request.moving => {
                 let is_spare = spare > 0;

@@ -188,9 +188,10 @@ fn refused(error: FrameError) -> Option<PageAnswer> {
 /// Settings with tiles small enough for all threads to get some.
 fn with_small_tiles(settings: Settings) -> Settings {
     let tiles = settings.pixels() / u64::from(settings.tile.pow(2));
-    let tile = match tiles < TILES_PER_THREAD * settings.threads as u64 {
-        true => settings.tile.min(SMALL_TILE),
-        false => settings.tile,
+    let tile = if tiles < TILES_PER_THREAD * settings.threads as u64 {
+        settings.tile.min(SMALL_TILE)
+    } else {
+        settings.tile
     };
     Settings { tile, ..settings }
 }

@@ -85,9 +85,10 @@ impl ViewedScene {
             lights.place(scene);
         }
         scene.view.basis().map_err(|error| error.to_string())?;
-        match scene.is_in_safe_range() {
-            true => Ok(()),
-            false => Err("the camera is too far away".to_owned()),
+        if scene.is_in_safe_range() {
+            Ok(())
+        } else {
+            Err("the camera is too far away".to_owned())
         }
     }
 
@@ -119,12 +120,11 @@ impl ViewedScene {
     fn up(&self) -> DVec3 {
         let axis = self.scene.defaulted.up.frame()[1];
         let own = FileView::from(self.view).up.as_dvec3().normalize_or(axis);
-        match own.dot(axis) > LYING {
-            true => axis,
-            false => {
-                let at = own.abs().max_position();
-                DVec3::AXES[at] * own[at].signum()
-            }
+        if own.dot(axis) > LYING {
+            axis
+        } else {
+            let at = own.abs().max_position();
+            DVec3::AXES[at] * own[at].signum()
         }
     }
 

@@ -233,11 +233,7 @@ pub fn point_on(scene: &Scene, rng: &mut Rng) -> Vec3 {
             1 => a + (b - a) * rng.unit(),
             _ => {
                 let (u, v) = (rng.unit(), rng.unit());
-                let (u, v) = if u + v > 1.0 {
-                    (1.0 - u, 1.0 - v)
-                } else {
-                    (u, v)
-                };
+                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                 a + (b - a) * u + (c - a) * v
             }
         };

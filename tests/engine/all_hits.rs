@@ -328,11 +328,7 @@ fn pictures_give_the_same_bits_ray_by_ray() {
                 (k / width) as f32 / rows as f32,
             );
             let ray = Ray::new([0.3, 0.2, 4.0], [x - 0.5, y - 0.5, -1.0]);
-            let tmax = if k.is_multiple_of(3) {
-                3.5
-            } else {
-                f32::INFINITY
-            };
+            let tmax = if k.is_multiple_of(3) { 3.5 } else { f32::INFINITY };
             Ray { tmax, ..ray }
         };
         let all: Vec<Ray> = (0..width * rows + more).map(ray).collect();

@@ -78,22 +78,10 @@ fn recipes() -> impl Strategy<Value = Recipe> {
 fn random_paint(rng: &mut Rng) -> TestMaterial {
     TestMaterial {
         ka: rng.color(),
-        ke: if rng.once_in(4) {
-            rng.color()
-        } else {
-            Vec3::ZERO
-        },
+        ke: if rng.once_in(4) { rng.color() } else { Vec3::ZERO },
         kd: rng.color(),
-        ks: if rng.once_in(2) {
-            rng.color()
-        } else {
-            Vec3::ZERO
-        },
-        kt: if rng.once_in(3) {
-            rng.color()
-        } else {
-            Vec3::ZERO
-        },
+        ks: if rng.once_in(2) { rng.color() } else { Vec3::ZERO },
+        kt: if rng.once_in(3) { rng.color() } else { Vec3::ZERO },
         shininess: rng.pick(&[0.0, 1.0, 3.5, 20.0, 1000.0, 1e5]),
         ior: rng.pick(&[1.0, 1.5, 0.7, 2.4, 1.000_1]),
     }
@@ -146,11 +134,7 @@ fn cook(recipe: &Recipe) -> Scene {
 }
 
 fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
-    let brightness = if rng.once_in(10) {
-        1e30
-    } else {
-        rng.magnitude(-1.0, 1.0)
-    };
+    let brightness = if rng.once_in(10) { 1e30 } else { rng.magnitude(-1.0, 1.0) };
     let color = rng.color() * brightness;
     if rng.once_in(3) {
         let toward = if rng.once_in(3) {
@@ -158,9 +142,10 @@ fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
         } else {
             rng.direction()
         };
-        return match rng.once_in(2) {
-            true => scene.lights.add_fill(toward, color),
-            false => scene.lights.add_directional(toward, color),
+        return if rng.once_in(2) {
+            scene.lights.add_fill(toward, color)
+        } else {
+            scene.lights.add_directional(toward, color)
         };
     }
     let position = match rng.below(3) {
@@ -198,11 +183,7 @@ fn place_eye(scene: &mut Scene, place: EyePlace, scale: f32, rng: &mut Rng) {
     view.eye = eye;
     view.center = eye + (rng.point(0.3 * scale) - eye) + rng.direction() * 0.1 * scale;
     view.up = rng.direction();
-    view.fovy = if matches!(place, EyePlace::Far) {
-        2.0
-    } else {
-        rng.range(20.0, 110.0)
-    };
+    view.fovy = if matches!(place, EyePlace::Far) { 2.0 } else { rng.range(20.0, 110.0) };
 }
 
 /// Numbers of threads and tile sizes for rendering a picture.

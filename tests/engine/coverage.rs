@@ -526,11 +526,7 @@ fn random_scene(seed: u64) -> Scene {
         let pairs = row.map(|vertex| 2 * vertex);
         uvs.push(if rng.once_in(5) { [NO_UVS; 3] } else { pairs });
         normals.push(if rng.once_in(2) { [NO_NORMALS; 3] } else { row });
-        tangents.push(if rng.once_in(3) {
-            [NO_TANGENTS; 3]
-        } else {
-            row
-        });
+        tangents.push(if rng.once_in(3) { [NO_TANGENTS; 3] } else { row });
         colors.push(if rng.once_in(3) { [NO_COLORS; 3] } else { row });
         rows.push(rng.below(8) as u32);
     }

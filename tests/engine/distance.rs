@@ -39,11 +39,7 @@ fn triangle(rng: &mut Rng) -> [Vec3; 3] {
 /// surface, with a direction of any length.
 fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> OracleRay {
     let (v, w) = (rng.unit(), rng.unit());
-    let (v, w) = if v + w > 1.0 {
-        (1.0 - v, 1.0 - w)
-    } else {
-        (v, w)
-    };
+    let (v, w) = if v + w > 1.0 { (1.0 - v, 1.0 - w) } else { (v, w) };
     let point = a + (b - a) * v + (c - a) * w;
     let dir = match rng.below(3) {
         0 => (b - a) * rng.range(-1.0, 1.0) + (c - a) * rng.range(-1.0, 1.0),

@@ -23,11 +23,7 @@ fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
 fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> OracleRay {
     let reach = if rng.once_in(8) { 1000.0 } else { 2.0 };
     let org = rng.point(scale * reach);
-    let target = if rng.once_in(2) {
-        scenes::point_on(scene, rng)
-    } else {
-        rng.point(scale)
-    };
+    let target = if rng.once_in(2) { scenes::point_on(scene, rng) } else { rng.point(scale) };
     match rng.below(6) {
         // Along an axis, so that boxes are met edge on.
         0 => OracleRay::new(org, rng.pick(&[Vec3::X, -Vec3::Y, Vec3::Z])),

@@ -250,11 +250,7 @@ fn rays_that_are_not_numbers() {
                     _ => OracleRay::new(org, dir),
                 }
             });
-            let on = if rng.once_in(2) {
-                0xff
-            } else {
-                (rng.bits() & 0xff) as u32
-            };
+            let on = if rng.once_in(2) { 0xff } else { (rng.bits() & 0xff) as u32 };
             compare(oracle, tracer, &rays, FAR, on);
         }
     });
@@ -290,11 +286,7 @@ fn inactive_lanes_do_not_matter() {
                 }
             });
             let packet = pack(&other, |k| {
-                if on >> k & 1 == 1 {
-                    f32::INFINITY
-                } else {
-                    ODD[k % ODD.len()]
-                }
+                if on >> k & 1 == 1 { f32::INFINITY } else { ODD[k % ODD.len()] }
             });
             assert_eq!(ask(tracer, &packet), before, "{on:08b} of {rays:?}");
         }

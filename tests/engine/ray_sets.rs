@@ -80,11 +80,7 @@ fn secondary_rays_start_where_the_camera_sees_something() {
         assert_eq!(all.len(), hits, "{kind:?}");
         for ((org, dir), (point, _)) in all.iter().zip(&points) {
             assert!((*org - *point).length() < 1e-4 * size, "{kind:?}");
-            let length = if kind == RayKind::Ao {
-                0.05 * size
-            } else {
-                1.0
-            };
+            let length = if kind == RayKind::Ao { 0.05 * size } else { 1.0 };
             assert!((dir.length() / length - 1.0).abs() < ROUNDING, "{kind:?}");
         }
     }

@@ -71,10 +71,7 @@ fn left_of(filter: Filter, x: f64) -> f64 {
             let far = |x: f64| {
                 (-7.0 / 12.0 * x.powi(4) + 4.0 * x.powi(3) - 10.0 * x * x + 32.0 / 3.0 * x) / 6.0
             };
-            let half = match size < 1.0 {
-                true => near(size),
-                false => near(1.0) + far(size) - far(1.0),
-            };
+            let half = if size < 1.0 { near(size) } else { near(1.0) + far(size) - far(1.0) };
             0.5 + half * x.signum()
         }
     }

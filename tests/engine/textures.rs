@@ -260,11 +260,7 @@ fn random_scene(seed: u64) -> Scene {
             ks: if k == 1 { Vec3::splat(0.5) } else { Vec3::ZERO },
             highlight: rng.pick(&[Vec3::ZERO, Vec3::splat(0.04), Vec3::new(0.5, 0.0, 2.0)]),
             shininess: 20.0,
-            texture: if k == 2 {
-                phalanx::scene::NO_TEXTURE
-            } else {
-                texture
-            },
+            texture: if k == 2 { phalanx::scene::NO_TEXTURE } else { texture },
             ..Material::default()
         });
     }

@@ -169,12 +169,11 @@ fn files_below(folder: &Path, root: &Path) -> Vec<String> {
     paths.sort();
     let mut found = Vec::new();
     for path in paths {
-        match path.is_dir() {
-            true => found.extend(files_below(&path, root)),
-            false => {
-                let name = path.strip_prefix(root).expect("below the root");
-                found.push(name.to_string_lossy().replace('\\', "/"));
-            }
+        if path.is_dir() {
+            found.extend(files_below(&path, root))
+        } else {
+            let name = path.strip_prefix(root).expect("below the root");
+            found.push(name.to_string_lossy().replace('\\', "/"));
         }
     }
     found

@@ -64,10 +64,7 @@ pub extern "C" fn file_buffer(length: usize) -> *mut u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn render_pfm(width: u32, height: u32, by_oracle: bool) -> u32 {
     let exchange = &mut *exchange();
-    let engine = match by_oracle {
-        true => Engine::Scalar,
-        false => Engine::Simd,
-    };
+    let engine = if by_oracle { Engine::Scalar } else { Engine::Simd };
     let made = scene(&exchange.name, &exchange.file)
         .and_then(|scene| picture(&scene, (width, height), engine));
     let done = made.is_ok();

@@ -161,10 +161,7 @@ impl CompareDocument {
             exact: verdict == Verdict::Identical,
             width: found.width,
             height: found.height,
-            unit: match found.display {
-                true => "8-bit steps",
-                false => "linear",
-            },
+            unit: if found.display { "8-bit steps" } else { "linear" },
             tolerance: args.tolerance,
             max_differing: args.max_differing.pixels(found.pixels()),
             largest_difference: layers.iter().fold(0.0, |m, l| l.largest_difference.max(m)),
@@ -320,9 +317,10 @@ impl CompareDocument {
         let screen = self.unit == "8-bit steps";
         // The largest difference of 8-bit pictures is a whole number, and is written as one.
         let steps = (layer.largest_difference * 1000.0).round() / 1000.0;
-        let [largest, rms] = match screen {
-            true => [format!("{steps} of 255"), format!("{:.6}", layer.rmse)],
-            false => [layer.largest_difference, layer.rmse].map(float),
+        let [largest, rms] = if screen {
+            [format!("{steps} of 255"), format!("{:.6}", layer.rmse)]
+        } else {
+            [layer.largest_difference, layer.rmse].map(float)
         };
         let mut rows = vec![("largest difference", largest), ("at pixel", layer.place())];
         rows.push(("root mean square", rms));

@@ -59,11 +59,13 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
     })?;
     output::check_place(&args.output, Some("--output"))?;
     interrupt::listen()?;
-    let (losses, written) = match output::is_replaced(&args.output) {
-        true => interrupt::interruptible(|control| write(args, spec, format, control))?,
+    let (losses, written) = if output::is_replaced(&args.output) {
+        interrupt::interruptible(|control| write(args, spec, format, control))?
+    } else {
         // A write to a pipe without a reader can only be stopped by ending the process, which
+
         // leaves nothing behind.
-        false => write(args, spec, format, &Control::default())?,
+        write(args, spec, format, &Control::default())?
     };
     for loss in &losses {
         output::note(&format!("{}: {loss}", shown_path(&args.output)));
@@ -162,9 +164,10 @@ struct MeteredWriter<'a, F: Fn(u64)> {
 impl<F: Fn(u64)> MeteredWriter<'_, F> {
     fn check(&self) -> io::Result<()> {
         // Not the kind `Interrupted`, which means "try again".
-        match self.control.stop.load(Ordering::SeqCst) {
-            true => Err(io::Error::other("interrupted")),
-            false => Ok(()),
+        if self.control.stop.load(Ordering::SeqCst) {
+            Err(io::Error::other("interrupted"))
+        } else {
+            Ok(())
         }
     }
 }

@@ -335,12 +335,11 @@ fn check_camera(path: &Path, sequence: &SequencePlan, scene: &Scene) -> Result<(
         Err(CliError::Runtime(_)) => return Ok(()),
         Err(_) => PlannedCamera::Turntable { frames: 1 },
     };
-    match now == sequence.camera {
-        true => Ok(()),
-        false => {
-            let changed = format!("the key frames in {} have changed", shown_path(file));
-            Err(other_picture(path, &changed))
-        }
+    if now == sequence.camera {
+        Ok(())
+    } else {
+        let changed = format!("the key frames in {} have changed", shown_path(file));
+        Err(other_picture(path, &changed))
     }
 }
 

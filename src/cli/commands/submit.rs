@@ -320,9 +320,10 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     if !output.status.success() {
         let reason = shown_text(reason.trim());
         let refused = CliError::Runtime(format!("sbatch refused the job: {reason}"));
-        return Err(match reason.contains("job array") {
-            true => refused.with_hint(ARRAY_LIMIT),
-            false => refused,
+        return Err(if reason.contains("job array") {
+            refused.with_hint(ARRAY_LIMIT)
+        } else {
+            refused
         });
     }
     // Wrappers of clusters print other lines. In a federation, the cluster's name follows.

@@ -164,9 +164,10 @@ impl Budget {
         films: u64,
     ) -> Result<(), CliError> {
         let tree = prepared.tree_stats();
-        let wide = match prepared.is_ready(settings) {
-            true => tree.wide_bytes as u64,
-            false => scene.prim_count() as u64 * WIDE_BYTES,
+        let wide = if prepared.is_ready(settings) {
+            tree.wide_bytes as u64
+        } else {
+            scene.prim_count() as u64 * WIDE_BYTES
         };
         let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
         let Tile { width, height, .. } = settings.window();
@@ -256,12 +257,11 @@ fn times(name: &Path) -> u64 {
 /// encoded.
 pub fn film_bytes(settings: &Settings) -> u64 {
     let window = settings.window();
-    let (pixels, floats) = match settings.record_hits {
-        true => (window.pixels(), 7),
-        false => {
-            let bands = bands(window, settings.tile_side());
-            (bands.first().map_or(0, Tile::pixels), 3)
-        }
+    let (pixels, floats) = if settings.record_hits {
+        (window.pixels(), 7)
+    } else {
+        let bands = bands(window, settings.tile_side());
+        (bands.first().map_or(0, Tile::pixels), 3)
     };
     pixels * (4 * (floats + settings.aovs.channels().count() as u64) + 12)
 }

@@ -183,10 +183,7 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
         }
         keys.push(CameraKey { frame, view });
     }
-    match keys.is_empty() {
-        true => Err((1, "no views".to_owned())),
-        false => Ok(keys),
-    }
+    if keys.is_empty() { Err((1, "no views".to_owned())) } else { Ok(keys) }
 }
 
 #[cfg(test)]

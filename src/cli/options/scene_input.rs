@@ -158,16 +158,13 @@ fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
         let message = "stdin can be read only once: give - only once";
         return Err(CliError::Usage(message.to_owned()));
     }
-    let (read, named) = match is_dash(name) {
-        true => {
-            let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
-            (read, "stdin".into())
-        }
-        false => {
-            let file = File::open(name);
-            let read = file.and_then(|file| file.take(most).read_to_end(&mut bytes));
-            (read, shown_path(name))
-        }
+    let (read, named) = if is_dash(name) {
+        let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
+        (read, "stdin".into())
+    } else {
+        let file = File::open(name);
+        let read = file.and_then(|file| file.take(most).read_to_end(&mut bytes));
+        (read, shown_path(name))
     };
     read.map_err(|e| CliError::cannot_read(named, e))?;
     Ok(bytes)

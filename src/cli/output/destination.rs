@@ -36,12 +36,13 @@ pub fn check_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliE
 
 /// Refuses `-` where output to stdout is impossible, instead of creating a file of that name.
 pub fn refuse_stdout(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
-    match is_dash(path) {
-        true => Err(CliError::Usage(format!(
+    if is_dash(path) {
+        Err(CliError::Usage(format!(
             "{} -: cannot be written to stdout: give a file name",
             origin.unwrap_or("the output")
-        ))),
-        false => Ok(()),
+        )))
+    } else {
+        Ok(())
     }
 }
 
@@ -72,19 +73,19 @@ fn place(path: &Path, origin: Option<&'static str>) -> Result<Destination, CliEr
 
 /// As [`check_place`], and refuses terminals.
 pub fn check_picture_place(path: &Path, origin: Option<&'static str>) -> Result<(), CliError> {
-    let terminal = match is_dash(path) {
-        true => {
-            reserve_stdout();
-            io::stdout().is_terminal()
-        }
-        false => place(path, origin)?.is_terminal(),
+    let terminal = if is_dash(path) {
+        reserve_stdout();
+        io::stdout().is_terminal()
+    } else {
+        place(path, origin)?.is_terminal()
     };
-    match terminal {
-        false => Ok(()),
-        true => Err(CliError::Usage(format!(
+    if terminal {
+        Err(CliError::Usage(format!(
             "{}: a picture cannot be written to a terminal: give a file name, or redirect with > or |",
             shown_path(path)
-        ))),
+        )))
+    } else {
+        Ok(())
     }
 }
 

@@ -79,10 +79,7 @@ fn headline(path: &Path, d: &Diagnostic) -> String {
 
 /// A renderer with colours if stderr supports them.
 fn renderer() -> Renderer {
-    match takes_color() {
-        true => Renderer::styled(),
-        false => Renderer::plain(),
-    }
+    if takes_color() { Renderer::styled() } else { Renderer::plain() }
 }
 
 /// Longest source line to show. A longer one was not written by hand, and may be the whole file.

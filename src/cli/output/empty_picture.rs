@@ -50,9 +50,10 @@ impl EvenColor {
             _ => (band.pixel(0, 0).map(&shown), 0),
         };
         let mut planes = band.planes.iter().zip(color);
-        *self = match planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c)) {
-            true => EvenColor::All(color, before + pixels),
-            false => EvenColor::Several,
+        *self = if planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c)) {
+            EvenColor::All(color, before + pixels)
+        } else {
+            EvenColor::Several
         };
     }
 

@@ -59,9 +59,10 @@ impl OutputFile {
         let aovs = file.aovs;
         let mut layers = Aov::ALL.iter();
         if let Some((name, aov)) = layers.find(|(_, aov)| aovs.has(*aov) && !format.holds(*aov)) {
-            let needed = match ImageFormat::Png.holds(*aov) {
-                true => "a PNG or OpenEXR file (.png, .exr)",
-                false => "an OpenEXR file (.exr)",
+            let needed = if ImageFormat::Png.holds(*aov) {
+                "a PNG or OpenEXR file (.png, .exr)"
+            } else {
+                "an OpenEXR file (.exr)"
             };
             return Err(CliError::Usage(format!(
                 "--aov {name} needs {needed}, not {}",

@@ -31,10 +31,7 @@ impl PrimitiveCounts {
             (n > 0).then(|| format!("{} {}{plural}", grouped(n as u64), kind.name()))
         };
         let words: Vec<_> = self.kinds().filter_map(counted).collect();
-        match words.is_empty() {
-            true => "none".to_owned(),
-            false => words.join(", "),
-        }
+        if words.is_empty() { "none".to_owned() } else { words.join(", ") }
     }
 }
 
@@ -95,8 +92,5 @@ pub fn serialize_rates<S: Serializer>(
 
 /// Millions of rays per second. The rates of the kinds all use the total time, so they add up.
 pub fn mrays_per_s(rays: u64, seconds: f64) -> f64 {
-    match seconds > 0.0 {
-        true => rays as f64 / 1e6 / seconds,
-        false => 0.0,
-    }
+    if seconds > 0.0 { rays as f64 / 1e6 / seconds } else { 0.0 }
 }

@@ -52,9 +52,10 @@ fn labelled(label: &str, color: &str, text: &str) {
 
 /// A label and its colon, coloured if stderr supports it.
 fn colored(label: &str, color: &str) -> String {
-    match takes_color() {
-        true => format!("{color}{label}:{RESET}"),
-        false => format!("{label}:"),
+    if takes_color() {
+        format!("{color}{label}:{RESET}")
+    } else {
+        format!("{label}:")
     }
 }
 
@@ -74,10 +75,7 @@ pub fn takes_color() -> bool {
 /// [`shown_path`](phalanx::files::shown_path), which keeps them on one line.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let steers = |c: char| steers(c) && !matches!(c, '\n' | '\t');
-    match text.contains(steers) {
-        true => escaped(text, steers).into(),
-        false => text.into(),
-    }
+    if text.contains(steers) { escaped(text, steers).into() } else { text.into() }
 }
 
 /// Prints a note if this build does not use all instructions of this CPU.

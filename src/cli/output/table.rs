@@ -22,9 +22,10 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let line = |row: &Vec<String>| {
         let mut line = String::new();
         for (cell, &width) in row.iter().zip(&widths) {
-            line.push_str(&match line.is_empty() {
-                true => format!("{cell:<width$}"),
-                false => format!("  {cell:>width$}"),
+            line.push_str(&if line.is_empty() {
+                format!("{cell:<width$}")
+            } else {
+                format!("  {cell:>width$}")
             });
         }
         line

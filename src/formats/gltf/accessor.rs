@@ -88,10 +88,7 @@ impl Component {
                 4_294_967_295.0,
             ),
         };
-        match normalized {
-            true => (number / most).max(-1.0),
-            false => number,
-        }
+        if normalized { (number / most).max(-1.0) } else { number }
     }
 }
 
@@ -314,9 +311,10 @@ impl<'a> StridedRows<'a> {
         let bytes = bytes.get(offset..).unwrap_or_default();
         let before_last = count.saturating_sub(1).checked_mul(stride);
         let end = before_last.and_then(|before| before.checked_add(size));
-        match count == 0 || end.is_some_and(|end| end <= bytes.len()) {
-            true => Ok(StridedRows { bytes, stride }),
-            false => Err(format!("its {count} rows reach beyond bufferViews[{view}]")),
+        if count == 0 || end.is_some_and(|end| end <= bytes.len()) {
+            Ok(StridedRows { bytes, stride })
+        } else {
+            Err(format!("its {count} rows reach beyond bufferViews[{view}]"))
         }
     }
 

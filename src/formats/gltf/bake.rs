@@ -132,10 +132,10 @@ impl PrimitiveGeometry<'_> {
 
     /// Its triangles by the numbers of the vertices that they use, without those of `lost` rows.
     pub(super) fn renumbered(&self, mirrored: bool, lost: &[u32]) -> Renumbered {
-        let triangles = self.corners.iter().map(|&[a, b, c]| match mirrored {
-            true => [a, c, b],
-            false => [a, b, c],
-        });
+        let triangles = self
+            .corners
+            .iter()
+            .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] });
         Renumbered::of(triangles, self.vertices.count, lost)
     }
 
@@ -158,9 +158,8 @@ impl PrimitiveGeometry<'_> {
             (has.tangents, &bad.tangents, NO_TANGENTS, 1),
             (has.colors && !white, &bad.colors, NO_COLORS, 1),
         ];
-        let rows = workers::map(threads, columns, |(there, bad, none, layers)| match there {
-            true => without(&corners, bad, none, layers),
-            false => Vec::new(),
+        let rows = workers::map(threads, columns, |(there, bad, none, layers)| {
+            if there { without(&corners, bad, none, layers) } else { Vec::new() }
         });
         let mut rows = rows.into_iter().map(Into::into);
         let mut next = || rows.next().unwrap_or_default();
@@ -180,9 +179,12 @@ fn without(corners: &[[u32; 3]], bad: &[u32], none: u32, layers: u32) -> Vec<[u3
         return corners.to_vec();
     }
     let is_bad = |corner: &u32| bad.binary_search(corner).is_ok();
-    let rows = corners.iter().map(|row| match row.iter().any(is_bad) {
-        true => [none; 3],
-        false => row.map(|vertex| vertex * layers),
+    let rows = corners.iter().map(|row| {
+        if row.iter().any(is_bad) {
+            [none; 3]
+        } else {
+            row.map(|vertex| vertex * layers)
+        }
     });
     rows.collect()
 }

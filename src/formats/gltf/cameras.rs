@@ -107,9 +107,10 @@ fn view(placed: &PlacedNode, projection: &Projection, bounds: Bounds) -> Option<
     let up = up.or_else(|| across(Some(back), right))?;
     // The target is as far away as the geometry, so that neither rounding nor the point itself
     // changes the scene's scale.
-    let middle = match bounds.is_empty() {
-        true => eye - back,
-        false => (bounds.lo.as_dvec3() + bounds.hi.as_dvec3()) / 2.0,
+    let middle = if bounds.is_empty() {
+        eye - back
+    } else {
+        (bounds.lo.as_dvec3() + bounds.hi.as_dvec3()) / 2.0
     };
     let distance = match (middle - eye).length() {
         far if far > 0.0 => far,

@@ -45,9 +45,10 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
     }
     // Chunks begin before the file's stated length, and end where their own length says, even
     // beyond it: some writers count padding that they do not write, or do not count what they add.
-    let (kind, json) = match length > HEADER {
-        true => chunk(bytes, HEADER)?,
-        false => return Err(fault(HEADER, "the file has no `JSON` chunk".into())),
+    let (kind, json) = if length > HEADER {
+        chunk(bytes, HEADER)?
+    } else {
+        return Err(fault(HEADER, "the file has no `JSON` chunk".into()));
     };
     if &kind != b"JSON" {
         let kind = quoted_bytes(&kind);

@@ -122,12 +122,11 @@ pub(super) fn add_lights(
 /// Factor by which all lights are scaled: candela and lux have no bound, and files are written for
 /// any exposure.
 fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
-    let (middle, reach) = match bounds.is_empty() {
-        true => (DVec3::ZERO, 1.0),
-        false => {
-            let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
-            ((lo + hi) / 2.0, (hi - lo).length() / 2.0)
-        }
+    let (middle, reach) = if bounds.is_empty() {
+        (DVec3::ZERO, 1.0)
+    } else {
+        let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
+        ((lo + hi) / 2.0, (hi - lo).length() / 2.0)
     };
     let light = lamps.iter().map(|lamp| match lamp.place {
         LightPlace::Far(_) => lamp.strength.max_element(),
@@ -138,8 +137,9 @@ fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
         }
     });
     let light = light.sum::<f64>();
-    match light > 0.0 && light.is_finite() && !EXPOSURE_RANGE.contains(&light) {
-        true => 1.0 / light,
-        false => 1.0,
+    if light > 0.0 && light.is_finite() && !EXPOSURE_RANGE.contains(&light) {
+        1.0 / light
+    } else {
+        1.0
     }
 }

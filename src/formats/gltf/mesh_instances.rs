@@ -77,11 +77,12 @@ impl<'a> MeshInstances<'a> {
         let mut rows = HashMap::new();
         for placed in shown {
             let next = joined.len();
-            let row = match placed.pose.is_rest() {
-                true => *rows
+            let row = if placed.pose.is_rest() {
+                *rows
                     .entry(first[&self.meshes[placed.mesh][..]])
-                    .or_insert(next),
-                false => next,
+                    .or_insert(next)
+            } else {
+                next
             };
             match joined.get_mut(row) {
                 Some(all) => all.maps.extend(placed.maps),

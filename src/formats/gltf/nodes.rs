@@ -100,9 +100,10 @@ fn roots(document: &GltfDocument) -> Result<Vec<usize>, MissingReference> {
         return Err(("scenes", chosen, "the default scene, but not there"));
     }
     let roots: Vec<usize> = orphans(document).collect();
-    match roots.is_empty() && !document.nodes.is_empty() {
-        true => Err(("nodes", 0, CYCLE)),
-        false => Ok(roots),
+    if roots.is_empty() && !document.nodes.is_empty() {
+        Err(("nodes", 0, CYCLE))
+    } else {
+        Ok(roots)
     }
 }
 

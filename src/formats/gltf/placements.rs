@@ -127,10 +127,7 @@ impl<'a> Placements<'a> {
         let at = *self.rows.entry(key).or_insert(next);
         if at == next {
             let pose = Pose {
-                weights: match at_rest {
-                    true => &[],
-                    false => weights.unwrap_or(&mesh.weights),
-                },
+                weights: if at_rest { &[] } else { weights.unwrap_or(&mesh.weights) },
                 skin: node.skin,
             };
             if !pose.is_rest() {

@@ -32,10 +32,7 @@ use std::sync::Arc;
 
 /// The text of a file; empty for a GLB, which has none to show.
 pub(crate) fn text(bytes: &[u8]) -> String {
-    match is_binary(bytes) {
-        true => String::new(),
-        false => text::lossy(bytes),
-    }
+    if is_binary(bytes) { String::new() } else { text::lossy(bytes) }
 }
 
 fn is_binary(bytes: &[u8]) -> bool {
@@ -51,9 +48,10 @@ pub(crate) fn read(
     asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, ReadStop> {
-    let mut report = match is_binary(bytes) {
-        true => DiagnosticSink::binary(),
-        false => DiagnosticSink::new(text::utf8(bytes)?.as_bytes()),
+    let mut report = if is_binary(bytes) {
+        DiagnosticSink::binary()
+    } else {
+        DiagnosticSink::new(text::utf8(bytes)?.as_bytes())
     };
     let mut scene = empty_scene();
     let mut missing = MissingParts {
@@ -370,9 +368,10 @@ impl<'a, 't> GltfReader<'a, 't> {
             }
             let without_positions = !primitive.attributes.contains_key("POSITION");
             if without_positions || !is_surface(primitive.mode) {
-                let kind = match is_surface(primitive.mode) {
-                    true => "without positions",
-                    false => "of points or lines",
+                let kind = if is_surface(primitive.mode) {
+                    "without positions"
+                } else {
+                    "of points or lines"
                 };
                 self.materials.unsupported.add_primitive(kind, mesh, k);
                 continue;

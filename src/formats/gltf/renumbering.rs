@@ -41,9 +41,10 @@ impl Renumbered {
         lost: &[u32],
     ) -> Renumbered {
         // The table's size is at most a few times what is read anyway.
-        let mut numbers = match vertices <= 12 * triangles.len() {
-            true => NumberTable::Table(vec![UNUSED; vertices]),
-            false => NumberTable::Map(HashMap::new()),
+        let mut numbers = if vertices <= 12 * triangles.len() {
+            NumberTable::Table(vec![UNUSED; vertices])
+        } else {
+            NumberTable::Map(HashMap::new())
         };
         for &row in lost {
             *numbers.slot(row) = LOST;

@@ -184,9 +184,10 @@ fn rewritten(json: &str, minus_one_is_none: bool) -> String {
             }
             _ => {
                 start = text.len();
-                name = match rest.starts_with(':') {
-                    true => token.trim_matches('"'),
-                    false => outer.last().copied().unwrap_or_default(),
+                name = if rest.starts_with(':') {
+                    token.trim_matches('"')
+                } else {
+                    outer.last().copied().unwrap_or_default()
                 };
                 if !text.is_empty() && !text.ends_with(['{', '[']) {
                     text.push(',');

@@ -210,9 +210,12 @@ impl<'a> GltfSource<'a> {
         let buffer = buffer.ok_or_else(|| format!("there is no buffers[{}]", view.buffer))?;
         // A buffer of compressed data may be accompanied by the same data, uncompressed.
         let compressed = view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some();
-        let buffer = buffer.as_deref().ok_or_else(|| match compressed {
-            true => format!("bufferViews[{row}] is compressed by meshopt, which is not read here"),
-            false => format!("buffers[{}] has no bytes", view.buffer),
+        let buffer = buffer.as_deref().ok_or_else(|| {
+            if compressed {
+                format!("bufferViews[{row}] is compressed by meshopt, which is not read here")
+            } else {
+                format!("buffers[{}] has no bytes", view.buffer)
+            }
         })?;
         let start = usize::try_from(view.byte_offset).ok();
         let length = usize::try_from(view.byte_length).ok();
@@ -319,9 +322,10 @@ impl DataUri<'_> {
 /// A relative URI as a file name: %20 means a space, unless the file's own name contains it.
 pub(super) fn file_name(uri: &str, asset_dir: &Folder) -> String {
     let name = String::from_utf8_lossy(&percent_decoded(uri)).into_owned();
-    match name != uri && asset_dir.find(&name).is_err() && asset_dir.find(uri).is_ok() {
-        true => uri.to_owned(),
-        false => name,
+    if name != uri && asset_dir.find(&name).is_err() && asset_dir.find(uri).is_ok() {
+        uri.to_owned()
+    } else {
+        name
     }
 }
 

@@ -41,11 +41,12 @@ pub(super) fn stored_size(
 /// does not round anything.
 fn power_of_two_into_range(extent: f32) -> f64 {
     let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
-    match extent > 0.0 && extent.is_finite() {
-        true => libm::ldexp(
+    if extent > 0.0 && extent.is_finite() {
+        libm::ldexp(
             1.0,
             libm::ilogb(f64::from(nearest)) - libm::ilogb(f64::from(extent)),
-        ),
-        false => 1.0,
+        )
+    } else {
+        1.0
     }
 }

@@ -85,13 +85,16 @@ pub(super) fn of_value(error: &serde_json::Error, text: &str) -> String {
         },
     };
     match text.parse::<f64>() {
-        Ok(number) if wanted == "a whole number" => match number > 0.0 && number.fract() == 0.0 {
-            true => TOO_LARGE.to_owned(),
-            false => format!(
-                "it should be a whole number from 0 on, not {}",
-                quoted(text)
-            ),
-        },
+        Ok(number) if wanted == "a whole number" => {
+            if number > 0.0 && number.fract() == 0.0 {
+                TOO_LARGE.to_owned()
+            } else {
+                format!(
+                    "it should be a whole number from 0 on, not {}",
+                    quoted(text)
+                )
+            }
+        }
         _ => wrong_kind(wanted, text),
     }
 }
@@ -106,9 +109,10 @@ pub(super) fn wrong_kind(wanted: &str, text: &str) -> String {
         Some(b'n') | None => "null",
         Some(_) => "a number",
     };
-    match wanted.starts_with(found) {
-        true => format!("it should be {wanted}"),
-        false => format!("it should be {wanted}, not {found}"),
+    if wanted.starts_with(found) {
+        format!("it should be {wanted}")
+    } else {
+        format!("it should be {wanted}, not {found}")
     }
 }
 
@@ -116,9 +120,10 @@ pub(super) fn wrong_kind(wanted: &str, text: &str) -> String {
 pub(super) fn located(json: &[u8], error: &serde_json::Error) -> (usize, String) {
     let at = offset_of(json, error.line(), error.column());
     let ends = matches!(json.get(at), Some(b']' | b'}'));
-    match ends && json[..at].trim_ascii_end().ends_with(b",") {
-        true => (at, TRAILING_COMMA.to_owned()),
-        false => (at, plain(error)),
+    if ends && json[..at].trim_ascii_end().ends_with(b",") {
+        (at, TRAILING_COMMA.to_owned())
+    } else {
+        (at, plain(error))
     }
 }
 

@@ -177,9 +177,12 @@ fn rows_and_triangles_count_before_they_are_made() {
 #[test]
 fn nodes_may_nest_deeply() {
     let deep = 100_000;
-    let nodes = (0..deep).map(|k| match k + 1 < deep {
-        true => format!(r#"{{"children": [{}], "scale": [1, 1, 1]}}"#, k + 1),
-        false => r#"{"mesh": 0}"#.to_owned(),
+    let nodes = (0..deep).map(|k| {
+        if k + 1 < deep {
+            format!(r#"{{"children": [{}], "scale": [1, 1, 1]}}"#, k + 1)
+        } else {
+            r#"{"mesh": 0}"#.to_owned()
+        }
     });
     let nodes: Vec<String> = nodes.collect();
     let text = copies(&[0], 1, 1, 1.0);

@@ -244,8 +244,9 @@ fn mesh_of(columns: AttributeColumns<Vec<f32>>) -> Mesh {
 /// v/|v|, or zero for a vector without a direction.
 fn unit(v: DVec3) -> DVec3 {
     let length = v.length();
-    match length > 0.0 && length.is_finite() {
-        true => v * (1.0 / length),
-        false => DVec3::ZERO,
+    if length > 0.0 && length.is_finite() {
+        v * (1.0 / length)
+    } else {
+        DVec3::ZERO
     }
 }

@@ -75,9 +75,10 @@ impl<'a> PrimitiveVertices<'a> {
         let colors = whole("COLOR_0", colors.transpose()?);
         let normals = whole("NORMAL", vectors("NORMAL", 3)?);
         // Without normals, tangents do not count (glTF 2.0, 3.7.2.1).
-        let tangents = match material.tangents && normals.is_some() {
-            true => whole("TANGENT", vectors("TANGENT", 4)?),
-            false => None,
+        let tangents = if material.tangents && normals.is_some() {
+            whole("TANGENT", vectors("TANGENT", 4)?)
+        } else {
+            None
         };
         let first_set = material.uvs.first().map(|layer| &layer.set[..]);
         let opened = PrimitiveVertices {
@@ -89,15 +90,13 @@ impl<'a> PrimitiveVertices<'a> {
             colors,
             has_opacity: material.vertex_opacity,
             targets: MorphTarget::all(source, primitive, weights, first_set)?,
-            influences: match skinned {
-                true => Influences::open(source, primitive)?,
-                false => None,
-            },
+            influences: if skinned { Influences::open(source, primitive)? } else { None },
             too_short,
         };
-        match opened.rows() < opened.count {
-            true => Err("an attribute has fewer rows than POSITION".into()),
-            false => Ok(opened),
+        if opened.rows() < opened.count {
+            Err("an attribute has fewer rows than POSITION".into())
+        } else {
+            Ok(opened)
         }
     }
 

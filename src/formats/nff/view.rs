@@ -145,10 +145,7 @@ impl NffReader<'_> {
     pub(super) fn light(&mut self, record: &NffRecord<'_>) {
         let position = self.position(record);
         let colored = self.tokens.peek().as_ref().is_some_and(is_numeric);
-        let color = match colored {
-            true => self.vector(record).map(Some),
-            false => Some(None),
-        };
+        let color = if colored { self.vector(record).map(Some) } else { Some(None) };
         if let (Some(position), Some(color)) = (position, color) {
             self.lights.push(NffLight { position, color });
         }

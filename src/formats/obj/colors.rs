@@ -53,10 +53,7 @@ pub(super) fn merge(chunks: Vec<(usize, ChunkColors)>, threads: usize) -> MeshCo
 
 /// The linear value of a channel; NaN is white.
 fn decode(channel: f32, scale: f32) -> f32 {
-    match channel.is_nan() {
-        true => 1.0,
-        false => linear_of_share(channel / scale),
-    }
+    if channel.is_nan() { 1.0 } else { linear_of_share(channel / scale) }
 }
 
 /// Colours of ZBrush's comments. Vertices beyond the last colour are white.

@@ -117,10 +117,7 @@ impl<'a> Cursor<'a> {
             if self.is_at_end() || !line.ends_with(b"\\") {
                 return Span::new(start, line.trim_ascii_end().len());
             }
-            self.at += match self.text[self.at..].starts_with(b"\r\n") {
-                true => 2,
-                false => 1,
-            };
+            self.at += if self.text[self.at..].starts_with(b"\r\n") { 2 } else { 1 };
         }
     }
 

@@ -150,10 +150,8 @@ impl ObjReader<'_> {
             return ParseError::new(span, message);
         }
         let so_far = self.limits.before[VERTEX] + self.chunk.counts()[VERTEX] as i64;
-        let (have, scope) = match number < 0 {
-            true => (so_far, " so far"),
-            false => (self.limits.total[VERTEX], ""),
-        };
+        let (have, scope) =
+            if number < 0 { (so_far, " so far") } else { (self.limits.total[VERTEX], "") };
         let number = self.cursor.quoted(span);
         let message = format!("{number} is out of range: there are {have} vertices{scope}");
         ParseError::new(span, message)

@@ -256,9 +256,10 @@ impl<'a> MaterialReader<'a> {
             _ => self.texture(source, map),
         };
         let report = &mut self.reports[source];
-        match map.matte || same {
-            true => self.textures.alpha_of(row),
-            false => self.textures.mask_of(row, || map.name, report),
+        if map.matte || same {
+            self.textures.alpha_of(row)
+        } else {
+            self.textures.mask_of(row, || map.name, report)
         }
     }
 

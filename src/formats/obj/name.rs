@@ -34,12 +34,12 @@ pub(super) fn without_comment(text: &[u8]) -> &[u8] {
 /// A name as text. A `\` and the line end behind it, which continue the line, become a blank.
 pub(super) fn text_of(name: &[u8]) -> String {
     let text = String::from_utf8_lossy(name);
-    match text.contains(['\n', '\r']) {
-        false => text.into_owned(),
-        true => text
-            .replace("\\\r\n", " ")
+    if text.contains(['\n', '\r']) {
+        text.replace("\\\r\n", " ")
             .replace(['\n', '\r'], "\n")
-            .replace("\\\n", " "),
+            .replace("\\\n", " ")
+    } else {
+        text.into_owned()
     }
 }
 

@@ -111,11 +111,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
         1 => [15, 16, 24, 32].contains(&header[7]),
         _ => false,
     };
-    let depths: &[u8] = if mapped {
-        &[8, 16]
-    } else {
-        &[8, 15, 16, 24, 32]
-    };
+    let depths: &[u8] = if mapped { &[8, 16] } else { &[8, 15, 16, 24, 32] };
     let sides = [12, 14].map(|at| u16::from_le_bytes([header[at], header[at + 1]]));
     palette_is_right
         && [1, 2, 3, 9, 10, 11].contains(&kind)

@@ -29,11 +29,7 @@ impl EncodedImage<'_> {
 
     /// Bytes for alpha, unless all pixels turn out to be opaque.
     pub(crate) fn alpha_bytes(&self) -> u64 {
-        if self.decoder.has_alpha() {
-            self.pixels()
-        } else {
-            0
-        }
+        if self.decoder.has_alpha() { self.pixels() } else { 0 }
     }
 
     /// All pixels, the uppermost row first. Grey becomes equal components, 16 bits become the
@@ -115,13 +111,13 @@ impl PixelLayout {
 
     /// Calls a function with the colour and alpha of each pixel of a row.
     pub(super) fn each(self, row: &[u8], then: impl FnMut([u8; 3], u8)) {
-        match self.wide {
-            false => self.each_with::<1>(row, |[byte]| byte, then),
+        if self.wide {
             // The nearest 8-bit value: 65535 is 255 · 257.
-            true => {
-                let nearest = |bytes| ((u32::from(u16::from_be_bytes(bytes)) + 128) / 257) as u8;
-                self.each_with::<2>(row, nearest, then);
-            }
+
+            let nearest = |bytes| ((u32::from(u16::from_be_bytes(bytes)) + 128) / 257) as u8;
+            self.each_with::<2>(row, nearest, then);
+        } else {
+            self.each_with::<1>(row, |[byte]| byte, then)
         }
     }
 
@@ -145,11 +141,12 @@ impl PixelLayout {
 /// The sides of a picture, if a texture may have them.
 pub(super) fn checked_sides(width: u64, height: u64) -> Result<(u32, u32), String> {
     let side = 1..=u64::from(MAX_TEXTURE_SIDE);
-    match side.contains(&width) && side.contains(&height) {
-        true => Ok((width as u32, height as u32)),
-        false => Err(format!(
+    if side.contains(&width) && side.contains(&height) {
+        Ok((width as u32, height as u32))
+    } else {
+        Err(format!(
             "its size is {width}×{height}, but a side may have 1 to {MAX_TEXTURE_SIDE} texels"
-        )),
+        ))
     }
 }
 

@@ -162,10 +162,7 @@ impl PlyRowReader<'_, PlyLexer<'_>> {
         let (mut broken, mut joined) = (None, None);
         for (index, element) in plan.header.elements.iter().enumerate() {
             let purpose = plan.purpose(index);
-            let rows = match element.properties.is_empty() {
-                true => 0,
-                false => element.count,
-            };
+            let rows = if element.properties.is_empty() { 0 } else { element.count };
             for row in 0..rows {
                 let before = self.words.at;
                 if !self.words.find_row() {

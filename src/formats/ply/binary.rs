@@ -104,11 +104,7 @@ impl RowWords for BinaryWords<'_> {
         let bytes = self.take(1, kind)?;
         let mut value = 0u64;
         for k in 0..bytes.len() {
-            let byte = if self.big_endian {
-                bytes[k]
-            } else {
-                bytes[bytes.len() - 1 - k]
-            };
+            let byte = if self.big_endian { bytes[k] } else { bytes[bytes.len() - 1 - k] };
             value = value << 8 | u64::from(byte);
         }
         Ok(match kind {

@@ -57,9 +57,10 @@ impl ColorProperties {
         workers::map(threads, blocks, |block: &mut [f32]| {
             for channel in block {
                 let byte = *channel as u8;
-                *channel = match bytes && f32::from(byte) == *channel {
-                    true => linear_of_byte(byte),
-                    false => linear_of_share(*channel / most),
+                *channel = if bytes && f32::from(byte) == *channel {
+                    linear_of_byte(byte)
+                } else {
+                    linear_of_share(*channel / most)
                 };
             }
         });

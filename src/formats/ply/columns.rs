@@ -130,11 +130,7 @@ impl TriangleRowLayout {
         let mut highest = 0;
         for (out, row) in out.iter_mut().zip(rows.chunks_exact(self.stride)) {
             let count = &row[self.count..self.count + size];
-            let fits = if size == 1 {
-                count[0] == 3
-            } else {
-                count == three
-            };
+            let fits = if size == 1 { count[0] == 3 } else { count == three };
             if !fits {
                 return None;
             }

@@ -152,9 +152,10 @@ impl PlyLexer<'_> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
         let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
-        let special = match delimited && end > self.at {
-            true => None,
-            false => decimal::not_finite(self.text, self.at),
+        let special = if delimited && end > self.at {
+            None
+        } else {
+            decimal::not_finite(self.text, self.at)
         };
         let (value, end) = special.unwrap_or((value, end));
         self.ended(value, end, "a number")

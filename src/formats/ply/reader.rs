@@ -50,10 +50,7 @@ fn read_in_chunks(
     let memory = asset_dir.memory();
     let mut plan = plan(bytes, memory, options)?;
     let ascii = plan.header.encoding == Encoding::Ascii;
-    let mut report = match ascii {
-        true => DiagnosticSink::new(bytes),
-        false => DiagnosticSink::binary(),
-    };
+    let mut report = if ascii { DiagnosticSink::new(bytes) } else { DiagnosticSink::binary() };
     let mut pictures = NamedPictures::read(bytes, &mut plan, asset_dir, &mut report);
     if !report.is_clean() {
         return Err(ReadStop::of(report));

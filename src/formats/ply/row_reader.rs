@@ -192,9 +192,10 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
                 PropertyKind::List { count, item } if index == list => {
                     length = self.words.list_count(count, item)?;
                     // Strips may be long; their corners are held as numbers for a while.
-                    match self.share.take(W::strip_bytes(length)) {
-                        true => corners = self.read_corners(length, item)?,
-                        false => self.words.pass(length, item)?,
+                    if self.share.take(W::strip_bytes(length)) {
+                        corners = self.read_corners(length, item)?
+                    } else {
+                        self.words.pass(length, item)?
                     }
                 }
                 _ => self.pass(property)?,

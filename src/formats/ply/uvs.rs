@@ -91,10 +91,7 @@ impl FaceUvs {
     /// Sets the picture of the last triangles, from the `start`-th up to the `end`-th.
     pub(super) fn set_picture(&mut self, picture: f32, start: usize, end: usize) {
         // Negative numbers stand for none.
-        let number = match picture >= 0.0 {
-            true => picture as u32,
-            false => NO_PICTURE,
-        };
+        let number = if picture >= 0.0 { picture as u32 } else { NO_PICTURE };
         self.pictures.resize(start, NO_PICTURE);
         self.pictures.resize(end, number);
     }
@@ -149,12 +146,11 @@ pub(super) fn turn(uvs: &mut Vec2s, threads: usize, span: Span, report: &mut Dia
     let bad: usize = workers::map(threads, pairs.collect(), |(u, v)| {
         let mut bad = 0;
         for (u, v) in u.iter_mut().zip(v) {
-            match u.is_finite() && v.is_finite() {
-                true => *v = 1.0 - *v,
-                false => {
-                    (*u, *v) = (0.0, 0.0);
-                    bad += 1;
-                }
+            if u.is_finite() && v.is_finite() {
+                *v = 1.0 - *v
+            } else {
+                (*u, *v) = (0.0, 0.0);
+                bad += 1;
             }
         }
         bad

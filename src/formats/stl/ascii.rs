@@ -68,12 +68,11 @@ pub(super) fn read(
     remarks.emit(report);
     let soup = workers::joined(soups);
     if let Some(error) = cut_off {
-        match soup.is_empty() {
-            true => report.error(error.span, error.message),
-            false => {
-                let message = "the file ends within this facet, which is left out";
-                report.warning(error.span, format!("{message}: {}", error.message));
-            }
+        if soup.is_empty() {
+            report.error(error.span, error.message)
+        } else {
+            let message = "the file ends within this facet, which is left out";
+            report.warning(error.span, format!("{message}: {}", error.message));
         }
     }
     (soup, names)

@@ -110,9 +110,10 @@ pub(super) fn facets<'a>(
     let facets = &rest[..rest.len() - surplus];
     let message = format!("the file ends within a facet, after {whole} of {announced}");
     let end = Span::at(bytes.len());
-    match whole > 0 && is_likely(facets) {
-        true => report.warning(end, message),
-        false => report.error(end, message),
+    if whole > 0 && is_likely(facets) {
+        report.warning(end, message)
+    } else {
+        report.error(end, message)
     }
     plain(facets)
 }

@@ -73,9 +73,10 @@ impl<'a> StlLexer<'a> {
         let bytes = &self.text[word.range()];
         let (end, rest) = bytes.split_at_checked(3).unwrap_or_default();
         let found = end.eq_ignore_ascii_case(b"end")
-            && match rest.is_empty() {
-                true => self.take(part).is_some(),
-                false => rest.eq_ignore_ascii_case(part),
+            && if rest.is_empty() {
+                self.take(part).is_some()
+            } else {
+                rest.eq_ignore_ascii_case(part)
             };
         if !found {
             self.at = before;

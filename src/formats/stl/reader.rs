@@ -18,10 +18,7 @@ use phalanx_scene::{MaterialTable, Scene, UpAxis};
 
 /// The text of a file; a binary one has none.
 pub(crate) fn text(bytes: &[u8]) -> String {
-    match is_binary(bytes) {
-        true => String::new(),
-        false => text::lossy_same_length(bytes),
-    }
+    if is_binary(bytes) { String::new() } else { text::lossy_same_length(bytes) }
 }
 
 /// Bytes at the beginning of a file that tell text from a binary file.

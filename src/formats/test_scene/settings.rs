@@ -56,12 +56,11 @@ impl TestReader<'_> {
         let Some([height]) = self.numbers(statement) else {
             return;
         };
-        match height > 0.0 {
-            true => self.scene.view.ortho = Some(height),
-            false => {
-                let message = "the visible height of parallel rays must be positive";
-                self.refuse(statement, 0, message);
-            }
+        if height > 0.0 {
+            self.scene.view.ortho = Some(height)
+        } else {
+            let message = "the visible height of parallel rays must be positive";
+            self.refuse(statement, 0, message);
         }
     }
 

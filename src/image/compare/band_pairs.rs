@@ -71,12 +71,13 @@ fn rows_at_once(a: &PictureLayout, b: &PictureLayout) -> Result<u32, CompareErro
         many => many / BLOCK_ROWS * BLOCK_ROWS,
     };
     let rows = rows.min(u64::from(a.height.max(1)));
-    match rows * row > MAX_BAND_BYTES {
-        false => Ok(rows as u32),
-        true => Err(CompareError::Memory {
+    if rows * row > MAX_BAND_BYTES {
+        Err(CompareError::Memory {
             rows: rows as u32,
             bytes: rows * row,
             most: MAX_BAND_BYTES,
-        }),
+        })
+    } else {
+        Ok(rows as u32)
     }
 }

@@ -179,10 +179,7 @@ impl SamplePair {
             values,
             difference,
             finite: v.is_finite() && w.is_finite(),
-            same_bits: match kind[0] == kind[1] {
-                true => bits[0] == bits[1],
-                false => same_number,
-            },
+            same_bits: if kind[0] == kind[1] { bits[0] == bits[1] } else { same_number },
             same_number,
         }
     }

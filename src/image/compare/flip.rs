@@ -81,10 +81,7 @@ impl FlipSum {
     /// Adds rows for which all surrounding rows are present.
     fn add_complete(&mut self) {
         let pushed = self.first + self.rows.len();
-        let end = match pushed == self.height {
-            true => pushed,
-            false => pushed.saturating_sub(COLOR_RADIUS),
-        };
+        let end = if pushed == self.height { pushed } else { pushed.saturating_sub(COLOR_RADIUS) };
         let differing: Vec<usize> = (self.next..end)
             .filter(|&y| self.around(y).any(|row| !row.equal))
             .collect();
@@ -155,9 +152,10 @@ impl FlipSum {
     fn difference(&self, p: (DVec3, Features), q: (DVec3, Features)) -> f64 {
         let color = libm::pow(hyab(p.0, q.0), COLOR_EXPONENT);
         let cut = CUT * self.largest;
-        let color = match color < cut {
-            true => color * CUT_VALUE / cut,
-            false => CUT_VALUE + (color - cut) / (self.largest - cut) * (1.0 - CUT_VALUE),
+        let color = if color < cut {
+            color * CUT_VALUE / cut
+        } else {
+            CUT_VALUE + (color - cut) / (self.largest - cut) * (1.0 - CUT_VALUE)
         };
         let feature = (p.1.edge - q.1.edge)
             .abs()

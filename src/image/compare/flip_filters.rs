@@ -129,9 +129,10 @@ impl FlipFilters {
     pub(super) fn hunt_lab(&self, linear: DVec3) -> DVec3 {
         let curve = |share: f64| {
             const JOINT: f64 = 6.0 / 29.0;
-            match share > JOINT * JOINT * JOINT {
-                true => libm::cbrt(share),
-                false => share / (3.0 * JOINT * JOINT) + 4.0 / 29.0,
+            if share > JOINT * JOINT * JOINT {
+                libm::cbrt(share)
+            } else {
+                share / (3.0 * JOINT * JOINT) + 4.0 / 29.0
             }
         };
         let xyz = self.to_xyz * linear / self.white;
@@ -176,13 +177,11 @@ fn detectors() -> [[f64; 2 * FEATURE_RADIUS + 1]; 3] {
         });
         let sum = |sign: f64| all.iter().map(|w| (w * sign).max(0.0)).sum::<f64>();
         let (above, below) = (sum(1.0), sum(-1.0));
-        all.map(|w| {
-            if w > 0.0 {
-                w / above
-            } else {
-                w / below.max(f64::MIN_POSITIVE)
-            }
-        })
+        all.map(
+            |w| {
+                if w > 0.0 { w / above } else { w / below.max(f64::MIN_POSITIVE) }
+            },
+        )
     };
     [weights(|_| 1.0), weights(|x| -x), weights(|x| x * x - 1.0)]
 }

@@ -62,10 +62,7 @@ fn save(
     let (layer, found) =
         first.ok_or_else(|| CompareError::NothingInCommon(pairs.only_in.clone()))?;
     let (width, height) = (a.layout().width, a.layout().height);
-    let columns = match beside {
-        true => 3 * width + 2 * GAP as u32,
-        false => width,
-    };
+    let columns = if beside { 3 * width + 2 * GAP as u32 } else { width };
     let drawing = Drawing {
         layer,
         width: width as usize,
@@ -114,9 +111,10 @@ impl Drawing<'_> {
         let share = |channel: usize| {
             let channel = &self.layer.channels[channel];
             let (kind, bits) = (channel.kind[side], band.bits(side, channel, at));
-            match self.color {
-                true => on_screen(kind, alpha.map_or(bits, |alpha| over_black(bits, alpha))),
-                false => unit(kind.value(bits).abs() / self.peak.max(f64::MIN_POSITIVE)),
+            if self.color {
+                on_screen(kind, alpha.map_or(bits, |alpha| over_black(bits, alpha)))
+            } else {
+                unit(kind.value(bits).abs() / self.peak.max(f64::MIN_POSITIVE))
             }
         };
         let byte = |share: f64| (share * 255.0 + 0.5) as u8;

@@ -67,10 +67,7 @@ impl SsimChannel {
         self.windows += windows as u64;
         let equal =
             self.kind[0] == self.kind[1] && self.rows.iter().all(|row| row.bits[0] == row.bits[1]);
-        self.sum += match equal {
-            true => windows as f64,
-            false => self.windows_sum(),
-        };
+        self.sum += if equal { windows as f64 } else { self.windows_sum() };
     }
 
     /// Mean of all windows; `None` for a picture smaller than one.

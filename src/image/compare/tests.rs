@@ -19,11 +19,7 @@ const SIDES: (u32, u32) = (32, 24);
 /// A sample of a picture with edges, and of one that differs from its tenth column on.
 fn sample(x: u32, y: u32, c: u32, changed: bool) -> u8 {
     let first = (x * 7 + y * 13 + c * 31 + (x * y) % 11 * 5) % 256;
-    let more = if changed && x >= 10 {
-        (x * 3 + y * 5 + c) % 7
-    } else {
-        0
-    };
+    let more = if changed && x >= 10 { (x * 3 + y * 5 + c) % 7 } else { 0 };
     (first + more).min(255) as u8
 }
 
@@ -49,11 +45,7 @@ fn linear(changed: bool, aovs: Aovs) -> Film {
             film.planes[c as usize][k] = f32::from(sample(x, y, c, changed)) / 64.0;
         }
         for plane in &mut film.aov_planes {
-            plane[k] = if x == 0 {
-                f32::INFINITY
-            } else {
-                (x + y) as f32
-            };
+            plane[k] = if x == 0 { f32::INFINITY } else { (x + y) as f32 };
         }
     }
     film

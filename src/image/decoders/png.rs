@@ -18,9 +18,10 @@ pub fn open<R: BufRead + Seek>(bytes: R, check: CheckSides) -> Result<Reader<R>,
     // Checked here, because the crate relies on a palette's length.
     let palette = info.palette.as_deref().unwrap_or_default();
     let is_palette = (3..=3 * 256).contains(&palette.len()) && palette.len().is_multiple_of(3);
-    match info.color_type != ColorType::Indexed || is_palette {
-        true => Ok(reader),
-        false => Err("its palette (PLTE) does not hold whole colours, 1 to 256".into()),
+    if info.color_type != ColorType::Indexed || is_palette {
+        Ok(reader)
+    } else {
+        Err("its palette (PLTE) does not hold whole colours, 1 to 256".into())
     }
 }
 

@@ -104,9 +104,10 @@ fn check_blocks(header: &Header, file: u64) -> Result<u64, String> {
     let bytes = area.and_then(|area| area.checked_mul(pixel));
     let bytes = bytes.filter(|bytes| *bytes <= MAX_BLOCK_BYTES);
     let bytes = bytes.ok_or("its tiles or rows are larger than 256 MiB")?;
-    match (header.chunk_count as u64).saturating_mul(8) > file {
-        true => Err(TOO_SHORT.into()),
-        false => Ok(bytes.max(1)),
+    if (header.chunk_count as u64).saturating_mul(8) > file {
+        Err(TOO_SHORT.into())
+    } else {
+        Ok(bytes.max(1))
     }
 }
 
@@ -138,9 +139,10 @@ fn push_channels(header: &Header, channels: &mut Vec<PictureChannel>) -> Result<
         };
         channels.push(PictureChannel { name, kind });
     }
-    match channels.len() > MAX_CHANNELS {
-        true => Err(format!("it has more than {MAX_CHANNELS} channels")),
-        false => Ok(()),
+    if channels.len() > MAX_CHANNELS {
+        Err(format!("it has more than {MAX_CHANNELS} channels"))
+    } else {
+        Ok(())
     }
 }
 
@@ -256,9 +258,10 @@ impl RowReader for ExrRows {
             }
         }
         let wanted: usize = meta.headers.iter().map(|part| samples(part, &rows)).sum();
-        match target.pixels == wanted {
-            true => Ok(()),
-            false => Err("it is broken: some of its pixels are missing".into()),
+        if target.pixels == wanted {
+            Ok(())
+        } else {
+            Err("it is broken: some of its pixels are missing".into())
         }
     }
 }

@@ -58,9 +58,10 @@ fn skip_header(reader: &mut dyn ReadSeek) -> Result<((u32, u32), [f32; 3]), Stri
     let exposure = head.exposure.unwrap_or(1.0);
     let scale = <[f32; 3]>::from(head.color_correction.unwrap_or((1.0, 1.0, 1.0)));
     let scale = scale.map(|factor| 1.0 / (factor * exposure));
-    match scale.iter().all(|scale| scale.is_finite() && *scale > 0.0) {
-        true => Ok((decoder.dimensions(), scale)),
-        false => Err("its EXPOSURE or COLORCORR is no number above 0".into()),
+    if scale.iter().all(|scale| scale.is_finite() && *scale > 0.0) {
+        Ok((decoder.dimensions(), scale))
+    } else {
+        Err("its EXPOSURE or COLORCORR is no number above 0".into())
     }
 }
 

@@ -59,9 +59,10 @@ pub struct PictureLayout {
 impl PictureLayout {
     /// A picture of red, green and blue, and of alpha if it is for a screen.
     pub(super) fn rgb(format: ImageFormat, (width, height): (u32, u32)) -> PictureLayout {
-        let (kind, names) = match format.is_linear() {
-            true => (SampleKind::Float, &["R", "G", "B"][..]),
-            false => (SampleKind::Display, &["R", "G", "B", "A"][..]),
+        let (kind, names) = if format.is_linear() {
+            (SampleKind::Float, &["R", "G", "B"][..])
+        } else {
+            (SampleKind::Display, &["R", "G", "B", "A"][..])
         };
         let channel = |name: &&str| PictureChannel {
             name: (*name).to_owned(),
@@ -97,11 +98,12 @@ pub(super) type OpenedPicture = Result<(PictureLayout, Box<dyn RowReader>), Stri
 /// Rejects sides that no picture of ours has, before anything is allocated by size.
 pub(super) fn check_sides(width: u64, height: u64) -> Result<(u32, u32), String> {
     let sides = 1..=u64::from(MAX_SIDE);
-    match sides.contains(&width) && sides.contains(&height) {
-        true => Ok((width as u32, height as u32)),
-        false => Err(format!(
+    if sides.contains(&width) && sides.contains(&height) {
+        Ok((width as u32, height as u32))
+    } else {
+        Err(format!(
             "its size of {width}x{height} is out of range: sides are 1 to {MAX_SIDE} pixels"
-        )),
+        ))
     }
 }
 
@@ -111,12 +113,13 @@ pub(super) const MAX_WHOLE_PIXELS: u64 = 1 << 28;
 
 /// Rejects a picture that cannot be decoded row by row and is too large to be held in memory.
 pub(super) fn check_whole(width: u32, height: u32) -> Result<(), String> {
-    match u64::from(width) * u64::from(height) > MAX_WHOLE_PIXELS {
-        false => Ok(()),
-        true => Err(format!(
+    if u64::from(width) * u64::from(height) > MAX_WHOLE_PIXELS {
+        Err(format!(
             "{width}x{height} pixels are more than {MAX_WHOLE_PIXELS}, and it can only be decoded as \
              a whole"
-        )),
+        ))
+    } else {
+        Ok(())
     }
 }
 

@@ -90,9 +90,10 @@ impl RowReader for PfmRows {
         reader.read_exact(&mut data).map_err(|_| TOO_SHORT)?;
         for row in data.chunks_exact(self.row_bytes()).rev() {
             for (k, word) in row.as_chunks::<4>().0.iter().enumerate() {
-                let bits = match self.big_endian {
-                    true => u32::from_be_bytes(*word),
-                    false => u32::from_le_bytes(*word),
+                let bits = if self.big_endian {
+                    u32::from_be_bytes(*word)
+                } else {
+                    u32::from_le_bytes(*word)
                 };
                 match self.samples {
                     1 => planes.iter_mut().for_each(|plane| plane.push(bits)),

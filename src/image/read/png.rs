@@ -102,16 +102,13 @@ fn push_row(planes: &mut SamplePlanes, row: &[u8], samples: usize, wide: bool) {
     let mut pixel = [0; 4];
     let bytes = samples * if wide { 2 } else { 1 };
     for encoded in row.chunks_exact(bytes) {
-        match wide {
-            true => {
-                let words = encoded.as_chunks::<2>().0.iter();
-                let words = words.map(|word| u16::from_be_bytes(*word));
-                pixel.iter_mut().zip(words).for_each(|(s, word)| *s = word);
-            }
-            false => {
-                let words = encoded.iter().map(|byte| u16::from(*byte) * 257);
-                pixel.iter_mut().zip(words).for_each(|(s, word)| *s = word);
-            }
+        if wide {
+            let words = encoded.as_chunks::<2>().0.iter();
+            let words = words.map(|word| u16::from_be_bytes(*word));
+            pixel.iter_mut().zip(words).for_each(|(s, word)| *s = word);
+        } else {
+            let words = encoded.iter().map(|byte| u16::from(*byte) * 257);
+            pixel.iter_mut().zip(words).for_each(|(s, word)| *s = word);
         }
         push_display(planes, &pixel[..samples]);
     }

@@ -99,9 +99,10 @@ impl PictureReader {
         let samples = rows.len() * self.layout.width as usize;
         let plane = || Vec::with_capacity(samples);
         let mut planes: SamplePlanes = self.layout.channels.iter().map(|_| plane()).collect();
-        let read = match rows.end <= self.layout.height {
-            true => self.rows.read(rows, &mut planes),
-            false => Err(TOO_SHORT.into()),
+        let read = if rows.end <= self.layout.height {
+            self.rows.read(rows, &mut planes)
+        } else {
+            Err(TOO_SHORT.into())
         };
         let whole = planes.iter().all(|plane| plane.len() == samples);
         let read = read.and_then(|()| whole.then_some(()).ok_or(TOO_SHORT.into()));

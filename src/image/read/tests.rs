@@ -236,11 +236,7 @@ fn broken_files_of_every_format_are_errors() {
                     .wrapping_mul(6_364_136_223_846_793_005)
                     .wrapping_add(1);
                 let header = (random >> 20).is_multiple_of(2);
-                let length = if header {
-                    mutant.len().min(512)
-                } else {
-                    mutant.len()
-                };
+                let length = if header { mutant.len().min(512) } else { mutant.len() };
                 let at = (random >> 33) as usize % length;
                 mutant[at] = match random >> 30 & 3 {
                     0 => 0,

@@ -150,17 +150,15 @@ impl Sections<'_> {
             }
             range.start = end;
         }
-        match range.is_empty() {
-            true => Ok(()),
-            false => Err(CacheFault::Nonsense(name)),
-        }
+        if range.is_empty() { Ok(()) } else { Err(CacheFault::Nonsense(name)) }
     }
 
     fn map(&mut self, column: &mut dyn AnyColumn) -> Result<(), CacheFault> {
         let (name, section) = self.next();
-        match self.mapping.map(column, section.range()) {
-            true => Ok(()),
-            false => Err(CacheFault::Nonsense(name)),
+        if self.mapping.map(column, section.range()) {
+            Ok(())
+        } else {
+            Err(CacheFault::Nonsense(name))
         }
     }
 }

@@ -223,9 +223,10 @@ impl SettingsPass<'_> {
         value: Option<T>,
         one: impl Fn(&mut Self, T) -> Option<T>,
     ) -> Option<Option<T>> {
-        match self.flag(value.is_some())? {
-            true => one(self, value.unwrap_or_default()).map(Some),
-            false => Some(None),
+        if self.flag(value.is_some())? {
+            one(self, value.unwrap_or_default()).map(Some)
+        } else {
+            Some(None)
         }
     }
 

@@ -154,9 +154,10 @@ impl EncodingSpec {
             let bits = self.bits.unwrap_or_default().to_string();
             return wrong("bits", bits, "16, or none for the default");
         }
-        match self.tone == resolved.tone {
-            true => Ok(()),
-            false => wrong("tone", format!("{:?}", self.tone), "known names"),
+        if self.tone == resolved.tone {
+            Ok(())
+        } else {
+            wrong("tone", format!("{:?}", self.tone), "known names")
         }
     }
 }

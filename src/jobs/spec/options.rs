@@ -34,9 +34,10 @@ fn collect(part: Value, found: &mut Vec<(String, Value)>) {
         return;
     };
     for (name, value) in fields {
-        match value.is_object() {
-            true => collect(value, found),
-            false => found.push((name, value)),
+        if value.is_object() {
+            collect(value, found)
+        } else {
+            found.push((name, value))
         }
     }
 }

@@ -51,9 +51,10 @@ impl PictureSpec {
         let view = scene.file_view(&scene.view);
         let overrides = SceneOverrides {
             allow_path: Vec::new(),
-            ..match is_moved {
-                true => self.overrides.with_view(scene, &view),
-                false => self.overrides.clone(),
+            ..if is_moved {
+                self.overrides.with_view(scene, &view)
+            } else {
+                self.overrides.clone()
             }
         };
         // A name with U+FFFD may have other bytes: a command of it would not find the file.
@@ -67,13 +68,15 @@ impl PictureSpec {
             scene: shown_path(&name),
             command: command_line(&command),
             matrices: matrices.ok(),
-            objects: match aovs.has(Aov::CryptoObject) {
-                true => manifest(object_names(scene)),
-                false => Vec::new(),
+            objects: if aovs.has(Aov::CryptoObject) {
+                manifest(object_names(scene))
+            } else {
+                Vec::new()
             },
-            materials: match aovs.has(Aov::CryptoMaterial) {
-                true => manifest(material_names(scene)),
-                false => Vec::new(),
+            materials: if aovs.has(Aov::CryptoMaterial) {
+                manifest(material_names(scene))
+            } else {
+                Vec::new()
             },
         }
     }
@@ -170,10 +173,7 @@ pub fn set_header(file: &mut PictureFile, mut header: PictureHeader) {
     let bits = encoding.bits;
     options.extend(words(&EncodingSpec {
         bits: bits.filter(|bits| file.format.bits().contains(bits)),
-        ..match file.format.is_linear() {
-            true => EncodingSpec::default(),
-            false => encoding,
-        }
+        ..if file.format.is_linear() { EncodingSpec::default() } else { encoding }
     }));
     if !header.command.is_empty() && !options.is_empty() {
         header.command = format!("{} {}", header.command, command_line(&options));

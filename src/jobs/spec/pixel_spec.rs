@@ -188,21 +188,21 @@ impl PixelSpec {
             max_depth: self.max_depth.unwrap_or(scene.max_depth),
             min_weight: self.min_weight.or(default.min_weight),
             sampling: Sampling {
-                spp: self.spp.unwrap_or(match adaptive {
-                    true => ADAPTIVE_SPP,
-                    false => default.sampling.spp,
-                }),
+                spp: self
+                    .spp
+                    .unwrap_or(if adaptive { ADAPTIVE_SPP } else { default.sampling.spp }),
                 filter: filter.map_or(Filter::Box, |(_, filter)| *filter),
                 adaptive: adaptive.then(|| Adaptive {
                     threshold: self.threshold.unwrap_or(THRESHOLD),
                 }),
             },
             lens: lens.map(|(aperture, focus)| Lens { aperture, focus }),
-            integrator: match self.is_occlusion() {
-                true => Integrator::Occlusion {
+            integrator: if self.is_occlusion() {
+                Integrator::Occlusion {
                     distance: self.ao_distance.unwrap_or(f32::INFINITY),
-                },
-                false => Integrator::Whitted,
+                }
+            } else {
+                Integrator::Whitted
             },
             aovs: self.aovs(),
             ..default

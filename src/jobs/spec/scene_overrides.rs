@@ -212,9 +212,10 @@ fn parse_color(text: &str) -> Result<Vec3, String> {
 }
 
 fn color_of(color: [f32; 3]) -> Result<Vec3, String> {
-    match color.iter().all(|&c| c >= 0.0) {
-        true => Ok(color.into()),
-        false => Err("a colour cannot be negative".into()),
+    if color.iter().all(|&c| c >= 0.0) {
+        Ok(color.into())
+    } else {
+        Err("a colour cannot be negative".into())
     }
 }
 
@@ -248,10 +249,7 @@ fn parse_material(text: &str) -> Result<Material, String> {
 
 fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, String> {
     let value = number(text)?;
-    match good(value) {
-        true => Ok(value),
-        false => Err(format!("{key} cannot be {text}")),
-    }
+    if good(value) { Ok(value) } else { Err(format!("{key} cannot be {text}")) }
 }
 
 /// Names of `--terminator`.

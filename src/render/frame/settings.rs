@@ -108,10 +108,7 @@ impl Settings {
             max_depth: scene.max_depth,
             // Rays that pass surfaces are not limited by the depth.
             min_weight: scene.has_coverage().then_some(MIN_WEIGHT),
-            sampling: match scene.defaulted.bare {
-                true => Sampling::FIRST_LOOK,
-                false => Sampling::CENTER,
-            },
+            sampling: if scene.defaulted.bare { Sampling::FIRST_LOOK } else { Sampling::CENTER },
             lens: None,
             integrator: Integrator::default(),
             threads: 1,

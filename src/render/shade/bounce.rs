@@ -50,11 +50,7 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     );
     let k = F32x8::ONE - (eta * eta) * (F32x8::ONE - cos * cos);
     let transmits = material.kt() != Vec3::ZERO;
-    let total = if transmits {
-        k.lt(F32x8::ZERO)
-    } else {
-        Mask8::none()
-    };
+    let total = if transmits { k.lt(F32x8::ZERO) } else { Mask8::none() };
     let bent = d.scale(eta) + n.scale(eta * cos - k.sqrt());
     let refract_dir = bent.normalized();
     let both = material.ks() + wide(material.kt());
@@ -67,11 +63,7 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
             weight: Vec3x8::select(total, both, material.ks()),
         },
         refracted: BounceRays {
-            active: if transmits {
-                at.active & !total
-            } else {
-                Mask8::none()
-            },
+            active: if transmits { at.active & !total } else { Mask8::none() },
             org: offset_origin(at, refract_dir),
             dir: refract_dir,
             weight: wide(material.kt()),

@@ -69,9 +69,8 @@ pub fn surface(
 ) -> Surface {
     let flags = scene.materials.flags[batch.material as usize];
     let single_sided = batch.kind == PrimKind::Triangle && flags & SINGLE_SIDED != 0;
-    let maybe_unseen = |ng: Vec3x8, dir: Vec3x8| match single_sided {
-        true => active & may_point_along(ng, dir),
-        false => Mask8::none(),
+    let maybe_unseen = |ng: Vec3x8, dir: Vec3x8| {
+        if single_sided { active & may_point_along(ng, dir) } else { Mask8::none() }
     };
     let bumps = match batch.kind {
         PrimKind::Triangle => scene.normal_map(batch.material),

@@ -82,12 +82,11 @@ fn triangle(
     let feet = TriangleHitPoints::of(corners, rays, hits);
     let point = feet.point;
     let ng = Vec3x8::select(feet.solid, feet.normal, back);
-    let [ns, outward] = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
-        true => {
-            let alpha = (F32x8::ONE - hits.u) - hits.v;
-            shading_normals(scene, rows, [alpha, hits.u, hits.v], ng)
-        }
-        false => [ng, ng],
+    let [ns, outward] = if rows.iter().any(|&i| t.normal_rows(i).is_some()) {
+        let alpha = (F32x8::ONE - hits.u) - hits.v;
+        shading_normals(scene, rows, [alpha, hits.u, hits.v], ng)
+    } else {
+        [ng, ng]
     };
     let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING)
         + feet.edges * F32x8::splat(DOUBLE_ROUNDING);

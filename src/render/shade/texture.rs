@@ -22,9 +22,10 @@ const WHOLE: f32 = 4_194_304.0;
 /// that of the vertices.
 pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let texture = texture_color(scene, material, hits);
-    match scene.triangles.colors.is_empty() {
-        true => texture,
-        false => texture.mul_elementwise(vertex_color(scene, hits)),
+    if scene.triangles.colors.is_empty() {
+        texture
+    } else {
+        texture.mul_elementwise(vertex_color(scene, hits))
     }
 }
 

@@ -102,9 +102,10 @@ impl<'arena> AovBuffer<'arena> {
             for lane in bounces.queue.active(packet).lanes() {
                 let ray = parent[lane] as usize;
                 let rgb = [0, 1, 2].map(|c| weight[c][lane] * bounced.0[c][lane]);
-                let way = match packet * LANES + lane < bounces.mirrored {
-                    true => &mut *reflection,
-                    false => &mut *refraction,
+                let way = if packet * LANES + lane < bounces.mirrored {
+                    &mut *reflection
+                } else {
+                    &mut *refraction
                 };
                 way[ray / LANES].add(ray % LANES, rgb);
             }

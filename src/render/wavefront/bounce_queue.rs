@@ -36,10 +36,7 @@ impl WaitingRays {
 
     /// The slice being traced.
     pub(super) fn slice(&mut self) -> BounceSlice<'_> {
-        match self.passing {
-            true => self.passes.slice(),
-            false => self.bounces.slice(),
-        }
+        if self.passing { self.passes.slice() } else { self.bounces.slice() }
     }
 }
 

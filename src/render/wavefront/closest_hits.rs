@@ -37,9 +37,10 @@ pub(super) fn handle_escaped_rays(
     radiance: &mut [RadianceX8],
 ) {
     let scene = context.scene;
-    let background = match bounced || !context.hides_background {
-        true => scene.background.to_array(),
-        false => [0.0; 3],
+    let background = if bounced || !context.hides_background {
+        scene.background.to_array()
+    } else {
+        [0.0; 3]
     };
     for (packet, (hit, radiance)) in hits.iter().zip(radiance).enumerate() {
         let escaped = rays.active(packet) & hit.prim_id.eq(U32x8::splat(NO_PRIM));

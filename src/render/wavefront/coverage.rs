@@ -141,9 +141,10 @@ pub(super) fn group_seen_hits<'arena>(
         let lanes = Mask8::from_bits(lanes[packet]);
         pass_absent_in(context, rays, packet, lanes, hits, &mut [1.0; LANES]);
     }
-    match context.stats.unseen_backs == before {
-        true => surfaces,
-        false => group_hits(arena, context.scene, rays, hits),
+    if context.stats.unseen_backs == before {
+        surfaces
+    } else {
+        group_hits(arena, context.scene, rays, hits)
     }
 }
 

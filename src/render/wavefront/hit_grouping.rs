@@ -34,13 +34,14 @@ impl<'arena> HitGroups<'arena> {
         hits: &'arena [HitPacket],
     ) -> HitGroups<'arena> {
         let is_even = scene.textures.is_empty() && scene.triangles.colors.is_empty();
-        let varied: &[VariedMaterial] = match is_even {
-            true => &[],
-            false => arena.alloc_slice_fill_iter(
+        let varied: &[VariedMaterial] = if is_even {
+            &[]
+        } else {
+            arena.alloc_slice_fill_iter(
                 surfaces
                     .iter()
                     .map(|at| VariedMaterial::of(scene, at.material, &hits_at(at, hits))),
-            ),
+            )
         };
         HitGroups {
             surfaces,
@@ -72,11 +73,7 @@ const INSTANCED: ShadeKey = 1 << (KIND_SHIFT - 1);
 fn shade_key(scene: &Scene, prim_id: u32) -> ShadeKey {
     let placed = scene.resolve(prim_id);
     let kind = scene.prims[placed.prim as usize].kind() as u32;
-    let instanced = if placed.instance.is_some() {
-        INSTANCED
-    } else {
-        0
-    };
+    let instanced = if placed.instance.is_some() { INSTANCED } else { 0 };
     kind << KIND_SHIFT | instanced | scene.prim_material(placed.prim)
 }
 

@@ -71,11 +71,7 @@ impl<'arena> TerminatorRays<'arena> {
         self.facet.push(needed, org, dir, radiance, &at.ray);
         let beneath = sample.beneath.select(F32x8::ONE, F32x8::ZERO);
         let org = (at.point + at.ng.scale(at.offset)) + above.shift;
-        let dir = if is_directional {
-            dir
-        } else {
-            dir - above.shift
-        };
+        let dir = if is_directional { dir } else { dir - above.shift };
         let weight = Vec3x8::new(beneath, beneath, beneath);
         self.above.push(needed, org, dir, weight, &at.ray);
     }

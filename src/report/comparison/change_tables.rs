@@ -121,9 +121,10 @@ pub fn counters_table(changes: &[CounterChange]) -> String {
 fn change_cells(change: &RateChange, normalised: bool) -> [String; 2] {
     let star = if normalised { "" } else { " *" };
     let [by, low, high] = [change.by, change.low, change.high].map(signed_percent);
-    let interval = match change.is_known() {
-        true => format!("{low} … {high}"),
-        false => "too few samples".to_owned(),
+    let interval = if change.is_known() {
+        format!("{low} … {high}")
+    } else {
+        "too few samples".to_owned()
     };
     [by + star, interval]
 }

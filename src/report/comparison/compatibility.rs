@@ -138,9 +138,10 @@ pub fn nothing_in_common<'a>(records: &[(&str, &'a BenchRecord)]) -> String {
         if !sets.iter().flatten().any(is_shared) {
             let words = records.iter().zip(sets).map(|((name, _), set)| {
                 let shown: Vec<&str> = set.into_iter().take(MAX_REASONS).collect();
-                match shown.is_empty() {
-                    true => format!("\n  {name}: no rates"),
-                    false => format!("\n  {name}: {}", shown.join(", ")),
+                if shown.is_empty() {
+                    format!("\n  {name}: no rates")
+                } else {
+                    format!("\n  {name}: {}", shown.join(", "))
                 }
             });
             return format!("no {what} in common:{}", words.collect::<String>());
@@ -151,9 +152,10 @@ pub fn nothing_in_common<'a>(records: &[(&str, &'a BenchRecord)]) -> String {
 
 /// The reasons, if each of them may be overridden and `force` does.
 pub fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, IncompatibleRecords> {
-    match reasons.iter().all(|reason| force && reason.can_be_forced()) {
-        true => Ok(reasons),
-        false => Err(IncompatibleRecords { reasons }),
+    if reasons.iter().all(|reason| force && reason.can_be_forced()) {
+        Ok(reasons)
+    } else {
+        Err(IncompatibleRecords { reasons })
     }
 }
 
@@ -183,12 +185,13 @@ fn of_scene(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
     let sets = new.rays.iter();
     let both = sets.filter_map(|(rays, new)| Some((rays, old.rays.get(rays)?, new)));
     let differing = both.filter(|(_, old, new)| old != new);
-    let mismatch = differing.map(|(rays, old, new)| match old.rays == new.rays {
-        true => {
+    let mismatch = differing.map(|(rays, old, new)| {
+        if old.rays == new.rays {
             let what = format!("{scene}, {rays}: other answers");
             answers(&what, "checksum", &old.checksum, &new.checksum)
+        } else {
+            of_count(scene, rays, old.rays, new.rays)
         }
-        false => of_count(scene, rays, old.rays, new.rays),
     });
     mismatch.collect()
 }

@@ -118,10 +118,7 @@ impl RecordComparison {
         let noise: Vec<Option<RunNoise>> = noise.collect();
         let engines = rates::best_of_engines(&best, &noise, options.threshold);
         let kernels = rates::every_kernel(&best, &noise, options.threshold);
-        let compared = match options.all {
-            true => &kernels,
-            false => &engines,
-        };
+        let compared = if options.all { &kernels } else { &engines };
         let differing = compared.iter().filter(|rate| rate.differs).count();
         let compared = compared.len();
         let rows = best.iter().map(|of| of.rows.len());
@@ -136,10 +133,7 @@ impl RecordComparison {
             means: summary::means(&best),
             ratios: summary::ratios(&best),
             left_out,
-            rates: match options.all {
-                true => kernels,
-                false => rates::largest_first(engines),
-            },
+            rates: if options.all { kernels } else { rates::largest_first(engines) },
             all: options.all,
             compared,
             differing,

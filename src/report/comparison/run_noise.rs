@@ -93,10 +93,7 @@ impl<'a> RunNoise<'a> {
         let speed = median(&mut witnesses);
         let machine = LogRate::new(speed, variance_of_median(&others));
         // The others' error is in the load, too, with which it cancels.
-        let beyond_load = match speed == of_others {
-            true => machine.exactly(),
-            false => machine,
-        };
+        let beyond_load = if speed == of_others { machine.exactly() } else { machine };
         let between = LogRate::new(0.0, scatter.sum::<f64>() / count as f64);
         Some(RunNoise {
             machine,

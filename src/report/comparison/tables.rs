@@ -21,9 +21,10 @@ const OF_TRIANGLES: &str = " (scenes of triangles, if any)";
 /// The tables of a comparison: ranks first, then means, then rates.
 pub fn comparison_tables(of: &RecordComparison) -> Vec<ReportTable> {
     let mut tables = vec![ranks(of), means(of), ratios(of), kernels(of)];
-    match of.all {
-        true => tables.extend(every_rate(of)),
-        false => tables.push(differing(of, MAX_RATES)),
+    if of.all {
+        tables.extend(every_rate(of))
+    } else {
+        tables.push(differing(of, MAX_RATES))
     }
     tables.retain(|table| !table.rows.is_empty());
     tables
@@ -221,9 +222,10 @@ fn rate_cells(compared: &ComparedRate) -> Vec<String> {
 fn change_text(change: &RateChange) -> String {
     let by = signed_percent(change.by);
     let by = by.trim_end_matches(" %");
-    match change.is_known() {
-        true => format!("{by} ± {:.1} %", 50.0 * (change.high - change.low)),
-        false => format!("{by} ±    ? %"),
+    if change.is_known() {
+        format!("{by} ± {:.1} %", 50.0 * (change.high - change.low))
+    } else {
+        format!("{by} ±    ? %")
     }
 }
 

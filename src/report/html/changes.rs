@@ -63,9 +63,10 @@ fn chart(changes: &Changes, threads: u32) -> Markup {
 
 fn change_words(change: &RateChange) -> String {
     let by = signed_percent(change.by);
-    match change.is_known() {
-        true => format!("{by} ({})", interval(change)),
-        false => format!("{by} (too few samples for an interval)"),
+    if change.is_known() {
+        format!("{by} ({})", interval(change))
+    } else {
+        format!("{by} (too few samples for an interval)")
     }
 }
 

@@ -85,9 +85,10 @@ pub(super) fn dot_figure(
     (caption, mark): (&str, Option<f64>),
     lines: &[Line],
 ) -> Markup {
-    match lines.iter().all(|line| line.dots.is_empty()) {
-        true => html! {},
-        false => figure(title, more, dot_plot(label, caption, lines, mark)),
+    if lines.iter().all(|line| line.dots.is_empty()) {
+        html! {}
+    } else {
+        figure(title, more, dot_plot(label, caption, lines, mark))
     }
 }
 

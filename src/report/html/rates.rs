@@ -60,10 +60,8 @@ fn engines(view: &RecordView<'_>) -> Markup {
 /// scenes: few tall charts are read more easily than many flat ones.
 fn charts(view: &RecordView<'_>, threads: u32) -> Markup {
     let by_scene = view.scenes.len() < view.kinds.len();
-    let (charts, lines) = match by_scene {
-        true => (&view.scenes, &view.kinds),
-        false => (&view.kinds, &view.scenes),
-    };
+    let (charts, lines) =
+        if by_scene { (&view.scenes, &view.kinds) } else { (&view.kinds, &view.scenes) };
     html! {
         div.grid {
             @for outer in charts {

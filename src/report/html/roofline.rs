@@ -237,9 +237,10 @@ fn name_positions(spots: &[&Spot<'_>], points: &[Point]) -> Vec<Option<NamePosit
         taken.push(area);
         Some((at, anchor))
     };
-    match spots.len() <= MAX_NAMES {
-        true => spots.iter().zip(points).map(&mut position).collect(),
-        false => Vec::new(),
+    if spots.len() <= MAX_NAMES {
+        spots.iter().zip(points).map(&mut position).collect()
+    } else {
+        Vec::new()
     }
 }
 

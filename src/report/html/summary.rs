@@ -223,11 +223,7 @@ fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
 
 fn engines(view: &RecordView<'_>) -> Markup {
     let keys = others(view).map(|(i, engine)| {
-        let mode = if is_peer(engine) {
-            ", best exact mode"
-        } else {
-            ""
-        };
+        let mode = if is_peer(engine) { ", best exact mode" } else { "" };
         (look(i), format!("against {engine}{mode}"))
     });
     let bars = html! { li { "bars reach from the least to the greatest of these scenes" } };
@@ -246,9 +242,10 @@ fn ratio_table(view: &RecordView<'_>, threads: u32) -> ReportTable<Markup> {
         cells.extend([ratio_cell(oracle), cell(count(scenes as u64))]);
         Some(cells)
     };
-    let head = match peers {
-        true => "rays | over best exact peer | over oracle | scenes",
-        false => "rays | over oracle | scenes",
+    let head = if peers {
+        "rays | over best exact peer | over oracle | scenes"
+    } else {
+        "rays | over oracle | scenes"
     };
     let (on, scenes) = (threads_text(threads), index.averaged_words());
     let title = format!("phalanx auto on {on}: mean over {scenes}, least and greatest");

@@ -43,9 +43,10 @@ impl<C: Render> ReportTable<C> {
 
     /// The table behind a line to click on; nothing where there are no rows.
     pub(super) fn folded(&self) -> Markup {
-        match self.rows.is_empty() {
-            true => html! {},
-            false => folded(&self.title, self.page()),
+        if self.rows.is_empty() {
+            html! {}
+        } else {
+            folded(&self.title, self.page())
         }
     }
 }

@@ -93,11 +93,7 @@ impl Film {
     #[inline]
     pub fn layer(&self, aov: Aov) -> &[Vec<f32>] {
         let first = self.aovs.before(aov);
-        let channels = if self.aovs.has(aov) {
-            aov.channels().len()
-        } else {
-            0
-        };
+        let channels = if self.aovs.has(aov) { aov.channels().len() } else { 0 };
         &self.aov_planes[first..first + channels]
     }
 

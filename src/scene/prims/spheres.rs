@@ -104,10 +104,6 @@ pub(crate) fn nearest_root(origin: DVec3, direction: DVec3, radius: f64, t: f64)
     let closest = origin + middle * direction;
     let half = ((radius * radius - closest.dot(closest)).max(0.0) / squared).sqrt();
     let [near, far] = [middle - half, middle + half];
-    let met = if (near - t).abs() <= (far - t).abs() {
-        near
-    } else {
-        far
-    };
+    let met = if (near - t).abs() <= (far - t).abs() { near } else { far };
     if met.is_finite() { met } else { t }
 }

@@ -163,12 +163,11 @@ impl Triangles {
         append_optional(&mut self.uvs, uvs, before, more, NO_UVS);
         append_optional(&mut self.tangents, tangents, before, more, NO_TANGENTS);
         append_optional(&mut self.colors, colors, before, more, NO_COLORS);
-        match mesh.vertex_opacity.is_empty() {
-            true => {
-                let whole = std::iter::repeat_n(1.0, mesh.vertex_colors.len());
-                self.vertex_opacity.extend(whole);
-            }
-            false => self.vertex_opacity.append(mesh.vertex_opacity),
+        if mesh.vertex_opacity.is_empty() {
+            let whole = std::iter::repeat_n(1.0, mesh.vertex_colors.len());
+            self.vertex_opacity.extend(whole);
+        } else {
+            self.vertex_opacity.append(mesh.vertex_opacity)
         }
         self.vertex_colors.append(mesh.vertex_colors);
         self.corners.append(corners);

@@ -88,11 +88,7 @@ impl Adaptive {
     /// Samples after which the next decision is made: twice as many, up to the most.
     #[inline]
     pub fn next(&self, samples: u32, most: u32) -> u32 {
-        if samples == 0 {
-            FIRST_SAMPLES.min(most)
-        } else {
-            (2 * samples).min(most)
-        }
+        if samples == 0 { FIRST_SAMPLES.min(most) } else { (2 * samples).min(most) }
     }
 }
 

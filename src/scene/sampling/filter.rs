@@ -45,10 +45,13 @@ impl Filter {
         match self {
             Filter::Box => (u - 0.5, 1.0),
             // The inverse of the tent's integral, on either side of its middle.
-            Filter::Tent => match u < 0.5 {
-                true => ((2.0 * u).sqrt() - 1.0, 1.0),
-                false => (1.0 - (2.0 - 2.0 * u).sqrt(), 1.0),
-            },
+            Filter::Tent => {
+                if u < 0.5 {
+                    ((2.0 * u).sqrt() - 1.0, 1.0)
+                } else {
+                    (1.0 - (2.0 - 2.0 * u).sqrt(), 1.0)
+                }
+            }
             Filter::Mitchell => draw_mitchell(u),
         }
     }

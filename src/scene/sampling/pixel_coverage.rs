@@ -73,9 +73,10 @@ impl PixelCoverage {
 
     /// The mean of a sum, by the rule of radiance.
     fn mean(&self, sums: &TwoSums) -> f32 {
-        match self.weights >= 0.5 * self.count {
-            true => (sums.weighted / self.weights) as f32,
-            false => (sums.unweighted / self.count) as f32,
+        if self.weights >= 0.5 * self.count {
+            (sums.weighted / self.weights) as f32
+        } else {
+            (sums.unweighted / self.count) as f32
         }
     }
 

@@ -34,11 +34,7 @@ pub fn pow(x: f32, s: f32) -> f32 {
     let x = if x < 1.0 { x } else { 1.0 };
     let power = exp2(s * log2(x));
     let at_zero = if s == 0.0 { 1.0 } else { 0.0 };
-    if x >= f32::MIN_POSITIVE {
-        power
-    } else {
-        at_zero
-    }
+    if x >= f32::MIN_POSITIVE { power } else { at_zero }
 }
 
 /// log2 of a normal number in (0, 1].

@@ -160,11 +160,7 @@ mod tests {
         for _ in 0..10_000 {
             index = mix(index);
             let of = |bit: usize| {
-                if index >> bit & 1 == 1 {
-                    direction[bit]
-                } else {
-                    0
-                }
+                if index >> bit & 1 == 1 { direction[bit] } else { 0 }
             };
             let want = (0..32).map(of).fold(0, |sum, d| sum ^ d);
             assert_eq!(pascal(index).reverse_bits(), want, "{index:#x}");

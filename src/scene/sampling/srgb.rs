@@ -9,9 +9,10 @@ static LINEAR: ForkSafeOnce<[f32; 256]> = ForkSafeOnce::new();
 /// The linear value of a number on the sRGB curve. Numbers above 1 follow the same curve.
 #[inline]
 pub fn srgb_to_linear(encoded: f64) -> f64 {
-    match encoded <= 0.04045 {
-        true => encoded / 12.92,
-        false => libm::pow((encoded + 0.055) / 1.055, 2.4),
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        libm::pow((encoded + 0.055) / 1.055, 2.4)
     }
 }
 

@@ -149,9 +149,10 @@ mod tests {
             let DiskPoint { radius, x, y } = polar(u, v);
             let (a, b) = (2.0 * f64::from(u) - 1.0, 2.0 * f64::from(v) - 1.0);
             let quarter = std::f64::consts::FRAC_PI_4;
-            let angle = match a.abs() > b.abs() {
-                true => quarter * (b / a),
-                false => 2.0 * quarter - quarter * (a / b),
+            let angle = if a.abs() > b.abs() {
+                quarter * (b / a)
+            } else {
+                2.0 * quarter - quarter * (a / b)
             };
             let side = if a.abs() > b.abs() { a } else { b }.signum();
             let want = [side * libm::cos(angle), side * libm::sin(angle)];

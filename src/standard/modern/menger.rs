@@ -195,10 +195,7 @@ impl Sponge {
 
     /// [`middles`] of the coordinate after or before this one; `None` outside the sponge.
     fn beyond(&self, position: usize, upper: bool) -> Option<u32> {
-        let next = match upper {
-            true => position + 1,
-            false => position.wrapping_sub(1),
-        };
+        let next = if upper { position + 1 } else { position.wrapping_sub(1) };
         self.middles.get(next).copied()
     }
 

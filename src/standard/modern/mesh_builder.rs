@@ -154,10 +154,7 @@ impl MeshBuilder<'_> {
                 reached.unwrap_or(rows)
             };
             let from = first_at(self.drawn.start);
-            let to = match end <= self.drawn.end {
-                true => rows,
-                false => first_at(self.drawn.end),
-            };
+            let to = if end <= self.drawn.end { rows } else { first_at(self.drawn.end) };
             if from < to {
                 draw(self, from..to);
             }
@@ -191,9 +188,10 @@ impl MeshBuilder<'_> {
             if first > 0 {
                 *shared = wide;
             }
-            match known == Some(first) {
-                true => vertices.extend_from_slice(&mesh.row),
-                false => vertices.extend((0..wide).map(|i| point(i, first))),
+            if known == Some(first) {
+                vertices.extend_from_slice(&mesh.row)
+            } else {
+                vertices.extend((0..wide).map(|i| point(i, first)))
             }
             for j in run.clone() {
                 let strip = mesh.section.strip(mesh.material);

@@ -202,9 +202,12 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
         let (lo, hi) = (DVec3::from(lo), DVec3::from(hi));
         let (frame, size) = (self.frame, hi - lo);
         let counts: [usize; 3] = std::array::from_fn(|k| self.cells(size[k]));
-        let coordinate = |axis: usize, i: usize| match i == counts[axis] {
-            true => hi[axis],
-            false => lo[axis] + size[axis] * (i as f64 / counts[axis] as f64),
+        let coordinate = |axis: usize, i: usize| {
+            if i == counts[axis] {
+                hi[axis]
+            } else {
+                lo[axis] + size[axis] * (i as f64 / counts[axis] as f64)
+            }
         };
         for (number, _) in sides.iter().enumerate().filter(|(_, drawn)| **drawn) {
             let (axis, upper) = (number / 2, number % 2 == 1);
@@ -239,10 +242,7 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
                 _ => {
                     let rows = self.cells((b - a).length());
                     self.mesh.grid(Grid::tube(around, rows), |i, j| {
-                        let p = match j == rows {
-                            true => b,
-                            false => a + (b - a) * (j as f64 / rows as f64),
-                        };
+                        let p = if j == rows { b } else { a + (b - a) * (j as f64 / rows as f64) };
                         ring(p.x, p.y, i)
                     });
                 }
@@ -271,10 +271,7 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
     ) {
         let [from, to] = ends.map(|end| self.frame.point(end.into()));
         let along = (to - from) / (to - from).length();
-        let other = match along.x.abs() < 0.6 {
-            true => DVec3::X,
-            false => DVec3::Y,
-        };
+        let other = if along.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
         let side = along.cross(other);
         let side = side / side.length();
         let up = along.cross(side);

@@ -72,9 +72,10 @@ mod tests {
         let short = (1..1 << 20).map(|k| k as f32 / (1 << 14) as f32);
         for number in spread.chain(short) {
             let size = number.abs();
-            let usual = match size != 0.0 && !(1e-5..1e16).contains(&size) {
-                true => format!("{number:e}"),
-                false => number.to_string(),
+            let usual = if size != 0.0 && !(1e-5..1e16).contains(&size) {
+                format!("{number:e}")
+            } else {
+                number.to_string()
             };
             let mut bytes = Vec::new();
             push_vector(&mut bytes, DVec3::new(f64::from(number), 0.5, -3.0));

@@ -38,9 +38,10 @@ impl LeafKind {
 
     #[inline(always)]
     pub(super) fn from_number(number: usize) -> LeafKind {
-        match number < PrimKind::COUNT {
-            true => LeafKind::Prim(PrimKind::from_number(number as u32)),
-            false => LeafKind::Instance,
+        if number < PrimKind::COUNT {
+            LeafKind::Prim(PrimKind::from_number(number as u32))
+        } else {
+            LeafKind::Instance
         }
     }
 }
@@ -126,9 +127,10 @@ impl Node {
     /// Replaces the padded box of child `k`.
     pub(super) fn set_box(&mut self, k: usize, bounds: Bounds) {
         // A child without primitives still needs a box that compares like any other.
-        let b = match bounds.is_empty() {
-            true => Bounds::new(glam::Vec3::ZERO, glam::Vec3::ZERO),
-            false => bounds,
+        let b = if bounds.is_empty() {
+            Bounds::new(glam::Vec3::ZERO, glam::Vec3::ZERO)
+        } else {
+            bounds
         };
         self.boxes[k] = [b.lo.to_array(), b.hi.to_array()];
     }

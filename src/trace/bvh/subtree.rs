@@ -15,11 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 /// Cost of a tree by the surface area heuristic, without its root.
 pub(super) fn relative_cost(weighted_cost: f64, bounds: Bounds) -> f64 {
     let area = f64::from(bounds.half_area());
-    if area > 0.0 {
-        weighted_cost / area
-    } else {
-        0.0
-    }
+    if area > 0.0 { weighted_cost / area } else { 0.0 }
 }
 
 /// A tree whose root is its node 0; no nodes by default.

@@ -193,9 +193,12 @@ impl Bvh {
     /// Lets the root lead to the world's primitives and to the instances.
     fn set_root(&mut self, parts: &TreeParts) {
         let top = parts.top.unwrap_or(self.nodes.len())..self.nodes.len();
-        let child = |nodes: &Range<usize>| match nodes.is_empty() {
-            false => (Child::Node(nodes.start as u32), self.bounds_of(nodes)),
-            true => (Child::EMPTY, Bounds::EMPTY),
+        let child = |nodes: &Range<usize>| {
+            if nodes.is_empty() {
+                (Child::EMPTY, Bounds::EMPTY)
+            } else {
+                (Child::Node(nodes.start as u32), self.bounds_of(nodes))
+            }
         };
         let root = Node::new([child(&parts.world.nodes), child(&top)]);
         let weighted = [slice::from_ref(&root), &self.nodes[top]].map(weighted_cost_of);
@@ -206,9 +209,6 @@ impl Bvh {
 
     /// The box around a tree among all; empty for no nodes.
     fn bounds_of(&self, nodes: &Range<usize>) -> Bounds {
-        match nodes.is_empty() {
-            true => Bounds::EMPTY,
-            false => self.nodes[nodes.start].whole(),
-        }
+        if nodes.is_empty() { Bounds::EMPTY } else { self.nodes[nodes.start].whole() }
     }
 }

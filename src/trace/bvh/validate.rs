@@ -309,14 +309,7 @@ impl UnverifiedBvh {
         let mut roots: Vec<u32> = slots.iter().map(|slot| slot.root).collect();
         roots.sort_unstable();
         roots.dedup();
-        let mut seen = vec![
-            false;
-            if roots.is_empty() {
-                0
-            } else {
-                self.children.len()
-            }
-        ];
+        let mut seen = vec![false; if roots.is_empty() { 0 } else { self.children.len() }];
         let meshes = roots
             .iter()
             .map(|&root| self.mesh_of(root, scene, &mut seen));
@@ -325,10 +318,7 @@ impl UnverifiedBvh {
             let mesh = roots.binary_search(&slot.root).map(|at| meshes[at]);
             mesh.is_ok_and(|mesh| known.binary_search(&(slot.id_offset, mesh)).is_ok())
         });
-        match fits {
-            true => Ok(()),
-            false => Err(BvhError::Instance),
-        }
+        if fits { Ok(()) } else { Err(BvhError::Instance) }
     }
 
     /// The mesh that owns all primitives below a node.

@@ -254,11 +254,7 @@ impl HitColumns<'_> {
 }
 
 pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Result<(), BatchError> {
-    if len == rays {
-        Ok(())
-    } else {
-        Err(BatchError { column, len, rays })
-    }
+    if len == rays { Ok(()) } else { Err(BatchError { column, len, rays }) }
 }
 
 /// Buffer of rays in columns, filled one by one, for callers without columns of their own.

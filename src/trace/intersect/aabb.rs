@@ -177,10 +177,6 @@ fn reciprocal<L: Lanes>(x: L) -> L {
 /// [`reciprocal`] of one number.
 #[inline(always)]
 pub(crate) fn reciprocal_of_one(x: f32) -> f32 {
-    let tiny = if x < 0.0 {
-        -MIN_DIRECTION
-    } else {
-        MIN_DIRECTION
-    };
+    let tiny = if x < 0.0 { -MIN_DIRECTION } else { MIN_DIRECTION };
     1.0 / if x.abs() < MIN_DIRECTION { tiny } else { x }
 }

@@ -126,11 +126,7 @@ mod tests {
         let corners = [lo, hi];
         let (mut org, mut dir) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         for lane in 0..LANES {
-            let length = if next() > 0.8 {
-                (next() * 96.0).exp2()
-            } else {
-                1.0
-            };
+            let length = if next() > 0.8 { (next() * 96.0).exp2() } else { 1.0 };
             for axis in 0..3 {
                 let apart = if together { 1e-3 } else { 1.0 };
                 org[axis][lane] = start[axis] + next() * scale * apart;

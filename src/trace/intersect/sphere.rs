@@ -81,11 +81,7 @@ pub(crate) fn root_ahead<L: Lanes, const FAR: bool>(
     interval: TInterval<L>,
 ) -> (L::Mask, L) {
     let enters = near.gt(L::ZERO);
-    let (meets, raw) = if FAR {
-        (meets & enters, far)
-    } else {
-        (meets, enters.select(near, far))
-    };
+    let (meets, raw) = if FAR { (meets & enters, far) } else { (meets, enters.select(near, far)) };
     let (ahead, t) = interval.clamp(raw);
     (meets & ahead, t)
 }

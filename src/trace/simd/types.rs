@@ -458,9 +458,10 @@ impl F64x8 {
     /// `if self > other { self } else { other }`.
     #[inline(always)]
     pub fn max(self, other: F64x8) -> F64x8 {
-        F64x8(match HAS_ORDERED_MIN_MAX {
-            true => self.0.fast_max(other.0),
-            false => self.0.simd_gt(other.0).bitselect(self.0, other.0),
+        F64x8(if HAS_ORDERED_MIN_MAX {
+            self.0.fast_max(other.0)
+        } else {
+            self.0.simd_gt(other.0).bitselect(self.0, other.0)
         })
     }
 

@@ -91,11 +91,7 @@ impl OriginSpread {
         }
         let class = usize::from(spread > MAX_USUAL_RATIO * self.usual);
         let factor = 1.0 + self.step;
-        self.usual *= if spread > self.usual {
-            factor
-        } else {
-            1.0 / factor
-        };
+        self.usual *= if spread > self.usual { factor } else { 1.0 / factor };
         // The step 2/n becomes 2/(n + 1).
         self.step = (self.step / (1.0 + 0.5 * self.step)).max(STEP);
         class

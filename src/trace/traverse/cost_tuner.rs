@@ -86,11 +86,7 @@ impl<const N: usize> CostTuner<N> {
         let bias = self.biases[cost_class(seconds)];
         let parts = BatchSlice::trial_in_pieces;
         let second = (self.classes).trace(class, bias, rest, parts, by);
-        self.same = if second == self.last {
-            self.same + 1
-        } else {
-            0
-        };
+        self.same = if second == self.last { self.same + 1 } else { 0 };
         self.last = second;
     }
 }

@@ -66,20 +66,12 @@ impl Kernel {
 
     /// The best packet kernel for this build.
     pub const fn packets() -> Kernel {
-        if SIXTEEN {
-            Kernel::Packet16
-        } else {
-            Kernel::Packet8
-        }
+        if SIXTEEN { Kernel::Packet16 } else { Kernel::Packet8 }
     }
 
     /// The beam kernel for those packets.
     pub(super) const fn beams() -> Kernel {
-        if SIXTEEN {
-            Kernel::Beam16
-        } else {
-            Kernel::Beam8
-        }
+        if SIXTEEN { Kernel::Beam16 } else { Kernel::Beam8 }
     }
 }
 

@@ -214,11 +214,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                     (true, false) => current = node.child(0),
                     (false, true) => current = node.child(1),
                     (true, true) => {
-                        let near = if G::FRONT_TO_BACK {
-                            nearer_child::<L>(met, &intervals)
-                        } else {
-                            0
-                        };
+                        let near =
+                            if G::FRONT_TO_BACK { nearer_child::<L>(met, &intervals) } else { 0 };
                         let (first, tag) = node.packed(1 - near);
                         // Blended, not branched on: which child is nearer cannot be predicted.
                         let nan = L::splat(f32::NAN);

@@ -78,10 +78,8 @@ impl<'a, T: Counters> PacketPairs<'a, T> {
         tmax: TMaxOf,
         blocked: &mut [u8],
     ) {
-        let (pairs, last) = match self.pairs {
-            true => blocked.as_chunks_mut::<2>(),
-            false => (&mut [][..], blocked),
-        };
+        let (pairs, last) =
+            if self.pairs { blocked.as_chunks_mut::<2>() } else { (&mut [][..], blocked) };
         let mut packet = packets.start;
         for pair in pairs {
             let bits = occluded(&mut self.sixteen, rays, packet, tmax);
@@ -174,9 +172,10 @@ fn closest<L: Lanes, T: Counters>(
     hits: &mut [HitPacket],
 ) {
     let (rays, active) = tmax.packet(rays, packet);
-    let found = match T::COUNTS_STEPS {
-        true => kernel.call_closest(&rays, active),
-        false => kernel.closest(&rays, active),
+    let found = if T::COUNTS_STEPS {
+        kernel.call_closest(&rays, active)
+    } else {
+        kernel.closest(&rays, active)
     };
     for (k, hit) in hits.iter_mut().enumerate() {
         *hit = found.octet(k);
@@ -191,9 +190,10 @@ fn occluded<L: Lanes, T: Counters>(
     tmax: TMaxOf,
 ) -> u32 {
     let (rays, active) = tmax.packet(rays, packet);
-    match T::COUNTS_STEPS {
-        true => kernel.call_occluded(&rays, active).bits(),
-        false => kernel.occluded(&rays, active).bits(),
+    if T::COUNTS_STEPS {
+        kernel.call_occluded(&rays, active).bits()
+    } else {
+        kernel.occluded(&rays, active).bits()
     }
 }
 

@@ -255,9 +255,10 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             let (packets, tuner) = (&mut self.packets, &mut self.any_hit_tuner);
             tuner.trace(0, batch, |second, slice| {
                 let (blocked, slice) = (&mut blocked[of(slice)], slice.packets.clone());
-                match second {
-                    true => divergent.occluded(rays, slice, tmax, blocked),
-                    false => packets.occluded(rays, slice, tmax, blocked),
+                if second {
+                    divergent.occluded(rays, slice, tmax, blocked)
+                } else {
+                    packets.occluded(rays, slice, tmax, blocked)
                 };
             });
             return;
@@ -352,9 +353,10 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
             let tuner = &mut self.closest_tuner;
             tuner.trace(class, 0.0, batch, BatchSlice::trial, |second, slice| {
-                match second {
-                    true => divergent.closest(rays, slice, hits),
-                    false => packets.closest(rays, slice, hits),
+                if second {
+                    divergent.closest(rays, slice, hits)
+                } else {
+                    packets.closest(rays, slice, hits)
                 };
             });
         }
@@ -387,9 +389,10 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
             let tuner = &mut self.every_hit_tuner;
             tuner.trace(class, 0.0, batch, BatchSlice::trial, |second, slice| {
-                match second {
-                    true => divergent.every_hit(rays, slice, tmax, found),
-                    false => packets.every_hit(rays, slice, tmax, found),
+                if second {
+                    divergent.every_hit(rays, slice, tmax, found)
+                } else {
+                    packets.every_hit(rays, slice, tmax, found)
                 };
             });
         }

@@ -246,10 +246,7 @@ fn push_simd(
     use std::arch::x86_64::*;
     let enter = enter.to_array();
     // Lane k takes lane k, or the last met one less k: both as (k ^ flip) + first.
-    let (flip, first) = match reversed {
-        true => (-1, met.count_ones() as i32),
-        false => (0, 0),
-    };
+    let (flip, first) = if reversed { (-1, met.count_ones() as i32) } else { (0, 0) };
     // SAFETY: the build has the instructions, see the attribute; and the arrays are sixteen long.
     unsafe {
         let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);

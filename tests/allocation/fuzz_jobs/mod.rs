@@ -73,10 +73,8 @@ fn tiles(picture: &FuzzedPicture, folder: &Path) {
     let (start, mut words) = (Instant::now(), BTreeMap::new());
     for _ in 0..count {
         let forged = rng.once_in(2);
-        let mutant = match forged {
-            true => forge::tiles(&seeds, &mut rng),
-            false => mutated(&seeds, &mut rng),
-        };
+        let mutant =
+            if forged { forge::tiles(&seeds, &mut rng) } else { mutated(&seeds, &mut rng) };
         let word = watched(&mutant, || {
             std::fs::write(&path, &mutant).unwrap();
             let merged = picture.merged(&path);
@@ -118,9 +116,10 @@ fn plans(picture: &FuzzedPicture, folder: &Path) {
     let mut rng = Rng::new(!(count as u64));
     let (start, mut words) = (Instant::now(), BTreeMap::new());
     for _ in 0..count {
-        let mutant = match rng.once_in(3) {
-            true => mutated(&seeds, &mut rng),
-            false => forge::json(&seeds, &mut rng),
+        let mutant = if rng.once_in(3) {
+            mutated(&seeds, &mut rng)
+        } else {
+            forge::json(&seeds, &mut rng)
         };
         let word = watched(&mutant, || {
             std::fs::write(&path, &mutant).unwrap();

@@ -183,9 +183,10 @@ impl OpenPage {
         let here = std::env::current_dir().expect("a folder");
         let rendered = tempfile::tempdir().expect("a folder");
         let scene = here.join(&self.scene);
-        let line = match scene.exists() {
-            true => line.replace(&self.scene, scene.to_str().expect("a path")),
-            false => line,
+        let line = if scene.exists() {
+            line.replace(&self.scene, scene.to_str().expect("a path"))
+        } else {
+            line
         };
         let ran = shell
             .args(["-c", &line])

@@ -514,11 +514,7 @@ fn reports_of_records_without_a_common_rate_are_refused() {
                 ],
             ),
         ] {
-            let page = if command == "report" {
-                "-o no.html"
-            } else {
-                ""
-            };
+            let page = if command == "report" { "-o no.html" } else { "" };
             room.refused(&format!("bench {command} {records} {page}"), 2, &words);
         }
     }

@@ -53,11 +53,7 @@ fn a_picture_of_a_scene_with_any_name_can_be_made_again() {
         let path = format!("./{name}");
         let format = ["--format", "test"].map(OsStr::new);
         let words = ["render", &path, "-o", "one.png"].map(OsStr::new);
-        let words = if name == "-" {
-            [&words[..], &format].concat()
-        } else {
-            words.to_vec()
-        };
+        let words = if name == "-" { [&words[..], &format].concat() } else { words.to_vec() };
         let rendered = run(&room, &words);
         assert_eq!(rendered.code, Some(0), "{name:?}: {}", rendered.stderr);
         let one = fs::read(room.path().join("one.png")).unwrap();

@@ -66,10 +66,7 @@ fn the_command_in_a_picture_makes_it_again() {
         assert_eq!(text(&one, "Title"), "a.test");
         let version = concat!("phalanx ", env!("CARGO_PKG_VERSION"));
         assert_eq!(text(&one, "Software"), version);
-        let gamma = match options.contains("srgb") {
-            true => 45_455,
-            false => 100_000,
-        };
+        let gamma = if options.contains("srgb") { 45_455 } else { 100_000 };
         assert_eq!(texts(&one).1, Some(gamma));
     }
     // A name that a shell would split, and frames: each has its own camera.

@@ -235,9 +235,10 @@ fn open_files_are_written_where_they_stand() {
         let script = format!(
             "echo before {to}; \"$PHALANX\" render a.test -o {name} 2> told; echo after {to}"
         );
-        let redirected = match third {
-            true => format!("exec 3> out; {script}"),
-            false => format!("{{ {script}; }} > out"),
+        let redirected = if third {
+            format!("exec 3> out; {script}")
+        } else {
+            format!("{{ {script}; }} > out")
         };
         fs::remove_file(at(&room, "out")).ok();
         let ran = shell(&room, &redirected);

@@ -41,11 +41,7 @@ fn sessions_of(text: &str) -> usize {
                 .strip_prefix("cargo run --release -- ")
                 .or(command.strip_prefix("phalanx "))
                 .unwrap_or_else(|| panic!("not the program: {command}"));
-            let size = if arguments.starts_with("verify") {
-                SMALL
-            } else {
-                ""
-            };
+            let size = if arguments.starts_with("verify") { SMALL } else { "" };
             let output = folder.run(&format!("{arguments}{size}")).stdout;
             printed = output.lines().map(str::to_owned).rev().collect();
         } else if inside && line != "..." {

@@ -99,11 +99,7 @@ fn an_address_is_what_people_type() {
             continue;
         }
         let served = ViewProcess::start(&room, &format!("view a.test --address {address}"));
-        let host = if address.starts_with('[') {
-            "[::1]:"
-        } else {
-            "127.0.0.1:"
-        };
+        let host = if address.starts_with('[') { "[::1]:" } else { "127.0.0.1:" };
         assert!(served.address.starts_with(host), "{}", served.address);
     }
     for address in ["localhost", "70000", "example.org:80", "127.0.0.1"] {

@@ -94,9 +94,10 @@ impl<'a> ReadmeTable<'a> {
                     .iter()
                     .any(|kind| self.rate(peer, &scene.name, kind).is_some())
             };
-            let first = match self.index.peers().any(has_peer) {
-                true => format!("{name} (÷ best peer)"),
-                false => name,
+            let first = if self.index.peers().any(has_peer) {
+                format!("{name} (÷ best peer)")
+            } else {
+                name
             };
             rows.push(self.row(first, |kind| {
                 let ours = self.rate(AUTO, &scene.name, kind)?;
@@ -115,9 +116,10 @@ impl<'a> ReadmeTable<'a> {
         // Not every peer supports every scene: a ratio covers the scenes that both have.
         let scenes = self.index.averaged.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
-        let of = match over.scenes < ours.count() {
-            true => format!(" (of {})", over.scenes),
-            false => String::new(),
+        let of = if over.scenes < ours.count() {
+            format!(" (of {})", over.scenes)
+        } else {
+            String::new()
         };
         Some(format!("× {}{of}", rate(over.mean)))
     }

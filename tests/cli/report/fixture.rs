@@ -106,11 +106,7 @@ fn add_rows(
             }
             let share = shares[usize::from(scattered)]
                 * (1.0 + 0.25 * noise.next() * f64::from(kernel != "auto"));
-            let scaled = if threads == 2 {
-                1.86 + 0.1 * noise.next()
-            } else {
-                1.0
-            };
+            let scaled = if threads == 2 { 1.86 + 0.1 * noise.next() } else { 1.0 };
             let mut row = row(
                 (scene, kind),
                 (engine, kernel),

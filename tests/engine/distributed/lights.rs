@@ -51,9 +51,10 @@ fn the_penumbra_of_a_sphere_is_linear() {
         "rotate 1 2 3 40\nscale 2 2 2\nspherelight 0 0 0 5 1 1 1",
     ] {
         // The second is rotated about the origin, so the translation comes first.
-        let light = match light.starts_with("rotate") {
-            true => format!("pushTransform\ntranslate 0 0 1000\n{light}\npopTransform"),
-            false => light.to_owned(),
+        let light = if light.starts_with("rotate") {
+            format!("pushTransform\ntranslate 0 0 1000\n{light}\npopTransform")
+        } else {
+            light.to_owned()
         };
         for x in [-30.0, -10.5, -7.0, -1.25, 0.0, 4.0, 9.0, 10.5, 25.0] {
             let want = ((10.0 - x) / 20.0f64).clamp(0.0, 1.0);

@@ -79,9 +79,10 @@ impl SceneText<'_> {
     fn line(&mut self, command: &str, numbers: &[f64]) {
         self.text += command;
         for number in numbers {
-            let _ = match number.fract() == 0.0 && number.abs() < 1e6 {
-                true => write!(self.text, " {number}"),
-                false => write!(self.text, " {number:e}"),
+            let _ = if number.fract() == 0.0 && number.abs() < 1e6 {
+                write!(self.text, " {number}")
+            } else {
+                write!(self.text, " {number:e}")
             };
         }
         self.text.push('\n');
@@ -144,12 +145,11 @@ impl SceneText<'_> {
                 _ => self.sizes[0] * 3.0,
             };
             let numbers = [self.place(far), color].concat();
-            match self.rng.once_in(4) {
-                true => {
-                    let numbers = [self.point(1.0), color].concat();
-                    self.line("directional", &numbers);
-                }
-                false => self.line("point", &numbers),
+            if self.rng.once_in(4) {
+                let numbers = [self.point(1.0), color].concat();
+                self.line("directional", &numbers);
+            } else {
+                self.line("point", &numbers)
             }
         }
     }
@@ -227,11 +227,7 @@ impl SceneText<'_> {
     /// A few that share corners; some coincide, are flat along an axis, thin, or degenerate.
     fn triangles(&mut self, size: f64) {
         let flat = self.rng.once_in(3);
-        let thin = if self.rng.once_in(4) {
-            self.magnitude(-6.0, -1.0)
-        } else {
-            1.0
-        };
+        let thin = if self.rng.once_in(4) { self.magnitude(-6.0, -1.0) } else { 1.0 };
         let first = self.vertices;
         let count = 3 + self.rng.below(6);
         for _ in 0..count {

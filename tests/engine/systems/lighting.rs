@@ -95,9 +95,10 @@ fn blinn_phong(point: DVec3, normal: DVec3, eye: DVec3, shininess: f64) -> DVec3
     let viewer = (eye - point).normalize();
     let (kd, ks) = (DVec3::new(0.75, 0.5, 0.25), DVec3::new(0.5, 0.25, 1.0));
     lights().iter().fold(OWN.as_dvec3(), |sum, light| {
-        let l = match light.directional {
-            true => light.position.normalize(),
-            false => (light.position - point).normalize(),
+        let l = if light.directional {
+            light.position.normalize()
+        } else {
+            (light.position - point).normalize()
         };
         let h = (l + viewer).normalize();
         let lobe = h.dot(normal).max(0.0).powf(shininess);
@@ -131,9 +132,10 @@ fn occluders(point: DVec3) {
     for glass in ["", "transmission 1 1 1\nior 1.5\n"] {
         let mut body = format!("{LIGHTS}{PAINT}sphere 0 0 0 1.5\n{glass}");
         for light in lights() {
-            let way = match light.directional {
-                true => light.position.normalize() * 3.0,
-                false => (light.position - point) * 0.5,
+            let way = if light.directional {
+                light.position.normalize() * 3.0
+            } else {
+                (light.position - point) * 0.5
             };
             let [x, y, z] = (point + way).to_array();
             body += &format!("sphere {x} {y} {z} 0.1\n");

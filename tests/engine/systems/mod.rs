@@ -57,10 +57,6 @@ fn floor(height: f32, facing_up: bool) -> String {
     let corners = format!(
         "vertex -10 -10 {height}\nvertex 10 -10 {height}\nvertex 10 10 {height}\nvertex -10 10 {height}\n"
     );
-    let faces = if facing_up {
-        "tri 0 1 2\ntri 0 2 3\n"
-    } else {
-        "tri 4 6 5\ntri 4 7 6\n"
-    };
+    let faces = if facing_up { "tri 0 1 2\ntri 0 2 3\n" } else { "tri 4 6 5\ntri 4 7 6\n" };
     corners + faces
 }

@@ -193,9 +193,10 @@ fn joined(built: &Options, asked: &Options) -> Options {
         view: asked.view.or(built.view),
         up: asked.up.or(built.up),
         ortho: asked.ortho.or(built.ortho),
-        lights: match asked.lights.is_empty() {
-            true => built.lights.clone(),
-            false => asked.lights.clone(),
+        lights: if asked.lights.is_empty() {
+            built.lights.clone()
+        } else {
+            asked.lights.clone()
         },
         background: asked.background.or(built.background),
         material: built.material,

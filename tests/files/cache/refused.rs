@@ -22,11 +22,7 @@ fn every_flipped_bit_is_refused() {
     let bytes = bytes_of(&scene, &bvh);
     for at in 0..bytes.len() {
         // Each byte, and each bit of some.
-        let bits = if at % 16 == 0 || at < 64 {
-            0..8
-        } else {
-            at % 8..at % 8 + 1
-        };
+        let bits = if at % 16 == 0 || at < 64 { 0..8 } else { at % 8..at % 8 + 1 };
         for bit in bits {
             let mut bad = bytes.clone();
             bad[at] ^= 1 << bit;

@@ -154,11 +154,7 @@ fn base64(bytes: &[u8]) -> String {
         let word = byte(0) << 16 | byte(1) << 8 | byte(2);
         for k in 0..4 {
             let digit = ALPHABET[(word >> (18 - 6 * k) & 63) as usize];
-            out.push(if k <= chunk.len() {
-                char::from(digit)
-            } else {
-                '='
-            });
+            out.push(if k <= chunk.len() { char::from(digit) } else { '=' });
         }
     }
     out

@@ -35,11 +35,7 @@ fn grid(file: &mut File, side: usize, height: f32) -> serde_json::Value {
     let vertices = side * side;
     let place = file.floats(3, positions(side, height).as_flattened());
     let flat = |k: usize| {
-        if k % 1009 == 7 {
-            0.0
-        } else {
-            0.25 + (k % 13) as f32
-        }
+        if k % 1009 == 7 { 0.0 } else { 0.25 + (k % 13) as f32 }
     };
     let normals: Vec<f32> = (0..vertices).flat_map(|k| [0.0, 0.0, flat(k)]).collect();
     let share = |k: usize| match k % 2003 {

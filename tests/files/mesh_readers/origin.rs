@@ -36,21 +36,13 @@ fn obj(corners: [[f64; 3]; 3]) -> Vec<u8> {
 }
 
 fn ply(kind: &str, rows: &[u8]) -> Vec<u8> {
-    let encoding = if kind == "ascii" {
-        "ascii"
-    } else {
-        "binary_little_endian"
-    };
+    let encoding = if kind == "ascii" { "ascii" } else { "binary_little_endian" };
     let kind = if kind == "ascii" { "float" } else { kind };
     let header = format!(
         "ply\nformat {encoding} 1.0\nelement vertex 3\nproperty {kind} x\nproperty {kind} y\nproperty {kind} z\n\
          element face 1\nproperty list uchar uchar vertex_indices\nend_header\n"
     );
-    let faces: &[u8] = if encoding == "ascii" {
-        b"3 0 1 2\n"
-    } else {
-        &[3, 0, 1, 2]
-    };
+    let faces: &[u8] = if encoding == "ascii" { b"3 0 1 2\n" } else { &[3, 0, 1, 2] };
     [header.as_bytes(), rows, faces].concat()
 }
 

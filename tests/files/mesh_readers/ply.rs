@@ -201,11 +201,7 @@ fn a_vertex_that_is_not_finite_leaves_out_its_faces() {
         assert_eq!(read("ply", &file).warnings[0].offset, at);
         for (file, line) in [(file, 0), (text("nan"), 13), (text("-1.#IND"), 13)] {
             let said = &read("ply", &file).warnings[0];
-            let part = if used {
-                "1 triangle is left out"
-            } else {
-                "no face uses it"
-            };
+            let part = if used { "1 triangle is left out" } else { "no face uses it" };
             assert!(said.message.contains(part) && said.line == line, "{said:?}");
         }
     }

@@ -164,9 +164,8 @@ fn binary(big: bool, vertex_uvs: bool, list: bool) -> Vec<u8> {
     }
     let order = if big { "big" } else { "little" };
     let mut bytes = header(&format!("binary_{order}_endian"), &RED, &elements).into_bytes();
-    let mut put = |little: &[u8]| match big {
-        true => bytes.extend(little.iter().rev()),
-        false => bytes.extend(little),
+    let mut put = |little: &[u8]| {
+        if big { bytes.extend(little.iter().rev()) } else { bytes.extend(little) }
     };
     for (k, corner) in CORNERS.iter().enumerate() {
         corner.iter().for_each(|c| put(&c.to_le_bytes()));
@@ -289,18 +288,10 @@ fn what_is_not_shown_is_said_and_costs_nothing() {
         (with_uvs_of_corners("texcoord"), false, true),
     ] {
         let end_vertex = |k| {
-            if vertex {
-                uv_of_vertex(k)
-            } else {
-                String::new()
-            }
+            if vertex { uv_of_vertex(k) } else { String::new() }
         };
         let end_face = |c| {
-            if corners {
-                uvs_of_corners(c)
-            } else {
-                String::new()
-            }
+            if corners { uvs_of_corners(c) } else { String::new() }
         };
         let loaded = beside(&ascii(&[], &elements, end_vertex, end_face));
         bare(&loaded);

@@ -14,10 +14,7 @@ fn files(ending: &str) -> Vec<PathBuf> {
     while let Some(folder) = folders.pop() {
         let entries = std::fs::read_dir(folder).unwrap();
         for path in entries.flatten().map(|entry| entry.path()) {
-            match path.is_dir() {
-                true => folders.push(path),
-                false => files.push(path),
-            }
+            if path.is_dir() { folders.push(path) } else { files.push(path) }
         }
     }
     files.retain(|file| file.extension().is_some_and(|e| e == ending));
@@ -54,11 +51,7 @@ fn obj_files_hold_what_tobj_finds_in_them() {
                 |&i: &u32| <[f32; 3]>::try_from(&mesh.positions[i as usize * 3..][..3]).unwrap();
             let mut rest = &mesh.indices[..];
             let threes = vec![3; rest.len() / 3];
-            let counts = if mesh.face_arities.is_empty() {
-                &threes
-            } else {
-                &mesh.face_arities
-            };
+            let counts = if mesh.face_arities.is_empty() { &threes } else { &mesh.face_arities };
             for &count in counts {
                 let (corners, behind) = rest.split_at(count as usize);
                 rest = behind;

@@ -162,11 +162,7 @@ fn tessellated_cones_face_outward() {
                 face.dot(normal.as_dvec3()) > 0.5,
                 "triangle {i} faces inward"
             );
-            let end = if corner.z < 0.5 {
-                cone.base_radius
-            } else {
-                cone.apex_radius
-            };
+            let end = if corner.z < 0.5 { cone.base_radius } else { cone.apex_radius };
             assert!((corner.truncate().length() - end).abs() < 1e-6, "{corner}");
         }
     }
@@ -185,11 +181,7 @@ pub fn ply_triangles(bytes: &[u8]) -> (usize, Vec<Vec<[f32; 3]>>) {
         line.unwrap().trim().parse().unwrap()
     };
     let (vertices, faces) = (count("element vertex"), count("element face"));
-    let stride = if header.contains("property float nx") {
-        24
-    } else {
-        12
-    };
+    let stride = if header.contains("property float nx") { 24 } else { 12 };
     let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     let vertex = |k: usize| [0, 4, 8].map(|part| float(end + k * stride + part));
     let mut at = end + vertices * stride;

@@ -117,11 +117,7 @@ impl PrimIds {
         let in_order = (first..)
             .zip(&numbers)
             .all(|(want, &number)| want == number);
-        if in_order {
-            PrimIds::From(first)
-        } else {
-            PrimIds::Each(numbers)
-        }
+        if in_order { PrimIds::From(first) } else { PrimIds::Each(numbers) }
     }
 
     fn of(&self, prim: u32) -> u32 {

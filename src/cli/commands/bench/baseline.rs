@@ -28,9 +28,10 @@ pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
 /// The error for incompatible records, with a hint if `--force` allows them.
 fn refused(refusal: IncompatibleRecords) -> CliError {
     let error = CliError::Usage(refusal.to_string());
-    match refusal.can_be_forced() {
-        true => error.with_hint("use --force to compare anyway"),
-        false => error,
+    if refusal.can_be_forced() {
+        error.with_hint("use --force to compare anyway")
+    } else {
+        error
     }
 }
 
@@ -92,10 +93,7 @@ impl Baseline {
         }
         let regressions = changes.regressions(&again, threshold);
         output::print(&regressions_table(&regressions, threshold))?;
-        match regressions.is_empty() {
-            true => Ok(()),
-            false => Err(CliError::Slower),
-        }
+        if regressions.is_empty() { Ok(()) } else { Err(CliError::Slower) }
     }
 
     /// Measures the scenes and kinds of rays of suspected regressions again.

@@ -147,12 +147,13 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
     SceneInput::note_all(&args.scenes)?;
     args.scene_args.no_picture()?;
     let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
-    match stdin && args.fail_above.is_some() {
-        false => Ok(()),
-        true => Err(CliError::Usage(
+    if stdin && args.fail_above.is_some() {
+        Err(CliError::Usage(
             "--fail-above may measure a scene again, but stdin can be read only once: give a file name"
                 .to_owned(),
-        )),
+        ))
+    } else {
+        Ok(())
     }
 }
 
@@ -201,10 +202,7 @@ fn dump_rays(path: &Path, plan: &BenchPlan, scenes: &[BenchScene]) -> Result<(),
 }
 
 fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
-    let usual_repeat = match args.quick {
-        true => suite.quick_repeat,
-        false => suite.repeat,
-    };
+    let usual_repeat = if args.quick { suite.quick_repeat } else { suite.repeat };
     BenchPlan {
         kinds: args.kinds(),
         frames: args.frames(),

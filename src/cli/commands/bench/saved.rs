@@ -33,9 +33,10 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
     if let Some(path) = &args.html {
         save(path, &comparison_page(&pairs(&records), &compared(false)?))?;
     }
-    match args.markdown {
-        true => output::print(&comparison_markdown(&shown)),
-        false => output::print_output(&ComparisonDocument(shown), args.json),
+    if args.markdown {
+        output::print(&comparison_markdown(&shown))
+    } else {
+        output::print_output(&ComparisonDocument(shown), args.json)
     }
 }
 

@@ -15,9 +15,10 @@ const OF: &str = " of ";
 /// The heading and the table of a scene's rates, or of its work if nothing was timed, in `width`
 /// columns.
 pub fn scene(measured: &Measured, width: usize) -> String {
-    let table = match measured.rows.is_empty() {
-        true => work(measured, width),
-        false => rates(&RecordIndex::of(&[], &measured.rows), width),
+    let table = if measured.rows.is_empty() {
+        work(measured, width)
+    } else {
+        rates(&RecordIndex::of(&[], &measured.rows), width)
     };
     heading(&measured.scene, width) + &table + "\n"
 }
@@ -118,9 +119,10 @@ fn ratio(best: &RecordIndex, name: &str, kind: &str, threads: u32) -> String {
         return "-".to_owned();
     };
     // A peer that cannot trace every scene is compared on the others.
-    let of = match over.scenes < best.averaged.len() {
-        true => format!("{OF}{}", over.scenes),
-        false => String::new(),
+    let of = if over.scenes < best.averaged.len() {
+        format!("{OF}{}", over.scenes)
+    } else {
+        String::new()
     };
     format!("{:.2}{of}", over.mean)
 }

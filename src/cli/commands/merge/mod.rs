@@ -86,9 +86,10 @@ fn output_path(args: &MergeArgs, frames: &PlannedFrames) -> Result<PathBuf, CliE
 /// The shards that are not finished.
 pub fn missing_shards(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
     let frames = PlannedFrames::of(plan);
-    let missing: MissingShares = match frames.is_by_frame() {
-        true => missing_frames(path, &frames)?,
-        false => missing_tiles(path, &frames, &shares(&frames))?.0,
+    let missing: MissingShares = if frames.is_by_frame() {
+        missing_frames(path, &frames)?
+    } else {
+        missing_tiles(path, &frames, &shares(&frames))?.0
     };
     Ok(missing.shards())
 }

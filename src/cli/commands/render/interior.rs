@@ -45,10 +45,7 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
     let [eye, center] = [eye, richest.center].map(|at| words(scene, at, size / scene.scale));
     // The default light is outside, too.
-    let light = match scene.defaulted.light {
-        true => format!(" --light {eye}"),
-        false => String::new(),
-    };
+    let light = if scene.defaulted.light { format!(" --light {eye}") } else { String::new() };
     Some(format!(
         "a few large faces hide the rest; if this is a room, try a camera inside it: --camera {eye} {center} {},{},{} {FOVY}{light}",
         up.x, up.y, up.z

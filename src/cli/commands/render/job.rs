@@ -160,9 +160,6 @@ impl Job<'_> {
 /// written. A file that is put together in memory takes the space of all bands on top.
 pub fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
     let bands = bands(settings.window(), settings.tile_side());
-    let file = match output.is_in_memory() {
-        true => bands.len(),
-        false => 0,
-    };
+    let file = if output.is_in_memory() { bands.len() } else { 0 };
     (bands.len().min(open_bands(&bands) + 2) + file) as u64
 }

@@ -207,9 +207,10 @@ fn output_path(
         }
         Some(name) => {
             // Only the command line may choose stdout: a scene's `-` is the file `./-`.
-            let path = match output::is_dash(Path::new(name)) {
-                true => Path::new(".").join(name),
-                false => PathBuf::from(name),
+            let path = if output::is_dash(Path::new(name)) {
+                Path::new(".").join(name)
+            } else {
+                PathBuf::from(name)
             };
             let format = format_of(&path, asked, "the scene's output");
             let hinted = |error: CliError| error.with_hint("choose another file with -o");

@@ -187,10 +187,7 @@ impl Output for RenderDocument {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
         let samples = self.summary.samples_words();
-        let linear = match self.image.linear {
-            true => ", linear (see --transfer)",
-            false => "",
-        };
+        let linear = if self.image.linear { ", linear (see --transfer)" } else { "" };
         let (render, all) = (self.seconds.render, self.seconds.total());
         let rays = self.rays.total() as f64 / 1e6;
         let speed = mrays_per_s(self.rays.total(), render);

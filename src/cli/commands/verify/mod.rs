@@ -162,10 +162,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
             scenes,
         })?;
     }
-    match identical {
-        true => Ok(()),
-        false => Err(CliError::Mismatch),
-    }
+    if identical { Ok(()) } else { Err(CliError::Mismatch) }
 }
 
 impl SceneOutcome {

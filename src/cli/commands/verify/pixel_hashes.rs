@@ -67,16 +67,19 @@ impl PixelHashFile {
         output::reads("the record", path)?;
         let file = File::open(path).map_err(|e| CliError::cannot_read(&name, e))?;
         // A device may never end, so reading stops at the first invalid byte, or at the limit.
-        let most = match file.metadata().is_ok_and(|file| file.is_file()) {
-            true => u64::MAX,
-            false => MAX_PIPED,
+        let most = if file.metadata().is_ok_and(|file| file.is_file()) {
+            u64::MAX
+        } else {
+            MAX_PIPED
         };
         let reader = BufReader::with_capacity(1 << 16, file.take(most));
-        let record: PixelHashFile =
-            serde_json::from_reader(reader).map_err(|e| match e.is_io() {
-                true => CliError::cannot_read(&name, e),
-                false => CliError::Runtime(format!("{name}: not a record of verify: {e}")),
-            })?;
+        let record: PixelHashFile = serde_json::from_reader(reader).map_err(|e| {
+            if e.is_io() {
+                CliError::cannot_read(&name, e)
+            } else {
+                CliError::Runtime(format!("{name}: not a record of verify: {e}"))
+            }
+        })?;
         if record.schema_version != SCHEMA_VERSION {
             return Err(CliError::Usage(format!(
                 "{name}: record version {} is not supported, only version {SCHEMA_VERSION}",

@@ -66,11 +66,8 @@ impl Cells {
         let mut before = u32::MAX;
         for across in first >> shift[across]..=last >> shift[across] {
             let along = along >> shift[axis];
-            let cell = if axis == 0 {
-                across << columns | along
-            } else {
-                along << columns | across
-            };
+            let cell =
+                if axis == 0 { across << columns | along } else { along << columns | across };
             let there = pixel.samples[cell as usize];
             if there != before {
                 found.push(there);
@@ -114,9 +111,10 @@ impl Cells {
         // One unit beyond the corner of the cell.
         let beyond = |axis: usize, upper: bool| {
             let at = [at.0, at.1][axis] * PIXEL_SIDE + sample.from(axis);
-            match upper {
-                true => Some(at + sample.side(axis)).filter(|&c| c < BLOCK * PIXEL_SIDE),
-                false => at.checked_sub(1),
+            if upper {
+                Some(at + sample.side(axis)).filter(|&c| c < BLOCK * PIXEL_SIDE)
+            } else {
+                at.checked_sub(1)
             }
         };
         for (right, below) in [(false, false), (true, false), (false, true), (true, true)] {

@@ -112,11 +112,7 @@ fn capital(parts: &mut PartBuilder, r: f64, high: f64) {
     let leaf = |from: f64, to: f64, t: f64| {
         let t = (t - from) / (to - from);
         // A leaf leans outward and breaks off at its tip.
-        if (0.0..1.0).contains(&t) {
-            t * t * (1.0 - t * t * t * t)
-        } else {
-            0.0
-        }
+        if (0.0..1.0).contains(&t) { t * t * (1.0 - t * t * t * t) } else { 0.0 }
     };
     revolve(parts, &outline, (6, 1), |turn, t| {
         if !carved {

@@ -141,9 +141,10 @@ impl Drape {
     fn curtain(&self, side: f64, u: f64, v: f64, folds: f64) -> DVec3 {
         let down = 1.0 - v;
         let cord = 0.6;
-        let drawn = match down < cord {
-            true => blend(1.0, 0.2, smoothstep(-0.15, cord, down)),
-            false => blend(0.2, 0.42, smoothstep(cord, 1.0, down)),
+        let drawn = if down < cord {
+            blend(1.0, 0.2, smoothstep(-0.15, cord, down))
+        } else {
+            blend(0.2, 0.42, smoothstep(cord, 1.0, down))
         };
         // Right and left change places, so that both curtains face the court.
         let u = if side > 0.0 { u } else { 1.0 - u };

@@ -32,10 +32,7 @@ pub(super) fn smooth(outline: &[(f64, f64)], rows: usize) -> Vec<DVec2> {
     let mut curve = vec![p[0]];
     for i in 1..last {
         let from = curve[curve.len() - 1];
-        let to = match i + 1 == last {
-            true => p[last],
-            false => (p[i] + p[i + 1]) / 2.0,
-        };
+        let to = if i + 1 == last { p[last] } else { (p[i] + p[i + 1]) / 2.0 };
         curve.extend((1..=STEPS).map(|step| {
             let t = step as f64 / STEPS as f64;
             let s = 1.0 - t;
@@ -61,11 +58,7 @@ fn evenly(curve: &[DVec2], rows: usize) -> Vec<DVec2> {
             side += 1;
             step = (curve[side + 1] - curve[side]).length();
         }
-        let t = if step > 0.0 {
-            ((at - passed) / step).min(1.0)
-        } else {
-            0.0
-        };
+        let t = if step > 0.0 { ((at - passed) / step).min(1.0) } else { 0.0 };
         points.push(curve[side] + (curve[side + 1] - curve[side]) * t);
     }
     points.push(curve[curve.len() - 1]);
@@ -129,11 +122,7 @@ pub(super) fn ring(
 pub(super) fn beam(parts: &mut PartBuilder, ends: [FramePoint; 2], (thick, high): (f64, f64)) {
     let [from, to] = ends.map(|end| parts.frame.point(end.into()));
     let along = (to - from).normalize();
-    let side = if along.y.abs() > 0.9 {
-        DVec3::X
-    } else {
-        along.cross(DVec3::Y).normalize()
-    };
+    let side = if along.y.abs() > 0.9 { DVec3::X } else { along.cross(DVec3::Y).normalize() };
     let (side, up) = (side * (thick / 2.0), side.cross(along) * (high / 2.0));
     // Corners of a section, counter-clockwise as seen from the beam's end.
     let section = [side - up, side + up, -side + up, -side - up];

@@ -98,10 +98,7 @@ impl House {
         let y1 = top(floor);
         let middle = (x0 + x1) / 2.0;
         let door = floor == 0 && bay == self.bays / 2;
-        let (half, sill, head) = match door {
-            true => (0.55, 0.0, 2.45),
-            false => (0.5, 0.82, 2.42),
-        };
+        let (half, sill, head) = if door { (0.55, 0.0, 2.45) } else { (0.5, 0.82, 2.42) };
         let hole = Area::new(middle - half, y0 + sill, middle + half, y0 + head);
         self.wall_around(parts, Area::new(x0, y0, x1, y1), hole);
         opening::reveal(parts, hole);

@@ -29,10 +29,7 @@ impl ClusterRef {
     #[inline(always)]
     pub(super) fn index(self) -> Result<usize, usize> {
         let index = (self.0 & !IS_MERGE) as usize;
-        match self.0 & IS_MERGE == 0 {
-            true => Err(index),
-            false => Ok(index),
-        }
+        if self.0 & IS_MERGE == 0 { Err(index) } else { Ok(index) }
     }
 }
 
@@ -133,8 +130,5 @@ impl Clusters {
 
 /// The plane of a box that contains everything, in one of the columns.
 fn infinite(column: usize) -> f32 {
-    match column < 3 {
-        true => f32::NEG_INFINITY,
-        false => f32::INFINITY,
-    }
+    if column < 3 { f32::NEG_INFINITY } else { f32::INFINITY }
 }

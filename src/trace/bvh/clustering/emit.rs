@@ -68,10 +68,7 @@ impl EmittedNodes {
             leaves: LeafObjects::with_room(sorted.len()),
         };
         let bounds = emission.bounds(root);
-        let root = match emission.is_leaf(root) {
-            true => emission.leaf(root),
-            false => emission.nodes(root),
-        };
+        let root = if emission.is_leaf(root) { emission.leaf(root) } else { emission.nodes(root) };
         ChunkTree {
             root,
             bounds,
@@ -141,10 +138,11 @@ impl Emission<'_> {
             }
             let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
             for (child, part) in children.iter_mut().zip(parts) {
-                let content = match self.is_leaf(part) {
-                    true => self.leaf(part),
+                let content = if self.is_leaf(part) {
+                    self.leaf(part)
+                } else {
                     // The index is set when the node is written.
-                    false => Child::Node(0),
+                    Child::Node(0)
                 };
                 *child = (content, self.bounds(part));
             }

@@ -63,9 +63,10 @@ impl Clustering {
             let count = self.clusters.len();
             let exhausted = visits_left < count;
             visits_left = visits_left.saturating_sub(count);
-            match exhausted {
-                true => self.neighbours.pair_up(count),
-                false => choose::<REACH>(&self.clusters, &mut self.neighbours),
+            if exhausted {
+                self.neighbours.pair_up(count)
+            } else {
+                choose::<REACH>(&self.clusters, &mut self.neighbours)
             }
             let (clusters, neighbours) = (&mut self.clusters, &self.neighbours);
             self.merges.add_round(clusters, neighbours, sorted);

@@ -47,10 +47,7 @@ fn divide(
     let parallel = left.len().min(right.len()) >= PARALLEL_GRAIN;
     let mut left = || divide(left, first, chunk_prims, depth + 1);
     let mut right = || divide(right, first + at, chunk_prims, depth + 1);
-    let (left, right) = match parallel {
-        true => rayon::join(left, right),
-        false => (left(), right()),
-    };
+    let (left, right) = if parallel { rayon::join(left, right) } else { (left(), right()) };
     let mut steps = vec![DivisionStep::Divided];
     steps.extend(left);
     steps.extend(right);

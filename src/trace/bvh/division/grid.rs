@@ -31,9 +31,8 @@ impl CellGrid {
         let cells = (count / PRIMS_PER_CELL).clamp(CELLS[0], most);
         let size = extent.hi - extent.lo;
         let side = sides(size.to_array(), cells as f32);
-        let scale = |k: usize| match size[k] > 0.0 {
-            true => side[k] as f32 / size[k],
-            false => 0.0,
+        let scale = |k: usize| {
+            if size[k] > 0.0 { side[k] as f32 / size[k] } else { 0.0 }
         };
         CellGrid {
             lo: extent.lo,

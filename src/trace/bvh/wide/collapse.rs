@@ -196,10 +196,8 @@ fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
     for j in 0..MAX_ROOTS - 1 {
         let (parted, first) = split(j);
         let fewer = cost.roots[j];
-        (cost.roots[j + 1], choice.first[j]) = match parted < fewer {
-            true => (parted, first),
-            false => (fewer, 0),
-        };
+        (cost.roots[j + 1], choice.first[j]) =
+            if parted < fewer { (parted, first) } else { (fewer, 0) };
     }
     choice.first[MAX_ROOTS - 1] = first_of_full;
     (choice, cost)

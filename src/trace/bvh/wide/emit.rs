@@ -117,10 +117,13 @@ impl ChildKind {
                 kind: kind @ (LeafKind::TRIANGLE | LeafKind::SPHERE),
                 first,
                 count,
-            } => match count <= NATIVE as u32 {
-                true => ChildKind::Block(kind, BlockSlots::Row { first, count }),
-                false => ChildKind::Node(part),
-            },
+            } => {
+                if count <= NATIVE as u32 {
+                    ChildKind::Block(kind, BlockSlots::Row { first, count })
+                } else {
+                    ChildKind::Node(part)
+                }
+            }
             BoxContents::Leaf { kind, first, count } => {
                 ChildKind::Other(OtherLeaf { kind, first, count })
             }

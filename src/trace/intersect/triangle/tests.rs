@@ -24,11 +24,7 @@ impl RandomSource {
 fn rays([a, b, c]: [Vec3; 3], from: &mut RandomSource) -> RayPacket {
     let org = a + from.position() * from.scale(8.0);
     // A tiny length, now and then: if that overflows, the distance is clamped all the same.
-    let short = if from.unit() > 0.8 {
-        from.scale(42.0)
-    } else {
-        1.0
-    };
+    let short = if from.unit() > 0.8 { from.scale(42.0) } else { 1.0 };
     let rays: [[Vec3; 2]; LANES] = std::array::from_fn(|lane| {
         let (s, t) = (from.unit().abs(), from.unit().abs());
         let on = match lane % 4 {

@@ -73,11 +73,7 @@ impl BeamBatch<'_, '_> {
     pub(super) fn packet<L: Lanes>(&self, k: usize, j: usize) -> usize {
         let (at, whole) = (k * L::PACKETS + j, self.packets.len() & !3);
         let turned = L::PACKETS == 2 && at < whole;
-        let index = if turned {
-            at & !3 | (at & 1) << 1 | (at >> 1 & 1)
-        } else {
-            at
-        };
+        let index = if turned { at & !3 | (at & 1) << 1 | (at >> 1 & 1) } else { at };
         self.packets.start + index
     }
 

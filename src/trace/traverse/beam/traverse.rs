@@ -102,9 +102,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         let columns = columns.map(Native::to_array);
         let children = &node.order[self.space.axes[0] % 3];
         let mut order = in_order(children, left);
-        let last = |order: u32, up: bool| match up {
-            true => 31 - order.leading_zeros(),
-            false => order.trailing_zeros(),
+        let last = |order: u32, up: bool| {
+            if up { 31 - order.leading_zeros() } else { order.trailing_zeros() }
         };
         let up = self.space.sign > 0.0;
         if left != 0 {

@@ -93,9 +93,10 @@ fn descend<S: SingleQuery>(
                 let (met, enter) = children_met(state, node);
                 if met != 0 {
                     // The child that would be pushed last stays in hand.
-                    let nearest = match S::FRONT_TO_BACK && state.goes_up(node.axis) {
-                        true => met.trailing_zeros(),
-                        false => u32::BITS - 1 - met.leading_zeros(),
+                    let nearest = if S::FRONT_TO_BACK && state.goes_up(node.axis) {
+                        met.trailing_zeros()
+                    } else {
+                        u32::BITS - 1 - met.leading_zeros()
                     };
                     let rest = met & !(1 << nearest);
                     if rest != 0 {
@@ -162,9 +163,10 @@ fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
     let along = dir[axes[2]];
     let scale = 1.0 / along;
     let [slope_x, slope_y] = [0, 1].map(|k| dir[axes[k]] * scale);
-    let steepness = match is_usual(size, along.abs()) {
-        true => slope_x.abs().max(slope_y.abs()),
-        false => f32::INFINITY,
+    let steepness = if is_usual(size, along.abs()) {
+        slope_x.abs().max(slope_y.abs())
+    } else {
+        f32::INFINITY
     };
     SingleRaySetup {
         rdir: dir.map(reciprocal_of_one),
