@@ -57,8 +57,8 @@ struct CommittedCounts {
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().collect();
-    if let Some(at) = arguments.iter().position(|a| a == WORKLOAD) {
-        let argument = |i: usize| arguments.get(at + i).map_or("", |text| text);
+    if let Some(offset) = arguments.iter().position(|a| a == WORKLOAD) {
+        let argument = |i: usize| arguments.get(offset + i).map_or("", |text| text);
         return counted_run(argument(1), Path::new(argument(2)));
     }
     let bless = arguments.iter().any(|a| a == "--bless");
@@ -270,14 +270,14 @@ impl CountedWorkload {
             .env_clear()
             .output()
             .expect("valgrind starts");
-        let said = String::from_utf8_lossy(&output.stdout);
+        let stderr = String::from_utf8_lossy(&output.stdout);
         let complaint = String::from_utf8_lossy(&output.stderr);
         assert!(
             output.status.success(),
             "{name} under valgrind: {complaint}"
         );
         assert_eq!(
-            said.trim(),
+            stderr.trim(),
             expected.to_string(),
             "{name}: another answer under valgrind"
         );

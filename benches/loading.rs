@@ -203,8 +203,8 @@ fn compare(
     let passes: Vec<(f64, f64)> = (0..passes)
         .map(|_| (our_triangles(path).0, others(path).0))
         .collect();
-    let median_of = |of: &dyn Fn(&(f64, f64)) -> f64| {
-        let mut values: Vec<f64> = passes.iter().map(of).collect();
+    let median_of = |time: &dyn Fn(&(f64, f64)) -> f64| {
+        let mut values: Vec<f64> = passes.iter().map(time).collect();
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };

@@ -176,12 +176,12 @@ fn primary_rates(name: &str, scene: &Scene) -> Vec<Rate> {
         };
         pass();
         let seconds = median((0..PASSES).map(|_| pass()));
-        let found = hits.iter().flat_map(|h| h.prim_id.to_array());
+        let actual = hits.iter().flat_map(|h| h.prim_id.to_array());
         Rate {
             scene: name.to_string(),
             kernel: kernel_name,
             mrays: rays.len() as f64 / 1e6 / seconds,
-            hits: found.filter(|&id| id != NO_PRIM).count(),
+            hits: actual.filter(|&id| id != NO_PRIM).count(),
         }
     });
     assert!(

@@ -68,7 +68,7 @@ fn stages(c: &mut Criterion) {
         let ids = hits.hits.iter().flat_map(|h| h.prim_id.to_array());
         let met = ids.filter(|&id| id != NO_PRIM).count();
         let all = surfaces.iter().copied().flatten();
-        let active = all.map(|at| at.active.bits().count_ones() as usize);
+        let active = all.map(|points| points.active.bits().count_ones() as usize);
         assert_eq!(active.sum::<usize>(), met, "{name}: surfaces");
 
         let mut group = brief(c, &format!("{name}, stages"));
@@ -118,11 +118,11 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
         queue.clear();
         let light = ShadeLight::of(scene, light);
         let position = light.sample_position([0; LANES], 0);
-        for at in surfaces {
-            let row = &MaterialRow::of(scene, at.material);
+        for point in surfaces {
+            let row = &MaterialRow::of(scene, point.material);
             let material = ShadeMaterial { row, varied: None };
-            let s = light.sample(position, &material, at, None);
-            queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
+            let s = light.sample(position, &material, point, None);
+            queue.push(s.needed, s.org, s.dir, s.radiance, &point.ray);
         }
         rays += black_box(&*queue).len() as u64;
     }
@@ -132,12 +132,12 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
 /// Queues the mirror and refracted rays of a wave, and returns their number.
 fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64 {
     queue.clear();
-    for at in surfaces {
-        let row = &MaterialRow::of(scene, at.material);
+    for point in surfaces {
+        let row = &MaterialRow::of(scene, point.material);
         let material = ShadeMaterial { row, varied: None };
-        let out = bounces(&material, at);
+        let out = bounces(&material, point);
         for out in [out.mirror, out.refracted] {
-            queue.push(out.active, out.org, out.dir, out.weight, &at.ray);
+            queue.push(out.active, out.org, out.dir, out.weight, &point.ray);
         }
     }
     black_box(&*queue).len() as u64

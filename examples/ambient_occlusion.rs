@@ -67,9 +67,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// A parabolic hollow in a plain, from −1 to 1.
 fn bowl() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-    let at = |k: u32| 2.0 * k as f32 / (SIDE - 1) as f32 - 1.0;
+    let coordinate = |k: u32| 2.0 * k as f32 / (SIDE - 1) as f32 - 1.0;
     let vertex = |i: u32| {
-        let (x, z) = (at(i % SIDE), at(i / SIDE));
+        let (x, z) = (coordinate(i % SIDE), coordinate(i / SIDE));
         [x, -1.2 * (0.64 - x * x - z * z).max(0.0), z]
     };
     let quads = (0..SIDE - 1).flat_map(|z| (0..SIDE - 1).map(move |x| z * SIDE + x));

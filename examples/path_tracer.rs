@@ -70,10 +70,10 @@ fn furnished_room() -> Result<World, GeometryError> {
 }
 
 /// A pixel in sRGB through Narkowicz's ACES curve. Its random numbers depend on nothing else.
-fn pixel(world: &World, at: [usize; 2], samples: u32) -> [u8; 3] {
-    let mut seed = ((at[1] * SIZE[0] + at[0]) as u64) << 32;
+fn pixel(world: &World, pixel: [usize; 2], samples: u32) -> [u8; 3] {
+    let mut seed = ((pixel[1] * SIZE[0] + pixel[0]) as u64) << 32;
     let sample = |_| {
-        let [right, down] = at.map(|k| (k as f32 + random(&mut seed)) / SIZE[1] as f32);
+        let [right, down] = pixel.map(|k| (k as f32 + random(&mut seed)) / SIZE[1] as f32);
         let along = vec3(0.78 * right - 0.52, 0.315 - 0.78 * down, -1.0).normalize();
         radiance(world, Ray::new([2.2, 1.6, 7.0], along), &mut seed)
     };

@@ -40,11 +40,11 @@ fn verify(
     let tree = TwoLevelBvh::build(&scene);
     let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
     for (ray, hit) in rays.iter().zip(hits.iter()) {
-        let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
-        let expected = oracle.closest(&asked).filter(|hit| hit.t < ray.tmax);
+        let oracle_ray = OracleRay::new(ray.origin.into(), ray.direction.into());
+        let expected = oracle.closest(&oracle_ray).filter(|hit| hit.t < ray.tmax);
         let expected = expected.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.prim_id));
-        let found = hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.prim_id));
-        assert_eq!(found, expected, "{ray:?}");
+        let actual = hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.prim_id));
+        assert_eq!(actual, expected, "{ray:?}");
     }
     Ok(count)
 }
@@ -60,9 +60,9 @@ fn random_numbers() -> impl FnMut(usize) -> f32 {
 
 /// A saddle of `side`² squares, two triangles each.
 fn saddle(side: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-    let at = |k: u32| 2.0 * k as f32 / side as f32 - 1.0;
+    let coordinate = |k: u32| 2.0 * k as f32 / side as f32 - 1.0;
     let vertex = |i: u32| {
-        let [x, z] = [at(i % (side + 1)), at(i / (side + 1))];
+        let [x, z] = [coordinate(i % (side + 1)), coordinate(i / (side + 1))];
         [x, x * x - z * z, z]
     };
     let squares = (0..side).flat_map(|z| (0..side).map(move |x| z * (side + 1) + x));

@@ -72,8 +72,8 @@ impl Order {
         let ray = |k: usize| match self {
             Order::Coherent => {
                 let (x, y) = (k / LANES % 8 * 4 + k % 4, k / LANES / 8 * 2 + k % LANES / 4);
-                let at = |cell: usize| (cell as f32 + 0.5) / 16.0 - 1.0;
-                let to = Vec3::new(at(x), at(y), 0.0);
+                let coordinate = |cell: usize| (cell as f32 + 0.5) / 16.0 - 1.0;
+                let to = Vec3::new(coordinate(x), coordinate(y), 0.0);
                 unit(EYE, to - EYE)
             }
             Order::Scattered => {
@@ -261,15 +261,15 @@ fn nothing<L: Lanes>() -> HitPacket<L> {
 
 /// Packs rays into packets; only rays that fill packets are used.
 fn packets<L: Lanes>(rays: &[OracleRay], tmax: f32) -> Vec<RayPacket<L>> {
-    let of = |chunk: &[OracleRay]| {
-        let column = |of: &dyn Fn(&OracleRay) -> f32| {
-            L::from_octets(|eight| std::array::from_fn(|k| of(&chunk[eight * LANES + k])))
+    let component = |chunk: &[OracleRay]| {
+        let column = |component: &dyn Fn(&OracleRay) -> f32| {
+            L::from_octets(|eight| std::array::from_fn(|k| component(&chunk[eight * LANES + k])))
         };
-        let vec = |of: fn(&OracleRay) -> Vec3| {
+        let vec = |component: fn(&OracleRay) -> Vec3| {
             Vec3Lanes::new(
-                column(&|r| of(r).x),
-                column(&|r| of(r).y),
-                column(&|r| of(r).z),
+                column(&|r| component(r).x),
+                column(&|r| component(r).y),
+                column(&|r| component(r).z),
             )
         };
         RayPacket {
@@ -279,7 +279,7 @@ fn packets<L: Lanes>(rays: &[OracleRay], tmax: f32) -> Vec<RayPacket<L>> {
         }
     };
     let mask = L::Mask::first(L::PACKETS * LANES).bits().count_ones() as usize;
-    rays.chunks_exact(mask).map(of).collect()
+    rays.chunks_exact(mask).map(component).collect()
 }
 
 /// The oracle's test.

@@ -25,7 +25,7 @@ thread_local! {
 /// torn down, its counters may be gone; nobody reads them then.
 fn count(size: usize, more: i64) {
     LARGEST.fetch_max(size, Ordering::Relaxed);
-    let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
+    let _ = ASKED.try_with(|count| count.set(count.get() + 1));
     hold(more);
 }
 
@@ -75,7 +75,7 @@ pub fn alone() -> MutexGuard<'static, ()> {
 }
 
 /// Allocations and reallocations of this thread so far.
-pub fn asked() -> u64 {
+pub fn allocations() -> u64 {
     ASKED.get()
 }
 

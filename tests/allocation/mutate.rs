@@ -71,22 +71,22 @@ pub fn mutated(corpus: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
 }
 
 fn change(input: &mut Vec<u8>, corpus: &[Vec<u8>], rng: &mut Rng) {
-    let at = rng.below(input.len() + 1);
+    let offset = rng.below(input.len() + 1);
     match rng.below(11) {
-        0 => input.truncate(at),
+        0 => input.truncate(offset),
         1 => {
-            if let Some(byte) = input.get_mut(at) {
+            if let Some(byte) = input.get_mut(offset) {
                 *byte ^= 1 << rng.below(8);
             }
         }
         2 => {
-            if let Some(byte) = input.get_mut(at) {
+            if let Some(byte) = input.get_mut(offset) {
                 *byte = rng.bits() as u8;
             }
         }
-        3 => drop(input.drain(span(input, at, rng))),
+        3 => drop(input.drain(span(input, offset, rng))),
         4 => {
-            let copy = input[span(input, at, rng)].to_vec();
+            let copy = input[span(input, offset, rng)].to_vec();
             let most = if rng.once_in(50) { 300 } else { 3 };
             let times = 1 + rng.below(most);
             insert(input, rng, &copy.repeat(times));
@@ -97,48 +97,48 @@ fn change(input: &mut Vec<u8>, corpus: &[Vec<u8>], rng: &mut Rng) {
             let part = other[span(other, start, rng)].to_vec();
             insert(input, rng, &part);
         }
-        6 | 7 => number(input, at, rng),
+        6 | 7 => number(input, offset, rng),
         8 => {
             let word = WORDS[rng.below(WORDS.len())];
-            input.splice(at..at, word.bytes());
+            input.splice(offset..offset, word.bytes());
         }
-        _ => replace_word(input, at, rng),
+        _ => replace_word(input, offset, rng),
     }
 }
 
 /// Up to a few dozen bytes from a position.
-fn span(input: &[u8], at: usize, rng: &mut Rng) -> std::ops::Range<usize> {
+fn span(input: &[u8], offset: usize, rng: &mut Rng) -> std::ops::Range<usize> {
     let magnitude = 1 + rng.below(7);
     let length = 1 + rng.below(1 << magnitude);
-    at..(at + length).min(input.len())
+    offset..(offset + length).min(input.len())
 }
 
 fn insert(input: &mut Vec<u8>, rng: &mut Rng, part: &[u8]) {
-    let at = rng.below(input.len() + 1);
-    input.splice(at..at, part.iter().copied());
+    let offset = rng.below(input.len() + 1);
+    input.splice(offset..offset, part.iter().copied());
 }
 
 /// Overwrites bytes with a number in either order.
-fn number(input: &mut [u8], at: usize, rng: &mut Rng) {
+fn number(input: &mut [u8], offset: usize, rng: &mut Rng) {
     let number = NUMBERS[rng.below(NUMBERS.len())];
     let size = 1 << rng.below(4);
     let mut bytes = number.to_le_bytes()[..size].to_vec();
     if rng.once_in(2) {
         bytes.reverse();
     }
-    for (byte, new) in input.iter_mut().skip(at).zip(bytes) {
+    for (byte, new) in input.iter_mut().skip(offset).zip(bytes) {
         *byte = new;
     }
 }
 
 /// Replaces the word around `at`.
-fn replace_word(input: &mut Vec<u8>, at: usize, rng: &mut Rng) {
+fn replace_word(input: &mut Vec<u8>, offset: usize, rng: &mut Rng) {
     let blank = |b: &u8| *b <= b' ';
-    let start = input[..at].iter().rposition(blank).map_or(0, |i| i + 1);
-    let end = input[at..]
+    let start = input[..offset].iter().rposition(blank).map_or(0, |i| i + 1);
+    let end = input[offset..]
         .iter()
         .position(blank)
-        .map_or(input.len(), |i| at + i);
+        .map_or(input.len(), |i| offset + i);
     let word = WORDS[rng.below(WORDS.len())];
     input.splice(start..end, word.bytes());
 }

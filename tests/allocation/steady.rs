@@ -1,7 +1,7 @@
 //! A warmed-up painter paints without allocating memory, and its memory does not grow with the
 //! depth.
 
-use crate::allocator::{alone, asked, peak_of};
+use crate::allocator::{allocations, alone, peak_of};
 use crate::common::rng::Rng;
 use crate::common::scenes::{self, TestMaterial};
 use glam::Vec3;
@@ -78,15 +78,15 @@ fn painting_allocates_nothing_once_warm() {
                 painter.render_tile(tile, &mut pixels);
             }
         };
-        let before = asked();
+        let before = allocations();
         paint_all(&mut painter);
-        let warming = asked() - before;
+        let warming = allocations() - before;
         let rays = painter.stats().rays;
         assert!(warming > 0, "the counter counts nothing");
         assert!(rays.reflection > 1000 && rays.refraction > 1000, "{rays:?}");
-        let before = asked();
+        let before = allocations();
         paint_all(&mut painter);
-        let again = asked() - before;
+        let again = allocations() - before;
         println!("tiles of {side}: {warming} allocations while warming up, {again} after");
         assert_eq!(again, 0, "tiles of {side}, hits kept: {record_hits}");
     }
@@ -121,9 +121,9 @@ fn single_rays_allocate_nothing_once_warm() {
                 && bvh.occluded_batch(&columns, &mut blocked, 0).is_ok()
         };
         assert!(cast());
-        let before = asked();
+        let before = allocations();
         assert!(cast());
-        assert_eq!(asked() - before, 0, "allocations");
+        assert_eq!(allocations() - before, 0, "allocations");
     }
 }
 

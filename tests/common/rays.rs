@@ -23,8 +23,8 @@ pub fn hit_bits(hit: &OracleHit) -> HitWords {
 
 /// Up to eight rays as a packet; lanes without a ray hold zeros.
 pub fn pack(rays: &[OracleRay], tmax: impl Fn(usize) -> f32) -> RayPacket {
-    let column = |of: &dyn Fn(&OracleRay) -> f32| {
-        F32x8::new(std::array::from_fn(|k| rays.get(k).map_or(0.0, of)))
+    let column = |component: &dyn Fn(&OracleRay) -> f32| {
+        F32x8::new(std::array::from_fn(|k| rays.get(k).map_or(0.0, component)))
     };
     RayPacket {
         org: Vec3x8::new(
@@ -103,11 +103,16 @@ impl<'a> Engines<'a> {
         let arena = Bump::new();
         let queue = queue(&arena, rays);
         for (name, traversal) in &mut self.others {
-            let mut found = [HitPacket::miss()];
-            traversal.closest(&queue, 0..1, &mut found);
+            let mut answer = [HitPacket::miss()];
+            traversal.closest(&queue, 0..1, &mut answer);
             for (lane, want) in truth.iter().enumerate() {
                 let want = want.as_ref().map(hit_bits);
-                assert_eq!(lane_bits(&found[0], lane), want, "{name}, {:?}", rays[lane]);
+                assert_eq!(
+                    lane_bits(&answer[0], lane),
+                    want,
+                    "{name}, {:?}",
+                    rays[lane]
+                );
             }
         }
         truth

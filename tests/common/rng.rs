@@ -69,7 +69,7 @@ impl Rng {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    pub fn pick<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())]
+    pub fn pick<T: Copy>(&mut self, items: &[T]) -> T {
+        items[self.below(items.len())]
     }
 }

@@ -95,8 +95,8 @@ fn alone(piece: &LonePrim, prim_id: u32, rays: &[Ray]) -> Vec<Option<[u32; 4]>> 
     let (scene, _) = scene_of(std::slice::from_ref(piece));
     let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
     let hit = |ray: &Ray| {
-        let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
-        let hit = oracle.closest(&asked).filter(|hit| hit.t < ray.tmax)?;
+        let oracle_ray = OracleRay::new(ray.origin.into(), ray.direction.into());
+        let hit = oracle.closest(&oracle_ray).filter(|hit| hit.t < ray.tmax)?;
         Some([hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), prim_id])
     };
     rays.iter().map(hit).collect()
@@ -143,8 +143,8 @@ fn lists_are_those_of_each_alone(pieces: &[LonePrim], all: &[Ray]) {
         let met = columns.iter().filter_map(|column| column[i]);
         let mut expected: Vec<[u32; 4]> = met.collect();
         expected.sort_by_key(|hit| (hit[0], hit[3]));
-        let found: Vec<[u32; 4]> = lists.of(i).map(|hit| bits(&hit)).collect();
-        assert_eq!(found, expected, "ray {i}: {ray:?}");
+        let actual: Vec<[u32; 4]> = lists.of(i).map(|hit| bits(&hit)).collect();
+        assert_eq!(actual, expected, "ray {i}: {ray:?}");
         assert_eq!(counts[i] as usize, expected.len(), "ray {i}: {ray:?}");
         assert_eq!(lists.of(i).next(), bvh.intersect(ray), "ray {i}: {ray:?}");
     }
@@ -163,13 +163,13 @@ fn lists_do_not_depend_on_threads_or_on_how_rays_are_split() {
         let buffer: RayBuffer = rays.iter().copied().collect();
         bvh.all_hits_batch(&buffer.columns(), threads).unwrap()
     };
-    let whole = lists(&all, 1);
-    assert_eq!(whole, lists(&all, 3));
+    let unsplit = lists(&all, 1);
+    assert_eq!(unsplit, lists(&all, 3));
     let mut parts = HitLists::empty();
     for part in all.chunks(1234) {
         parts.append(lists(part, 2));
     }
-    assert_eq!(whole, parts);
+    assert_eq!(unsplit, parts);
     assert_eq!(lists(&[], 0), HitLists::empty());
 }
 
@@ -189,10 +189,10 @@ fn rows_are_as_columns(bvh: &Bvh, all: &[Ray], stride: usize) {
     bvh.intersect_batch(&buffer.columns(), &mut expected.columns(), 2)
         .unwrap();
     let tmax: Vec<f32> = all.iter().map(|ray| ray.tmax).collect();
-    let numbers = |of: fn(&Ray) -> [f32; 3]| -> Vec<f32> {
+    let numbers = |component: fn(&Ray) -> [f32; 3]| -> Vec<f32> {
         let mut rows = vec![f32::NAN; (length * stride).saturating_sub(stride - 3)];
         for (row, ray) in rows.chunks_mut(stride).zip(all) {
-            row[..3].copy_from_slice(&of(ray));
+            row[..3].copy_from_slice(&component(ray));
         }
         rows
     };
@@ -204,10 +204,10 @@ fn rows_are_as_columns(bvh: &Bvh, all: &[Ray], stride: usize) {
         tmax: TMax::Each(&tmax),
     };
     assert_eq!(rows.len(), length);
-    let mut found = HitBuffer::new(length);
-    bvh.intersect_batch(&rows, &mut found.columns(), 2).unwrap();
+    let mut hits = HitBuffer::new(length);
+    bvh.intersect_batch(&rows, &mut hits.columns(), 2).unwrap();
     assert!(
-        found.iter().eq(expected.iter()),
+        hits.iter().eq(expected.iter()),
         "{length} rays, stride {stride}"
     );
     let (mut dark, mut blocked) = (vec![true; length], vec![false; length]);

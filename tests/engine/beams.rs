@@ -65,17 +65,17 @@ fn compare(bvh: &Bvh, rays: &Segments, tmax: Option<f32>, about: &str) -> usize 
         match tmax {
             None => {
                 let want = closest(bvh, Kernel::Packet8, rays);
-                let found = closest(bvh, kernel, rays);
-                for (k, (want, found)) in want.iter().zip(&found).enumerate() {
-                    assert_eq!(want, found, "{name}, {about}: ray {k}, {:?}", rays[k]);
+                let actual = closest(bvh, kernel, rays);
+                for (k, (want, actual)) in want.iter().zip(&actual).enumerate() {
+                    assert_eq!(want, actual, "{name}, {about}: ray {k}, {:?}", rays[k]);
                 }
                 hits = want.iter().filter(|hit| hit[3] != NO_PRIM).count();
             }
             Some(tmax) => {
                 let want = seen(bvh, Kernel::Packet8, rays, tmax);
-                let found = seen(bvh, kernel, rays, tmax);
-                for (k, (want, found)) in want.iter().zip(&found).enumerate() {
-                    assert_eq!(want, found, "{name}, {about}: ray {k}, {:?}", rays[k]);
+                let actual = seen(bvh, kernel, rays, tmax);
+                for (k, (want, actual)) in want.iter().zip(&actual).enumerate() {
+                    assert_eq!(want, actual, "{name}, {about}: ray {k}, {:?}", rays[k]);
                 }
                 hits = want.iter().filter(|&&seen| !seen).count();
             }
@@ -89,8 +89,13 @@ fn picture(eye: Vec3, target: Vec3, width: f32) -> Segments {
     let ahead = (target - eye).normalize();
     let right = ahead.any_orthonormal_vector();
     let up = right.cross(ahead);
-    let at = |k: usize| ((k as f32 + 0.5) / SIDE as f32 - 0.5) * width;
-    let ray = |k: usize| (eye, ahead + right * at(k % SIDE) + up * at(k / SIDE));
+    let offset = |k: usize| ((k as f32 + 0.5) / SIDE as f32 - 0.5) * width;
+    let ray = |k: usize| {
+        (
+            eye,
+            ahead + right * offset(k % SIDE) + up * offset(k / SIDE),
+        )
+    };
     (0..SIDE * SIDE).map(ray).collect()
 }
 
@@ -211,8 +216,8 @@ fn other_places_and_sizes() {
                 let mut x = || rng.unit() - 0.5;
                 Vec3::new(x(), x(), x())
             };
-            let at = point();
-            let corners = [at, at + point() * 0.2, at + point() * 0.05];
+            let corner = point();
+            let corners = [corner, corner + point() * 0.2, corner + point() * 0.05];
             scene.add_triangle(corners.map(|c| (c * 3.0 + position) * scale), None, 0);
         }
         let about = format!("at {position}, times {scale}");

@@ -212,7 +212,7 @@ fn compare_as(
     scene: &Scene,
     cuts: &[(usize, u32)],
     sizes: &[(u32, u32)],
-    asked: &Settings,
+    wanted_settings: &Settings,
 ) -> Result<(), String> {
     let packets = Accel::build(scene, Engine::Simd);
     let oracle = Accel::build(scene, Engine::Scalar);
@@ -221,7 +221,7 @@ fn compare_as(
             width,
             height,
             record_hits: true,
-            ..asked.clone()
+            ..wanted_settings.clone()
         };
         let scalar = Settings {
             engine: Engine::Scalar,
@@ -299,24 +299,24 @@ fn least_weights() {
         let mut scene = cook(&recipe);
         scene.max_depth = [3, 8, 15, 60][k % 4];
         let min_weight = [0.3, 1e-3, 0.05, 0.01, 0.6][k % 5];
-        let asked = match k % 3 {
+        let settings = match k % 3 {
             0 => Settings::of(&scene),
             _ => sampled(&scene, k),
         };
-        let asked = Settings {
+        let settings = Settings {
             min_weight: Some(min_weight),
-            ..asked
+            ..settings
         };
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
-        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)?;
+        compare_as(&scene, &cuts, &[(33, 25)], &settings).map_err(TestCaseError::fail)?;
         if scene.max_depth == 8 {
             let prepared = Accel::build(&scene, Engine::Simd);
             let rays = |min_weight| {
-                let asked = Settings {
+                let settings = Settings {
                     min_weight: Some(min_weight),
                     ..Settings::of(&scene)
                 };
-                let rays = frame_of(&scene, &prepared, asked).stats.rays;
+                let rays = frame_of(&scene, &prepared, settings).stats.rays;
                 rays.reflection + rays.refraction
             };
             all.set(all.get() + rays(0.0));
@@ -355,7 +355,7 @@ fn split_waves() {
         .add_point(Vec3::new(0.0, 5.0, 0.0), Vec3::ONE, Vec3::X);
     scene.view.eye = Vec3::new(0.0, 0.0, 6.0);
     for (max_depth, size) in [(300, (24, 16)), (1000, (9, 5)), (8, (150, 140))] {
-        let asked = Settings {
+        let settings = Settings {
             max_depth,
             min_weight: Some(0.02),
             aovs: Aovs::all(),
@@ -363,7 +363,7 @@ fn split_waves() {
         };
         scene.validate().expect("a valid scene");
         for cuts in [[(2, 32), (1, 8)], [(1, 1024), (3, 128)]] {
-            if let Err(what) = compare_as(&scene, &cuts, &[size], &asked) {
+            if let Err(what) = compare_as(&scene, &cuts, &[size], &settings) {
                 panic!("depth {max_depth}: {what}");
             }
         }
@@ -385,12 +385,12 @@ fn halved_cells() {
                 threshold: [0.003, 1e-4, 0.02, 0.01][k % 4],
             }),
         };
-        let asked = Settings {
+        let settings = Settings {
             sampling,
             ..Settings::of(&scene)
         };
         let cuts = [CUTS[k % 12], CUTS[(k + 7) % 12]];
-        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+        compare_as(&scene, &cuts, &[(33, 25)], &settings).map_err(TestCaseError::fail)
     });
     if let Err(failure) = outcome {
         panic!("{failure}");
@@ -420,14 +420,14 @@ fn by_chance(seed: u8, with: impl Fn(&Recipe, usize, &mut Scene, &mut Settings))
     let outcome = runner(24, seed).run(&recipes(), |recipe| {
         let k = turn.replace(turn.get() + 1);
         let mut scene = cook(&recipe);
-        let mut asked = match k % 5 {
+        let mut settings = match k % 5 {
             0 => Settings::of(&scene),
             more => sampled(&scene, more),
         };
-        with(&recipe, k, &mut scene, &mut asked);
+        with(&recipe, k, &mut scene, &mut settings);
         scene.validate().expect("a valid recipe");
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
-        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+        compare_as(&scene, &cuts, &[(33, 25)], &settings).map_err(TestCaseError::fail)
     });
     if let Err(failure) = outcome {
         panic!("{failure}");
@@ -446,24 +446,26 @@ fn gloss() {
 
 #[test]
 fn lenses() {
-    by_chance(7, |recipe, k, _, asked| asked.lens = Some(lens(recipe, k)));
+    by_chance(7, |recipe, k, _, settings| {
+        settings.lens = Some(lens(recipe, k))
+    });
 }
 
 #[test]
 fn ambient_occlusion() {
-    by_chance(8, |recipe, k, _, asked| {
+    by_chance(8, |recipe, k, _, settings| {
         let distance = [f32::INFINITY, 0.01, 0.3, 2.0][k % 4] * recipe.scale();
-        asked.integrator = Integrator::Occlusion { distance };
-        asked.lens = (k % 3 == 0).then(|| lens(recipe, k));
+        settings.integrator = Integrator::Occlusion { distance };
+        settings.lens = (k % 3 == 0).then(|| lens(recipe, k));
     });
 }
 
 #[test]
 fn everything_by_chance() {
-    by_chance(9, |recipe, k, scene, asked| {
+    by_chance(9, |recipe, k, scene, settings| {
         add_area_lights(recipe, scene);
         add_gloss(recipe, scene);
-        asked.lens = Some(lens(recipe, k));
+        settings.lens = Some(lens(recipe, k));
     });
 }
 

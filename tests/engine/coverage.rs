@@ -509,10 +509,10 @@ fn random_scene(seed: u64) -> Scene {
     let (mut normals, mut tangents) = (vec![], vec![]);
     for k in 0..70u32 {
         let flat = if rng.once_in(3) { 0.0 } else { 1.0 };
-        let at = rng.point(0.8) * Vec3::new(1.0, 1.0, flat);
+        let point = rng.point(0.8) * Vec3::new(1.0, 1.0, flat);
         (0..3).for_each(|_| {
             mesh.vertices
-                .push(at + rng.point(0.7) * Vec3::new(1.0, 1.0, flat))
+                .push(point + rng.point(0.7) * Vec3::new(1.0, 1.0, flat))
         });
         // Two layers.
         (0..6).for_each(|_| {

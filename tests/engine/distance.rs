@@ -25,10 +25,10 @@ struct Decade {
 /// close together.
 fn triangle(rng: &mut Rng) -> [Vec3; 3] {
     let length = rng.magnitude(-3.0, 5.0);
-    let at = rng.point(length) * rng.pick(&[0.0, 1.0, 3.0]);
-    let (a, b) = (at + rng.point(length), at + rng.point(length));
+    let point = rng.point(length) * rng.pick(&[0.0, 1.0, 3.0]);
+    let (a, b) = (point + rng.point(length), point + rng.point(length));
     let c = match rng.below(3) {
-        0 => at + rng.point(length),
+        0 => point + rng.point(length),
         1 => a + (b - a) * rng.unit() + rng.direction() * length * rng.magnitude(-4.0, 0.0),
         _ => b + rng.direction() * length * rng.magnitude(-4.0, 0.0),
     };

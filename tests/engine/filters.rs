@@ -118,8 +118,8 @@ fn filters_choose_among_the_crossings_of_the_oracle() {
                 },
             ] {
                 let want = expected(&scene, all, ray.tmax, &filter);
-                let found = bvh.intersect_filtered(ray, &filter);
-                assert_eq!(found.as_ref().map(bits), want.first().copied(), "{ray:?}");
+                let actual = bvh.intersect_filtered(ray, &filter);
+                assert_eq!(actual.as_ref().map(bits), want.first().copied(), "{ray:?}");
                 assert_eq!(bvh.occluded_filtered(ray, &filter), !want.is_empty());
                 let listed = bvh.all_hits_filtered(ray, &filter);
                 assert_eq!(listed.iter().map(bits).collect::<Vec<_>>(), want, "{ray:?}");

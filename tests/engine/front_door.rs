@@ -100,10 +100,10 @@ pub(super) fn rays(seed: u64, count: usize) -> Vec<Ray> {
 
 /// The oracle's answer, with the limit applied here.
 fn expected(oracle: &Oracle, ray: &Ray) -> (Option<[u32; 4]>, bool) {
-    let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
-    let hit = oracle.closest(&asked).filter(|hit| hit.t < ray.tmax);
+    let oracle_ray = OracleRay::new(ray.origin.into(), ray.direction.into());
+    let hit = oracle.closest(&oracle_ray).filter(|hit| hit.t < ray.tmax);
     let bits = hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim_id]);
-    (bits, oracle.occluded(&asked, ray.tmax))
+    (bits, oracle.occluded(&oracle_ray, ray.tmax))
 }
 
 fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
@@ -191,13 +191,17 @@ fn common_limits_give_the_same_bits_as_limits_of_each() {
 fn threads_do_not_change_answers() {
     let bvh = Bvh::build(&mesh_scene(11));
     let buffer: RayBuffer = rays(13, 30_000).into_iter().collect();
-    let of = |threads| {
+    let answers_on = |threads| {
         let (hits, blocked) = batch(&bvh, &buffer.columns(), threads);
         let hits: Vec<_> = hits.iter().map(bits).collect();
         (hits, blocked)
     };
-    let one = of(1);
-    assert!([0, 2, 7].into_iter().all(|threads| of(threads) == one));
+    let one = answers_on(1);
+    assert!(
+        [0, 2, 7]
+            .into_iter()
+            .all(|threads| answers_on(threads) == one)
+    );
     assert!(one.0.iter().flatten().count() > 1000);
 }
 
@@ -288,24 +292,24 @@ fn hits_name_their_geometry() {
         [1.0, 1.0, 0.0],
         [0.0, 1.0, 0.0],
     ];
-    let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
+    let moved_to = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
     let prototype = scene
         .add_prototype(&square, &[[0, 1, 2], [0, 2, 3]])
         .unwrap();
-    let first = scene.add_instance(prototype, at(10.0)).unwrap();
+    let first = scene.add_instance(prototype, moved_to(10.0)).unwrap();
     let mesh = scene.add_mesh(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     scene.add_sphere(Vec3::new(20.5, 0.5, 0.0), 0.25, 0);
     let empty = scene.add_mesh(&[], &[]).unwrap();
-    let second = scene.add_instance(prototype, at(30.0)).unwrap();
+    let second = scene.add_instance(prototype, moved_to(30.0)).unwrap();
     let spheres = scene.add_spheres(&[[40.5, 0.5, 0.0]], &[0.25]).unwrap();
     let bvh = Bvh::build(&scene);
     let toward = |x: f32| Ray::new([x + 0.4, 0.6, 5.0], [0.0, 0.0, -1.0]);
-    let of = |x: f32| bvh.intersect(&toward(x)).expect("a hit");
-    let found = [0.0, 10.0, 20.0, 30.0, 40.0].map(|x| of(x).geom_id);
-    assert_eq!(found, [mesh, first, NO_GEOM, second, spheres]);
+    let hit_at = |x: f32| bvh.intersect(&toward(x)).expect("a hit");
+    let actual = [0.0, 10.0, 20.0, 30.0, 40.0].map(|x| hit_at(x).geom_id);
+    assert_eq!(actual, [mesh, first, NO_GEOM, second, spheres]);
     // Each ray hits the second triangle of its geometry.
     for (x, geometry) in [(0.0, mesh), (10.0, first), (30.0, second)] {
-        assert_eq!(of(x).prim_id - bvh.first_prim(geometry).unwrap(), 1);
+        assert_eq!(hit_at(x).prim_id - bvh.first_prim(geometry).unwrap(), 1);
     }
     assert_eq!(bvh.first_prim(empty), None);
     assert_eq!(bvh.first_prim(NO_GEOM), None);
@@ -314,7 +318,7 @@ fn hits_name_their_geometry() {
         .into_iter()
         .collect();
     let (hits, _) = batch(&bvh, &buffer.columns(), 1);
-    assert!(hits.iter().map(|hit| hit.unwrap().geom_id).eq(found));
+    assert!(hits.iter().map(|hit| hit.unwrap().geom_id).eq(actual));
 }
 
 #[test]
@@ -333,9 +337,9 @@ fn wrong_geometry_is_refused_and_nothing_added() {
         scene.add_spheres(&holed, &[1.0; 3]),
         scene.add_prototype(&square, &[]),
     ];
-    let told = errors.map(|error| error.unwrap_err().to_string());
+    let messages = errors.map(|error| error.unwrap_err().to_string());
     assert_eq!(
-        told,
+        messages,
         [
             "vertex 1 is not finite: [1.0, 0.0, -inf]",
             "triangle 1 names vertex 3, and there are 3",
@@ -364,9 +368,9 @@ fn columns_of_other_lengths_are_refused() {
     };
     let refuse = |rays: RayColumns, hits: usize, column: &'static str, len: usize| {
         let mut buffer = HitBuffer::new(hits);
-        let found = bvh.intersect_batch(&rays, &mut buffer.columns(), 1);
+        let actual = bvh.intersect_batch(&rays, &mut buffer.columns(), 1);
         assert_eq!(
-            found,
+            actual,
             Err(BatchError {
                 column,
                 len,
@@ -382,9 +386,9 @@ fn columns_of_other_lengths_are_refused() {
     let tmax = TMax::Each(&nine);
     refuse(RayColumns { tmax, ..rays }, 10, "tmax", 9);
     refuse(rays, 11, "t", 11);
-    let found = bvh.occluded_batch(&rays, &mut [false; 3], 1);
-    let told = "the column blocked has 3 rows, and there are 10 rays";
-    assert_eq!(found.unwrap_err().to_string(), told);
+    let actual = bvh.occluded_batch(&rays, &mut [false; 3], 1);
+    let expected = "the column blocked has 3 rows, and there are 10 rays";
+    assert_eq!(actual.unwrap_err().to_string(), expected);
 }
 
 /// Directions of the lengths that [`Ray::direction`] documents, and surfaces of the sizes there.
@@ -402,12 +406,18 @@ fn directions_of_the_documented_lengths_hit() {
         let faces = [[0, 1, 2], [0, 2, 3]];
         let mesh = scene.add_prototype(&square, &faces).unwrap();
         // Side by side, all in the plane z = 0 or tangent to it.
-        let at = |k: u32| Vec3::X * size * 4.0 * k as f32;
+        let coordinate = |k: u32| Vec3::X * size * 4.0 * k as f32;
         scene.add_mesh(&square, &faces).unwrap();
-        scene.add_sphere(at(1) + Vec3::Z * size, size, 0);
+        scene.add_sphere(coordinate(1) + Vec3::Z * size, size, 0);
         let half = Vec3::new(0.5, 1.0, 1.0) * size;
-        scenes::add_ellipsoid(&mut scene, at(2) + Vec3::Z * size, half, Vec3::ZERO, 0);
-        let lying = |end: f32| at(3) + Vec3::new(0.0, end, 1.0) * size;
+        scenes::add_ellipsoid(
+            &mut scene,
+            coordinate(2) + Vec3::Z * size,
+            half,
+            Vec3::ZERO,
+            0,
+        );
+        let lying = |end: f32| coordinate(3) + Vec3::new(0.0, end, 1.0) * size;
         scene.add_cone(
             Cone {
                 base: lying(-1.0),
@@ -418,7 +428,7 @@ fn directions_of_the_documented_lengths_hit() {
             },
             0,
         );
-        let place = DAffine3::from_translation(at(4).as_dvec3());
+        let place = DAffine3::from_translation(coordinate(4).as_dvec3());
         scene.add_instance(mesh, place).unwrap();
         let bvh = Bvh::build(&scene);
         let mut all = Vec::new();
@@ -426,7 +436,7 @@ fn directions_of_the_documented_lengths_hit() {
             for (k, tilt) in (0..5).flat_map(|k| [0.0, 0.3].map(|tilt| (k, tilt))) {
                 // From three sizes below to where each touches the plane, straight or at an angle.
                 let toward = Vec3::new(tilt, 0.0, 1.0).normalize();
-                let origin = at(k) - toward * (3.0 * size / toward.z);
+                let origin = coordinate(k) - toward * (3.0 * size / toward.z);
                 all.push((
                     Ray::new(origin, toward * length),
                     3.0 * size / toward.z / length,

@@ -86,8 +86,8 @@ fn an_unmoved_instance_is_the_mesh_itself() {
             truth.extend(rays.iter().flat_map(|eight| engines.closest_of(eight)));
         });
         with_engines(&placed, |engines| {
-            let found = rays.iter().flat_map(|eight| engines.closest_of(eight));
-            for (hit, want) in found.zip(&truth) {
+            let actual = rays.iter().flat_map(|eight| engines.closest_of(eight));
+            for (hit, want) in actual.zip(&truth) {
                 let mut want = want.as_ref().map(hit_bits);
                 if let Some(want) = &mut want {
                     want.3 += direct.prim_count() as u32;
@@ -525,16 +525,16 @@ fn what_cannot_be_placed_is_refused() {
 fn more_primitives_than_there_are_numbers_are_refused_wherever_they_come_from() {
     const PRIMS: usize = 1 << 20;
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let at = |k: u32| DAffine3::from_translation(DVec3::new(f64::from(4 * k), 0.0, 0.0));
+    let moved_to = |k: u32| DAffine3::from_translation(DVec3::new(f64::from(4 * k), 0.0, 0.0));
     let mut scene = Scene::new();
     let mesh = scene.add_prototype(&corners, &vec![[0, 1, 2]; PRIMS]);
     let mesh = mesh.expect("a mesh");
     let too_many = |ids: u64| GeometryError::TooManyShown(ids);
     let ids = 1 << 32;
     for k in 0..4094 {
-        assert_eq!(scene.add_instance(mesh, at(k)), Ok(k));
+        assert_eq!(scene.add_instance(mesh, moved_to(k)), Ok(k));
     }
-    assert_eq!(scene.add_instance(mesh, at(4094)), Err(too_many(ids)));
+    assert_eq!(scene.add_instance(mesh, moved_to(4094)), Err(too_many(ids)));
     let spheres = vec![[0.0; 3]; PRIMS];
     let triangles = vec![[0, 1, 2]; PRIMS];
     assert_eq!(

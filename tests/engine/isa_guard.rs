@@ -53,20 +53,20 @@ fn a_cpu_that_lacks_what_the_build_uses_gets_one_line_and_exit_code_1() {
         let Some(output) = run_on(cpu, "--version") else {
             return;
         };
-        let said = lines(&output.stderr);
+        let stderr = lines(&output.stderr);
         assert_eq!(
             output.status.code(),
             Some(1),
-            "{cpu}: {:?} {said:?}",
+            "{cpu}: {:?} {stderr:?}",
             output.status
         );
-        assert_eq!(said.len(), 1, "{cpu}: {said:?}");
+        assert_eq!(stderr.len(), 1, "{cpu}: {stderr:?}");
         let advice = format!("RUSTFLAGS=\"-C target-cpu={level}\" cargo build --release");
         assert!(
-            said[0].starts_with("phalanx: this build uses "),
-            "{cpu}: {said:?}"
+            stderr[0].starts_with("phalanx: this build uses "),
+            "{cpu}: {stderr:?}"
         );
-        assert!(said[0].ends_with(&advice), "{cpu}: {said:?}");
+        assert!(stderr[0].ends_with(&advice), "{cpu}: {stderr:?}");
         assert!(lines(&output.stdout).is_empty(), "{cpu}");
     }
 }
@@ -84,10 +84,10 @@ fn a_cpu_that_has_what_the_build_uses_runs_it() {
         let Some(output) = run_on(cpu, "--version") else {
             return;
         };
-        let said = lines(&output.stderr);
+        let stderr = lines(&output.stderr);
         assert!(
             output.status.success(),
-            "{cpu}: {:?} {said:?}",
+            "{cpu}: {:?} {stderr:?}",
             output.status
         );
         assert_eq!(
@@ -117,14 +117,14 @@ fn the_release_profile_leaves_the_standard_library_as_it_is() {
 #[test]
 fn builds_for_other_targets_are_not_for_this_cpu() {
     let config = include_str!("../../.cargo/config.toml");
-    let mut asked = Vec::new();
+    let mut features = Vec::new();
     let mut section = "";
     for line in config.lines() {
         if line.starts_with('[') {
             section = line;
         } else if line.starts_with("rustflags") && line.contains("native") {
-            asked.push(section);
+            features.push(section);
         }
     }
-    assert_eq!(asked, ["[target.x86_64-unknown-linux-gnu]"]);
+    assert_eq!(features, ["[target.x86_64-unknown-linux-gnu]"]);
 }

@@ -107,9 +107,9 @@ fn coherent_packets() {
     over_scenes(1, |scene, oracle, tracer, rng, scale| {
         for _ in 0..2000 {
             let eye = rng.point(3.0 * scale);
-            let at = scenes::point_on(scene, rng);
+            let position = scenes::point_on(scene, rng);
             let spread = scale * rng.magnitude(-5.0, -1.0);
-            let rays = [0; LANES].map(|_| OracleRay::new(eye, at + rng.point(spread) - eye));
+            let rays = [0; LANES].map(|_| OracleRay::new(eye, position + rng.point(spread) - eye));
             compare(oracle, tracer, &rays, FAR, 0xff);
         }
     });

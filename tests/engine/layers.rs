@@ -21,13 +21,13 @@ fn scene() -> Scene {
 }
 
 /// The film with all layers, after asserting that both engines agree, bit for bit.
-fn film(asked: &Settings) -> Film {
+fn film(shared: &Settings) -> Film {
     let scene = scene();
     let [simd, scalar] = [Engine::Simd, Engine::Scalar].map(|engine| {
         let settings = Settings {
             engine,
             aovs: Aovs::all(),
-            ..asked.clone()
+            ..shared.clone()
         };
         let prepared = Accel::build(&scene, engine);
         render(&scene, &prepared, &settings, &Control::default())
@@ -50,9 +50,9 @@ fn film(asked: &Settings) -> Film {
 fn layer(film: &Film, aov: Aov, x: u32, y: u32) -> Vec<f32> {
     let before = film.aovs.iter().take_while(|other| *other != aov);
     let before: usize = before.map(|other| other.channels().len()).sum();
-    let at = (y * film.width + x) as usize;
+    let position = (y * film.width + x) as usize;
     let channels = film.aov_planes[before..].iter().take(aov.channels().len());
-    channels.map(|channel| channel[at]).collect()
+    channels.map(|channel| channel[position]).collect()
 }
 
 fn id(film: &Film, aov: Aov, x: u32, y: u32) -> u32 {
@@ -183,14 +183,14 @@ fn the_file_has_them_by_name() {
     let names: Vec<_> = Aovs::all().channels().collect();
     assert_eq!(list.len(), 3 + names.len());
     let planes = film.all_planes();
-    for (k, (name, whole)) in names.into_iter().enumerate() {
+    for (k, (name, plane)) in names.into_iter().enumerate() {
         let channel = list.iter().find(|channel| channel.name.to_string() == name);
         let samples = &channel.unwrap_or_else(|| panic!("{name}")).sample_data;
         let bits: Vec<u32> = match samples {
-            exr::image::FlatSamples::F32(values) if !whole => {
+            exr::image::FlatSamples::F32(values) if !plane => {
                 values.iter().map(|v| v.to_bits()).collect()
             }
-            exr::image::FlatSamples::U32(values) if whole => values.clone(),
+            exr::image::FlatSamples::U32(values) if plane => values.clone(),
             _ => panic!("{name} is of another type"),
         };
         let want: Vec<u32> = planes[3 + k].iter().map(|v| v.to_bits()).collect();

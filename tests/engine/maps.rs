@@ -47,9 +47,9 @@ fn pixel(scene: &Scene) -> Vec3 {
 }
 
 #[track_caller]
-fn assert_near(found: Vec3, expected: Vec3) {
-    let apart = (found - expected).abs().max_element();
-    assert!(apart < 1e-6, "{found} instead of {expected}");
+fn assert_near(actual: Vec3, expected: Vec3) {
+    let apart = (actual - expected).abs().max_element();
+    assert!(apart < 1e-6, "{actual} instead of {expected}");
 }
 
 #[test]
@@ -87,9 +87,9 @@ fn lobes_of_a_map_are_those_of_constants() {
             }),
             ..base
         };
-        let found = pixel(&mapped([9, 102, 200], map(target), base, light));
+        let actual = pixel(&mapped([9, 102, 200], map(target), base, light));
         let expected = pixel(&mapped([255; 3], map(target), constant, light));
-        assert_near(found, expected);
+        assert_near(actual, expected);
         // And the constant is Blinn-Phong of the table's weights.
         let lobes = LobeWeights::of([metallic], [roughness]);
         let ([metal], [dielectric], [s]) = (lobes.metal, lobes.dielectric, lobes.shininess);
@@ -99,7 +99,7 @@ fn lobes_of_a_map_are_those_of_constants() {
         let ks = base.ks * dielectric + base.kd * metal;
         let lobe = ks + highlight * to_light.z;
         let lit = base.kd * (1.0 - metal) * to_light.z + lobe * half.z.powf(s);
-        assert_near(found, lit);
+        assert_near(actual, lit);
     }
     let matt = LobeWeights::of([1.0], [0.5]);
     assert_eq!((matt.metal, matt.dielectric), ([0.0], [0.0]));

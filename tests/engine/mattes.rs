@@ -37,14 +37,14 @@ struct Mattes {
 }
 
 /// The pixels of the scene, after asserting that both engines make the same film, bit for bit.
-fn pixels(scene: &Scene, asked: &Settings) -> Vec<Mattes> {
+fn pixels(scene: &Scene, shared: &Settings) -> Vec<Mattes> {
     let aovs = [Aov::Alpha, Aov::CryptoObject, Aov::CryptoMaterial];
     let aovs = aovs.into_iter().fold(Aovs::NONE, Aovs::with);
     let [simd, scalar] = [Engine::Simd, Engine::Scalar].map(|engine| {
         let settings = Settings {
             engine,
             aovs,
-            ..asked.clone()
+            ..shared.clone()
         };
         let prepared = Accel::build(scene, engine);
         render(scene, &prepared, &settings, &Control::default())
@@ -57,18 +57,18 @@ fn pixels(scene: &Scene, asked: &Settings) -> Vec<Mattes> {
             .map(|plane| plane.iter().map(|value| value.to_bits()).collect())
             .collect()
     };
-    assert!(bits(&simd) == bits(&scalar), "{asked:?}");
+    assert!(bits(&simd) == bits(&scalar), "{shared:?}");
     let planes = &simd.aov_planes;
-    let mattes = |at: usize| {
+    let mattes = |offset: usize| {
         let ranks = |planes: &[Vec<f32>]| {
             let pairs = planes.as_chunks::<2>().0.iter();
-            let pairs: Vec<_> = pairs.map(|[id, part]| (id[at], part[at])).collect();
+            let pairs: Vec<_> = pairs.map(|[id, part]| (id[offset], part[offset])).collect();
             assert!(pairs.is_sorted_by(|a, b| a.1 >= b.1), "{pairs:?}");
             let there = pairs.into_iter().take_while(|(_, part)| *part > 0.0);
             there.map(|(id, part)| (id.to_bits(), part)).collect()
         };
         Mattes {
-            alpha: planes[0][at],
+            alpha: planes[0][offset],
             objects: ranks(&planes[1..13]),
             materials: ranks(&planes[13..25]),
         }
@@ -138,12 +138,12 @@ fn parts_are_areas_and_add_up_to_alpha() {
             ..Settings::of(scene)
         };
         let pixels = pixels(scene, &settings);
-        for (at, pixel) in pixels.iter().enumerate() {
+        for (offset, pixel) in pixels.iter().enumerate() {
             for parts in [&pixel.objects, &pixel.materials] {
                 let sum: f32 = parts.values().sum();
-                assert!((sum - pixel.alpha).abs() < 1e-6, "{at}: {sum}");
+                assert!((sum - pixel.alpha).abs() < 1e-6, "{offset}: {sum}");
             }
-            assert!((0.0..=1.0).contains(&pixel.alpha), "{at}");
+            assert!((0.0..=1.0).contains(&pixel.alpha), "{offset}");
         }
         let ball = matte_id("sphere6");
         let part = |pixel: &Mattes| pixel.objects.get(&ball).copied().unwrap_or(0.0);
@@ -193,16 +193,16 @@ fn the_background_is_what_alpha_leaves() {
                 .film
         };
         let alone = film(Aovs::NONE.with(Aov::Alpha));
-        let whole = film(Aovs::NONE);
+        let full = film(Aovs::NONE);
         let mut clear = 0;
-        for at in 0..whole.planes[0].len() {
-            let alpha = alone.aov_planes[0][at];
-            for ((alone, whole), behind) in
-                (alone.planes.iter().zip(&whole.planes)).zip(background.to_array())
+        for offset in 0..full.planes[0].len() {
+            let alpha = alone.aov_planes[0][offset];
+            for ((alone, full), behind) in
+                (alone.planes.iter().zip(&full.planes)).zip(background.to_array())
             {
-                let over = alone[at] + (1.0 - alpha) * behind;
-                assert!((over - whole[at]).abs() < 1e-5, "{at}: {over}");
-                assert!(alpha > 0.0 || alone[at] == 0.0, "{at}");
+                let over = alone[offset] + (1.0 - alpha) * behind;
+                assert!((over - full[offset]).abs() < 1e-5, "{offset}: {over}");
+                assert!(alpha > 0.0 || alone[offset] == 0.0, "{offset}");
             }
             clear += usize::from(alpha == 0.0);
         }

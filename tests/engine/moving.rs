@@ -135,9 +135,9 @@ fn map(random: &mut Rng) -> DAffine3 {
 
 /// Moves vertices a little, or anywhere.
 fn deform(random: &mut Rng, vertices: &mut [[f32; 3]]) {
-    let by = [0.01, 0.3, 5.0][random.below(3)];
+    let amount = [0.01, 0.3, 5.0][random.below(3)];
     for vertex in vertices {
-        *vertex = (Vec3::from(*vertex) + random.point(by)).to_array();
+        *vertex = (Vec3::from(*vertex) + random.point(amount)).to_array();
     }
 }
 

@@ -27,21 +27,21 @@ const MOST_DIFFERENT: usize = RAYS / 10_000;
 fn libraries() -> Vec<EmbreeLibrary> {
     let named = std::env::var_os("PHALANX_EMBREE").unwrap_or_default();
     let named = std::env::split_paths(&named).filter(|path| !path.as_os_str().is_empty());
-    let mut found: Vec<EmbreeLibrary> = named
+    let mut libraries: Vec<EmbreeLibrary> = named
         .map(|path| EmbreeLibrary::open(Some(&path)).expect("a library that PHALANX_EMBREE names"))
         .collect();
     match EmbreeLibrary::open(None) {
-        Ok(library) => found.push(library),
+        Ok(library) => libraries.push(library),
         Err(error) => println!("skipped: {error}"),
     }
-    for library in &found {
+    for library in &libraries {
         println!(
             "Embree {} ({})",
             library.version(),
             library.path().display()
         );
     }
-    found
+    libraries
 }
 
 fn queue<'a>(arena: &'a Bump, rays: &[OracleRay]) -> RayQueue<'a> {
@@ -158,15 +158,15 @@ fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: PeerScene) {
     let blocked = ours.blocked.iter().filter(|&&blocked| blocked).count();
     assert!(hits > RAYS / 10 && hits < RAYS, "{hits} hits");
     assert!(blocked > RAYS / 10 && blocked < hits, "{blocked} blocked");
-    let of = |tmax| {
+    let engines_for = |tmax| {
         engines(RaySetRef {
             queue: &queue,
             tmax,
         })
     };
-    let all = of(f32::INFINITY);
+    let all = engines_for(f32::INFINITY);
     assert!(all.len() >= 2);
-    for ((name, closest), (_, occluded)) in all.iter().zip(&of(tmax)) {
+    for ((name, closest), (_, occluded)) in all.iter().zip(&engines_for(tmax)) {
         let theirs = Answers::theirs(&**closest, &**occluded);
         let different = differences(&ours, &theirs);
         println!("{peer}, {name}: {different:?} of {RAYS} rays differ");

@@ -157,9 +157,9 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
         };
         measure(&scene, &heading, &plan(true), &mut Nobody)
     };
-    let found = run(BTreeMap::new()).unwrap();
-    assert!(!found.rows.is_empty());
-    let expected = found.scene.rays;
+    let measured = run(BTreeMap::new()).unwrap();
+    assert!(!measured.rows.is_empty());
+    let expected = measured.scene.rays;
     assert!(run(expected.clone()).is_ok());
     for kind in ["primary", "shadow", "diffuse"] {
         for break_it in [
@@ -169,7 +169,7 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
             let mut wrong = expected.clone();
             break_it(wrong.get_mut(kind).unwrap());
             match run(wrong) {
-                Err(BenchError::Suite { kind: found, .. }) => assert_eq!(found, kind),
+                Err(BenchError::Suite { kind: measured, .. }) => assert_eq!(measured, kind),
                 _ => panic!("{kind}: rates for a wrong answer"),
             }
         }
@@ -184,9 +184,9 @@ fn work_adds_up() {
         name: "balls".to_owned(),
         ..SceneInfo::default()
     };
-    let found = measure(&scene, &heading, &plan(false), &mut Nobody).unwrap();
-    assert!(found.rows.is_empty());
-    for row in &found.counters {
+    let measured = measure(&scene, &heading, &plan(false), &mut Nobody).unwrap();
+    assert!(measured.rows.is_empty());
+    for row in &measured.counters {
         let work = row.work;
         assert_eq!(work.active_lanes, row.ray_count, "{row:?}");
         assert_eq!(work.packets, row.ray_count.div_ceil(8), "{row:?}");
@@ -205,12 +205,12 @@ fn work_adds_up() {
         );
         assert!(work.bytes > 64 * work.node_visits, "{row:?}");
     }
-    let of = |kernel: &str| {
-        let mut rows = found.counters.iter().filter(|row| row.kernel == kernel);
+    let rows_of = |kernel: &str| {
+        let mut rows = measured.counters.iter().filter(|row| row.kernel == kernel);
         rows.find(|row| row.rays == "primary").unwrap().work
     };
     // Sixteen lanes visit the nodes of both eights once.
-    let (eight, sixteen) = (of("packet8"), of("packet16"));
+    let (eight, sixteen) = (rows_of("packet8"), rows_of("packet16"));
     assert!(sixteen.node_visits < eight.node_visits);
     assert!(2 * sixteen.node_visits >= eight.node_visits);
 }

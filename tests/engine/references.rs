@@ -83,27 +83,27 @@ fn colours_equal_the_median_of_the_references() {
         assert_eq!(size, (median.width, median.height), "{name}");
         assert_eq!(size, (spread.width, spread.height), "{name}");
         let ours = quantised(&frame);
-        let (mut asked, mut equal, mut exact) = (0, 0, 0);
+        let (mut pixel, mut equal, mut exact) = (0, 0, 0);
         for ((ours, median), spread) in ours.iter().zip(median.pixels()).zip(spread.pixels()) {
             if spread.iter().any(|&s| s > REFERENCE_SPREAD) {
                 continue;
             }
-            asked += 1;
+            pixel += 1;
             let away = (0..3).map(|k| (ours[k] - i32::from(median[k])).abs());
             let away = away.max().unwrap_or(0);
             equal += u32::from(away <= REFERENCE_LEVELS);
             exact += u32::from(away == 0);
         }
-        let share = f64::from(equal) / f64::from(asked);
+        let share = f64::from(equal) / f64::from(pixel);
         println!(
-            "{name}: {:.4} % of {asked} pixels within {REFERENCE_LEVELS}, {:.4} % exact",
+            "{name}: {:.4} % of {pixel} pixels within {REFERENCE_LEVELS}, {:.4} % exact",
             100.0 * share,
-            100.0 * f64::from(exact) / f64::from(asked)
+            100.0 * f64::from(exact) / f64::from(pixel)
         );
         let pixels = size.0 * size.1;
         assert!(
-            asked > pixels / 2,
-            "{name}: the mask leaves {asked} of {pixels}"
+            pixel > pixels / 2,
+            "{name}: the mask leaves {pixel} of {pixels}"
         );
         assert!(share >= REFERENCE_SHARE, "{name}: {share}");
     }
@@ -112,7 +112,7 @@ fn colours_equal_the_median_of_the_references() {
 #[test]
 fn coverage_equals_the_references() {
     let Some(folder) = folder() else { return };
-    for (scene, by) in [
+    for (scene, author) in [
         ("scene1-camera1", "bzliu94"),
         ("scene1-camera2", "bzliu94"),
         ("scene1-camera3", "bzliu94"),
@@ -125,11 +125,13 @@ fn coverage_equals_the_references() {
         ("scene3", "bzliu94"),
         ("scene3", "friidryce"),
     ] {
-        let path = folder.join("reference").join(format!("{scene}__{by}.png"));
+        let path = folder
+            .join("reference")
+            .join(format!("{scene}__{author}.png"));
         let picture = ReferenceImage::read(path);
         let frame = frame_of(&folder, scene);
         let size = (frame.film.width, frame.film.height);
-        assert_eq!(size, (picture.width, picture.height), "{scene} by {by}");
+        assert_eq!(size, (picture.width, picture.height), "{scene} by {author}");
         let hits = frame.film.hits.as_ref().expect("recorded hits");
         let (mut equal, mut covered) = (0u32, 0u32);
         for (&prim_id, pixel) in hits.prim_id.iter().zip(picture.pixels()) {
@@ -140,13 +142,13 @@ fn coverage_equals_the_references() {
         let pixels = size.0 * size.1;
         let share = f64::from(equal) / f64::from(pixels);
         println!(
-            "{scene} by {by}: coverage equal in {:.4} % of {pixels} pixels, {covered} covered",
+            "{scene} by {author}: coverage equal in {:.4} % of {pixels} pixels, {covered} covered",
             100.0 * share
         );
         assert!(
             covered > pixels / 100 && covered < pixels,
-            "{scene} by {by}"
+            "{scene} by {author}"
         );
-        assert!(share >= COVERAGE_SHARE, "{scene} by {by}: {share}");
+        assert!(share >= COVERAGE_SHARE, "{scene} by {author}: {share}");
     }
 }

@@ -59,12 +59,12 @@ fn check(scene: &Scene, settings: Settings, rng: &mut Rng) {
             ..settings.sampling
         };
         for (engine, accel) in [(Engine::Simd, &accel), (Engine::Scalar, &oracle)] {
-            let whole = Settings {
+            let full = Settings {
                 engine,
                 sampling,
                 ..settings.clone()
             };
-            let frame = frame_of(scene, accel, whole);
+            let frame = frame_of(scene, accel, full);
             assert_eq!(*refined.film(), frame.film, "{spp} samples, {engine:?}");
         }
     }

@@ -54,7 +54,7 @@ fn every_build_makes_the_same_tree() {
         ("standard:street:60k", 0x10e8631226dfd2ee),
         ("standard:balls:5", 0x42c2318c8e9c611d),
     ];
-    let found = expected.map(|(name, _)| {
+    let actual = expected.map(|(name, _)| {
         let scene = scene(name);
         let bvh = Bvh::build(&scene);
         for threads in [1, 2, 7] {
@@ -67,5 +67,5 @@ fn every_build_makes_the_same_tree() {
         }
         (name, tree_hash(&bvh))
     });
-    assert_eq!(found, expected, "{found:#x?}");
+    assert_eq!(actual, expected, "{actual:#x?}");
 }

@@ -14,10 +14,10 @@ const SPP: u32 = 1024;
 /// at a right angle.
 fn edge(right: f64) -> Scene {
     // 2 tan(45°)/1 is a pixel's width at distance 1.
-    let at = 2.0 * right;
+    let column = 2.0 * right;
     let text = format!(
         "size 12 1\ncamera 0 0 1 0 0 0 0 1 0 90\nambient 0 0 0\nemission 1 .5 2\n\
-         vertex -60 -30 0\nvertex {at} -30 0\nvertex {at} 30 0\nvertex -60 30 0\ntri 0 1 2\ntri 0 2 3\n"
+         vertex -60 -30 0\nvertex {column} -30 0\nvertex {column} 30 0\nvertex -60 30 0\ntri 0 1 2\ntri 0 2 3\n"
     );
     match read_test(&text) {
         Ok(loaded) => loaded.scene,

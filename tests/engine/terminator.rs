@@ -68,8 +68,8 @@ fn add_globe(scene: &mut Scene) {
 /// Adds a box without vertex normals.
 fn add_box(scene: &mut Scene, low: Vec3, high: Vec3) {
     let corner = |k: usize| {
-        let at = |axis: usize| if k >> axis & 1 == 1 { high } else { low }[axis];
-        Vec3::new(at(0), at(1), at(2))
+        let corner_along = |axis: usize| if k >> axis & 1 == 1 { high } else { low }[axis];
+        Vec3::new(corner_along(0), corner_along(1), corner_along(2))
     };
     for triangle in cube_triangles() {
         scene.add_triangle(triangle.map(corner), None, 0);
@@ -103,8 +103,8 @@ fn faceted(scene: &Scene) -> Scene {
 /// Position of a pixel's centre in a picture of this height.
 fn place(pixel: usize, height: f32) -> [f32; 2] {
     let (x, y) = (pixel as u32 % SIDE, pixel as u32 / SIDE);
-    let at = |k: u32| ((k as f32 + 0.5) / SIDE as f32 - 0.5) * height;
-    [at(x), -at(y)]
+    let coordinate = |k: u32| ((k as f32 + 0.5) / SIDE as f32 - 0.5) * height;
+    [coordinate(x), -coordinate(y)]
 }
 
 /// Pixels of the unit sphere that are lit on the dark side of the true sphere or dark on its lit

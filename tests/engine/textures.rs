@@ -13,7 +13,7 @@ use phalanx::scene::{
 /// Both engines' film, after asserting that it is the same.
 pub(crate) fn film(scene: &Scene) -> Film {
     scene.validate().expect("a scene");
-    let by = |engine: Engine| {
+    let rendered_by = |engine: Engine| {
         let settings = Settings {
             engine,
             ..Settings::of(scene)
@@ -22,7 +22,7 @@ pub(crate) fn film(scene: &Scene) -> Film {
         let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
         (frame.film, frame.stats.rays)
     };
-    let (simd, scalar) = (by(Engine::Simd), by(Engine::Scalar));
+    let (simd, scalar) = (rendered_by(Engine::Simd), rendered_by(Engine::Scalar));
     let (width, height) = (scene.width, scene.height);
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let bits = |film: &Film| Vec3::from(film.pixel(x, y)).to_array().map(f32::to_bits);
@@ -267,8 +267,8 @@ fn random_scene(seed: u64) -> Scene {
     let (mut vertices, mut vertex_uvs) = (Vec3s::default(), Vec2s::default());
     let (mut corners, mut uvs, mut materials) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..60u32 {
-        let at = rng.point(1.0);
-        (0..3).for_each(|_| vertices.push(at + rng.point(0.5)));
+        let center = rng.point(1.0);
+        (0..3).for_each(|_| vertices.push(center + rng.point(0.5)));
         (0..3).for_each(|_| vertex_uvs.push(random_place(rng)));
         let row = [3 * k, 3 * k + 1, 3 * k + 2];
         corners.push(row);

@@ -50,15 +50,19 @@ fn assert_messages(files: &str, endings: &[&str], expected: fn(&Path) -> PathBuf
             continue;
         };
         count += 1;
-        let told = messages_about(&path, !["test", "nff"].contains(&ending));
+        let message = messages_about(&path, !["test", "nff"].contains(&ending));
         let expected_path = expected(&path);
         if std::env::var_os("PHALANX_BLESS").is_some() {
-            std::fs::write(&expected_path, &told).unwrap();
+            std::fs::write(&expected_path, &message).unwrap();
         }
         let expected = std::fs::read_to_string(&expected_path).unwrap_or_default();
-        if told.is_empty() || told != expected.replace("\r\n", "\n") {
+        if message.is_empty() || message != expected.replace("\r\n", "\n") {
             let name = path.file_name().unwrap();
-            writeln!(failures, "{name:?}\n-- expected\n{expected}-- told\n{told}").unwrap();
+            writeln!(
+                failures,
+                "{name:?}\n-- expected\n{expected}-- told\n{message}"
+            )
+            .unwrap();
         }
     }
     assert!(count > least, "only {count} bad files found");

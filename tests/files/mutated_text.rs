@@ -84,7 +84,7 @@ fn mutation(words: &'static [&'static str]) -> impl Strategy<Value = TokenMutati
 }
 
 /// Applies the mutation to token `at` (modulo their number); white space stays as it is.
-fn mutated(text: &str, at: usize, mutation: &TokenMutation) -> String {
+fn mutated(text: &str, offset: usize, mutation: &TokenMutation) -> String {
     let mut tokens: Vec<String> = text
         .split_inclusive([' ', '\n'])
         .map(String::from)
@@ -92,13 +92,13 @@ fn mutated(text: &str, at: usize, mutation: &TokenMutation) -> String {
     if tokens.is_empty() {
         return String::new();
     }
-    let at = at % tokens.len();
+    let offset = offset % tokens.len();
     match mutation {
-        TokenMutation::Delete => drop(tokens.remove(at)),
-        TokenMutation::Duplicate => tokens.insert(at, tokens[at].clone()),
+        TokenMutation::Delete => drop(tokens.remove(offset)),
+        TokenMutation::Duplicate => tokens.insert(offset, tokens[offset].clone()),
         TokenMutation::Replace(token) => {
-            let kept = tokens[at].trim_end().len();
-            tokens[at].replace_range(..kept, token);
+            let length = tokens[offset].trim_end().len();
+            tokens[offset].replace_range(..length, token);
         }
     }
     tokens.concat()
@@ -113,15 +113,15 @@ pub fn mutants(
     let cut = prop::option::weighted(0.2, any::<Index>());
     (mutations, cut).prop_map(move |(mutations, cut)| {
         let mut text = String::from(valid);
-        for (at, mutation) in &mutations {
-            text = mutated(&text, *at, mutation);
+        for (position, mutation) in &mutations {
+            text = mutated(&text, *position, mutation);
         }
         if let Some(cut) = cut {
-            let mut kept = cut.index(text.len() + 1);
-            while !text.is_char_boundary(kept) {
-                kept -= 1;
+            let mut length = cut.index(text.len() + 1);
+            while !text.is_char_boundary(length) {
+                length -= 1;
             }
-            text.truncate(kept);
+            text.truncate(length);
         }
         text
     })

@@ -26,18 +26,18 @@ fn places(file: &[u8]) -> Vec<usize> {
     let windows = file.windows(8).enumerate();
     windows
         .filter(|(_, w)| w == MAGIC)
-        .map(|(at, _)| at)
+        .map(|(offset, _)| offset)
         .collect()
 }
 
-fn set(file: &mut [u8], at: usize, number: u32) {
-    file[at..at + 4].copy_from_slice(&number.to_le_bytes());
+fn set(file: &mut [u8], offset: usize, number: u32) {
+    file[offset..offset + 4].copy_from_slice(&number.to_le_bytes());
 }
 
 /// Recomputes the checksum of a record's header.
-fn seal(file: &mut [u8], at: usize) {
-    let sum = crc32fast::hash(&file[at..at + 36]);
-    set(file, at + 36, sum);
+fn seal(file: &mut [u8], offset: usize) {
+    let sum = crc32fast::hash(&file[offset..offset + 36]);
+    set(file, offset + 36, sum);
 }
 
 /// One of the files with changed numbers in its headers, a changed beginning, or reordered records.
@@ -45,22 +45,22 @@ pub fn tiles(seeds: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
     let mut file = seeds[rng.below(seeds.len())].clone();
     for _ in 0..1 + rng.below(3) {
         let places = places(&file);
-        let at = places[rng.below(places.len())];
+        let offset = places[rng.below(places.len())];
         match rng.below(5) {
             // Its position, size, planes or picture; and whether its content is what was written.
             0 | 1 => {
-                set(&mut file, at + 8 + 4 * rng.below(7), rng.pick(&NUMBERS));
-                seal(&mut file, at);
+                set(&mut file, offset + 8 + 4 * rng.below(7), rng.pick(&NUMBERS));
+                seal(&mut file, offset);
             }
             // Numbers that are plausible for a tile.
             2 => {
                 let small = 8 * rng.below(6) as u32;
-                set(&mut file, at + 8 + 4 * rng.below(4), small);
-                seal(&mut file, at);
+                set(&mut file, offset + 8 + 4 * rng.below(4), small);
+                seal(&mut file, offset);
             }
             3 => {
-                let end = places.iter().find(|p| **p > at).copied();
-                let record = file[at..end.unwrap_or(file.len())].to_vec();
+                let end = places.iter().find(|p| **p > offset).copied();
+                let record = file[offset..end.unwrap_or(file.len())].to_vec();
                 let to = places[rng.below(places.len())];
                 file.splice(to..to, record);
             }
@@ -103,11 +103,11 @@ fn change(value: &mut Value, rng: &mut Rng) {
             }
         }
         Value::Array(all) if !all.is_empty() && !rng.once_in(4) => {
-            let at = rng.below(all.len());
+            let offset = rng.below(all.len());
             match rng.below(6) {
-                0 => drop(all.remove(at)),
-                1 => all.push(all[at].clone()),
-                _ => change(&mut all[at], rng),
+                0 => drop(all.remove(offset)),
+                1 => all.push(all[offset].clone()),
+                _ => change(&mut all[offset], rng),
             }
         }
         _ => *value = nasty(rng),

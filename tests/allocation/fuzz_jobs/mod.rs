@@ -86,8 +86,8 @@ fn tiles(picture: &FuzzedPicture, folder: &Path) {
                 assert_eq!((film.width, film.height), picture.size());
             }
             if resumed.is_some() {
-                let whole = picture.merged(&path);
-                assert!(whole.is_some_and(|film| forged || film == picture.film));
+                let complete = picture.merged(&path);
+                assert!(complete.is_some_and(|film| forged || film == picture.film));
             }
             match (merged, resumed) {
                 (Some(_), _) => "merged",

@@ -47,7 +47,7 @@ impl FuzzedPicture {
     }
 
     fn rendered(&self, settings: &Settings, file: Option<&TileFile>) -> Option<Film> {
-        let beside = TileOutputs {
+        let outputs = TileOutputs {
             file,
             thumbnail: None,
         };
@@ -57,7 +57,7 @@ impl FuzzedPicture {
             true
         };
         let (tree, control) = (self.prepared.accel(), Control::default());
-        render_bands(&self.scene, tree, settings, &control, beside, take).unwrap();
+        render_bands(&self.scene, tree, settings, &control, outputs, take).unwrap();
         all
     }
 

@@ -56,9 +56,9 @@ fn fuzz(ending: &str) {
         println!("skipped: {ending} has no seeds");
         return;
     }
-    let mut said = HashSet::new();
+    let mut messages = HashSet::new();
     for seed in &corpus {
-        said.insert(checked(ending, seed));
+        messages.insert(checked(ending, seed));
     }
     // A longer run is a different run; each is reproducible.
     let mut rng = Rng::new(seconds());
@@ -68,7 +68,7 @@ fn fuzz(ending: &str) {
         let mut mutant = mutated(&corpus, &mut rng);
         mutant.truncate(MAX_LENGTH);
         executions += 1;
-        if said.insert(checked(ending, &mutant)) && corpus.len() < MAX_CORPUS {
+        if messages.insert(checked(ending, &mutant)) && corpus.len() < MAX_CORPUS {
             corpus.push(mutant);
         }
     }
@@ -109,7 +109,7 @@ fn checked(ending: &str, input: &[u8]) -> u64 {
 }
 
 fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
-    let said = match read {
+    let messages = match read {
         Ok(loaded) => {
             loaded.scene.validate().expect("what loads is valid");
             &loaded.warnings
@@ -119,8 +119,12 @@ fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
             errors
         }
     };
-    assert!(said.len() <= MAX_DIAGNOSTICS, "{} diagnostics", said.len());
-    for d in said {
+    assert!(
+        messages.len() <= MAX_DIAGNOSTICS,
+        "{} diagnostics",
+        messages.len()
+    );
+    for d in messages {
         // In text that is not UTF-8, a byte may be shown as U+FFFD, which has three bytes.
         let shown = String::from_utf8_lossy(input).len();
         assert!(

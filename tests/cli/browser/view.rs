@@ -119,17 +119,17 @@ impl OpenPage {
             |buttons: u32| json!({ "buttons": buttons, "clickCount": 1, "modifiers": modifiers });
         self.mouse("mousePressed", (400.0, 300.0), more(1));
         for k in 1..=12 {
-            let at = (400.0 + 6.0 * f64::from(k), 300.0 + 2.0 * f64::from(k));
-            self.mouse("mouseMoved", at, more(1));
+            let point = (400.0 + 6.0 * f64::from(k), 300.0 + 2.0 * f64::from(k));
+            self.mouse("mouseMoved", point, more(1));
         }
         self.mouse("mouseReleased", (472.0, 324.0), more(0));
     }
 
-    fn click(&mut self, at: (f64, f64), count: u32) {
+    fn click(&mut self, point: (f64, f64), count: u32) {
         for clicks in 1..=count {
             let more = json!({ "clickCount": clicks, "buttons": 1 });
-            self.mouse("mousePressed", at, more.clone());
-            self.mouse("mouseReleased", at, more);
+            self.mouse("mousePressed", point, more.clone());
+            self.mouse("mouseReleased", point, more);
         }
     }
 
@@ -216,13 +216,13 @@ impl OpenPage {
         let mut scene = open(Path::new(&self.scene), &Options::default())
             .expect("a scene")
             .scene;
-        let at = |name: &str| {
+        let vector = |name: &str| {
             DVec3::from_array([0, 1, 2].map(|k| view[name][k].as_f64().expect("a number")))
         };
         scene.view = scene.view_of(&FileView {
-            eye: at("eye"),
-            center: at("center"),
-            up: at("up").as_vec3(),
+            eye: vector("eye"),
+            center: vector("center"),
+            up: vector("up").as_vec3(),
             fovy: view["fovy"].as_f64().expect("an angle") as f32,
             ortho: view["ortho"].as_f64(),
         });

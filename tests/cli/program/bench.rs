@@ -121,8 +121,12 @@ fn trees_are_the_best_unless_said_otherwise() {
         best.1,
         fast.1
     );
-    let told = room.run(&format!("{count} --baseline fast.json"));
-    assert!(told.stderr.contains("BVH quality fast"), "{}", told.stderr);
+    let output = room.run(&format!("{count} --baseline fast.json"));
+    assert!(
+        output.stderr.contains("BVH quality fast"),
+        "{}",
+        output.stderr
+    );
 }
 
 #[test]
@@ -144,8 +148,8 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     room.write("faster.json", &faster.to_string());
     let slower = room.run(&format!("{run} --baseline faster.json --fail-above 8%"));
     assert_eq!(slower.code, Some(5), "{}{}", slower.stdout, slower.stderr);
-    let told = room.run(&format!("{run} --baseline faster.json"));
-    assert_eq!(told.code, Some(0), "without --fail-above it only tells");
+    let output = room.run(&format!("{run} --baseline faster.json"));
+    assert_eq!(output.code, Some(0), "without --fail-above it only tells");
     let mut elsewhere = record(&room, "a.json");
     elsewhere["machine"]["cpu"] = "another".into();
     room.write("elsewhere.json", &elsewhere.to_string());
@@ -165,12 +169,18 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
 /// `a.json` and `elsewhere.json` have the same rates, `faster.json` others.
 fn records_are_compared_and_put_on_a_page(room: &TestFolder) {
     let same = room.ok("bench compare a.json elsewhere.json");
-    let at = |part: &str| {
+    let position = |part: &str| {
         same.find(part)
             .unwrap_or_else(|| panic!("{part} in {same}"))
     };
-    assert!(at("  B  elsewhere.json") < at("ranks over"), "{same}");
-    assert!(at("ranks over") < at("geometric means"), "{same}");
+    assert!(
+        position("  B  elsewhere.json") < position("ranks over"),
+        "{same}"
+    );
+    assert!(
+        position("ranks over") < position("geometric means"),
+        "{same}"
+    );
     assert!(same.contains("None of "), "{same}");
     let all = room.ok("bench compare a.json faster.json --all --filter primary.oracle");
     assert!(
@@ -245,24 +255,28 @@ fn dumped_rays_can_be_read_by_their_documentation() {
     let bytes = fs::read(room.path().join("a.rays")).unwrap();
     assert_eq!(&bytes[..8], b"PHXRAYS2");
     assert_eq!(bytes[8..32], [0; 24], "the scene is not moved");
-    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    let number = |at: usize| f32::from_bits(word(at));
+    let word = |offset: usize| u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap());
+    let number = |offset: usize| f32::from_bits(word(offset));
     assert_eq!(word(32), 2);
-    let mut at = 36;
-    for (name, asked, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
+    let mut offset = 36;
+    for (name, question, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
         assert_eq!(
-            bytes[at..at + 16]
+            bytes[offset..offset + 16]
                 .trim_ascii_end()
                 .split(|b| *b == 0)
                 .next()
                 .unwrap(),
             name.as_bytes()
         );
-        assert_eq!((word(at + 16), number(at + 20)), (asked, tmax));
-        let rays = word(at + 24) as usize;
-        assert_eq!(word(at + 28), 0);
-        let (first, ids, t) = (at + 32, at + 32 + 24 * rays, at + 32 + 28 * rays);
-        if asked == 0 {
+        assert_eq!((word(offset + 16), number(offset + 20)), (question, tmax));
+        let rays = word(offset + 24) as usize;
+        assert_eq!(word(offset + 28), 0);
+        let (first, ids, t) = (
+            offset + 32,
+            offset + 32 + 24 * rays,
+            offset + 32 + 28 * rays,
+        );
+        if question == 0 {
             assert_eq!(rays, 200);
             // All start at the eye, with unit directions; what is hit has a distance.
             assert_eq!([0, 4, 8].map(|k| number(first + k)), [0.0, 0.0, 5.0]);
@@ -274,9 +288,9 @@ fn dumped_rays_can_be_read_by_their_documentation() {
         } else {
             assert!((0..rays).all(|k| word(ids + 4 * k) <= 1));
         }
-        at = t + 4 * rays;
+        offset = t + 4 * rays;
     }
-    assert_eq!(at, bytes.len());
+    assert_eq!(offset, bytes.len());
 }
 
 #[test]
@@ -471,9 +485,9 @@ fn a_run_that_is_ended_keeps_its_rates() {
         std::thread::sleep(Duration::from_secs(2));
         signal(&child, name);
         let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{name}: {said}");
-        assert!(said.contains("interrupted: 1 of 1 scenes"), "{said}");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{name}: {stderr}");
+        assert!(stderr.contains("interrupted: 1 of 1 scenes"), "{stderr}");
         is_partial();
     }
     let ran = room.run(&format!("{ENDLESS} --time-limit 0"));
@@ -536,10 +550,10 @@ fn furnished_room() -> String {
         for face in 0..6 {
             for cell in 0..cells * cells {
                 for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
-                    let at = |k: u32| f64::from(k) / f64::from(cells);
+                    let coordinate = |k: u32| f64::from(k) / f64::from(cells);
                     let mut corner = [
-                        at(cell % cells + a),
-                        at(cell / cells + b),
+                        coordinate(cell % cells + a),
+                        coordinate(cell / cells + b),
                         f64::from(face / 3),
                     ];
                     corner.rotate_right(face as usize % 3);

@@ -24,10 +24,10 @@ fn a_cache_that_is_shortened_under_a_render_ends_it_with_a_message() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut said = BufReader::new(child.stderr.take().unwrap());
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
     let mut first = String::new();
     while !first.contains("progress") {
-        assert_ne!(said.read_line(&mut first).unwrap(), 0, "{first}");
+        assert_ne!(stderr.read_line(&mut first).unwrap(), 0, "{first}");
     }
     let cut = |length| {
         let file = File::options().write(true).open(room.path().join("b.phx"));
@@ -35,7 +35,7 @@ fn a_cache_that_is_shortened_under_a_render_ends_it_with_a_message() {
     };
     cut(0);
     let mut rest = String::new();
-    said.read_to_string(&mut rest).unwrap();
+    stderr.read_to_string(&mut rest).unwrap();
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(1), "{status:?}: {rest}");
     assert!(

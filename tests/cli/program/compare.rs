@@ -181,22 +181,26 @@ fn broken_pictures_of_every_format_are_refused() {
         ("hdr", "a Radiance HDR picture"),
         ("pfm", "a portable float map"),
     ] {
-        let whole = fs::read(room.path().join(format!("a.{ending}"))).unwrap();
+        let full = fs::read(room.path().join(format!("a.{ending}"))).unwrap();
         let half = room.path().join(format!("half.{ending}"));
-        fs::write(half, &whole[..whole.len() / 2]).unwrap();
-        let said = format!("error: half.{ending}: not {kind} that can be read: ");
+        fs::write(half, &full[..full.len() / 2]).unwrap();
+        let expected = format!("error: half.{ending}: not {kind} that can be read: ");
         room.refused(
             &format!("compare a.{ending} half.{ending} --heat h.png"),
             1,
-            &[&said],
+            &[&expected],
         );
-        room.refused(&format!("compare half.{ending} a.{ending}"), 1, &[&said]);
+        room.refused(
+            &format!("compare half.{ending} a.{ending}"),
+            1,
+            &[&expected],
+        );
     }
     // Only a JPEG's end marker may be missing.
-    let whole = fs::read(room.path().join("a.jpg")).unwrap();
-    fs::write(room.path().join("cut.jpg"), &whole[..whole.len() - 2]).unwrap();
+    let full = fs::read(room.path().join("a.jpg")).unwrap();
+    fs::write(room.path().join("cut.jpg"), &full[..full.len() - 2]).unwrap();
     room.ok("compare a.jpg cut.jpg");
-    fs::write(room.path().join("half.jpg"), &whole[..whole.len() / 2]).unwrap();
+    fs::write(room.path().join("half.jpg"), &full[..full.len() / 2]).unwrap();
     room.refused("compare a.jpg half.jpg", 1, &["it ends too early"]);
     fs::write(room.path().join("huge.pfm"), "PF\n65536 65536\n-1\n").unwrap();
     room.refused("compare huge.pfm a.pfm", 1, &["it ends too early"]);

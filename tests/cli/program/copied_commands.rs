@@ -38,8 +38,8 @@ fn run(room: &TestFolder, words: &[&OsStr]) -> Ran {
 
 /// The text of a PNG's comment.
 fn comment(png: &[u8]) -> Option<String> {
-    let at = memmem::find(png, b"phalanx render ")?;
-    let text = &png[at..];
+    let position = memmem::find(png, b"phalanx render ")?;
+    let text = &png[position..];
     // Up to the checksum of its chunk.
     let length = memmem::find(text, b"--quantize floor")? + "--quantize floor".len();
     String::from_utf8(text[..length].to_vec()).ok()
@@ -88,8 +88,8 @@ fn commands_of_a_page_are_safe_to_paste() {
         let mut command = room.command("view --allow-path . --allow-path ..");
         command.arg(format!("./{name}"));
         let served = ViewProcess::spawn(&mut command);
-        let told = served.post("command", shot("shaded", 1)).json();
-        let command = told["command"].as_str().unwrap();
+        let reply = served.post("command", shot("shaded", 1)).json();
+        let command = reply["command"].as_str().unwrap();
         assert!(!command.contains(char::is_control), "{command:?}");
         bash(&room, command);
         assert!(!room.path().join("here").exists(), "{command}");
@@ -97,8 +97,8 @@ fn commands_of_a_page_are_safe_to_paste() {
     let name = OsStr::from_bytes(b"a\xff.test");
     fs::write(room.path().join(name), SCENE).unwrap();
     let served = ViewProcess::spawn(room.command("view").arg(name));
-    let told = served.post("command", shot("shaded", 1));
-    assert!(told.status == 400 && told.json()["error"].as_str().unwrap().contains("UTF-8"));
+    let reply = served.post("command", shot("shaded", 1));
+    assert!(reply.status == 400 && reply.json()["error"].as_str().unwrap().contains("UTF-8"));
     assert_eq!(served.post("save", shot("shaded", 1)).status, 200);
 }
 
@@ -125,8 +125,8 @@ fn the_command_of_a_page_writes_beside_the_textures_of_a_model() {
             &["-o model-render.png", "--heat nodes model-render-nodes.png"],
         ),
     ] {
-        let told = served.post("command", shot(mode, 1)).json();
-        let command = told["command"].as_str().unwrap();
+        let reply = served.post("command", shot(mode, 1)).json();
+        let command = reply["command"].as_str().unwrap();
         for name in names {
             assert!(command.contains(name), "{command}");
         }
@@ -150,14 +150,14 @@ fn the_command_of_a_page_writes_beside_the_textures_of_a_model() {
 fn a_command_makes_the_picture_that_is_saved_or_is_refused_with_it() {
     let room = TestFolder::new();
     let served = ViewProcess::start(&room, "view standard:balls:2 --quality best");
-    let told = served.post("command", shot("cost", 1)).json();
-    let command = told["command"].as_str().unwrap();
+    let reply = served.post("command", shot("cost", 1)).json();
+    let command = reply["command"].as_str().unwrap();
     assert!(command.contains("--quality best"), "{command}");
     bash(&room, command);
     let saved = served.post("save", shot("cost", 1)).body;
     assert!(saved == fs::read(room.path().join("balls-nodes.png")).unwrap());
-    let told = served.post("command", shot("shaded", 1)).json();
-    assert!(!told["command"].as_str().unwrap().contains("--quality"));
+    let reply = served.post("command", shot("shaded", 1)).json();
+    assert!(!reply["command"].as_str().unwrap().contains("--quality"));
     // A lens needs perspective.
     let served = ViewProcess::start(&room, "view a.test --aperture .1 --focus 2");
     let mut parallel = shot("shaded", 1);
@@ -204,39 +204,39 @@ fn a_plan_prints_commands_that_run() {
 fn the_number_of_a_job_is_found_among_other_words_of_sbatch() {
     let room = TestFolder::new();
     room.ok("plan a.test --shards 2 -o p.png --plan p.json");
-    let submit = |said: &str| {
+    let submit = |message: &str| {
         room.write(
             "sbatch",
-            &format!("#!/bin/sh\necho \"$@\" >> calls\nprintf -- '{said}'\n"),
+            &format!("#!/bin/sh\necho \"$@\" >> calls\nprintf -- '{message}'\n"),
         );
         let path = room.path().join("sbatch");
         fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
         let path = format!("{}:/usr/bin:/bin", room.path().display());
         ran(room.command("submit slurm p.json --json").env("PATH", path))
     };
-    for said in [
+    for message in [
         "4711\\n",
         "4711;east\\n",
         "Project charge: 10 units\\n4711\\n",
         "4711;east\\nThank you, 3 jobs left\\n",
     ] {
-        let submitted = submit(said);
+        let submitted = submit(message);
         let report: serde_json::Value = serde_json::from_str(&submitted.stdout).unwrap();
-        assert_eq!(report["array_job"], "4711", "{said}");
+        assert_eq!(report["array_job"], "4711", "{message}");
         let calls = fs::read_to_string(room.path().join("calls")).unwrap();
         let merge = calls.lines().last().unwrap();
         assert!(merge.starts_with("--dependency=afterany:4711 "), "{merge}");
     }
-    for said in ["", "Welcome to \\033[2J job 12\\n", "-1\\n"] {
-        let submitted = submit(said);
-        assert_eq!(submitted.code, Some(1), "{said}");
+    for message in ["", "Welcome to \\033[2J job 12\\n", "-1\\n"] {
+        let submitted = submit(message);
+        assert_eq!(submitted.code, Some(1), "{message}");
         let words = submitted.stderr;
         assert!(
             words.contains("may have been submitted") && !words.contains('\u{1b}'),
             "{words}"
         );
         assert!(
-            said.is_empty() || words.contains("Welcome") || words.contains("-1"),
+            message.is_empty() || words.contains("Welcome") || words.contains("-1"),
             "{words}"
         );
     }

@@ -87,12 +87,12 @@ fn alpha_and_halves_are_the_same_whatever_made_them() {
 fn channel(room: &TestFolder, name: &str, channel: &str) -> Vec<f64> {
     let mut reader = PictureReader::open(&room.path().join(name)).unwrap();
     let layout = reader.layout().clone();
-    let at = layout.channels.iter().position(|c| c.name == channel);
-    let at = at.unwrap_or_else(|| panic!("no {channel} in {name}"));
+    let offset = layout.channels.iter().position(|c| c.name == channel);
+    let offset = offset.unwrap_or_else(|| panic!("no {channel} in {name}"));
     let planes = reader.read(0..layout.height).unwrap();
-    let samples = planes[at].iter();
+    let samples = planes[offset].iter();
     samples
-        .map(|bits| layout.channels[at].kind.value(*bits))
+        .map(|bits| layout.channels[offset].kind.value(*bits))
         .collect()
 }
 
@@ -136,15 +136,12 @@ fn halves_are_rounded_floats_and_other_layers_keep_their_bits() {
     assert!(bytes("whole.exr") == bytes("plain.exr"));
     assert!(bytes("half.exr").len() < bytes("whole.exr").len());
     for name in ["R", "A", "albedo.R", "direct.B"] {
-        let [whole, half] = ["whole.exr", "half.exr"].map(|file| channel(&room, file, name));
-        assert!(whole != half, "{name}");
-        for (whole, half) in whole.iter().zip(half) {
+        let [full, half] = ["whole.exr", "half.exr"].map(|file| channel(&room, file, name));
+        assert!(full != half, "{name}");
+        for (full, half) in full.iter().zip(half) {
             let most = 65_504.0;
-            let error = (whole.clamp(-most, most) - half).abs();
-            assert!(
-                error <= whole.abs() / 2048.0 + 3e-8,
-                "{name}: {whole} {half}"
-            );
+            let error = (full.clamp(-most, most) - half).abs();
+            assert!(error <= full.abs() / 2048.0 + 3e-8, "{name}: {full} {half}");
         }
     }
     let brightest = channel(&room, "half.exr", "R")
@@ -160,9 +157,9 @@ fn halves_are_rounded_floats_and_other_layers_keep_their_bits() {
         "CryptoObject00.R",
         "CryptoMaterial01.A",
     ] {
-        let [whole, half] = ["whole.exr", "half.exr"].map(|file| channel(&room, file, name));
+        let [full, half] = ["whole.exr", "half.exr"].map(|file| channel(&room, file, name));
         let bits = |samples: Vec<f64>| samples.into_iter().map(f64::to_bits).collect::<Vec<_>>();
-        assert!(bits(whole) == bits(half), "{name}");
+        assert!(bits(full) == bits(half), "{name}");
     }
 }
 

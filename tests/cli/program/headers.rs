@@ -21,8 +21,8 @@ fn texts(bytes: &[u8]) -> (Vec<(String, String)>, Option<u32>) {
 
 fn text(bytes: &[u8], keyword: &str) -> String {
     let (texts, _) = texts(bytes);
-    let found = texts.into_iter().find(|(other, _)| other == keyword);
-    found.unwrap_or_else(|| panic!("no {keyword}")).1
+    let entry = texts.into_iter().find(|(other, _)| other == keyword);
+    entry.unwrap_or_else(|| panic!("no {keyword}")).1
 }
 
 /// Runs the command stored in a picture, as a shell would, with another output name.
@@ -110,8 +110,8 @@ fn attribute(bytes: &[u8], name: &str) -> String {
         .from_buffered(std::io::Cursor::new(bytes))
         .unwrap();
     let others = &read.layer_data.attributes.other;
-    let found = others.iter().find(|(other, _)| *other == name);
-    let (_, value) = found.unwrap_or_else(|| panic!("no {name}"));
+    let entry = others.iter().find(|(other, _)| *other == name);
+    let (_, value) = entry.unwrap_or_else(|| panic!("no {name}"));
     value.clone().into_text().unwrap().to_string()
 }
 

@@ -226,17 +226,18 @@ fn no_result_takes_the_place_of_an_input() {
 fn a_default_name_that_an_input_has_is_left_to_it() {
     let room = furnished();
     let before = fs::read(room.path().join("truck.png")).unwrap();
-    let said = room.run("render truck.obj --size 8x6");
+    let output = room.run("render truck.obj --size 8x6");
     assert!(
-        said.stderr
+        output
+            .stderr
             .contains("truck.png: writing truck-render.png instead"),
         "{}",
-        said.stderr
+        output.stderr
     );
     assert!(
-        said.stdout.contains("truck-render.png: 8x6"),
+        output.stdout.contains("truck-render.png: 8x6"),
         "{}",
-        said.stdout
+        output.stdout
     );
     assert_eq!(fs::read(room.path().join("truck.png")).unwrap(), before);
     // The scene's own name for it, two inputs in the way, and frames.
@@ -270,10 +271,10 @@ fn a_default_name_that_another_programs_picture_has_is_left_to_it() {
     room.ok("build truck.obj -o truck.phx");
     // The second time, the first run's picture is there, which is our own.
     for _ in 0..2 {
-        let said = room.run("render truck.phx --size 8x6");
+        let output = room.run("render truck.phx --size 8x6");
         let note = "truck.png is a picture from another program: writing truck-render.png instead";
-        assert!(said.stderr.contains(note), "{}", said.stderr);
-        assert!(said.stdout.contains("truck-render.png: 8x6"));
+        assert!(output.stderr.contains(note), "{}", output.stderr);
+        assert!(output.stdout.contains("truck-render.png: 8x6"));
     }
     assert_eq!(fs::read(room.path().join("truck.png")).unwrap(), texture);
 }

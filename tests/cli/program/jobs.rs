@@ -24,8 +24,8 @@ fn a_region_is_a_part_of_the_picture() {
     let adaptive = "--aa adaptive --spp 20 --threshold .01";
     for options in ["", "--spp 3 --filter mitchell", "--engine scalar", adaptive] {
         room.ok(&format!("render a.test -o whole.pfm {options}"));
-        let whole = bytes(&room, "whole.pfm");
-        let whole = rows(&whole, 40);
+        let full = bytes(&room, "whole.pfm");
+        let full = rows(&full, 40);
         for [x, y, w, h] in [
             [0, 0, 40, 24],
             [3, 5, 20, 7],
@@ -36,7 +36,7 @@ fn a_region_is_a_part_of_the_picture() {
                 "render a.test -o part.pfm --region {x} {y} {w} {h} --tile 8 {options}"
             ));
             let part = bytes(&room, "part.pfm");
-            let cut: Vec<Vec<&[u8]>> = whole[y..y + h]
+            let cut: Vec<Vec<&[u8]>> = full[y..y + h]
                 .iter()
                 .map(|r| r[x..x + w].to_vec())
                 .collect();
@@ -58,14 +58,14 @@ fn adaptive_samples_of_a_region_look_beyond_its_borders() {
         let options =
             format!("--size 160x96 --aa adaptive --spp 64 --threshold .004 --engine {engine}");
         room.ok(&format!("render a.test -o whole.pfm {options}"));
-        let whole = bytes(&room, "whole.pfm");
-        let whole = rows(&whole, 160);
+        let full = bytes(&room, "whole.pfm");
+        let full = rows(&full, 160);
         for [x, y, w, h] in [[45, 27, 70, 50], [60, 40, 1, 1], [61, 37, 13, 3]] {
             room.ok(&format!(
                 "render a.test -o part.pfm --region {x} {y} {w} {h} {options}"
             ));
             let part = bytes(&room, "part.pfm");
-            let cut: Vec<Vec<&[u8]>> = whole[y..y + h]
+            let cut: Vec<Vec<&[u8]>> = full[y..y + h]
                 .iter()
                 .map(|r| r[x..x + w].to_vec())
                 .collect();
@@ -104,10 +104,10 @@ fn start(room: &TestFolder, line: &str) -> Child {
 }
 
 /// Waits until the file has grown by `by` bytes, or the process has ended.
-fn until_grown(child: &mut Child, path: &Path, by: u64) {
+fn until_grown(child: &mut Child, path: &Path, bytes: u64) {
     let length = || fs::metadata(path).map_or(0, |m| m.len());
     let before = length();
-    while length() < before + by && child.try_wait().unwrap().is_none() {
+    while length() < before + bytes && child.try_wait().unwrap().is_none() {
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -116,7 +116,7 @@ fn until_grown(child: &mut Child, path: &Path, by: u64) {
 fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
     let room = TestFolder::new();
     room.ok(LONG);
-    let whole = bytes(&room, "a.png");
+    let full = bytes(&room, "a.png");
     let line = format!("{LONG} --checkpoint a.tiles");
     for (name, code) in [("INT", 130), ("TERM", 143)] {
         fs::remove_file(room.path().join("a.png")).unwrap();
@@ -125,11 +125,11 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
         until_grown(&mut child, &room.path().join("a.tiles"), 50_000);
         signal(&child, name);
         let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{said}");
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{stderr}");
         assert!(
-            said.contains("a.tiles; run the same command to resume"),
-            "{said}"
+            stderr.contains("a.tiles; run the same command to resume"),
+            "{stderr}"
         );
         assert_eq!(room.names(), ["a.tiles"]);
         let ran = room.run(&line);
@@ -139,14 +139,14 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
             "{}",
             ran.stderr
         );
-        assert!(bytes(&room, "a.png") == whole);
+        assert!(bytes(&room, "a.png") == full);
         // It is complete now: nothing is left to render, for any tile size.
         let json = room.json(&format!(
             "{} --checkpoint a.tiles --json",
             LONG.replace("--tile 8", "--tile 32 --kernel packet8")
         ));
         assert_eq!(json["rays"]["total"], 0);
-        assert!(bytes(&room, "a.png") == whole);
+        assert!(bytes(&room, "a.png") == full);
     }
 }
 
@@ -154,7 +154,7 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
 fn a_killed_render_goes_on_from_what_it_has() {
     let room = TestFolder::new();
     room.ok(LONG);
-    let whole = bytes(&room, "a.png");
+    let full = bytes(&room, "a.png");
     fs::remove_file(room.path().join("a.png")).unwrap();
     let tiles = room.path().join("a.tiles");
     let line = format!("{LONG} --checkpoint a.tiles");
@@ -173,7 +173,7 @@ fn a_killed_render_goes_on_from_what_it_has() {
     let ran = room.run(&line);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert!(ran.stderr.contains("1 damaged tiles"), "{}", ran.stderr);
-    assert!(bytes(&room, "a.png") == whole);
+    assert!(bytes(&room, "a.png") == full);
 }
 
 #[cfg(unix)]
@@ -181,7 +181,7 @@ fn a_killed_render_goes_on_from_what_it_has() {
 fn a_file_that_cannot_grow_ends_the_render_and_what_it_has_is_good() {
     let room = TestFolder::new();
     room.ok(LONG);
-    let whole = bytes(&room, "a.png");
+    let full = bytes(&room, "a.png");
     let line = format!("{LONG} --checkpoint a.tiles");
     // Blocks of 512 bytes or of 1024: less than the tiles of the picture take either way.
     let script = "trap '' XFSZ; ulimit -f 800; exec \"$@\"";
@@ -195,13 +195,13 @@ fn a_file_that_cannot_grow_ends_the_render_and_what_it_has_is_good() {
         limited.stderr
     );
     assert!(
-        bytes(&room, "a.png") == whole,
+        bytes(&room, "a.png") == full,
         "the old picture is still there"
     );
     let ran = room.run(&line);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert!(ran.stderr.contains("resuming from "), "{}", ran.stderr);
-    assert!(bytes(&room, "a.png") == whole);
+    assert!(bytes(&room, "a.png") == full);
 }
 
 #[test]
@@ -210,12 +210,12 @@ fn a_finished_checkpoint_stays_and_the_report_says_so() {
     let line = "render a.test --checkpoint c.ckpt";
     let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
     for more in ["-o a.png", "-o b.png", "-o b.png --verbose"] {
-        let said = room.ok(&format!("{line} {more}"));
+        let report = room.ok(&format!("{line} {more}"));
         let size = bytes("c.ckpt").len() as f64 / 1024.0;
-        let kept = format!(
+        let line_about_tiles = format!(
             "\nkept         c.ckpt: {size:.1} KiB of tiles, to resume or rewrite the picture\n"
         );
-        assert!(said.contains(&kept), "{more}: {said}");
+        assert!(report.contains(&line_about_tiles), "{more}: {report}");
     }
     assert!(bytes("a.png") == bytes("b.png"));
     // Nothing is traced for another exposure or format, either.
@@ -274,7 +274,7 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
     let room = TestFolder::new();
     let options = "--size 200x150 --spp 20 --aa adaptive --threshold .02 --transfer srgb --quantize round --bits 16 --exposure .5";
     room.ok(&format!("render a.test -o whole.png {options}"));
-    let whole = bytes(&room, "whole.png");
+    let full = bytes(&room, "whole.png");
     for shards in [1u32, 2, 7, 64] {
         room.ok(&format!(
             "plan a.test --shards {shards} -o merged.png --plan p{shards}.json {options}"
@@ -293,7 +293,7 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
             ));
         }
         room.ok(&format!("merge p{shards}.json"));
-        assert!(bytes(&room, "merged.png") == whole, "{shards} shards");
+        assert!(bytes(&room, "merged.png") == full, "{shards} shards");
         fs::remove_file(room.path().join("merged.png")).unwrap();
     }
     // The picture of a region, in other formats, from another folder.
@@ -362,8 +362,8 @@ fn shards_that_are_missing_are_named() {
     );
     // The same command repairs it.
     let json = room.json("render --plan p.json --shard 3 --json");
-    let kept = json["tiles"].as_u64().unwrap() - 1;
-    assert_eq!(json["kept"], kept);
+    let most = json["tiles"].as_u64().unwrap() - 1;
+    assert_eq!(json["kept"], most);
     room.ok("merge p.json");
     room.ok("render a.test -o whole.png");
     assert!(bytes(&room, "m.png") == bytes(&room, "whole.png"));
@@ -413,11 +413,11 @@ fn plans_that_do_not_fit_are_refused() {
 fn a_sequence_is_its_frames_one_by_one() {
     let room = TestFolder::new();
     room.ok("render a.test -o one.png");
-    let said = room.ok("render a.test -o b.png --frames 0..3 --turntable 4 --checkpoint b.tiles");
+    let report = room.ok("render a.test -o b.png --frames 0..3 --turntable 4 --checkpoint b.tiles");
     assert!(
-        said.contains("frame 3: ")
-            && said.contains("written      b.0000.png to b.0003.png: 40x24, 1 sample per pixel, linear (see --transfer)\n"),
-        "{said}"
+        report.contains("frame 3: ")
+            && report.contains("written      b.0000.png to b.0003.png: 40x24, 1 sample per pixel, linear (see --transfer)\n"),
+        "{report}"
     );
     let frames: Vec<_> = (0..4)
         .map(|k| bytes(&room, &format!("b.000{k}.png")))
@@ -472,10 +472,10 @@ fn a_sequence_is_its_frames_one_by_one() {
 #[test]
 fn adaptive_pictures_report_their_limit_as_one() {
     let room = TestFolder::new();
-    let said = room.ok("render a.test -o a.exr --aa adaptive --spp 16");
+    let report = room.ok("render a.test -o a.exr --aa adaptive --spp 16");
     assert!(
-        said.ends_with(": 40x24, up to 16 samples per pixel\n"),
-        "{said}"
+        report.ends_with(": 40x24, up to 16 samples per pixel\n"),
+        "{report}"
     );
 }
 

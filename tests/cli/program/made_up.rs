@@ -113,7 +113,7 @@ fn mirrors_see_a_sky_where_the_file_has_no_surroundings() {
 
 #[test]
 fn a_picture_that_shows_nothing_says_why() {
-    let said = |material: &str, line: &str| {
+    let stderr_of = |material: &str, line: &str| {
         let room = room(material);
         let ran = room.run(&format!("render s.obj -o out.png --size 40x40 {line}"));
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
@@ -155,18 +155,18 @@ fn a_picture_that_shows_nothing_says_why() {
             "--exposure",
         ),
     ] {
-        let stderr = said(material, line);
+        let stderr = stderr_of(material, line);
         let warned = stderr.contains("warning: the picture is empty");
         assert!(warned && stderr.contains(reason), "{line}: {stderr}");
     }
-    assert!(!said("Kd 1 1 1", seen).contains("empty"));
+    assert!(!stderr_of("Kd 1 1 1", seen).contains("empty"));
     // Small, but not by its colour.
     let tiny =
         room("Kd 1 1 1").run("render s.obj -o a.png --size 3x3 --camera 0,0,5 0,0,9 0,1,0 40");
     assert!(tiny.stderr.contains("behind the camera"), "{}", tiny.stderr);
     // A detail may well have one colour.
     let detail = format!("{seen} --region 0 0 4 4");
-    assert!(!said(hidden, &detail).contains("empty"));
+    assert!(!stderr_of(hidden, &detail).contains("empty"));
 }
 
 /// Lights and samples of a first look, on all ways to a picture.
@@ -194,8 +194,8 @@ fn a_bare_mesh_is_smooth_and_its_dark_side_lit_however_it_is_rendered() {
     for scene in ["s.obj", "s.phx"] {
         assert_eq!(spp(&format!("{scene} {camera}")), 4);
         for line in ["", camera] {
-            let told = room.json(&format!("info {scene} {line} --json"));
-            assert_eq!(told["lights"]["directional"], 1, "{scene} {line}");
+            let described = room.json(&format!("info {scene} {line} --json"));
+            assert_eq!(described["lights"]["directional"], 1, "{scene} {line}");
         }
     }
     let picture = "--size 40x30 --tile 8";
@@ -239,8 +239,8 @@ fn a_made_up_camera_frames_the_picture_that_is_asked_for() {
         room.ok(&format!("render {line} -o out.png {size}"));
         let picture = phalanx::image::load(&room.path().join("out.png")).unwrap();
         let [left, right, top, bottom] = extent(&picture);
-        let whole = left > 0 && right < width - 1 && top > 0 && bottom < height - 1;
-        assert!(whole, "{line} {size}: {left} {right} {top} {bottom}");
+        let framed = left > 0 && right < width - 1 && top > 0 && bottom < height - 1;
+        assert!(framed, "{line} {size}: {left} {right} {top} {bottom}");
         assert!(right - left > width * 3 / 4 || bottom - top > height * 3 / 4);
         picture.pixels
     };

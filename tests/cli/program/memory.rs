@@ -53,11 +53,11 @@ fn what_is_freed_is_given_back() {
 #[test]
 fn coefficients_of_one_progressive_scan_count() {
     let room = TestFolder::new();
-    let whole = fs::read(concat!(
+    let full = fs::read(concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/tests/pictures/progressive.jpg"
     ));
-    let mut jpeg = whole.unwrap();
+    let mut jpeg = full.unwrap();
     let scans: Vec<usize> = memchr::memmem::find_iter(&jpeg, b"\xff\xda").collect();
     jpeg.truncate(scans[1]);
     let frame = memchr::memmem::find(&jpeg, b"\xff\xc2").unwrap() + 5;
@@ -288,8 +288,8 @@ fn triangles_of_polygons_count_before_they_are_made() {
     )
     .unwrap();
     // Without memory, no second pass looks for further errors.
-    let whole = fs::read_to_string(room.path().join("a.obj")).unwrap();
-    room.write("b.obj", &format!("{whole}f 1 1 x\n"));
+    let full = fs::read_to_string(room.path().join("a.obj")).unwrap();
+    room.write("b.obj", &format!("{full}f 1 1 x\n"));
     for scene in ["a.obj", "a.ply", "b.obj"] {
         let line = format!("info {scene} --max-memory 250M");
         let parts = ["for the triangles of the file's faces", "allows 238.4 MiB"];

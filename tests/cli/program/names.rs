@@ -39,29 +39,29 @@ fn an_option_names_the_camera_of_a_file_or_a_cache() {
     for camera in ["", "--camera-name=-narrow", "--camera-name 2"] {
         for size in ["", "--size 40x30"] {
             room.ok(&format!("render s.gltf -o a.pfm {camera} {size}"));
-            let whole = bytes("a.pfm");
-            assert!(!before.contains(&whole), "{camera} {size}");
+            let full = bytes("a.pfm");
+            assert!(!before.contains(&full), "{camera} {size}");
             for cache in ["s.phx", "narrow.phx"] {
                 let camera = match camera {
                     "" => "--camera-name 0",
                     camera => camera,
                 };
                 room.ok(&format!("render {cache} -o b.pfm {camera} {size}"));
-                assert!(bytes("b.pfm") == whole, "{cache} {camera} {size}");
+                assert!(bytes("b.pfm") == full, "{cache} {camera} {size}");
             }
-            before.push(whole);
+            before.push(full);
         }
     }
     room.ok("verify s.gltf --camera-name=-narrow --size 24x16 --threads 1");
     // The command in a picture has the option, too.
     room.ok("render s.gltf -o a.png --camera-name=-narrow --size 24x16");
-    let told = bytes("a.png");
-    assert!(memchr::memmem::find(&told, b"render s.gltf --camera-name=-narrow --size").is_some());
+    let png = bytes("a.png");
+    assert!(memchr::memmem::find(&png, b"render s.gltf --camera-name=-narrow --size").is_some());
     let plan = "plan s.gltf --camera-name=-narrow --size 24x16 -o p.png --plan p.json --shards 1";
     room.ok(plan);
     room.ok("render --plan p.json --shard 0");
     room.ok("merge p.json");
-    assert!(bytes("p.png") == told);
+    assert!(bytes("p.png") == png);
     let known = "`wide one` (0), `-narrow` (1), 2";
     for scene in ["s.gltf", "s.phx"] {
         let ran = room.run(&format!("info {scene}"));
@@ -79,12 +79,15 @@ fn an_option_names_the_camera_of_a_file_or_a_cache() {
 #[test]
 fn names_are_in_reports_and_manifests() {
     let room = room();
-    let told = room.ok("info s.gltf");
+    let report = room.ok("info s.gltf");
     assert!(
-        told.contains("objects      1 name: `cüp\\u{1b}` 1\n"),
-        "{told}"
+        report.contains("objects      1 name: `cüp\\u{1b}` 1\n"),
+        "{report}"
     );
-    assert!(told.contains("materials    1, 1 name: `red` 1\n"), "{told}");
+    assert!(
+        report.contains("materials    1, 1 name: `red` 1\n"),
+        "{report}"
+    );
     let info = room.json("info s.gltf --json");
     assert_eq!(
         info["named_objects"],
@@ -102,8 +105,8 @@ fn names_are_in_reports_and_manifests() {
             format!("{{\"cüp\\u001b\":\"{object:08x}\"}}"),
             format!("{{\"red\":\"{material:08x}\"}}"),
         ] {
-            let found = memchr::memmem::find(&bytes, part.as_bytes());
-            assert!(found.is_some(), "{scene}: {part}");
+            let position = memchr::memmem::find(&bytes, part.as_bytes());
+            assert!(position.is_some(), "{scene}: {part}");
         }
     }
 }

@@ -12,7 +12,7 @@ const LIGHT: [f64; 3] = [4.1, 9.0, 5.2];
 
 /// The scene with its coordinates' origin at the centre of the floor or far away; decimals are
 /// exact either way.
-fn obj(at: [f64; 3]) -> String {
+fn obj(point: [f64; 3]) -> String {
     let mut text = String::new();
     for (x, y, z) in [
         (-5, 0, -5),
@@ -29,7 +29,7 @@ fn obj(at: [f64; 3]) -> String {
         (-1, 2, 1),
     ] {
         let [x, y, z] = [x, y, z].map(f64::from);
-        text += &format!("v {} {} {}\n", at[0] + x, at[1] + y, at[2] + z);
+        text += &format!("v {} {} {}\n", point[0] + x, point[1] + y, point[2] + z);
     }
     let faces = [
         "4 3 2 1",
@@ -43,13 +43,18 @@ fn obj(at: [f64; 3]) -> String {
     text + &faces.map(|face| format!("f {face}\n")).concat()
 }
 
-fn words([x, y, z]: [f64; 3], at: [f64; 3], between: &str) -> String {
-    format!("{}{between}{}{between}{}", x + at[0], y + at[1], z + at[2])
+fn words([x, y, z]: [f64; 3], point: [f64; 3], between: &str) -> String {
+    format!(
+        "{}{between}{}{between}{}",
+        x + point[0],
+        y + point[1],
+        z + point[2]
+    )
 }
 
-fn given(at: [f64; 3]) -> String {
-    let [eye, center] = VIEW.map(|position| words(position, at, ","));
-    let light = words(LIGHT, at, ",");
+fn given(point: [f64; 3]) -> String {
+    let [eye, center] = VIEW.map(|position| words(position, point, ","));
+    let light = words(LIGHT, point, ",");
     format!("--camera {eye} {center} 0,1,0 40 --light {light} --size 64x48 --threads 1")
 }
 
@@ -162,18 +167,18 @@ fn a_cache_keeps_the_origin() {
 #[test]
 fn key_frames_are_in_the_files_coordinates() {
     let room = room();
-    let keys = |at: [f64; 3]| {
-        let [eye, center] = VIEW.map(|position| words(position, at, " "));
-        let later = words([-3.0, 9.0, 8.0], at, " ");
+    let keys = |point: [f64; 3]| {
+        let [eye, center] = VIEW.map(|position| words(position, point, " "));
+        let later = words([-3.0, 9.0, 8.0], point, " ");
         format!("0 {eye} {center} 0 1 0 40\n4 {later} {center} 0 1 0 40\n")
     };
     room.write("near.keys", &keys([0.0; 3]));
     room.write("far.keys", &keys(PLACE));
     let place = words([0.0; 3], PLACE, ",");
-    for (name, at, origin) in [("near", [0.0; 3], "none"), ("far", PLACE, &place[..])] {
+    for (name, point, origin) in [("near", [0.0; 3], "none"), ("far", PLACE, &place[..])] {
         room.ok(&format!(
             "render {name}.obj -o {name}#.pfm --origin {origin} --frames 0..2 --keyframes {name}.keys {}",
-            given(at)
+            given(point)
         ));
     }
     for frame in 0..3 {
@@ -241,18 +246,18 @@ fn samples(room: &TestFolder, name: &str, channel: &str) -> Vec<f32> {
         .from_file(room.path().join(name))
         .unwrap();
     let channels = image.layer_data.channel_data.list;
-    let found = channels
+    let channel_of_file = channels
         .iter()
-        .find(|found| found.name.eq(channel))
+        .find(|channel_of_file| channel_of_file.name.eq(channel))
         .unwrap();
-    found.sample_data.values_as_f32().collect()
+    channel_of_file.sample_data.values_as_f32().collect()
 }
 
 #[test]
 fn positions_of_a_picture_keep_their_digits_beside_its_origin() {
     let room = room();
-    for (name, at) in [("near", [0.0; 3]), ("far", PLACE)] {
-        let options = given(at);
+    for (name, position) in [("near", [0.0; 3]), ("far", PLACE)] {
+        let options = given(position);
         room.ok(&format!(
             "render {name}.obj -o {name}.exr --aov P {options}"
         ));

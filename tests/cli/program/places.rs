@@ -53,12 +53,12 @@ pub fn furnished() -> TestFolder {
     room
 }
 
-pub fn at(room: &TestFolder, name: &str) -> PathBuf {
+pub fn path_in(room: &TestFolder, name: &str) -> PathBuf {
     room.path().join(name)
 }
 
 fn make_fifo(room: &TestFolder, name: &str) {
-    let made = Command::new("mkfifo").arg(at(room, name)).status();
+    let made = Command::new("mkfifo").arg(path_in(room, name)).status();
     assert!(made.unwrap().success());
 }
 
@@ -66,10 +66,14 @@ fn make_fifo(room: &TestFolder, name: &str) {
 fn make_device(room: &TestFolder, name: &str) -> bool {
     let null = ["c", "1", "3"];
     let mut command = Command::new("mknod");
-    let made = command.arg(at(room, name)).args(null).output();
+    let made = command.arg(path_in(room, name)).args(null).output();
     let made = cfg!(target_os = "linux") && made.is_ok_and(|output| output.status.success());
     // A folder may be of a file system without devices.
-    let made = made && File::options().write(true).open(at(room, name)).is_ok();
+    let made = made
+        && File::options()
+            .write(true)
+            .open(path_in(room, name))
+            .is_ok();
     if !made {
         println!("skipped: this user cannot make a device node");
     }
@@ -80,7 +84,7 @@ fn make_device(room: &TestFolder, name: &str) -> bool {
 fn read_by_cat(room: &TestFolder, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
     let mut cat = Command::new("cat");
     let mut cat = cat
-        .arg(at(room, fifo))
+        .arg(path_in(room, fifo))
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -91,7 +95,9 @@ fn read_by_cat(room: &TestFolder, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
         bytes
     });
     let ran = room.run(line);
-    let still = fs::symlink_metadata(at(room, fifo)).unwrap().file_type();
+    let still = fs::symlink_metadata(path_in(room, fifo))
+        .unwrap()
+        .file_type();
     if !matches!(ran.code, Some(0 | 4)) || !still.is_fifo() {
         // Its writer has not opened it, and will not.
         cat.kill().unwrap();
@@ -107,12 +113,14 @@ fn every_writer_writes_into_a_pipe() {
         let fifo = format!("{number}.pipe.{ending}");
         make_fifo(&room, &fifo);
         let (ran, bytes) = read_by_cat(&room, &line.replace('@', &fifo), &fifo);
-        let still = fs::symlink_metadata(at(&room, &fifo)).unwrap().file_type();
+        let still = fs::symlink_metadata(path_in(&room, &fifo))
+            .unwrap()
+            .file_type();
         assert!(still.is_fifo(), "{line}: replaced");
         assert!(matches!(ran.code, Some(0 | 4)), "{line}: {}", ran.stderr);
         let file = format!("{number}.file.{ending}");
         room.run(&line.replace('@', &file));
-        let wanted = fs::read(at(&room, &file)).unwrap();
+        let wanted = fs::read(path_in(&room, &file)).unwrap();
         assert!(!bytes.is_empty(), "{line}: nothing came");
         // A record contains its time, a plan its arguments.
         if ending != &"json" && !line.starts_with("bench") {
@@ -129,12 +137,15 @@ fn every_writer_writes_into_a_device() {
     }
     for (number, (line, ending)) in writers().iter().enumerate() {
         let link = format!("{number}.{ending}");
-        symlink("null", at(&room, &link)).unwrap();
+        symlink("null", path_in(&room, &link)).unwrap();
         let ran = room.run(&line.replace('@', &link));
         assert!(matches!(ran.code, Some(0 | 4)), "{line}: {}", ran.stderr);
-        let node = fs::symlink_metadata(at(&room, "null")).unwrap();
+        let node = fs::symlink_metadata(path_in(&room, "null")).unwrap();
         assert!(node.file_type().is_char_device(), "{line}: replaced");
-        assert!(at(&room, &link).is_symlink(), "{line}: the link is gone");
+        assert!(
+            path_in(&room, &link).is_symlink(),
+            "{line}: the link is gone"
+        );
     }
     // A name without an ending gets a PNG.
     room.ok("render a.test -o null");
@@ -146,18 +157,26 @@ fn every_writer_keeps_links_and_permissions() {
     let room = furnished();
     for (number, (line, ending)) in writers().iter().enumerate() {
         let [old, link, loose] = ["old", "link", "loose"].map(|n| format!("{number}.{n}.{ending}"));
-        fs::write(at(&room, &old), "old").unwrap();
-        fs::set_permissions(at(&room, &old), Permissions::from_mode(0o604)).unwrap();
-        symlink(&old, at(&room, &link)).unwrap();
+        fs::write(path_in(&room, &old), "old").unwrap();
+        fs::set_permissions(path_in(&room, &old), Permissions::from_mode(0o604)).unwrap();
+        symlink(&old, path_in(&room, &link)).unwrap();
         let made = format!("{number}.made.{ending}");
-        symlink(&made, at(&room, &loose)).unwrap();
+        symlink(&made, path_in(&room, &loose)).unwrap();
         for (link, target) in [(&link, &old), (&loose, &made)] {
             let ran = room.run(&line.replace('@', link));
             assert!(matches!(ran.code, Some(0 | 4)), "{line}: {}", ran.stderr);
-            assert!(at(&room, link).is_symlink(), "{line}: the link is gone");
-            assert_ne!(fs::read(at(&room, target)).unwrap(), b"old", "{line}");
+            assert!(
+                path_in(&room, link).is_symlink(),
+                "{line}: the link is gone"
+            );
+            assert_ne!(fs::read(path_in(&room, target)).unwrap(), b"old", "{line}");
         }
-        let mode = |name: &str| fs::metadata(at(&room, name)).unwrap().permissions().mode();
+        let mode = |name: &str| {
+            fs::metadata(path_in(&room, name))
+                .unwrap()
+                .permissions()
+                .mode()
+        };
         assert_eq!(mode(&old) & 0o7777, 0o604, "{line}");
         assert_eq!(mode(&made), mode("a.test"), "{line}");
     }
@@ -169,19 +188,19 @@ fn every_writer_keeps_links_and_permissions() {
 #[test]
 fn folders_sockets_and_circles_are_refused_before_any_work() {
     let room = furnished();
-    fs::remove_file(at(&room, "a.test")).unwrap();
-    fs::remove_file(at(&room, "one.png")).unwrap();
+    fs::remove_file(path_in(&room, "a.test")).unwrap();
+    fs::remove_file(path_in(&room, "one.png")).unwrap();
     for ending in [
         "png", "jpg", "exr", "hdr", "pfm", "nff", "ply", "phx", "json", "out",
     ] {
-        fs::create_dir(at(&room, &format!("folder.{ending}"))).unwrap();
+        fs::create_dir(path_in(&room, &format!("folder.{ending}"))).unwrap();
         symlink(
             format!("circle.{ending}"),
-            at(&room, &format!("circle.{ending}")),
+            path_in(&room, &format!("circle.{ending}")),
         )
         .unwrap();
-        symlink("no/where", at(&room, &format!("lost.{ending}"))).unwrap();
-        UnixListener::bind(at(&room, &format!("socket.{ending}"))).unwrap();
+        symlink("no/where", path_in(&room, &format!("lost.{ending}"))).unwrap();
+        UnixListener::bind(path_in(&room, &format!("socket.{ending}"))).unwrap();
     }
     for (line, ending) in writers() {
         for (name, part) in [
@@ -199,7 +218,7 @@ fn folders_sockets_and_circles_are_refused_before_any_work() {
 #[test]
 fn no_frame_is_rendered_where_a_later_one_cannot_be_written() {
     let room = TestFolder::new();
-    fs::create_dir(at(&room, "f.0002.png")).unwrap();
+    fs::create_dir(path_in(&room, "f.0002.png")).unwrap();
     make_fifo(&room, "c.0001.ckpt");
     let line = "render a.test --frames 0..2 --turntable 3 -o";
     room.refused(
@@ -226,9 +245,9 @@ fn shell(room: &TestFolder, script: &str) -> Ran {
 fn open_files_are_written_where_they_stand() {
     let room = TestFolder::new();
     room.ok("render a.test -o a.png");
-    let picture = fs::read(at(&room, "a.png")).unwrap();
+    let picture = fs::read(path_in(&room, "a.png")).unwrap();
     let wanted = [b"before\n", &picture[..], b"after\n"].concat();
-    symlink("/dev/stdout", at(&room, "link")).unwrap();
+    symlink("/dev/stdout", path_in(&room, "link")).unwrap();
     for name in ["-", "/dev/stdout", "/dev/fd/1", "link", "/dev/fd/3"] {
         let third = name == "/dev/fd/3";
         let to = if third { ">&3" } else { "" };
@@ -240,31 +259,31 @@ fn open_files_are_written_where_they_stand() {
         } else {
             format!("{{ {script}; }} > out")
         };
-        fs::remove_file(at(&room, "out")).ok();
+        fs::remove_file(path_in(&room, "out")).ok();
         let ran = shell(&room, &redirected);
         assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
-        let out = fs::read(at(&room, "out")).unwrap();
+        let out = fs::read(path_in(&room, "out")).unwrap();
         assert!(out == wanted, "{name}: {}", String::from_utf8_lossy(&out));
-        let told = fs::read_to_string(at(&room, "told")).unwrap();
+        let messages = fs::read_to_string(path_in(&room, "told")).unwrap();
         // Otherwise the table would be among the picture's bytes.
-        let table = if third { &ran.stdout } else { &told };
+        let table = if third { &ran.stdout } else { &messages };
         assert!(table.contains("Mrays/s"), "{name}: {table}");
         if !third {
             shell(&room, &format!("{{ {script}; }} | cat > out"));
             assert!(
-                fs::read(at(&room, "out")).unwrap() == wanted,
+                fs::read(path_in(&room, "out")).unwrap() == wanted,
                 "{name}, piped"
             );
         }
     }
-    assert!(at(&room, "link").is_symlink());
+    assert!(path_in(&room, "link").is_symlink());
     let json = shell(
         &room,
         &format!("\"$PHALANX\" {BENCH} --json /dev/stdout 2> told"),
     );
     assert!(serde_json::from_str::<serde_json::Value>(&json.stdout).is_ok());
-    let told = fs::read_to_string(at(&room, "told")).unwrap();
-    assert!(told.contains("a.test: "), "{told}");
+    let messages = fs::read_to_string(path_in(&room, "told")).unwrap();
+    assert!(messages.contains("a.test: "), "{messages}");
 }
 
 #[test]
@@ -334,13 +353,13 @@ fn a_signal_ends_the_waiting_for_a_reader() {
             std::thread::sleep(Duration::from_millis(20));
         }
         let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
+        let stderr = String::from_utf8_lossy(&output.stderr);
         let snapshot = line.contains("--snapshot");
         // There the picture is complete, only unread.
         let codes = if snapshot { vec![0, 143] } else { vec![143] };
         let code = output.status.code().unwrap_or(-1);
-        assert!(codes.contains(&code), "{line}: {code}: {said}");
-        fs::remove_file(at(&room, "g.png")).ok();
+        assert!(codes.contains(&code), "{line}: {code}: {stderr}");
+        fs::remove_file(path_in(&room, "g.png")).ok();
         assert_eq!(room.names(), before, "{line}");
     }
 }
@@ -349,7 +368,7 @@ fn a_signal_ends_the_waiting_for_a_reader() {
 fn finished_tiles_are_kept_in_regular_files_only() {
     let room = furnished();
     make_fifo(&room, "fifo");
-    fs::create_dir(at(&room, "folder")).unwrap();
+    fs::create_dir(path_in(&room, "folder")).unwrap();
     for (name, part) in [
         ("fifo", "in a regular file only"),
         ("/dev/null", "in a regular file only"),
@@ -359,7 +378,7 @@ fn finished_tiles_are_kept_in_regular_files_only() {
         let line = format!("render none.test -o x.png --checkpoint {name}");
         room.refused(&line, 1, &["error: cannot use ", part]);
     }
-    fs::remove_file(at(&room, "plan.shard-0.tiles")).unwrap();
+    fs::remove_file(path_in(&room, "plan.shard-0.tiles")).unwrap();
     make_fifo(&room, "plan.shard-0.tiles");
     for line in ["render --plan plan.json --shard 0", "merge plan.json"] {
         room.refused(line, 1, &["shard-0.tiles is no regular file"]);
@@ -369,7 +388,7 @@ fn finished_tiles_are_kept_in_regular_files_only() {
 #[test]
 fn two_results_do_not_go_to_one_file() {
     let room = TestFolder::new();
-    symlink("x.png", at(&room, "y.png")).unwrap();
+    symlink("x.png", path_in(&room, "y.png")).unwrap();
     for line in [
         "render none.test -o x.png --checkpoint x.png",
         "render none.test -o x.png --checkpoint ./y.png",

@@ -61,8 +61,8 @@ fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
         ("encoding.exposure", json!(1e38)),
     ] {
         let field = name.split(' ').next().unwrap().replace('.', "/");
-        let whole = if field.contains('/') { "/spec/" } else { "/" };
-        forged(&room, &plan, &format!("{whole}{field}"), value.clone());
+        let prefix = if field.contains('/') { "/spec/" } else { "/" };
+        forged(&room, &plan, &format!("{prefix}{field}"), value.clone());
         // Tiles that claim the same.
         if field.starts_with("pixels") {
             let mut head = head.clone();
@@ -112,7 +112,7 @@ fn a_merge_writes_into_the_plans_folder_unless_it_is_told_otherwise() {
     assert_eq!(plan["output"], "m.png");
     // From any working folder.
     room.ok("merge job/p.json");
-    let whole = fs::read(room.path().join("job/m.png")).unwrap();
+    let full = fs::read(room.path().join("job/m.png")).unwrap();
     std::os::unix::fs::symlink("../else", room.path().join("job/link")).unwrap();
     std::os::unix::fs::symlink("../else/y.png", room.path().join("job/y.png")).unwrap();
     let elsewhere = room.path().join("else/x.png");
@@ -137,7 +137,7 @@ fn a_merge_writes_into_the_plans_folder_unless_it_is_told_otherwise() {
         // An explicit destination is used, and shards are rendered whatever the picture's name.
         room.ok("render --plan job/p.json --shard 0");
         room.ok("merge job/p.json -o else/told.png");
-        assert!(fs::read(room.path().join("else/told.png")).unwrap() == whole);
+        assert!(fs::read(room.path().join("else/told.png")).unwrap() == full);
         fs::remove_file(room.path().join("else/told.png")).unwrap();
     }
 }
@@ -189,9 +189,9 @@ fn a_plan_whose_picture_lies_elsewhere_says_so_at_once() {
     let read = |name: &str| fs::read(room.path().join(name)).unwrap();
     assert!(read("pictures/m.png") == read("whole.png"));
     let names = room.names();
-    let said = room.ok("submit slurm job/p.json -o pictures/it's.png --dry-run");
+    let report = room.ok("submit slurm job/p.json -o pictures/it's.png --dry-run");
     assert_eq!(room.names(), names, "nothing is written");
-    room.carry_out(&said);
+    room.carry_out(&report);
     let script = fs::read_to_string(room.path().join("job/p.merge.sh")).unwrap();
     assert!(script.contains(r"/pictures/it'\''s.png'"), "{script}");
 }
@@ -199,9 +199,9 @@ fn a_plan_whose_picture_lies_elsewhere_says_so_at_once() {
 #[test]
 fn links_beside_a_plan_lead_nowhere_else() {
     let room = TestFolder::new();
-    let at = |name: &str| room.path().join(name);
-    fs::create_dir(at("job")).unwrap();
-    fs::create_dir(at("else")).unwrap();
+    let in_room = |name: &str| room.path().join(name);
+    fs::create_dir(in_room("job")).unwrap();
+    fs::create_dir(in_room("else")).unwrap();
     let frames = "--frames 0..1 --turntable 2";
     for (name, more) in [
         ("p", ""),
@@ -233,7 +233,7 @@ fn links_beside_a_plan_lead_nowhere_else() {
         ("submit slurm job/p.json", "p.merge.log"),
     ] {
         for target in ["../else/theirs", "../else/made"] {
-            let path = at("job").join(link);
+            let path = in_room("job").join(link);
             let _ = fs::remove_file(&path);
             std::os::unix::fs::symlink(target, &path).unwrap();
             let ran = room.run(command);
@@ -241,18 +241,22 @@ fn links_beside_a_plan_lead_nowhere_else() {
             let part = format!("{link} lies outside the plan's folder");
             assert!(ran.stderr.contains(&part), "{command}: {}", ran.stderr);
             fs::remove_file(path).unwrap();
-            assert_eq!(fs::read(at("else/theirs")).unwrap(), b"theirs", "{command}");
-            assert!(!at("else/made").exists(), "{command}");
+            assert_eq!(
+                fs::read(in_room("else/theirs")).unwrap(),
+                b"theirs",
+                "{command}"
+            );
+            assert!(!in_room("else/made").exists(), "{command}");
         }
     }
     // Within the folder they may lead anywhere except to an input.
     room.write("job/kept", "");
-    std::os::unix::fs::symlink("kept", at("job/p.shard-0.tiles")).unwrap();
+    std::os::unix::fs::symlink("kept", in_room("job/p.shard-0.tiles")).unwrap();
     room.ok("render --plan job/p.json --shard 0");
-    assert!(fs::metadata(at("job/kept")).unwrap().len() > 0);
-    std::os::unix::fs::symlink("p.json", at("job/p.merge.sh")).unwrap();
+    assert!(fs::metadata(in_room("job/kept")).unwrap().len() > 0);
+    std::os::unix::fs::symlink("p.json", in_room("job/p.merge.sh")).unwrap();
     room.refused("submit slurm job/p.json", 2, &["would overwrite the plan"]);
-    assert!(!at("job/p.shards.sh").exists());
+    assert!(!in_room("job/p.shards.sh").exists());
 }
 
 #[test]

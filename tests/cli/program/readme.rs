@@ -46,8 +46,8 @@ fn sessions_of(text: &str) -> usize {
             printed = output.lines().map(str::to_owned).rev().collect();
         } else if inside && line != "..." {
             // Lines may be omitted, but keep the program's order.
-            let found = std::iter::from_fn(|| printed.pop()).any(|other| other == line);
-            assert!(found, "the program does not print {line:?}");
+            let is_printed = std::iter::from_fn(|| printed.pop()).any(|other| other == line);
+            assert!(is_printed, "the program does not print {line:?}");
             shown += 1;
         }
     }

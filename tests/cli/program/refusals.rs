@@ -368,12 +368,12 @@ fn names_on_the_command_line_do_not_steer_the_terminal() {
     ] {
         let ran = room.run(&line);
         assert_eq!(ran.code, Some(code), "{line:?}: {}", ran.stderr);
-        let said = ran.stdout + &ran.stderr;
+        let printed = ran.stdout + &ran.stderr;
         let steers = |c: char| phalanx::files::steers(c) && c != '\n';
-        assert!(!said.contains(steers), "{line:?}: {said:?}");
+        assert!(!printed.contains(steers), "{line:?}: {printed:?}");
         assert!(
-            said.contains("u{1b}[2J") || said.contains("?[2J"),
-            "{line:?}: {said}"
+            printed.contains("u{1b}[2J") || printed.contains("?[2J"),
+            "{line:?}: {printed}"
         );
     }
 }
@@ -385,8 +385,12 @@ fn a_camera_in_one_word_is_told_the_form() {
         let mut command = room.command("render a.test --camera");
         command.arg("0 0 5").args(more.split_whitespace());
         let ran = ran(&mut command);
-        let told = ran.stderr.contains("FROM AT UP FOV, as in");
-        assert!(ran.code == Some(2) && told, "{more}: {}", ran.stderr);
+        let names_the_form = ran.stderr.contains("FROM AT UP FOV, as in");
+        assert!(
+            ran.code == Some(2) && names_the_form,
+            "{more}: {}",
+            ran.stderr
+        );
     }
     let far = "--camera 1e38,0,0 0,0,0 0,1,0 45 --size 8x8";
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/phalanx.test");

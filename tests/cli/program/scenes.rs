@@ -63,15 +63,15 @@ fn backs_of_single_sided_materials_are_passed_and_counted() {
     assert_ne!(back, both);
     let line = format!("back.gltf {camera} --two-sided");
     assert_eq!(picture(&room, &line), both);
-    let said = room.ok(&format!("render back.gltf {camera} -o out.png"));
+    let report = room.ok(&format!("render back.gltf {camera} -o out.png"));
     assert!(
-        said.contains("hidden, of single-sided materials (see --two-sided)"),
-        "{said}"
+        report.contains("hidden, of single-sided materials (see --two-sided)"),
+        "{report}"
     );
     let json = room.json(&format!("render back.gltf {camera} -o out.png --json"));
     assert!(json["unseen_backs"].as_u64().unwrap() > 20, "{json}");
-    let said = room.ok(&format!("render both.gltf {camera} -o out.png"));
-    assert!(!said.contains("backs"), "{said}");
+    let report = room.ok(&format!("render both.gltf {camera} -o out.png"));
+    assert!(!report.contains("backs"), "{report}");
     // A cache has the sides of its file, and the header of a picture the option.
     room.ok("build back.gltf -o back.phx");
     assert_eq!(picture(&room, &format!("back.phx {camera}")), back);
@@ -150,17 +150,17 @@ fn what_stands_beside_a_cache_changes_it_like_a_file() {
     let room = TestFolder::new();
     room.ok("build a.test -o a.phx");
     let plain = picture(&room, "a.test");
-    for beside in [
+    for options in [
         "--camera 0,1,6 0,0,0 0,1,0 30",
         "--light 0,5,5 --light dir:1,1,1,.5,.5,.6",
         "--background .2,.3,.4",
     ] {
         let (file, cache) = (
-            picture(&room, &format!("{beside} a.test")),
-            picture(&room, &format!("a.phx {beside}")),
+            picture(&room, &format!("{options} a.test")),
+            picture(&room, &format!("a.phx {options}")),
         );
-        assert_eq!(file, cache, "{beside}");
-        assert_ne!(file, plain, "{beside}");
+        assert_eq!(file, cache, "{options}");
+        assert_ne!(file, plain, "{options}");
     }
     let ran = room.run("info a.phx --material kd=1 --quality fast");
     assert!(
@@ -186,9 +186,9 @@ fn places_beside_a_scaled_cache_are_those_of_the_file() {
         "size 24 16\ncamera 0 0 5e12 0 0 0 0 1 0 45\npoint 3e12 3e12 3e12 1 1 1\ndiffuse 1 1 1\nsphere 0 0 0 1e12\n",
     );
     room.ok("build huge.test -o huge.phx");
-    let beside = "--camera 1e12,0,6e12 0,0,0 0,1,0 40 --light 5e12,1e12,5e12";
-    let file = picture(&room, &format!("huge.test {beside}"));
-    assert_eq!(file, picture(&room, &format!("huge.phx {beside}")));
+    let options = "--camera 1e12,0,6e12 0,0,0 0,1,0 40 --light 5e12,1e12,5e12";
+    let file = picture(&room, &format!("huge.test {options}"));
+    assert_eq!(file, picture(&room, &format!("huge.phx {options}")));
     assert_ne!(file, picture(&room, "huge.phx"));
     // Beyond the range of the stored scene.
     let far = "--camera 0,0,1e22 0,0,0 0,1,0 .00000001";
@@ -202,7 +202,7 @@ fn places_beside_a_scaled_cache_are_those_of_the_file() {
 fn nonsense_beside_a_scene_is_2() {
     let room = TestFolder::new();
     for command in ["render", "verify", "info", "build -o a.phx"] {
-        for (beside, part) in [
+        for (options, part) in [
             ("--camera 0,0,5 0,0,0 0,1,0", "--camera"),
             ("--camera 0,0,5 0,0,0 0,1,0 x", "`x` is not a number"),
             ("--camera 0,5 0,0,0 0,1,0 45", "three numbers for FROM"),
@@ -218,7 +218,11 @@ fn nonsense_beside_a_scene_is_2() {
             ("--allow-path a.test", "not a folder"),
             ("--quality good", "medium"),
         ] {
-            room.refused(&format!("{command} a.test {beside}"), 2, &["error: ", part]);
+            room.refused(
+                &format!("{command} a.test {options}"),
+                2,
+                &["error: ", part],
+            );
         }
     }
 }
@@ -388,10 +392,11 @@ fn textures_and_copies_count_before_they_are_made() {
     let quad = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
     let mtl = |k: u32| format!("newmtl m{k}\nmap_Kd t{k}.png\n");
     let face = |k: u32| format!("usemtl m{k}\nf 1/1 2/2 3/3\n");
-    let of = |count: u32, part: &dyn Fn(u32) -> String| (0..count).map(part).collect::<String>();
-    room.write("a.mtl", &of(9, &mtl));
+    let joined =
+        |count: u32, part: &dyn Fn(u32) -> String| (0..count).map(part).collect::<String>();
+    room.write("a.mtl", &joined(9, &mtl));
     room.write("one.obj", &format!("{quad}{}", face(0)));
-    room.write("nine.obj", &format!("{quad}{}", of(9, &face)));
+    room.write("nine.obj", &format!("{quad}{}", joined(9, &face)));
     for k in 0..9 {
         fs::write(room.path().join(format!("t{k}.png")), white_png(2048)).unwrap();
     }
@@ -520,11 +525,11 @@ fn standard_scenes_are_opened_like_files() {
     room.ok("build standard:balls:2 -o balls.phx");
     let cached = picture(&room, &format!("balls.phx {small}"));
     assert_eq!(cached, direct);
-    let beside = "--background 0,0,.5 --light dir:0,0,1";
-    let other = picture(&room, &format!("standard:balls:2 {small} {beside}"));
+    let options = "--background 0,0,.5 --light dir:0,0,1";
+    let other = picture(&room, &format!("standard:balls:2 {small} {options}"));
     assert_ne!(other, direct);
     assert_eq!(
-        picture(&room, &format!("balls.phx {small} {beside}")),
+        picture(&room, &format!("balls.phx {small} {options}")),
         other
     );
     for command in ["render", "verify", "info", "build -o c.phx"] {

@@ -98,12 +98,12 @@ fn frames_of_two_nodes_are_those_of_one_machine_though_one_is_killed() {
     );
     let after = fs::metadata(room.path().join("m.0001.png")).unwrap();
     assert_eq!(before.modified().unwrap(), after.modified().unwrap());
-    let said = room.ok("merge p.json");
+    let report = room.ok("merge p.json");
     assert!(
-        said.contains("0 to 23, 120x90, from 5 shards, checked"),
-        "{said}"
+        report.contains("0 to 23, 120x90, from 5 shards, checked"),
+        "{report}"
     );
-    assert!(said.contains("m.0000.png to m.0023.png"), "{said}");
+    assert!(report.contains("m.0000.png to m.0023.png"), "{report}");
     let frames: Vec<String> = (0..24).map(|k| format!("m.{k:04}.png")).collect();
     same_frames(&room, &frames);
     // Nothing else is left: no tiles, no temporary files.
@@ -190,10 +190,10 @@ fn tiles_of_each_frame_are_put_together() {
     );
     let done = room.json("render --plan p.json --shard 2 --json");
     assert_eq!(done["kept"], 2);
-    let said = room.ok("merge p.json");
+    let report = room.ok("merge p.json");
     assert!(
-        said.contains("5 to 7, 100x80, from 3 shards, merged"),
-        "{said}"
+        report.contains("5 to 7, 100x80, from 3 shards, merged"),
+        "{report}"
     );
     let frames: Vec<String> = (5..8).map(|k| format!("m.000{k}.exr")).collect();
     same_frames(&room, &frames);
@@ -348,10 +348,10 @@ fn a_sequence_that_has_changed_meanwhile_is_refused() {
 
 #[test]
 fn two_processes_do_not_render_one_shard() {
-    for by in ["frame", "tile"] {
+    for split in ["frame", "tile"] {
         let room = TestFolder::new();
         room.ok(&format!(
-            "plan a.test --shards 1 --shard-by {by} -o m.png --plan p.json --frames 0..2 --turntable 4 --size 400x300 --tile 8 --spp 60"
+            "plan a.test --shards 1 --shard-by {split} -o m.png --plan p.json --frames 0..2 --turntable 4 --size 400x300 --tile 8 --spp 60"
         ));
         let mut child = start(&room, "render --plan p.json --shard 0 --threads 1");
         let first = room.path().join("p.shard-0.frame-0000.tiles");
@@ -477,9 +477,9 @@ fn shards_of_frames_are_tasks_of_an_array() {
     let room = TestFolder::new();
     room.ok("plan a.test --shards 3 --plan p.json -o m.png --frames 0..5 --turntable 6");
     room.ok("render --plan p.json --shard 1");
-    let said = room.ok("submit slurm p.json --dry-run");
-    assert!(said.contains(" --array=0,2 "), "{said}");
-    room.carry_out(&said);
+    let report = room.ok("submit slurm p.json --dry-run");
+    assert!(report.contains(" --array=0,2 "), "{report}");
+    room.carry_out(&report);
     let script = |name: &str, index: &str| {
         let mut shell = std::process::Command::new("bash");
         shell.arg(room.path().join(name)).current_dir(room.path());
@@ -494,7 +494,7 @@ fn shards_of_frames_are_tasks_of_an_array() {
         let ran = script("p.shards.sh", shard);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     }
-    let said = room.ok("submit slurm p.json --dry-run");
-    assert!(!said.contains("--array"), "{said}");
+    let report = room.ok("submit slurm p.json --dry-run");
+    assert!(!report.contains("--array"), "{report}");
     assert_eq!(script("p.merge.sh", "").code, Some(0));
 }

@@ -67,18 +67,18 @@ fn an_interrupted_render_leaves_the_old_picture_or_none() {
             .spawn()
             .unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
-        let mut said = String::new();
-        while !said.contains("warning: ") {
-            assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
+        let mut messages = String::new();
+        while !messages.contains("warning: ") {
+            assert!(stderr.read_line(&mut messages).unwrap() > 0, "{messages}");
         }
         std::thread::sleep(Duration::from_millis(200));
         signal(&child, name);
-        stderr.read_to_string(&mut said).unwrap();
+        stderr.read_to_string(&mut messages).unwrap();
         let output = child.wait_with_output().unwrap();
-        assert_eq!(output.status.code(), Some(code), "{name}: {said}");
+        assert_eq!(output.status.code(), Some(code), "{name}: {messages}");
         assert!(
-            output.stdout.is_empty() && said.contains("interrupted"),
-            "{name}: {said}"
+            output.stdout.is_empty() && messages.contains("interrupted"),
+            "{name}: {messages}"
         );
         assert_eq!(room.names(), before, "{name}");
         assert_eq!(fs::read_to_string(&path).ok().as_deref(), old);
@@ -113,13 +113,17 @@ fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
         std::thread::sleep(Duration::from_millis(wait));
         let start = Instant::now();
         signal(&child, "TERM");
-        let mut said = String::new();
+        let mut messages = String::new();
         let stderr = child.stderr.as_mut().unwrap();
-        stderr.read_to_string(&mut said).unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(143), "{line}: {said}");
+        stderr.read_to_string(&mut messages).unwrap();
+        assert_eq!(
+            child.wait().unwrap().code(),
+            Some(143),
+            "{line}: {messages}"
+        );
         // Seconds are left for a machine under load: without a stop, it would be hours.
         assert!(start.elapsed() < Duration::from_secs(10), "{line}");
-        said
+        messages
     };
     for more in [
         "",
@@ -131,17 +135,17 @@ fn a_stop_is_seen_at_once_and_finished_tiles_are_kept() {
         assert_eq!(room.names(), ["glass.test"], "{more}");
     }
     // The finished tile is kept, and the other one is not.
-    let kept = format!("render glass.test -o g.png {options} --checkpoint g.tiles");
-    let said = stop(&kept, 1500);
+    let command = format!("render glass.test -o g.png {options} --checkpoint g.tiles");
+    let messages = stop(&command, 1500);
     assert!(
-        said.contains("finished tiles are kept in g.tiles"),
-        "{said}"
+        messages.contains("finished tiles are kept in g.tiles"),
+        "{messages}"
     );
     assert_eq!(room.names(), ["g.tiles", "glass.test"]);
-    let said = stop(&kept, 1500);
+    let messages = stop(&command, 1500);
     assert!(
-        said.contains("resuming from g.tiles, 50.0 % done"),
-        "{said}"
+        messages.contains("resuming from g.tiles, 50.0 % done"),
+        "{messages}"
     );
 }
 

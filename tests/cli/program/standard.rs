@@ -145,12 +145,12 @@ fn an_interrupted_generation_leaves_the_old_file_and_no_part_of_a_new_one() {
     }
     std::thread::sleep(std::time::Duration::from_millis(100));
     super::signals::signal(&child, "INT");
-    let mut said = String::new();
+    let mut messages = String::new();
     let mut stderr = BufReader::new(child.stderr.take().unwrap());
-    stderr.read_line(&mut said).unwrap();
-    stderr.read_to_string(&mut said).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{said}");
-    assert!(said.contains("interrupted"), "{said}");
+    stderr.read_line(&mut messages).unwrap();
+    stderr.read_to_string(&mut messages).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{messages}");
+    assert!(messages.contains("interrupted"), "{messages}");
     assert_eq!(room.names(), before);
     assert_eq!(
         fs::read_to_string(room.path().join("a.nff")).unwrap(),

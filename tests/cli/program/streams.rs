@@ -1,7 +1,7 @@
 //! Pictures to stdout, and scenes from stdin.
 
 use super::TestFolder;
-use super::places::{at, furnished};
+use super::places::{furnished, path_in};
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::process::Stdio;
@@ -12,9 +12,9 @@ fn a_picture_to_stdout_is_that_of_the_file() {
     let bytes = |line: &str| {
         let mut command = room.command(line);
         let output = command.output().unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(0), "{line}: {told}");
-        (output.stdout, told)
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{line}: {stderr}");
+        (output.stdout, stderr)
     };
     for (options, ending) in [
         ("", "png"),
@@ -28,26 +28,26 @@ fn a_picture_to_stdout_is_that_of_the_file() {
     ] {
         let bits = options.trim_start_matches(&format!("--format {ending}"));
         room.ok(&format!("render a.test -o b.{ending} {bits}"));
-        let (out, told) = bytes(&format!("render a.test -o - {options}"));
+        let (out, stderr) = bytes(&format!("render a.test -o - {options}"));
         assert!(
-            out == fs::read(at(&room, &format!("b.{ending}"))).unwrap(),
+            out == fs::read(path_in(&room, &format!("b.{ending}"))).unwrap(),
             "{options}"
         );
-        assert!(told.contains("Mrays/s"), "{told}");
+        assert!(stderr.contains("Mrays/s"), "{stderr}");
     }
-    let (_, told) = bytes("render a.test -o - --json");
-    let report: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let (_, stderr) = bytes("render a.test -o - --json");
+    let report: serde_json::Value = serde_json::from_str(&stderr).unwrap();
     assert_eq!(report["image"]["path"], "-");
     let (out, _) = bytes("merge plan.json -o -");
-    assert!(out == fs::read(at(&room, "one.png")).unwrap());
+    assert!(out == fs::read(path_in(&room, "one.png")).unwrap());
     // An option overrides an extension.
     room.ok("render a.test -o odd.name --format png");
     assert_eq!(
-        fs::read(at(&room, "odd.name")).unwrap(),
-        fs::read(at(&room, "one.png")).unwrap()
+        fs::read(path_in(&room, "odd.name")).unwrap(),
+        fs::read(path_in(&room, "one.png")).unwrap()
     );
     room.ok("render a.test --format exr");
-    assert!(at(&room, "a.exr").is_file());
+    assert!(path_in(&room, "a.exr").is_file());
 }
 
 #[test]
@@ -85,15 +85,18 @@ fn pictures_to_stdout_are_refused_where_they_make_no_sense() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut told = String::new();
+        let mut stderr = String::new();
         child
             .stderr
             .take()
             .unwrap()
-            .read_to_string(&mut told)
+            .read_to_string(&mut stderr)
             .unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(2), "{told}");
-        assert!(told.contains("cannot be written to a terminal"), "{told}");
+        assert_eq!(child.wait().unwrap().code(), Some(2), "{stderr}");
+        assert!(
+            stderr.contains("cannot be written to a terminal"),
+            "{stderr}"
+        );
     }
 }
 
@@ -109,8 +112,8 @@ fn fed(room: &TestFolder, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, St
     // A command that refuses does not read it.
     child.stdin.take().unwrap().write_all(stdin).ok();
     let output = child.wait_with_output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    (output.status.code(), output.stdout, told)
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    (output.status.code(), output.stdout, stderr)
 }
 
 #[test]
@@ -127,13 +130,13 @@ fn a_scene_from_stdin_is_that_of_the_file() {
     );
     for name in ["a.test", "balls.nff", "tetra.ply", "quad.obj"] {
         let ending = name.split('.').nth(1).unwrap();
-        let scene = fs::read(at(&room, name)).unwrap();
+        let scene = fs::read(path_in(&room, name)).unwrap();
         let size = "--size 40x30";
         room.ok(&format!("render {name} -o wanted.pfm {size}"));
-        let wanted = fs::read(at(&room, "wanted.pfm")).unwrap();
+        let wanted = fs::read(path_in(&room, "wanted.pfm")).unwrap();
         let line = format!("render - --format pfm -o - --format {ending} {size}");
-        let (code, out, told) = fed(&room, &line, &scene);
-        assert_eq!(code, Some(0), "{name}: {told}");
+        let (code, out, result) = fed(&room, &line, &scene);
+        assert_eq!(code, Some(0), "{name}: {result}");
         assert!(out == wanted, "{name}");
         for line in [
             format!("verify - --format {ending} --threads 1 {size}"),
@@ -143,25 +146,25 @@ fn a_scene_from_stdin_is_that_of_the_file() {
                 "bench - --format {ending} --rays primary --threads 1 --size 16x16 --repeat 1 --min-time 0"
             ),
         ] {
-            let (code, _, told) = fed(&room, &line, &scene);
-            assert_eq!(code, Some(0), "{line}: {told}");
+            let (code, _, result) = fed(&room, &line, &scene);
+            assert_eq!(code, Some(0), "{line}: {result}");
         }
         room.ok(&format!("render b.phx -o again.pfm {size}"));
         assert!(
-            fs::read(at(&room, "again.pfm")).unwrap() == wanted,
+            fs::read(path_in(&room, "again.pfm")).unwrap() == wanted,
             "{name}"
         );
     }
     // A file without an extension.
-    fs::copy(at(&room, "quad.obj"), at(&room, "quad.txt")).unwrap();
+    fs::copy(path_in(&room, "quad.obj"), path_in(&room, "quad.txt")).unwrap();
     room.ok("render quad.txt --format obj -o again.pfm --size 40x30");
     assert_eq!(
-        fs::read(at(&room, "again.pfm")).unwrap(),
-        fs::read(at(&room, "wanted.pfm")).unwrap()
+        fs::read(path_in(&room, "again.pfm")).unwrap(),
+        fs::read(path_in(&room, "wanted.pfm")).unwrap()
     );
-    let (code, _, told) = fed(&room, "render - --format test", super::SCENE.as_bytes());
-    assert_eq!(code, Some(0), "{told}");
-    assert!(at(&room, "picture.png").is_file());
+    let (code, _, result) = fed(&room, "render - --format test", super::SCENE.as_bytes());
+    assert_eq!(code, Some(0), "{result}");
+    assert!(path_in(&room, "picture.png").is_file());
 }
 
 #[test]
@@ -193,11 +196,11 @@ fn scenes_from_stdin_are_refused_where_they_make_no_sense() {
         ),
         ("info - --format stl", 3, "error: -"),
     ] {
-        let (got, _, told) = fed(&room, line, super::SCENE.as_bytes());
-        assert_eq!(got, Some(code), "{line}: {told}");
+        let (got, _, result) = fed(&room, line, super::SCENE.as_bytes());
+        assert_eq!(got, Some(code), "{line}: {result}");
         assert!(
-            told.contains(part) && !told.contains("panicked"),
-            "{line}: {told}"
+            result.contains(part) && !result.contains("panicked"),
+            "{line}: {result}"
         );
     }
 }

@@ -32,10 +32,10 @@ impl HttpAnswer {
 
     pub fn header(&self, name: &str) -> &str {
         let lines = self.head.lines();
-        let found = lines
+        let field = lines
             .filter_map(|line| line.split_once(": "))
             .find(|(known, _)| *known == name);
-        found.unwrap_or_else(|| panic!("{name} in {}", self.head)).1
+        field.unwrap_or_else(|| panic!("{name} in {}", self.head)).1
     }
 }
 
@@ -76,8 +76,8 @@ impl ViewProcess {
 
     /// The answer to a request of these bytes, after which the connection is closed.
     pub fn ask(&self, request: &str) -> HttpAnswer {
-        let told = self.try_to_ask(request);
-        told.unwrap_or_else(|error| panic!("{request:.99}: {error}"))
+        let reply = self.try_to_ask(request);
+        reply.unwrap_or_else(|error| panic!("{request:.99}: {error}"))
     }
 
     pub fn try_to_ask(&self, request: &str) -> std::io::Result<HttpAnswer> {
@@ -128,12 +128,12 @@ pub fn shot(mode: &str, samples: u32) -> Value {
 }
 
 pub fn frame(mode: &str, have: u32, samples: u32) -> Value {
-    let mut asked = shot(mode, samples);
-    asked["have"] = json!(have);
-    asked["moving"] = json!(false);
-    asked["pixels"] = json!(1_000_000);
-    asked["jpeg"] = json!(false);
-    asked
+    let mut request = shot(mode, samples);
+    request["have"] = json!(have);
+    request["moving"] = json!(false);
+    request["pixels"] = json!(1_000_000);
+    request["jpeg"] = json!(false);
+    request
 }
 
 #[test]
@@ -149,8 +149,8 @@ fn what_is_kept_is_what_its_command_writes() {
         ("depth", 1),
         ("cost", 1),
     ] {
-        let told = served.post("command", shot(mode, samples)).json();
-        let command = told["command"].as_str().unwrap();
+        let reply = served.post("command", shot(mode, samples)).json();
+        let command = reply["command"].as_str().unwrap();
         room.ok(command.strip_prefix("phalanx ").unwrap());
         let saved = served.post("save", shot(mode, samples));
         let name = saved
@@ -164,12 +164,12 @@ fn what_is_kept_is_what_its_command_writes() {
     // The sequence that the page's key frames make.
     let mut keyframes = shot("shaded", 1);
     keyframes["keyframes"] = json!(true);
-    let told = served.post("command", keyframes).json();
+    let reply = served.post("command", keyframes).json();
     room.write(
         "views.txt",
         "0 0 1 5 0 0 0 0 1 0 45\n2 1 1 5 0 0 0 0 1 0 45\n",
     );
-    room.ok(told["command"]
+    room.ok(reply["command"]
         .as_str()
         .unwrap()
         .strip_prefix("phalanx ")
@@ -187,13 +187,13 @@ fn a_picture_at_rest_gets_better_and_a_moving_one_comes_at_once() {
     let served = ViewProcess::start(&room, "view a.test");
     let mut have = 0;
     while have < 4 {
-        let told = served.post("frame", frame("shaded", have, 4));
-        let info: Value = serde_json::from_str(told.header("Frame")).unwrap();
+        let reply = served.post("frame", frame("shaded", have, 4));
+        let info: Value = serde_json::from_str(reply.header("Frame")).unwrap();
         let samples = info["samples"].as_u64().unwrap() as u32;
         assert!(samples > have && samples <= 4, "{info}");
-        assert_eq!(told.body.len(), 40 * 24 * 4);
+        assert_eq!(reply.body.len(), 40 * 24 * 4);
         have = samples;
-        let mut want = told.body;
+        let mut want = reply.body;
         if samples == 4 {
             let saved = served.post("save", shot("shaded", 4));
             let picture = image::load_from_memory(&saved.body).unwrap().to_rgba8();
@@ -213,21 +213,25 @@ fn a_picture_at_rest_gets_better_and_a_moving_one_comes_at_once() {
         "materials",
         "cost",
     ] {
-        let told = served.post("frame", frame(mode, 0, 64));
-        assert_eq!((told.status, told.body.len()), (200, 40 * 24 * 4), "{mode}");
+        let reply = served.post("frame", frame(mode, 0, 64));
+        assert_eq!(
+            (reply.status, reply.body.len()),
+            (200, 40 * 24 * 4),
+            "{mode}"
+        );
     }
     let mut moving = frame("shaded", 0, 64);
     moving["moving"] = json!(true);
     moving["pixels"] = json!(240);
     moving["jpeg"] = json!(true);
-    let told = served.post("frame", moving);
-    let info: Value = serde_json::from_str(told.header("Frame")).unwrap();
+    let reply = served.post("frame", moving);
+    let info: Value = serde_json::from_str(reply.header("Frame")).unwrap();
     assert_eq!(
         (&info["width"], &info["height"]),
         (&json!(20), &json!(12)),
         "{info}"
     );
-    assert_eq!(told.body[..2], [0xff, 0xd8]);
+    assert_eq!(reply.body[..2], [0xff, 0xd8]);
 }
 
 #[test]
@@ -235,7 +239,7 @@ fn a_pixel_has_the_numbers_of_the_library() {
     let room = TestFolder::new();
     let served = ViewProcess::start(&room, "view a.test");
     let scene = read_test(SCENE).unwrap().scene;
-    let told = served.post("state", json!({})).json();
+    let reply = served.post("state", json!({})).json();
     let accel = Accel::build(&scene, Engine::Simd);
     let AccelRef::Packets(bvh) = accel.accel() else {
         panic!("packets")
@@ -246,8 +250,8 @@ fn a_pixel_has_the_numbers_of_the_library() {
         .step_by(7)
         .flat_map(|x| (0..24).step_by(5).map(move |y| (x, y)))
     {
-        let asked = json!({ "view": told["scene"]["view"], "size": [40, 24], "x": x, "y": y });
-        let pixel = served.post("pixel", asked).json();
+        let request = json!({ "view": reply["scene"]["view"], "size": [40, 24], "x": x, "y": y });
+        let pixel = served.post("pixel", request).json();
         let [origin, direction] = settings.first_ray(&scene, x, y).unwrap();
         let hit = bvh.intersect_filtered(&Ray::new(origin, direction), &RayFilter::default());
         let number = |name: &str| pixel["hit"][name].as_f64().map(|number| number as f32);
@@ -293,8 +297,8 @@ fn surfaces_that_a_picture_passes_are_listed() {
     for scene in ["s.gltf", "s.phx"] {
         let served = ViewProcess::start(&room, &format!("view {scene}"));
         let ahead = json!({ "eye": [0.4, 0.2, 5], "center": [0.4, 0.2, 0], "up": [0, 1, 0], "fovy": 40, "ortho": null });
-        let asked = json!({ "view": ahead, "size": [9, 9], "x": 4, "y": 4, "bounds": true });
-        let pixel = served.post("pixel", asked).json();
+        let request = json!({ "view": ahead, "size": [9, 9], "x": 4, "y": 4, "bounds": true });
+        let pixel = served.post("pixel", request).json();
         assert_eq!(pixel["hit"]["object"], "seen", "{pixel}");
         assert_eq!(pixel["passed"].as_array().map(Vec::len), Some(1), "{pixel}");
         assert_eq!(pixel["passed"][0]["object"], "passed");
@@ -333,8 +337,8 @@ fn nothing_is_given_to_those_without_the_token_or_from_elsewhere() {
         (address, "Origin: null\r\n", 404),
         (address, "Origin: http://localhost:1\r\n", 404),
     ] {
-        let told = served.ask(&served.request(host, more, "frame", &body));
-        assert_eq!(told.status, status, "{host} {more}");
+        let reply = served.ask(&served.request(host, more, "frame", &body));
+        assert_eq!(reply.status, status, "{host} {more}");
     }
     let token = &served.token;
     for path in [
@@ -350,9 +354,9 @@ fn nothing_is_given_to_those_without_the_token_or_from_elsewhere() {
     ] {
         let request = served.request(address, "", "frame", &body);
         let request = request.replacen(&format!("/{token}/frame"), &path, 1);
-        let told = served.ask(&request);
-        assert_eq!(told.status, 404, "{path}");
-        assert_eq!(told.json(), json!({ "error": "there is nothing here" }));
+        let reply = served.ask(&request);
+        assert_eq!(reply.status, 404, "{path}");
+        assert_eq!(reply.json(), json!({ "error": "there is nothing here" }));
     }
 }
 
@@ -361,26 +365,26 @@ fn bad_requests_are_refused_and_the_next_one_is_served() {
     let room = TestFolder::new();
     let mut served = ViewProcess::start(&room, "view a.test");
     let wrong = |change: fn(&mut Value)| {
-        let mut asked = frame("shaded", 0, 1);
-        change(&mut asked);
-        asked
+        let mut sent = frame("shaded", 0, 1);
+        change(&mut sent);
+        sent
     };
     let changes: [fn(&mut Value); 9] = [
-        |asked| asked["size"] = json!([0, 24]),
-        |asked| asked["size"] = json!([100_000, 100_000]),
-        |asked| asked["size"] = json!([-1, 24]),
-        |asked| asked["samples"] = json!(0),
-        |asked| asked["samples"] = json!(1_000_000),
-        |asked| asked["mode"] = json!("<script>"),
-        |asked| asked["view"]["eye"] = asked["view"]["center"].clone(),
-        |asked| asked["view"]["eye"] = json!([1e300, 0, 0]),
-        |asked| asked["view"]["fovy"] = json!(180),
+        |sent| sent["size"] = json!([0, 24]),
+        |sent| sent["size"] = json!([100_000, 100_000]),
+        |sent| sent["size"] = json!([-1, 24]),
+        |sent| sent["samples"] = json!(0),
+        |sent| sent["samples"] = json!(1_000_000),
+        |sent| sent["mode"] = json!("<script>"),
+        |sent| sent["view"]["eye"] = sent["view"]["center"].clone(),
+        |sent| sent["view"]["eye"] = json!([1e300, 0, 0]),
+        |sent| sent["view"]["fovy"] = json!(180),
     ];
     for change in changes {
-        let asked = wrong(change);
-        let told = served.post("frame", asked.clone());
-        assert_eq!(told.status, 400, "{asked}");
-        assert!(told.json()["error"].is_string());
+        let sent = wrong(change);
+        let reply = served.post("frame", sent.clone());
+        assert_eq!(reply.status, 400, "{sent}");
+        assert!(reply.json()["error"].is_string());
     }
     for (request, status) in [
         ("\0\u{1}\u{2}\r\n\r\n".to_owned(), 400),
@@ -416,7 +420,7 @@ fn bad_requests_are_refused_and_the_next_one_is_served() {
     let state = served.request(&served.address, "", "state", &state);
     while !served
         .try_to_ask(&state)
-        .is_ok_and(|told| told.status == 200)
+        .is_ok_and(|reply| reply.status == 200)
     {
         std::thread::sleep(Duration::from_millis(20));
     }

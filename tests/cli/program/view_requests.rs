@@ -17,8 +17,8 @@ fn cookies_of_other_programs_do_not_matter() {
     let served = ViewProcess::start(&room, "view a.test");
     let status = |cookie: &str| {
         let more = format!("Cookie: a={cookie}\r\n");
-        let told = served.ask(&served.request(&served.address, &more, "", ""));
-        (told.status, String::from_utf8(told.body).unwrap())
+        let reply = served.ask(&served.request(&served.address, &more, "", ""));
+        (reply.status, String::from_utf8(reply.body).unwrap())
     };
     assert_eq!(status(&"0".repeat(60_000)).0, 200);
     let (code, body) = status(&"0".repeat(70_000));
@@ -38,9 +38,9 @@ fn cookies_of_other_programs_do_not_matter() {
         stream.write_all(part).unwrap();
         std::thread::sleep(Duration::from_millis(20));
     }
-    let mut told = Vec::new();
-    stream.read_to_end(&mut told).unwrap();
-    assert!(told.starts_with(b"HTTP/1.1 200 "));
+    let mut reply = Vec::new();
+    stream.read_to_end(&mut reply).unwrap();
+    assert!(reply.starts_with(b"HTTP/1.1 200 "));
 }
 
 #[test]
@@ -111,16 +111,16 @@ fn an_address_is_what_people_type() {
 #[test]
 fn the_file_for_the_browser_goes_with_the_program() {
     let room = TestFolder::new();
-    let at = |name: &str| room.path().join(name);
-    fs::create_dir(at("tmp")).unwrap();
+    let in_room = |name: &str| room.path().join(name);
+    fs::create_dir(in_room("tmp")).unwrap();
     // A browser that notes what it gets.
     room.write("xdg-open", "#!/bin/sh\ncat \"$1\" > seen\n");
-    fs::set_permissions(at("xdg-open"), fs::Permissions::from_mode(0o755)).unwrap();
+    fs::set_permissions(in_room("xdg-open"), fs::Permissions::from_mode(0o755)).unwrap();
     let path = format!("{}:/usr/bin:/bin", room.path().display());
-    let files = || fs::read_dir(at("tmp")).unwrap().count();
+    let files = || fs::read_dir(in_room("tmp")).unwrap().count();
     let mut served = ViewProcess::spawn(
         room.command("view a.test --open")
-            .env("TMPDIR", at("tmp"))
+            .env("TMPDIR", in_room("tmp"))
             .env("PATH", &path),
     );
     assert_eq!(files(), 1);
@@ -129,7 +129,7 @@ fn the_file_for_the_browser_goes_with_the_program() {
     assert_eq!(files(), 0);
     room.write("bad.test", "sphere\n");
     let mut failing = room.command("view bad.test --open");
-    let failed = ran(failing.env("TMPDIR", at("tmp")).env("PATH", &path));
+    let failed = ran(failing.env("TMPDIR", in_room("tmp")).env("PATH", &path));
     assert_eq!((failed.code, files()), (Some(3), 0), "{}", failed.stderr);
 }
 
@@ -164,13 +164,13 @@ fn memory_stays_within_the_limit_or_nothing_is_shown() {
     const LIMIT: u64 = 180_000_000;
     let line = format!("view a.test --threads 2 --max-memory {LIMIT}");
     let served = ViewProcess::start(&room, &line);
-    let told = served.post("state", json!({})).json();
-    let most = told["scene"]["most_pixels"].as_u64().unwrap();
+    let reply = served.post("state", json!({})).json();
+    let most = reply["scene"]["most_pixels"].as_u64().unwrap();
     assert!((600_000..1_000_000).contains(&most), "{most}");
-    let mut asked = shot("normals", 1);
-    asked["size"] = json!([most / 800, 800]);
-    asked["page"] = json!("00112233445566aa");
-    let request = served.request(&served.address, "", "save", &asked.to_string());
+    let mut body = shot("normals", 1);
+    body["size"] = json!([most / 800, 800]);
+    body["page"] = json!("00112233445566aa");
+    let request = served.request(&served.address, "", "save", &body.to_string());
     let streams = (0..30).map(|_| {
         let mut stream = served.connect();
         stream.write_all(request.as_bytes()).unwrap();
@@ -206,8 +206,8 @@ fn memory_stays_within_the_limit_or_nothing_is_shown() {
 /// The answer for the pixel in the middle of a scene's own view.
 fn middle(served: &ViewProcess) -> (Value, Value) {
     let view = served.post("state", json!({})).json()["scene"]["view"].clone();
-    let asked = json!({ "view": view, "size": [64, 48], "x": 32, "y": 24, "bounds": true });
-    (served.post("pixel", asked).json(), view)
+    let request = json!({ "view": view, "size": [64, 48], "x": 32, "y": 24, "bounds": true });
+    (served.post("pixel", request).json(), view)
 }
 
 #[test]
@@ -229,9 +229,9 @@ fn a_pixel_has_the_coordinates_and_units_of_the_file() {
         room.write(name, &square(corner, side));
         let served = ViewProcess::start(&room, &format!("view {name}"));
         let (pixel, view) = middle(&served);
-        let of = |value: &Value| [0, 1, 2].map(|axis| value[axis].as_f64().unwrap());
-        let (origin, position) = (of(&pixel["origin"]), of(&pixel["hit"]["position"]));
-        let (eye, t) = (of(&view["eye"]), pixel["hit"]["t"].as_f64().unwrap());
+        let vector = |value: &Value| [0, 1, 2].map(|axis| value[axis].as_f64().unwrap());
+        let (origin, position) = (vector(&pixel["origin"]), vector(&pixel["hit"]["position"]));
+        let (eye, t) = (vector(&view["eye"]), pixel["hit"]["t"].as_f64().unwrap());
         let apart =
             |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
         let near = side * 1e-5;
@@ -241,7 +241,7 @@ fn a_pixel_has_the_coordinates_and_units_of_the_file() {
             "{name}: {pixel}"
         );
         assert!((position[2] - corner[2]).abs() < near, "{name}: {pixel}");
-        let high = of(&pixel["bounds"][1]);
+        let high = vector(&pixel["bounds"][1]);
         assert!(
             (high[0] - corner[0] - side).abs() < near * 10.0,
             "{name}: {pixel}"
@@ -263,13 +263,13 @@ fn a_scene_that_cannot_be_seen_says_so_as_a_render_does() {
     let mut command = room.command("view point.obj");
     command.stderr(fs::File::create(room.path().join("said")).unwrap());
     let served = ViewProcess::spawn_with_stderr(&mut command);
-    let told = served.post("state", json!({})).json();
-    let page = told["scene"]["warning"].as_str().unwrap();
-    assert!(page.contains(warning), "{told}");
-    let said = fs::read_to_string(room.path().join("said")).unwrap();
-    assert!(said.contains(warning), "{said}");
+    let reply = served.post("state", json!({})).json();
+    let page = reply["scene"]["warning"].as_str().unwrap();
+    assert!(page.contains(warning), "{reply}");
+    let stderr = fs::read_to_string(room.path().join("said")).unwrap();
+    assert!(stderr.contains(warning), "{stderr}");
     // A scene that can be seen has none.
     let served = ViewProcess::start(&room, "view a.test");
-    let told = served.post("state", json!({})).json();
-    assert_eq!(told["scene"]["warning"], Value::Null);
+    let reply = served.post("state", json!({})).json();
+    assert_eq!(reply["scene"]["warning"], Value::Null);
 }

@@ -64,7 +64,7 @@ fn what_changes_nothing_is_said() {
     let room = TestFolder::new();
     room.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     room.write("keys", "0 0 0 5 0 0 0 0 1 0 45\n");
-    let said = |line: &str| {
+    let notes_of = |line: &str| {
         let ran = room.run(&format!("render -o b.png --size 8x8 {line}"));
         assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
         ran.stderr
@@ -79,15 +79,15 @@ fn what_changes_nothing_is_said() {
         ),
     ] {
         let note = format!("{option} has no effect");
-        let said = said(line);
-        assert_eq!(said.matches(&note).count(), 1, "{line}: {said}");
+        let notes_of = notes_of(line);
+        assert_eq!(notes_of.matches(&note).count(), 1, "{line}: {notes_of}");
     }
     for line in [
         "bare.obj --material kd=1",
         "a.test --light 1,2,3",
         &format!("a.test {camera}"),
     ] {
-        assert!(!said(line).contains("has no effect"), "{line}");
+        assert!(!notes_of(line).contains("has no effect"), "{line}");
     }
 }
 
@@ -155,9 +155,9 @@ fn begun(room: &TestFolder, program: &str) -> std::process::Child {
     let streams = command.stdin(Stdio::null()).stdout(Stdio::piped());
     let mut child = streams.stderr(Stdio::piped()).spawn().unwrap();
     let mut stderr = BufReader::new(child.stderr.take().unwrap());
-    let mut said = String::new();
-    while !said.contains("warning: ") {
-        assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
+    let mut messages = String::new();
+    while !messages.contains("warning: ") {
+        assert!(stderr.read_line(&mut messages).unwrap() > 0, "{messages}");
     }
     std::thread::sleep(std::time::Duration::from_millis(300));
     // Later messages are read, so that the program never waits for space in the pipe.

@@ -55,14 +55,14 @@ fn the_oracle_on_one_thread_serves_where_there_is_no_other() {
     old.rows
         .retain(|row| row.engine != "oracle" || row.threads == 1);
     let changes = compare(&old, &record(1), false).expect("comparable");
-    let of = |threads| {
+    let rows_on = |threads| {
         changes
             .rows
             .iter()
             .filter(move |row| row.key.threads == threads)
     };
-    assert!(of(1).all(|row| row.normalised == Normalisation::SameThreads));
-    assert!(of(2).all(|row| row.normalised == Normalisation::OneThread));
+    assert!(rows_on(1).all(|row| row.normalised == Normalisation::SameThreads));
+    assert!(rows_on(2).all(|row| row.normalised == Normalisation::OneThread));
     // An oracle timed on another part of the rays is not a yardstick.
     let mut part = record(1);
     let oracles = part.rows.iter_mut().filter(|row| row.engine == "oracle");
@@ -83,9 +83,9 @@ fn a_slower_kernel_is_a_regression() {
         row.kernel == "packet16" && row.rays == "shadow"
     });
     let changes = compare(&record(6), &new, false).expect("comparable");
-    let found = changes.regressions(&[], THRESHOLD);
-    assert_eq!(found.len(), 2, "{found:?}");
-    for regression in &found {
+    let regressions = changes.regressions(&[], THRESHOLD);
+    assert_eq!(regressions.len(), 2, "{regressions:?}");
+    for regression in &regressions {
         let Regression::Group(group) = regression else {
             panic!("{regression:?}");
         };
@@ -129,13 +129,13 @@ fn a_row_counts_only_when_it_stays_slow() {
 
 #[test]
 fn few_samples_say_little() {
-    let few = |count: usize, by: f64| {
+    let few = |count: usize, factor: f64| {
         let mut record = record(1);
         for row in &mut record.rows {
             row.samples.truncate(count);
             row.mrays_per_s = estimate(&row.samples);
         }
-        scale(&mut record, by, |row| row.engine == "phalanx");
+        scale(&mut record, factor, |row| row.engine == "phalanx");
         record
     };
     let two = compare(&few(2, 1.0), &few(2, 0.5), false).expect("comparable");
@@ -230,15 +230,15 @@ fn counters_are_compared_exactly() {
     new.counters[0].work.node_visits += 1;
     new.counters[1].work.bytes -= 1;
     new.counters.remove(5);
-    let found = counters(&old, &new);
-    let differences: Vec<CountDifference> = found.iter().map(|c| c.difference).collect();
+    let actual = counters(&old, &new);
+    let differences: Vec<CountDifference> = actual.iter().map(|c| c.difference).collect();
     let count = |counter, old, new| CountDifference::Count { counter, old, new };
-    assert_eq!(differences.len(), 3, "{found:?}");
+    assert_eq!(differences.len(), 3, "{actual:?}");
     assert!(differences.contains(&count("node_visits", 4000, 4001)));
     assert!(differences.contains(&count("bytes", 270_000, 269_999)));
     assert!(differences.contains(&CountDifference::OnlyOld));
     assert_eq!(counters(&new, &old).len(), 3);
-    let table = counters_table(&found);
+    let table = counters_table(&actual);
     assert!(
         table.contains("node_visits     4000    4001    +1\n"),
         "{table}"

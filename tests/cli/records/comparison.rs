@@ -15,8 +15,8 @@ fn comparison(records: &[&BenchRecord], all: bool) -> RecordComparison {
 }
 
 /// The text, which must fit the width.
-fn text(of: &RecordComparison, width: usize) -> String {
-    let text = comparison_text(of, width);
+fn text(comparison: &RecordComparison, width: usize) -> String {
+    let text = comparison_text(comparison, width);
     for line in text.lines() {
         assert!(line.chars().count() <= width, "{width}: {line}");
     }
@@ -55,12 +55,12 @@ fn ranks_come_first_and_then_what_differs() {
     );
     assert_eq!(compared.means[0].mrays_per_s.len(), 2);
     let text = text(&compared, 80);
-    let at = |part: &str| {
+    let position = |part: &str| {
         text.find(part)
             .unwrap_or_else(|| panic!("{part} in\n{text}"))
     };
     assert!(
-        at("ranks over 12 rates of 2 scenes") < at("16 of 36 rates differ"),
+        position("ranks over 12 rates of 2 scenes") < position("16 of 36 rates differ"),
         "{text}"
     );
     for part in [
@@ -68,7 +68,7 @@ fn ranks_come_first_and_then_what_differs() {
         "trees of quality fast, best in A",
         "+25.0 ±",
     ] {
-        at(part);
+        position(part);
     }
 }
 
@@ -163,15 +163,16 @@ fn limits(share: f64) -> MachineLimits {
 
 #[test]
 fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
-    let measured = |speed: f64, slower: fn(&RateRow) -> bool, by: f64| {
+    let measured = |speed: f64, slower: fn(&RateRow) -> bool, factor: f64| {
         let (mut first, mut second) = (record(2), record(2));
         first.limits = Some(limits(1.0));
         second.limits = Some(limits(speed));
         scale(&mut second, speed, |_| true);
-        scale(&mut second, by, slower);
+        scale(&mut second, factor, slower);
         comparison(&[&first, &second], true)
     };
-    let machine = |of: &RecordComparison| of.records[1].machine.expect("the same machine").by;
+    let machine =
+        |comparison: &RecordComparison| comparison.records[1].machine.expect("the same machine").by;
     // Everything alike, the oracle and the limits, too.
     let slow = measured(0.75, |_| false, 1.0);
     assert!((machine(&slow) + 0.25).abs() < 1e-3, "{}", machine(&slow));
@@ -180,7 +181,7 @@ fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
     // One kernel on such a machine, with every rate within its interval.
     let kernel = measured(0.75, |row| row.kernel == "packet8", 0.95);
     let names: Vec<(&str, u32)> = (kernel.kernels.iter())
-        .map(|of| (&*of.kernel, of.threads))
+        .map(|comparison| (&*comparison.kernel, comparison.threads))
         .collect();
     assert_eq!(names, [("packet8", 1), ("packet8", 2)]);
     assert!(text(&kernel, 80).contains("packet8"));
@@ -211,12 +212,15 @@ fn a_slower_kernel_is_found_under_load() {
             });
         }
     }
-    let found = |second: &BenchRecord| {
-        let of = comparison(&[&first, second], true);
-        let names = of.kernels.iter().map(|of| of.kernel.clone());
+    let differing = |second: &BenchRecord| {
+        let comparison = comparison(&[&first, second], true);
+        let names = comparison
+            .kernels
+            .iter()
+            .map(|comparison| comparison.kernel.clone());
         names.collect::<Vec<String>>()
     };
-    assert_eq!(found(&second), Vec::<String>::new());
+    assert_eq!(differing(&second), Vec::<String>::new());
     scale(&mut second, 0.95, |row| row.kernel == "packet8");
-    assert_eq!(found(&second), ["packet8", "packet8"]);
+    assert_eq!(differing(&second), ["packet8", "packet8"]);
 }

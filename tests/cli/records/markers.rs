@@ -56,12 +56,15 @@ pub fn held(file: &str, name: &str, table_of: impl Fn(&Path) -> String) -> Optio
 #[test]
 fn markers_are_found() {
     let text = "# x\n<!-- rates: perf/records/a.json -->\n| a |\n<!-- /rates -->\nend\n";
-    let found = marked(text, "rates").expect("markers");
+    let text_between = marked(text, "rates").expect("markers");
     assert_eq!(
-        (found.record, found.table),
+        (text_between.record, text_between.table),
         ("perf/records/a.json", "| a |\n")
     );
-    assert_eq!([found.before, found.table, found.after].concat(), text);
+    assert_eq!(
+        [text_between.before, text_between.table, text_between.after].concat(),
+        text
+    );
     assert!(marked("<!-- rates: a.json -->\n", "rates").is_none());
     assert!(marked(text, "time to picture").is_none());
     assert!(marked("none", "rates").is_none());

@@ -11,8 +11,8 @@ use phalanx::report::{
 /// best peer, and the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
     let table = ReadmeTable::of(record);
-    let of = format!("geometric means of {}, ", table.index.averaged_words());
-    table.text(&of, ReadmeTable::means, ".")
+    let averaged = format!("geometric means of {}, ", table.index.averaged_words());
+    table.text(&averaged, ReadmeTable::means, ".")
 }
 
 /// Rates in each scene of a record as Markdown, by kind of rays on the fewest threads: ours
@@ -46,12 +46,12 @@ impl<'a> ReadmeTable<'a> {
     }
 
     /// The table with what its rates are of, and a line for their source.
-    fn text(&self, of: &str, rows: fn(&Self) -> Vec<Vec<String>>, end: &str) -> String {
+    fn text(&self, text: &str, rows: fn(&Self) -> Vec<Vec<String>>, end: &str) -> String {
         if self.kinds.is_empty() {
             return "The record has no rates.\n".to_owned();
         }
         let threads = counted(self.fewest as usize, "thread");
-        let mut table = ReportTable::new("", &format!("Mrays/s, {of}{threads}"), 1);
+        let mut table = ReportTable::new("", &format!("Mrays/s, {text}{threads}"), 1);
         let kinds = self.kinds.iter().map(ToString::to_string);
         table.head.extend(kinds);
         let table = table.with(rows(self)).markdown_rows(str::to_owned);
@@ -116,12 +116,12 @@ impl<'a> ReadmeTable<'a> {
         // Not every peer supports every scene: a ratio covers the scenes that both have.
         let scenes = self.index.averaged.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
-        let of = if over.scenes < ours.count() {
+        let share = if over.scenes < ours.count() {
             format!(" (of {})", over.scenes)
         } else {
             String::new()
         };
-        Some(format!("× {}{of}", rate(over.mean)))
+        Some(format!("× {}{share}", rate(over.mean)))
     }
 
     fn scenes(&self) -> Vec<Vec<String>> {

@@ -236,7 +236,7 @@ fn machine() -> Machine {
 }
 
 fn limits() -> MachineLimits {
-    let of = |threads: u32| {
+    let limits_on = |threads: u32| {
         let n = f64::from(threads);
         let levels = [
             ("l1", 410.0 * n),
@@ -251,7 +251,7 @@ fn limits() -> MachineLimits {
         }
     };
     MachineLimits {
-        threads: vec![of(1), of(2)],
+        threads: vec![limits_on(1), limits_on(2)],
     }
 }
 
@@ -307,28 +307,28 @@ pub fn minimal() -> BenchRecord {
 /// One family in three sizes: fewer scenes than kinds of rays.
 pub fn few() -> BenchRecord {
     let mut record = suite();
-    let kept = |scene: &str| scene.starts_with("standard:terrain:");
-    record.scenes.retain(|s| kept(&s.name));
-    record.rows.retain(|r| kept(&r.scene));
-    record.counters.retain(|c| kept(&c.scene));
+    let is_kept = |scene: &str| scene.starts_with("standard:terrain:");
+    record.scenes.retain(|s| is_kept(&s.name));
+    record.rows.retain(|r| is_kept(&r.scene));
+    record.counters.retain(|c| is_kept(&c.scene));
     record
 }
 
 /// A shorter suite, then the same on two other machines, one of them twice as fast at some rays.
 pub fn machines() -> Vec<(&'static str, BenchRecord)> {
     let mut first = suite();
-    let kept = |scene: &str| !scene.ends_with("medium") && scene < "standard:mount";
-    first.scenes.retain(|s| kept(&s.name));
-    first.rows.retain(|r| kept(&r.scene));
-    let scaled = |cpu: &str, by: &dyn Fn(&RateRow) -> f64| {
+    let is_kept = |scene: &str| !scene.ends_with("medium") && scene < "standard:mount";
+    first.scenes.retain(|s| is_kept(&s.name));
+    first.rows.retain(|r| is_kept(&r.scene));
+    let scaled = |cpu: &str, factor: &dyn Fn(&RateRow) -> f64| {
         let mut record = first.clone();
         record.machine.cpu = cpu.to_owned();
         record.run.started = "2026-11-23T08:00:00Z".to_owned();
         for row in &mut record.rows {
-            let by = by(row);
+            let factor = factor(row);
             let rate = &mut row.mrays_per_s;
             for figure in [&mut rate.median, &mut rate.low, &mut rate.high] {
-                *figure *= by;
+                *figure *= factor;
             }
         }
         record

@@ -9,11 +9,12 @@ const MIRROR: &str = "ambient 0 0 0\nspecular .5 .5 .5\n";
 /// An emissive ball with its centre `distance` away along (x, y, z), seen in a mirror of this
 /// gloss.
 fn of_a_ball(gloss: &str, [x, y, z]: [f64; 3], distance: f64, radius: f64) -> f64 {
-    let [bx, by, bz] = [x, y, z].map(|c| c * distance);
+    let [bx, scaled, bz] = [x, y, z].map(|c| c * distance);
     // The eye is nearer than the ball.
     let [ex, ey, ez] = [-x, y, z].map(|c| c * 0.5);
-    let ball =
-        format!("ambient 0 0 0\nspecular 0 0 0\nemission 1 1 1\nsphere {bx} {by} {bz} {radius}\n");
+    let ball = format!(
+        "ambient 0 0 0\nspecular 0 0 0\nemission 1 1 1\nsphere {bx} {scaled} {bz} {radius}\n"
+    );
     let body = format!("maxdepth 1\n{MIRROR}{gloss}\n{}{ball}", plate(0, 0.0, -9e3));
     red(&scene(&format!("{ex} {ey} {ez}"), "0 0 0", &body), 4096)
 }

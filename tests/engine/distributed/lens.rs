@@ -130,13 +130,16 @@ fn rays_through_the_lens_meet_in_the_plane_of_focus() {
     for (row, column) in [(24.0, 24.0), (0.5, 7.25), (47.5, 47.5)] {
         let straight = camera.direction(row, column);
         let want = camera.eye + straight * (4.0 / -straight.dot(back));
-        for at in [[0.0, 0.0], [1.0, 0.0], [-0.6, 0.8], [0.1, -0.9]] {
-            let (org, dir) = camera.through_lens(row, column, at);
+        for lens_point in [[0.0, 0.0], [1.0, 0.0], [-0.6, 0.8], [0.1, -0.9]] {
+            let (org, dir) = camera.through_lens(row, column, lens_point);
             let away = org - camera.eye;
-            let off = f32::hypot(at[0], at[1]) * 0.25;
+            let off = f32::hypot(lens_point[0], lens_point[1]) * 0.25;
             assert!((away.length() - off).abs() < PLACE && away.dot(back).abs() < PLACE);
             let met = org + dir * (4.0 / -dir.dot(back));
-            assert!((met - want).length() < 8.0 * PLACE, "{at:?}: {met} {want}");
+            assert!(
+                (met - want).length() < 8.0 * PLACE,
+                "{lens_point:?}: {met} {want}"
+            );
         }
     }
 }

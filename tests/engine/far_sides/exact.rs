@@ -93,13 +93,13 @@ fn sphere(line: &MappedLine, center: DVec3, radius: f64) -> Vec<Crossing> {
     let from_center = line.org - center;
     let away = from_center.length();
     let along = -from_center.dot(unit);
-    let beside = (from_center + unit * along).length();
+    let distance = (from_center + unit * along).length();
     let place = HIT_ULPS * EPSILON * (line.size + center.length() + radius + away);
-    let outside = beside - radius;
+    let outside = distance - radius;
     if outside > place {
         return Vec::new();
     }
-    let half = ((radius - beside) * (radius + beside)).max(0.0).sqrt();
+    let half = ((radius - distance) * (radius + distance)).max(0.0).sqrt();
     // Moving the line by `place` moves its ends on the sphere by place · r / half, or by the
     // longest chord within that distance of the silhouette.
     let widest = (2.0 * radius * place + place * place).sqrt();
@@ -139,7 +139,7 @@ fn cone(line: &MappedLine, cone: &Cone) -> Vec<Crossing> {
     let (a, b) = (dp.dot(dp) - dr * dr, p.dot(dp) - r * dr);
     let squared = (dp * r - p * dr).length_squared() - p.cross(dp).length_squared();
     let root = squared.max(0.0).sqrt();
-    let at = |leaves: bool| {
+    let root_of = |leaves: bool| {
         let c = p.dot(p) - r * r;
         // The form of the quadratic's root that subtracts no nearly equal numbers.
         let s = if leaves == (b < 0.0) {
@@ -166,8 +166,8 @@ fn cone(line: &MappedLine, cone: &Cone) -> Vec<Crossing> {
             sure: squared > a.abs() * change && beyond_end < -slack,
         })
     };
-    let enters = if cone.inside { None } else { at(false) };
-    let mut both: Vec<Crossing> = enters.into_iter().chain(at(true)).collect();
+    let enters = if cone.inside { None } else { root_of(false) };
+    let mut both: Vec<Crossing> = enters.into_iter().chain(root_of(true)).collect();
     both.sort_by(|x, y| x.t.total_cmp(&y.t));
     both
 }

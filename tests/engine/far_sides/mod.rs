@@ -197,7 +197,9 @@ impl CrossingSums {
             match hit {
                 None => assert!(!is_met, "{ray:?}: {prim_id} is missed: {all:?}"),
                 Some(hit) => {
-                    let agrees = |at: &&Crossing| (f64::from(hit.t) - at.t).abs() <= at.error;
+                    let agrees = |candidate: &&Crossing| {
+                        (f64::from(hit.t) - candidate.t).abs() <= candidate.error
+                    };
                     assert!(possible.iter().any(agrees), "{ray:?}: {hit:?} of {all:?}");
                 }
             }
@@ -255,9 +257,9 @@ fn list_of(scene: &Scene, bvh: &Bvh, oracle: &Oracle, filtered: &FilteredRay) ->
         let [t, u, v] = [hit.t, hit.u, hit.v].map(f32::to_bits);
         (t, u, v, hit.prim_id)
     };
-    let found: Vec<_> = list.iter().map(words).collect();
+    let actual: Vec<_> = list.iter().map(words).collect();
     let expected: Vec<_> = expected.iter().map(hit_bits).collect();
-    assert_eq!(found, expected, "{filtered:?}");
+    assert_eq!(actual, expected, "{filtered:?}");
     list
 }
 
@@ -344,7 +346,7 @@ fn rays_find_the_far_sides_that_f64_finds() {
             .flat_map(|worker| worker.join().expect("a judgment"))
             .collect()
     });
-    let sum = |of: fn(&CrossingSums) -> usize| tallies.iter().map(of).sum::<usize>();
+    let sum = |counter: fn(&CrossingSums) -> usize| tallies.iter().map(counter).sum::<usize>();
     let (rays, hits) = (sum(|t| t.rays), sum(|t| t.hits));
     let (far_sides, undecided) = (sum(|t| t.far_sides), sum(|t| t.undecided));
     println!("{rays} rays, {hits} hits, {far_sides} on far sides, {undecided} undecided");

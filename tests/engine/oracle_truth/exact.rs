@@ -153,7 +153,7 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
     let disc = (dp * r - p * dr).length_squared() - p.cross(dp).length_squared();
     let root = disc.max(0.0).sqrt();
     let bend = (cos2 * a).abs();
-    let at = |outside: bool| {
+    let root_of = |outside: bool| {
         let s = match outside == (b >= 0.0) {
             _ if disc < 0.0 => -b / a,
             true => (-b - b.signum() * root) / a,
@@ -174,9 +174,9 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
             margin: if margin.is_nan() { -2.0 } else { margin },
         }
     };
-    let mut all = vec![at(false)];
+    let mut all = vec![root_of(false)];
     if !cone.inside {
-        all.push(at(true));
+        all.push(root_of(true));
     }
     all.sort_by(|x, y| x.t.total_cmp(&y.t));
     let mut possible = all.iter().filter(|c| c.margin >= -1.0);
@@ -196,6 +196,6 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
 }
 
 /// Returns true if f64 cannot decide a hit of the primitive: at an outline, or at the origin.
-pub fn undecided(at: &Exact) -> bool {
-    at.margin.abs() <= 1.0 || at.t.abs() <= at.error || !at.other.is_nan()
+pub fn undecided(exact: &Exact) -> bool {
+    exact.margin.abs() <= 1.0 || exact.t.abs() <= exact.error || !exact.other.is_nan()
 }

@@ -117,11 +117,11 @@ fn a_cone_is_met_where_f64_meets_it() {
                     0 => cone.base + (cone.apex - cone.base) * rng.unit(),
                     _ => base + rng.direction() * distance * scale,
                 };
-                let at = match rng.below(3) {
+                let target = match rng.below(3) {
                     0 | 1 => cone.base + (cone.apex - cone.base) * rng.unit(),
                     _ => scenes::point_on_cone(&cone, &mut rng),
                 };
-                tally.judge(&scene, &toward(org, at));
+                tally.judge(&scene, &toward(org, target));
             }
         }
     }
@@ -145,7 +145,7 @@ impl ErrorTally {
         let all: Vec<Exact> = (0..scene.prim_count() as u32)
             .map(|id| exact(scene, id, ray))
             .collect();
-        let sure = |at: &&Exact| at.margin > 1.0 && at.t > at.error;
+        let sure = |exact: &&Exact| exact.margin > 1.0 && exact.t > exact.error;
         let Some(hit) = got else {
             let missed = all.iter().find(sure);
             assert!(missed.is_none(), "{ray:?} misses what it surely meets");
@@ -154,9 +154,9 @@ impl ErrorTally {
         self.hits += 1;
         self.judge_place(ray, &hit, &all[hit.prim_id as usize]);
         // Nothing that is surely met lies surely closer.
-        let at = &all[hit.prim_id as usize];
+        let exact = &all[hit.prim_id as usize];
         for (id, other) in all.iter().enumerate().filter(|(_, other)| sure(other)) {
-            let closer = other.t + other.error < f64::from(hit.t) - at.error;
+            let closer = other.t + other.error < f64::from(hit.t) - exact.error;
             assert!(
                 !closer,
                 "{ray:?}: {hit:?}, but {id} is hit at {:e}",
@@ -167,41 +167,41 @@ impl ErrorTally {
     }
 
     /// Distance and weights are f64's, within the bound.
-    fn judge_place(&mut self, ray: &OracleRay, hit: &OracleHit, at: &Exact) {
+    fn judge_place(&mut self, ray: &OracleRay, hit: &OracleHit, exact: &Exact) {
         assert!(
-            at.margin >= -1.0,
+            exact.margin >= -1.0,
             "{ray:?}: {hit:?}, {:e} outside",
-            at.margin
+            exact.margin
         );
-        if at.margin <= 1.0 {
+        if exact.margin <= 1.0 {
             self.at_outlines += 1;
             return;
         }
         let t = f64::from(hit.t);
-        let error = (t - at.t).abs().min((t - at.other).abs());
-        self.worst = self.worst.max(error / at.error);
+        let error = (t - exact.t).abs().min((t - exact.other).abs());
+        self.worst = self.worst.max(error / exact.error);
         assert!(
-            error <= at.error,
+            error <= exact.error,
             "{ray:?}: {hit:?}, but f64 says {:e}, {error:e} away, {:e} allowed",
-            at.t,
-            at.error
+            exact.t,
+            exact.error
         );
-        for (got, want) in [hit.u, hit.v].into_iter().zip(at.weights) {
+        for (got, want) in [hit.u, hit.v].into_iter().zip(exact.weights) {
             let error = (f64::from(got) - want).abs();
-            let within = error <= at.weight_error;
-            assert!(within, "{ray:?}: {hit:?}, but f64 says {:?}", at.weights);
+            let within = error <= exact.weight_error;
+            assert!(within, "{ray:?}: {hit:?}, but f64 says {:?}", exact.weights);
         }
     }
 
     /// The nearest hit by f64 differs only where something was undecidable.
     fn judge_order(&mut self, ray: &OracleRay, hit: &OracleHit, all: &[Exact]) {
-        let at = &all[hit.prim_id as usize];
-        let meets = |at: &Exact| at.margin > 0.0 && at.t > 0.0;
-        let nearest = all.iter().enumerate().filter(|(_, at)| meets(at));
+        let exact = &all[hit.prim_id as usize];
+        let meets = |exact: &Exact| exact.margin > 0.0 && exact.t > 0.0;
+        let nearest = all.iter().enumerate().filter(|(_, exact)| meets(exact));
         let nearest = nearest.min_by(|(_, a), (_, b)| a.t.total_cmp(&b.t));
         if nearest.is_none_or(|(id, _)| id != hit.prim_id as usize) {
-            let tie = nearest.is_some_and(|(_, n)| (n.t - at.t).abs() <= n.error + at.error);
-            let excuse = tie || undecided(at) || nearest.is_some_and(|(_, n)| undecided(n));
+            let tie = nearest.is_some_and(|(_, n)| (n.t - exact.t).abs() <= n.error + exact.error);
+            let excuse = tie || undecided(exact) || nearest.is_some_and(|(_, n)| undecided(n));
             assert!(
                 excuse,
                 "{ray:?}: {hit:?}, but f64 says {:?}",

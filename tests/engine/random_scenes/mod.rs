@@ -47,10 +47,10 @@ fn random_settings(scene: &Scene, rng: &mut Rng) -> Settings {
 }
 
 /// The first kernel that differs from the oracle, and where.
-fn differs(scene: &Scene, asked: &Settings) -> Option<String> {
+fn differs(scene: &Scene, settings_of_all: &Settings) -> Option<String> {
     let settings = Settings {
         record_hits: true,
-        ..asked.clone()
+        ..settings_of_all.clone()
     };
     let oracle = Accel::build(scene, Engine::Scalar);
     let packets = Accel::build(scene, Engine::Simd);
@@ -65,8 +65,8 @@ fn differs(scene: &Scene, asked: &Settings) -> Option<String> {
             kernel,
             ..settings.clone()
         };
-        let found = frame_of(scene, &packets, settings);
-        difference(&want, &found).map(|what| format!("{name}: {what}"))
+        let frame = frame_of(scene, &packets, settings);
+        difference(&want, &frame).map(|what| format!("{name}: {what}"))
     })
 }
 
@@ -94,14 +94,14 @@ fn every_kernel_renders_what_the_oracle_renders() {
         }
         let mut rng = Rng::new(seed.wrapping_mul(0x1_0000_0001) ^ number as u64);
         let (text, ratio) = random_scene(&mut rng);
-        let Ok(found) = read_test(&text) else {
+        let Ok(scene) = read_test(&text) else {
             refused += 1;
             continue;
         };
-        let settings = random_settings(&found.scene, &mut rng);
+        let settings = random_settings(&scene.scene, &mut rng);
         rendered += 1;
         large += usize::from(ratio >= 6.0);
-        if let Some(what) = differs(&found.scene, &settings) {
+        if let Some(what) = differs(&scene.scene, &settings) {
             let file = std::env::temp_dir().join(format!("phalanx-{seed}-{number}.test"));
             std::fs::write(&file, &text).expect("a temporary file");
             failures.push(format!(

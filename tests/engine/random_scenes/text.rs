@@ -106,8 +106,8 @@ impl SceneText<'_> {
 
     /// About the small part, within `far`.
     fn place(&mut self, far: f64) -> [f64; 3] {
-        let beside = self.point(far);
-        std::array::from_fn(|k| self.center[k] + beside[k])
+        let offset = self.point(far);
+        std::array::from_fn(|k| self.center[k] + offset[k])
     }
 
     fn camera(&mut self) {
@@ -121,13 +121,13 @@ impl SceneText<'_> {
             0 => [0.0; 3],
             _ => self.place(far),
         };
-        let mut at = self.place(self.sizes[0]);
-        if at == eye {
-            at[1] += self.sizes[0];
+        let mut target = self.place(self.sizes[0]);
+        if target == eye {
+            target[1] += self.sizes[0];
         }
         let up = self.point(1.0);
         let fovy = f64::from(self.rng.pick(&[20.0f32, 45.0, 60.0, 90.0, 130.0]));
-        let numbers = [eye, at, up].concat();
+        let numbers = [eye, target, up].concat();
         self.line("camera", &[&numbers[..], &[fovy]].concat());
     }
 
@@ -173,11 +173,11 @@ impl SceneText<'_> {
     fn group(&mut self, part: usize) {
         self.line("pushTransform", &[]);
         let size = self.sizes[part];
-        let at = match part {
+        let center = match part {
             0 => self.place(size),
             _ => self.point(size),
         };
-        self.line("translate", &at);
+        self.line("translate", &center);
         // Object space has its own size, made up for by the scale.
         let space = match self.rng.below(3) {
             0 => self.magnitude(-8.0, 8.0),

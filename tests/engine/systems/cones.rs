@@ -123,7 +123,7 @@ fn cones_have_one_nappe() {
 
 #[test]
 fn an_inside_is_seen_from_inside_alone() {
-    for (radii, at) in [([1.0, 1.0], 1.0), ([2.0, 0.0], 1.5), ([0.5, 1.0], 0.625)] {
+    for (radii, height) in [([1.0, 1.0], 1.0), ([2.0, 0.0], 1.5), ([0.5, 1.0], 0.625)] {
         let (outer, inner) = (
             upright(radii[0], radii[1], 4.0, false),
             upright(radii[0], radii[1], 4.0, true),
@@ -133,12 +133,12 @@ fn an_inside_is_seen_from_inside_alone() {
             let error = got.map(|t| f64::from((t - want).abs()));
             assert!(error.is_some_and(|e| e < ON_A_CONE), "{got:?}, not {want}");
         };
-        near(across(outer), 5.0 - at);
+        near(across(outer), 5.0 - height);
         // The near wall is not there; the far one is met from inside.
-        near(across(inner), 5.0 + at);
+        near(across(inner), 5.0 + height);
         let outward = |cone| distance(cone, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
-        near(outward(outer), at);
-        near(outward(inner), at);
+        near(outward(outer), height);
+        near(outward(inner), height);
         // Out of it again there is nothing.
         let away = distance(inner, [-5.0, 0.0, 1.0], [-1.0, 0.0, 0.0]);
         assert_eq!(away, None);
@@ -360,22 +360,22 @@ fn no_cone_shades_its_own_surface() {
         // itself could shade it.
         let eye = base + rng.direction() * scale * rng.pick(&[2.0, 100.0]);
         let share = rng.unit();
-        let at = scenes::point_at_height(&cone, share, &mut rng);
+        let point = scenes::point_at_height(&cone, share, &mut rng);
         // As seen from the eye, f32 must be able to tell the near side from the far one.
         let radius = cone.base_radius + (cone.apex_radius - cone.base_radius) * share;
-        if radius < 1e-3 * (eye - at).length() {
+        if radius < 1e-3 * (eye - point).length() {
             continue;
         }
         scene
             .lights
-            .add_directional((eye - at).normalize(), Vec3::ONE);
-        (scene.view.eye, scene.view.center) = (eye, at);
+            .add_directional((eye - point).normalize(), Vec3::ONE);
+        (scene.view.eye, scene.view.center) = (eye, point);
         scene.view.up = rng.direction();
         (scene.width, scene.height, scene.max_depth) = (1, 1, 0);
         let (radiance, rays) = shot(&scene);
         if rays.shadow == 1 {
             shots += 1;
-            assert_ne!(radiance, Vec3::ZERO, "{cone:?} from {eye} at {at}");
+            assert_ne!(radiance, Vec3::ZERO, "{cone:?} from {eye} at {point}");
         }
     }
     assert!(shots > 1000, "only {shots} were lit");

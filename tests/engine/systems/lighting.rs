@@ -50,13 +50,13 @@ fn attenuation() {
     // A light in the very point that is seen adds nothing, whether or not its denominator is zero
     // there.
     for model in ["1 0 0", "0 1 0", "0 0 1", "0 1 1"] {
-        for at in ["0 0 1", "0 0 0.99999994"] {
-            let light = format!("attenuation {model}\npoint {at} 1 1 1\n");
+        for direction in ["0 0 1", "0 0 0.99999994"] {
+            let light = format!("attenuation {model}\npoint {direction} 1 1 1\n");
             let paint = "ambient 0.25 0 0\ndiffuse 1 1 1\nspecular 1 1 1\nmaxdepth 0\n";
             let body = format!("{light}{paint}sphere 0 0 0 1\n");
             let (radiance, rays) = shot(&scene("0 0 5", "0 0 0", &body));
-            assert_eq!(radiance, Vec3::X * 0.25, "{model} at {at}");
-            assert_eq!(rays.shadow, 0, "{model} at {at}");
+            assert_eq!(radiance, Vec3::X * 0.25, "{model} at {direction}");
+            assert_eq!(rays.shadow, 0, "{model} at {direction}");
         }
     }
 }
@@ -110,8 +110,8 @@ fn blinn_phong(point: DVec3, normal: DVec3, eye: DVec3, shininess: f64) -> DVec3
 fn shading_with_shadow_rays() {
     // A sphere of radius 1.5, seen from the front: the first point of the ray through (0.3, 0.4,
     // 0).
-    let (eye, at) = (DVec3::new(0.5, 1.0, 7.0), DVec3::new(0.3, 0.4, 0.0));
-    let dir = (at - eye).normalize();
+    let (eye, lights) = (DVec3::new(0.5, 1.0, 7.0), DVec3::new(0.3, 0.4, 0.0));
+    let dir = (lights - eye).normalize();
     let b = eye.dot(dir);
     let t = -b - (b * b - (eye.length_squared() - 2.25)).sqrt();
     let point = eye + dir * t;

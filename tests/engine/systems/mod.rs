@@ -15,8 +15,8 @@ use phalanx::scene::Scene;
 
 /// A picture of one pixel, with a camera ray from `eye` to `at` (both as in a file), with up along
 /// y.
-fn scene(eye: &str, at: &str, body: &str) -> Scene {
-    let text = format!("size 1 1\ncamera {eye} {at} 0 1 0 30\n{body}");
+fn scene(eye: &str, camera: &str, body: &str) -> Scene {
+    let text = format!("size 1 1\ncamera {eye} {camera} 0 1 0 30\n{body}");
     match read_test(&text) {
         Ok(loaded) => loaded.scene,
         Err(errors) => panic!("{text}\n{errors:#?}"),
@@ -30,7 +30,7 @@ fn shot(scene: &Scene) -> (Vec3, RayCounts) {
 
 /// The same, without rays below this weight.
 fn shot_of_weight(scene: &Scene, min_weight: f32) -> (Vec3, RayCounts) {
-    let by = |engine: Engine| {
+    let rendered_by = |engine: Engine| {
         let settings = Settings {
             engine,
             min_weight: Some(min_weight),
@@ -40,7 +40,7 @@ fn shot_of_weight(scene: &Scene, min_weight: f32) -> (Vec3, RayCounts) {
         let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
         (Vec3::from(frame.film.pixel(0, 0)), frame.stats.rays)
     };
-    let (simd, scalar) = (by(Engine::Simd), by(Engine::Scalar));
+    let (simd, scalar) = (rendered_by(Engine::Simd), rendered_by(Engine::Scalar));
     let bits = |(radiance, rays): (Vec3, RayCounts)| (radiance.to_array().map(f32::to_bits), rays);
     assert_eq!(bits(simd), bits(scalar), "simd {simd:?}, scalar {scalar:?}");
     simd

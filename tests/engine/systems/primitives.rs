@@ -90,28 +90,28 @@ fn ellipsoid_distances_and_normals() {
         // Seen from a point 4 away, along the gradient's plane or not: any direction through a
         // point inside.
         let eye = rng.direction() * 4.0;
-        let at = rng.point(0.3);
+        let center = rng.point(0.3);
         let light = rng.direction();
         let body = format!(
             "ambient 0 0 0\ndiffuse 1 1 1\ndirectional {} {} {} 1 1 1\nrotate 0 0 1 90\nscale 2 1 0.5\nsphere 0 0 0 1\n",
             light.x, light.y, light.z
         );
         let text = |v: Vec3| format!("{} {} {}", v.x, v.y, v.z);
-        let scene = scene(&text(eye), &text(at), &body);
+        let scene = scene(&text(eye), &text(center), &body);
         assert_eq!(scene.ellipsoids.len(), 1);
         // Into the ellipsoid's own frame: a quarter turn back.
         let turn = |v: Vec3| DVec3::new(f64::from(v.y), f64::from(-v.x), f64::from(v.z));
-        let (org, dir) = (turn(eye), (turn(at) - turn(eye)).normalize());
+        let (org, dir) = (turn(eye), (turn(center) - turn(eye)).normalize());
         let (o, d) = (org / axes, dir / axes);
         let (a, b, c) = (d.dot(d), o.dot(d), o.dot(o) - 1.0);
         let t = (-b - (b * b - a * c).sqrt()) / a;
         let point = org + dir * t;
         let normal = (point / (axes * axes)).normalize();
-        let hit = closest(&scene, &OracleRay::new(eye, (at - eye).normalize()));
+        let hit = closest(&scene, &OracleRay::new(eye, (center - eye).normalize()));
         let error = hit.map(|hit| (f64::from(hit.t) - t).abs());
         assert!(
             error.is_some_and(|e| e < ELLIPSOID_DISTANCE),
-            "{eye} {at}: {hit:?}, not {t}"
+            "{eye} {center}: {hit:?}, not {t}"
         );
         let lit = normal.dot(turn(light).normalize()).max(0.0);
         if lit > 0.05 {

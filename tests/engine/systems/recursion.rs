@@ -140,13 +140,13 @@ fn perfect_mirrors_may_be_of_any_depth() {
 
 fn a_mirror() {
     let mirror = format!("ambient 0 0 0\nspecular 0.5 0.25 1\n{}", floor(0.0, true));
-    let found = DVec3::new(3.0, 1.5, 3.0);
-    let body = mirror.clone() + &glowing_ball(found, TARGET);
+    let mirrored = DVec3::new(3.0, 1.5, 3.0);
+    let body = mirror.clone() + &glowing_ball(mirrored, TARGET);
     let (radiance, rays) = shot(&scene("-2 -1 2", "0 0 0", &body));
     assert_eq!(radiance, Vec3::new(0.5, 0.25, 1.0) * GLOW);
     assert_eq!((rays.reflection, rays.refraction, rays.total()), (1, 0, 2));
-    let beside = found + DVec3::new(3.0 * TARGET, 0.0, 0.0);
-    let body = mirror + &glowing_ball(beside, TARGET);
+    let missed = mirrored + DVec3::new(3.0 * TARGET, 0.0, 0.0);
+    let body = mirror + &glowing_ball(missed, TARGET);
     assert_eq!(shot(&scene("-2 -1 2", "0 0 0", &body)).0, Vec3::ZERO);
 }
 
@@ -213,8 +213,8 @@ fn a_glass_ball() {
         let body =
             format!("ambient 0 0 0\ntransmission 0.5 0.5 0.5\nior {index}\nsphere 0 0 0 1\n");
         let body = body + &glowing_ball(target, TARGET);
-        let (eye, at) = (format!("-5 {impact} 0"), format!("0 {impact} 0"));
-        let (radiance, rays) = shot(&scene(&eye, &at, &body));
+        let (eye, view) = (format!("-5 {impact} 0"), format!("0 {impact} 0"));
+        let (radiance, rays) = shot(&scene(&eye, &view, &body));
         assert_eq!(radiance, 0.25 * GLOW, "index {index}, impact {impact}");
         assert_eq!((rays.refraction, rays.reflection), (2, 0));
     }

@@ -58,8 +58,8 @@ impl Terrain {
 /// Adds a turned box of half sides `half`, shaded smoothly or not.
 fn add_turned_box(scene: &mut Scene, map: Affine3A, half: Vec3, smooth: bool, material: u32) {
     let corner = |k: usize| {
-        let at = |axis: usize| if k >> axis & 1 == 1 { 1.0 } else { -1.0 };
-        let corner = Vec3::new(at(0), at(1), at(2));
+        let corner_along = |axis: usize| if k >> axis & 1 == 1 { 1.0 } else { -1.0 };
+        let corner = Vec3::new(corner_along(0), corner_along(1), corner_along(2));
         let point = map.transform_point3(corner * half);
         (point, map.transform_vector3(corner).normalize())
     };
@@ -133,9 +133,9 @@ fn boxes_on_smooth_terrains_lose_no_shadow() {
             if blue[pixel] > smooth_red[pixel] {
                 continue;
             }
-            let at = |k: u32| ((k as f32 + 0.5) / SIDE as f32 - 0.5) * across;
+            let coordinate = |k: u32| ((k as f32 + 0.5) / SIDE as f32 - 0.5) * across;
             let (column, row) = (pixel as u32 % SIDE, pixel as u32 / SIDE);
-            let origin = Vec3::new(x + at(column), y - at(row), 9.0);
+            let origin = Vec3::new(x + coordinate(column), y - coordinate(row), 9.0);
             let Some(hit) = ground.intersect(&Ray::new(origin, -Vec3::Z)) else {
                 continue;
             };

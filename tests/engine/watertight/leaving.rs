@@ -28,9 +28,9 @@ fn rays_given(usual: usize) -> usize {
 }
 
 /// The surface seen near a position from outside, at any angle, from near or far.
-fn seen(oracle: &Oracle, at: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, OracleSurface)> {
-    let from = at + rng.direction() * size * rng.magnitude(-2.0, 3.0);
-    let ray = OracleRay::new(from, (at - from).normalize_or(Vec3::X));
+fn seen(oracle: &Oracle, point: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, OracleSurface)> {
+    let from = point + rng.direction() * size * rng.magnitude(-2.0, 3.0);
+    let ray = OracleRay::new(from, (point - from).normalize_or(Vec3::X));
     let hit = oracle.closest(&ray)?;
     let (surface, _, _) = oracle.surface_at(&ray, &hit);
     surface.entering.then_some((hit.prim_id, surface))
@@ -54,7 +54,12 @@ fn leaving(surface: &OracleSurface, rng: &mut Rng) -> OracleRay {
 }
 
 /// Sends rays off a scene's surfaces near the points given by `at`.
-fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: usize) -> Ends {
+fn leave(
+    scene: &Scene,
+    size: f32,
+    mut point_on: impl FnMut(&mut Rng) -> Vec3,
+    rays: usize,
+) -> Ends {
     let (bvh, tree) = (Bvh::build(scene), TwoLevelBvh::build(scene));
     let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
     let mut tracer = PacketTracer::new(&bvh);
@@ -62,7 +67,7 @@ fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: u
     let mut ends = Ends::default();
     let mut left = 0;
     while left < rays {
-        let position = at(&mut rng);
+        let position = point_on(&mut rng);
         let Some((own, surface)) = seen(&oracle, position, size, &mut rng) else {
             continue;
         };
@@ -114,12 +119,12 @@ fn rays_that_leave_a_face_do_not_hit_it() {
     for (name, mesh) in &meshes {
         for (scale, offset) in places {
             let (scene, placed) = mesh.scene(scale, offset);
-            let at = |rng: &mut Rng| {
+            let point_on = |rng: &mut Rng| {
                 let [a, b, c] = rng.pick(&mesh.triangles).map(|k| placed[k]);
                 let (v, w) = (rng.unit(), rng.unit());
                 a + (b - a) * v + (c - a) * (w * (1.0 - v))
             };
-            let ends = leave(&scene, scale, at, each);
+            let ends = leave(&scene, scale, point_on, each);
             println!("{name}, scale {scale}, at {offset}: {ends:?}");
             assert_eq!(ends.own, 0, "{name}, scale {scale}, at {offset}");
         }
@@ -138,11 +143,11 @@ fn rays_that_leave_a_large_floor_do_not_hit_it() {
         scene.add_triangle([a, b, c], None, 0);
         scene.add_triangle([a, c, d], None, 0);
         scene.validate().expect("a valid scene");
-        let at = |rng: &mut Rng| {
+        let point_on = |rng: &mut Rng| {
             let position = rng.direction() * rng.magnitude(-2.0, 6.0);
             Vec3::new(position.x, position.x * slope + height, position.z)
         };
-        let ends = leave(&scene, 10.0, at, rays_given(1_000_000) / 4);
+        let ends = leave(&scene, 10.0, point_on, rays_given(1_000_000) / 4);
         println!("floor, slope {slope}, height {height}: {ends:?}");
         assert_eq!(
             (ends.own, ends.other),
@@ -183,8 +188,8 @@ fn rays_that_leave_a_bulge_do_not_hit_it() {
                 }
             }
             scene.validate().expect("a valid scene");
-            let at = |rng: &mut Rng| center + rng.point(size);
-            let ends = leave(&scene, size, at, rays_given(1_000_000) / 12);
+            let point_on = |rng: &mut Rng| center + rng.point(size);
+            let ends = leave(&scene, size, point_on, rays_given(1_000_000) / 12);
             println!("{kind:?} of {size} at {center}: {ends:?}");
             assert_eq!(ends.own, 0, "{kind:?} of {size} at {center}");
         }

@@ -59,14 +59,14 @@ pub fn globe(rings: usize, segments: usize) -> ClosedMesh {
             vertices.push(Vec3::new(sin * around.cos(), sin * around.sin(), cos));
         }
     }
-    let at = |ring: usize, k: usize| 2 + (ring - 1) * segments + k % segments;
+    let vertex = |ring: usize, k: usize| 2 + (ring - 1) * segments + k % segments;
     let mut triangles = Vec::new();
     for k in 0..segments {
-        triangles.push([0, at(1, k), at(1, k + 1)]);
-        triangles.push([1, at(rings - 1, k + 1), at(rings - 1, k)]);
+        triangles.push([0, vertex(1, k), vertex(1, k + 1)]);
+        triangles.push([1, vertex(rings - 1, k + 1), vertex(rings - 1, k)]);
         for ring in 1..rings - 1 {
-            let (a, b) = (at(ring, k), at(ring, k + 1));
-            let (c, d) = (at(ring + 1, k), at(ring + 1, k + 1));
+            let (a, b) = (vertex(ring, k), vertex(ring, k + 1));
+            let (c, d) = (vertex(ring + 1, k), vertex(ring + 1, k + 1));
             triangles.push([a, c, d]);
             triangles.push([a, d, b]);
         }
@@ -123,9 +123,9 @@ pub fn torus(around: usize, across: usize) -> ClosedMesh {
             );
             let out = 1.0 + 0.4 * v.cos();
             vertices.push(Vec3::new(out * u.cos(), out * u.sin(), 0.4 * v.sin()));
-            let at = |i: usize, k: usize| i % around * across + k % across;
-            let (a, b) = (at(i, k), at(i + 1, k));
-            let (c, d) = (at(i, k + 1), at(i + 1, k + 1));
+            let vertex = |i: usize, k: usize| i % around * across + k % across;
+            let (a, b) = (vertex(i, k), vertex(i + 1, k));
+            let (c, d) = (vertex(i, k + 1), vertex(i + 1, k + 1));
             triangles.push([a, b, d]);
             triangles.push([a, d, c]);
         }

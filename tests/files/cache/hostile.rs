@@ -13,21 +13,21 @@ use std::time::{Duration, Instant};
 const HEADER: usize = 64;
 const ENTRY: usize = 24;
 
-fn word(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+fn word(bytes: &[u8], offset: usize) -> u32 {
+    u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap())
 }
 
-fn long(bytes: &[u8], at: usize) -> usize {
-    u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize
+fn long(bytes: &[u8], offset: usize) -> usize {
+    u64::from_le_bytes(bytes[offset..offset + 8].try_into().unwrap()) as usize
 }
 
 /// Byte ranges of the sections, as documented for the header.
 fn sections(bytes: &[u8]) -> Vec<Range<usize>> {
     let count = word(bytes, 20) as usize;
     let entries = (0..count).map(|k| HEADER + ENTRY * k);
-    let range = |at| {
-        let offset = long(bytes, at);
-        offset..offset + long(bytes, at + 8) * word(bytes, at + 16) as usize
+    let range = |entry| {
+        let offset = long(bytes, entry);
+        offset..offset + long(bytes, entry + 8) * word(bytes, entry + 16) as usize
     };
     entries.map(range).collect()
 }
@@ -36,8 +36,8 @@ fn sections(bytes: &[u8]) -> Vec<Range<usize>> {
 pub fn fix(bytes: &mut [u8]) {
     for (k, range) in sections(bytes).into_iter().enumerate() {
         let sum = crc32fast::hash(&bytes[range]);
-        let at = HEADER + ENTRY * k + 20;
-        bytes[at..at + 4].copy_from_slice(&sum.to_le_bytes());
+        let position = HEADER + ENTRY * k + 20;
+        bytes[position..position + 4].copy_from_slice(&sum.to_le_bytes());
     }
     let table = HEADER + ENTRY * word(bytes, 20) as usize;
     bytes[32..36].fill(0);
@@ -65,11 +65,11 @@ fn spoil(bytes: &mut [u8], sections: &[Range<usize>], rng: &mut Rng) {
     for _ in 0..1 + rng.below(3) {
         let full: Vec<_> = sections.iter().filter(|s| s.len() >= 4).collect();
         let section = full[rng.below(full.len())].clone();
-        let at = section.start + rng.below(section.len() - 3);
-        let aligned = section.start + (at - section.start) / 4 * 4;
+        let offset = section.start + rng.below(section.len() - 3);
+        let aligned = section.start + (offset - section.start) / 4 * 4;
         match rng.below(4) {
-            0 => bytes[at] ^= 1 << rng.below(8),
-            1 => bytes[at] = rng.below(256) as u8,
+            0 => bytes[offset] ^= 1 << rng.below(8),
+            1 => bytes[offset] = rng.below(256) as u8,
             2 => bytes[aligned..aligned + 4].copy_from_slice(&NASTY[rng.below(12)].to_le_bytes()),
             _ => {
                 let from = section.start + rng.below(section.len() / 4) * 4;
@@ -155,11 +155,11 @@ fn replaced(bytes: &[u8], section: usize, rows: &[u8]) -> Vec<u8> {
     let mut out = bytes[..HEADER + ENTRY * all.len()].to_vec();
     for (k, range) in all.into_iter().enumerate() {
         out.resize(out.len().next_multiple_of(64), 0);
-        let (at, offset) = (HEADER + ENTRY * k, out.len() as u64);
+        let (entry, offset) = (HEADER + ENTRY * k, out.len() as u64);
         let content = if k == section { rows } else { &bytes[range] };
-        let count = content.len() / word(bytes, at + 16) as usize;
-        out[at..at + 8].copy_from_slice(&offset.to_le_bytes());
-        out[at + 8..at + 16].copy_from_slice(&(count as u64).to_le_bytes());
+        let count = content.len() / word(bytes, entry + 16) as usize;
+        out[entry..entry + 8].copy_from_slice(&offset.to_le_bytes());
+        out[entry + 8..entry + 16].copy_from_slice(&(count as u64).to_le_bytes());
         out.extend(content);
     }
     let length = out.len() as u64;
@@ -268,8 +268,8 @@ fn each_kind_of_nonsense_is_named() {
     let all = sections(&bytes);
     // Found by their contents, so that this test does not count sections.
     let offset_of = |needle: &[u8]| {
-        let found = all.iter().find(|range| bytes[(*range).clone()] == *needle);
-        found.expect("a section of these bytes").start
+        let bytes_named = all.iter().find(|range| bytes[(*range).clone()] == *needle);
+        bytes_named.expect("a section of these bytes").start
     };
     let words = |rows: &[u32]| -> Vec<u8> { rows.iter().flat_map(|w| w.to_le_bytes()).collect() };
     let triangles = &scene.triangles;
@@ -313,8 +313,8 @@ fn each_kind_of_nonsense_is_named() {
     let (first, tag) = (nodes + 48, nodes + 56);
     let with = |changes: &[(usize, &[u8])]| {
         let mut bad = bytes.clone();
-        for (at, change) in changes {
-            bad[*at..at + change.len()].copy_from_slice(change);
+        for (position, change) in changes {
+            bad[*position..position + change.len()].copy_from_slice(change);
         }
         fix(&mut bad);
         room.open(&bad).err().map(|error| error.to_string())

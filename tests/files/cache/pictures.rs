@@ -188,19 +188,19 @@ fn options(rng: &mut Rng) -> Options {
 }
 
 /// The combined options: if both sides set one, the later one counts.
-fn joined(built: &Options, asked: &Options) -> Options {
+fn joined(built: &Options, options: &Options) -> Options {
     Options {
-        view: asked.view.or(built.view),
-        up: asked.up.or(built.up),
-        ortho: asked.ortho.or(built.ortho),
-        lights: if asked.lights.is_empty() {
+        view: options.view.or(built.view),
+        up: options.up.or(built.up),
+        ortho: options.ortho.or(built.ortho),
+        lights: if options.lights.is_empty() {
             built.lights.clone()
         } else {
-            asked.lights.clone()
+            options.lights.clone()
         },
-        background: asked.background.or(built.background),
+        background: options.background.or(built.background),
         material: built.material,
-        ..asked.clone()
+        ..options.clone()
     }
 }
 
@@ -238,9 +238,9 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
                 ..Material::default()
             });
         }
-        let mut asked = options(&mut rng);
-        asked.turntable = rng.once_in(6);
-        asked.size = rng.pick(&[
+        let mut options = options(&mut rng);
+        options.turntable = rng.once_in(6);
+        options.size = rng.pick(&[
             None,
             Some((24, 18)),
             Some((20, 20)),
@@ -252,13 +252,13 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
         let mut bytes = Vec::new();
         cache::write(&mut bytes, &stored, &Bvh::build(&stored)).expect("writing to memory");
         std::fs::write(&phx, bytes).expect("a file");
-        let file = formats::load(&path, &joined(&built, &asked)).map(|loaded| loaded.scene);
-        let why = match (file, open(&phx, &asked)) {
+        let file = formats::load(&path, &joined(&built, &options)).map(|loaded| loaded.scene);
+        let why = match (file, open(&phx, &options)) {
             (Ok(file), Ok(Opened { scene, bvh, .. })) => {
                 rescaled += usize::from(bvh.is_none());
-                let film = picture(&file, None, asked.size).film;
+                let film = picture(&file, None, options.size).film;
                 seen += usize::from(film.planes[0].iter().any(|&c| c != film.planes[0][0]));
-                match picture(&scene, bvh, asked.size).film == film {
+                match picture(&scene, bvh, options.size).film == film {
                     false => "pictures differ".to_owned(),
                     true if fingerprint(&scene) != fingerprint(&file) => "scenes differ".to_owned(),
                     true => continue,
@@ -268,7 +268,7 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
             (file, cached) => format!("{:?} but {:?}", file.err(), cached.err()),
         };
         wrong.push(format!(
-            "{pair} ({ending}): {why}, built {built:?}, asked {asked:?}"
+            "{pair} ({ending}): {why}, built {built:?}, asked {options:?}"
         ));
     }
     assert!(seen * 2 > pairs && rescaled > 0, "{seen}, {rescaled}");

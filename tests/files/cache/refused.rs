@@ -20,20 +20,20 @@ fn every_flipped_bit_is_refused() {
     let room = CacheFolder::new();
     let (scene, bvh) = scene(7, 4);
     let bytes = bytes_of(&scene, &bvh);
-    for at in 0..bytes.len() {
+    for offset in 0..bytes.len() {
         // Each byte, and each bit of some.
-        let bits = if at % 16 == 0 || at < 64 { 0..8 } else { at % 8..at % 8 + 1 };
+        let bits = if offset % 16 == 0 || offset < 64 { 0..8 } else { offset % 8..offset % 8 + 1 };
         for bit in bits {
             let mut bad = bytes.clone();
-            bad[at] ^= 1 << bit;
+            bad[offset] ^= 1 << bit;
             let fault = fault(&room, &bad);
-            let named = match at {
+            let named = match offset {
                 0..8 => fault == CacheFault::NotACache,
                 12..16 => matches!(fault, CacheFault::Version(_)),
                 20..24 => matches!(fault, CacheFault::Damaged(_) | CacheFault::Truncated { .. }),
                 _ => matches!(fault, CacheFault::Damaged(_) | CacheFault::Surplus(_)),
             };
-            assert!(named, "bit {bit} of byte {at}: {fault}");
+            assert!(named, "bit {bit} of byte {offset}: {fault}");
         }
     }
 }
@@ -71,9 +71,9 @@ fn foreign_files_are_named() {
         assert_eq!(fault(&room, foreign), CacheFault::NotACache);
     }
     let bytes = bytes_of(&Scene::default(), &Bvh::default());
-    let with = |at: usize, word: u32| {
+    let with = |offset: usize, word: u32| {
         let mut other = bytes.clone();
-        other[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        other[offset..offset + 4].copy_from_slice(&word.to_le_bytes());
         other
     };
     let order = u32::from_le_bytes(bytes[8..12].try_into().unwrap());

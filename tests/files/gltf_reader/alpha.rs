@@ -54,8 +54,12 @@ fn material(material: Value, picture: Option<&[u8]>) -> Material {
 }
 
 /// Opacity, its texture and the cutoff.
-fn cover(of: Material) -> (f32, u32, f32) {
-    (of.opacity, of.opacity_texture, of.alpha_cutoff)
+fn cover(material: Material) -> (f32, u32, f32) {
+    (
+        material.opacity,
+        material.opacity_texture,
+        material.alpha_cutoff,
+    )
 }
 
 const WHOLE: (f32, u32, f32) = (1.0, NO_TEXTURE, 0.0);
@@ -86,8 +90,8 @@ fn blended_materials_take_the_alpha_of_factor_and_texture() {
     let blended = textured.scene.materials.get(0);
     assert_eq!((cover(blended), blended.texture), ((1.0, 0, 0.0), 0));
     assert_eq!(textured.scene.textures[0].alpha, [255, 0]);
-    let whole = material(paint(json!("BLEND"), 0.5), Some(OPAQUE));
-    assert_eq!(cover(whole), (0.5, NO_TEXTURE, 0.0));
+    let unblended = material(paint(json!("BLEND"), 0.5), Some(OPAQUE));
+    assert_eq!(cover(unblended), (0.5, NO_TEXTURE, 0.0));
 }
 
 #[test]

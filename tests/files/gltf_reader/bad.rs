@@ -166,8 +166,8 @@ fn vertices_that_are_no_numbers_leave_out_their_triangles() {
         file.node(json!({"mesh": 0}));
         let loaded = file.loaded();
         assert_eq!(loaded.scene.triangles.len(), 1, "{bad}");
-        let said = &loaded.warnings[0].message;
-        assert!(said.contains("one triangle is left out"), "{said}");
+        let warnings = &loaded.warnings[0].message;
+        assert!(warnings.contains("one triangle is left out"), "{warnings}");
     }
 }
 
@@ -182,11 +182,11 @@ fn a_texture_without_its_places_is_named() {
         json!({"pbrMetallicRoughness": {"baseColorTexture": texture}}),
     );
     file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
-    let said = file.loaded().warnings;
-    let said: Vec<&str> = said.iter().map(|w| w.message.as_str()).collect();
+    let warnings = file.loaded().warnings;
+    let warnings: Vec<&str> = warnings.iter().map(|w| w.message.as_str()).collect();
     assert!(
-        said[0].contains("its texture is not shown: it has no `TEXCOORD_1`"),
-        "{said:?}"
+        warnings[0].contains("its texture is not shown: it has no `TEXCOORD_1`"),
+        "{warnings:?}"
     );
 }
 
@@ -254,9 +254,9 @@ fn glb_chunks() {
     let cut = |length: usize| only(read("glb", &good[..length])).message;
     assert!(cut(7).contains("within its header"));
     assert!(cut(good.len() - 1).contains("cut off"));
-    let with = |at: usize, bytes: &[u8]| {
+    let with = |offset: usize, bytes: &[u8]| {
         let mut glb = good.clone();
-        glb[at..at + bytes.len()].copy_from_slice(bytes);
+        glb[offset..offset + bytes.len()].copy_from_slice(bytes);
         only(read("glb", &glb)).message
     };
     assert!(with(4, &[1]).contains("this is glTF 1.0"));

@@ -85,7 +85,7 @@ fn colours_are_clamped_and_those_that_are_no_numbers_left_out() {
 /// grey.
 #[test]
 fn the_material_under_colours() {
-    let of = |material: Option<Value>| {
+    let surface_of = |material: Option<Value>| {
         let mut file = colored(&floats(&[1., 0., 0., 0., 1., 0., 0., 0., 1.]), FLOAT, 3);
         if let Some(material) = material {
             file.json["materials"] = json!([material]);
@@ -93,9 +93,9 @@ fn the_material_under_colours() {
         }
         file.loaded().scene.materials.get(0)
     };
-    assert_eq!(of(None).kd, Vec3::ONE);
+    assert_eq!(surface_of(None).kd, Vec3::ONE);
     // A mirror that vertices colour is paint, as one that a texture colours.
-    let metal = of(Some(json!({"pbrMetallicRoughness": {
+    let metal = surface_of(Some(json!({"pbrMetallicRoughness": {
         "baseColorFactor": [0.5, 0.25, 1, 1], "roughnessFactor": 0
     }})));
     assert_eq!(

@@ -99,13 +99,13 @@ fn a_buffer_that_is_shorter_than_it_says() {
     let json = String::from_utf8(json)
         .unwrap()
         .replace("\"byteLength\":36}]", "\"byteLength\":40}]");
-    let said = has_a_triangle(&glb(&[
+    let result = has_a_triangle(&glb(&[
         (b"JSON", json.as_bytes()),
         (b"BIN\0", &file.buffer),
     ]));
     assert!(
-        said.len() == 1 && said[0].contains("it should have 40 bytes, but has 36"),
-        "{said:?}"
+        result.len() == 1 && result[0].contains("it should have 40 bytes, but has 36"),
+        "{result:?}"
     );
 }
 

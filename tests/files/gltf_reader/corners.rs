@@ -52,12 +52,12 @@ fn primitives_without_positions_are_left_out() {
     }
     let loaded = file.loaded();
     assert_eq!(loaded.scene.prim_count(), 2);
-    let said = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     let want = [
         "one primitive of points or lines is left out",
         "3 primitives without positions are left out",
     ];
-    assert_eq!(said, want, "once each, however often a mesh is shown");
+    assert_eq!(warnings, want, "once each, however often a mesh is shown");
 }
 
 #[test]
@@ -72,8 +72,8 @@ fn a_primitive_without_positions_is_left_out() {
         file.json["meshes"][0]["primitives"] = json!([bare, first]);
         let loaded = file.loaded();
         assert_eq!(loaded.scene.prim_count(), 1);
-        let said = messages(&loaded.warnings);
-        assert_eq!(said, ["one primitive without positions is left out"]);
+        let warnings = messages(&loaded.warnings);
+        assert_eq!(warnings, ["one primitive without positions is left out"]);
     }
 }
 
@@ -111,13 +111,13 @@ fn hidden_nodes_hide_all_below_them() {
     assert!(
         messages(&loaded.warnings)
             .iter()
-            .all(|said| !said.contains("not shown"))
+            .all(|text| !text.contains("not shown"))
     );
 }
 
 #[test]
 fn extensions_that_a_picture_may_lack_are_named_once() {
-    let said = |used: &[&str]| {
+    let warnings_about = |used: &[&str]| {
         let mut file = File::triangle();
         file.json["extensionsUsed"] = json!(used);
         let loaded = file.loaded();
@@ -135,9 +135,9 @@ fn extensions_that_a_picture_may_lack_are_named_once() {
         "VRMC_springBone",
         "KHR_draco_mesh_compression",
     ];
-    assert!(said(&harmless).is_empty());
+    assert!(warnings_about(&harmless).is_empty());
     assert_eq!(
-        said(&[
+        warnings_about(&[
             "NEW_gaussian_splats",
             "EXT_lights_image_based",
             "NEW_gaussian_splats"
@@ -146,13 +146,13 @@ fn extensions_that_a_picture_may_lack_are_named_once() {
     );
     let many: Vec<String> = (0..1000).map(|k| format!("NEW_{k}")).collect();
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
-    let told = said(&many);
+    let warnings = warnings_about(&many);
     assert!(
-        told.len() == 1 && told[0].contains("more extensions") && told[0].len() < 400,
-        "{told:?}"
+        warnings.len() == 1 && warnings[0].contains("more extensions") && warnings[0].len() < 400,
+        "{warnings:?}"
     );
     // Materials name theirs where they have them, not where the file lists them.
-    assert!(said(&["KHR_materials_sheen"]).is_empty());
+    assert!(warnings_about(&["KHR_materials_sheen"]).is_empty());
 }
 
 #[test]

@@ -65,9 +65,9 @@ fn points_and_lines_are_left_out_with_a_warning() {
     file.json["meshes"][0]["primitives"][0]["mode"] = json!(1);
     let loaded = file.loaded();
     assert_eq!(loaded.scene.prim_count(), 0);
-    let said = messages(&loaded.warnings);
-    assert!(said[0].contains("no triangles"), "{said:?}");
-    assert!(said[1].contains("points or lines"), "{said:?}");
+    let warnings = messages(&loaded.warnings);
+    assert!(warnings[0].contains("no triangles"), "{warnings:?}");
+    assert!(warnings[1].contains("points or lines"), "{warnings:?}");
 }
 
 /// The x coordinates of a triangle with positions stored as these bytes.
@@ -190,9 +190,9 @@ fn normals_without_a_direction_leave_the_triangle_flat() {
         for nodes in 1..3 {
             let loaded = file.loaded();
             assert_eq!(loaded.scene.triangles.corner_normals(0), None, "{bad}");
-            let said = messages(&loaded.warnings);
-            assert_eq!(said.len(), 1, "{bad}, {nodes} nodes: {said:?}");
-            assert!(said[0].contains("one normal is zero or not finite"));
+            let warnings = messages(&loaded.warnings);
+            assert_eq!(warnings.len(), 1, "{bad}, {nodes} nodes: {warnings:?}");
+            assert!(warnings[0].contains("one normal is zero or not finite"));
             file.node(json!({"mesh": 0}));
         }
     }

@@ -98,9 +98,9 @@ fn check(bytes: &[u8]) {
 
 /// Sets bytes, and truncates the rest.
 fn mutate(bytes: &mut Vec<u8>, changes: Vec<(Index, u8)>, cut: Option<Index>) {
-    for (at, byte) in changes {
-        let at = at.index(bytes.len());
-        bytes[at] = byte;
+    for (position, byte) in changes {
+        let position = position.index(bytes.len());
+        bytes[position] = byte;
     }
     if let Some(cut) = cut {
         bytes.truncate(cut.index(bytes.len() + 1));
@@ -170,13 +170,13 @@ const SPICE: [&str; 16] = [
 ];
 
 /// The text with the token at `at` (modulo their number) replaced.
-fn spiced(text: &str, at: usize, spice: &str) -> String {
+fn spiced(text: &str, offset: usize, spice: &str) -> String {
     let tokens: Vec<usize> = text
         .char_indices()
         .filter(|(_, c)| ":,[".contains(*c))
         .map(|(i, _)| i + 1)
         .collect();
-    let start = tokens[at % tokens.len()];
+    let start = tokens[offset % tokens.len()];
     let length = text[start..].find([',', ']', '}', ':']).unwrap_or(0);
     format!("{}{spice}{}", &text[..start], &text[start + length..])
 }
@@ -192,8 +192,8 @@ proptest! {
         let mut json = file.json.clone();
         json["buffers"] = json!([{"byteLength": file.buffer.len()}]);
         let mut text = if binary { json.to_string() } else { file.text() };
-        for (at, spice) in changes {
-            text = spiced(&text, at, spice);
+        for (offset, spice) in changes {
+            text = spiced(&text, offset, spice);
         }
         check(&if binary { glb(text.into_bytes(), &file.buffer) } else { text.into_bytes() });
     }

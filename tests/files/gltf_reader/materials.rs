@@ -98,16 +98,20 @@ fn extensions_of_materials() {
 
 #[test]
 fn materials_are_single_sided_unless_they_say_otherwise_or_transmit() {
-    let of = |material: Value| surface(material).single_sided;
-    assert!(of(json!({})));
-    assert!(of(json!({"doubleSided": false, "alphaMode": "BLEND"})));
-    assert!(of(json!({"extensions": {"KHR_materials_unlit": {}}})));
-    assert!(!of(json!({"doubleSided": true})));
-    assert!(!of(
+    let is_single_sided = |material: Value| surface(material).single_sided;
+    assert!(is_single_sided(json!({})));
+    assert!(is_single_sided(
+        json!({"doubleSided": false, "alphaMode": "BLEND"})
+    ));
+    assert!(is_single_sided(
+        json!({"extensions": {"KHR_materials_unlit": {}}})
+    ));
+    assert!(!is_single_sided(json!({"doubleSided": true})));
+    assert!(!is_single_sided(
         json!({"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}})
     ));
     let transmission = json!({"transmissionFactor": 0.5});
-    assert!(!of(
+    assert!(!is_single_sided(
         json!({"extensions": {"KHR_materials_transmission": transmission}, "pbrMetallicRoughness": {"metallicFactor": 0}})
     ));
     // The default material of glTF, and the user's.
@@ -161,9 +165,12 @@ fn transmission_without_a_volume_is_a_thin_sheet() {
     let opaque = unread.scene.materials.get(0);
     assert!(!opaque.thin && opaque.kt == Vec3::ZERO, "{opaque:?}");
     near(opaque.kd, COLOR);
-    let said = messages(&unread.warnings);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("transmission textures"), "{said:?}");
+    let warnings = messages(&unread.warnings);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        warnings[0].contains("transmission textures"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -174,10 +181,13 @@ fn what_is_not_shown_is_told_once() {
     }))
     .loaded();
     assert_eq!(loaded.scene.materials.get(0).ke, Vec3::ZERO);
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("occlusion textures"), "{said:?}");
-    assert!(said[0].contains("`KHR_materials_clearcoat`"), "{said:?}");
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].contains("occlusion textures"), "{warnings:?}");
+    assert!(
+        warnings[0].contains("`KHR_materials_clearcoat`"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -327,15 +337,15 @@ fn maps_have_channels_and_layers_of_their_own() {
     pbr["metallicFactor"] = json!(0.75);
     pbr["roughnessFactor"] = json!(0.25);
     let scene = file.loaded().scene;
-    let found = maps(&scene).into_iter();
-    let found = found.map(|map| (map.target, map.channel, map.uv_layer, map.scale));
+    let maps_of_scene = maps(&scene).into_iter();
+    let maps_of_scene = maps_of_scene.map(|map| (map.target, map.channel, map.uv_layer, map.scale));
     let expected = [
         (MapTarget::Emission, 0, 1, 1.0),
         (MapTarget::Normal, 0, 0, 0.5),
         (MapTarget::Roughness, 1, 1, 1.0),
         (MapTarget::Metallic, 2, 1, 1.0),
     ];
-    assert!(found.eq(expected), "{:?}", maps(&scene));
+    assert!(maps_of_scene.eq(expected), "{:?}", maps(&scene));
     let material = scene.materials.get(0);
     let lobes = material.metallic_roughness.expect("varied");
     assert_eq!((lobes.metallic, lobes.roughness), (0.75, 0.25));
@@ -363,8 +373,8 @@ fn tangents_are_the_files() {
         let scene = file.loaded().scene;
         scene.triangles.corner_tangents(0).expect("tangents")
     };
-    let (found, sign) = with(json!({"index": 0}));
-    assert_eq!((found, sign), ([-Vec3::Z; 3], -1.0));
+    let (map, sign) = with(json!({"index": 0}));
+    assert_eq!((map, sign), ([-Vec3::Z; 3], -1.0));
     let turned = json!({"index": 0, "extensions": {"KHR_texture_transform": {"rotation": 1}}});
     assert_ne!(
         with(turned).0[0],

@@ -66,10 +66,10 @@ impl File {
     }
 
     fn view(&mut self, bytes: &[u8]) -> usize {
-        let at = self.buffer.len();
+        let position = self.buffer.len();
         self.buffer.extend_from_slice(bytes);
         self.buffer.resize(self.buffer.len().next_multiple_of(4), 0);
-        let row = json!({"buffer": 0, "byteOffset": at, "byteLength": bytes.len()});
+        let row = json!({"buffer": 0, "byteOffset": position, "byteLength": bytes.len()});
         self.add("bufferViews", row)
     }
 

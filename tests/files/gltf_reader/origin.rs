@@ -38,10 +38,10 @@ fn a_nodes_translation_is_taken_from_the_origin_in_double_precision() {
     shape(&mut file, [0.0; 3]);
     file.node(json!({"mesh": 0, "translation": PLACE}));
     let scene = file.loaded().scene;
-    let beside = (DVec3::from(scene.origin) - DVec3::from(PLACE)).abs();
+    let difference = (DVec3::from(scene.origin) - DVec3::from(PLACE)).abs();
     assert!(
-        beside.max_element() < 2.0 && scene.origin[1] == 0.0,
-        "{beside}"
+        difference.max_element() < 2.0 && scene.origin[1] == 0.0,
+        "{difference}"
     );
     let moved = DVec3::from(PLACE) - DVec3::from(scene.origin);
     let want = |c: [f32; 3]| (Vec3::from(c).as_dvec3() + moved).as_vec3();
@@ -118,7 +118,7 @@ fn a_mesh_that_is_far_away_in_its_own_space_is_stored_near() {
     for (k, x) in [0.0, 9.25].into_iter().enumerate() {
         let [mx, my, mz, t] = scene.instances.world_columns(k);
         let world = |c: Vec3| mx * c.x + my * c.y + mz * c.z + t;
-        let file = |c: f32, offset: f32, by: f32| (offset + c) - offset + by;
+        let file = |c: f32, offset: f32, shift: f32| (offset + c) - offset + shift;
         let first = world(stored[1]);
         let want = [
             file(4.3, offset[0], x as f32),

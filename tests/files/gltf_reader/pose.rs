@@ -19,8 +19,8 @@ fn near(a: [Vec3; 3], b: [Vec3; 3]) {
     assert!(far.fold(0.0, f32::max) < 1e-5, "{a:?} is not {b:?}");
 }
 
-fn moved(by: Vec3) -> [Vec3; 3] {
-    [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| corner + by)
+fn moved(offset: Vec3) -> [Vec3; 3] {
+    [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| corner + offset)
 }
 
 /// A triangle with a target that moves it by 1 along x, and another by 1 along y.
@@ -34,7 +34,7 @@ fn morphed() -> File {
 
 #[test]
 fn weights_of_the_node_come_before_those_of_the_mesh() {
-    let of = |mesh: Value, node: Value| {
+    let pose_of = |mesh: Value, node: Value| {
         let mut file = morphed();
         for (row, weights) in [("meshes", mesh), ("nodes", node)] {
             if weights != Value::Null {
@@ -46,17 +46,20 @@ fn weights_of_the_node_come_before_those_of_the_mesh() {
         corners(&loaded, 0)
     };
     let none = Value::Null;
-    near(of(none.clone(), none.clone()), moved(Vec3::ZERO));
-    near(of(json!([1, 0]), none.clone()), moved(Vec3::X));
+    near(pose_of(none.clone(), none.clone()), moved(Vec3::ZERO));
+    near(pose_of(json!([1, 0]), none.clone()), moved(Vec3::X));
     near(
-        of(json!([0.5, -2]), none.clone()),
+        pose_of(json!([0.5, -2]), none.clone()),
         moved(Vec3::new(0.5, -2.0, 0.0)),
     );
-    near(of(json!([1, 0]), json!([0, 0.25])), moved(Vec3::Y * 0.25));
-    near(of(json!([1, 0]), json!([0, 0])), moved(Vec3::ZERO));
+    near(
+        pose_of(json!([1, 0]), json!([0, 0.25])),
+        moved(Vec3::Y * 0.25),
+    );
+    near(pose_of(json!([1, 0]), json!([0, 0])), moved(Vec3::ZERO));
     // Weights without targets, and targets without weights, do nothing.
-    near(of(json!([1]), none.clone()), moved(Vec3::X));
-    near(of(json!([1, 0, 7]), none), moved(Vec3::X));
+    near(pose_of(json!([1]), none.clone()), moved(Vec3::X));
+    near(pose_of(json!([1, 0, 7]), none), moved(Vec3::X));
 }
 
 #[test]

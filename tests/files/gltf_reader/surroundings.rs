@@ -109,23 +109,23 @@ fn pictures_of_other_shapes_show_all_of_a_parallel_view() {
 /// The format: the scale of a camera's node is ignored.
 #[test]
 fn scaled_and_mirrored_cameras_look_along_their_axes() {
-    let of = |node: Value| seen(perspective(), node).scene.view;
-    let scaled = of(json!({"scale": [2, 3, 4], "translation": [0, 0, 9]}));
+    let view_of = |node: Value| seen(perspective(), node).scene.view;
+    let scaled = view_of(json!({"scale": [2, 3, 4], "translation": [0, 0, 9]}));
     near(direction(&scaled), Vec3::NEG_Z);
     near(scaled.up, Vec3::Y);
     let parallel = seen(orthographic(1.0, 1.0), json!({"scale": [5, 5, 5]}));
     assert_eq!(parallel.scene.view.ortho, Some(2.0));
-    let mirrored = of(json!({"scale": [-1, 1, 1]}));
+    let mirrored = view_of(json!({"scale": [-1, 1, 1]}));
     near(direction(&mirrored), Vec3::NEG_Z);
     near(mirrored.up, Vec3::Y);
-    let turned = of(json!({"scale": [1, 1, -1]}));
+    let turned = view_of(json!({"scale": [1, 1, -1]}));
     near(direction(&turned), Vec3::Z);
-    let over = of(json!({"matrix": [-1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 1, 2, 3, 1]}));
+    let over = view_of(json!({"matrix": [-1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 1, 2, 3, 1]}));
     near(direction(&over), Vec3::Z);
     near(over.up, Vec3::NEG_Y);
     // One axis is gone, and the two others still say where the camera looks.
     for flat in [json!([1, 1, 0]), json!([1, 0, 1]), json!([0, 1, 1])] {
-        let view = of(json!({"scale": flat, "translation": [0, 0, 9]}));
+        let view = view_of(json!({"scale": flat, "translation": [0, 0, 9]}));
         near(direction(&view), Vec3::NEG_Z);
         near(view.up, Vec3::Y);
     }
@@ -165,7 +165,7 @@ fn lights() {
 
 #[test]
 fn a_range_is_not_shown() {
-    let said = |range: Value| {
+    let warning_of = |range: Value| {
         let mut lamp = json!({"type": "point", "intensity": 4});
         lamp["range"] = range;
         let loaded = lit(json!([lamp, lamp]));
@@ -175,9 +175,9 @@ fn a_range_is_not_shown() {
         );
         loaded.warnings.into_iter().map(|w| w.message).collect()
     };
-    let said: [Vec<String>; 3] = [json!(3), json!("far"), Value::Null].map(said);
+    let warning_of: [Vec<String>; 3] = [json!(3), json!("far"), Value::Null].map(warning_of);
     let ranges = vec!["not shown: ranges of lights".to_owned()];
-    assert_eq!(said, [ranges.clone(), ranges, Vec::new()]);
+    assert_eq!(warning_of, [ranges.clone(), ranges, Vec::new()]);
 }
 
 #[test]

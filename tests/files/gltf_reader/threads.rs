@@ -90,11 +90,15 @@ fn threads_do_not_change_what_is_read() {
         loaded.unwrap_or_else(|errors| panic!("{errors:#?}"))
     };
     let one = read(1);
-    let said = messages(&one.warnings);
-    assert_eq!(said.len(), 3 * 6, "triangles, normals, colours: {said:#?}");
+    let warnings = messages(&one.warnings);
+    assert_eq!(
+        warnings.len(),
+        3 * 6,
+        "triangles, normals, colours: {warnings:#?}"
+    );
     for threads in [2, 3, 7, 16] {
         let several = read(threads);
-        assert_eq!(messages(&several.warnings), said, "{threads} threads");
+        assert_eq!(messages(&several.warnings), warnings, "{threads} threads");
         let [a, b] = [&one.scene, &several.scene].map(fingerprint);
         assert_eq!(a, b, "{threads} threads");
     }

@@ -63,8 +63,8 @@ fn whole_numbers_may_have_a_fraction_of_zero_or_an_exponent() {
         ),
     ] {
         let change = |text: &str| text.replace("\"mesh\":0", &format!("\"mesh\":{written}"));
-        let told = rewritten(change).map(|_| "a scene").expect_err(written);
-        assert_eq!(told, [want]);
+        let error = rewritten(change).map(|_| "a scene").expect_err(written);
+        assert_eq!(error, [want]);
     }
 }
 
@@ -104,11 +104,11 @@ fn an_index_of_minus_one_stands_for_none_and_is_told_once() {
     });
     let loaded = file.loaded();
     assert_eq!(loaded.scene.triangles.len(), 1);
-    let told = messages(&loaded.warnings);
-    assert_eq!(told.len(), 1, "{told:?}");
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
-        told[0].ends_with(" is -1, which is read as none"),
-        "{told:?}"
+        warnings[0].ends_with(" is -1, which is read as none"),
+        "{warnings:?}"
     );
     // A list has no places for rows that are not there.
     let file = triangle_with(|json| json["nodes"][0]["children"] = json!([-1]));
@@ -171,10 +171,10 @@ fn what_is_of_the_wrong_kind_is_named_with_what_it_should_be() {
             "the document: it has two members `scene`",
         ),
     ] {
-        let (line, found, message) = refusal(&format!("{start}{rest}"));
+        let (line, refused, message) = refusal(&format!("{start}{rest}"));
         assert_eq!(message, want);
         if column > 0 {
-            assert_eq!((line, found), (2, column), "{want}");
+            assert_eq!((line, refused), (2, column), "{want}");
         }
     }
 }
@@ -261,9 +261,9 @@ fn lights_of_unknown_types_are_left_out() {
     });
     let loaded = file.loaded();
     assert_eq!(loaded.scene.lights.len(), 1);
-    let told = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     assert_eq!(
-        told,
+        warnings,
         ["nodes[1]: a light of the unknown type `ambient` is left out"]
     );
 }
@@ -324,11 +324,11 @@ fn pictures_of_required_extensions_are_read_or_left_out() {
         let texture = json!({"extensions": {extension: {"source": 0}}});
         let loaded = textured(&texture, extension).loaded();
         assert_eq!(loaded.scene.textures.len(), 0);
-        let told = messages(&loaded.warnings);
-        assert_eq!(told.len(), 1, "{told:?}");
+        let warnings = messages(&loaded.warnings);
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert!(
-            told[0].contains(kind) && told[0].contains(extension),
-            "{told:?}"
+            warnings[0].contains(kind) && warnings[0].contains(extension),
+            "{warnings:?}"
         );
     }
 }
@@ -361,10 +361,10 @@ fn files_on_other_machines_are_not_fetched() {
         let path = folder.path().join("a.gltf");
         std::fs::write(&path, file.json.to_string()).unwrap();
         let refused = phalanx::formats::load(&path, &phalanx::formats::Options::default());
-        let told = refused.map(|_| "a scene").expect_err(uri).to_string();
+        let error = refused.map(|_| "a scene").expect_err(uri).to_string();
         assert!(
-            told.contains("files are not fetched from the network"),
-            "{told}"
+            error.contains("files are not fetched from the network"),
+            "{error}"
         );
     }
 }

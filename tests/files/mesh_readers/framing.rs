@@ -22,12 +22,12 @@ fn read_with(options: &Options) -> Scene {
 fn largest(scene: &Scene, (width, height): (u32, u32)) -> f32 {
     let basis = scene.view.basis().unwrap();
     let slope = (scene.view.fovy / 2.0).to_radians().tan();
-    let of = |k: usize| {
+    let slope_of = |k: usize| {
         let to = scene.triangles.vertices.get(k) - scene.view.eye;
         let across = to.dot(basis.u).abs() * height as f32 / width as f32;
         across.max(to.dot(basis.v).abs()) / (-to.dot(basis.w) * slope)
     };
-    (0..5).map(of).fold(0.0, f32::max)
+    (0..5).map(slope_of).fold(0.0, f32::max)
 }
 
 #[test]

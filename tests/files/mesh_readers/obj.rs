@@ -127,11 +127,11 @@ fn other_statements_are_passed() {
     let loaded = read(&format!(
         "{CORNERS}cstype bezier\ncurv 0 1 1 2 \\\n3\nend\nwhat\nf 1 2 3\n"
     ));
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 2, "{said:?}");
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(
-        said[0].contains("curves") && said[1].contains("unknown"),
-        "{said:?}"
+        warnings[0].contains("curves") && warnings[1].contains("unknown"),
+        "{warnings:?}"
     );
 }
 
@@ -168,11 +168,11 @@ fn a_vertex_that_is_not_finite_leaves_out_its_faces() {
     let loaded = read(&format!(
         "{CORNERS}v nan 0 0\nv 0 inf 0\nf 1 2 3\nf 1 2 5 3\n"
     ));
-    let (said, all) = (&loaded.warnings, triangles(&loaded.scene));
-    assert_eq!((said[1].line, said[1].column), (5, 3), "{said:?}");
+    let (read, all) = (&loaded.warnings, triangles(&loaded.scene));
+    assert_eq!((read[1].line, read[1].column), (5, 3), "{read:?}");
     assert!(
-        said[1].message.ends_with("2 triangles are left out"),
-        "{said:?}"
+        read[1].message.ends_with("2 triangles are left out"),
+        "{read:?}"
     );
     assert_eq!((all[0], all.len()), (FLAT[0], 3));
     assert!(all[1..].iter().all(|[a, b, c]| a == b && b == c), "{all:?}");
@@ -284,11 +284,11 @@ fn materials_hold_until_the_next_one() {
         3,
         "no row for what is not used"
     );
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 2, "{said:?}");
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(
-        said[0].contains("none.png") && said[1].contains("`nobody`"),
-        "{said:?}"
+        warnings[0].contains("none.png") && warnings[1].contains("`nobody`"),
+        "{warnings:?}"
     );
 }
 
@@ -301,11 +301,12 @@ fn several_material_files_are_searched_and_missing_ones_are_warnings() {
     let files = [("a.obj", &text[..]), ("a.mtl", LIBRARY), ("b.mtl", other)];
     let loaded = beside(&files, &Options::default());
     assert_eq!(diffuse(&loaded.scene), [Vec3::X, Vec3::ONE]);
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 1, "{said:?}");
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
-        said[0].contains("`../c.mtl`") && said[0].contains("not in the scene file's folder"),
-        "{said:?}"
+        warnings[0].contains("`../c.mtl`")
+            && warnings[0].contains("not in the scene file's folder"),
+        "{warnings:?}"
     );
 }
 
@@ -315,7 +316,7 @@ fn a_broken_statement_of_a_material_is_left_out() {
     let path = scratch.path().join("a.obj");
     std::fs::write(&path, format!("{CORNERS}mtllib a.mtl\nusemtl a\nf 1 2 3\n")).unwrap();
     std::fs::write(scratch.path().join("a.mtl"), "newmtl a\nKd 1 oops 1\n").unwrap();
-    let said = load(&path, &Options::default()).unwrap().warnings;
+    let warnings = load(&path, &Options::default()).unwrap().warnings;
     let message = "a.mtl:2:1: `Kd` is left out (a number is missing, or is none)";
-    assert_eq!(said[0].message, message);
+    assert_eq!(warnings[0].message, message);
 }

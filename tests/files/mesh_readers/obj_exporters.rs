@@ -63,10 +63,10 @@ fn doubtful_materials_are_read_as_they_are_meant() {
         ("a.png", &green()),
     ];
     let loaded = first_of(&files);
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 2, "{said:#?}");
-    assert!(said[0].starts_with("m.mtl:3:1: `Tr 1` without a `d` is taken as opaque"));
-    assert!(said[1].starts_with("m.mtl:8:1: a black `Kd` with a `map_Kd` is taken as 1"));
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 2, "{warnings:#?}");
+    assert!(warnings[0].starts_with("m.mtl:3:1: `Tr 1` without a `d` is taken as opaque"));
+    assert!(warnings[1].starts_with("m.mtl:8:1: a black `Kd` with a `map_Kd` is taken as 1"));
     let [scan, maya, clear] = [0, 1, 2].map(|k| material_of(&loaded.scene, k));
     assert_eq!((scan.opacity, maya.opacity, clear.opacity), (1.0, 1.0, 0.0));
     assert_eq!((maya.kd, maya.kt), (Vec3::ONE, Vec3::ZERO));
@@ -104,26 +104,29 @@ fn a_missing_material_file_is_one_warning() {
     let name = format!("{} the model.mtl", "a long name of".repeat(5));
     let obj = format!("mtllib {name}\n{CORNERS}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
     let loaded = first_of(&[("m.obj", obj.as_bytes())]);
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].starts_with(&format!("the material file `{name}` is left out: ")));
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with(&format!("the material file `{name}` is left out: ")));
     let loaded = first_of(&[
         ("m.obj", obj.replace(&name, "m.mtl").as_bytes()),
         ("m.mtl", b""),
     ]);
-    let said = messages(&loaded.warnings);
-    assert_eq!(said.len(), 2, "{said:?}");
-    assert!(said[1].starts_with("there is no material `b`"));
+    let warnings = messages(&loaded.warnings);
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[1].starts_with("there is no material `b`"));
 }
 
 #[test]
 fn an_object_file_is_one_error() {
     let mut object = b"\x4c\x01\x03\0\xde\xad\n v 1\n".to_vec();
     object.extend(b"f x\nv a\nvn b\n\0\0".repeat(50));
-    let said = errors("obj", &object);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert_eq!(said[0].message, "this is not text: a Windows object file?");
-    assert_eq!((said[0].line, said[0].offset), (0, 3));
+    let faults = errors("obj", &object);
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert_eq!(
+        faults[0].message,
+        "this is not text: a Windows object file?"
+    );
+    assert_eq!((faults[0].line, faults[0].offset), (0, 3));
     // A NUL harms no file that is right otherwise.
     let padded = format!("# by\0x\n{CORNERS}f 1 2 3\n\0\0\0");
     assert_eq!(
@@ -147,9 +150,9 @@ fn what_is_up_is_said_where_the_format_does_not() {
         notes.into_iter().find(|note| note.contains("no camera"))
     };
     let common = "the file has no camera: one that frames everything is used";
-    let said = format!("{common}, y up (see --camera, --up)");
-    assert_eq!(note("obj", &obj), Some(said.clone()));
-    assert_eq!(note("ply", ply), Some(said));
+    let expected = format!("{common}, y up (see --camera, --up)");
+    assert_eq!(note("obj", &obj), Some(expected.clone()));
+    assert_eq!(note("ply", ply), Some(expected));
     assert_ne!(
         note("gltf", gltf),
         Some(format!("{common}, y up (see --camera, --up)"))
@@ -229,6 +232,9 @@ fn utf16_is_counted_and_must_be_whole() {
     assert!(broken[0].message.contains("UTF-16") && broken[0].help.is_some());
     write(scratch.path(), &[("m.mtl", &mtl[..mtl.len() - 1])]);
     let loaded = load(&path, &Options::default()).unwrap();
-    let said = messages(&loaded.warnings);
-    assert!(said.len() == 1 && said[0].contains("UTF-16"), "{said:?}");
+    let warnings = messages(&loaded.warnings);
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("UTF-16"),
+        "{warnings:?}"
+    );
 }

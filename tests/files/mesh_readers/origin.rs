@@ -56,8 +56,12 @@ fn binary_stl(corners: [[f64; 3]; 3]) -> Vec<u8> {
     file
 }
 
-fn bytes_of<const N: usize>(corners: [[f64; 3]; 3], of: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
-    corners.as_flattened().iter().flat_map(|&c| of(c)).collect()
+fn bytes_of<const N: usize>(corners: [[f64; 3]; 3], bytes: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
+    corners
+        .as_flattened()
+        .iter()
+        .flat_map(|&c| bytes(c))
+        .collect()
 }
 
 /// Files with coordinates beyond single precision.

@@ -197,12 +197,15 @@ fn a_vertex_that_is_not_finite_leaves_out_its_faces() {
             let rows = format!("0 0 0\n1 0 0\n0 1 0\n0 {bad} 0\n3 0 1 {corner}\n");
             ascii(&header, &rows)
         };
-        let at = file.len() - 13 - 12;
-        assert_eq!(read("ply", &file).warnings[0].offset, at);
+        let position = file.len() - 13 - 12;
+        assert_eq!(read("ply", &file).warnings[0].offset, position);
         for (file, line) in [(file, 0), (text("nan"), 13), (text("-1.#IND"), 13)] {
-            let said = &read("ply", &file).warnings[0];
+            let warnings = &read("ply", &file).warnings[0];
             let part = if used { "1 triangle is left out" } else { "no face uses it" };
-            assert!(said.message.contains(part) && said.line == line, "{said:?}");
+            assert!(
+                warnings.message.contains(part) && warnings.line == line,
+                "{warnings:?}"
+            );
         }
     }
 }
@@ -258,9 +261,11 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
             .ints(&[0, 1, 2])
             .all;
         for bytes in [file, ascii(&header, BODY)] {
-            let said = messages(&errors("ply", &bytes));
-            let short = said.iter().any(|said| said.contains("the file ends after"));
-            assert!(short, "{said:?}");
+            let warnings = messages(&errors("ply", &bytes));
+            let short = warnings
+                .iter()
+                .any(|warnings| warnings.contains("the file ends after"));
+            assert!(short, "{warnings:?}");
         }
     }
     let header = HEADER.replace("uchar int", "int int");
@@ -280,26 +285,26 @@ fn corners_out_of_range_are_errors_with_their_span() {
         .put([3])
         .ints(&[0, -1, 2])
         .all;
-    let said = errors("ply", &file);
+    let faults = errors("ply", &file);
     assert!(
-        said[0]
+        faults[0]
             .message
             .starts_with("vertex -1 is out of range: there are 3"),
-        "{said:?}"
+        "{faults:?}"
     );
-    assert_eq!((said[0].line, said[0].offset), (0, file.len() - 12));
-    let said = errors("ply", &ascii(HEADER, &BODY.replace("0 1 2", "0 1 3")));
-    assert_eq!(said[0].line, 13, "{said:?}");
+    assert_eq!((faults[0].line, faults[0].offset), (0, file.len() - 12));
+    let faults = errors("ply", &ascii(HEADER, &BODY.replace("0 1 2", "0 1 3")));
+    assert_eq!(faults[0].line, 13, "{faults:?}");
 }
 
 #[test]
 fn headers_of_any_length_are_answered_soon() {
     let elements: String = (0..200_000).map(|k| format!("element e{k} 0\n")).collect();
-    let said = errors("ply", &ascii(&(elements + HEADER), BODY));
-    assert_eq!(said.len(), 20);
-    assert_eq!((said[0].line, said[19].line), (1003, 1022));
-    assert!(said[0].message.contains("more than 1000 elements"));
-    let said = errors(
+    let faults = errors("ply", &ascii(&(elements + HEADER), BODY));
+    assert_eq!(faults.len(), 20);
+    assert_eq!((faults[0].line, faults[19].line), (1003, 1022));
+    assert!(faults[0].message.contains("more than 1000 elements"));
+    let faults = errors(
         "ply",
         &ascii(
             &format!("element a 0\n{}\n{HEADER}", "x ".repeat(1000)),
@@ -307,12 +312,15 @@ fn headers_of_any_length_are_answered_soon() {
         ),
     );
     assert!(
-        said[0].message.contains("unknown header line `x`"),
-        "{said:?}"
+        faults[0].message.contains("unknown header line `x`"),
+        "{faults:?}"
     );
     let long = HEADER.replace("vertex 3", &format!("vertex 3{}", " 4".repeat(1000)));
-    let said = errors("ply", &ascii(&long, BODY));
-    assert!(said[0].message.contains("one operand too many"), "{said:?}");
+    let faults = errors("ply", &ascii(&long, BODY));
+    assert!(
+        faults[0].message.contains("one operand too many"),
+        "{faults:?}"
+    );
 }
 
 const COLORED: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -327,9 +335,12 @@ fn colors(scene: &phalanx::scene::Scene) -> [[f32; 3]; 3] {
 
 const RED_GREEN_GREY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.502_886_5; 3]];
 
-fn assert_near(found: [[f32; 3]; 3], expected: [[f32; 3]; 3]) {
-    for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
-        assert!((found - expected).abs() < 2e-6, "{found} is not {expected}");
+fn assert_near(actual: [[f32; 3]; 3], expected: [[f32; 3]; 3]) {
+    for (actual, expected) in actual.as_flattened().iter().zip(expected.as_flattened()) {
+        assert!(
+            (actual - expected).abs() < 2e-6,
+            "{actual} is not {expected}"
+        );
     }
 }
 
@@ -417,7 +428,7 @@ fn binary_colours_are_those_of_text() {
 
 #[test]
 fn an_opacity_of_vertices_is_one_warning_in_every_encoding() {
-    let said = |kind: &str, alpha: [&str; 3]| {
+    let warning_of = |kind: &str, alpha: [&str; 3]| {
         let header = COLORED.replace(
             "property TYPE red",
             &format!("property {kind} alpha\nproperty TYPE red"),
@@ -450,26 +461,30 @@ fn an_opacity_of_vertices_is_one_warning_in_every_encoding() {
                 (file, lists) = (file.put([9; 3]), lists.put([0]).put([9; 3]));
             }
             [(file, starts[0]), (lists, starts[1])].map(|(file, start)| {
-                let said = read("ply", &file.put([3]).ints(&[0, 1, 2]).all).warnings;
-                let second = said.first().map(|w| w.offset >= start + 16);
-                (messages(&said), second)
+                let warning_of = read("ply", &file.put([3]).ints(&[0, 1, 2]).all).warnings;
+                let second = warning_of.first().map(|w| w.offset >= start + 16);
+                (messages(&warning_of), second)
             })
         });
         let expected = messages(&text.warnings);
-        for (said, second) in all.into_iter().flatten() {
-            assert_eq!(said, expected, "{kind} {alpha:?}");
-            assert_eq!(second, (!said.is_empty()).then_some(true), "{alpha:?}");
+        for (warning_of, second) in all.into_iter().flatten() {
+            assert_eq!(warning_of, expected, "{kind} {alpha:?}");
+            assert_eq!(
+                second,
+                (!warning_of.is_empty()).then_some(true),
+                "{alpha:?}"
+            );
         }
         expected
     };
     let one = ["the opacity of this colour is not used"];
     let two = ["2 colours, this one first, have an opacity that is not used"];
-    assert_eq!(said("uchar", ["255", "254", "255"]), one);
-    assert_eq!(said("uchar", ["255", "0", "128"]), two);
-    assert_eq!(said("float", ["1", "0.99", "1"]), one);
-    assert_eq!(said("float", ["1", "0", "0.5"]), two);
+    assert_eq!(warning_of("uchar", ["255", "254", "255"]), one);
+    assert_eq!(warning_of("uchar", ["255", "0", "128"]), two);
+    assert_eq!(warning_of("float", ["1", "0.99", "1"]), one);
+    assert_eq!(warning_of("float", ["1", "0", "0.5"]), two);
     for (kind, opaque) in [("uchar", "255"), ("float", "1"), ("float", "255")] {
-        assert!(said(kind, [opaque; 3]).is_empty(), "{kind} {opaque}");
+        assert!(warning_of(kind, [opaque; 3]).is_empty(), "{kind} {opaque}");
     }
     // An alpha beside no colour is some other number.
     let header = COLORED.replace("TYPE red", "uchar alpha");
@@ -486,7 +501,7 @@ fn faces_have_colours_where_vertices_have_none() {
                   element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
     let vertices = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
     let strip = "4 0 1 3 2\n";
-    let of = |bytes: &[u8]| {
+    let colors_of = |bytes: &[u8]| {
         let triangles = read("ply", bytes).scene.triangles;
         let color = |k: usize| triangles.corner_colors(k).map(|c| c[1].to_array());
         (0..triangles.len()).map(color).collect::<Vec<_>>()
@@ -498,7 +513,7 @@ fn faces_have_colours_where_vertices_have_none() {
         &header.replace("COUNT", "3"),
         &format!("{vertices}{faces}{strip}"),
     );
-    assert_eq!(of(&text), [red, red, blue, None, None]);
+    assert_eq!(colors_of(&text), [red, red, blue, None, None]);
     let square = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
     for big in [false, true] {
         for polygons in [false, true] {
@@ -510,13 +525,13 @@ fn faces_have_colours_where_vertices_have_none() {
             file = file.put([255]).put([3]).ints(&[0, 1, 2]).put([0]).put([0]);
             file = file.put([0]).put([3]).ints(&[0, 2, 3]).put([0]).put([255]);
             file = file.ints(&[4, 0, 1, 3, 2]);
-            assert_eq!(of(&file.all), [red, blue, None, None]);
+            assert_eq!(colors_of(&file.all), [red, blue, None, None]);
         }
     }
     // More numbers than announced are not the colours that were.
     let more = format!("{vertices}{}{strip}", faces.replace('\n', " 5 6\n"));
     let text = ascii(&header.replace("COUNT", "3"), &more);
-    assert_eq!(of(&text), [None; 5]);
+    assert_eq!(colors_of(&text), [None; 5]);
     // Vertices with colours have the last word.
     let both = header.replace("COUNT", "3").replace(
         "property float z\n",
@@ -524,7 +539,7 @@ fn faces_have_colours_where_vertices_have_none() {
     );
     let vertices = vertices.replace(" 0\n", " 0 0 255 0\n");
     let text = ascii(&both, &format!("{vertices}{faces}{strip}"));
-    assert_eq!(of(&text), [Some([0.0, 1.0, 0.0]); 5]);
+    assert_eq!(colors_of(&text), [Some([0.0, 1.0, 0.0]); 5]);
 }
 
 #[test]
@@ -545,10 +560,11 @@ fn rows_may_be_broken_and_joined_and_lines_may_be_comments() {
             let text = String::from_utf8(text).unwrap().replace('\n', end);
             let loaded = read("ply", text.as_bytes());
             assert_eq!(triangles(&loaded.scene), triangles(&plain), "{body:?}");
-            let said = messages(&loaded.warnings);
-            assert_eq!(said.len(), usize::from(warns), "{said:?}");
+            let warnings = messages(&loaded.warnings);
+            assert_eq!(warnings.len(), usize::from(warns), "{warnings:?}");
             assert!(
-                said.iter()
+                warnings
+                    .iter()
                     .all(|m| m.contains("rows and lines do not agree"))
             );
         }

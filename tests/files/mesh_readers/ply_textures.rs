@@ -223,12 +223,12 @@ fn polygons_keep_their_coordinates_and_faces_without_them_have_none() {
         }
     }
     assert_eq!(t.corner_uvs(5, 0).unwrap()[2], Vec2::ZERO);
-    let said = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     assert!(
-        said[0].contains("not finite") && said[1].contains("for each corner"),
-        "{said:?}"
+        warnings[0].contains("not finite") && warnings[1].contains("for each corner"),
+        "{warnings:?}"
     );
-    assert_eq!((said.len(), loaded.warnings[1].line), (2, 19));
+    assert_eq!((warnings.len(), loaded.warnings[1].line), (2, 19));
 }
 
 #[test]
@@ -263,10 +263,10 @@ fn several_pictures_are_told_apart_by_the_faces() {
         uvs_of_corners,
     );
     let loaded = beside(&file);
-    let said = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     assert!(
-        said.len() == 1 && said[0].contains("the first is used"),
-        "{said:?}"
+        warnings.len() == 1 && warnings[0].contains("the first is used"),
+        "{warnings:?}"
     );
     assert_eq!(
         (loaded.scene.textures.len(), loaded.warnings[0].line),
@@ -281,7 +281,7 @@ fn what_is_not_shown_is_said_and_costs_nothing() {
         assert!(t.uvs.is_empty() && t.vertex_uvs.is_empty() && loaded.scene.textures.is_empty());
         assert_ne!(material(&loaded.scene, 0).kd, glam::Vec3::ONE);
     };
-    let told =
+    let notes_about =
         |loaded: &Loaded, what: &str| loaded.notes.iter().filter(|n| n.contains(what)).count();
     for (elements, vertex, corners) in [
         (with_uvs_of_vertices("s", "t"), true, false),
@@ -295,31 +295,36 @@ fn what_is_not_shown_is_said_and_costs_nothing() {
         };
         let loaded = beside(&ascii(&[], &elements, end_vertex, end_face));
         bare(&loaded);
-        assert_eq!(told(&loaded, "names no picture"), 1, "{:?}", loaded.notes);
+        assert_eq!(
+            notes_about(&loaded, "names no picture"),
+            1,
+            "{:?}",
+            loaded.notes
+        );
         let loaded = beside(&ascii(&["none.png"], &elements, end_vertex, end_face));
         bare(&loaded);
-        let said = messages(&loaded.warnings);
+        let warnings = messages(&loaded.warnings);
         assert!(
-            said.len() == 1 && said[0].contains("`none.png` is left out"),
-            "{said:?}"
+            warnings.len() == 1 && warnings[0].contains("`none.png` is left out"),
+            "{warnings:?}"
         );
         let outside = ascii(&["../../etc/none.png"], &elements, end_vertex, end_face);
-        let said = messages(&beside(&outside).warnings);
+        let warnings = messages(&beside(&outside).warnings);
         assert!(
-            said.len() == 1 && said[0].contains("not in the scene file's folder"),
-            "{said:?}"
+            warnings.len() == 1 && warnings[0].contains("not in the scene file's folder"),
+            "{warnings:?}"
         );
     }
     let loaded = beside(&ascii(&RED, &format!("{VERTICES}{FACES}"), none, none));
     bare(&loaded);
     assert_eq!(
-        told(&loaded, "has no texture coordinates"),
+        notes_about(&loaded, "has no texture coordinates"),
         1,
         "{:?}",
         loaded.notes
     );
     let plain = beside(&ascii(&[], &format!("{VERTICES}{FACES}"), none, none));
-    assert_eq!(told(&plain, "texture"), 0);
+    assert_eq!(notes_about(&plain, "texture"), 0);
 }
 
 #[test]

@@ -63,11 +63,19 @@ fn bad_files_are_refused() {
     );
     let mut nan = FLAT;
     nan[0][2][1] = f32::NAN;
-    let said = read("stl", &binary(b"", &nan)).warnings;
-    assert_eq!((said[0].line, said[0].offset), (0, 84 + 36), "{said:?}");
+    let warnings = read("stl", &binary(b"", &nan)).warnings;
+    assert_eq!(
+        (warnings[0].line, warnings[0].offset),
+        (0, 84 + 36),
+        "{warnings:?}"
+    );
     let infinite = TEXT.replace("vertex 1 0 0", "vertex 1 inf 0");
-    let said = read("stl", infinite.as_bytes()).warnings;
-    assert_eq!((said[0].line, said[0].column), (5, 1), "{said:?}");
+    let warnings = read("stl", infinite.as_bytes()).warnings;
+    assert_eq!(
+        (warnings[0].line, warnings[0].column),
+        (5, 1),
+        "{warnings:?}"
+    );
     for text in ["", "x", "facet"] {
         assert_eq!(errors("stl", text.as_bytes()).len(), 1, "{text}");
     }
@@ -160,14 +168,18 @@ fn text_that_is_no_facet_is_ignored_with_a_warning() {
     ] {
         let loaded = read("stl", text.as_bytes());
         assert_eq!(loaded.scene.triangles.len(), 2, "{text:?}");
-        let said = &loaded.warnings[0];
-        assert!(said.message.contains(part), "{said:?}");
-        assert_eq!((loaded.warnings.len(), said.line), (1, line), "{said:?}");
+        let warnings = &loaded.warnings[0];
+        assert!(warnings.message.contains(part), "{warnings:?}");
+        assert_eq!(
+            (loaded.warnings.len(), warnings.line),
+            (1, line),
+            "{warnings:?}"
+        );
     }
     // The words of a facet whose beginning is lost.
     let lost = SQUARE.replacen("facet normal", "facte normal", 1);
-    let said = errors("stl", lost.as_bytes());
-    assert_eq!((said.len(), said[0].line), (1, 2), "{said:?}");
+    let warnings = errors("stl", lost.as_bytes());
+    assert_eq!((warnings.len(), warnings[0].line), (1, 2), "{warnings:?}");
 }
 
 /// A binary file with this count, of two facets with data after each.
@@ -185,7 +197,7 @@ fn counted(count: u32, data: &[&[u8]]) -> Vec<u8> {
 
 #[test]
 fn the_length_decides_how_many_facets_there_are() {
-    let whole = [FLAT[0]; 2];
+    let complete = [FLAT[0]; 2];
     for (file, part) in [
         (counted(2, &[b"", b""]), ""),
         (
@@ -216,11 +228,14 @@ fn the_length_decides_how_many_facets_there_are() {
         ),
     ] {
         let loaded = read("stl", &file);
-        assert_eq!(triangles(&loaded.scene), whole, "{part}");
-        let said = messages(&loaded.warnings);
+        assert_eq!(triangles(&loaded.scene), complete, "{part}");
+        let warnings = messages(&loaded.warnings);
         match part {
-            "" => assert!(said.is_empty(), "{said:?}"),
-            _ => assert!(said.len() == 1 && said[0].contains(part), "{said:?}"),
+            "" => assert!(warnings.is_empty(), "{warnings:?}"),
+            _ => assert!(
+                warnings.len() == 1 && warnings[0].contains(part),
+                "{warnings:?}"
+            ),
         }
         assert_eq!(loaded.scene.triangles.colors.len(), 0);
     }
@@ -306,15 +321,18 @@ fn cut_off_binary_files_are_drawn_whatever_their_header_says() {
         }
         read_bytes("stl", &file, &Options::default()).unwrap()
     };
-    let said = messages(&wild(5).expect("a scene").warnings);
-    assert!(said[0].ends_with("5 triangles are left out"), "{said:?}");
-    let said = wild(6).expect_err("no scene")[0].message.clone();
-    assert!(said.contains("within a facet"), "{said}");
+    let warnings = messages(&wild(5).expect("a scene").warnings);
+    assert!(
+        warnings[0].ends_with("5 triangles are left out"),
+        "{warnings:?}"
+    );
+    let warnings = wild(6).expect_err("no scene")[0].message.clone();
+    assert!(warnings.contains("within a facet"), "{warnings}");
 }
 
 #[test]
 fn the_third_axis_points_up_unless_the_user_says_otherwise() {
-    let of = |up| {
+    let read_with = |up| {
         let options = Options {
             up,
             ..Options::default()
@@ -322,11 +340,11 @@ fn the_third_axis_points_up_unless_the_user_says_otherwise() {
         let loaded = read_bytes("stl", SQUARE.as_bytes(), &options)
             .unwrap()
             .unwrap();
-        let told = loaded.notes.iter().any(|note| note.contains("Z-up"));
-        (loaded.scene.view.up.to_array(), told)
+        let is_noted = loaded.notes.iter().any(|note| note.contains("Z-up"));
+        (loaded.scene.view.up.to_array(), is_noted)
     };
-    assert_eq!(of(None), ([0.0, 0.0, 1.0], true));
-    assert_eq!(of(Some(UpAxis::Y)), ([0.0, 1.0, 0.0], false));
+    assert_eq!(read_with(None), ([0.0, 0.0, 1.0], true));
+    assert_eq!(read_with(Some(UpAxis::Y)), ([0.0, 1.0, 0.0], false));
 }
 
 #[test]
@@ -349,11 +367,13 @@ fn words_behind_keywords_and_corners_beyond_three_are_read() {
     for bad in ["nan", "1.#QNAN", "-nan(ind)", "1e999", "-1.#INF00"] {
         let more = format!("facet\nouter loop\n{corners}endloop\nendfacet\n");
         let lost = format!("{quad}{}", more.replacen("1 0 0", &format!("1 {bad} 0"), 1));
-        let (area, _, said) = read(&lost);
+        let (area, _, messages) = read(&lost);
         assert_eq!(area, 2.0, "{bad}");
         assert!(
-            said.iter().any(|s| s.ends_with("1 triangle is left out")),
-            "{bad}: {said:?}"
+            messages
+                .iter()
+                .any(|s| s.ends_with("1 triangle is left out")),
+            "{bad}: {messages:?}"
         );
     }
 }

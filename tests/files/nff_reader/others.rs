@@ -27,14 +27,14 @@ fn files_of_others_load_with_their_counts() {
         let loaded = load(&folder.join(name), &Options::default());
         let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
         let scene = &loaded.scene;
-        let found = [
+        let counts = [
             scene.spheres.len(),
             scene.cones.len(),
             scene.triangles.len(),
             scene.lights.len(),
             loaded.warnings.len(),
         ];
-        assert_eq!(found, expected, "{name}: {:?}", loaded.warnings);
+        assert_eq!(counts, expected, "{name}: {:?}", loaded.warnings);
     }
 }
 

@@ -80,13 +80,16 @@ fn lights_without_a_colour_share_the_level_with_ambient_light() {
             assert_eq!(scene.lights.color.get(i), Vec3::splat(level as f32));
             assert_eq!(scene.lights.attenuation.get(i), Vec3::X);
         }
-        let found = surface(&scene, 0);
+        let material = surface(&scene, 0);
         let kd = Vec3::new(0.8, 0.4, 0.2);
-        assert!(found.kd.abs_diff_eq(kd, 1e-7), "{found:?}");
-        assert!(found.ka.abs_diff_eq(kd * level as f32, 1e-7), "{found:?}");
-        assert_eq!(found.ks, Vec3::splat(0.3));
-        assert_eq!(found.kt, Vec3::splat(0.4));
-        assert_eq!((found.shininess, found.ior), (20.0, 1.5));
+        assert!(material.kd.abs_diff_eq(kd, 1e-7), "{material:?}");
+        assert!(
+            material.ka.abs_diff_eq(kd * level as f32, 1e-7),
+            "{material:?}"
+        );
+        assert_eq!(material.ks, Vec3::splat(0.3));
+        assert_eq!(material.kt, Vec3::splat(0.4));
+        assert_eq!((material.shininess, material.ior), (20.0, 1.5));
     }
 }
 

@@ -35,9 +35,9 @@ fn square_of(mtl: &str) -> Loaded {
     load(&path, &Options::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn assert_near(found: Vec3, expected: Vec3) {
-    let apart = (found - expected).abs().max_element();
-    assert!(apart < 1e-6, "{found} instead of {expected}");
+fn assert_near(actual: Vec3, expected: Vec3) {
+    let apart = (actual - expected).abs().max_element();
+    assert!(apart < 1e-6, "{actual} instead of {expected}");
 }
 
 /// CesiumGS/obj2gltf#69: Blender's `Ka 1 1 1`, `Ks 0.5` and `illum 2`.
@@ -72,11 +72,11 @@ fn negative_numbers_of_materials_are_zero() {
             assert!(color.min_element() >= 0.0, "{illum}: {row:?}");
         }
         assert_eq!(row.kt.x, 0.0);
-        let said = all
+        let warnings = all
             .warnings
             .iter()
             .filter(|w| w.message.contains("negative"));
-        assert_eq!(said.count(), 1, "one word");
+        assert_eq!(warnings.count(), 1, "one word");
     }
 }
 
@@ -148,16 +148,17 @@ fn normal_maps_in_atlases_are_no_heights() {
     let atlas = loaded("regressions/atlas.obj");
     // Heights would become a texture of their own.
     assert_eq!(atlas.scene.textures.len(), 1);
-    let said = |loaded: &Loaded, text: &str| loaded.notes.iter().any(|note| note.contains(text));
+    let is_noted =
+        |loaded: &Loaded, text: &str| loaded.notes.iter().any(|note| note.contains(text));
     assert!(
-        said(&atlas, "`atlas.png` is taken as a normal map"),
+        is_noted(&atlas, "`atlas.png` is taken as a normal map"),
         "{:?}",
         atlas.notes
     );
     let heights = square_of("map_Bump white.png\nmap_Kd white.png\n");
     assert_eq!(heights.scene.textures.len(), 2);
     assert!(
-        said(&heights, "`white.png` is taken as heights"),
+        is_noted(&heights, "`white.png` is taken as heights"),
         "{:?}",
         heights.notes
     );
@@ -199,13 +200,20 @@ fn nothing_beneath_a_texture_of_metal_or_roughness_is_one() {
 /// A texture of exponents is told where there is none that it could vary, and nowhere else.
 #[test]
 fn exponents_vary_where_there_are_some() {
-    let told = |mtl: &str| {
+    let warnings_of = |mtl: &str| {
         let warnings = square_of(&format!("Ks 1 1 1\n{mtl}\nmap_Ns white.png\n")).warnings;
         warnings.iter().any(|w| w.message.contains("has no effect"))
     };
-    assert!(told("illum 2") && told("Ns 1\nillum 2") && told("Ns -5") && told("Ns 0\nillum 3"));
-    assert!(!told("Ns 50\nillum 2") && !told("illum 3") && !told("Ns 50\nillum 3"));
-    assert!(told("Ns 50\nillum 1") && told("Ns 50\nPr .5\nillum 2"));
+    assert!(
+        warnings_of("illum 2")
+            && warnings_of("Ns 1\nillum 2")
+            && warnings_of("Ns -5")
+            && warnings_of("Ns 0\nillum 3")
+    );
+    assert!(
+        !warnings_of("Ns 50\nillum 2") && !warnings_of("illum 3") && !warnings_of("Ns 50\nillum 3")
+    );
+    assert!(warnings_of("Ns 50\nillum 1") && warnings_of("Ns 50\nPr .5\nillum 2"));
 }
 
 /// assimp/assimp#4939: a face's `texnumber` beyond the pictures.

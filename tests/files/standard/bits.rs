@@ -52,17 +52,17 @@ impl Fingerprint {
 
 #[test]
 fn databases_are_the_same_bits_everywhere() {
-    let found = RECORDED.map(|(name, _)| (name, Fingerprint::of(&scene(name))));
-    assert_eq!(found, RECORDED);
+    let actual = RECORDED.map(|(name, _)| (name, Fingerprint::of(&scene(name))));
+    assert_eq!(actual, RECORDED);
 }
 
 #[test]
 fn tessellation_is_the_same_bits_everywhere() {
-    let found = ["balls:2", "tree:4"].map(|name| {
+    let actual = ["balls:2", "tree:4"].map(|name| {
         let spec = spec(name);
         let mut builder = MemoryBuilder::default();
         (spec.scene.generate)(spec.size, &mut Tessellate::new(5, &mut builder));
         Fingerprint::of(&builder.finish())
     });
-    assert_eq!(found, [0x4b29_326d_9715_861b, 0x8be7_4eda_9ab6_da20]);
+    assert_eq!(actual, [0x4b29_326d_9715_861b, 0x8be7_4eda_9ab6_da20]);
 }

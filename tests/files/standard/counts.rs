@@ -37,15 +37,15 @@ const OTHER_SIZES: [(&str, u64, u64, u64, u64); 11] = [
 
 fn check(table: &[(&str, u64, u64, u64, u64)]) {
     for &(name, spheres, cones, polygons, lights) in table {
-        let found = counts(spec(name));
+        let actual = counts(spec(name));
         let expected = ShapeCounts {
             spheres,
             cones,
             polygons,
             lights,
-            triangles: found.triangles,
+            triangles: actual.triangles,
         };
-        assert_eq!(found, expected, "{name}");
+        assert_eq!(actual, expected, "{name}");
     }
 }
 
@@ -80,9 +80,9 @@ fn tessellated_scenes_have_the_published_numbers_of_polygons() {
         let Spec { scene: entry, size } = spec(name);
         let mut builder = ShapeCounter::default();
         (entry.generate)(size, &mut Tessellate::new(4, &mut builder));
-        let found = builder.counts();
-        assert_eq!((found.polygons + unit / 2) / unit, published, "{name}");
-        assert_eq!((found.spheres, found.cones), (0, 0), "{name}");
+        let actual = builder.counts();
+        assert_eq!((actual.polygons + unit / 2) / unit, published, "{name}");
+        assert_eq!((actual.spheres, actual.cones), (0, 0), "{name}");
     }
 }
 

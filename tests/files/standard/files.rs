@@ -182,21 +182,21 @@ pub fn ply_triangles(bytes: &[u8]) -> (usize, Vec<Vec<[f32; 3]>>) {
     };
     let (vertices, faces) = (count("element vertex"), count("element face"));
     let stride = if header.contains("property float nx") { 24 } else { 12 };
-    let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let float = |offset: usize| f32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap());
     let vertex = |k: usize| [0, 4, 8].map(|part| float(end + k * stride + part));
-    let mut at = end + vertices * stride;
+    let mut offset = end + vertices * stride;
     let polygons = (0..faces).map(|_| {
-        let corners = usize::from(bytes[at]);
+        let corners = usize::from(bytes[offset]);
         let index = |k: usize| {
-            let at = at + 1 + k * 4;
-            u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize
+            let offset = offset + 1 + k * 4;
+            u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap()) as usize
         };
         let polygon = (0..corners).map(|k| vertex(index(k))).collect();
-        at += 1 + corners * 4;
+        offset += 1 + corners * 4;
         polygon
     });
     let polygons = polygons.collect();
-    assert_eq!(at, bytes.len(), "the file ends with its last face");
+    assert_eq!(offset, bytes.len(), "the file ends with its last face");
     (vertices, polygons)
 }
 
@@ -210,8 +210,8 @@ fn ply_holds_the_polygons() {
             for _ in 2..polygon.len() {
                 let corners = ours.triangles.corners(next);
                 for corner in corners {
-                    let found = polygon.iter().any(|p| glam::Vec3::from_array(*p) == corner);
-                    assert!(found, "{name}, triangle {next}");
+                    let is_corner = polygon.iter().any(|p| glam::Vec3::from_array(*p) == corner);
+                    assert!(is_corner, "{name}, triangle {next}");
                 }
                 next += 1;
             }

@@ -162,7 +162,7 @@ fn flat_faces_of_a_ply_with_normals_stand_upright() {
         .position(|w| w == b"end_header\n")
         .unwrap()
         + 11;
-    let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let float = |offset: usize| f32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap());
     let normal = |k: usize| [12, 16, 20].map(|part| float(end + k * 24 + part));
     for flat in 0..10 {
         assert_eq!(normal(flat), [0.0, 0.0, 1.0], "vertex {flat}");

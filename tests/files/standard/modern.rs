@@ -62,11 +62,11 @@ fn hash(scene: &Scene) -> u64 {
 fn scenes_are_the_same_everywhere() {
     let names: Vec<_> = modern().map(|e| e.name).collect();
     assert_eq!(names, HASHES.map(|(name, ..)| name));
-    let found = HASHES.map(|(name, ..)| {
+    let actual = HASHES.map(|(name, ..)| {
         let of_size = |size: &str| hash(&scene(&format!("{name}:{size}")));
         (name, of_size("8k"), of_size("200k"))
     });
-    assert!(found == HASHES, "{found:#x?}");
+    assert!(actual == HASHES, "{actual:#x?}");
 }
 
 #[test]

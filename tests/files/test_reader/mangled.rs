@@ -72,12 +72,12 @@ proptest! {
     #[test]
     fn arbitrary_bytes_never_panic(
         bytes in prop::collection::vec(any::<u8>(), 0..80),
-        at in any::<prop::sample::Index>(),
+        offset in any::<prop::sample::Index>(),
         amid in any::<bool>(),
     ) {
         let mut file = if amid { VALID.as_bytes().to_vec() } else { Vec::new() };
-        let at = at.index(file.len() + 1);
-        file.splice(at..at, bytes);
+        let offset = offset.index(file.len() + 1);
+        file.splice(offset..offset, bytes);
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("a.test");
         std::fs::write(&path, &file).unwrap();
