@@ -287,10 +287,27 @@ pub use phalanx_trace::bvh;
 #[cfg(feature = "render")]
 #[doc(inline)]
 pub use {
-    phalanx_files as files, phalanx_formats as formats, phalanx_image as image,
+    phalanx_files as files, phalanx_image as image,
     phalanx_io::{cache, open},
     phalanx_standard as standard,
 };
+
+/// Scene files: read, given the parts that they lack, and changed by the user's options.
+#[cfg(feature = "render")]
+pub mod formats {
+    #[doc(inline)]
+    pub use phalanx_formats::{
+        Diagnostic, LoadError, MAX_DIAGNOSTICS, Origin, ReadOptions, endings, foreign, is_bare_name,
+    };
+    #[doc(inline)]
+    pub use phalanx_io::load::{
+        Loaded, Options, load, load_as, load_bytes, read_bytes, read_nff, read_test,
+    };
+    #[doc(inline)]
+    pub use phalanx_look::{AddedLight, DefaultLights, Overrides, override_scene};
+    #[doc(inline)]
+    pub use phalanx_scene::{OrthoHeight, UpAxis};
+}
 
 // One frame by either tracer, and large ones band by band.
 #[cfg(feature = "render")]

@@ -1,13 +1,11 @@
 //! Diagnostics of a reader about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of
 //! a kind.
 
-use phalanx_files::{shown_text, steers};
+pub(super) use phalanx_files::quoted;
+use phalanx_files::{QUOTED_CHARS, quoted_up_to, steers};
 
 /// Number of errors after which a reader stops; equally many warnings are kept.
 pub const MAX_DIAGNOSTICS: usize = 20;
-
-/// Characters of the file that a message repeats: a line may be megabytes long.
-const QUOTED_CHARS: usize = 40;
 
 /// Characters of a file's name that a message repeats, more because their ends tell them apart.
 const FILE_NAME_CHARS: usize = 300;
@@ -62,6 +60,21 @@ pub struct Diagnostic {
     pub message: String,
     /// Advice on how to mend it, if there is any.
     pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error of a file as a whole, which may be text or binary.
+    pub fn of_file(is_text: bool, message: String, help: Option<&str>) -> Diagnostic {
+        let line = usize::from(is_text);
+        Diagnostic {
+            line,
+            column: line,
+            offset: 0,
+            length: 0,
+            message,
+            help: help.map(str::to_owned),
+        }
+    }
 }
 
 /// Collects diagnostics and finds the line and column of each.
@@ -145,6 +158,11 @@ impl<'a> DiagnosticSink<'a> {
             Some((.., names)) => names.push(name.to_owned()),
             None => self.left_out.push((reason, span, vec![name.to_owned()])),
         }
+    }
+
+    /// Returns true if the file is text.
+    pub(super) fn is_text(&self) -> bool {
+        self.text.is_some()
     }
 
     /// Returns true if there is no point in reading on.
@@ -246,22 +264,9 @@ fn without_control(name: &str) -> String {
     name.chars().map(shown).collect()
 }
 
-/// Text of the file in a form that a message may repeat: short, and without control characters for
-/// a terminal.
-pub(super) fn quoted(text: &str) -> String {
-    quoted_up_to(text, QUOTED_CHARS)
-}
-
 /// The name of a file, like [`quoted`] but whole unless it is very long.
 pub(super) fn quoted_file(name: &str) -> String {
     quoted_up_to(name, FILE_NAME_CHARS)
-}
-
-fn quoted_up_to(text: &str, most: usize) -> String {
-    let end = text.char_indices().nth(most).map(|(end, _)| end);
-    let shown = shown_text(&text[..end.unwrap_or(text.len())]);
-    let more = if end.is_some() { "…" } else { "" };
-    format!("`{shown}{more}`")
 }
 
 /// Like [`quoted`], for text that need not be UTF-8.

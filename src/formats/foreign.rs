@@ -50,8 +50,19 @@ pub fn refusal(bytes: &[u8]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Options, endings, load, read_bytes};
+    use crate::{LoadError, ReadOptions, ReadScene, SceneFile, endings};
     use std::fs;
+    use std::path::Path;
+
+    fn message(ending: &str, bytes: &[u8]) -> String {
+        let file = SceneFile::from_bytes(Path::new(""), ending, bytes).unwrap();
+        let mut faults = file.read_alone(&ReadOptions::default()).unwrap_err();
+        faults.swap_remove(0).message
+    }
+
+    fn load(path: &Path) -> Result<ReadScene, LoadError> {
+        SceneFile::open(path, None, 0)?.read(&ReadOptions::default())
+    }
 
     const POINTER: &[u8] = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n";
 
@@ -64,8 +75,7 @@ mod tests {
                 (b"PK\x03\x04\x14", "ZIP"),
                 (b"\n<!DOCTYPE HTML>\n", "web page"),
             ] {
-                let read = read_bytes(ending, bytes, &Options::default()).unwrap();
-                let message = read.unwrap_err()[0].message.clone();
+                let message = message(ending, bytes);
                 assert!(message.contains(words), "{ending}: {message}");
             }
         }
@@ -85,8 +95,7 @@ mod tests {
             (b"ply\r\nformat ascii 1.0\r\n", "ply", "end in .ply"),
         ] {
             for ending in endings() {
-                let read = read_bytes(ending, bytes, &Options::default()).unwrap();
-                let message = read.unwrap_err()[0].message.clone();
+                let message = message(ending, bytes);
                 let named = message.contains(words);
                 assert_eq!(named, !own.contains(ending), "{ending}: {message}");
             }
@@ -108,7 +117,7 @@ mod tests {
         for mtl in ["a.mtl", "b.mtl"] {
             let text = format!("mtllib {mtl}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
             let obj = file("a.obj", text.as_bytes());
-            let loaded = load(&obj, &Options::default()).unwrap();
+            let loaded = load(&obj).unwrap();
             let warning = loaded.warnings[0].message.clone();
             assert!(warning.contains("git lfs pull"), "{warning}");
         }
@@ -118,7 +127,7 @@ mod tests {
             "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
             "nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0}"#;
         let gltf = file("a.gltf", gltf.as_bytes());
-        let refused = load(&gltf, &Options::default()).unwrap_err().to_string();
+        let refused = load(&gltf).unwrap_err().to_string();
         assert!(refused.contains("git lfs pull"), "{refused}");
     }
 

@@ -9,20 +9,15 @@
 //! step, with `framing` for its camera, which shows the `visible_vertices`.
 
 mod bytes;
-mod camera_choice;
 mod chunk_remarks;
 mod command;
 mod decimal;
-mod defaults;
 mod diagnostics;
 mod faces;
 mod folder;
 pub mod foreign;
-mod framing;
 mod gltf;
 mod large_polygon;
-mod load;
-mod loaded;
 mod memory;
 mod mesh;
 mod mesh_chunk;
@@ -38,7 +33,9 @@ mod picture;
 mod ply;
 #[doc(hidden)]
 pub mod polygon;
+mod read_scene;
 mod relief;
+mod scene_file;
 mod stl;
 mod table;
 mod test_scene;
@@ -46,16 +43,13 @@ mod text;
 mod texture;
 mod utf16;
 mod vertex_colors;
-mod visible_vertices;
 mod workers;
 
-pub use defaults::{DefaultLights, override_scene};
 pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
-pub use load::{endings, load, load_as, load_bytes, read_bytes, read_nff, read_test};
-pub use loaded::{LoadError, Loaded};
-pub use options::{AddedLight, Options};
+pub use options::ReadOptions;
 pub use origin::Origin;
 #[doc(hidden)]
 pub use origin::note as origin_note;
-pub use phalanx_scene::{OrthoHeight, UpAxis};
+pub use read_scene::{LoadError, ReadScene};
+pub use scene_file::{SceneFile, endings};
 pub use test_scene::is_bare_name;

@@ -1,13 +1,12 @@
 //! Shared steps of the readers of meshes: vertices that are not finite, triangles, and the scene.
 
 use super::chunk_remarks::{ChunkRemarks, WarningTally, counted};
-use super::defaults::{MissingParts, finish_scene};
 use super::diagnostics::{DiagnosticSink, Span};
 use super::faces::{Faces, NONE, NORMAL, UV, VERTEX};
-use super::loaded::Loaded;
 use super::mesh_defaults::{GREY, WHITE, empty_scene};
-use super::options::Options;
+use super::options::ReadOptions;
 use super::origin::{self, ReadStop};
+use super::read_scene::{self, ReadScene};
 use super::vertex_colors::MeshColors;
 use super::workers;
 use phalanx_scene::{
@@ -215,7 +214,7 @@ fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
 }
 
 /// A scene of a mesh alone, whose row 0 is the material of triangles for which the file names none.
-pub(super) fn bare_scene(options: &Options, table: &mut MaterialTable) -> Scene {
+pub(super) fn bare_scene(options: &ReadOptions, table: &mut MaterialTable) -> Scene {
     scene_with(options.material.unwrap_or(GREY), table)
 }
 
@@ -223,7 +222,7 @@ pub(super) fn bare_scene(options: &Options, table: &mut MaterialTable) -> Scene 
 /// them is white.
 pub(super) fn scene_for(
     colors: &MeshColors,
-    options: &Options,
+    options: &ReadOptions,
     table: &mut MaterialTable,
 ) -> Scene {
     if colors.rgb.is_empty() {
@@ -239,14 +238,13 @@ fn scene_with(material: Material, table: &mut MaterialTable) -> Scene {
     scene
 }
 
-/// Puts a mesh into its scene, adds what is missing, and checks the whole scene.
+/// Puts a mesh into its scene, and ends the reading.
 pub(super) fn finish(
     mut scene: Scene,
     mut joined: MergedMesh,
-    missing: &MissingParts,
-    options: &Options,
+    options: &ReadOptions,
     mut report: DiagnosticSink,
-) -> Result<Loaded, ReadStop> {
+) -> Result<ReadScene, ReadStop> {
     if let Some(origin) = options.origin.offset() {
         let (vertices, corners) = (&mut joined.vertices, &joined.faces[VERTEX]);
         origin::move_exactly(vertices, corners, joined.single, origin)?;
@@ -275,5 +273,8 @@ pub(super) fn finish(
             ..Mesh::default()
         });
     }
-    finish_scene(scene, missing, options, report)
+    Ok(ReadScene {
+        up_is_assumed: true,
+        ..read_scene::finish(scene, options, report)?
+    })
 }

@@ -1,8 +1,7 @@
-//! Defaults for the picture of a bare mesh.
+//! What a mesh has where its file says nothing: materials, and the size and tone of its picture.
 
-use super::defaults::MissingParts;
 use glam::Vec3;
-use phalanx_scene::{Material, OutputEncoding, Scene, UpAxis};
+use phalanx_scene::{DefaultedParts, Material, OutputEncoding, Scene};
 
 /// The material of a mesh that names none: a warm light grey, matt.
 pub(super) const GREY: Material = Material {
@@ -24,16 +23,8 @@ pub(super) const WHITE: Material = Material {
     ..GREY
 };
 
-/// Parts that formats with only triangles do not have.
-pub(super) const BARE: MissingParts = MissingParts {
-    view: true,
-    lights: true,
-    background: true,
-    up: UpAxis::Y,
-    up_unsaid: true,
-};
-
 /// An empty scene for a mesh, with only the picture's size and tone, and with smooth shadows.
+/// Formats with only triangles give none of the other parts.
 pub(super) fn empty_scene() -> Scene {
     Scene {
         width: 1280,
@@ -41,6 +32,12 @@ pub(super) fn empty_scene() -> Scene {
         max_depth: 5,
         smooth_shadows: true,
         encoding: OutputEncoding::SRGB,
+        defaulted: DefaultedParts {
+            view: true,
+            light: true,
+            sky: true,
+            ..DefaultedParts::default()
+        },
         ..Scene::default()
     }
 }

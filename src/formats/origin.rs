@@ -72,8 +72,6 @@ pub(super) enum ReadStop {
     Far(DVec3),
     /// Coordinates are single precision, and the move would change them.
     Inexact,
-    /// The file is a scene, but cannot be traced with the options, for this reason.
-    Options(String),
 }
 
 impl ReadStop {
@@ -82,12 +80,11 @@ impl ReadStop {
         ReadStop::Wrong(report.into_errors())
     }
 
-    /// The errors, for a caller without options: one of them is told as an error of the file.
+    /// The errors, in tests of files that are read once.
+    #[cfg(test)]
     pub(super) fn diagnostics(self) -> Vec<Diagnostic> {
         match self {
             ReadStop::Wrong(diagnostics) => diagnostics,
-            ReadStop::Options(reason) => DiagnosticSink::binary().refuse(Span::START, reason),
-            // The file is read again from another origin.
             ReadStop::Far(_) | ReadStop::Inexact => Vec::new(),
         }
     }
@@ -213,6 +210,10 @@ pub(super) fn is_exact(c: f32, origin: f64) -> bool {
     let moved = (f64::from(c) - origin) as f32;
     f64::from(moved) + origin == f64::from(c)
 }
+
+/// Note for the user about a scene far away that was not moved.
+pub(super) const KEPT_NOTE: &str = "the scene keeps the origin of its file: its coordinates are single precision, and moving \
+     them would round them";
 
 /// Note for the user about a scene that was moved.
 pub fn note(scene: &Scene) -> Option<String> {

@@ -1,7 +1,9 @@
 //! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already.
 
 use crate::cache::{self, CacheError, Cached};
-use phalanx_formats::{Diagnostic, LoadError, Loaded, Options, Origin};
+use crate::load::{self, Loaded, Options};
+use phalanx_formats::{Diagnostic, LoadError, Origin};
+use phalanx_look::override_scene;
 use phalanx_scene::{Scene, SceneError};
 use phalanx_standard::StandardError;
 use phalanx_trace::bvh::Bvh;
@@ -83,7 +85,7 @@ pub fn stem(name: &Path) -> Option<&OsStr> {
 /// # Errors
 /// [`OpenError`].
 pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
-    Ok(phalanx_formats::load_as(path, ending, options)?.into())
+    Ok(load::load_as(path, ending, options)?.into())
 }
 
 /// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
@@ -97,7 +99,7 @@ pub fn open_bytes(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    Ok(phalanx_formats::load_bytes(name, ending, bytes, options)?.into())
+    Ok(load::load_bytes(name, ending, bytes, options)?.into())
 }
 
 /// Opens a scene file, a scene cache, or a standard scene.
@@ -106,11 +108,12 @@ pub fn open_bytes(
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     if let Some(name) = standard_name(path) {
-        let scene = phalanx_standard::scene(phalanx_standard::parse_spec(name)?, options.threads)?;
+        let scene =
+            phalanx_standard::scene(phalanx_standard::parse_spec(name)?, options.read.threads)?;
         return amended(scene, None, 0, options);
     }
     if !is_cache(path) {
-        return Ok(phalanx_formats::load(path, options)?.into());
+        return Ok(load::load(path, options)?.into());
     }
     let Cached {
         scene,
@@ -127,20 +130,21 @@ fn amended(
     mapped_bytes: u64,
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    let mut notes = match phalanx_formats::override_scene(&mut scene, options) {
+    let Options { read, look } = options;
+    let mut notes = match override_scene(&mut scene, look, read.threads) {
         Err(SceneError::TooFar(_)) => {
             // As in a reader; the tree has the old scale.
             scene.rescale_to_f32_range();
             bvh = None;
-            phalanx_formats::override_scene(&mut scene, options)?
+            override_scene(&mut scene, look, read.threads)?
         }
         done => done?,
     };
     notes.extend(phalanx_formats::origin_note(&scene));
-    if options.origin != Origin::Auto {
+    if read.origin != Origin::Auto {
         notes.push("--origin has no effect on a scene cache".to_owned());
     }
-    if options.material.is_some() {
+    if read.material.is_some() {
         notes.push("--material has no effect on a scene cache".to_owned());
     }
     Ok(Opened {

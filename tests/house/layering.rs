@@ -8,7 +8,7 @@ use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, the crates that each may depend on, and the reason for the limit.
-const CRATES: [(&str, &[&str], &str); 12] = [
+const CRATES: [(&str, &[&str], &str); 13] = [
     ("scene", &[], "what is traced does not depend on how"),
     (
         "trace",
@@ -27,6 +27,11 @@ const CRATES: [(&str, &[&str], &str); 12] = [
         "writes films by the scene's tone",
     ),
     (
+        "look",
+        &["scene", "files"],
+        "what a scene lacks and a command changes, whatever the scene came from",
+    ),
+    (
         "formats",
         &["scene", "files", "image"],
         "bytes become a scene, no more",
@@ -38,7 +43,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "io",
-        &["scene", "trace", "files", "formats", "standard"],
+        &["scene", "trace", "files", "look", "formats", "standard"],
         "opens scenes and trees, and knows no renderer",
     ),
     (
@@ -48,7 +53,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "jobs",
-        &["scene", "render", "image", "files", "formats", "io"],
+        &["scene", "render", "image", "files", "look", "formats", "io"],
         "keeps what frames are made of; how a tile is painted is not its business",
     ),
     (

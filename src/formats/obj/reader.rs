@@ -5,14 +5,13 @@ use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::faces::{self, NORMAL, VERTEX};
 use crate::folder::Folder;
-use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh::{self, NotFinite, PolygonMesh};
 use crate::mesh_chunk;
-use crate::mesh_defaults::BARE;
 use crate::named_runs::{self, NAME_BYTES};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
+use crate::read_scene::ReadScene;
 use crate::text::HEAD_BYTES;
 use crate::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
 use crate::workers;
@@ -28,8 +27,8 @@ const CHUNK_BYTES: usize = 1 << 18;
 pub(crate) fn read(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
-) -> Result<Loaded, ReadStop> {
+    options: &ReadOptions,
+) -> Result<ReadScene, ReadStop> {
     let read = read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES);
     match (read, first_nul(bytes)) {
         // One error instead of many about lines that are none.
@@ -52,9 +51,9 @@ fn first_nul(bytes: &[u8]) -> Option<usize> {
 fn read_in_chunks(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
+    options: &ReadOptions,
     chunk_bytes: usize,
-) -> Result<Loaded, ReadStop> {
+) -> Result<ReadScene, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let mut report = DiagnosticSink::new(bytes);
     if bytes.trim_ascii().is_empty() {
@@ -113,7 +112,7 @@ fn read_in_chunks(
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
     }
-    let mut loaded = mesh::finish(scene, joined, &BARE, options, report)?;
+    let mut loaded = mesh::finish(scene, joined, options, report)?;
     loaded.notes.extend(notes);
     Ok(loaded)
 }

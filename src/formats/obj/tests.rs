@@ -61,9 +61,9 @@ fn neither_threads_nor_chunks_change_the_scene() {
     let (_scratch, folder) = folder_with(&[("a.mtl", mtl)]);
     let text = everything();
     let read = |threads, chunk_bytes| {
-        let options = Options {
+        let options = ReadOptions {
             threads,
-            ..Options::default()
+            ..ReadOptions::default()
         };
         let loaded = read_in_chunks(text.as_bytes(), &folder, &options, chunk_bytes).unwrap();
         (digest(&loaded.scene), loaded.warnings)
@@ -90,9 +90,9 @@ fn errors_come_in_file_order_from_every_piece() {
         text += &format!("f 1 2 {}\nv 1 x 0\nf -{} 1 2\n", k * 1000, 3 + k * 500);
     }
     let read = |chunk_bytes| {
-        let options = Options {
+        let options = ReadOptions {
             threads: 3,
-            ..Options::default()
+            ..ReadOptions::default()
         };
         read_in_chunks(text.as_bytes(), &Folder::none(), &options, chunk_bytes)
             .unwrap_err()
@@ -123,7 +123,7 @@ fn a_material_file_is_read_once_by_whatever_names() {
     let text =
         "mtllib a.mtl\nmtllib ./a.mtl\nmtllib .//a.mtl a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let text = format!("{text}usemtl m\nf 1 2 3\n");
-    let loaded = read(text.as_bytes(), &folder, &Options::default()).unwrap();
+    let loaded = read(text.as_bytes(), &folder, &ReadOptions::default()).unwrap();
     let said = loaded.warnings;
     assert_eq!(said.len(), 1, "its fault is told once: {said:?}");
 }
@@ -134,7 +134,7 @@ fn names_of_materials_are_bytes() {
     let mtl = b"newmtl \xe4\nKd 1 0 0\nnewmtl \xf6\nKd 0 1 0\n";
     std::fs::write(scratch.path().join("a.mtl"), mtl).unwrap();
     let text = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl \xf6\nf 1 2 3\n";
-    let scene = read(text, &folder, &Options::default()).unwrap().scene;
+    let scene = read(text, &folder, &ReadOptions::default()).unwrap().scene;
     let row = scene.triangles.material[0] as usize;
     assert_eq!(scene.materials.kd.get(row), glam::Vec3::Y);
 }

@@ -5,7 +5,7 @@ use super::uvs::NO_PICTURE;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
 use crate::mesh_defaults::{WHITE, empty_scene};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::texture::{TextureLibrary, TextureSampler};
 use phalanx_scene::{Material, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
 
@@ -78,7 +78,7 @@ impl NamedPictures {
     pub(super) fn into_scene(
         self,
         numbers: &[u32],
-        options: &Options,
+        options: &ReadOptions,
         span: Span,
         report: &mut DiagnosticSink,
     ) -> (Scene, MeshMaterial) {

@@ -1,10 +1,10 @@
 use super::*;
 use std::fmt::Write;
 
-fn options(threads: usize) -> Options {
-    Options {
+fn options(threads: usize) -> ReadOptions {
+    ReadOptions {
         threads,
-        ..Options::default()
+        ..ReadOptions::default()
     }
 }
 

@@ -25,9 +25,9 @@ fn neither_threads_nor_chunks_change_the_scene() {
     }
     text += "endsolid of many\nsolid another facet\nendsolid";
     let read = |threads, chunk_bytes| {
-        let options = Options {
+        let options = ReadOptions {
             threads,
-            ..Options::default()
+            ..ReadOptions::default()
         };
         let loaded = read_in_chunks(
             text.as_bytes(),
@@ -90,7 +90,7 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
         read_in_chunks(
             text.as_bytes(),
             &MemoryLedger::of(None),
-            &Options::default(),
+            &ReadOptions::default(),
             chunk_bytes,
         )
     };

@@ -1,7 +1,7 @@
 //! Names of nodes, meshes, materials and cameras, and the choice among cameras.
 
 use super::{File, messages};
-use phalanx::formats::{Loaded, Options, read_bytes};
+use phalanx::formats::{Loaded, Options, Overrides, override_scene, read_bytes};
 use phalanx::scene::{Scene, SceneError, object_names};
 use serde_json::{Value, json};
 
@@ -114,7 +114,10 @@ fn cameras(names: &[(&str, f64)]) -> File {
 
 fn read(file: &File, camera: Option<&str>) -> Result<Loaded, Vec<String>> {
     let options = Options {
-        camera: camera.map(str::to_owned),
+        look: Overrides {
+            camera: camera.map(str::to_owned),
+            ..Overrides::default()
+        },
         ..Options::default()
     };
     let read = read_bytes("gltf", file.text().as_bytes(), &options).unwrap();
@@ -193,12 +196,15 @@ fn a_finished_scene_takes_another_camera() {
         let fresh = read(&file, Some(asked)).unwrap().scene;
         for built_with in [None, Some("B"), Some("C")] {
             let mut scene = read(&file, built_with).unwrap().scene;
-            let options = Options {
-                camera: Some(asked.to_owned()),
+            let wide = Overrides {
                 size: Some((300, 100)),
-                ..Options::default()
+                ..Overrides::default()
             };
-            let taken = phalanx::formats::override_scene(&mut scene, &options);
+            let overrides = Overrides {
+                camera: Some(asked.to_owned()),
+                ..wide.clone()
+            };
+            let taken = override_scene(&mut scene, &overrides, 0);
             if matches!(taken, Err(SceneError::TooFar(_))) {
                 assert!(asked == "C" && built_with != Some("C"));
                 continue;
@@ -207,12 +213,8 @@ fn a_finished_scene_takes_another_camera() {
                 (scene.width, scene.used_camera()),
                 (fresh.width, fresh.used_camera())
             );
-            let options = Options {
-                size: Some((300, 100)),
-                ..Options::default()
-            };
             let mut want = fresh.clone();
-            phalanx::formats::override_scene(&mut want, &options).unwrap();
+            override_scene(&mut want, &wide, 0).unwrap();
             if scene.scale == want.scale {
                 assert_eq!(scene.view, want.view, "{asked} {built_with:?}");
             }

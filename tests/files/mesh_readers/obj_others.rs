@@ -2,7 +2,7 @@
 
 use super::{FLAT, messages, triangles};
 use glam::{Vec2, Vec3};
-use phalanx::formats::{Loaded, Options, load};
+use phalanx::formats::{Loaded, Options, ReadOptions, load};
 use phalanx::scene::{MapTarget, Material, NO_TEXTURE, Scene};
 use std::path::Path;
 
@@ -367,7 +367,10 @@ fn pictures_are_found_from_their_material_file() {
         assert!(said[0].contains("--allow-path"), "{said:?}");
     }
     let opened = Options {
-        allow_paths: vec![outer.path().join("textures")],
+        read: ReadOptions {
+            allow_paths: vec![outer.path().join("textures")],
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     assert_eq!(

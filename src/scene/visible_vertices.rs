@@ -2,14 +2,13 @@
 //! mesh has six times as many corners as vertices, but a file may have vertices that no triangle
 //! uses, and those do not count.
 
-use super::workers;
+use super::{Bounds, PrimKind, Scene, thread_count, workers};
 use glam::Vec3;
-use phalanx_scene::{Bounds, PrimKind, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Vertices that visible triangles use, one bit each.
-pub(super) struct VisibleVertices {
+pub struct VisibleVertices {
     words: Vec<u64>,
     threads: usize,
 }
@@ -25,8 +24,8 @@ const BITS: usize = u64::BITS as usize;
 impl VisibleVertices {
     /// The vertices of the scene's triangles that are not only in instances, found by this many
     /// threads; 0 is one per CPU.
-    pub(super) fn of(scene: &Scene, threads: usize) -> VisibleVertices {
-        let threads = workers::thread_count(threads);
+    pub fn of(scene: &Scene, threads: usize) -> VisibleVertices {
+        let threads = thread_count(threads);
         let count = scene.triangles.vertices.len().div_ceil(BITS);
         let words: Vec<AtomicU64> = (0..count).map(|_| AtomicU64::new(0)).collect();
         let runs = match scene.triangles.len() {
@@ -42,7 +41,7 @@ impl VisibleVertices {
 
     /// Bounds of everything visible. A scene of nothing but triangles may have millions, so several
     /// threads compute them.
-    pub(super) fn bounds(&self, scene: &Scene) -> Bounds {
+    pub fn bounds(&self, scene: &Scene) -> Bounds {
         let t = &scene.triangles;
         if t.len() != scene.prim_count() || !scene.meshes.is_empty() {
             return scene.bounds();
@@ -67,20 +66,20 @@ impl VisibleVertices {
 
     /// Calls `work` with each block of vertices, on several threads. The results are in the
     /// vertices' order.
-    pub(super) fn map<R: Send>(&self, work: impl Fn(VertexBlock) -> R + Sync) -> Vec<R> {
+    pub fn map<R: Send>(&self, work: impl Fn(VertexBlock) -> R + Sync) -> Vec<R> {
         let blocks = (0..).step_by(WORDS).zip(self.words.chunks(WORDS));
         let blocks = blocks.map(|(first, words)| VertexBlock { first, words });
         workers::map(self.threads, blocks.collect(), work)
     }
 
     /// Number of threads to use.
-    pub(super) fn threads(&self) -> usize {
+    pub fn threads(&self) -> usize {
         self.threads
     }
 }
 
 /// Some of the visible vertices.
-pub(super) struct VertexBlock<'v> {
+pub struct VertexBlock<'v> {
     /// Index of the first word.
     first: usize,
     words: &'v [u64],
@@ -89,7 +88,7 @@ pub(super) struct VertexBlock<'v> {
 impl VertexBlock<'_> {
     /// Calls `work` with the index of each vertex.
     #[inline]
-    pub(super) fn for_each(&self, mut work: impl FnMut(usize)) {
+    pub fn for_each(&self, mut work: impl FnMut(usize)) {
         for (word, &bits) in (self.first..).zip(self.words) {
             let first = word * BITS;
             if bits == u64::MAX {
@@ -108,7 +107,7 @@ impl VertexBlock<'_> {
 }
 
 /// Primitives in the world, in blocks for threads.
-pub(super) fn blocks_of_prims(scene: &Scene) -> Vec<Range<u32>> {
+pub fn blocks_of_prims(scene: &Scene) -> Vec<Range<u32>> {
     let cut = |run: Range<u32>| {
         let firsts = run.clone().step_by(PRIMS as usize);
         firsts.map(move |first| first..run.end.min(first.saturating_add(PRIMS)))

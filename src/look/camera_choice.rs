@@ -1,24 +1,24 @@
 //! The choice among the cameras of a file.
 
-use super::diagnostics::quoted;
-use super::options::Options;
+use super::overrides::Overrides;
+use phalanx_files::quoted;
 use phalanx_scene::{Scene, SceneError};
 
 /// Most cameras that a message lists.
 const MAX_LISTED: usize = 12;
 
-/// Takes the view of the camera that the options name: the first of that name, or else the one of
+/// Takes the view of the camera that the overrides name: the first of that name, or else the one of
 /// that number, from 0.
 ///
 /// # Errors
 /// [`SceneError::NoCamera`].
-pub(super) fn choose(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
-    let Some(asked) = &options.camera else {
+pub(super) fn choose(scene: &mut Scene, overrides: &Overrides) -> Result<(), SceneError> {
+    let Some(label) = &overrides.camera else {
         return Ok(());
     };
-    let named = |name: u32| scene.names.get(name) == Some(asked.trim());
+    let named = |name: u32| scene.names.get(name) == Some(label.trim());
     let by_name = scene.cameras.iter().find(|camera| named(camera.name));
-    let number: Option<usize> = asked.trim().parse().ok();
+    let number: Option<usize> = label.trim().parse().ok();
     let by_number = number.and_then(|number| scene.cameras.get(number));
     let chosen = by_name.or(by_number).copied().ok_or_else(|| {
         let known = if scene.cameras.is_empty() {
@@ -27,7 +27,7 @@ pub(super) fn choose(scene: &mut Scene, options: &Options) -> Result<(), SceneEr
             format!("the cameras are {}", listed(scene, |_| true))
         };
         SceneError::NoCamera {
-            asked: quoted(asked),
+            asked: quoted(label),
             known,
         }
     })?;
@@ -35,10 +35,10 @@ pub(super) fn choose(scene: &mut Scene, options: &Options) -> Result<(), SceneEr
     Ok(())
 }
 
-/// A note on the camera that is used, if there are several and the options name none.
-pub(super) fn note(scene: &Scene, options: &Options) -> Option<String> {
+/// A note on the camera that is used, if there are several and the overrides name none.
+pub(super) fn note(scene: &Scene, overrides: &Overrides) -> Option<String> {
     let used = scene.used_camera()?;
-    if options.camera.is_some() || options.view.is_some() || scene.cameras.len() < 2 {
+    if overrides.camera.is_some() || overrides.view.is_some() || scene.cameras.len() < 2 {
         return None;
     }
     let (count, others) = (scene.cameras.len(), listed(scene, |row| row != used));

@@ -13,10 +13,10 @@
 //! A turntable sees each point on a circle about the axis through the middle of the scene. The
 //! largest n · p on it replaces that of the point.
 
-use super::visible_vertices::{VisibleVertices, blocks_of_prims};
-use super::workers;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, PrimKind, Scene, UpAxis, View};
+use phalanx_scene::{
+    Bounds, PrimKind, Scene, UpAxis, View, VisibleVertices, blocks_of_prims, workers,
+};
 
 /// The picture that a camera is made up for.
 #[derive(Clone, Copy, Debug)]

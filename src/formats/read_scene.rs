@@ -1,22 +1,58 @@
 //! The outcome of a reader: a scene, or the reason why there is none.
 
-use super::diagnostics::Diagnostic;
+use super::diagnostics::{Diagnostic, DiagnosticSink};
+use super::options::ReadOptions;
+use super::origin::{self, Origin, ReadStop};
 use phalanx_files::shown_path;
 use phalanx_scene::Scene;
 use std::path::PathBuf;
 
-/// A scene and the remarks of its reader.
+/// A scene as its file gives it, and the remarks of its reader.
 #[derive(Debug)]
-pub struct Loaded {
-    /// The scene, validated and range-fitted.
+pub struct ReadScene {
+    /// The scene. [`Scene::defaulted`] names the parts that the file does not give. Not validated.
     pub scene: Scene,
+    /// True if the format does not say which axis points up.
+    pub up_is_assumed: bool,
+    /// True if the file is text.
+    pub is_text: bool,
     /// Files that were found next to the scene's (materials, textures, buffers), each by its real
-    /// path. A caller that writes a picture must not replace them.
+    /// path.
     pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
-    /// Remarks on what was added because the file has none, such as a camera.
+    /// A remark on the origin of a scene that is far away.
+    pub origin_note: Option<String>,
+    /// Remarks on parts of the file that are not shown, and on options that have no effect.
     pub notes: Vec<String>,
+}
+
+/// The last step of every reader: the scene, unless something is wrong or it is far away.
+pub(super) fn finish(
+    mut scene: Scene,
+    options: &ReadOptions,
+    report: DiagnosticSink,
+) -> Result<ReadScene, ReadStop> {
+    // Done even if something is wrong: rounding alone may put a camera on the point it looks at.
+    if options.origin == Origin::Auto
+        && scene.meshes.is_empty()
+        && let Some(far) = origin::of_scene(&scene)
+    {
+        return Err(ReadStop::Far(far));
+    }
+    let is_text = report.is_text();
+    let warnings = report.finish()?;
+    scene.origin = options.origin.position().into();
+    scene.add_missing_tangents();
+    Ok(ReadScene {
+        scene,
+        up_is_assumed: false,
+        is_text,
+        files: Vec::new(),
+        warnings,
+        origin_note: None,
+        notes: Vec::new(),
+    })
 }
 
 /// The reason why a file gave no scene.
@@ -43,7 +79,7 @@ pub enum LoadError {
         diagnostics: Vec<Diagnostic>,
     },
     /// Files named by the scene, or the data of the scene, would take more than
-    /// [`Options::max_memory`](super::Options::max_memory).
+    /// [`ReadOptions::max_memory`].
     #[error(
         "{}: about {needed} bytes would be needed {what}, and {allowed} are allowed",
         shown_path(path)
