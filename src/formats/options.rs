@@ -1,6 +1,6 @@
 //! The options for reading a scene file.
 
-use super::origin::Origin;
+use crate::origin::Origin;
 use phalanx_scene::Material;
 use std::path::PathBuf;
 

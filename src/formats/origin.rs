@@ -17,8 +17,8 @@
 //! difference is exact (Sterbenz). Axes that are not moved stay exact, too. Scenes with a ground
 //! that reaches to the origin have a large h, and are not moved.
 
-use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
-use super::memory::OverLimit;
+use crate::diagnostics::{Diagnostic, DiagnosticSink, Span};
+use crate::memory::OverLimit;
 use glam::DVec3;
 use phalanx_scene::{Bounds, Scene, Vec3s};
 

@@ -1,8 +1,8 @@
 //! The outcome of a reader: a scene, or the reason why there is none.
 
-use super::diagnostics::{Diagnostic, DiagnosticSink};
-use super::options::ReadOptions;
-use super::origin::{self, Origin, ReadStop};
+use crate::diagnostics::{Diagnostic, DiagnosticSink};
+use crate::options::ReadOptions;
+use crate::origin::{self, Origin, ReadStop};
 use phalanx_files::shown_path;
 use phalanx_scene::Scene;
 use std::path::PathBuf;

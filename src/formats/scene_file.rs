@@ -1,14 +1,15 @@
 //! A scene file in memory, and its reading by the table of formats.
 
-use super::bytes;
-use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
-use super::folder::Folder;
-use super::memory::MemoryLedger;
-use super::options::ReadOptions;
-use super::origin::{self, Origin, ReadStop};
-use super::read_scene::{LoadError, ReadScene};
-use super::table::{FORMATS, SceneFormat, find};
-use super::{foreign, utf16};
+use crate::diagnostics::{Diagnostic, DiagnosticSink, Span};
+use crate::folder::Folder;
+use crate::folder::foreign;
+use crate::memory::MemoryLedger;
+use crate::options::ReadOptions;
+use crate::origin::{self, Origin, ReadStop};
+use crate::read_scene::{LoadError, ReadScene};
+use crate::table::{FORMATS, SceneFormat, find};
+use crate::text::bytes;
+use crate::text::utf16;
 use phalanx_scene::Scene;
 use std::borrow::Cow;
 use std::ffi::OsStr;

@@ -1,10 +1,10 @@
 //! The table of scene formats.
 
-use super::folder::Folder;
-use super::options::ReadOptions;
-use super::origin::ReadStop;
-use super::read_scene::ReadScene;
-use super::{gltf, nff, obj, ply, stl, test_scene, text};
+use crate::folder::Folder;
+use crate::options::ReadOptions;
+use crate::origin::ReadStop;
+use crate::read_scene::ReadScene;
+use crate::{gltf, nff, obj, ply, stl, test_scene, text};
 use std::ffi::OsStr;
 
 /// Reads the bytes of a file; other files that it names are looked for in the folder.

@@ -69,7 +69,7 @@ const CRATES: [(&str, &[&str], &str); 13] = [
 ];
 
 /// Modules within a crate, and the modules that each may import.
-const ROOMS: [(&str, &[&str], &str); 13] = [
+const ROOMS: [(&str, &[&str], &str); 18] = [
     (
         "scene/sampling",
         &["fork_safe_once"],
@@ -101,6 +101,38 @@ const ROOMS: [(&str, &[&str], &str); 13] = [
         "trace/cast",
         &["simd", "packet", "bvh", "traverse"],
         "what embedders call: columns to packets and back, and no kernels of its own",
+    ),
+    (
+        "formats/diagnostics",
+        &[],
+        "places in a file, whatever it holds",
+    ),
+    (
+        "formats/text",
+        &["diagnostics", "memory"],
+        "bytes to words and numbers, whatever they mean",
+    ),
+    (
+        "formats/folder",
+        &["diagnostics", "memory"],
+        "files that a scene names, whatever they hold",
+    ),
+    (
+        "formats/texture",
+        &["diagnostics", "folder"],
+        "pictures of any format's materials",
+    ),
+    (
+        "formats/mesh",
+        &[
+            "diagnostics",
+            "text",
+            "memory",
+            "options",
+            "origin",
+            "read_scene",
+        ],
+        "faces of any format",
     ),
     (
         "io/cache",
@@ -193,7 +225,7 @@ const OWNERS: [(&str, &[&str], &str); 20] = [
     ),
     (
         "image",
-        &["image/", "formats/picture/others.rs"],
+        &["image/", "formats/texture/picture/others.rs"],
         "encoders can be exchanged in one room, and decoders of textures in one file",
     ),
     (
@@ -208,19 +240,19 @@ const OWNERS: [(&str, &[&str], &str); 20] = [
             "image/lib.rs",
             "image/read/",
             "image/decoders/",
-            "formats/picture/",
-            "formats/texture.rs",
+            "formats/texture/picture/",
+            "formats/texture/tests.rs",
         ],
         "pictures are written row by row in one file, read so in another, and textures in a third; one opens the files of both",
     ),
     (
         "signal_hook",
-        &["cli/output/interrupt.rs"],
+        &["cli/output/sinks/interrupt.rs"],
         "signals come in at one place",
     ),
     (
         "jpeg_decoder",
-        &["image/decoders/jpeg.rs", "formats/picture/jpeg.rs"],
+        &["image/decoders/jpeg.rs", "formats/texture/picture/jpeg.rs"],
         "one decoder, without SIMD, gives every build the same texels and samples",
     ),
     (

@@ -7,7 +7,7 @@ use super::source::{GltfSource, file_name, parse_data_uri};
 use super::unsupported::UnsupportedParts;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
-use crate::mesh_defaults::{GREY, WHITE};
+use crate::mesh::defaults::{GREY, WHITE};
 use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
 use crate::options::ReadOptions;
 use crate::texture::{Embedded, TextureLibrary, TextureSampler};

@@ -2,9 +2,9 @@
 
 use super::lexer::is_numeric;
 use super::reader::NffReader;
-use crate::command::{CommandRow, TextToken, command};
 use crate::diagnostics::{Span, quoted};
-use crate::number::{coordinate, number};
+use crate::text::command::{CommandRow, TextToken, command};
+use crate::text::number::{coordinate, number};
 use glam::{DVec3, Vec3};
 
 /// A kind of record.

@@ -2,13 +2,12 @@
 
 use super::colors::ChunkColors;
 use super::cursor::{Cursor, KEYWORD_BYTES};
-use crate::chunk_remarks::{ChunkRemarks, ParseError, WarningTally};
-use crate::decimal;
-use crate::diagnostics::Span;
-use crate::faces::FaceCorner;
+use crate::diagnostics::{ChunkRemarks, ParseError, Span, WarningTally};
 use crate::memory::LedgerShare;
-use crate::mesh_chunk::{MeshChunk, push};
-use crate::named_runs::change;
+use crate::mesh::chunk::{MeshChunk, push};
+use crate::mesh::faces::FaceCorner;
+use crate::mesh::named_runs::change;
+use crate::text::decimal;
 use crate::text::mark_length;
 use glam::DVec3;
 

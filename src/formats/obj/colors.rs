@@ -1,8 +1,8 @@
 //! Colours of vertices, from all chunks.
 
 use crate::mesh;
-use crate::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
-use crate::workers;
+use crate::mesh::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
+use crate::text::workers;
 use phalanx_scene::Vec3s;
 
 /// Colours of a chunk's vertices, as they are in the file. A chunk without any takes no memory.

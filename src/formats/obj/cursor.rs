@@ -1,9 +1,8 @@
 //! A position in the text of an OBJ or MTL file, with methods for blanks, line ends, continued
 //! lines, words and numbers.
 
-use crate::chunk_remarks::ParseError;
-use crate::decimal;
-use crate::diagnostics::{Span, quoted_bytes};
+use crate::diagnostics::{ParseError, Span, quoted_bytes};
+use crate::text::decimal;
 
 /// Walks over a chunk of a text. Offsets are those of the whole file.
 #[derive(Clone, Copy)]

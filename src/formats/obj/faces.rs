@@ -1,12 +1,11 @@
 //! Faces of an OBJ file: corners with the numbers of their vertices, UVs and normals.
 
 use super::chunk::ObjReader;
-use crate::chunk_remarks::ParseError;
-use crate::decimal;
-use crate::diagnostics::Span;
-use crate::faces::{
+use crate::diagnostics::{ParseError, Span};
+use crate::mesh::faces::{
     FaceCorner, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, UV, VERTEX, check_corners, extra_bytes,
 };
+use crate::text::decimal;
 
 impl ObjReader<'_> {
     #[inline]

@@ -8,9 +8,9 @@ use super::name::{spellings, text_of, without_comment};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found, NamedFile};
 use crate::memory::MemoryLedger;
-use crate::named_runs::NameChanges;
+use crate::mesh::named_runs::NameChanges;
+use crate::text::utf16;
 use crate::texture::TextureLibrary;
-use crate::utf16;
 use phalanx_scene::{MaterialTable, Scene};
 use std::collections::{HashMap, HashSet};
 

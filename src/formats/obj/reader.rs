@@ -3,18 +3,17 @@
 use super::chunk::{IndexLimits, ObjChunk};
 use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{self, NORMAL, VERTEX};
 use crate::folder::Folder;
 use crate::memory::MemoryLedger;
+use crate::mesh::faces::{self, NORMAL, VERTEX};
+use crate::mesh::named_runs::{self, NAME_BYTES};
+use crate::mesh::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
 use crate::mesh::{self, NotFinite, PolygonMesh};
-use crate::mesh_chunk;
-use crate::named_runs::{self, NAME_BYTES};
 use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
 use crate::read_scene::ReadScene;
 use crate::text::HEAD_BYTES;
-use crate::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
-use crate::workers;
+use crate::text::workers;
 use glam::DVec3;
 use phalanx_scene::MaterialTable;
 use std::ops::Range;
@@ -223,7 +222,7 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
         triangles += mesh.faces.len();
         meshes.push(mesh);
     }
-    (mesh_chunk::merge(meshes, threads), colors, changes)
+    (mesh::chunk::merge(meshes, threads), colors, changes)
 }
 
 fn shift(rows: &mut [NotFinite], before: i64) {

@@ -1,10 +1,9 @@
 //! Remarks about an OBJ file as a whole.
 
 use super::chunk::{ObjChunk, UNKNOWN};
-use crate::chunk_remarks::{ChunkRemarks, WarningTally, counted};
-use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
-use crate::faces::{NONE, NORMAL, UV, VERTEX};
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, Span, WarningTally, counted, quoted_bytes};
 use crate::mesh::MergedMesh;
+use crate::mesh::faces::{NONE, NORMAL, UV, VERTEX};
 use phalanx_scene::{MeshMaterial, NO_TEXTURE, Scene};
 
 /// Reports the remarks about all chunks, which have `total` rows of each attribute, with an error

@@ -5,9 +5,9 @@
 //! Polygonal Facets", 1998). So it does not depend on how polygons are cut.
 
 use super::runs;
-use crate::faces::{NONE, NORMAL, VERTEX};
 use crate::memory::{MemoryLedger, OverLimit};
 use crate::mesh::MergedMesh;
+use crate::mesh::faces::{NONE, NORMAL, VERTEX};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 

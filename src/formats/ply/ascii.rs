@@ -9,9 +9,8 @@ use super::lexer::{NO_ROW_END, PlyLexer, count_rows};
 use super::plan::{ElementUse, ReadPlan};
 use super::row_reader::{PlyRowReader, RowWords};
 use super::rows::{PlyChunk, too_short};
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::diagnostics::{DiagnosticSink, Span};
-use crate::workers;
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span};
+use crate::text::workers;
 use std::ops::Range;
 
 /// Reads the rows of all elements; errors are added to the report.

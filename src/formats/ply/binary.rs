@@ -9,13 +9,12 @@ use super::lexer::whole;
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::row_reader::{PlyRowReader, RowWords};
 use super::rows::{PlyChunk, too_short};
-use crate::chunk_remarks::ParseError;
-use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::VERTEX;
+use crate::diagnostics::{DiagnosticSink, ParseError, Span};
 use crate::mesh::NotFinite;
-use crate::mesh_chunk::{checked_normal, checked_position};
-use crate::vertex_colors::note_opacity;
-use crate::workers;
+use crate::mesh::chunk::{checked_normal, checked_position};
+use crate::mesh::faces::VERTEX;
+use crate::mesh::vertex_colors::note_opacity;
+use crate::text::workers;
 use glam::DVec3;
 use phalanx_scene::huge_pages::zeroed;
 

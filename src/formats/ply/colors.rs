@@ -7,9 +7,9 @@
 //! of vertices gets a warning.
 
 use super::header::{Element, PropertyKind};
-use crate::faces::Faces;
-use crate::vertex_colors::{ColorOwners, MeshColors, linear_of_byte, linear_of_share};
-use crate::workers;
+use crate::mesh::faces::Faces;
+use crate::mesh::vertex_colors::{ColorOwners, MeshColors, linear_of_byte, linear_of_share};
+use crate::text::workers;
 use phalanx_scene::{NO_COLORS, Vec3s};
 
 /// Names of the properties of a colour.

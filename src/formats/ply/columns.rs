@@ -3,7 +3,7 @@
 use super::header::{Element, PropertyKind, Type};
 use crate::diagnostics::Span;
 use crate::mesh::NotFinite;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::huge_pages::zeroed;
 
 /// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single

@@ -1,7 +1,6 @@
 //! The header of a PLY file: the elements that follow, their counts, and their properties.
 
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::diagnostics::{Span, quoted_bytes};
+use crate::diagnostics::{ChunkRemarks, ParseError, Span, quoted_bytes};
 use crate::text::mark_length;
 
 /// Encoding of the rows.

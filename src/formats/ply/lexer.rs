@@ -1,8 +1,7 @@
 //! Words of an ascii file: numbers, lists, and the ends of rows.
 
-use crate::chunk_remarks::ParseError;
-use crate::decimal;
-use crate::diagnostics::{Span, quoted_bytes};
+use crate::diagnostics::{ParseError, Span, quoted_bytes};
+use crate::text::decimal;
 
 /// Number of lines that are neither blank nor a comment.
 pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {

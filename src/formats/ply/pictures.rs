@@ -4,7 +4,7 @@ use super::plan::ReadPlan;
 use super::uvs::NO_PICTURE;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
-use crate::mesh_defaults::{WHITE, empty_scene};
+use crate::mesh::defaults::{WHITE, empty_scene};
 use crate::options::ReadOptions;
 use crate::texture::{TextureLibrary, TextureSampler};
 use phalanx_scene::{Material, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};

@@ -4,8 +4,8 @@ use super::colors::ColorProperties;
 use super::header::{Encoding, Header};
 use super::uvs::{self, FaceUvProperties};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{self, NONE};
 use crate::memory::MemoryLedger;
+use crate::mesh::faces::{self, NONE};
 use glam::DVec3;
 
 /// Number of times that the bytes of a row count for what is made of them: a file counts three

@@ -6,16 +6,16 @@ use super::plan::ReadPlan;
 use super::rows::Body;
 use super::{ascii, binary, colors, header, rows, uvs};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces;
 use crate::folder::Folder;
 use crate::memory::MemoryLedger;
 use crate::mesh;
+use crate::mesh::faces;
+use crate::mesh::vertex_colors::MeshColors;
 use crate::options::ReadOptions;
 use crate::origin::ReadStop;
 use crate::read_scene::ReadScene;
 use crate::text;
-use crate::vertex_colors::MeshColors;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::MaterialTable;
 
 /// The part of a file that is text.

@@ -5,12 +5,11 @@ use super::header::{Element, Property, PropertyKind, Type};
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::rows::{FaceRow, PlyChunk};
 use super::uvs::MAX_UVS;
-use crate::chunk_remarks::ParseError;
-use crate::diagnostics::Span;
-use crate::faces::check_corners;
+use crate::diagnostics::{ParseError, Span};
 use crate::memory::LedgerShare;
-use crate::mesh_chunk::push;
-use crate::vertex_colors::note_opacity;
+use crate::mesh::chunk::push;
+use crate::mesh::faces::check_corners;
+use crate::mesh::vertex_colors::note_opacity;
 
 /// Numbers of rows, one after the other, in one of the encodings.
 pub(super) trait RowWords {

@@ -6,12 +6,11 @@
 //! fan of triangles.
 
 use super::lexer::{StlLexer, is_in_remark};
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::decimal;
-use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
-use crate::named_runs::change;
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span, quoted_bytes};
+use crate::mesh::named_runs::change;
+use crate::text::decimal;
 use crate::text::mark_length;
-use crate::workers;
+use crate::text::workers;
 use glam::DVec3;
 use std::ops::Range;
 

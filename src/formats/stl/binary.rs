@@ -1,8 +1,7 @@
 //! Binary STL: the positions of its facets. The length of the file decides, because counts are
 //! often wrong.
 
-use crate::chunk_remarks::counted;
-use crate::diagnostics::{DiagnosticSink, Span};
+use crate::diagnostics::{DiagnosticSink, Span, counted};
 use crate::memory::{MemoryLedger, OverLimit};
 use std::borrow::Cow;
 

@@ -9,7 +9,7 @@
 //! The word is unused by the standard, and some programs leave arbitrary values in it.
 
 use crate::memory::{MemoryLedger, OverLimit};
-use crate::vertex_colors::{
+use crate::mesh::vertex_colors::{
     COLOR_BYTES, COLOR_ROW_BYTES, ColorOwners, MeshColors, linear_of_byte, linear_of_share,
 };
 use glam::Vec3;

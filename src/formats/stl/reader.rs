@@ -4,15 +4,15 @@ use super::{ascii, binary, colors, weld};
 use crate::diagnostics::DiagnosticSink;
 use crate::folder::Folder;
 use crate::memory::MemoryLedger;
+use crate::mesh::defaults::GREY;
+use crate::mesh::named_runs::{self, NAME_BYTES};
+use crate::mesh::vertex_colors::MeshColors;
 use crate::mesh::{self, MergedMesh};
-use crate::mesh_defaults::GREY;
-use crate::named_runs::{self, NAME_BYTES};
 use crate::options::ReadOptions;
 use crate::origin::ReadStop;
 use crate::read_scene::ReadScene;
 use crate::text;
-use crate::vertex_colors::MeshColors;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::{MaterialTable, Scene, UpAxis};
 
 /// The text of a file; a binary one has none.

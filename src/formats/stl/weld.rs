@@ -6,9 +6,9 @@
 //! hash differs from run to run, so that no file can be crafted to be slow.
 
 use crate::diagnostics::Span;
-use crate::faces::{Faces, VERTEX};
+use crate::mesh::faces::{Faces, VERTEX};
 use crate::mesh::{self, NotFinite, PolygonMesh};
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::Vec3s;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};

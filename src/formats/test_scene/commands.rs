@@ -2,9 +2,9 @@
 
 use super::lexer::TestTokens;
 use super::reader::TestReader;
-use crate::command::{CommandRow, TextToken, command};
 use crate::diagnostics::{Span, quoted};
-use crate::number::{coordinate, count, number};
+use crate::text::command::{CommandRow, TextToken, command};
+use crate::text::number::{coordinate, count, number};
 
 /// A command, with a word for each operand.
 type SceneCommand = CommandRow<fn(&mut TestReader<'_>, &Statement<'_>)>;
