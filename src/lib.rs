@@ -191,10 +191,10 @@
 //! | feature | adds | crates |
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
-//! | `render` | file formats, pictures, whole frames | 99 |
-//! | `bench` | measurements beside other tracers | 112 |
-//! | `cli` | the program | 140 |
-//! | `view` (default) | its page in the browser | 145 |
+//! | `render` | file formats, pictures, whole frames | 100 |
+//! | `bench` | measurements beside other tracers | 113 |
+//! | `cli` | the program | 141 |
+//! | `view` (default) | its page in the browser | 146 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
@@ -300,12 +300,10 @@ pub mod formats {
         Diagnostic, LoadError, MAX_DIAGNOSTICS, Origin, ReadOptions, endings, foreign, is_bare_name,
     };
     #[doc(inline)]
-    pub use phalanx_io::load::{
-        Loaded, Options, load, load_as, load_bytes, read_bytes, read_nff, read_test,
-    };
+    pub use phalanx_io::open::{Opened as Loaded, Options, load, read_bytes, read_nff, read_test};
     #[doc(inline)]
     pub use phalanx_look::{AddedLight, DefaultLights, Overrides, override_scene};
-    #[doc(inline)]
+    #[doc(no_inline)]
     pub use phalanx_scene::{OrthoHeight, UpAxis};
 }
 

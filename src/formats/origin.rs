@@ -218,7 +218,7 @@ pub(super) const KEPT_NOTE: &str = "the scene keeps the origin of its file: its 
 /// Note for the user about a scene that was moved.
 pub fn note(scene: &Scene) -> Option<String> {
     let words = "the scene lies far from the origin of its coordinates: it is";
-    let help = "what is given and told stays in the file's coordinates (see --origin)";
+    let help = "options and reports still use the file's coordinates (see --origin)";
     let origin = scene.describe_origin()?;
     Some(format!("{words} moved to a local origin: {origin}; {help}"))
 }
@@ -266,11 +266,14 @@ mod tests {
                 let corners = [(); 3].map(|()| offset + Vec3::new(unit(), unit(), unit()) * 2.0);
                 scene.add_triangle(corners, None, 0);
             }
-            let whole = of_bounds(scene.bounds());
+            let expected = of_bounds(scene.bounds());
             let triangles = &scene.triangles;
-            assert_eq!(of_triangles(&triangles.vertices, &triangles.corners), whole);
-            assert_eq!(of_scene(&scene), whole);
-            moved += usize::from(whole.is_some());
+            assert_eq!(
+                of_triangles(&triangles.vertices, &triangles.corners),
+                expected
+            );
+            assert_eq!(of_scene(&scene), expected);
+            moved += usize::from(expected.is_some());
         }
         assert!((30..270).contains(&moved), "{moved} of 300 are far away");
     }

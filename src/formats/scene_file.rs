@@ -127,8 +127,8 @@ impl<'a> SceneFile<'a> {
 }
 
 fn known_format(path: &Path, ending: Option<&OsStr>) -> Result<&'static SceneFormat, LoadError> {
-    let known = ending.and_then(find);
-    known.ok_or_else(|| LoadError::UnknownFormat {
+    let format = ending.and_then(find);
+    format.ok_or_else(|| LoadError::UnknownFormat {
         path: path.to_path_buf(),
     })
 }
@@ -183,10 +183,12 @@ fn read(
 
 /// A note that the requested material has no effect, if every triangle has one from the file.
 fn note_on_material(scene: &Scene, options: &ReadOptions) -> Option<String> {
-    let asked = options.material?;
+    let default = options.material?;
     let rows = 0..scene.materials.len();
-    let is_asked: Vec<bool> = rows.map(|row| scene.materials.get(row) == asked).collect();
-    let used = |row: &u32| is_asked.get(*row as usize) == Some(&true);
+    let is_default: Vec<bool> = rows
+        .map(|row| scene.materials.get(row) == default)
+        .collect();
+    let used = |row: &u32| is_default.get(*row as usize) == Some(&true);
     let is_used = scene.triangles.material.iter().any(used)
         || scene.spheres.material.iter().any(used)
         || scene.ellipsoids.material.iter().any(used)

@@ -3,8 +3,5 @@
 // The scene cache: a scene and its tree in a file, in their memory layout.
 pub mod cache;
 
-// Scene files to scenes that can be rendered.
-pub mod load;
-
 // Opens a scene from any source.
 pub mod open;

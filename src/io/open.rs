@@ -1,43 +1,40 @@
-//! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already.
+//! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already. This is
+//! where default parts and the user's overrides come to what a reader returns.
 
 use crate::cache::{self, CacheError, Cached};
-use crate::load::{self, Loaded, Options};
-use phalanx_formats::{Diagnostic, LoadError, Origin};
-use phalanx_look::override_scene;
+use phalanx_formats::{Diagnostic, LoadError, Origin, ReadOptions, ReadScene, SceneFile};
+use phalanx_look::{Overrides, UnfitScene, finish_scene, override_scene};
 use phalanx_scene::{Scene, SceneError};
 use phalanx_standard::StandardError;
 use phalanx_trace::bvh::Bvh;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+/// The user's options for opening a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// How its file is read.
+    pub read: ReadOptions,
+    /// What replaces parts of it.
+    pub look: Overrides,
+}
+
 /// A scene that was opened.
 #[derive(Debug)]
 pub struct Opened {
-    /// The scene, valid.
+    /// The scene, validated and range-fitted.
     pub scene: Scene,
     /// Its tree, if the scene came out of a cache.
     pub bvh: Option<Bvh>,
     /// Bytes of the cache that stay mapped; 0 for other files.
     pub mapped_bytes: u64,
-    /// Files that were found next to the scene's, each by its real path.
+    /// Files that were found next to the scene's (materials, textures, buffers), each by its real
+    /// path. A caller that writes a picture must not replace them.
     pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
-    /// Remarks on defaults for parts that the file lacks, and on options without effect.
+    /// Remarks on default parts for those that the file lacks, and on options without effect.
     pub notes: Vec<String>,
-}
-
-impl From<Loaded> for Opened {
-    fn from(loaded: Loaded) -> Opened {
-        Opened {
-            scene: loaded.scene,
-            bvh: None,
-            mapped_bytes: 0,
-            files: loaded.files,
-            warnings: loaded.warnings,
-            notes: loaded.notes,
-        }
-    }
 }
 
 /// The reason why a scene could not be opened.
@@ -85,7 +82,8 @@ pub fn stem(name: &Path) -> Option<&OsStr> {
 /// # Errors
 /// [`OpenError`].
 pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
-    Ok(load::load_as(path, ending, options)?.into())
+    let file = SceneFile::open(path, Some(ending), options.read.threads)?;
+    Ok(load_file(path, &file, options)?)
 }
 
 /// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
@@ -99,7 +97,8 @@ pub fn open_bytes(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    Ok(load::load_bytes(name, ending, bytes, options)?.into())
+    let file = SceneFile::from_bytes(name, ending, bytes)?;
+    Ok(load_file(name, &file, options)?)
 }
 
 /// Opens a scene file, a scene cache, or a standard scene.
@@ -113,7 +112,7 @@ pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
         return amended(scene, None, 0, options);
     }
     if !is_cache(path) {
-        return Ok(load::load(path, options)?.into());
+        return Ok(load(path, options)?);
     }
     let Cached {
         scene,
@@ -153,6 +152,98 @@ fn amended(
         mapped_bytes,
         files: Vec::new(),
         warnings: Vec::new(),
+        notes,
+    })
+}
+
+/// Reads a scene file, choosing the format by its ending.
+///
+/// # Errors
+/// [`LoadError`], with every problem found up to
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS).
+pub fn load(path: &Path, options: &Options) -> Result<Opened, LoadError> {
+    let file = SceneFile::open(path, None, options.read.threads)?;
+    load_file(path, &file, options)
+}
+
+fn load_file(path: &Path, file: &SceneFile, options: &Options) -> Result<Opened, LoadError> {
+    let read = file.read(&options.read)?;
+    let is_text = read.is_text;
+    finish(read, options).map_err(|unfit| match unfit {
+        UnfitScene::Overrides(reason) => LoadError::Options {
+            path: path.to_path_buf(),
+            reason,
+        },
+        UnfitScene::File { message, help } => {
+            file.fault(vec![Diagnostic::of_file(is_text, message, help)])
+        }
+    })
+}
+
+/// Reads a scene from bytes, as from a file with that ending (one of
+/// [`phalanx_formats::endings`]) but without a folder around it. `None` if the ending names no
+/// format.
+///
+/// # Errors
+/// Faults of the bytes, in file order: at least one and at most
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS) diagnostics.
+pub fn read_bytes(
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Option<Result<Opened, Vec<Diagnostic>>> {
+    let file = SceneFile::from_bytes(Path::new(""), ending, bytes).ok()?;
+    Some(file.read_alone(&options.read).and_then(|read| {
+        let is_text = read.is_text;
+        finish(read, options).map_err(|unfit| {
+            vec![match unfit {
+                UnfitScene::Overrides(reason) => Diagnostic::of_file(false, reason, None),
+                UnfitScene::File { message, help } => Diagnostic::of_file(is_text, message, help),
+            }]
+        })
+    }))
+}
+
+/// Reads a scene from the text of a `.test` file.
+///
+/// # Errors
+/// Faults of the text, in file order: at least one and at most
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS) diagnostics.
+pub fn read_test(text: &str) -> Result<Opened, Vec<Diagnostic>> {
+    read_text("test", text)
+}
+
+/// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
+///
+/// # Errors
+/// Faults of the text, in file order: at least one and at most
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS) diagnostics.
+pub fn read_nff(text: &str) -> Result<Opened, Vec<Diagnostic>> {
+    read_text("nff", text)
+}
+
+fn read_text(ending: &str, text: &str) -> Result<Opened, Vec<Diagnostic>> {
+    read_bytes(ending, text.as_bytes(), &Options::default()).expect("a format")
+}
+
+/// Adds the parts that the file lacks, and applies the overrides.
+fn finish(read: ReadScene, options: &Options) -> Result<Opened, UnfitScene> {
+    let mut scene = read.scene;
+    let threads = options.read.threads;
+    let mut notes = Vec::from_iter(read.origin_note);
+    notes.extend(finish_scene(
+        &mut scene,
+        read.up_is_assumed,
+        &options.look,
+        threads,
+    )?);
+    notes.extend(read.notes);
+    Ok(Opened {
+        scene,
+        bvh: None,
+        mapped_bytes: 0,
+        files: read.files,
+        warnings: read.warnings,
         notes,
     })
 }

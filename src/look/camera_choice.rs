@@ -21,14 +21,14 @@ pub(super) fn choose(scene: &mut Scene, overrides: &Overrides) -> Result<(), Sce
     let number: Option<usize> = label.trim().parse().ok();
     let by_number = number.and_then(|number| scene.cameras.get(number));
     let chosen = by_name.or(by_number).copied().ok_or_else(|| {
-        let known = if scene.cameras.is_empty() {
+        let cameras = if scene.cameras.is_empty() {
             "the scene has no cameras to choose from".to_owned()
         } else {
             format!("the cameras are {}", listed(scene, |_| true))
         };
         SceneError::NoCamera {
             asked: quoted(label),
-            known,
+            known: cameras,
         }
     })?;
     scene.use_camera(chosen);

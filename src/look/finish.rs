@@ -162,7 +162,7 @@ fn apply(scene: &mut Scene, overrides: &Overrides, threads: usize) -> Result<(),
             }
         }
         if light {
-            DefaultLights::within(bounds).place(scene);
+            DefaultLights { bounds }.place(scene);
         }
     }
     let visible_height = match (ortho, ortho_size) {

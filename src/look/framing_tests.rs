@@ -23,14 +23,14 @@ fn scene_of(points: &[Vec3]) -> Scene {
 fn largest_in_picture(points: &[Vec3], view: &View, aspect: f64) -> f64 {
     let basis = view.basis().expect("a camera");
     let slope = libm::tan(f64::from(view.fovy).to_radians() / 2.0);
-    let of = |p: &Vec3| {
+    let largest = |p: &Vec3| {
         let to = p.as_dvec3() - view.eye.as_dvec3();
         let depth = -to.dot(basis.w.as_dvec3());
         assert!(depth > 0.0, "{p} behind {view:?}");
         let across = to.dot(basis.u.as_dvec3()).abs() / aspect;
         across.max(to.dot(basis.v.as_dvec3()).abs()) / (depth * slope)
     };
-    points.iter().map(of).fold(0.0, f64::max)
+    points.iter().map(largest).fold(0.0, f64::max)
 }
 
 fn framed(points: &[Vec3], aspect: f64, up: UpAxis, turntable: bool) -> View {

@@ -14,20 +14,16 @@ const FILL_LIGHT_COLOR: Vec3 = Vec3::new(0.17, 0.19, 0.225);
 #[derive(Clone, Copy, Debug)]
 pub struct DefaultLights {
     /// Bounds of everything visible.
-    bounds: Bounds,
+    pub(super) bounds: Bounds,
 }
 
 impl DefaultLights {
-    /// The lights of a scene within these bounds.
-    pub(super) fn within(bounds: Bounds) -> DefaultLights {
-        DefaultLights { bounds }
-    }
-
     /// The lights of a scene, found by this many threads (0: one per CPU); `None` if its lights are
     /// its own.
     pub fn of(scene: &Scene, threads: usize) -> Option<DefaultLights> {
-        let bounds = || VisibleVertices::of(scene, threads).bounds(scene);
-        (scene.defaulted.light).then(|| DefaultLights::within(bounds()))
+        (scene.defaulted.light).then(|| DefaultLights {
+            bounds: VisibleVertices::of(scene, threads).bounds(scene),
+        })
     }
 
     /// Gives the scene a key light above and to the left of its camera, and if it is a bare mesh a

@@ -72,19 +72,19 @@ impl ChunkRemarks {
 
     /// The places of the warning with this text for one.
     pub(crate) fn tally(&self, one: &str) -> WarningTally {
-        let known = self.warnings.iter().find(|(words, _)| words[0] == one);
-        known.map_or(WarningTally::default(), |(_, tally)| *tally)
+        let warning = self.warnings.iter().find(|(words, _)| words[0] == one);
+        warning.map_or(WarningTally::default(), |(_, tally)| *tally)
     }
 
     fn tally_mut(&mut self, words: [&'static str; 2]) -> &mut WarningTally {
         // The words of equal warnings mostly have the same address.
-        let is_same = |known: &str| std::ptr::eq(known, words[0]) || known == words[0];
-        let known = (self.warnings.iter()).position(|(known, _)| is_same(known[0]));
-        let at = known.unwrap_or_else(|| {
+        let is_same = |one: &str| std::ptr::eq(one, words[0]) || one == words[0];
+        let row = (self.warnings.iter()).position(|(words, _)| is_same(words[0]));
+        let row = row.unwrap_or_else(|| {
             self.warnings.push((words, WarningTally::default()));
             self.warnings.len() - 1
         });
-        &mut self.warnings[at].1
+        &mut self.warnings[row].1
     }
 
     /// Returns true if there is no point in reading on.

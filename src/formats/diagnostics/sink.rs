@@ -152,8 +152,8 @@ impl<'a> DiagnosticSink<'a> {
 
     /// Adds a remark that a texture is left out: one for all with this reason.
     pub(crate) fn texture_left_out(&mut self, span: Span, name: &str, reason: String) {
-        let mut known = self.left_out.iter_mut();
-        match known.find(|(known, ..)| *known == reason) {
+        let mut groups = self.left_out.iter_mut();
+        match groups.find(|(other, ..)| *other == reason) {
             Some((.., names)) => names.push(name.to_owned()),
             None => self.left_out.push((reason, span, vec![name.to_owned()])),
         }
@@ -209,10 +209,10 @@ impl<'a> DiagnosticSink<'a> {
     /// `span`.
     pub(crate) fn emit_for_file(self, name: &str, span: Span, report: &mut DiagnosticSink) {
         let name = without_control(name);
-        let told = |d: &Diagnostic| format!("{name}:{}:{}: {}", d.line, d.column, d.message);
+        let line = |d: &Diagnostic| format!("{name}:{}:{}: {}", d.line, d.column, d.message);
         match self.finish() {
-            Ok(warnings) => warnings.iter().for_each(|w| report.warning(span, told(w))),
-            Err(errors) => errors.iter().for_each(|e| report.error(span, told(e))),
+            Ok(warnings) => warnings.iter().for_each(|w| report.warning(span, line(w))),
+            Err(errors) => errors.iter().for_each(|e| report.error(span, line(e))),
         }
     }
 

@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn pictures_and_scenes_are_named_where_another_format_is_read() {
-        for (bytes, own, words) in [
+        for (bytes, readers, words) in [
             (&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "", "a PNG picture"),
             (b"\xff\xd8\xff\xe0\0\x10JFIF", "", "a JPEG picture"),
             (b"glTF\x02\0\0\0", "gltf glb", "end in .glb"),
@@ -97,7 +97,7 @@ mod tests {
             for ending in endings() {
                 let message = message(ending, bytes);
                 let named = message.contains(words);
-                assert_eq!(named, !own.contains(ending), "{ending}: {message}");
+                assert_eq!(named, !readers.contains(ending), "{ending}: {message}");
             }
         }
     }

@@ -183,9 +183,9 @@ impl Folder {
 
     /// Finds a file by its path, and if `search` is true by other names, too; notes it.
     fn look_up(&self, file: Option<&Found>, name: &str, search: bool) -> Result<NamedFile, String> {
-        let found = self.seek(file, name, search)?;
-        self.files.borrow_mut().insert(found.file.0.clone());
-        Ok(found)
+        let named = self.seek(file, name, search)?;
+        self.files.borrow_mut().insert(named.file.0.clone());
+        Ok(named)
     }
 
     fn seek(&self, file: Option<&Found>, name: &str, search: bool) -> Result<NamedFile, String> {
@@ -213,22 +213,22 @@ impl Folder {
                 bases.iter().map(|base| joined(base, name)).collect()
             }
         };
-        let mut own = paths_of(&name);
+        let mut paths = paths_of(&name);
         if literal != name {
-            own.splice(0..0, paths_of(&literal));
+            paths.splice(0..0, paths_of(&literal));
         }
         let mut reason = None;
-        for path in own {
+        for path in paths {
             match roots.open(&path) {
                 Ok(file) => {
                     let instead = None;
                     return Ok(NamedFile { file, instead });
                 }
-                Err(told) => _ = reason.get_or_insert(told),
+                Err(error) => _ = reason.get_or_insert(error),
             }
         }
-        let found = search.then(|| self.search(roots, &bases, (&name, last, absolute)));
-        found.flatten().ok_or_else(|| {
+        let other = search.then(|| self.search(roots, &bases, (&name, last, absolute)));
+        other.flatten().ok_or_else(|| {
             if is_remote(&name) { REMOTE.into() } else { reason.unwrap_or_default() }
         })
     }
@@ -242,21 +242,21 @@ impl Folder {
     ) -> Option<NamedFile> {
         self.searches_left
             .set(self.searches_left.get().checked_sub(1)?);
-        let told = |instead: &str| (!absolute).then(|| instead.to_owned());
+        let note = |instead: &str| (!absolute).then(|| instead.to_owned());
         // A name without folders has been looked for as it is.
         let bare = name == last && !absolute;
         let shortened = if bare { &[] } else { bases };
         for base in shortened {
             if let Ok(file) = roots.open(&base.join(last)) {
-                let instead = told(last);
+                let instead = note(last);
                 return Some(NamedFile { file, instead });
             }
         }
         let names = [(!absolute).then_some(name), (!bare).then_some(last)];
         for name in names.into_iter().flatten() {
             for base in bases {
-                let found = self.find_any_case(roots, base, name);
-                if let Some(file) = found.and_then(|path| roots.open(&path).ok()) {
+                let path = self.find_any_case(roots, base, name);
+                if let Some(file) = path.and_then(|path| roots.open(&path).ok()) {
                     let instead = file.0.file_name();
                     let instead = instead.map(|name| name.to_string_lossy().into_owned());
                     return Some(NamedFile { file, instead });
@@ -337,12 +337,12 @@ impl Roots {
         }
         // A single request, whereas resolving makes one for every folder on the way: most of the
         // names that are tried do not exist.
-        let there = path.metadata().map_err(|e| e.to_string())?;
+        let metadata = path.metadata().map_err(|e| e.to_string())?;
         let file = path.canonicalize().map_err(|e| e.to_string())?;
         if !self.holds(&file) {
             return Err(LINKED.into());
         }
-        if !there.is_file() {
+        if !metadata.is_file() {
             return Err("it is not a regular file".into());
         }
         Ok(Found(file))

@@ -26,8 +26,8 @@ fn tree() -> (tempfile::TempDir, PathBuf, Folder) {
     (outer, scene, folder)
 }
 
-fn text(folder: &Folder, found: &Found) -> String {
-    String::from_utf8(folder.read(found).unwrap()).unwrap()
+fn text(folder: &Folder, file: &Found) -> String {
+    String::from_utf8(folder.read(file).unwrap()).unwrap()
 }
 
 #[test]
@@ -56,13 +56,13 @@ fn only_files_of_the_folder_are_read() {
     ] {
         assert!(folder.find(outside).is_err(), "{outside}");
     }
-    let told = folder.find("../secret").unwrap_err();
+    let error = folder.find("../secret").unwrap_err();
     assert!(
-        told.contains("not in the scene file's folder") && told.contains("--allow-path"),
-        "{told}"
+        error.contains("not in the scene file's folder") && error.contains("--allow-path"),
+        "{error}"
     );
     // The message does not say that there is such a file.
-    assert_eq!(folder.find("../none"), Err(told));
+    assert_eq!(folder.find("../none"), Err(error));
     let _ = scene;
 }
 
@@ -81,10 +81,10 @@ fn links_open_nothing() {
         "linked/BARK.png",
         "c:/link",
     ] {
-        let told = folder.find(outside).unwrap_err();
+        let error = folder.find(outside).unwrap_err();
         assert!(
-            told.contains("leads out") || told.contains("No such") || told.contains("not in"),
-            "{told}"
+            error.contains("leads out") || error.contains("No such") || error.contains("not in"),
+            "{error}"
         );
     }
     // A file that a link leads to may be read once its folder has been opened, by the folder's own
@@ -124,9 +124,9 @@ fn names_are_relative_to_the_file_that_has_them_then_to_the_scene() {
 fn paths_of_other_machines_are_cut_to_their_last_component() {
     let (_outer, scene, folder) = tree();
     let mtl = folder.find("mtl/a.mtl").unwrap();
-    let own = scene.canonicalize().unwrap().join("maps/wood.png");
+    let expected = scene.canonicalize().unwrap().join("maps/wood.png");
     assert!(
-        folder.find(own.to_str().unwrap()).is_ok(),
+        folder.find(expected.to_str().unwrap()).is_ok(),
         "an absolute path of the folder itself"
     );
     for name in [
@@ -208,12 +208,12 @@ fn blanks_and_quotes_may_be_part_of_a_name() {
     ] {
         create_dir_all(scene.join(name).parent().unwrap()).unwrap();
         write(scene.join(name), name).unwrap();
-        let found = folder.find(name).unwrap();
-        assert_eq!(text(&folder, &found), name);
+        let file = folder.find(name).unwrap();
+        assert_eq!(text(&folder, &file), name);
     }
     // Without such a file they stand around the name.
-    let found = folder.find("  beside.png ").unwrap();
-    assert_eq!(text(&folder, &found), "scene/beside.png");
+    let file = folder.find("  beside.png ").unwrap();
+    assert_eq!(text(&folder, &file), "scene/beside.png");
     assert!(folder.find(" ../secret").is_err());
     assert!(folder.find(" /etc/passwd").is_err());
 }

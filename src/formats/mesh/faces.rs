@@ -201,12 +201,12 @@ impl Faces {
     fn cut(&mut self, polygon: Polygon, vertices: &Vec3s) {
         let (first, corners) = (polygon.first as usize, polygon.corners as usize);
         let fan = first..first + corners - 2;
-        let of = |column: &[[u32; 3]]| -> Vec<u32> {
+        let outline = |column: &[[u32; 3]]| -> Vec<u32> {
             let start = [column[first][0], column[first][1]];
             let rest = column[fan.clone()].iter().map(|row| row[2]);
             start.into_iter().chain(rest).collect()
         };
-        let points: Vec<Vec3> = of(&self.columns[VERTEX])
+        let points: Vec<Vec3> = outline(&self.columns[VERTEX])
             .into_iter()
             .map(|number| vertices.get(number as usize))
             .collect();
@@ -216,7 +216,7 @@ impl Faces {
             return;
         }
         for column in self.columns.iter_mut().filter(|c| !c.is_empty()) {
-            let numbers = of(column);
+            let numbers = outline(column);
             let cut = triangles.iter().chain(std::iter::repeat(&[0; 3]));
             for (row, triangle) in column[fan.clone()].iter_mut().zip(cut) {
                 *row = triangle.map(|corner| numbers[corner as usize]);

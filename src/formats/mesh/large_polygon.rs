@@ -113,8 +113,8 @@ fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
     let second =
         (0..corners.len()).max_by(|&a, &b| far(&corners[a]).total_cmp(&far(&corners[b])))?;
     let (x, y) = off(&corners[second]);
-    let beside = |p: &OutlineVertex| x * off(p).1 - y * off(p).0;
-    let third = corners.iter().position(|p| beside(p) != 0.0)?;
+    let area = |p: &OutlineVertex| x * off(p).1 - y * off(p).0;
+    let third = corners.iter().position(|p| area(p) != 0.0)?;
     for (place, corner) in [(1, second.min(third)), (2, second.max(third))] {
         corners.swap(place, corner);
     }

@@ -101,18 +101,18 @@ mod tests {
     /// its area, without overlaps or gaps.
     fn check(points: &[Vec3]) {
         let triangles = triangulate(points);
-        let whole = newell(points);
+        let total = newell(points);
         let mut sum = 0.0;
         for t in &triangles {
             let part = area(points, std::slice::from_ref(t));
             // Slivers may face any way once their corners are rounded.
-            let facing = part.dot(whole) / whole.length_squared();
+            let facing = part.dot(total) / total.length_squared();
             assert!(facing > -1e-9, "{t:?} faces away");
             sum += part.length();
         }
         assert!(
-            (sum / whole.length() - 1.0).abs() < 1e-5,
-            "{sum} of {whole}"
+            (sum / total.length() - 1.0).abs() < 1e-5,
+            "{sum} of {total}"
         );
     }
 
@@ -226,8 +226,8 @@ mod tests {
         let parts = triangles
             .iter()
             .map(|t| area(&points, std::slice::from_ref(t)).length());
-        let (sum, whole) = (parts.sum::<f64>(), newell(&points).length());
-        assert!((sum / whole - 1.0).abs() < 1e-2, "{sum} of {whole}");
+        let (sum, total) = (parts.sum::<f64>(), newell(&points).length());
+        assert!((sum / total - 1.0).abs() < 1e-2, "{sum} of {total}");
     }
 
     #[test]

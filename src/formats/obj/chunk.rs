@@ -262,8 +262,8 @@ impl ObjReader<'_> {
         if !finite {
             self.chunk.remarks.warn(
                 Span::between(start, self.cursor.at),
-                "this texture place is not finite: (0, 0) is used instead",
-                "texture places are not finite, this one first: (0, 0) is used instead",
+                "this texture coordinate is not finite: (0, 0) is used instead",
+                "texture coordinates are not finite, this one first: (0, 0) is used instead",
             );
         }
         push(

@@ -59,8 +59,8 @@ impl ObjReader<'_> {
             if !self.out_of_range[attribute] {
                 self.chunk.remarks.warn(
                     span,
-                    "this face has a texture place or a normal at some corners only, and is drawn without it",
-                    "faces, this one first, have a texture place or a normal at some corners only, and are drawn without it",
+                    "this face has a texture coordinate or a normal at some corners only, and is drawn without it",
+                    "faces, this one first, have a texture coordinate or a normal at some corners only, and are drawn without it",
                 );
             }
             for corner in &mut self.corners {

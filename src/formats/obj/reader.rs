@@ -133,13 +133,13 @@ fn read_chunks(
     };
     let chunks = workers::map(threads, first.collect(), |part| read(memory, part));
     let limits = limits_of(&chunks);
-    let within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
+    let is_within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
         let ends = |k: usize| i64::from(chunk.highest[k]) <= limits.total[k];
         let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
         !chunk.remarks.has_errors() && (0..3).all(|k| ends(k) && begins(k))
     };
     // No second reading if there is not enough memory either.
-    if memory.is_over() || chunks.iter().zip(&limits).all(within) {
+    if memory.is_over() || chunks.iter().zip(&limits).all(is_within) {
         return chunks;
     }
     drop(chunks);

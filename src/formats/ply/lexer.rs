@@ -1,7 +1,7 @@
 //! Words of an ascii file: numbers, lists, and the ends of rows.
 
 use crate::diagnostics::{ParseError, Span, quoted_bytes};
-use crate::text::decimal;
+use crate::text::{decimal, ends_word, word_at};
 
 /// Number of lines that are neither blank nor a comment.
 pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {
@@ -21,10 +21,7 @@ pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {
 /// this.
 #[inline]
 fn is_remark(text: &[u8]) -> bool {
-    let word = |word: &[u8]| {
-        let delimited = text.get(word.len()).is_none_or(|&byte| byte <= b' ');
-        text.starts_with(word) && delimited
-    };
+    let word = |word: &[u8]| text.starts_with(word) && ends_word(text, word.len());
     match text.first() {
         Some(b'#') => true,
         Some(b'c') => word(b"comment"),
@@ -34,7 +31,7 @@ fn is_remark(text: &[u8]) -> bool {
 }
 
 /// A number without a fraction, as an integer.
-pub(super) fn whole(number: f64) -> Option<i64> {
+pub(super) fn as_integer(number: f64) -> Option<i64> {
     let exact = number.fract() == 0.0 && number.abs() < (1u64 << 53) as f64;
     exact.then_some(number as i64)
 }
@@ -126,11 +123,9 @@ impl PlyLexer<'_> {
     /// The next word of the line; empty at its end.
     fn word(&mut self) -> Span {
         self.skip_blanks();
-        let rest = &self.text[self.at..];
-        let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span::new(self.at, length.unwrap_or(rest.len()));
-        self.at += span.length;
-        span
+        let word = word_at(self.text, self.at);
+        self.at = word.end();
+        word
     }
 
     /// The next number, from which an origin is subtracted.
@@ -150,13 +145,9 @@ impl PlyLexer<'_> {
     fn real(&mut self, parse: impl Fn(&[u8], usize) -> (f32, usize)) -> Result<f32, ParseError> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
-        let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
-        let special = if delimited && end > self.at {
-            None
-        } else {
-            decimal::not_finite(self.text, self.at)
-        };
-        let (value, end) = special.unwrap_or((value, end));
+        let is_number = end > self.at && ends_word(self.text, end);
+        let special = (!is_number).then(|| decimal::not_finite(self.text, self.at));
+        let (value, end) = special.flatten().unwrap_or((value, end));
         self.ended(value, end, "a number")
     }
 
@@ -167,8 +158,8 @@ impl PlyLexer<'_> {
         let (mut value, mut end) = decimal::integer(self.text, self.at);
         if matches!(self.text.get(end), Some(b'.' | b'e' | b'E')) {
             let (real, after) = decimal::double(self.text, self.at);
-            if let Some(whole) = whole(real) {
-                (value, end) = (whole, after);
+            if let Some(integer) = as_integer(real) {
+                (value, end) = (integer, after);
             }
         }
         self.ended(value, end, "a whole number")
@@ -177,8 +168,7 @@ impl PlyLexer<'_> {
     /// Moves behind a number that ends here, if it is one.
     #[inline]
     fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
-        let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
-        if end > self.at && delimited {
+        if end > self.at && ends_word(self.text, end) {
             self.at = end;
             return Ok(value);
         }

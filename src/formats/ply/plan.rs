@@ -140,8 +140,8 @@ impl<'a> ReadPlan<'a> {
             Encoding::Ascii => (2 * element.properties.len(), 2),
             _ => (element.least_bytes(), 1 + u64::from(element.has_lists())),
         };
-        let beyond = (copies * columns).saturating_sub(ROW_TIMES * row as u64);
-        self.vertices.count.saturating_mul(beyond)
+        let extra = (copies * columns).saturating_sub(ROW_TIMES * row as u64);
+        self.vertices.count.saturating_mul(extra)
     }
 
     /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes

@@ -214,11 +214,11 @@ mod tests {
             state ^= state << 17;
             let (mantissa, scale) = (state >> (state & 63), (state >> 40) as usize % 24);
             let all = format!("{mantissa:024}");
-            let (whole, fraction) = all.split_at(24 - scale);
-            let whole = whole.trim_start_matches('0');
-            let whole = if whole.is_empty() && fraction.is_empty() { "0" } else { whole };
+            let (integer, fraction) = all.split_at(24 - scale);
+            let integer = integer.trim_start_matches('0');
+            let integer = if integer.is_empty() && fraction.is_empty() { "0" } else { integer };
             check(
-                &format!("{whole}.{fraction}")
+                &format!("{integer}.{fraction}")
                     .replace(".", if fraction.is_empty() { "" } else { "." }),
             );
             let f = f32::from_bits(state as u32);
@@ -304,8 +304,8 @@ mod tests {
             );
         }
         for text in ["inf", "+Inf", "INFINITY", "1.#INF", "1.#INF00", "1.#inf"] {
-            let found = not_finite(format!("v {text} 2").as_bytes(), 2);
-            assert_eq!(found, Some((f32::INFINITY, 2 + text.len())), "{text}");
+            let value = not_finite(format!("v {text} 2").as_bytes(), 2);
+            assert_eq!(value, Some((f32::INFINITY, 2 + text.len())), "{text}");
             let negative = not_finite(format!("-{}", text.trim_start_matches('+')).as_bytes(), 0);
             assert_eq!(negative.map(|n| n.0), Some(f32::NEG_INFINITY));
         }

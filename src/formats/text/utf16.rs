@@ -37,8 +37,9 @@ pub(crate) fn to_utf8(
     if !odd.is_empty() {
         return Err(broken(offset));
     }
-    let taken = memory.take(length as u64, "for the file's text in UTF-8");
-    taken.map_err(|refusal| DiagnosticSink::binary().refuse(Span::START, refusal.to_string()))?;
+    let reserved = memory.take(length as u64, "for the file's text in UTF-8");
+    reserved
+        .map_err(|refusal| DiagnosticSink::binary().refuse(Span::START, refusal.to_string()))?;
     let mut text = String::with_capacity(length);
     text.extend(char::decode_utf16(units()).flatten());
     Ok(Some(text.into_bytes()))

@@ -15,9 +15,9 @@ pub(crate) fn cut(
     let mut chunks = Vec::new();
     let mut start = range.start;
     while start < range.end {
-        let wanted = start.saturating_add(size);
-        let end = if wanted < range.end {
-            end_after(wanted).clamp(wanted, range.end)
+        let least_end = start.saturating_add(size);
+        let end = if least_end < range.end {
+            end_after(least_end).clamp(least_end, range.end)
         } else {
             range.end
         };

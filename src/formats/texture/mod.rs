@@ -102,25 +102,25 @@ impl<'a> TextureLibrary<'a> {
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let found = self.asset_dir.find(name);
-        self.found(name, found, sampler, span, report)
+        let file = self.asset_dir.find(name);
+        self.of_file(name, file, sampler, span, report)
     }
 
     /// The texture in a file that was looked for already. Otherwise as [`TextureLibrary::named`].
-    pub(crate) fn found(
+    pub(crate) fn of_file(
         &mut self,
         name: &str,
-        found: Result<Found, String>,
+        file: Result<Found, String>,
         sampler: TextureSampler,
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let origin = match &found {
+        let origin = match &file {
             Ok(file) => ImageKey::File(file.clone()),
             Err(_) => ImageKey::Missing(name.to_owned()),
         };
         let asset_dir = self.asset_dir;
-        let bytes = || asset_dir.read(&found?).map(Cow::Owned);
+        let bytes = || asset_dir.read(&file?).map(Cow::Owned);
         self.picture(origin, &quoted_file(name), bytes, sampler, span, report)
     }
 

@@ -9,8 +9,8 @@ impl TextureLibrary<'_> {
     /// The same texture for its alpha: an index for [`phalanx_scene::Material::opacity_texture`].
     /// It is [`NO_TEXTURE`] for a missing texture and for one of which all texels are whole.
     pub(crate) fn alpha_of(&mut self, texture: u32) -> u32 {
-        let known = self.textures.get(texture as usize);
-        if known.is_none_or(|texture| texture.alpha.is_empty()) {
+        let stored = self.textures.get(texture as usize);
+        if stored.is_none_or(|texture| texture.alpha.is_empty()) {
             return NO_TEXTURE;
         }
         self.read_for_alpha.insert(texture);
@@ -29,13 +29,13 @@ impl TextureLibrary<'_> {
         if let Some(&row) = self.masks.get(&texture) {
             return row;
         }
-        if let Some(known) = self.textures.get_mut(texture as usize)
-            && known.alpha.is_empty()
+        if let Some(stored) = self.textures.get_mut(texture as usize)
+            && stored.alpha.is_empty()
         {
-            let bytes = known.texels.len() as u64;
+            let bytes = stored.texels.len() as u64;
             let memory = self.asset_dir.memory();
             match memory.take(bytes, "for the texture of an opacity") {
-                Ok(()) => known.alpha = luminance(&known.texels).into(),
+                Ok(()) => stored.alpha = luminance(&stored.texels).into(),
                 Err(reason) => report.error(span(), reason),
             }
         }
@@ -52,25 +52,25 @@ impl TextureLibrary<'_> {
         span: impl FnOnce() -> Span,
         report: &mut DiagnosticSink,
     ) -> u32 {
-        let Some(known) = self.textures.get(texture as usize) else {
+        let Some(stored) = self.textures.get(texture as usize) else {
             return NO_TEXTURE;
         };
         if let Some(&row) = self.normals.get(&texture) {
             return row;
         }
-        let row = if is_normal_map(known) {
+        let row = if is_normal_map(stored) {
             texture
         } else {
-            let bytes = 3 * known.texels.len() as u64;
+            let bytes = 3 * stored.texels.len() as u64;
             let memory = self.asset_dir.memory();
             if let Err(reason) = memory.take(bytes, "for the normals of a relief") {
                 report.error(span(), reason);
                 return NO_TEXTURE;
             }
             let normals = Texture {
-                texels: normals_of_heights(known).into(),
+                texels: normals_of_heights(stored).into(),
                 alpha: Default::default(),
-                ..*known
+                ..*stored
             };
             self.push(normals)
         };

@@ -28,17 +28,17 @@ fn a_picture_stands_once_for_each_wrapping() {
     for missing in ["text.png", "absent.png", "text.png", "absent.png"] {
         assert_eq!(named(missing, clamp), NO_TEXTURE);
     }
-    let mut asked = 0;
+    let mut calls = 0;
     for _ in 0..2 {
         let bytes = || {
-            asked += 1;
+            calls += 1;
             Ok(Cow::Borrowed(&dot[..]))
         };
         let span = || unreachable!("nothing is wrong");
         let row = library.embedded(Embedded::Text(7), bytes, clamp, span, &mut report);
         assert_eq!(row, 2);
     }
-    assert_eq!(asked, 1, "decoded once");
+    assert_eq!(calls, 1, "decoded once");
     let wraps: Vec<_> = library.into_textures().iter().map(|t| t.wrap).collect();
     assert_eq!(wraps, [clamp, repeat, clamp].map(|sampler| sampler.wrap));
     let warnings = report.finish().expect("no errors");

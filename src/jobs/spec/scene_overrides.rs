@@ -5,7 +5,7 @@
 use super::headings;
 use glam::{DVec3, Vec3};
 use phalanx_formats::{Origin, ReadOptions};
-use phalanx_io::load::Options;
+use phalanx_io::open::Options;
 use phalanx_look::{AddedLight, Overrides};
 use phalanx_scene::{FileView, Material, OrthoHeight, Scene, UpAxis};
 use serde::{Deserialize, Serialize};

@@ -394,7 +394,7 @@ fn numbers_out_of_range_cost_a_face_its_texture_or_normals() {
             "f 1/0/1 2/0/1 3/0/1",
             false,
             true,
-            "`0` is no texture place: the file has 3; 3 corners",
+            "`0` is no texture coordinate: the file has 3; 3 corners",
         ),
         (
             "f 1/1/0 2/2/0 3/3/0",
@@ -406,7 +406,7 @@ fn numbers_out_of_range_cost_a_face_its_texture_or_normals() {
             "f 1/1/1 2/2/1 3/4/1",
             false,
             true,
-            "`4` is no texture place",
+            "`4` is no texture coordinate",
         ),
         (
             "f 1/-1/-1 2/-2/-9 3/-3/-1",
@@ -419,7 +419,7 @@ fn numbers_out_of_range_cost_a_face_its_texture_or_normals() {
             "f 1/1 2/2 3/99999999999999999999",
             false,
             false,
-            "is no texture place",
+            "is no texture coordinate",
         ),
     ] {
         let loaded = read(&format!("{text}{face}\nf 1/1/1 2/2/1 3/3/1\n"));
@@ -502,7 +502,7 @@ fn a_texture_needs_places_and_may_have_options_behind_its_name() {
     let said = messages(&loaded.warnings);
     assert_eq!(
         said,
-        ["a triangle has a texture and no places in it: it is not shown there"]
+        ["a triangle has a texture and no texture coordinates: it is not shown there"]
     );
 }
 

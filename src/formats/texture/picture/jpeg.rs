@@ -14,14 +14,14 @@ pub(super) fn open(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let components = info.pixel_format.pixel_bytes() as u64;
     // Planes of whole blocks, and all coefficients of a progressive picture, of two bytes each.
     let blocks = u64::from(width.next_multiple_of(32)) * u64::from(height.next_multiple_of(32));
-    let kept = match info.coding_process {
+    let copies = match info.coding_process {
         CodingProcess::DctProgressive => 3,
         CodingProcess::DctSequential | CodingProcess::Lossless => 1,
     };
     Ok(EncodedImage {
         width,
         height,
-        scratch: TABLES + blocks * components * kept + pixels * components,
+        scratch: TABLES + blocks * components * copies + pixels * components,
         decoder: Box::new(decoder),
     })
 }

@@ -42,9 +42,9 @@ const UNREAD: [(&[u8], &str); 24] = [
 
 /// Identifies bytes that are not a picture of a supported kind.
 pub(super) fn refusal(bytes: &[u8]) -> String {
-    let known = UNREAD.iter().find(|(magic, _)| bytes.starts_with(magic));
+    let unread = UNREAD.iter().find(|(magic, _)| bytes.starts_with(magic));
     let brand = bytes.get(4..8) == Some(b"ftyp");
-    let name = match known {
+    let name = match unread {
         Some((_, name)) => name,
         None if brand && bytes.get(8..12) == Some(b"avif") => "an AVIF picture",
         None if brand => "a HEIC picture",

@@ -116,10 +116,10 @@ mod tests {
             let decoded = open(bytes).and_then(EncodedImage::decode);
             decoded.map(|_| ()).expect_err("broken")
         };
-        let told = reason(&broken);
+        let message = reason(&broken);
         assert!(
-            told.contains("CRC") && told.ends_with("IDAT chunk."),
-            "{told}"
+            message.contains("CRC") && message.ends_with("IDAT chunk."),
+            "{message}"
         );
         broken[data + 5] ^= 1;
         assert_eq!(

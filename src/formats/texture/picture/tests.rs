@@ -90,16 +90,16 @@ fn alpha_is_kept_where_a_pixel_is_not_whole() {
     use BitDepth::{Eight, Sixteen};
     use ColorType::{GrayscaleAlpha, Rgb, Rgba};
     const NONE: [u8; 0] = [];
-    let of = |color, depth, samples: &[u8]| {
+    let alpha_of = |color, depth, samples: &[u8]| {
         alpha(&encoded([2, 1], color, depth, samples)).expect("a picture")
     };
-    assert_eq!(of(Rgba, Eight, &[1, 2, 3, 255, 4, 5, 6, 7]), [255, 7]);
-    assert_eq!(of(Rgba, Eight, &[1, 2, 3, 7, 4, 5, 6, 255]), [7, 255]);
-    assert_eq!(of(Rgba, Eight, &[1, 2, 3, 255, 4, 5, 6, 255]), NONE);
-    assert_eq!(of(Rgb, Eight, &[1, 2, 3, 4, 5, 6]), NONE);
-    assert_eq!(of(GrayscaleAlpha, Eight, &[0, 9, 200, 0]), [9, 0]);
+    assert_eq!(alpha_of(Rgba, Eight, &[1, 2, 3, 255, 4, 5, 6, 7]), [255, 7]);
+    assert_eq!(alpha_of(Rgba, Eight, &[1, 2, 3, 7, 4, 5, 6, 255]), [7, 255]);
+    assert_eq!(alpha_of(Rgba, Eight, &[1, 2, 3, 255, 4, 5, 6, 255]), NONE);
+    assert_eq!(alpha_of(Rgb, Eight, &[1, 2, 3, 4, 5, 6]), NONE);
+    assert_eq!(alpha_of(GrayscaleAlpha, Eight, &[0, 9, 200, 0]), [9, 0]);
     let samples = [0u16, 9 * 257 + 128, 7, 65_534].map(u16::to_be_bytes);
-    let wide = of(GrayscaleAlpha, Sixteen, samples.as_flattened());
+    let wide = alpha_of(GrayscaleAlpha, Sixteen, samples.as_flattened());
     assert_eq!(wide, [9, 255]);
 }
 
@@ -107,7 +107,7 @@ fn alpha_is_kept_where_a_pixel_is_not_whole() {
 /// that marks clear pixels.
 #[test]
 fn alpha_of_palettes_and_of_a_clear_colour_is_kept() {
-    let of = |color, depth, clear: &'static [u8], samples: &[u8]| {
+    let alpha_of = |color, depth, clear: &'static [u8], samples: &[u8]| {
         let mut out = Vec::new();
         let mut encoder = ::png::Encoder::new(&mut out, 4, 1);
         encoder.set_color(color);
@@ -122,14 +122,17 @@ fn alpha_of_palettes_and_of_a_clear_colour_is_kept() {
         alpha(&out).expect("a picture")
     };
     use BitDepth::{Eight, Four, Two};
-    let indexed = of(ColorType::Indexed, Two, &[9, 0], &[0b0001_1000]);
+    let indexed = alpha_of(ColorType::Indexed, Two, &[9, 0], &[0b0001_1000]);
     assert_eq!(indexed, [9, 0, 255, 9]);
-    let grey = of(ColorType::Grayscale, Four, &[0, 5], &[0x05, 0x55]);
+    let grey = alpha_of(ColorType::Grayscale, Four, &[0, 5], &[0x05, 0x55]);
     assert_eq!(grey, [255, 0, 0, 0]);
     let key = [0, 1, 0, 2, 0, 3];
     let key: &'static [u8] = Box::leak(key.into());
     let colors = [1, 2, 3, 1, 2, 4, 1, 2, 3, 0, 0, 0];
-    assert_eq!(of(ColorType::Rgb, Eight, key, &colors), [0, 255, 0, 255]);
+    assert_eq!(
+        alpha_of(ColorType::Rgb, Eight, key, &colors),
+        [0, 255, 0, 255]
+    );
 }
 
 #[test]
@@ -228,7 +231,7 @@ fn every_kind_of_jpeg_is_read() {
                 if (x / 4 + y / 4) % 2 == 0 { 40 } else { 200 },
             ];
             error += (texel.iter().zip(painted))
-                .map(|(&there, painted)| there.abs_diff(painted as u8) as usize)
+                .map(|(&stored, painted)| stored.abs_diff(painted as u8) as usize)
                 .sum::<usize>();
         }
         let mean = error as f64 / (21 * 13 * 3) as f64;
@@ -248,35 +251,38 @@ fn tga(kind: u8, depth: u8, flags: u8, data: &[u8]) -> Vec<u8> {
 
 #[test]
 fn tga_is_read_by_its_header() {
-    let of = |bytes: &[u8]| {
+    let decode = |bytes: &[u8]| {
         let image = EncodedImage::open(bytes).and_then(EncodedImage::decode);
         image.map(|image| (image.colors, image.alpha))
     };
     let two = vec![[3, 2, 1], [6, 5, 4]];
     let plain = tga(2, 24, 0, &[1, 2, 3, 4, 5, 6]);
-    assert_eq!(of(&plain), Ok((two.clone(), vec![])));
+    assert_eq!(decode(&plain), Ok((two.clone(), vec![])));
     let run = tga(10, 24, 0, &[0x81, 1, 2, 3]);
-    assert_eq!(of(&run), Ok((vec![[3, 2, 1]; 2], vec![])));
+    assert_eq!(decode(&run), Ok((vec![[3, 2, 1]; 2], vec![])));
     let clear = tga(2, 32, 8, &[1, 2, 3, 0, 4, 5, 6, 9]);
-    assert_eq!(of(&clear), Ok((two.clone(), vec![0, 9])));
+    assert_eq!(decode(&clear), Ok((two.clone(), vec![0, 9])));
     let unused = tga(2, 32, 8, &[1, 2, 3, 0, 4, 5, 6, 0]);
-    assert_eq!(of(&unused), Ok((two, vec![])));
+    assert_eq!(decode(&unused), Ok((two, vec![])));
     let grey = tga(3, 8, 0, &[7, 8]);
-    assert_eq!(of(&grey), Ok((vec![[7; 3], [8; 3]], vec![])));
+    assert_eq!(decode(&grey), Ok((vec![[7; 3], [8; 3]], vec![])));
     let mut huge = plain.clone();
     huge[13] = 0x3f;
-    assert!(of(&huge).unwrap_err().contains("too short"));
-    assert_eq!(of(&plain[..20]).unwrap_err(), "it ends too early");
+    assert!(decode(&huge).unwrap_err().contains("too short"));
+    assert_eq!(decode(&plain[..20]).unwrap_err(), "it ends too early");
     for (field, value) in [(1, 2), (2, 4), (5, 1), (16, 12), (17, 0x80)] {
         let mut other = plain.clone();
         other[field] = value;
-        assert!(of(&other).unwrap_err().contains("not a picture"), "{field}");
+        assert!(
+            decode(&other).unwrap_err().contains("not a picture"),
+            "{field}"
+        );
     }
 }
 
 #[test]
 fn bmp_is_read_with_alpha_where_it_has_some() {
-    let of = |depth: u8, data: &[u8]| {
+    let decode = |depth: u8, data: &[u8]| {
         let (mut bytes, start) = (b"BM".to_vec(), 14 + 40);
         bytes.extend(
             [0u32, 0, start, 40, 2, 1]
@@ -291,9 +297,9 @@ fn bmp_is_read_with_alpha_where_it_has_some() {
     };
     let two = vec![[3, 2, 1], [6, 5, 4]];
     let expected = Ok((two, vec![]));
-    assert_eq!(of(24, &[1, 2, 3, 4, 5, 6, 0, 0]), expected);
-    assert_eq!(of(32, &[1, 2, 3, 0, 4, 5, 6, 0]), expected);
-    assert_eq!(of(24, &[1, 2, 3]).unwrap_err(), "it ends too early");
+    assert_eq!(decode(24, &[1, 2, 3, 4, 5, 6, 0, 0]), expected);
+    assert_eq!(decode(32, &[1, 2, 3, 0, 4, 5, 6, 0]), expected);
+    assert_eq!(decode(24, &[1, 2, 3]).unwrap_err(), "it ends too early");
 }
 
 #[test]
@@ -385,13 +391,17 @@ fn a_size_is_believed_as_far_as_the_bytes_reach() {
 
 #[test]
 fn a_jpeg_may_lack_the_marker_of_its_end_alone() {
-    for whole in [HALVED, PROGRESSIVE, GREY] {
-        let end = whole.len();
+    for picture in [HALVED, PROGRESSIVE, GREY] {
+        let end = picture.len();
         for missing in [1, 2] {
-            assert_eq!(pixels(&whole[..end - missing]), pixels(whole), "{missing}");
+            assert_eq!(
+                pixels(&picture[..end - missing]),
+                pixels(picture),
+                "{missing}"
+            );
         }
         for missing in [4, 12, 40, 100] {
-            assert!(pixels(&whole[..end - missing]).is_err(), "{missing}");
+            assert!(pixels(&picture[..end - missing]).is_err(), "{missing}");
         }
     }
 }
