@@ -157,25 +157,20 @@ mod tests {
         symlink("/dev/null", at("null")).unwrap();
         symlink("/dev/stdout", at("out")).unwrap();
         symlink("circle", at("circle")).unwrap();
-        let kind_of = |name: &str| Destination::of(&at(name));
-        assert_eq!(kind_of("first").unwrap(), Destination::File(at("made")));
-        assert_eq!(kind_of("sub/../new").unwrap(), Destination::File(at("new")));
+        let kind = |name: &str| Destination::of(&at(name));
+        assert_eq!(kind("first").unwrap(), Destination::File(at("made")));
+        assert_eq!(kind("sub/../new").unwrap(), Destination::File(at("new")));
         assert_eq!(
-            kind_of("null").unwrap(),
+            kind("null").unwrap(),
             Destination::Stream("/dev/null".into())
         );
-        assert!(kind_of("out").unwrap().is_stdout());
-        assert!(
-            kind_of("circle")
-                .unwrap_err()
-                .to_string()
-                .contains("circle")
-        );
-        let folder = kind_of("sub").unwrap_err();
+        assert!(kind("out").unwrap().is_stdout());
+        assert!(kind("circle").unwrap_err().to_string().contains("circle"));
+        let folder = kind("sub").unwrap_err();
         assert_eq!(folder.kind(), io::ErrorKind::IsADirectory);
-        let missing = kind_of("no/where").unwrap_err();
+        let missing = kind("no/where").unwrap_err();
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
-        assert!(kind_of("first/where").is_err());
+        assert!(kind("first/where").is_err());
     }
 
     #[test]

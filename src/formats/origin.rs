@@ -228,27 +228,33 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn of(lo: [f64; 3], hi: [f64; 3]) -> Option<[f64; 3]> {
+    fn origin_of(lo: [f64; 3], hi: [f64; 3]) -> Option<[f64; 3]> {
         far(lo.into(), hi.into()).map(|origin| origin.to_array())
     }
 
     #[test]
     fn only_axes_on_which_the_geometry_is_far_away_move() {
-        assert_eq!(of([-10.0, 0.0, -10.0], [10.0, 3.0, 10.0]), None);
-        assert_eq!(of([0.0; 3], [0.0; 3]), None);
-        let utm = of(
+        assert_eq!(origin_of([-10.0, 0.0, -10.0], [10.0, 3.0, 10.0]), None);
+        assert_eq!(origin_of([0.0; 3], [0.0; 3]), None);
+        let utm = origin_of(
             [499_990.0, 0.0, -4_012_355.0],
             [500_010.0, 3.0, -4_012_335.0],
         );
         assert_eq!(utm, Some([500_000.0, 0.0, -4_012_344.0]));
         // The other axes' extent counts: a floor in which the third coordinate is constant is not
         // far away.
-        assert_eq!(of([-10.0, 5.0, -10.0], [10.0, 5.0, 10.0]), None);
+        assert_eq!(origin_of([-10.0, 5.0, -10.0], [10.0, 5.0, 10.0]), None);
         // A ground that reaches to the origin.
-        assert_eq!(of([0.0, 0.0, 0.0], [500_010.0, 3.0, 500_010.0]), None);
+        assert_eq!(
+            origin_of([0.0, 0.0, 0.0], [500_010.0, 3.0, 500_010.0]),
+            None
+        );
         // A point, which is all that single precision leaves of something small.
-        assert_eq!(of([1e9, 0.0, 0.0], [1e9, 0.0, 0.0]), Some([1e9, 0.0, 0.0]));
-        assert_eq!(of([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), None);
+        assert_eq!(
+            origin_of([1e9, 0.0, 0.0], [1e9, 0.0, 0.0]),
+            Some([1e9, 0.0, 0.0])
+        );
+        assert_eq!(origin_of([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), None);
     }
 
     #[test]

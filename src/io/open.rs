@@ -1,7 +1,7 @@
 //! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already. This is
 //! where default parts and the user's overrides come to what a reader returns.
 
-use crate::cache::{self, CacheError, Cached};
+use crate::cache::{self, CacheError};
 use phalanx_formats::{Diagnostic, LoadError, Origin, ReadOptions, ReadScene, SceneFile};
 use phalanx_look::{Overrides, UnfitScene, finish_scene, override_scene};
 use phalanx_scene::{Scene, SceneError};
@@ -20,7 +20,7 @@ pub struct Options {
 }
 
 /// A scene that was opened.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Opened {
     /// The scene, validated and range-fitted.
     pub scene: Scene,
@@ -106,54 +106,42 @@ pub fn open_bytes(
 /// # Errors
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
+    let mut opened = Opened::default();
     if let Some(name) = standard_name(path) {
-        let scene =
-            phalanx_standard::scene(phalanx_standard::parse_spec(name)?, options.read.threads)?;
-        return amended(scene, None, 0, options);
-    }
-    if !is_cache(path) {
+        let spec = phalanx_standard::parse_spec(name)?;
+        opened.scene = phalanx_standard::scene(spec, options.read.threads)?;
+    } else if is_cache(path) {
+        let cached = cache::open(path)?;
+        (opened.scene, opened.bvh) = (cached.scene, Some(cached.bvh));
+        opened.mapped_bytes = cached.file_bytes;
+    } else {
         return Ok(load(path, options)?);
     }
-    let Cached {
-        scene,
-        bvh,
-        file_bytes,
-    } = cache::open(path)?;
-    amended(scene, Some(bvh), file_bytes, options)
+    amended(opened, options)
 }
 
 /// A scene that does not come from a reader, with the options applied to it.
-fn amended(
-    mut scene: Scene,
-    mut bvh: Option<Bvh>,
-    mapped_bytes: u64,
-    options: &Options,
-) -> Result<Opened, OpenError> {
+fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
     let Options { read, look } = options;
-    let mut notes = match override_scene(&mut scene, look, read.threads) {
+    let scene = &mut opened.scene;
+    let notes = &mut opened.notes;
+    notes.extend(match override_scene(scene, look, read.threads) {
         Err(SceneError::TooFar(_)) => {
             // As in a reader; the tree has the old scale.
             scene.rescale_to_f32_range();
-            bvh = None;
-            override_scene(&mut scene, look, read.threads)?
+            opened.bvh = None;
+            override_scene(scene, look, read.threads)?
         }
         done => done?,
-    };
-    notes.extend(phalanx_formats::origin_note(&scene));
+    });
+    notes.extend(phalanx_formats::origin_note(scene));
     if read.origin != Origin::Auto {
         notes.push("--origin has no effect on a scene cache".to_owned());
     }
     if read.material.is_some() {
         notes.push("--material has no effect on a scene cache".to_owned());
     }
-    Ok(Opened {
-        scene,
-        bvh,
-        mapped_bytes,
-        files: Vec::new(),
-        warnings: Vec::new(),
-        notes,
-    })
+    Ok(opened)
 }
 
 /// Reads a scene file, choosing the format by its ending.
@@ -169,15 +157,21 @@ pub fn load(path: &Path, options: &Options) -> Result<Opened, LoadError> {
 fn load_file(path: &Path, file: &SceneFile, options: &Options) -> Result<Opened, LoadError> {
     let read = file.read(&options.read)?;
     let is_text = read.is_text;
-    finish(read, options).map_err(|unfit| match unfit {
-        UnfitScene::Overrides(reason) => LoadError::Options {
-            path: path.to_path_buf(),
-            reason,
-        },
-        UnfitScene::File { message, help } => {
-            file.fault(vec![Diagnostic::of_file(is_text, message, help)])
+    finish(read, options).map_err(|unfit| {
+        if unfit.is_override {
+            LoadError::Options {
+                path: path.to_path_buf(),
+                reason: unfit.message,
+            }
+        } else {
+            file.fault(vec![diagnostic(unfit, is_text)])
         }
     })
+}
+
+/// A file has a first line to point at, and an override has none.
+fn diagnostic(unfit: UnfitScene, is_text: bool) -> Diagnostic {
+    Diagnostic::of_file(is_text && !unfit.is_override, unfit.message, unfit.help)
 }
 
 /// Reads a scene from bytes, as from a file with that ending (one of
@@ -195,12 +189,7 @@ pub fn read_bytes(
     let file = SceneFile::from_bytes(Path::new(""), ending, bytes).ok()?;
     Some(file.read_alone(&options.read).and_then(|read| {
         let is_text = read.is_text;
-        finish(read, options).map_err(|unfit| {
-            vec![match unfit {
-                UnfitScene::Overrides(reason) => Diagnostic::of_file(false, reason, None),
-                UnfitScene::File { message, help } => Diagnostic::of_file(is_text, message, help),
-            }]
-        })
+        finish(read, options).map_err(|unfit| vec![diagnostic(unfit, is_text)])
     }))
 }
 
@@ -240,10 +229,9 @@ fn finish(read: ReadScene, options: &Options) -> Result<Opened, UnfitScene> {
     notes.extend(read.notes);
     Ok(Opened {
         scene,
-        bvh: None,
-        mapped_bytes: 0,
         files: read.files,
         warnings: read.warnings,
         notes,
+        ..Opened::default()
     })
 }

@@ -6,22 +6,17 @@ use super::framing::{PictureShape, framing, parallel_height};
 use super::lights::{self, DefaultLights};
 use super::overrides::{AddedLight, Overrides};
 use glam::{DVec3, Vec3};
-use phalanx_scene::{
-    DefaultedParts, OrthoHeight, SINGLE_SIDED, Scene, SceneError, UpAxis, View, VisibleVertices,
-};
+use phalanx_scene::{OrthoHeight, SINGLE_SIDED, Scene, SceneError, UpAxis, View, VisibleVertices};
 
-/// The reason why a scene of a file cannot be traced.
+/// The reason why a scene cannot be traced.
 #[derive(Debug)]
-pub enum UnfitScene {
-    /// An override, for this reason.
-    Overrides(String),
-    /// The file itself.
-    File {
-        /// What is wrong.
-        message: String,
-        /// A probable cause, if there is one.
-        help: Option<&'static str>,
-    },
+pub struct UnfitScene {
+    /// What is wrong.
+    pub message: String,
+    /// A probable cause, if there is one.
+    pub help: Option<&'static str>,
+    /// True if an override is to blame, and not the file.
+    pub is_override: bool,
 }
 
 /// Background behind a mesh without surroundings: dark enough for its lit side, light enough for
@@ -46,26 +41,31 @@ pub fn finish_scene(
     if defaulted.sky {
         scene.background = BACKGROUND;
     }
-    apply(scene, overrides, threads).map_err(|error| UnfitScene::Overrides(error.to_string()))?;
+    let unfit = |message: String, is_override: bool| UnfitScene {
+        message,
+        help: None,
+        is_override,
+    };
+    apply(scene, overrides, threads).map_err(|error| unfit(error.to_string(), true))?;
     let notes = notes_on(scene, up_is_assumed, overrides);
     // Checked once in the file's units, and once as it will be traced: a scene that holds both
     // 1e30 and 1e-30 units cannot be brought into f32's comfortable range as a whole.
-    let unfit = |error: SceneError, help| UnfitScene::File {
-        message: format!("the scene cannot be traced: {error}"),
-        help,
-    };
-    scene.validate().map_err(|error| unfit(error, None))?;
+    let of_file = |error| unfit(format!("the scene cannot be traced: {error}"), false);
+    scene.validate().map_err(of_file)?;
     let unit = scene.scale;
     scene.rescale_to_f32_range();
     if scene.scale != unit
         && let Err(error) = scene.validate()
     {
         if overrides.view.is_some() || !overrides.lights.is_empty() {
-            let reason = format!("--camera or --light is too far away: {error}");
-            return Err(UnfitScene::Overrides(reason));
+            let message = format!("--camera or --light is too far away: {error}");
+            return Err(unfit(message, true));
         }
         let help = "its largest and smallest parts may lie too far apart for single precision";
-        return Err(unfit(error, Some(help)));
+        return Err(UnfitScene {
+            help: Some(help),
+            ..of_file(error)
+        });
     }
     Ok(notes)
 }
@@ -73,34 +73,28 @@ pub fn finish_scene(
 /// Notes on default parts, and on overrides that have no effect.
 fn notes_on(scene: &Scene, up_is_assumed: bool, overrides: &Overrides) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
-    let DefaultedParts {
-        view,
-        light,
-        sky,
-        up,
-        ..
-    } = scene.defaulted;
+    let defaulted = &scene.defaulted;
     let is_up_given = overrides.up.is_some();
-    if view {
-        let assumed_y = !is_up_given && up_is_assumed && up == UpAxis::Y;
+    if defaulted.view {
+        let assumed_y = !is_up_given && up_is_assumed && defaulted.up == UpAxis::Y;
         let up = if assumed_y { ", y up (see --camera, --up)" } else { " (see --camera)" };
         let used = "the file has no camera: one that frames everything is used";
         notes.push(format!("{used}{up}"));
     }
-    if light {
-        let fill = if scene.defaulted.bare { " and a fill light are" } else { " is" };
+    if defaulted.light {
+        let fill = if defaulted.bare { " and a fill light are" } else { " is" };
         notes.push(format!(
             "the file has no light: a point light over the camera's shoulder{fill} used (see --light)"
         ));
     }
-    if sky && scene.sky.is_some() {
+    if defaulted.sky && scene.sky.is_some() {
         notes.push(
             "the file has no surroundings: mirrors see a sky, dark below and bright above (see --background)"
                 .into(),
         );
     }
     notes.extend(notes_without_effect(scene, overrides));
-    if view && !is_up_given && up != UpAxis::Y {
+    if defaulted.view && !is_up_given && defaulted.up != UpAxis::Y {
         notes.push("the model is taken as Z-up, as is the custom in its format (see --up)".into());
     }
     notes
@@ -123,19 +117,11 @@ fn apply(scene: &mut Scene, overrides: &Overrides, threads: usize) -> Result<(),
     let before = scene.defaulted;
     camera_choice::choose(scene, overrides)?;
     apply_overrides(scene, overrides);
-    let DefaultedParts {
-        view,
-        light,
-        sky,
-        up,
-        ortho,
-        ortho_size,
-        ..
-    } = scene.defaulted;
+    let defaulted = scene.defaulted;
     let (width, height) = overrides.size.unwrap_or((scene.width, scene.height));
     let aspect = f64::from(width) / f64::from(height);
     // Other scenes are the same for every picture.
-    let picture = if view || ortho_size.is_some() {
+    let picture = if defaulted.view || defaulted.ortho_size.is_some() {
         (aspect, overrides.turntable)
     } else {
         (1.0, false)
@@ -146,34 +132,33 @@ fn apply(scene: &mut Scene, overrides: &Overrides, threads: usize) -> Result<(),
         return Ok(());
     }
     let mut fitting = None;
-    if view || light {
+    if defaulted.view || defaulted.light {
         let visible = VisibleVertices::of(scene, threads);
         let bounds = visible.bounds(scene);
-        if view {
-            let turntable = overrides.turntable;
+        if defaulted.view {
             let shape = PictureShape {
                 aspect,
-                up,
-                turntable,
+                up: defaulted.up,
+                turntable: overrides.turntable,
             };
             scene.view = framing(scene, &visible, bounds, shape);
-            if ortho == Some(OrthoHeight::Fitting) {
+            if defaulted.ortho == Some(OrthoHeight::Fitting) {
                 fitting = Some(parallel_height(scene, &visible, &scene.view, bounds, shape));
             }
         }
-        if light {
+        if defaulted.light {
             DefaultLights { bounds }.place(scene);
         }
     }
-    let visible_height = match (ortho, ortho_size) {
+    let visible_height = match (defaulted.ortho, defaulted.ortho_size) {
         (Some(OrthoHeight::Given(height)), _) => Some(height * f64::from(scene.scale)),
         (_, Some([width, height])) => Some(height.max(width / aspect) * f64::from(scene.scale)),
         (Some(OrthoHeight::Fitting), None) => fitting.or(Some(seen_height(&scene.view))),
         (None, None) => scene.view.ortho.map(f64::from),
     };
     scene.view.ortho = visible_height.map(|height| height as f32);
-    if sky {
-        scene.sky = lights::sky(scene, up);
+    if defaulted.sky {
+        scene.sky = lights::sky(scene, defaulted.up);
     }
     Ok(())
 }
@@ -212,10 +197,9 @@ pub fn override_scene(
     apply(scene, overrides, threads)?;
     // The scene was rescaled into the comfortable range when it was made. Parts that are placed now
     // cannot change its scale any more.
-    let DefaultedParts { view, light, .. } = scene.defaulted;
     let moved =
         overrides.view.is_some() || overrides.camera.is_some() || !overrides.lights.is_empty();
-    if (moved || view || light) && !scene.is_in_safe_range() {
+    if (moved || scene.defaulted.view || scene.defaulted.light) && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
     }
     scene.validate_settings()?;

@@ -110,7 +110,7 @@ impl Folder {
     }
 
     /// The same folder, with at most `most` bytes of memory for the files that the scene names.
-    pub(crate) fn within(self, most: Option<u64>) -> Folder {
+    pub(crate) fn with_limit(self, most: Option<u64>) -> Folder {
         Folder {
             memory: MemoryLedger::of(most),
             ..self
@@ -118,7 +118,7 @@ impl Folder {
     }
 
     /// The same folder, and further ones in which files may lie.
-    pub(crate) fn and(self, opened: &[PathBuf]) -> Folder {
+    pub(crate) fn with_opened(self, opened: &[PathBuf]) -> Folder {
         Folder {
             opened: opened.to_vec(),
             roots: OnceCell::new(),

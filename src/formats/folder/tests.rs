@@ -89,7 +89,7 @@ fn links_open_nothing() {
     }
     // A file that a link leads to may be read once its folder has been opened, by the folder's own
     // path or by the path of the link.
-    let folder = folder.and(&[outer.path().join("other")]);
+    let folder = folder.with_opened(&[outer.path().join("other")]);
     for inside in [
         "linked/bark.png",
         "../textures/bark.png",
@@ -169,7 +169,7 @@ fn letters_of_the_other_case_are_searched_for_if_one_file_has_them() {
 #[test]
 fn an_opened_folder_opens_nothing_else() {
     let (outer, _, folder) = tree();
-    let folder = folder.and(&[outer.path().join("textures"), outer.path().join("absent")]);
+    let folder = folder.with_opened(&[outer.path().join("textures"), outer.path().join("absent")]);
     for name in ["../textures/bark.png", "bark.png", "C:\\x\\bark.png"] {
         let named = folder.find_for(None, name).unwrap();
         assert_eq!(text(&folder, &named.file), "textures/bark.png", "{name}");

@@ -151,7 +151,7 @@ fn copies_beyond_the_comfortable_range_are_placed_where_they_were_baked() {
 fn rows_and_triangles_count_before_they_are_made() {
     let text = copies(&[0; 3], 1, 1000, 1e-20);
     let refused = |most: u64| {
-        let asset_dir = Folder::none().within(Some(most));
+        let asset_dir = Folder::none().with_limit(Some(most));
         let read = read(text.as_bytes(), &asset_dir, &ReadOptions::default()).is_ok();
         let refused = asset_dir.memory().refusal();
         assert_eq!(read, refused.is_none());

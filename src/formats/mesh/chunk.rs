@@ -1,7 +1,7 @@
 //! Rows of a mesh that one worker has read, and their join.
 
 use super::faces::Faces;
-use super::polygon_mesh::{NotFinite, PolygonMesh, is_in_reach, merge_floats, stored};
+use super::polygon_mesh::{NotFinite, PolygonMesh, finite_or_zero, is_in_reach, merge_floats};
 use crate::diagnostics::Span;
 use phalanx_scene::{Vec2s, Vec3s};
 
@@ -64,7 +64,7 @@ pub(crate) fn checked_position(
         return row;
     }
     bad.push(NotFinite { number, span });
-    stored(row)
+    finite_or_zero(row)
 }
 
 /// A normal, or +z and a note if it is zero or not finite.

@@ -194,11 +194,11 @@ impl Faces {
     /// its fan has. The rest become points, so that a face of n corners is always n - 2 triangles.
     pub(crate) fn triangulate(&mut self, vertices: &Vec3s) {
         for polygon in std::mem::take(&mut self.polygons) {
-            self.cut(polygon, vertices);
+            self.cut_polygon(polygon, vertices);
         }
     }
 
-    fn cut(&mut self, polygon: Polygon, vertices: &Vec3s) {
+    fn cut_polygon(&mut self, polygon: Polygon, vertices: &Vec3s) {
         let (first, corners) = (polygon.first as usize, polygon.corners as usize);
         let fan = first..first + corners - 2;
         let outline = |column: &[[u32; 3]]| -> Vec<u32> {

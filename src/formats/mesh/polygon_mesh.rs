@@ -8,9 +8,7 @@ use crate::options::ReadOptions;
 use crate::origin::{self, ReadStop};
 use crate::read_scene::{self, ReadScene};
 use crate::text::workers;
-use phalanx_scene::{
-    Column, Material, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s,
-};
+use phalanx_scene::{Column, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s};
 
 /// A row whose numbers are not finite or cannot be used, and its span in the file.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +29,7 @@ pub(crate) fn is_in_reach(position: [f32; 3]) -> bool {
 }
 
 /// The position as it is stored: 0 if it is not finite.
-pub(crate) fn stored(position: [f32; 3]) -> [f32; 3] {
+pub(crate) fn finite_or_zero(position: [f32; 3]) -> [f32; 3] {
     if position.iter().all(|c| c.is_finite()) { position } else { [0.0; 3] }
 }
 
@@ -190,7 +188,7 @@ pub(crate) fn merge_floats<const N: usize>(
             column.push(part);
         }
     }
-    let mut joined = workers::map(threads, columns.into(), workers::joined).into_iter();
+    let mut joined = workers::map(threads, columns.into(), workers::join).into_iter();
     std::array::from_fn(|_| joined.next().unwrap_or_default().into())
 }
 
@@ -208,32 +206,20 @@ fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
             parts.push(part);
         }
     }
-    let mut joined = workers::map(threads, columns.into(), workers::joined).into_iter();
+    let mut joined = workers::map(threads, columns.into(), workers::join).into_iter();
     std::array::from_fn(|_| joined.next().unwrap_or_default())
 }
 
 /// A scene of a mesh alone, whose row 0 is the material of triangles for which the file names none.
-pub(crate) fn bare_scene(options: &ReadOptions, table: &mut MaterialTable) -> Scene {
-    scene_with(options.material.unwrap_or(GREY), table)
-}
-
-/// The same for a mesh of these colours. They are the surface's own, so a default material beneath
-/// them is white.
+/// Colours are the surface's own, so a default material beneath them is white.
 pub(crate) fn scene_for(
     colors: &MeshColors,
     options: &ReadOptions,
     table: &mut MaterialTable,
 ) -> Scene {
-    if colors.rgb.is_empty() {
-        bare_scene(options, table)
-    } else {
-        scene_with(options.material.unwrap_or(WHITE), table)
-    }
-}
-
-fn scene_with(material: Material, table: &mut MaterialTable) -> Scene {
+    let default = if colors.rgb.is_empty() { GREY } else { WHITE };
     let mut scene = empty_scene();
-    table.intern(&material, &mut scene.materials);
+    table.intern(&options.material.unwrap_or(default), &mut scene.materials);
     scene
 }
 

@@ -60,7 +60,7 @@ fn decode(channel: f32, scale: f32) -> f32 {
 fn painted(chunks: Vec<(usize, ChunkColors)>) -> MeshColors {
     let vertices = chunks.iter().map(|(vertices, _)| vertices).sum();
     let painted = chunks.into_iter().map(|(_, colors)| colors.painted);
-    let painted = workers::joined(painted.collect());
+    let painted = workers::join(painted.collect());
     if painted.is_empty() {
         return MeshColors::default();
     }

@@ -18,7 +18,7 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
         match runs.iter().rposition(|run| exists(run)) {
             Some(last) => {
                 let before = unknown.take().map_or("", |from: usize| &names[from..start]);
-                split.extend(cut(before));
+                split.extend(split_at_mtl(before));
                 split.push(runs[last]);
                 at += last + 1;
             }
@@ -29,12 +29,12 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
         }
     }
     let end = words.last().map_or(0, |word| word.1);
-    split.extend(cut(unknown.map_or("", |from| &names[from..end])));
+    split.extend(split_at_mtl(unknown.map_or("", |from| &names[from..end])));
     split
 }
 
 /// Names that end where a word ends in `.mtl`.
-pub(super) fn cut(names: &str) -> impl Iterator<Item = &str> {
+pub(super) fn split_at_mtl(names: &str) -> impl Iterator<Item = &str> {
     let ends = names.match_indices(char::is_whitespace).map(|(at, _)| at);
     let ends = ends.chain([names.len()]).filter(|&end| {
         let ending = end.checked_sub(4).and_then(|start| names.get(start..end));

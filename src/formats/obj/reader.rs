@@ -123,7 +123,7 @@ fn read_chunks(
     (size, moved): (usize, Option<DVec3>),
     memory: &MemoryLedger,
 ) -> Vec<ObjChunk> {
-    let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
+    let ranges = workers::chunk_ranges(0..bytes.len(), size, |at| line_start(bytes, at));
     let first = ranges
         .iter()
         .map(|range| (range.clone(), IndexLimits::UNKNOWN));

@@ -130,7 +130,7 @@ impl RowWords for BinaryWords<'_> {
         self.take(count, kind).map(drop)
     }
 
-    fn at(&self) -> usize {
+    fn position(&self) -> usize {
         self.at
     }
 

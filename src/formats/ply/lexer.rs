@@ -78,7 +78,7 @@ impl PlyLexer<'_> {
         Span::new(start, rest.trim_ascii_end().len())
     }
 
-    pub(super) fn since(&self, start: usize) -> Span {
+    pub(super) fn span_since(&self, start: usize) -> Span {
         Span::between(start, self.at)
     }
 
@@ -95,8 +95,12 @@ impl PlyLexer<'_> {
         self.skip_blanks();
         let start = self.at;
         let count = self.whole_number()?;
-        usize::try_from(count)
-            .map_err(|_| ParseError::new(self.since(start), "a list cannot have a negative count"))
+        usize::try_from(count).map_err(|_| {
+            ParseError::new(
+                self.span_since(start),
+                "a list cannot have a negative count",
+            )
+        })
     }
 
     #[inline]
@@ -148,7 +152,7 @@ impl PlyLexer<'_> {
         let is_number = end > self.at && ends_word(self.text, end);
         let special = (!is_number).then(|| decimal::not_finite(self.text, self.at));
         let (value, end) = special.flatten().unwrap_or((value, end));
-        self.ended(value, end, "a number")
+        self.accept(value, end, "a number")
     }
 
     /// The next whole number, which may be written as `3.0` or `3e0`.
@@ -162,12 +166,12 @@ impl PlyLexer<'_> {
                 (value, end) = (integer, after);
             }
         }
-        self.ended(value, end, "a whole number")
+        self.accept(value, end, "a whole number")
     }
 
     /// Moves behind a number that ends here, if it is one.
     #[inline]
-    fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
+    fn accept<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
         if end > self.at && ends_word(self.text, end) {
             self.at = end;
             return Ok(value);
@@ -186,7 +190,7 @@ impl PlyLexer<'_> {
 
     #[cold]
     fn missing(&self) -> ParseError {
-        ParseError::new(self.since(self.at), "the row ends too early")
+        ParseError::new(self.span_since(self.at), "the row ends too early")
     }
 
     fn quoted(&self, span: Span) -> String {

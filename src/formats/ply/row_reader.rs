@@ -22,7 +22,7 @@ pub(super) trait RowWords {
     /// Passes some numbers.
     fn pass(&mut self, count: usize, kind: Type) -> Result<(), ParseError>;
     /// The position of what comes next.
-    fn at(&self) -> usize;
+    fn position(&self) -> usize;
     /// The span of a face by the start of its row and by its list of corners. Its length accounts
     /// for the memory of the face.
     fn face_span(&self, row: usize, corners: Span) -> Span;
@@ -118,30 +118,24 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
 
     #[inline]
     fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         let read = self.vertex_numbers(element);
         if read.is_err() {
             // A faulty vertex is stored, too, so that later ones keep their numbers.
             self.numbers.fill(0.0);
         }
-        let span = Span::between(start, self.words.at());
-        let VertexPlan {
-            position,
-            normal,
-            color,
-            uv,
-            ..
-        } = self.plan.vertices;
+        let span = Span::between(start, self.words.position());
+        let plan = &self.plan.vertices;
         let number_of = |property: usize| self.numbers[property];
         let mesh = &mut self.chunk.mesh;
-        mesh.add_vertex(position.map(number_of), number, span);
-        if let Some(normal) = normal {
+        mesh.add_vertex(plan.position.map(number_of), number, span);
+        if let Some(normal) = plan.normal {
             mesh.add_normal(normal.map(number_of), number, span);
         }
-        if let Some(uv) = uv {
+        if let Some(uv) = plan.uv {
             push(&mut mesh.uvs, uv.map(number_of));
         }
-        if let Some(color) = color {
+        if let Some(color) = plan.color {
             push(&mut self.chunk.colors, color.numbers.map(number_of));
             let alpha = color.alpha.map_or(1.0, number_of);
             note_opacity(alpha, span, &mut self.chunk.remarks);
@@ -165,14 +159,14 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
 
     #[inline]
     fn face(&mut self, element: &Element, list: usize) -> Result<(), ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         let mut corners = Span::START;
         for (index, property) in element.properties.iter().enumerate() {
             match property.kind {
                 PropertyKind::List { count, item } if index == list => {
-                    let start = self.words.at();
+                    let start = self.words.position();
                     let count = self.words.list_count(count, item)?;
-                    check_corners(count, Span::between(start, self.words.at()))?;
+                    check_corners(count, Span::between(start, self.words.position()))?;
                     corners = self.read_corners(count, item)?;
                 }
                 _ => self.face_property(property, index)?,
@@ -193,7 +187,7 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
     }
 
     fn strips(&mut self, element: &Element, list: usize) -> Result<(), ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         let (mut corners, mut length) = (Span::START, 0);
         for (index, property) in element.properties.iter().enumerate() {
             match property.kind {
@@ -220,13 +214,13 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
     /// Reads the corners of a list; returns its span.
     #[inline]
     fn read_corners(&mut self, count: usize, item: Type) -> Result<Span, ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         self.corners.clear();
         for _ in 0..count {
             let corner = self.words.integer(item)?;
             self.corners.push(corner);
         }
-        Ok(Span::between(start, self.words.at()))
+        Ok(Span::between(start, self.words.position()))
     }
 
     /// Takes memory for a face with this number of corners. The length of the span accounts for a

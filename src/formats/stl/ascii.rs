@@ -34,7 +34,7 @@ pub(super) fn read(
 ) -> (Soup, Vec<(usize, Span)>) {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
-    let ranges = workers::cut(start..bytes.len(), chunk_bytes, |at| {
+    let ranges = workers::chunk_ranges(start..bytes.len(), chunk_bytes, |at| {
         // Names and comments may hold the word.
         let ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
         let is_end =
@@ -63,7 +63,7 @@ pub(super) fn read(
         soups.push(chunk.soup);
     }
     remarks.emit(report);
-    let soup = workers::joined(soups);
+    let soup = workers::join(soups);
     if let Some(error) = cut_off {
         if soup.is_empty() {
             report.error(error.span, error.message)
@@ -115,7 +115,7 @@ pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
         }
         match words.word() {
             None => return Span::START,
-            Some(word) if words.is(word, b"vertex") => {
+            Some(word) if words.word_is(word, b"vertex") => {
                 if count == corner {
                     return word;
                 }

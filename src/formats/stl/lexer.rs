@@ -55,7 +55,7 @@ impl<'a> StlLexer<'a> {
 
     /// Returns true if a word is this one, in any case.
     #[inline]
-    pub(super) fn is(&self, word: Span, expected: &[u8]) -> bool {
+    pub(super) fn word_is(&self, word: Span, expected: &[u8]) -> bool {
         self.text[word.range()].eq_ignore_ascii_case(expected)
     }
 
@@ -63,7 +63,7 @@ impl<'a> StlLexer<'a> {
     #[inline]
     pub(super) fn take(&mut self, expected: &[u8]) -> Option<Span> {
         let before = self.at;
-        let word = self.word().filter(|&word| self.is(word, expected));
+        let word = self.word().filter(|&word| self.word_is(word, expected));
         if word.is_none() {
             self.at = before;
         }

@@ -41,7 +41,7 @@ impl Welded {
         if !mesh::is_in_reach(position) {
             self.bad.push((self.vertices.len() as u32, corner));
         }
-        self.vertices.push(mesh::stored(position).into());
+        self.vertices.push(mesh::finite_or_zero(position).into());
     }
 }
 

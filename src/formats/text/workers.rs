@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// Cuts a text of `range` into chunks of about `size` bytes. Each ends where `end_after` says: at
 /// the first possible offset at or after the given one.
-pub(crate) fn cut(
+pub(crate) fn chunk_ranges(
     range: Range<usize>,
     size: usize,
     end_after: impl Fn(usize) -> usize,
@@ -28,7 +28,7 @@ pub(crate) fn cut(
 }
 
 /// One vector of all parts, each of which is dropped as soon as it has been copied.
-pub(crate) fn joined<T: Copy>(mut parts: Vec<Vec<T>>) -> Vec<T> {
+pub(crate) fn join<T: Copy>(mut parts: Vec<Vec<T>>) -> Vec<T> {
     parts.retain(|part| !part.is_empty());
     if parts.len() == 1 {
         return parts.swap_remove(0);
@@ -52,7 +52,7 @@ mod tests {
                 let rest = memchr::memchr(b'\n', &text[at..]);
                 rest.map_or(text.len(), |i| at + i + 1)
             };
-            let chunks = cut(0..text.len(), size, after);
+            let chunks = chunk_ranges(0..text.len(), size, after);
             let ends: Vec<usize> = chunks.iter().map(|p| p.end).collect();
             assert!(
                 chunks

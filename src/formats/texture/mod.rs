@@ -182,7 +182,7 @@ impl<'a> TextureLibrary<'a> {
             None => {
                 let decoded = bytes().and_then(|bytes| self.decode(name, &bytes));
                 let first = decoded.map(|texture| self.push(texture));
-                self.pictures.insert(origin, known(&first));
+                self.pictures.insert(origin, row_or_none(&first));
                 first?
             }
         };
@@ -193,7 +193,7 @@ impl<'a> TextureLibrary<'a> {
             return Ok(row);
         }
         let row = self.copy_for(name, first, sampler);
-        self.sampled.insert((first, sampler), known(&row));
+        self.sampled.insert((first, sampler), row_or_none(&row));
         row
     }
 
@@ -247,7 +247,7 @@ impl<'a> TextureLibrary<'a> {
 }
 
 /// The row that stands for a result from then on.
-fn known(row: &Result<u32, String>) -> u32 {
+fn row_or_none(row: &Result<u32, String>) -> u32 {
     *row.as_ref().unwrap_or(&NO_TEXTURE)
 }
 

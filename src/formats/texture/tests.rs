@@ -58,7 +58,7 @@ fn textures_count_before_they_are_decoded() {
     let span = || Span::START;
     let repeat = sampler(Wrap::Repeat);
     let named = |most: u64, names: &[&str]| {
-        let asset_dir = Folder::of(&folder.path().join("scene")).within(Some(most));
+        let asset_dir = Folder::of(&folder.path().join("scene")).with_limit(Some(most));
         let mut report = DiagnosticSink::binary();
         let mut library = TextureLibrary::new(&asset_dir);
         for name in names {
@@ -128,7 +128,7 @@ fn alpha_counts_before_it_is_made() {
     file("half.png", ColorType::GrayscaleAlpha, &[7, 128]);
     file("grey.png", ColorType::Grayscale, &[7]);
     let refused = |most: u64, name: &str| {
-        let asset_dir = Folder::of(&folder.path().join("scene")).within(Some(most));
+        let asset_dir = Folder::of(&folder.path().join("scene")).with_limit(Some(most));
         let mut report = DiagnosticSink::binary();
         let mut library = TextureLibrary::new(&asset_dir);
         let row = library.named(name, sampler(Wrap::Repeat), || Span::START, &mut report);
