@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 /// The user's options for opening a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// How its file is read.
+    /// Options of its reader.
     pub read: ReadOptions,
-    /// What replaces parts of it.
+    /// Replacements of its parts.
     pub look: Overrides,
 }
 

@@ -11,7 +11,7 @@ use phalanx_scene::{OrthoHeight, SINGLE_SIDED, Scene, SceneError, UpAxis, View, 
 /// The reason why a scene cannot be traced.
 #[derive(Debug)]
 pub struct UnfitScene {
-    /// What is wrong.
+    /// The fault.
     pub message: String,
     /// A probable cause, if there is one.
     pub help: Option<&'static str>,

@@ -1,9 +1,9 @@
-//! What the program says and writes.
+//! Results, progress, messages and output files.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `sinks` | where results, messages, progress and files go |
-//! | `summary` | what is said about a scene, its picture, its rays and its memory |
+//! | `summary` | statements about a scene, its picture, its rays and its memory |
 //! | `error` | errors of commands, and their exit codes |
 
 mod error;

@@ -1,7 +1,7 @@
 //! Remarks about a chunk of a file: errors, and warnings about many places, of which each kind is
 //! given once.
 
-use super::sink::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
+use super::diagnostic_sink::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
 
 /// An error in a chunk of the file.
 #[derive(Debug)]

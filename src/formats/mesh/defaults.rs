@@ -1,4 +1,4 @@
-//! What a mesh has where its file says nothing: materials, and the size and tone of its picture.
+//! Defaults of a mesh about which its file says nothing: materials, size and tone of its picture.
 
 use glam::Vec3;
 use phalanx_scene::{DefaultedParts, Material, OutputEncoding, Scene};

@@ -1,4 +1,4 @@
-//! Where results, messages, progress and files go.
+//! Destinations of results, messages, progress and files.
 //!
 //! | file | holds |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! What is said about a scene, its picture, its rays and its memory.
+//! Statements about a scene, its picture, its rays and its memory.
 //!
 //! | file | holds |
 //! |---|---|
