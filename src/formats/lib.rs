@@ -33,6 +33,8 @@ mod scene_file;
 mod stl;
 mod table;
 mod test_scene;
+#[cfg(test)]
+mod tests;
 mod text;
 mod texture;
 
