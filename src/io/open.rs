@@ -169,7 +169,7 @@ fn load_file(path: &Path, file: &SceneFile, options: &Options) -> Result<Opened,
     })
 }
 
-/// A file has a first line to point at, and an override has none.
+/// The fault of a scene. An override is not in the file, so that it has no line.
 fn diagnostic(unfit: UnfitScene, is_text: bool) -> Diagnostic {
     Diagnostic::of_file(is_text && !unfit.is_override, unfit.message, unfit.help)
 }
