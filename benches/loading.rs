@@ -7,7 +7,7 @@
 //! them. trimesh runs in the Python named by `PHALANX_PYTHON` (default `python3`), if it is
 //! installed there; its start-up does not count.
 
-use phalanx::formats::{Options, load};
+use phalanx::formats::{Options, ReadOptions, load};
 use ply_rs_bw::{parser, ply};
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
@@ -181,7 +181,10 @@ fn timed(work: impl FnOnce() -> usize) -> (f64, usize) {
 
 fn our_triangles(path: &Path) -> (f64, usize) {
     let options = Options {
-        threads: THREADS,
+        read: ReadOptions {
+            threads: THREADS,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let start = Instant::now();

@@ -191,10 +191,10 @@
 //! | feature | adds | crates |
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
-//! | `render` | file formats, pictures, whole frames | 99 |
-//! | `bench` | measurements beside other tracers | 112 |
-//! | `cli` | the program | 140 |
-//! | `view` (default) | its page in the browser | 145 |
+//! | `render` | file formats, pictures, whole frames | 100 |
+//! | `bench` | measurements beside other tracers | 113 |
+//! | `cli` | the program | 141 |
+//! | `view` (default) | its page in the browser | 146 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
@@ -287,10 +287,25 @@ pub use phalanx_trace::bvh;
 #[cfg(feature = "render")]
 #[doc(inline)]
 pub use {
-    phalanx_files as files, phalanx_formats as formats, phalanx_image as image,
+    phalanx_files as files, phalanx_image as image,
     phalanx_io::{cache, open},
     phalanx_standard as standard,
 };
+
+/// Scene files: read, given the parts that they lack, and changed by the user's options.
+#[cfg(feature = "render")]
+pub mod formats {
+    #[doc(inline)]
+    pub use phalanx_formats::{
+        Diagnostic, LoadError, MAX_DIAGNOSTICS, Origin, ReadOptions, endings, foreign, is_bare_name,
+    };
+    #[doc(inline)]
+    pub use phalanx_io::open::{Opened as Loaded, Options, load, read_bytes, read_nff, read_test};
+    #[doc(inline)]
+    pub use phalanx_look::{AddedLight, DefaultLights, Overrides, override_scene};
+    #[doc(no_inline)]
+    pub use phalanx_scene::{OrthoHeight, UpAxis};
+}
 
 // One frame by either tracer, and large ones band by band.
 #[cfg(feature = "render")]

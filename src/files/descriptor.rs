@@ -1,5 +1,5 @@
 //! Open files by number, as in `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3`. This is the only
-//! file of `image` with `unsafe`.
+//! file of `files` with `unsafe`.
 
 use std::fs::File;
 use std::io;
@@ -8,18 +8,18 @@ use std::path::Path;
 /// The number of this process's open file that a path names. Links in its last part are not
 /// followed.
 #[cfg(unix)]
-pub(super) fn named(path: &Path) -> Option<i32> {
+pub(super) fn number_of(path: &Path) -> Option<i32> {
     let number = number(path)?;
     let folder = folder(path)?;
     let same = |other: &str| {
         Path::new(other)
             .canonicalize()
-            .is_ok_and(|own| own == folder)
+            .is_ok_and(|real| real == folder)
     };
     // A thread's files are those of its process.
-    let own = Path::new("/proc/self").canonicalize();
-    let own = own.is_ok_and(|own| folder.starts_with(own) && folder.ends_with("fd"));
-    (own || same("/dev/fd")).then_some(number)
+    let process = Path::new("/proc/self").canonicalize();
+    let is_own = process.is_ok_and(|process| folder.starts_with(process) && folder.ends_with("fd"));
+    (is_own || same("/dev/fd")).then_some(number)
 }
 
 /// Returns true if a path names an open file of another process. The text of its link is not always
@@ -61,7 +61,7 @@ pub(super) fn duplicate(number: i32) -> io::Result<File> {
 }
 
 #[cfg(not(unix))]
-pub(super) fn named(_: &Path) -> Option<i32> {
+pub(super) fn number_of(_: &Path) -> Option<i32> {
     None
 }
 

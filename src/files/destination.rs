@@ -35,30 +35,30 @@ impl Destination {
     pub fn of(path: &Path) -> io::Result<Destination> {
         let mut at = path.to_path_buf();
         for _ in 0..MAX_LINKS {
-            if let Some(number) = descriptor::named(&at) {
+            if let Some(number) = descriptor::number_of(&at) {
                 return Ok(Destination::Open(number));
             }
-            let found = match fs::symlink_metadata(&at) {
+            let file = match fs::symlink_metadata(&at) {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => None,
                 other => Some(other?),
             };
-            match found {
-                Some(found) if found.is_symlink() && !descriptor::of_another_process(&at) => {
+            match file {
+                Some(file) if file.is_symlink() && !descriptor::of_another_process(&at) => {
                     at = folder_of(&at).join(fs::read_link(&at)?);
                 }
-                Some(found) if found.is_dir() => {
+                Some(file) if file.is_dir() => {
                     return Err(io::Error::new(
                         io::ErrorKind::IsADirectory,
                         "there is a folder of that name",
                     ));
                 }
-                Some(found) if is_socket(&found) => {
+                Some(file) if is_socket(&file) => {
                     return Err(io::Error::new(
                         io::ErrorKind::Unsupported,
                         "it is a socket, which cannot be opened by its name",
                     ));
                 }
-                Some(found) if !found.is_file() => return Ok(Destination::Stream(at)),
+                Some(file) if !file.is_file() => return Ok(Destination::Stream(at)),
                 _ => return file_at(&at),
             }
         }
@@ -132,8 +132,8 @@ fn file_at(path: &Path) -> io::Result<Destination> {
 }
 
 #[cfg(unix)]
-fn is_socket(found: &fs::Metadata) -> bool {
-    std::os::unix::fs::FileTypeExt::is_socket(&found.file_type())
+fn is_socket(metadata: &fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_socket(&metadata.file_type())
 }
 
 #[cfg(not(unix))]
@@ -157,17 +157,20 @@ mod tests {
         symlink("/dev/null", at("null")).unwrap();
         symlink("/dev/stdout", at("out")).unwrap();
         symlink("circle", at("circle")).unwrap();
-        let of = |name: &str| Destination::of(&at(name));
-        assert_eq!(of("first").unwrap(), Destination::File(at("made")));
-        assert_eq!(of("sub/../new").unwrap(), Destination::File(at("new")));
-        assert_eq!(of("null").unwrap(), Destination::Stream("/dev/null".into()));
-        assert!(of("out").unwrap().is_stdout());
-        assert!(of("circle").unwrap_err().to_string().contains("circle"));
-        let folder = of("sub").unwrap_err();
+        let kind = |name: &str| Destination::of(&at(name));
+        assert_eq!(kind("first").unwrap(), Destination::File(at("made")));
+        assert_eq!(kind("sub/../new").unwrap(), Destination::File(at("new")));
+        assert_eq!(
+            kind("null").unwrap(),
+            Destination::Stream("/dev/null".into())
+        );
+        assert!(kind("out").unwrap().is_stdout());
+        assert!(kind("circle").unwrap_err().to_string().contains("circle"));
+        let folder = kind("sub").unwrap_err();
         assert_eq!(folder.kind(), io::ErrorKind::IsADirectory);
-        let missing = of("no/where").unwrap_err();
+        let missing = kind("no/where").unwrap_err();
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
-        assert!(of("first/where").is_err());
+        assert!(kind("first/where").is_err());
     }
 
     #[test]

@@ -20,4 +20,6 @@ pub use destination::Destination;
 pub use folder::folder_of;
 pub use replace::{WriteSeek, check_writable, in_memory, replace_file, replace_file_seeking};
 pub use shell_word::{operand, shell_path, shell_word};
-pub use shown_path::{escaped, quoted_text, shown_path, shown_text, steers};
+pub use shown_path::{
+    QUOTED_CHARS, escaped, quoted, quoted_text, quoted_up_to, shown_path, shown_text, steers,
+};

@@ -99,17 +99,17 @@ fn write_through<W: Write>(
 }
 
 fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let there = fs::metadata(path).ok();
-    if there.is_some() {
+    let existing = fs::metadata(path).ok();
+    if existing.is_some() {
         // Its folder would allow replacing it, but that is not what its owner intended by making it
         // read-only.
         OpenOptions::new().write(true).open(path)?;
     }
     // If others may not read the file, they may not read its bytes while they are written either.
-    let permissions = there.as_ref().map(|there| there.permissions());
+    let permissions = existing.as_ref().map(|existing| existing.permissions());
     let temporary = temporary::create(path, permissions.or_else(ordinary_permissions))?;
-    if let Some(there) = there {
-        keep_ownership(temporary.as_file(), &there)?;
+    if let Some(existing) = existing {
+        keep_ownership(temporary.as_file(), &existing)?;
     }
     Ok(temporary)
 }
@@ -117,13 +117,13 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
 /// Gives a new file the owner, the group and the permissions of another one. Only the system's
 /// administrator may give files away, and permissions of a new file are reduced by the umask.
 #[cfg(unix)]
-fn keep_ownership(file: &File, there: &fs::Metadata) -> io::Result<()> {
+fn keep_ownership(file: &File, existing: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, fchown};
-    if fchown(file, Some(there.uid()), Some(there.gid())).is_err() {
-        let _ = fchown(file, None, Some(there.gid()));
+    if fchown(file, Some(existing.uid()), Some(existing.gid())).is_err() {
+        let _ = fchown(file, None, Some(existing.gid()));
     }
     // After the owner, whose change takes permissions away.
-    file.set_permissions(there.permissions())
+    file.set_permissions(existing.permissions())
 }
 
 /// Keeps nothing: the only permission is read-only, and a read-only file could not be renamed.
@@ -240,8 +240,8 @@ mod tests {
             return;
         }
         replace_file(&path, |w| w.write_all(b"new")).unwrap();
-        let there = fs::metadata(&path).unwrap();
-        assert_eq!((there.uid(), there.gid()), (12_345, 54_321));
+        let existing = fs::metadata(&path).unwrap();
+        assert_eq!((existing.uid(), existing.gid()), (12_345, 54_321));
     }
 
     /// Checks what an administrator is not refused.

@@ -39,6 +39,23 @@ pub fn quoted_text(text: &str) -> String {
     format!("`{}`", shown_text(text))
 }
 
+/// Characters of a text that [`quoted`] repeats: a line of a file may be megabytes long.
+pub const QUOTED_CHARS: usize = 40;
+
+/// The beginning of a text in a form that a message may repeat: short, and without control
+/// characters for a terminal.
+pub fn quoted(text: &str) -> String {
+    quoted_up_to(text, QUOTED_CHARS)
+}
+
+/// As [`quoted`], for at most this many characters.
+pub fn quoted_up_to(text: &str, most: usize) -> String {
+    let end = text.char_indices().nth(most).map(|(end, _)| end);
+    let shown = shown_text(&text[..end.unwrap_or(text.len())]);
+    let more = if end.is_some() { "…" } else { "" };
+    format!("`{shown}{more}`")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,61 +1,51 @@
-//! Reads bytes to a [`Scene`](phalanx_scene::Scene). All errors in a scene file are found here.
+//! Reads bytes to a [`Scene`](phalanx_scene::Scene). Errors in a scene file are found here.
 //!
-//! `table` has a row for each format, which names the reader in the format's folder. `load` runs
-//! that reader on the bytes of a file, and once more if the geometry lies far away; `utf16` makes
-//! text in UTF-16 UTF-8 before. A format's folder has its grammar and its meaning; the rest is
-//! shared: `text`, `command`, `number` and `decimal` for operands, `chunk_remarks` for what the
-//! workers found wrong, `mesh_chunk`, `mesh` and `faces` for triangles, `texture` and `picture` for
-//! images, `folder` and `memory` for what a file may name and take, and `defaults` for the last
-//! step, with `framing` for its camera, which shows the `visible_vertices`.
+//! A format is a folder with its grammar and its meaning: `test_scene`, `nff`, `gltf`, `obj`, `ply`
+//! and `stl`. Its reader gets bytes and returns a scene and what the file said ([`ReadScene`]);
+//! default parts and overrides of the user are for others. All else is shared, and a new format
+//! needs a folder, a row of `table`, and whatever it uses of:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `scene_file`, `table` | a file in memory, and the table that names its reader |
+//! | `read_scene`, `options` | the outcome of a reader, and the options that it is given |
+//! | `origin` | the local origin of a scene that lies far away, for which a file is read again |
+//! | `diagnostics` | errors and warnings with their places |
+//! | `text` | bytes to characters, words and numbers |
+//! | `mesh` | faces and columns to triangles, with colours and names |
+//! | `texture` | pictures to textures |
+//! | `metallic_roughness` | materials of glTF and MTL |
+//! | `folder`, `memory` | what a file may name, and what it may take |
 
-mod bytes;
-mod camera_choice;
-mod chunk_remarks;
-mod command;
-mod decimal;
-mod defaults;
 mod diagnostics;
-mod faces;
 mod folder;
-pub mod foreign;
-mod framing;
 mod gltf;
-mod large_polygon;
-mod load;
-mod loaded;
 mod memory;
 mod mesh;
-mod mesh_chunk;
-mod mesh_defaults;
 mod metallic_roughness;
-mod named_runs;
 mod nff;
-mod number;
 mod obj;
 mod options;
 mod origin;
-mod picture;
 mod ply;
-#[doc(hidden)]
-pub mod polygon;
-mod relief;
+mod read_scene;
+mod scene_file;
 mod stl;
 mod table;
 mod test_scene;
+#[cfg(test)]
+mod tests;
 mod text;
 mod texture;
-mod utf16;
-mod vertex_colors;
-mod visible_vertices;
-mod workers;
 
-pub use defaults::{DefaultLights, override_scene};
 pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
-pub use load::{endings, load, load_as, load_bytes, read_bytes, read_nff, read_test};
-pub use loaded::{LoadError, Loaded};
-pub use options::{AddedLight, Options};
+pub use folder::foreign;
+#[doc(hidden)]
+pub use mesh::polygon;
+pub use options::ReadOptions;
 pub use origin::Origin;
 #[doc(hidden)]
 pub use origin::note as origin_note;
-pub use phalanx_scene::{OrthoHeight, UpAxis};
+pub use read_scene::{LoadError, ReadScene};
+pub use scene_file::{SceneFile, endings};
 pub use test_scene::is_bare_name;

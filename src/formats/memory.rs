@@ -66,7 +66,7 @@ impl MemoryLedger {
     /// The share of a thread, which takes bytes while others do.
     pub(super) fn share(&self) -> LedgerShare<'_> {
         LedgerShare {
-            of: self,
+            ledger: self,
             taken: 0,
             refused: false,
         }
@@ -97,7 +97,7 @@ impl MemoryLedger {
 /// making anything, so that in the end the full demand is known.
 #[derive(Debug)]
 pub(super) struct LedgerShare<'a> {
-    of: &'a MemoryLedger,
+    ledger: &'a MemoryLedger,
     /// Bytes not yet added to the ledger.
     taken: u64,
     refused: bool,
@@ -119,9 +119,9 @@ impl LedgerShare<'_> {
 
     #[cold]
     fn flush(&mut self) {
-        let taken = std::mem::take(&mut self.taken);
-        let before = self.of.used.fetch_add(taken, Relaxed);
-        self.refused |= before.saturating_add(taken) > self.of.max;
+        let bytes = std::mem::take(&mut self.taken);
+        let before = self.ledger.used.fetch_add(bytes, Relaxed);
+        self.refused |= before.saturating_add(bytes) > self.ledger.max;
     }
 }
 

@@ -1,37 +1,14 @@
-//! The user's options for reading a scene file.
+//! The options for reading a scene file.
 
-use super::origin::Origin;
-use glam::{DVec3, Vec3};
-use phalanx_scene::{FileView, Material, OrthoHeight, UpAxis};
+use crate::origin::Origin;
+use phalanx_scene::Material;
 use std::path::PathBuf;
 
-/// The user's options: defaults for parts that a mesh lacks, and overrides of parts of the file.
+/// The user's options that change how a file is read.
 #[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Replaces the file's camera.
-    pub view: Option<FileView>,
-    /// Takes another camera of the file than the first, by its name, or else by its number from 0.
-    pub camera: Option<String>,
-    /// Size of the picture, in pixels, for a default camera if the file has none; `None` for the
-    /// scene's size.
-    pub size: Option<(u32, u32)>,
-    /// The up axis for a default camera; `None` for the format's.
-    pub up: Option<UpAxis>,
-    /// Makes the camera's rays parallel.
-    pub ortho: Option<OrthoHeight>,
-    /// True if a default camera will go around the scene, all of which it must show from every
-    /// side.
-    pub turntable: bool,
-    /// Replaces the file's lights, unless empty.
-    pub lights: Vec<AddedLight>,
-    /// Replaces the file's background.
-    pub background: Option<Vec3>,
+pub struct ReadOptions {
     /// Material for triangles whose file names none.
     pub material: Option<Material>,
-    /// Replaces the format's [`Scene::smooth_shadows`](phalanx_scene::Scene::smooth_shadows).
-    pub smooth_shadows: Option<bool>,
-    /// Shows single-sided materials from behind, too.
-    pub two_sided: bool,
     /// Position of the scene's origin.
     pub origin: Origin,
     /// Threads that a reader may use; 0 for one per CPU.
@@ -42,23 +19,4 @@ pub struct Options {
     pub max_memory: Option<u64>,
     /// Further folders for files that the scene file names.
     pub allow_paths: Vec<PathBuf>,
-}
-
-/// A light of [`Options`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AddedLight {
-    /// A point light that does not fade.
-    Point {
-        /// Position, in the file's coordinates.
-        position: DVec3,
-        /// Colour.
-        color: Vec3,
-    },
-    /// Light from infinitely far away.
-    Directional {
-        /// The vector toward it, of any length but zero.
-        toward: Vec3,
-        /// Colour.
-        color: Vec3,
-    },
 }

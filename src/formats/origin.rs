@@ -17,8 +17,8 @@
 //! difference is exact (Sterbenz). Axes that are not moved stay exact, too. Scenes with a ground
 //! that reaches to the origin have a large h, and are not moved.
 
-use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
-use super::memory::OverLimit;
+use crate::diagnostics::{Diagnostic, DiagnosticSink, Span};
+use crate::memory::OverLimit;
 use glam::DVec3;
 use phalanx_scene::{Bounds, Scene, Vec3s};
 
@@ -72,8 +72,6 @@ pub(super) enum ReadStop {
     Far(DVec3),
     /// Coordinates are single precision, and the move would change them.
     Inexact,
-    /// The file is a scene, but cannot be traced with the options, for this reason.
-    Options(String),
 }
 
 impl ReadStop {
@@ -82,12 +80,11 @@ impl ReadStop {
         ReadStop::Wrong(report.into_errors())
     }
 
-    /// The errors, for a caller without options: one of them is told as an error of the file.
+    /// The errors, in tests of files that are read once.
+    #[cfg(test)]
     pub(super) fn diagnostics(self) -> Vec<Diagnostic> {
         match self {
             ReadStop::Wrong(diagnostics) => diagnostics,
-            ReadStop::Options(reason) => DiagnosticSink::binary().refuse(Span::START, reason),
-            // The file is read again from another origin.
             ReadStop::Far(_) | ReadStop::Inexact => Vec::new(),
         }
     }
@@ -214,10 +211,14 @@ pub(super) fn is_exact(c: f32, origin: f64) -> bool {
     f64::from(moved) + origin == f64::from(c)
 }
 
+/// Note for the user about a scene far away that was not moved.
+pub(super) const KEPT_NOTE: &str = "the scene keeps the origin of its file: its coordinates are single precision, and moving \
+     them would round them";
+
 /// Note for the user about a scene that was moved.
 pub fn note(scene: &Scene) -> Option<String> {
     let words = "the scene lies far from the origin of its coordinates: it is";
-    let help = "what is given and told stays in the file's coordinates (see --origin)";
+    let help = "options and reports still use the file's coordinates (see --origin)";
     let origin = scene.describe_origin()?;
     Some(format!("{words} moved to a local origin: {origin}; {help}"))
 }
@@ -227,27 +228,33 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn of(lo: [f64; 3], hi: [f64; 3]) -> Option<[f64; 3]> {
+    fn origin_of(lo: [f64; 3], hi: [f64; 3]) -> Option<[f64; 3]> {
         far(lo.into(), hi.into()).map(|origin| origin.to_array())
     }
 
     #[test]
     fn only_axes_on_which_the_geometry_is_far_away_move() {
-        assert_eq!(of([-10.0, 0.0, -10.0], [10.0, 3.0, 10.0]), None);
-        assert_eq!(of([0.0; 3], [0.0; 3]), None);
-        let utm = of(
+        assert_eq!(origin_of([-10.0, 0.0, -10.0], [10.0, 3.0, 10.0]), None);
+        assert_eq!(origin_of([0.0; 3], [0.0; 3]), None);
+        let utm = origin_of(
             [499_990.0, 0.0, -4_012_355.0],
             [500_010.0, 3.0, -4_012_335.0],
         );
         assert_eq!(utm, Some([500_000.0, 0.0, -4_012_344.0]));
         // The other axes' extent counts: a floor in which the third coordinate is constant is not
         // far away.
-        assert_eq!(of([-10.0, 5.0, -10.0], [10.0, 5.0, 10.0]), None);
+        assert_eq!(origin_of([-10.0, 5.0, -10.0], [10.0, 5.0, 10.0]), None);
         // A ground that reaches to the origin.
-        assert_eq!(of([0.0, 0.0, 0.0], [500_010.0, 3.0, 500_010.0]), None);
+        assert_eq!(
+            origin_of([0.0, 0.0, 0.0], [500_010.0, 3.0, 500_010.0]),
+            None
+        );
         // A point, which is all that single precision leaves of something small.
-        assert_eq!(of([1e9, 0.0, 0.0], [1e9, 0.0, 0.0]), Some([1e9, 0.0, 0.0]));
-        assert_eq!(of([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), None);
+        assert_eq!(
+            origin_of([1e9, 0.0, 0.0], [1e9, 0.0, 0.0]),
+            Some([1e9, 0.0, 0.0])
+        );
+        assert_eq!(origin_of([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), None);
     }
 
     #[test]
@@ -265,11 +272,14 @@ mod tests {
                 let corners = [(); 3].map(|()| offset + Vec3::new(unit(), unit(), unit()) * 2.0);
                 scene.add_triangle(corners, None, 0);
             }
-            let whole = of_bounds(scene.bounds());
+            let expected = of_bounds(scene.bounds());
             let triangles = &scene.triangles;
-            assert_eq!(of_triangles(&triangles.vertices, &triangles.corners), whole);
-            assert_eq!(of_scene(&scene), whole);
-            moved += usize::from(whole.is_some());
+            assert_eq!(
+                of_triangles(&triangles.vertices, &triangles.corners),
+                expected
+            );
+            assert_eq!(of_scene(&scene), expected);
+            moved += usize::from(expected.is_some());
         }
         assert!((30..270).contains(&moved), "{moved} of 300 are far away");
     }

@@ -1,14 +1,14 @@
 //! The table of scene formats.
 
-use super::folder::Folder;
-use super::loaded::Loaded;
-use super::options::Options;
-use super::origin::ReadStop;
-use super::{gltf, nff, obj, ply, stl, test_scene, text};
+use crate::folder::Folder;
+use crate::options::ReadOptions;
+use crate::origin::ReadStop;
+use crate::read_scene::ReadScene;
+use crate::{gltf, nff, obj, ply, stl, test_scene, text};
 use std::ffi::OsStr;
 
 /// Reads the bytes of a file; other files that it names are looked for in the folder.
-pub(super) type SceneReader = fn(&[u8], &Folder, &Options) -> Result<Loaded, ReadStop>;
+pub(super) type SceneReader = fn(&[u8], &Folder, &ReadOptions) -> Result<ReadScene, ReadStop>;
 
 /// A scene format.
 pub(super) struct SceneFormat {

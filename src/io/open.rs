@@ -1,41 +1,40 @@
-//! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already.
+//! Opens scenes of any kind by name, as a [`Scene`], with its tree if it has one already. This is
+//! where default parts and the user's overrides come to what a reader returns.
 
-use crate::cache::{self, CacheError, Cached};
-use phalanx_formats::{Diagnostic, LoadError, Loaded, Options, Origin};
+use crate::cache::{self, CacheError};
+use phalanx_formats::{Diagnostic, LoadError, Origin, ReadOptions, ReadScene, SceneFile};
+use phalanx_look::{Overrides, UnfitScene, finish_scene, override_scene};
 use phalanx_scene::{Scene, SceneError};
 use phalanx_standard::StandardError;
 use phalanx_trace::bvh::Bvh;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+/// The user's options for opening a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Options of its reader.
+    pub read: ReadOptions,
+    /// Replacements of its parts.
+    pub look: Overrides,
+}
+
 /// A scene that was opened.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Opened {
-    /// The scene, valid.
+    /// The scene, validated and range-fitted.
     pub scene: Scene,
     /// Its tree, if the scene came out of a cache.
     pub bvh: Option<Bvh>,
     /// Bytes of the cache that stay mapped; 0 for other files.
     pub mapped_bytes: u64,
-    /// Files that were found next to the scene's, each by its real path.
+    /// Files that were found next to the scene's (materials, textures, buffers), each by its real
+    /// path. A caller that writes a picture must not replace them.
     pub files: Vec<PathBuf>,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
-    /// Remarks on defaults for parts that the file lacks, and on options without effect.
+    /// Remarks on default parts for those that the file lacks, and on options without effect.
     pub notes: Vec<String>,
-}
-
-impl From<Loaded> for Opened {
-    fn from(loaded: Loaded) -> Opened {
-        Opened {
-            scene: loaded.scene,
-            bvh: None,
-            mapped_bytes: 0,
-            files: loaded.files,
-            warnings: loaded.warnings,
-            notes: loaded.notes,
-        }
-    }
 }
 
 /// The reason why a scene could not be opened.
@@ -83,7 +82,8 @@ pub fn stem(name: &Path) -> Option<&OsStr> {
 /// # Errors
 /// [`OpenError`].
 pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
-    Ok(phalanx_formats::load_as(path, ending, options)?.into())
+    let file = SceneFile::open(path, Some(ending), options.read.threads)?;
+    Ok(load_file(path, &file, options)?)
 }
 
 /// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
@@ -97,7 +97,8 @@ pub fn open_bytes(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    Ok(phalanx_formats::load_bytes(name, ending, bytes, options)?.into())
+    let file = SceneFile::from_bytes(name, ending, bytes)?;
+    Ok(load_file(name, &file, options)?)
 }
 
 /// Opens a scene file, a scene cache, or a standard scene.
@@ -105,50 +106,132 @@ pub fn open_bytes(
 /// # Errors
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
+    let mut opened = Opened::default();
     if let Some(name) = standard_name(path) {
-        let scene = phalanx_standard::scene(phalanx_standard::parse_spec(name)?, options.threads)?;
-        return amended(scene, None, 0, options);
+        let spec = phalanx_standard::parse_spec(name)?;
+        opened.scene = phalanx_standard::scene(spec, options.read.threads)?;
+    } else if is_cache(path) {
+        let cached = cache::open(path)?;
+        (opened.scene, opened.bvh) = (cached.scene, Some(cached.bvh));
+        opened.mapped_bytes = cached.file_bytes;
+    } else {
+        return Ok(load(path, options)?);
     }
-    if !is_cache(path) {
-        return Ok(phalanx_formats::load(path, options)?.into());
-    }
-    let Cached {
-        scene,
-        bvh,
-        file_bytes,
-    } = cache::open(path)?;
-    amended(scene, Some(bvh), file_bytes, options)
+    amended(opened, options)
 }
 
 /// A scene that does not come from a reader, with the options applied to it.
-fn amended(
-    mut scene: Scene,
-    mut bvh: Option<Bvh>,
-    mapped_bytes: u64,
-    options: &Options,
-) -> Result<Opened, OpenError> {
-    let mut notes = match phalanx_formats::override_scene(&mut scene, options) {
+fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
+    let Options { read, look } = options;
+    let scene = &mut opened.scene;
+    let notes = &mut opened.notes;
+    notes.extend(match override_scene(scene, look, read.threads) {
         Err(SceneError::TooFar(_)) => {
             // As in a reader; the tree has the old scale.
             scene.rescale_to_f32_range();
-            bvh = None;
-            phalanx_formats::override_scene(&mut scene, options)?
+            opened.bvh = None;
+            override_scene(scene, look, read.threads)?
         }
         done => done?,
-    };
-    notes.extend(phalanx_formats::origin_note(&scene));
-    if options.origin != Origin::Auto {
+    });
+    notes.extend(phalanx_formats::origin_note(scene));
+    if read.origin != Origin::Auto {
         notes.push("--origin has no effect on a scene cache".to_owned());
     }
-    if options.material.is_some() {
+    if read.material.is_some() {
         notes.push("--material has no effect on a scene cache".to_owned());
     }
+    Ok(opened)
+}
+
+/// Reads a scene file, choosing the format by its ending.
+///
+/// # Errors
+/// [`LoadError`], with every problem found up to
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS).
+pub fn load(path: &Path, options: &Options) -> Result<Opened, LoadError> {
+    let file = SceneFile::open(path, None, options.read.threads)?;
+    load_file(path, &file, options)
+}
+
+fn load_file(path: &Path, file: &SceneFile, options: &Options) -> Result<Opened, LoadError> {
+    let read = file.read(&options.read)?;
+    let is_text = read.is_text;
+    finish(read, options).map_err(|unfit| {
+        if unfit.is_override {
+            LoadError::Options {
+                path: path.to_path_buf(),
+                reason: unfit.message,
+            }
+        } else {
+            file.fault(vec![diagnostic(unfit, is_text)])
+        }
+    })
+}
+
+/// The fault of a scene. An override is not in the file, so that it has no line.
+fn diagnostic(unfit: UnfitScene, is_text: bool) -> Diagnostic {
+    Diagnostic::of_file(is_text && !unfit.is_override, unfit.message, unfit.help)
+}
+
+/// Reads a scene from bytes, as from a file with that ending (one of
+/// [`phalanx_formats::endings`]) but without a folder around it. `None` if the ending names no
+/// format.
+///
+/// # Errors
+/// Faults of the bytes, in file order: at least one and at most
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS) diagnostics.
+pub fn read_bytes(
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Option<Result<Opened, Vec<Diagnostic>>> {
+    let file = SceneFile::from_bytes(Path::new(""), ending, bytes).ok()?;
+    Some(file.read_alone(&options.read).and_then(|read| {
+        let is_text = read.is_text;
+        finish(read, options).map_err(|unfit| vec![diagnostic(unfit, is_text)])
+    }))
+}
+
+/// Reads a scene from the text of a `.test` file.
+///
+/// # Errors
+/// Faults of the text, in file order: at least one and at most
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS) diagnostics.
+pub fn read_test(text: &str) -> Result<Opened, Vec<Diagnostic>> {
+    read_text("test", text)
+}
+
+/// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
+///
+/// # Errors
+/// Faults of the text, in file order: at least one and at most
+/// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS) diagnostics.
+pub fn read_nff(text: &str) -> Result<Opened, Vec<Diagnostic>> {
+    read_text("nff", text)
+}
+
+fn read_text(ending: &str, text: &str) -> Result<Opened, Vec<Diagnostic>> {
+    read_bytes(ending, text.as_bytes(), &Options::default()).expect("a format")
+}
+
+/// Adds the parts that the file lacks, and applies the overrides.
+fn finish(read: ReadScene, options: &Options) -> Result<Opened, UnfitScene> {
+    let mut scene = read.scene;
+    let threads = options.read.threads;
+    let mut notes = Vec::from_iter(read.origin_note);
+    notes.extend(finish_scene(
+        &mut scene,
+        read.up_is_assumed,
+        &options.look,
+        threads,
+    )?);
+    notes.extend(read.notes);
     Ok(Opened {
         scene,
-        bvh,
-        mapped_bytes,
-        files: Vec::new(),
-        warnings: Vec::new(),
+        files: read.files,
+        warnings: read.warnings,
         notes,
+        ..Opened::default()
     })
 }

@@ -7,7 +7,7 @@ use crate::interrupt::stoppable;
 use crate::scene::{PyScene, Snapshot};
 use phalanx::Scene;
 use phalanx::film::{Aov, Aovs, Film};
-use phalanx::formats::{Options, override_scene};
+use phalanx::formats::{Overrides, override_scene};
 use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
 use phalanx::glam::DVec3;
 use phalanx::scene::{FileView, ViewError, check_image_size};
@@ -142,17 +142,17 @@ impl Snapshot {
         if let Some((width, height)) = size {
             check_image_size(width.into(), height.into()).map_err(value_error)?;
         }
-        let options = Options {
+        let overrides = Overrides {
             view: camera.map(|camera| self.view_of(camera)).transpose()?,
             size,
-            ..Options::default()
+            ..Overrides::default()
         };
         // A copy shares the columns of an opened scene; other columns are copied.
         let mut scene = (*self.scene).clone();
         if let Some((width, height)) = size {
             (scene.width, scene.height) = (width, height);
         }
-        override_scene(&mut scene, &options).map_err(value_error)?;
+        override_scene(&mut scene, &overrides, 0).map_err(value_error)?;
         scene.validate().map_err(value_error)?;
         Ok(scene)
     }

@@ -230,11 +230,9 @@ impl PyScene {
         camera: Option<Bound<'_, PyAny>>,
     ) -> PyResult<PyScene> {
         let camera = camera.map(|camera| Ok::<_, PyErr>(camera.str()?.to_string()));
-        let options = Options {
-            threads: self::threads(threads)?,
-            camera: camera.transpose()?,
-            ..Options::default()
-        };
+        let mut options = Options::default();
+        options.read.threads = self::threads(threads)?;
+        options.look.camera = camera.transpose()?;
         let opened = py.detach(|| phalanx::open::open(&path, &options));
         let opened = opened.map_err(|error| open_error(&path.to_string_lossy(), error))?;
         let warnings = py.import("warnings")?;

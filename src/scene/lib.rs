@@ -53,6 +53,9 @@ mod up_axis;
 mod validate;
 mod vectors;
 mod view;
+mod visible_vertices;
+#[doc(hidden)]
+pub mod workers;
 
 pub use bounds::{
     Bounds, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE, PAD,
@@ -90,3 +93,5 @@ pub use up_axis::UpAxis;
 pub use validate::{MAX_DEPTH_LIMIT, MAX_SIDE, SceneError, check_image_size};
 pub use vectors::{Vec2s, Vec3s};
 pub use view::{Basis, View, ViewError};
+#[doc(hidden)]
+pub use visible_vertices::{VisibleVertices, blocks_of_prims};

@@ -8,7 +8,7 @@ use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, the crates that each may depend on, and the reason for the limit.
-const CRATES: [(&str, &[&str], &str); 12] = [
+const CRATES: [(&str, &[&str], &str); 13] = [
     ("scene", &[], "what is traced does not depend on how"),
     (
         "trace",
@@ -27,6 +27,11 @@ const CRATES: [(&str, &[&str], &str); 12] = [
         "writes films by the scene's tone",
     ),
     (
+        "look",
+        &["scene", "files"],
+        "what a scene lacks and a command changes, whatever the scene came from",
+    ),
+    (
         "formats",
         &["scene", "files", "image"],
         "bytes become a scene, no more",
@@ -38,7 +43,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "io",
-        &["scene", "trace", "files", "formats", "standard"],
+        &["scene", "trace", "files", "look", "formats", "standard"],
         "opens scenes and trees, and knows no renderer",
     ),
     (
@@ -48,7 +53,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "jobs",
-        &["scene", "render", "image", "files", "formats", "io"],
+        &["scene", "render", "image", "files", "look", "formats", "io"],
         "keeps what frames are made of; how a tile is painted is not its business",
     ),
     (
@@ -64,7 +69,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
 ];
 
 /// Modules within a crate, and the modules that each may import.
-const ROOMS: [(&str, &[&str], &str); 13] = [
+const ROOMS: [(&str, &[&str], &str); 18] = [
     (
         "scene/sampling",
         &["fork_safe_once"],
@@ -96,6 +101,38 @@ const ROOMS: [(&str, &[&str], &str); 13] = [
         "trace/cast",
         &["simd", "packet", "bvh", "traverse"],
         "what embedders call: columns to packets and back, and no kernels of its own",
+    ),
+    (
+        "formats/diagnostics",
+        &[],
+        "places in a file, whatever it holds",
+    ),
+    (
+        "formats/text",
+        &["diagnostics", "memory"],
+        "bytes to words and numbers, whatever they mean",
+    ),
+    (
+        "formats/folder",
+        &["diagnostics", "memory"],
+        "files that a scene names, whatever they hold",
+    ),
+    (
+        "formats/texture",
+        &["diagnostics", "folder"],
+        "pictures of any format's materials",
+    ),
+    (
+        "formats/mesh",
+        &[
+            "diagnostics",
+            "text",
+            "memory",
+            "options",
+            "origin",
+            "read_scene",
+        ],
+        "faces of any format",
     ),
     (
         "io/cache",
@@ -188,7 +225,7 @@ const OWNERS: [(&str, &[&str], &str); 20] = [
     ),
     (
         "image",
-        &["image/", "formats/picture/others.rs"],
+        &["image/", "formats/texture/picture/others.rs"],
         "encoders can be exchanged in one room, and decoders of textures in one file",
     ),
     (
@@ -203,19 +240,19 @@ const OWNERS: [(&str, &[&str], &str); 20] = [
             "image/lib.rs",
             "image/read/",
             "image/decoders/",
-            "formats/picture/",
-            "formats/texture.rs",
+            "formats/texture/picture/",
+            "formats/texture/tests.rs",
         ],
         "pictures are written row by row in one file, read so in another, and textures in a third; one opens the files of both",
     ),
     (
         "signal_hook",
-        &["cli/output/interrupt.rs"],
+        &["cli/output/sinks/interrupt.rs"],
         "signals come in at one place",
     ),
     (
         "jpeg_decoder",
-        &["image/decoders/jpeg.rs", "formats/picture/jpeg.rs"],
+        &["image/decoders/jpeg.rs", "formats/texture/picture/jpeg.rs"],
         "one decoder, without SIMD, gives every build the same texels and samples",
     ),
     (

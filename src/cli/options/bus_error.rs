@@ -33,7 +33,7 @@ mod linux {
     static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
     /// True once a thread has begun to write the message, which is written only once.
-    static TELLING: AtomicBool = AtomicBool::new(false);
+    static REPORTING: AtomicBool = AtomicBool::new(false);
 
     /// Registers a file that is about to be mapped.
     pub fn watch(path: &Path) {
@@ -92,7 +92,7 @@ mod linux {
         // SAFETY: the system hands a handler with SA_SIGINFO a valid siginfo.
         let missing = unsafe { (*info).si_code } == libc::BUS_ADRERR;
         if let (true, Some(message)) = (missing, message) {
-            if TELLING.swap(true, Ordering::SeqCst) {
+            if REPORTING.swap(true, Ordering::SeqCst) {
                 loop {
                     // SAFETY: it has no arguments; the thread that writes the message ends this
                     // one, too.

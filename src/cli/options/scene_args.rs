@@ -91,14 +91,13 @@ impl SceneArgs {
         }
     }
 
-    /// Options for the readers of a scene for this picture.
+    /// Options for opening a scene for this picture.
     pub fn options(&self, wanted: WantedPicture, threads: usize) -> Result<Options, CliError> {
-        Ok(Options {
-            size: wanted.size,
-            turntable: wanted.turntable,
-            threads,
-            ..self.overrides.options().map_err(CliError::Usage)?
-        })
+        let mut options = self.overrides.options().map_err(CliError::Usage)?;
+        options.look.size = wanted.size;
+        options.look.turntable = wanted.turntable;
+        options.read.threads = threads;
+        Ok(options)
     }
 }
 

@@ -60,7 +60,7 @@ impl SceneInput {
         let mut piped = None;
         if let Some(Ok(file)) = file {
             let like = format.map_or_else(|| name.to_path_buf(), of_format);
-            options.max_memory = budget.beside_file(&like, file.len())?;
+            options.read.max_memory = budget.beside_file(&like, file.len())?;
             // A pipe or device has no size. Under a memory limit, the size is known only when
             // everything has been read.
             if budget.0.is_some() && !file.is_file() && !file.is_dir() && !is_cache(&like) {
@@ -77,7 +77,7 @@ impl SceneInput {
             (Some(ending), _) => {
                 let like = of_format(ending);
                 let bytes = read_piped(name, budget.most_bytes(&like))?;
-                options.max_memory = budget.beside_file(&like, bytes.len() as u64)?;
+                options.read.max_memory = budget.beside_file(&like, bytes.len() as u64)?;
                 open_bytes(name, ending, &bytes, &options)
             }
             (_, Some(ending)) if standard_name(name).is_none() => open_as(name, ending, &options),

@@ -1,7 +1,7 @@
 //! Errors of commands, and their exit codes.
 
-use super::diagnose;
-use super::stderr::{self, message};
+use super::sinks::{self, message, print_error};
+
 use phalanx::bench::BenchError;
 use phalanx::cache::CacheError;
 use phalanx::files::{shell_path, shown_path};
@@ -127,15 +127,15 @@ impl CliError {
     pub fn report(&self) {
         match self {
             CliError::Runtime(message) | CliError::Scene(message) | CliError::Missing(message) => {
-                stderr::error(message);
+                sinks::error(message);
             }
             CliError::Usage(message) => {
-                stderr::error(&format!("{message}\n\nFor more information, try '--help'."));
+                sinks::error(&format!("{message}\n\nFor more information, try '--help'."));
             }
-            CliError::Load(error) => diagnose::print_error(error),
+            CliError::Load(error) => print_error(error),
             CliError::Cache(error) => report_cache(error),
             CliError::Mismatch | CliError::Slower => {}
-            CliError::Bench(wrong) => stderr::error(&format!(
+            CliError::Bench(wrong) => sinks::error(&format!(
                 "{wrong}\n  help: rates are reported only if all answers are correct"
             )),
             CliError::Interrupted => message("interrupted"),
@@ -146,7 +146,7 @@ impl CliError {
 
 /// Prints an error in a cache, with advice.
 fn report_cache(error: &CacheError) {
-    stderr::error(&error.to_string());
+    sinks::error(&error.to_string());
     if let CacheError::Refused { path, .. } = error {
         let path = shell_path(path);
         message(&format!(

@@ -4,9 +4,9 @@
 use super::geometry::PrimitiveGeometry;
 use super::renumbering::Renumbered;
 use super::vertex_columns::{BadVertices, MovedVertices, VertexMap};
-use crate::chunk_remarks::counted;
+use crate::diagnostics::counted;
 use crate::origin::Origin;
-use crate::workers;
+use crate::text::workers;
 use glam::DAffine3;
 use phalanx_scene::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_UVS};
 

@@ -5,7 +5,7 @@ use super::bake::BadAttributes;
 use super::geometry::PrimitiveGeometry;
 use super::skins::JointMaps;
 use crate::origin::Origin;
-use crate::workers;
+use crate::text::workers;
 use glam::DAffine3;
 use phalanx_scene::Mesh;
 use std::sync::Arc;

@@ -22,14 +22,14 @@ const ASPECTS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 const UNUSED_FOVY: f32 = 45.0;
 
 /// Adds the cameras of all nodes that have a usable one, and takes the first: the scene's view, and
-/// the width of its picture. Returns true if there is one.
+/// the width of its picture.
 pub(super) fn add_cameras(
     source: &GltfSource,
     nodes: &[PlacedNode],
     bounds: Bounds,
     scene: &mut Scene,
     report: &mut DiagnosticSink,
-) -> bool {
+) {
     for placed in nodes {
         let Some(row) = source.document.nodes[placed.node].camera else {
             continue;
@@ -63,8 +63,9 @@ pub(super) fn add_cameras(
             }),
         });
     }
-    let first = scene.cameras.first().copied();
-    first.map(|first| scene.use_camera(first)).is_some()
+    if let Some(&first) = scene.cameras.first() {
+        scene.use_camera(first);
+    }
 }
 
 fn projection(camera: &GltfCamera) -> Option<Projection> {

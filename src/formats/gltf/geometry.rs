@@ -7,7 +7,7 @@ use super::triangle_indices::triangles;
 use super::vertex_columns::BLOCK;
 use super::vertices::PrimitiveVertices;
 use crate::memory::OverLimit;
-use crate::workers;
+use crate::text::workers;
 use glam::DVec3;
 use phalanx_scene::Bounds;
 

@@ -7,9 +7,9 @@ use super::source::{GltfSource, file_name, parse_data_uri};
 use super::unsupported::UnsupportedParts;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
-use crate::mesh_defaults::{GREY, WHITE};
+use crate::mesh::defaults::{GREY, WHITE};
 use crate::metallic_roughness::{DIELECTRIC, PbrSurface};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::texture::{Embedded, TextureLibrary, TextureSampler};
 use glam::{Vec2, Vec3};
 use phalanx_scene::{
@@ -140,7 +140,7 @@ impl<'a> GltfMaterials<'a> {
         &mut self,
         row: Option<usize>,
         vertices: VertexPaint,
-        options: &Options,
+        options: &ReadOptions,
         scene: &mut Scene,
         report: &mut DiagnosticSink,
     ) -> Result<PrimitiveMaterial, String> {

@@ -14,19 +14,17 @@ use super::stored_space::{stored_size, stored_space};
 use super::triangle_indices::is_surface;
 use super::vertices::PrimitiveVertices;
 use super::{cameras, container, extensions, lights, nodes};
-use crate::defaults::{MissingParts, finish_scene};
 use crate::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::folder::Folder;
-use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
-use crate::mesh_defaults::{BARE, empty_scene};
-use crate::options::Options;
+use crate::mesh::defaults::empty_scene;
+use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
+use crate::read_scene::{self, ReadScene};
 use crate::text;
-use crate::visible_vertices::VisibleVertices;
-use crate::workers;
+use crate::text::workers;
 use glam::DAffine3;
-use phalanx_scene::{Bounds, GeometryError, Mesh, NO_NAME, Scene};
+use phalanx_scene::{Bounds, GeometryError, Mesh, NO_NAME, Scene, VisibleVertices};
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -46,18 +44,14 @@ fn is_binary(bytes: &[u8]) -> bool {
 pub(crate) fn read(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
-) -> Result<Loaded, ReadStop> {
+    options: &ReadOptions,
+) -> Result<ReadScene, ReadStop> {
     let mut report = if is_binary(bytes) {
         DiagnosticSink::binary()
     } else {
         DiagnosticSink::new(text::utf8(bytes)?.as_bytes())
     };
     let mut scene = empty_scene();
-    let mut missing = MissingParts {
-        up_unsaid: false,
-        ..BARE
-    };
     let opened = container::open(bytes);
     let parsed = opened.and_then(|parts| {
         let count = |byte: u8| memchr::memchr_iter(byte, &bytes[parts.json.clone()]).count() as u64;
@@ -78,13 +72,13 @@ pub(crate) fn read(
             source.load_buffers(binary, asset_dir, &mut report);
             if extensions::are_known(&source, &mut report) && report.is_clean() {
                 let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
-                reader.run(&mut missing)?;
+                reader.run()?;
                 (scene, report) = (reader.scene, reader.report);
                 scene.textures = reader.materials.into_textures();
             }
         }
     }
-    finish_scene(scene, &missing, options, report)
+    read_scene::finish(scene, options, report)
 }
 
 /// Memory for an object of the document, such as a node, and for its results.
@@ -94,7 +88,7 @@ const NUMBER_BYTES: u64 = 8;
 
 struct GltfReader<'a, 't> {
     source: &'a GltfSource<'a>,
-    options: &'a Options,
+    options: &'a ReadOptions,
     scene: Scene,
     report: DiagnosticSink<'t>,
     materials: GltfMaterials<'a>,
@@ -131,7 +125,7 @@ impl<'a, 't> GltfReader<'a, 't> {
     fn new(
         source: &'a GltfSource<'a>,
         asset_dir: &'a Folder,
-        options: &'a Options,
+        options: &'a ReadOptions,
         scene: Scene,
         report: DiagnosticSink<'t>,
     ) -> Self {
@@ -154,7 +148,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         }
     }
 
-    fn run(&mut self, missing: &mut MissingParts) -> Result<(), ReadStop> {
+    fn run(&mut self) -> Result<(), ReadStop> {
         let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
         let (source, report) = (self.source, &mut self.report);
         let placements = Placements::of(source, self.memory, &nodes, report);
@@ -194,15 +188,15 @@ impl<'a, 't> GltfReader<'a, 't> {
         {
             return Err(ReadStop::Far(far));
         }
-        self.surroundings(&nodes, bounds, missing);
+        self.surroundings(&nodes, bounds);
         self.warn_unsupported(&nodes);
         Ok(())
     }
 
-    fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
+    fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
-        missing.view = !cameras::add_cameras(source, nodes, bounds, scene, report);
-        missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
+        cameras::add_cameras(source, nodes, bounds, scene, report);
+        scene.defaulted.light = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 
     /// The name of the object that a node shows: its own, or that of its mesh.

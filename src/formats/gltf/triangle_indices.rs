@@ -3,7 +3,7 @@
 use super::accessor::Accessor;
 use super::document::Primitive;
 use super::source::GltfSource;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::huge_pages::zeroed;
 
 /// Topologies of triangles, by their numbers in the file.

@@ -3,7 +3,7 @@
 use super::skins::Influences;
 use super::vertices::PrimitiveVertices;
 use crate::mesh::is_in_reach;
-use crate::workers;
+use crate::text::workers;
 use glam::{DAffine3, DMat3, DVec3, Vec2};
 use phalanx_scene::huge_pages::zeroed;
 use phalanx_scene::{Mesh, Vec2s, Vec3s};

@@ -1,6 +1,6 @@
 //! Text to tokens. Line ends do not matter: a record may take one line or many.
 
-use crate::command::TextToken;
+use crate::text::command::TextToken;
 
 /// Returns true if a token is meant as a number, valid or not: no record has such a name.
 pub(super) fn is_numeric(token: &TextToken) -> bool {

@@ -23,9 +23,9 @@ enum MaterialSource {
 
 impl NffMaterials {
     /// Starts with the material of shapes before the first `f`.
-    pub(super) fn new(given: Option<Material>) -> Self {
+    pub(super) fn new(default: Option<Material>) -> Self {
         NffMaterials {
-            materials: vec![given.map_or(MaterialSource::Filled(DEFAULT), MaterialSource::Given)],
+            materials: vec![default.map_or(MaterialSource::Filled(DEFAULT), MaterialSource::Given)],
         }
     }
 

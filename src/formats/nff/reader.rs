@@ -2,12 +2,11 @@
 
 use super::lexer::NffTokens;
 use super::materials::NffMaterials;
-use crate::defaults::{MissingParts, finish_scene};
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
-use crate::loaded::Loaded;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::origin::ReadStop;
+use crate::read_scene::{self, ReadScene};
 use crate::text;
 use glam::{DVec3, Vec3};
 use phalanx_scene::Scene;
@@ -45,7 +44,7 @@ pub(super) struct SeenRecords {
 ///
 /// # Errors
 /// Faults of the text, in file order.
-pub(crate) fn read(bytes: &[u8], _: &Folder, options: &Options) -> Result<Loaded, ReadStop> {
+pub(crate) fn read(bytes: &[u8], _: &Folder, options: &ReadOptions) -> Result<ReadScene, ReadStop> {
     let text = text::utf8(bytes)?;
     let mut reader = NffReader {
         tokens: NffTokens::new(text),
@@ -82,7 +81,7 @@ impl NffReader<'_> {
         sense8.is_some()
     }
 
-    fn finish(mut self, options: &Options) -> Result<Loaded, ReadStop> {
+    fn finish(mut self, options: &ReadOptions) -> Result<ReadScene, ReadStop> {
         if !self.seen.shape && self.report.is_clean() {
             let end = self.report.end_of_content();
             self.report
@@ -94,12 +93,9 @@ impl NffReader<'_> {
             self.scene.lights.add_point(light.position, color, Vec3::X);
         }
         self.materials.settle(level, &mut self.scene);
-        let missing = MissingParts {
-            view: !self.seen.view,
-            lights: self.lights.is_empty(),
-            ..MissingParts::default()
-        };
-        finish_scene(self.scene, &missing, options, self.report)
+        self.scene.defaulted.view = !self.seen.view;
+        self.scene.defaulted.light = self.lights.is_empty();
+        read_scene::finish(self.scene, options, self.report)
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::lexer::is_numeric;
 use super::reader::NffReader;
-use crate::command::{CommandRow, TextToken, command};
 use crate::diagnostics::{Span, quoted};
-use crate::number::{coordinate, number};
+use crate::text::command::{CommandRow, TextToken, command};
+use crate::text::number::{coordinate, number};
 use glam::{DVec3, Vec3};
 
 /// A kind of record.
@@ -161,11 +161,11 @@ impl<'a> NffReader<'a> {
     }
 
     /// Adds an error: a record, or a part of one, has fewer operands than it needs.
-    pub(super) fn breaks_off(&mut self, record: &NffRecord<'_>, found: usize, wanted: usize) {
+    pub(super) fn breaks_off(&mut self, record: &NffRecord<'_>, count: usize, needed: usize) {
         let RecordKind { name, operands, .. } = record.kind;
         self.report.error(
             record.span(),
-            format!("`{name}` (`{operands}`) breaks off: {found} of {wanted} numbers are there"),
+            format!("`{name}` (`{operands}`) breaks off: {count} of {needed} numbers are there"),
         );
     }
 

@@ -3,9 +3,9 @@
 use super::lexer::is_numeric;
 use super::reader::NffReader;
 use super::records::NffRecord;
-use crate::faces::MAX_CORNERS;
-use crate::number::count;
-use crate::polygon::triangulate;
+use crate::mesh::faces::MAX_CORNERS;
+use crate::mesh::polygon::triangulate;
+use crate::text::number::count;
 use glam::{DVec3, Vec3};
 use phalanx_scene::Cone;
 

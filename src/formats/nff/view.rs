@@ -3,9 +3,9 @@
 use super::lexer::is_numeric;
 use super::reader::{NffLight, NffReader};
 use super::records::NffRecord;
-use crate::command::TextToken;
 use crate::diagnostics::quoted;
-use crate::number::{count, number};
+use crate::text::command::TextToken;
+use crate::text::number::{count, number};
 use glam::Vec3;
 use phalanx_scene::{View, check_image_size};
 

@@ -2,13 +2,12 @@
 
 use super::colors::ChunkColors;
 use super::cursor::{Cursor, KEYWORD_BYTES};
-use crate::chunk_remarks::{ChunkRemarks, ParseError, WarningTally};
-use crate::decimal;
-use crate::diagnostics::Span;
-use crate::faces::FaceCorner;
+use crate::diagnostics::{ChunkRemarks, ParseError, Span, WarningTally};
 use crate::memory::LedgerShare;
-use crate::mesh_chunk::{MeshChunk, push};
-use crate::named_runs::change;
+use crate::mesh::chunk::{MeshChunk, push};
+use crate::mesh::faces::FaceCorner;
+use crate::mesh::named_runs::change;
+use crate::text::decimal;
 use crate::text::mark_length;
 use glam::DVec3;
 
@@ -263,8 +262,8 @@ impl ObjReader<'_> {
         if !finite {
             self.chunk.remarks.warn(
                 Span::between(start, self.cursor.at),
-                "this texture place is not finite: (0, 0) is used instead",
-                "texture places are not finite, this one first: (0, 0) is used instead",
+                "this texture coordinate is not finite: (0, 0) is used instead",
+                "texture coordinates are not finite, this one first: (0, 0) is used instead",
             );
         }
         push(

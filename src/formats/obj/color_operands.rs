@@ -1,10 +1,9 @@
 //! Colours in the text: three numbers behind a position, or ZBrush's comments.
 
 use super::chunk::ObjReader;
-use crate::chunk_remarks::ParseError;
-use crate::diagnostics::Span;
-use crate::faces::VERTEX;
-use crate::vertex_colors::{COLOR_BYTES, note_opacity};
+use crate::diagnostics::{ParseError, Span};
+use crate::mesh::faces::VERTEX;
+use crate::mesh::vertex_colors::{COLOR_BYTES, note_opacity};
 
 impl ObjReader<'_> {
     /// Reads the numbers after a position: a weight, or a colour and perhaps its opacity.

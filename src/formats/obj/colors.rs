@@ -1,8 +1,8 @@
 //! Colours of vertices, from all chunks.
 
 use crate::mesh;
-use crate::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
-use crate::workers;
+use crate::mesh::vertex_colors::{MeshColors, linear_of_byte, linear_of_share};
+use crate::text::workers;
 use phalanx_scene::Vec3s;
 
 /// Colours of a chunk's vertices, as they are in the file. A chunk without any takes no memory.
@@ -60,7 +60,7 @@ fn decode(channel: f32, scale: f32) -> f32 {
 fn painted(chunks: Vec<(usize, ChunkColors)>) -> MeshColors {
     let vertices = chunks.iter().map(|(vertices, _)| vertices).sum();
     let painted = chunks.into_iter().map(|(_, colors)| colors.painted);
-    let painted = workers::joined(painted.collect());
+    let painted = workers::join(painted.collect());
     if painted.is_empty() {
         return MeshColors::default();
     }

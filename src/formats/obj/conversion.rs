@@ -168,14 +168,14 @@ impl MtlMaterial {
         let d = d.unwrap_or(1.0).clamp(0.0, 1.0);
         let refracts = self.refracts();
         let transmits = refracts || self.has_colored_filter() && d < 1.0;
-        let (there, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
+        let (share, opacity) = if transmits { (d, 1.0) } else { (1.0, d) };
         let kd = match self.kd {
             Some(kd) if !self.kd_is_placeholder() => kd,
             None if !self.has(MapKind::Kd) && !self.has(MapKind::Ka) => PLAIN,
             _ => Vec3::ONE,
         };
-        let own = |&ka: &Vec3| ka != Vec3::ZERO && self.kd != Some(ka);
-        let ka = match self.ka.filter(own) {
+        let is_own = |&ka: &Vec3| ka != Vec3::ZERO && self.kd != Some(ka);
+        let ka = match self.ka.filter(is_own) {
             Some(ka) if self.has(MapKind::Ka) => ka,
             tint => tint.unwrap_or(Vec3::ONE) * kd,
         };
@@ -184,19 +184,21 @@ impl MtlMaterial {
         let texture = texture.copied().unwrap_or(NO_TEXTURE);
         let (lobes, varied) = self.lobes(textures);
         let surface = PbrSurface {
-            color: kd * there,
+            color: kd * share,
             lobes,
-            specular: match self.is_pbr() {
-                true => Vec3::splat(DIELECTRIC),
-                false if self.model() >= 2.0 => ks * GLOSS,
-                false => Vec3::ZERO,
+            specular: if self.is_pbr() {
+                Vec3::splat(DIELECTRIC)
+            } else if self.model() >= 2.0 {
+                ks * GLOSS
+            } else {
+                Vec3::ZERO
             },
             through: 0.0,
         };
         let colored = texture != NO_TEXTURE && surface.has_colored_mirror();
         let mut surface = surface.to_material(varied || colored);
         if !self.is_pbr() {
-            surface.ka = ka * AMBIENT * there;
+            surface.ka = ka * AMBIENT * share;
         }
         if self.model() >= 3.0 && self.has_exponent() {
             (surface.ks, surface.highlight) = (ks, Vec3::ZERO);
@@ -204,7 +206,7 @@ impl MtlMaterial {
         }
         Material {
             ke: self.beneath(self.ke, MapKind::Ke, textures),
-            kt: self.tf * (1.0 - there),
+            kt: self.tf * (1.0 - share),
             ior: if refracts { self.ni } else { 1.0 },
             texture,
             opacity,
@@ -360,10 +362,10 @@ mod tests {
             ("Ka 1 1 1\nKd 0 0 0", Vec3::ZERO),
             ("Ka 1 1 1\nKd .5 .5 .5\nmap_Ka a.png", Vec3::ONE),
         ] {
-            let found = surface(text).ka;
+            let actual = surface(text).ka;
             assert!(
-                (found - ka * AMBIENT).abs().max_element() < 1e-7,
-                "{text}: {found}"
+                (actual - ka * AMBIENT).abs().max_element() < 1e-7,
+                "{text}: {actual}"
             );
         }
     }
@@ -379,11 +381,11 @@ mod tests {
             ("250.000000", 0.5),
             ("640.000000", 0.2),
         ] {
-            let found = surface(&format!("Ks .5\nNs {ns}\nillum 2")).shininess;
-            let wanted = 2.0 / (roughness * roughness * roughness * roughness) - 2.0;
+            let actual = surface(&format!("Ks .5\nNs {ns}\nillum 2")).shininess;
+            let expected = 2.0 / (roughness * roughness * roughness * roughness) - 2.0;
             assert!(
-                (found / wanted - 1.0).abs() < 1e-4,
-                "{ns}: {found}, not {wanted}"
+                (actual / expected - 1.0).abs() < 1e-4,
+                "{ns}: {actual}, not {expected}"
             );
         }
         assert_eq!(surface("Ks .5\nNs 1000\nillum 2").shininess, 10_000.0);

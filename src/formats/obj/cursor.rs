@@ -1,9 +1,8 @@
 //! A position in the text of an OBJ or MTL file, with methods for blanks, line ends, continued
 //! lines, words and numbers.
 
-use crate::chunk_remarks::ParseError;
-use crate::decimal;
-use crate::diagnostics::{Span, quoted_bytes};
+use crate::diagnostics::{ParseError, Span, quoted_bytes};
+use crate::text::{decimal, ends_word, word_at};
 
 /// Walks over a chunk of a text. Offsets are those of the whole file.
 #[derive(Clone, Copy)]
@@ -18,11 +17,6 @@ pub(super) const KEYWORD_BYTES: usize = 12;
 
 fn ends_line(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
-}
-
-/// Returns true if a word ends before this byte.
-fn ends_word(byte: u8) -> bool {
-    byte <= b' '
 }
 
 impl<'a> Cursor<'a> {
@@ -99,11 +93,9 @@ impl<'a> Cursor<'a> {
     #[inline]
     pub(super) fn word(&mut self) -> Span {
         self.skip_blanks();
-        let rest = self.text.get(self.at..).unwrap_or_default();
-        let length = rest.iter().position(|&byte| ends_word(byte));
-        let span = Span::new(self.at, length.unwrap_or(rest.len()));
-        self.at += span.length;
-        span
+        let word = word_at(self.text, self.at);
+        self.at = word.end();
+        word
     }
 
     /// The rest of the statement without the blanks around it, with the lines that continue it. It
@@ -141,13 +133,13 @@ impl<'a> Cursor<'a> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
         let next = self.text.get(end);
-        if end > self.at && next.is_none_or(|&byte| ends_word(byte) || byte == b'\\') {
+        if end > self.at && (ends_word(self.text, end) || next == Some(&b'\\')) {
             self.at = end;
             return Ok(value);
         }
         // A `#` may begin a comment, or stand in `1.#QNAN`.
         if let Some((special, end)) = decimal::not_finite(self.text, self.at)
-            && self.text.get(end).is_none_or(|&byte| ends_word(byte))
+            && ends_word(self.text, end)
         {
             self.at = end;
             return Ok(special.into());

@@ -1,12 +1,11 @@
 //! Faces of an OBJ file: corners with the numbers of their vertices, UVs and normals.
 
 use super::chunk::ObjReader;
-use crate::chunk_remarks::ParseError;
-use crate::decimal;
-use crate::diagnostics::Span;
-use crate::faces::{
+use crate::diagnostics::{ParseError, Span};
+use crate::mesh::faces::{
     FaceCorner, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, UV, VERTEX, check_corners, extra_bytes,
 };
+use crate::text::decimal;
 
 impl ObjReader<'_> {
     #[inline]
@@ -60,8 +59,8 @@ impl ObjReader<'_> {
             if !self.out_of_range[attribute] {
                 self.chunk.remarks.warn(
                     span,
-                    "this face has a texture place or a normal at some corners only, and is drawn without it",
-                    "faces, this one first, have a texture place or a normal at some corners only, and are drawn without it",
+                    "this face has a texture coordinate or a normal at some corners only, and is drawn without it",
+                    "faces, this one first, have a texture coordinate or a normal at some corners only, and are drawn without it",
                 );
             }
             for corner in &mut self.corners {

@@ -8,7 +8,7 @@ const MAX_NAME_BYTES: usize = 4096;
 /// knows, and what stands between such runs, cut behind each `.mtl`.
 pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> Vec<&str> {
     let words = words(names, most);
-    let mut found = Vec::new();
+    let mut split = Vec::new();
     let mut unknown = None;
     let mut at = 0;
     while let Some(&(start, _)) = words.get(at) {
@@ -18,8 +18,8 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
         match runs.iter().rposition(|run| exists(run)) {
             Some(last) => {
                 let before = unknown.take().map_or("", |from: usize| &names[from..start]);
-                found.extend(cut(before));
-                found.push(runs[last]);
+                split.extend(split_at_mtl(before));
+                split.push(runs[last]);
                 at += last + 1;
             }
             None => {
@@ -29,12 +29,12 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
         }
     }
     let end = words.last().map_or(0, |word| word.1);
-    found.extend(cut(unknown.map_or("", |from| &names[from..end])));
-    found
+    split.extend(split_at_mtl(unknown.map_or("", |from| &names[from..end])));
+    split
 }
 
 /// Names that end where a word ends in `.mtl`.
-pub(super) fn cut(names: &str) -> impl Iterator<Item = &str> {
+pub(super) fn split_at_mtl(names: &str) -> impl Iterator<Item = &str> {
     let ends = names.match_indices(char::is_whitespace).map(|(at, _)| at);
     let ends = ends.chain([names.len()]).filter(|&end| {
         let ending = end.checked_sub(4).and_then(|start| names.get(start..end));
@@ -85,8 +85,8 @@ mod tests {
 
     #[test]
     fn the_longest_run_that_exists_is_a_name() {
-        let there = ["a", "my lib", "my lib two", "c.mtl", "\"d e\"", "f\\ g"];
-        let names = |list| split(list, 100, |name| there.contains(&name));
+        let existing = ["a", "my lib", "my lib two", "c.mtl", "\"d e\"", "f\\ g"];
+        let names = |list| split(list, 100, |name| existing.contains(&name));
         assert_eq!(
             names("a my lib two my lib c.mtl"),
             ["a", "my lib two", "my lib", "c.mtl"]
@@ -105,13 +105,13 @@ mod tests {
 
     #[test]
     fn work_is_bounded() {
-        let asked = std::cell::Cell::new(0);
+        let calls = std::cell::Cell::new(0);
         let long = "word ".repeat(100_000);
         let count = |_: &str| {
-            asked.set(asked.get() + 1);
+            calls.set(calls.get() + 1);
             false
         };
         split(&long, 1000, count);
-        assert!(asked.get() <= 1000 * MAX_WORDS);
+        assert!(calls.get() <= 1000 * MAX_WORDS);
     }
 }

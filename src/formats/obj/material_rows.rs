@@ -79,8 +79,8 @@ fn warn_left_out(file: &MtlSource, mut left_out: Vec<MtlOmission>, about: &mut D
         return;
     };
     let mut reasons: Vec<&str> = left_out.iter().map(|omission| omission.reason).collect();
-    let mut known = HashSet::new();
-    reasons.retain(|reason| known.insert(*reason));
+    let mut seen = HashSet::new();
+    reasons.retain(|reason| seen.insert(*reason));
     let groups = reasons.iter().map(|reason| {
         let same = left_out.iter().filter(|other| other.reason == *reason);
         let names = same.map(|omission| quoted_bytes(&file.bytes[omission.keyword.range()]));
@@ -215,8 +215,8 @@ impl<'a> MaterialReader<'a> {
     fn note_relief(&mut self, source: usize, map: &MtlTexture, is_normals: bool) {
         let name = without_comment(&self.files[source].bytes[map.name.range()]);
         let heights = "heights (`norm` in place of `map_Bump` makes it a normal map)";
-        let taken = if is_normals { "a normal map" } else { heights };
-        let note = format!("{} is taken as {taken}", quoted_bytes(name));
+        let kind = if is_normals { "a normal map" } else { heights };
+        let note = format!("{} is taken as {kind}", quoted_bytes(name));
         if self.reliefs.len() < MAX_DIAGNOSTICS && !self.reliefs.contains(&note) {
             self.reliefs.push(note);
         }
@@ -234,11 +234,11 @@ impl<'a> MaterialReader<'a> {
     }
 
     fn texture(&mut self, source: usize, map: &MtlTexture) -> u32 {
-        let (name, found) = self.find(source, map);
+        let (name, file) = self.find(source, map);
         let report = &mut self.reports[source];
-        let found = found.map(|found| found.accepted(&name, map.name, report));
+        let file = file.map(|file| file.accepted(&name, map.name, report));
         self.textures
-            .found(&name, found, map.sampler, || map.name, report)
+            .of_file(&name, file, map.sampler, || map.name, report)
     }
 
     /// The texture of opacity: that of the colour's file is its alpha alone, so that a picture
@@ -268,7 +268,7 @@ impl<'a> MaterialReader<'a> {
         if bytes[a.name.range()] == bytes[b.name.range()] {
             return true;
         }
-        let [a, b] = [a, b].map(|map| self.find(source, map).1.ok().map(|found| found.file));
+        let [a, b] = [a, b].map(|map| self.find(source, map).1.ok().map(|named| named.file));
         a.is_some() && a == b
     }
 
@@ -280,8 +280,8 @@ impl<'a> MaterialReader<'a> {
         let mut last = (String::new(), Err(String::new()));
         for name in texture_spellings(text) {
             let name = text_of(name);
-            let found = self.asset_dir.find_for(Some(&file.file), &name);
-            last = (name, found);
+            let named = self.asset_dir.find_for(Some(&file.file), &name);
+            last = (name, named);
             if last.1.is_ok() {
                 break;
             }
@@ -291,9 +291,9 @@ impl<'a> MaterialReader<'a> {
 
     fn leave_out(&mut self, source: usize, left_out: &MtlOmission) {
         let keyword = self.files[source].bytes[left_out.keyword.range()].to_ascii_lowercase();
-        let known = &mut self.left_out[source];
-        if known.len() < MAX_DIAGNOSTICS && self.named[source].insert(keyword) {
-            known.push(*left_out);
+        let omissions = &mut self.left_out[source];
+        if omissions.len() < MAX_DIAGNOSTICS && self.named[source].insert(keyword) {
+            omissions.push(*left_out);
         }
     }
 

@@ -8,9 +8,9 @@ use super::name::{spellings, text_of, without_comment};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found, NamedFile};
 use crate::memory::MemoryLedger;
-use crate::named_runs::NameChanges;
+use crate::mesh::named_runs::NameChanges;
+use crate::text::utf16;
 use crate::texture::TextureLibrary;
-use crate::utf16;
 use phalanx_scene::{MaterialTable, Scene};
 use std::collections::{HashMap, HashSet};
 
@@ -87,8 +87,8 @@ impl<'a> MaterialLibrary<'a> {
         let asset_dir = self.asset_dir;
         let mut names = spellings(text).map(text_of);
         let exact = |name: String| Some((asset_dir.find_exact(&name)?, name));
-        if let Some((found, name)) = names.find_map(exact) {
-            return self.add_file(&name, Ok(found), span, report);
+        if let Some((file, name)) = names.find_map(exact) {
+            return self.add_file(&name, Ok(file), span, report);
         }
         let exists = |name: &str| asset_dir.find_exact(name).is_some();
         let parts = file_list::split(&short, self.names_left, exists);
@@ -97,21 +97,21 @@ impl<'a> MaterialLibrary<'a> {
         let mut names = spellings(text).map(text_of).filter(|_| !list);
         let search = |name: String| Some((asset_dir.find_for(None, &name).ok()?, name));
         match names.find_map(search) {
-            Some((found, name)) => self.add_file(&name, Ok(found), span, report),
+            Some((file, name)) => self.add_file(&name, Ok(file), span, report),
             None => (parts.iter()).for_each(|part| self.add_parts(part, span, report)),
         }
     }
 
     /// Adds a file whose name may hold blanks, or one for each word if some are files.
     fn add_parts(&mut self, name: &str, span: Span, report: &mut DiagnosticSink) {
-        let found = |name| (name, self.asset_dir.find_for(None, name));
-        let whole = found(name);
-        let one = whole.1.is_ok() || name.contains("\\ ");
+        let find = |name| (name, self.asset_dir.find_for(None, name));
+        let unsplit = find(name);
+        let one = unsplit.1.is_ok() || name.contains("\\ ");
         let words = name.split_ascii_whitespace().take(self.names_left);
         let words = words.filter(|&word| word != name && !one);
-        let mut files: Vec<_> = words.map(found).collect();
+        let mut files: Vec<_> = words.map(find).collect();
         if files.iter().all(|(_, file)| file.is_err()) {
-            files = vec![whole];
+            files = vec![unsplit];
         }
         for (name, file) in files {
             self.names_left = self.names_left.saturating_sub(1);
@@ -122,11 +122,11 @@ impl<'a> MaterialLibrary<'a> {
     fn add_file(
         &mut self,
         name: &str,
-        found: Result<NamedFile, String>,
+        file: Result<NamedFile, String>,
         span: Span,
         report: &mut DiagnosticSink,
     ) {
-        let file = found.map(|found| found.accepted(name, span, report));
+        let file = file.map(|file| file.accepted(name, span, report));
         if let Ok(file) = &file
             && !self.read.insert(file.clone())
         {
@@ -160,10 +160,10 @@ impl<'a> MaterialLibrary<'a> {
         for material in materials {
             // If two have the same name the first counts, because a file is searched from its
             // beginning.
-            let (known, name) = (self.materials.len(), &bytes[material.name.range()]);
+            let (number, name) = (self.materials.len(), &bytes[material.name.range()]);
             let short = without_comment(name);
-            self.by_name.entry(name.to_vec()).or_insert(known);
-            self.by_short_name.entry(short.to_vec()).or_insert(known);
+            self.by_name.entry(name.to_vec()).or_insert(number);
+            self.by_short_name.entry(short.to_vec()).or_insert(number);
             self.materials.push(KnownMaterial {
                 material,
                 source: self.files.len(),
@@ -180,8 +180,8 @@ impl<'a> MaterialLibrary<'a> {
     /// The material that a `usemtl` names, and the spelling of its name.
     fn find<'n>(&self, name: &'n [u8]) -> Option<(&'n [u8], &KnownMaterial)> {
         spellings(name).find_map(|name| {
-            let known = self.by_name.get(name).or(self.by_short_name.get(name))?;
-            Some((name, &self.materials[*known]))
+            let number = self.by_name.get(name).or(self.by_short_name.get(name))?;
+            Some((name, &self.materials[*number]))
         })
     }
 
@@ -199,7 +199,7 @@ impl<'a> MaterialLibrary<'a> {
         runs.retain(|run| run.0 < triangles);
         let textures = TextureLibrary::new(self.asset_dir);
         let mut reader = MaterialReader::new(self.asset_dir, &self.files, textures);
-        let mut known = HashMap::new();
+        let mut rows = HashMap::new();
         let mut missing = HashSet::new();
         let mut named = Vec::with_capacity(runs.len());
         let mut names = NameChanges::with_capacity(runs.len());
@@ -212,7 +212,7 @@ impl<'a> MaterialLibrary<'a> {
                 scene.names.intern(spelled)
             });
             names.push((first, number));
-            let look = *known.entry(name).or_insert_with(|| match self.find(name) {
+            let look = *rows.entry(name).or_insert_with(|| match self.find(name) {
                 Some((_, material)) => reader.look(material, scene, table),
                 None if self.incomplete || !missing.insert(without_comment(name)) => {
                     Default::default()

@@ -146,8 +146,8 @@ impl MtlMaterial {
     /// Notes something that is omitted, unless its kind is known to be.
     fn leave_out(&mut self, cursor: &Cursor, keyword: Span, reason: &'static str) {
         let text = cursor.bytes(keyword);
-        let same = |known: &MtlOmission| {
-            known.reason == reason && cursor.bytes(known.keyword).eq_ignore_ascii_case(text)
+        let same = |other: &MtlOmission| {
+            other.reason == reason && cursor.bytes(other.keyword).eq_ignore_ascii_case(text)
         };
         if self.left_out.len() < MAX_DIAGNOSTICS && !self.left_out.iter().any(same) {
             self.left_out.push(MtlOmission { keyword, reason });
@@ -244,8 +244,8 @@ mod tests {
     fn left_out(text: &str) -> Vec<(String, &'static str)> {
         let materials = read(text.as_bytes());
         let all = materials.iter().flat_map(|m| &m.left_out);
-        let told = |l: &MtlOmission| (text[l.keyword.range()].to_owned(), l.reason);
-        all.map(told).collect()
+        let words = |l: &MtlOmission| (text[l.keyword.range()].to_owned(), l.reason);
+        all.map(words).collect()
     }
 
     #[test]

@@ -6,7 +6,7 @@ const MAX_CUTS: usize = 8;
 /// The names that a text may stand for, the most likely first: all of it, and what comes before a
 /// blank and a `#`, the last one first. A comment is cut off if the name with it is not known.
 pub(super) fn spellings(text: &[u8]) -> impl Iterator<Item = &[u8]> {
-    std::iter::successors(Some(text), |name| cut(name)).take(1 + MAX_CUTS)
+    std::iter::successors(Some(text), |name| before_comment(name)).take(1 + MAX_CUTS)
 }
 
 /// The spellings of a texture's name, and at last what comes before a blank and a `-`: some
@@ -18,7 +18,7 @@ pub(super) fn texture_spellings(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 /// A name without its last comment, if it has one.
-fn cut(name: &[u8]) -> Option<&[u8]> {
+fn before_comment(name: &[u8]) -> Option<&[u8]> {
     let mut marks = memchr::memrchr_iter(b'#', name);
     let comment = marks.find(|&at| at > 0 && name[at - 1] <= b' ')?;
     Some(name[..comment].trim_ascii_end())

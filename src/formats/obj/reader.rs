@@ -3,19 +3,17 @@
 use super::chunk::{IndexLimits, ObjChunk};
 use super::{chunk, colors, materials, remarks, smoothing, uv_baking};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{self, NORMAL, VERTEX};
 use crate::folder::Folder;
-use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
+use crate::mesh::faces::{self, NORMAL, VERTEX};
+use crate::mesh::named_runs::{self, NAME_BYTES};
+use crate::mesh::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
 use crate::mesh::{self, NotFinite, PolygonMesh};
-use crate::mesh_chunk;
-use crate::mesh_defaults::BARE;
-use crate::named_runs::{self, NAME_BYTES};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
+use crate::read_scene::ReadScene;
 use crate::text::HEAD_BYTES;
-use crate::vertex_colors::{COLOR_ROW_BYTES, MeshColors};
-use crate::workers;
+use crate::text::workers;
 use glam::DVec3;
 use phalanx_scene::MaterialTable;
 use std::ops::Range;
@@ -28,8 +26,8 @@ const CHUNK_BYTES: usize = 1 << 18;
 pub(crate) fn read(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
-) -> Result<Loaded, ReadStop> {
+    options: &ReadOptions,
+) -> Result<ReadScene, ReadStop> {
     let read = read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES);
     match (read, first_nul(bytes)) {
         // One error instead of many about lines that are none.
@@ -52,9 +50,9 @@ fn first_nul(bytes: &[u8]) -> Option<usize> {
 fn read_in_chunks(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
+    options: &ReadOptions,
     chunk_bytes: usize,
-) -> Result<Loaded, ReadStop> {
+) -> Result<ReadScene, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let mut report = DiagnosticSink::new(bytes);
     if bytes.trim_ascii().is_empty() {
@@ -113,7 +111,7 @@ fn read_in_chunks(
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
     }
-    let mut loaded = mesh::finish(scene, joined, &BARE, options, report)?;
+    let mut loaded = mesh::finish(scene, joined, options, report)?;
     loaded.notes.extend(notes);
     Ok(loaded)
 }
@@ -125,7 +123,7 @@ fn read_chunks(
     (size, moved): (usize, Option<DVec3>),
     memory: &MemoryLedger,
 ) -> Vec<ObjChunk> {
-    let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
+    let ranges = workers::chunk_ranges(0..bytes.len(), size, |at| line_start(bytes, at));
     let first = ranges
         .iter()
         .map(|range| (range.clone(), IndexLimits::UNKNOWN));
@@ -135,13 +133,13 @@ fn read_chunks(
     };
     let chunks = workers::map(threads, first.collect(), |part| read(memory, part));
     let limits = limits_of(&chunks);
-    let within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
+    let is_within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
         let ends = |k: usize| i64::from(chunk.highest[k]) <= limits.total[k];
         let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
         !chunk.remarks.has_errors() && (0..3).all(|k| ends(k) && begins(k))
     };
     // No second reading if there is not enough memory either.
-    if memory.is_over() || chunks.iter().zip(&limits).all(within) {
+    if memory.is_over() || chunks.iter().zip(&limits).all(is_within) {
         return chunks;
     }
     drop(chunks);
@@ -224,7 +222,7 @@ fn merge(mut chunks: Vec<ObjChunk>, threads: usize) -> (PolygonMesh, MeshColors,
         triangles += mesh.faces.len();
         meshes.push(mesh);
     }
-    (mesh_chunk::merge(meshes, threads), colors, changes)
+    (mesh::chunk::merge(meshes, threads), colors, changes)
 }
 
 fn shift(rows: &mut [NotFinite], before: i64) {

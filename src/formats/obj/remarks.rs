@@ -1,10 +1,9 @@
 //! Remarks about an OBJ file as a whole.
 
 use super::chunk::{ObjChunk, UNKNOWN};
-use crate::chunk_remarks::{ChunkRemarks, WarningTally, counted};
-use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
-use crate::faces::{NONE, NORMAL, UV, VERTEX};
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, Span, WarningTally, counted, quoted_bytes};
 use crate::mesh::MergedMesh;
+use crate::mesh::faces::{NONE, NORMAL, UV, VERTEX};
 use phalanx_scene::{MeshMaterial, NO_TEXTURE, Scene};
 
 /// Reports the remarks about all chunks, which have `total` rows of each attribute, with an error
@@ -27,12 +26,12 @@ pub(super) fn emit(
     if let (true, Some(span)) = (nothing, remarks.tally(UNKNOWN[0]).first) {
         report.error(
             span,
-            "this is not an OBJ file: it has no vertices, and this is none of its statements",
+            "this is not an OBJ file: it has no vertices, and this is not an OBJ statement",
         );
     }
     remarks.emit(report);
     for (attribute, one, several) in [
-        (UV, "texture place", "texture places"),
+        (UV, "texture coordinate", "texture coordinates"),
         (NORMAL, "normal", "normals"),
     ] {
         let WarningTally { count, first } = bad_references[attribute];
@@ -40,14 +39,14 @@ pub(super) fn emit(
             continue;
         };
         let number = quoted_bytes(&text[span.range()]);
-        let there = format!("{number} is no {one}: the file has {}", total[attribute]);
+        let problem = format!("{number} is no {one}: the file has {}", total[attribute]);
         let drawn = match count {
             1 => format!("the face is drawn without {several}"),
             _ => format!(
                 "{count} corners, this one first, name none, and their faces are drawn without {several}"
             ),
         };
-        report.warning(span, format!("{there}; {drawn}"));
+        report.warning(span, format!("{problem}; {drawn}"));
     }
 }
 
@@ -68,8 +67,8 @@ pub(super) fn warn_unplaced(scene: &Scene, mesh: &MergedMesh, report: &mut Diagn
     if count > 0 {
         let message = counted(
             count,
-            "a triangle has a texture and no places in it: it is not shown there",
-            "triangles have a texture and no places in it: it is not shown there",
+            "a triangle has a texture and no texture coordinates: it is not shown there",
+            "triangles have a texture and no texture coordinates: it is not shown there",
         );
         report.warning(Span::START, message);
     }

@@ -5,9 +5,9 @@
 //! Polygonal Facets", 1998). So it does not depend on how polygons are cut.
 
 use super::runs;
-use crate::faces::{NONE, NORMAL, VERTEX};
 use crate::memory::{MemoryLedger, OverLimit};
 use crate::mesh::MergedMesh;
+use crate::mesh::faces::{NONE, NORMAL, VERTEX};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -200,18 +200,18 @@ mod tests {
         );
         smooth(&mut both, &[(0, 1)], &MemoryLedger::of(None)).unwrap();
         assert!((0..3).all(|k| normals(&both, k).is_none()));
-        let mut own = roof();
-        own.vertex_normals.push(Vec3::X);
-        own.faces[NORMAL] = vec![[0; 3], [NONE; 3], [NONE; 3], [NONE; 3]];
-        smooth(&mut own, &[(0, 1)], &MemoryLedger::of(None)).unwrap();
-        assert_eq!(normals(&own, 0), Some([Vec3::X; 3]));
-        assert!(normals(&own, 1).is_some());
+        let mut mesh_with_normal = roof();
+        mesh_with_normal.vertex_normals.push(Vec3::X);
+        mesh_with_normal.faces[NORMAL] = vec![[0; 3], [NONE; 3], [NONE; 3], [NONE; 3]];
+        smooth(&mut mesh_with_normal, &[(0, 1)], &MemoryLedger::of(None)).unwrap();
+        assert_eq!(normals(&mesh_with_normal, 0), Some([Vec3::X; 3]));
+        assert!(normals(&mesh_with_normal, 1).is_some());
     }
 
     #[test]
     fn normals_count_before_they_are_made() {
         let memory = MemoryLedger::of(Some(100));
-        let told = smooth(&mut roof(), &[(0, 1)], &memory).unwrap_err();
-        assert!(told.what.contains("smoothing groups"), "{told}");
+        let refusal = smooth(&mut roof(), &[(0, 1)], &memory).unwrap_err();
+        assert!(refusal.what.contains("smoothing groups"), "{refusal}");
     }
 }

@@ -61,22 +61,22 @@ fn neither_threads_nor_chunks_change_the_scene() {
     let (_scratch, folder) = folder_with(&[("a.mtl", mtl)]);
     let text = everything();
     let read = |threads, chunk_bytes| {
-        let options = Options {
+        let options = ReadOptions {
             threads,
-            ..Options::default()
+            ..ReadOptions::default()
         };
         let loaded = read_in_chunks(text.as_bytes(), &folder, &options, chunk_bytes).unwrap();
         (digest(&loaded.scene), loaded.warnings)
     };
-    let whole = read(1, CHUNK_BYTES);
+    let expected = read(1, CHUNK_BYTES);
     for part in ["corners", "\"part 1\"", "\"m2\""] {
-        assert!(whole.0.contains(part), "{part}");
+        assert!(expected.0.contains(part), "{part}");
     }
     for chunk_bytes in [1, 7, 64, 500] {
         for threads in [1, 2, 5] {
             assert_eq!(
                 read(threads, chunk_bytes),
-                whole,
+                expected,
                 "{threads} threads, chunks of {chunk_bytes}"
             );
         }
@@ -90,19 +90,19 @@ fn errors_come_in_file_order_from_every_piece() {
         text += &format!("f 1 2 {}\nv 1 x 0\nf -{} 1 2\n", k * 1000, 3 + k * 500);
     }
     let read = |chunk_bytes| {
-        let options = Options {
+        let options = ReadOptions {
             threads: 3,
-            ..Options::default()
+            ..ReadOptions::default()
         };
         read_in_chunks(text.as_bytes(), &Folder::none(), &options, chunk_bytes)
             .unwrap_err()
             .diagnostics()
     };
-    let whole = read(CHUNK_BYTES);
-    assert_eq!(whole.len(), crate::MAX_DIAGNOSTICS);
-    assert!(whole.is_sorted_by_key(|d| d.line));
+    let expected = read(CHUNK_BYTES);
+    assert_eq!(expected.len(), crate::MAX_DIAGNOSTICS);
+    assert!(expected.is_sorted_by_key(|d| d.line));
     for chunk_bytes in [1, 20, 100] {
-        assert_eq!(read(chunk_bytes), whole, "chunks of {chunk_bytes}");
+        assert_eq!(read(chunk_bytes), expected, "chunks of {chunk_bytes}");
     }
 }
 
@@ -123,9 +123,9 @@ fn a_material_file_is_read_once_by_whatever_names() {
     let text =
         "mtllib a.mtl\nmtllib ./a.mtl\nmtllib .//a.mtl a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let text = format!("{text}usemtl m\nf 1 2 3\n");
-    let loaded = read(text.as_bytes(), &folder, &Options::default()).unwrap();
-    let said = loaded.warnings;
-    assert_eq!(said.len(), 1, "its fault is told once: {said:?}");
+    let loaded = read(text.as_bytes(), &folder, &ReadOptions::default()).unwrap();
+    let warnings = loaded.warnings;
+    assert_eq!(warnings.len(), 1, "its fault is told once: {warnings:?}");
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn names_of_materials_are_bytes() {
     let mtl = b"newmtl \xe4\nKd 1 0 0\nnewmtl \xf6\nKd 0 1 0\n";
     std::fs::write(scratch.path().join("a.mtl"), mtl).unwrap();
     let text = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl \xf6\nf 1 2 3\n";
-    let scene = read(text, &folder, &Options::default()).unwrap().scene;
+    let scene = read(text, &folder, &ReadOptions::default()).unwrap().scene;
     let row = scene.triangles.material[0] as usize;
     assert_eq!(scene.materials.kd.get(row), glam::Vec3::Y);
 }

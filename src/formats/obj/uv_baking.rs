@@ -2,9 +2,9 @@
 //! have no transform, so triangles of such materials get UVs of their own.
 
 use super::texture_map::UvTransform;
-use crate::faces::{NONE, UV};
 use crate::memory::{MemoryLedger, OverLimit};
 use crate::mesh::MergedMesh;
+use crate::mesh::faces::{NONE, UV};
 use glam::Vec2;
 use std::ops::Range;
 

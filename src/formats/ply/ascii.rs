@@ -9,9 +9,8 @@ use super::lexer::{NO_ROW_END, PlyLexer, count_rows};
 use super::plan::{ElementUse, ReadPlan};
 use super::row_reader::{PlyRowReader, RowWords};
 use super::rows::{PlyChunk, too_short};
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::diagnostics::{DiagnosticSink, Span};
-use crate::workers;
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span};
+use crate::text::workers;
 use std::ops::Range;
 
 /// Reads the rows of all elements; errors are added to the report.
@@ -24,7 +23,7 @@ pub(super) fn read(
 ) -> Vec<PlyChunk> {
     let eol = plan.header.line_end;
     let used = plan.memory.used();
-    let ranges = workers::cut(plan.header.body..bytes.len(), chunk_bytes, |at| {
+    let ranges = workers::chunk_ranges(plan.header.body..bytes.len(), chunk_bytes, |at| {
         memchr::memchr(eol, &bytes[at..]).map_or(bytes.len(), |length| at + length + 1)
     });
     let counts = workers::map(threads, ranges.clone(), |range| {
@@ -109,12 +108,12 @@ impl RowWords for PlyLexer<'_> {
         (0..count).try_for_each(|_| self.pass_word())
     }
 
-    fn at(&self) -> usize {
+    fn position(&self) -> usize {
         self.at
     }
 
     fn face_span(&self, row: usize, _: Span) -> Span {
-        self.since(row)
+        self.span_since(row)
     }
 
     fn strip_bytes(_: usize) -> u64 {
@@ -174,13 +173,13 @@ impl PlyRowReader<'_, PlyLexer<'_>> {
                     memchr::memchr(plan.header.line_end, &self.words.text[from..to]).is_some()
                 };
                 if ends_line(start, self.words.at) {
-                    broken.get_or_insert(self.words.since(start));
+                    broken.get_or_insert(self.words.span_since(start));
                 }
                 if start > plan.header.body
                     && before > plan.header.body
                     && !ends_line(before, start)
                 {
-                    joined.get_or_insert(self.words.since(start));
+                    joined.get_or_insert(self.words.span_since(start));
                 }
                 if broken.is_some() && joined.is_some() {
                     return None;

@@ -5,17 +5,16 @@
 
 use super::columns::{ColumnSource, TriangleRowLayout, checked, columns, fill, source};
 use super::header::{Element, Encoding, PropertyKind, Type};
-use super::lexer::whole;
+use super::lexer::as_integer;
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::row_reader::{PlyRowReader, RowWords};
 use super::rows::{PlyChunk, too_short};
-use crate::chunk_remarks::ParseError;
-use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::VERTEX;
+use crate::diagnostics::{DiagnosticSink, ParseError, Span};
 use crate::mesh::NotFinite;
-use crate::mesh_chunk::{checked_normal, checked_position};
-use crate::vertex_colors::note_opacity;
-use crate::workers;
+use crate::mesh::chunk::{checked_normal, checked_position};
+use crate::mesh::faces::VERTEX;
+use crate::mesh::vertex_colors::note_opacity;
+use crate::text::workers;
 use glam::DVec3;
 use phalanx_scene::huge_pages::zeroed;
 
@@ -111,8 +110,8 @@ impl RowWords for BinaryWords<'_> {
             Type::I8 => i64::from(value as i8),
             Type::I16 => i64::from(value as i16),
             Type::I32 => i64::from(value as i32),
-            Type::F32 => whole(f32::from_bits(value as u32).into()).unwrap_or(i64::MIN),
-            Type::F64 => whole(f64::from_bits(value)).unwrap_or(i64::MIN),
+            Type::F32 => as_integer(f32::from_bits(value as u32).into()).unwrap_or(i64::MIN),
+            Type::F64 => as_integer(f64::from_bits(value)).unwrap_or(i64::MIN),
             _ => value as i64,
         })
     }
@@ -131,7 +130,7 @@ impl RowWords for BinaryWords<'_> {
         self.take(count, kind).map(drop)
     }
 
-    fn at(&self) -> usize {
+    fn position(&self) -> usize {
         self.at
     }
 
@@ -298,13 +297,13 @@ impl<'a> PlyBinaryReader<'a> {
         if self.plan.face_uvs.picture.is_some() {
             return None;
         }
-        let of = |index: usize| match element.properties[index].kind {
+        let size = |index: usize| match element.properties[index].kind {
             PropertyKind::One(kind) => Some(kind.size()),
             PropertyKind::List { .. } => None,
         };
-        let before = (0..list).map(of).sum::<Option<usize>>()?;
+        let before = (0..list).map(size).sum::<Option<usize>>()?;
         let after = list + 1..element.properties.len();
-        let after = after.map(of).sum::<Option<usize>>()?;
+        let after = after.map(size).sum::<Option<usize>>()?;
         let first = before + count_type.size();
         let stride = first + 3 * item.size() + after;
         let length = count.checked_mul(stride)?;

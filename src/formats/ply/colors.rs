@@ -7,9 +7,9 @@
 //! of vertices gets a warning.
 
 use super::header::{Element, PropertyKind};
-use crate::faces::Faces;
-use crate::vertex_colors::{ColorOwners, MeshColors, linear_of_byte, linear_of_share};
-use crate::workers;
+use crate::mesh::faces::Faces;
+use crate::mesh::vertex_colors::{ColorOwners, MeshColors, linear_of_byte, linear_of_share};
+use crate::text::workers;
 use phalanx_scene::{NO_COLORS, Vec3s};
 
 /// Names of the properties of a colour.
@@ -28,7 +28,7 @@ pub(super) struct ColorProperties {
     pub(super) numbers: [usize; 3],
     pub(super) alpha: Option<usize>,
     /// True if they are integers.
-    whole: bool,
+    are_integers: bool,
 }
 
 impl ColorProperties {
@@ -39,7 +39,7 @@ impl ColorProperties {
         Some(ColorProperties {
             numbers,
             alpha: (ALPHA_NAMES.into_iter()).find_map(|name| element.number(name)),
-            whole: numbers.iter().all(is_whole),
+            are_integers: numbers.iter().all(is_whole),
         })
     }
 
@@ -50,7 +50,7 @@ impl ColorProperties {
         let range = ranges
             .into_iter()
             .fold(NumberRange::default(), NumberRange::join);
-        let most = range.scale(self.whole);
+        let most = range.scale(self.are_integers);
         let bytes = most == 255.0;
         let parts = rgb.parts_mut().into_iter();
         let blocks = parts.flat_map(|part| part.chunks_mut(BLOCK)).collect();
@@ -95,10 +95,10 @@ impl NumberRange {
     }
 
     /// The number that stands for full intensity.
-    fn scale(self, whole: bool) -> f32 {
+    fn scale(self, are_integers: bool) -> f32 {
         // Some programs declare bytes and write values from 0 to 1. Sums of weights may exceed 1
         // slightly.
-        let shares = !whole || self.fractions;
+        let shares = !are_integers || self.fractions;
         match self.most {
             ..=1.5 if shares => 1.0,
             ..=255.5 => 255.0,
@@ -154,8 +154,8 @@ pub(super) fn of_faces(
     let mut columns = Vec::new();
     let (mut colors, mut end) = (0, 0);
     for (chunk, faces) in chunks.into_iter().zip(faces) {
-        let given = chunk.numbers.into_iter();
-        numbers.extend(given.map(|number| number + colors));
+        let of_chunk = chunk.numbers.into_iter();
+        numbers.extend(of_chunk.map(|number| number + colors));
         // Triangles of strips have none.
         end += faces.len();
         numbers.resize(end, NO_COLORS);

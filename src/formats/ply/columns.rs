@@ -3,7 +3,7 @@
 use super::header::{Element, PropertyKind, Type};
 use crate::diagnostics::Span;
 use crate::mesh::NotFinite;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::huge_pages::zeroed;
 
 /// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single
@@ -16,27 +16,27 @@ pub(super) fn fill(
     (kind, origin): (Type, f64),
     big: bool,
 ) {
-    let of = PropertyColumn {
+    let column = PropertyColumn {
         rows,
         stride,
         offset,
     };
     let less = |number: f64| (number - origin) as f32;
     match (kind, big) {
-        (Type::F32, false) => of.take(out, f32::from_le_bytes),
-        (Type::F32, true) => of.take(out, f32::from_be_bytes),
-        (Type::F64, false) => of.take(out, |b| less(f64::from_le_bytes(b))),
-        (Type::F64, true) => of.take(out, |b| less(f64::from_be_bytes(b))),
-        (Type::I8, _) => of.take(out, |b| f32::from(i8::from_le_bytes(b))),
-        (Type::U8, _) => of.take(out, |b| f32::from(u8::from_le_bytes(b))),
-        (Type::I16, false) => of.take(out, |b| f32::from(i16::from_le_bytes(b))),
-        (Type::I16, true) => of.take(out, |b| f32::from(i16::from_be_bytes(b))),
-        (Type::U16, false) => of.take(out, |b| f32::from(u16::from_le_bytes(b))),
-        (Type::U16, true) => of.take(out, |b| f32::from(u16::from_be_bytes(b))),
-        (Type::I32, false) => of.take(out, |b| less(i32::from_le_bytes(b).into())),
-        (Type::I32, true) => of.take(out, |b| less(i32::from_be_bytes(b).into())),
-        (Type::U32, false) => of.take(out, |b| less(u32::from_le_bytes(b).into())),
-        (Type::U32, true) => of.take(out, |b| less(u32::from_be_bytes(b).into())),
+        (Type::F32, false) => column.take(out, f32::from_le_bytes),
+        (Type::F32, true) => column.take(out, f32::from_be_bytes),
+        (Type::F64, false) => column.take(out, |b| less(f64::from_le_bytes(b))),
+        (Type::F64, true) => column.take(out, |b| less(f64::from_be_bytes(b))),
+        (Type::I8, _) => column.take(out, |b| f32::from(i8::from_le_bytes(b))),
+        (Type::U8, _) => column.take(out, |b| f32::from(u8::from_le_bytes(b))),
+        (Type::I16, false) => column.take(out, |b| f32::from(i16::from_le_bytes(b))),
+        (Type::I16, true) => column.take(out, |b| f32::from(i16::from_be_bytes(b))),
+        (Type::U16, false) => column.take(out, |b| f32::from(u16::from_le_bytes(b))),
+        (Type::U16, true) => column.take(out, |b| f32::from(u16::from_be_bytes(b))),
+        (Type::I32, false) => column.take(out, |b| less(i32::from_le_bytes(b).into())),
+        (Type::I32, true) => column.take(out, |b| less(i32::from_be_bytes(b).into())),
+        (Type::U32, false) => column.take(out, |b| less(u32::from_le_bytes(b).into())),
+        (Type::U32, true) => column.take(out, |b| less(u32::from_be_bytes(b).into())),
     }
 }
 

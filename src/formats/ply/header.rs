@@ -1,7 +1,6 @@
 //! The header of a PLY file: the elements that follow, their counts, and their properties.
 
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::diagnostics::{Span, quoted_bytes};
+use crate::diagnostics::{ChunkRemarks, ParseError, Span, quoted_bytes};
 use crate::text::mark_length;
 
 /// Encoding of the rows.
@@ -97,11 +96,11 @@ pub(super) struct Element {
 impl Element {
     /// Bytes of a row in a binary file if all its lists are empty.
     pub(super) fn least_bytes(&self) -> usize {
-        let of = |p: &Property| match p.kind {
+        let smallest = |p: &Property| match p.kind {
             PropertyKind::One(kind) => kind.size(),
             PropertyKind::List { count, .. } => count.size(),
         };
-        self.properties.iter().map(of).sum()
+        self.properties.iter().map(smallest).sum()
     }
 
     pub(super) fn has_lists(&self) -> bool {
@@ -111,8 +110,8 @@ impl Element {
 
     /// Index of a number among the properties.
     pub(super) fn number(&self, name: &[u8]) -> Option<usize> {
-        let found = |p: &Property| p.name == name && matches!(p.kind, PropertyKind::One(_));
-        self.properties.iter().position(found)
+        let is_number = |p: &Property| p.name == name && matches!(p.kind, PropertyKind::One(_));
+        self.properties.iter().position(is_number)
     }
 
     /// Indices of several numbers, if all of them are among the properties.

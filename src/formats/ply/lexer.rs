@@ -1,8 +1,7 @@
 //! Words of an ascii file: numbers, lists, and the ends of rows.
 
-use crate::chunk_remarks::ParseError;
-use crate::decimal;
-use crate::diagnostics::{Span, quoted_bytes};
+use crate::diagnostics::{ParseError, Span, quoted_bytes};
+use crate::text::{decimal, ends_word, word_at};
 
 /// Number of lines that are neither blank nor a comment.
 pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {
@@ -22,10 +21,7 @@ pub(super) fn count_rows(text: &[u8], eol: u8) -> u64 {
 /// this.
 #[inline]
 fn is_remark(text: &[u8]) -> bool {
-    let word = |word: &[u8]| {
-        let delimited = text.get(word.len()).is_none_or(|&byte| byte <= b' ');
-        text.starts_with(word) && delimited
-    };
+    let word = |word: &[u8]| text.starts_with(word) && ends_word(text, word.len());
     match text.first() {
         Some(b'#') => true,
         Some(b'c') => word(b"comment"),
@@ -35,7 +31,7 @@ fn is_remark(text: &[u8]) -> bool {
 }
 
 /// A number without a fraction, as an integer.
-pub(super) fn whole(number: f64) -> Option<i64> {
+pub(super) fn as_integer(number: f64) -> Option<i64> {
     let exact = number.fract() == 0.0 && number.abs() < (1u64 << 53) as f64;
     exact.then_some(number as i64)
 }
@@ -82,7 +78,7 @@ impl PlyLexer<'_> {
         Span::new(start, rest.trim_ascii_end().len())
     }
 
-    pub(super) fn since(&self, start: usize) -> Span {
+    pub(super) fn span_since(&self, start: usize) -> Span {
         Span::between(start, self.at)
     }
 
@@ -99,8 +95,12 @@ impl PlyLexer<'_> {
         self.skip_blanks();
         let start = self.at;
         let count = self.whole_number()?;
-        usize::try_from(count)
-            .map_err(|_| ParseError::new(self.since(start), "a list cannot have a negative count"))
+        usize::try_from(count).map_err(|_| {
+            ParseError::new(
+                self.span_since(start),
+                "a list cannot have a negative count",
+            )
+        })
     }
 
     #[inline]
@@ -127,11 +127,9 @@ impl PlyLexer<'_> {
     /// The next word of the line; empty at its end.
     fn word(&mut self) -> Span {
         self.skip_blanks();
-        let rest = &self.text[self.at..];
-        let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span::new(self.at, length.unwrap_or(rest.len()));
-        self.at += span.length;
-        span
+        let word = word_at(self.text, self.at);
+        self.at = word.end();
+        word
     }
 
     /// The next number, from which an origin is subtracted.
@@ -151,14 +149,10 @@ impl PlyLexer<'_> {
     fn real(&mut self, parse: impl Fn(&[u8], usize) -> (f32, usize)) -> Result<f32, ParseError> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
-        let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
-        let special = if delimited && end > self.at {
-            None
-        } else {
-            decimal::not_finite(self.text, self.at)
-        };
-        let (value, end) = special.unwrap_or((value, end));
-        self.ended(value, end, "a number")
+        let is_number = end > self.at && ends_word(self.text, end);
+        let special = (!is_number).then(|| decimal::not_finite(self.text, self.at));
+        let (value, end) = special.flatten().unwrap_or((value, end));
+        self.accept(value, end, "a number")
     }
 
     /// The next whole number, which may be written as `3.0` or `3e0`.
@@ -168,18 +162,17 @@ impl PlyLexer<'_> {
         let (mut value, mut end) = decimal::integer(self.text, self.at);
         if matches!(self.text.get(end), Some(b'.' | b'e' | b'E')) {
             let (real, after) = decimal::double(self.text, self.at);
-            if let Some(whole) = whole(real) {
-                (value, end) = (whole, after);
+            if let Some(integer) = as_integer(real) {
+                (value, end) = (integer, after);
             }
         }
-        self.ended(value, end, "a whole number")
+        self.accept(value, end, "a whole number")
     }
 
     /// Moves behind a number that ends here, if it is one.
     #[inline]
-    fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
-        let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
-        if end > self.at && delimited {
+    fn accept<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
+        if end > self.at && ends_word(self.text, end) {
             self.at = end;
             return Ok(value);
         }
@@ -197,7 +190,7 @@ impl PlyLexer<'_> {
 
     #[cold]
     fn missing(&self) -> ParseError {
-        ParseError::new(self.since(self.at), "the row ends too early")
+        ParseError::new(self.span_since(self.at), "the row ends too early")
     }
 
     fn quoted(&self, span: Span) -> String {

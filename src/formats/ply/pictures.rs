@@ -4,8 +4,8 @@ use super::plan::ReadPlan;
 use super::uvs::NO_PICTURE;
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
-use crate::mesh_defaults::{WHITE, empty_scene};
-use crate::options::Options;
+use crate::mesh::defaults::{WHITE, empty_scene};
+use crate::options::ReadOptions;
 use crate::texture::{TextureLibrary, TextureSampler};
 use phalanx_scene::{Material, MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
 
@@ -52,10 +52,10 @@ impl NamedPictures {
                 let name = String::from_utf8_lossy(&bytes[span.range()]);
                 // MeshLab's word for the name of the file itself.
                 let name = name.replace("<this>", asset_dir.scene_stem());
-                let found = asset_dir.find_for(None, &name);
-                let found = found.map(|found| found.accepted(&name, span, report));
+                let file = asset_dir.find_for(None, &name);
+                let file = file.map(|file| file.accepted(&name, span, report));
                 let sampler = TextureSampler::default();
-                let row = library.found(&name, found, sampler, || span, report);
+                let row = library.of_file(&name, file, sampler, || span, report);
                 pictures.rows.push(row);
             }
             pictures.textures = library.into_textures();
@@ -78,7 +78,7 @@ impl NamedPictures {
     pub(super) fn into_scene(
         self,
         numbers: &[u32],
-        options: &Options,
+        options: &ReadOptions,
         span: Span,
         report: &mut DiagnosticSink,
     ) -> (Scene, MeshMaterial) {
@@ -91,21 +91,21 @@ impl NamedPictures {
         };
         let rows: Vec<u32> = self.rows.iter().map(|&texture| row(texture)).collect();
         let bare = row(NO_TEXTURE);
-        let beyond = |&&number: &&u32| number != NO_PICTURE && number as usize >= rows.len();
-        let lost = numbers.iter().filter(beyond).count();
-        if lost > 0 {
+        let is_beyond = |&&number: &&u32| number != NO_PICTURE && number as usize >= rows.len();
+        let count = numbers.iter().filter(is_beyond).count();
+        if count > 0 {
             let what =
                 "triangles with a `texnumber` beyond the file's pictures are drawn without one";
-            report.warning(span, format!("{what}: {lost}"));
+            report.warning(span, format!("{what}: {count}"));
         }
-        let of = |&number: &u32| match number {
+        let row_of = |&number: &u32| match number {
             NO_PICTURE => bare,
             _ => rows.get(number as usize).copied().unwrap_or(bare),
         };
         scene.textures = self.textures;
         let material = match numbers {
-            [] => MeshMaterial::One(of(&0)),
-            _ => MeshMaterial::Each(numbers.iter().map(of).collect::<Vec<u32>>().into()),
+            [] => MeshMaterial::One(row_of(&0)),
+            _ => MeshMaterial::Each(numbers.iter().map(row_of).collect::<Vec<u32>>().into()),
         };
         (scene, material)
     }

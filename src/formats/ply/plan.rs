@@ -4,8 +4,8 @@ use super::colors::ColorProperties;
 use super::header::{Encoding, Header};
 use super::uvs::{self, FaceUvProperties};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{self, NONE};
 use crate::memory::MemoryLedger;
+use crate::mesh::faces::{self, NONE};
 use glam::DVec3;
 
 /// Number of times that the bytes of a row count for what is made of them: a file counts three
@@ -140,8 +140,8 @@ impl<'a> ReadPlan<'a> {
             Encoding::Ascii => (2 * element.properties.len(), 2),
             _ => (element.least_bytes(), 1 + u64::from(element.has_lists())),
         };
-        let beyond = (copies * columns).saturating_sub(ROW_TIMES * row as u64);
-        self.vertices.count.saturating_mul(beyond)
+        let extra = (copies * columns).saturating_sub(ROW_TIMES * row as u64);
+        self.vertices.count.saturating_mul(extra)
     }
 
     /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes

@@ -6,17 +6,16 @@ use super::plan::ReadPlan;
 use super::rows::Body;
 use super::{ascii, binary, colors, header, rows, uvs};
 use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces;
 use crate::folder::Folder;
-use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
 use crate::mesh;
-use crate::mesh_defaults::BARE;
-use crate::options::Options;
+use crate::mesh::faces;
+use crate::mesh::vertex_colors::MeshColors;
+use crate::options::ReadOptions;
 use crate::origin::ReadStop;
+use crate::read_scene::ReadScene;
 use crate::text;
-use crate::vertex_colors::MeshColors;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::MaterialTable;
 
 /// The part of a file that is text.
@@ -35,17 +34,17 @@ const CHUNK_BYTES: usize = 1 << 20;
 pub(crate) fn read(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
-) -> Result<Loaded, ReadStop> {
+    options: &ReadOptions,
+) -> Result<ReadScene, ReadStop> {
     read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES)
 }
 
 fn read_in_chunks(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
+    options: &ReadOptions,
     chunk_bytes: usize,
-) -> Result<Loaded, ReadStop> {
+) -> Result<ReadScene, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let memory = asset_dir.memory();
     let mut plan = plan(bytes, memory, options)?;
@@ -95,7 +94,7 @@ fn read_in_chunks(
     }
     joined.single = plan.vertices.single;
     joined.colors = colors;
-    let mut loaded = mesh::finish(scene, joined, &BARE, options, report)?;
+    let mut loaded = mesh::finish(scene, joined, options, report)?;
     loaded.notes.extend(notes);
     Ok(loaded)
 }
@@ -104,7 +103,7 @@ fn read_in_chunks(
 fn plan<'a>(
     bytes: &[u8],
     memory: &'a MemoryLedger,
-    options: &Options,
+    options: &ReadOptions,
 ) -> Result<ReadPlan<'a>, ReadStop> {
     let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
     let plan = match header::read(bytes) {

@@ -5,12 +5,11 @@ use super::header::{Element, Property, PropertyKind, Type};
 use super::plan::{ElementUse, ReadPlan, VertexPlan};
 use super::rows::{FaceRow, PlyChunk};
 use super::uvs::MAX_UVS;
-use crate::chunk_remarks::ParseError;
-use crate::diagnostics::Span;
-use crate::faces::check_corners;
+use crate::diagnostics::{ParseError, Span};
 use crate::memory::LedgerShare;
-use crate::mesh_chunk::push;
-use crate::vertex_colors::note_opacity;
+use crate::mesh::chunk::push;
+use crate::mesh::faces::check_corners;
+use crate::mesh::vertex_colors::note_opacity;
 
 /// Numbers of rows, one after the other, in one of the encodings.
 pub(super) trait RowWords {
@@ -23,7 +22,7 @@ pub(super) trait RowWords {
     /// Passes some numbers.
     fn pass(&mut self, count: usize, kind: Type) -> Result<(), ParseError>;
     /// The position of what comes next.
-    fn at(&self) -> usize;
+    fn position(&self) -> usize;
     /// The span of a face by the start of its row and by its list of corners. Its length accounts
     /// for the memory of the face.
     fn face_span(&self, row: usize, corners: Span) -> Span;
@@ -32,18 +31,22 @@ pub(super) trait RowWords {
     fn strip_bytes(corners: usize) -> u64;
 }
 
-/// Numbers of a vertex that are used: three of its position, its normal and its colour, two of its
-/// texture coordinates, and the colour's opacity.
-type VertexNumbers = [f32; 12];
-
-/// The index of the property of each of these numbers, if vertices have it.
-fn sources(plan: &VertexPlan) -> [Option<usize>; 12] {
-    let [x, y, z] = plan.position.map(Some);
-    let [nx, ny, nz] = plan.normal.map_or([None; 3], |normal| normal.map(Some));
-    let [r, g, b] = (plan.color).map_or([None; 3], |color| color.numbers.map(Some));
-    let [u, v] = plan.uv.map_or([None; 2], |uv| uv.map(Some));
-    let alpha = plan.color.and_then(|color| color.alpha);
-    [x, y, z, nx, ny, nz, r, g, b, u, v, alpha]
+/// For each of `count` properties of a vertex, the origin that is subtracted from it; `None` for
+/// those that are not used.
+fn origins(plan: &VertexPlan, count: usize) -> Vec<Option<f64>> {
+    let mut origins = vec![None; count];
+    let vectors = plan
+        .normal
+        .into_iter()
+        .chain(plan.color.map(|color| color.numbers));
+    let numbers = vectors.flatten().chain(plan.uv.into_iter().flatten());
+    for property in numbers.chain(plan.color.and_then(|color| color.alpha)) {
+        origins[property] = Some(0.0);
+    }
+    for (axis, property) in plan.position.into_iter().enumerate() {
+        origins[property] = Some(plan.origin[axis]);
+    }
+    origins
 }
 
 /// Reads rows into a chunk.
@@ -51,8 +54,10 @@ pub(super) struct PlyRowReader<'a, W> {
     pub(super) words: W,
     pub(super) plan: &'a ReadPlan<'a>,
     pub(super) chunk: PlyChunk,
-    /// The place of each property of a vertex among the numbers that are used.
-    slots: Vec<Option<usize>>,
+    /// The origin of each property of a vertex that is used.
+    origins: Vec<Option<f64>>,
+    /// The numbers of a vertex, each at its property.
+    numbers: Vec<f32>,
     corners: Vec<i64>,
     /// The colour of the face with these corners.
     color: [f32; 3],
@@ -66,13 +71,12 @@ pub(super) struct PlyRowReader<'a, W> {
 impl<'a, W: RowWords> PlyRowReader<'a, W> {
     pub(super) fn new(words: W, plan: &'a ReadPlan<'a>) -> PlyRowReader<'a, W> {
         let count = plan.header.elements[plan.vertices.element].properties.len();
-        let sources = sources(&plan.vertices);
-        let slot = |index: usize| sources.iter().position(|&source| source == Some(index));
         PlyRowReader {
             words,
             plan,
             chunk: PlyChunk::default(),
-            slots: (0..count).map(slot).collect(),
+            origins: origins(&plan.vertices, count),
+            numbers: vec![0.0; count],
             corners: Vec::new(),
             color: [0.0; 3],
             uvs: Vec::new(),
@@ -114,41 +118,39 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
 
     #[inline]
     fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
-        let start = self.words.at();
-        let mut numbers: VertexNumbers = [0.0; 12];
-        // The normal of a row that is cut off is +z.
-        numbers[5] = 1.0;
-        numbers[11] = 1.0;
-        let read = self.vertex_numbers(element, &mut numbers);
-        let [x, y, z, nx, ny, nz, r, g, b, u, v, alpha] = numbers;
-        // A faulty vertex is stored, too, so that later ones keep their numbers.
-        let span = Span::between(start, self.words.at());
-        self.chunk.mesh.add_vertex([x, y, z], number, span);
-        if self.plan.vertices.normal.is_some() {
-            self.chunk.mesh.add_normal([nx, ny, nz], number, span);
+        let start = self.words.position();
+        let read = self.vertex_numbers(element);
+        if read.is_err() {
+            // A faulty vertex is stored, too, so that later ones keep their numbers.
+            self.numbers.fill(0.0);
         }
-        if self.plan.vertices.color.is_some() {
-            push(&mut self.chunk.colors, [r, g, b]);
+        let span = Span::between(start, self.words.position());
+        let plan = &self.plan.vertices;
+        let number_of = |property: usize| self.numbers[property];
+        let mesh = &mut self.chunk.mesh;
+        mesh.add_vertex(plan.position.map(number_of), number, span);
+        if let Some(normal) = plan.normal {
+            mesh.add_normal(normal.map(number_of), number, span);
+        }
+        if let Some(uv) = plan.uv {
+            push(&mut mesh.uvs, uv.map(number_of));
+        }
+        if let Some(color) = plan.color {
+            push(&mut self.chunk.colors, color.numbers.map(number_of));
+            let alpha = color.alpha.map_or(1.0, number_of);
             note_opacity(alpha, span, &mut self.chunk.remarks);
-        }
-        if self.plan.vertices.uv.is_some() {
-            push(&mut self.chunk.mesh.uvs, [u, v]);
         }
         read
     }
 
     #[inline]
-    fn vertex_numbers(
-        &mut self,
-        element: &Element,
-        numbers: &mut VertexNumbers,
-    ) -> Result<(), ParseError> {
-        let origin = self.plan.vertices.origin;
+    fn vertex_numbers(&mut self, element: &Element) -> Result<(), ParseError> {
         for (index, property) in element.properties.iter().enumerate() {
-            let kind = property.kind.number_type();
-            match self.slots[index] {
-                Some(axis @ 0..3) => numbers[axis] = self.words.float(kind, origin[axis])?,
-                Some(other) => numbers[other] = self.words.float(kind, 0.0)?,
+            match self.origins[index] {
+                Some(origin) => {
+                    let kind = property.kind.number_type();
+                    self.numbers[index] = self.words.float(kind, origin)?;
+                }
                 None => self.pass(property)?,
             }
         }
@@ -157,14 +159,14 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
 
     #[inline]
     fn face(&mut self, element: &Element, list: usize) -> Result<(), ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         let mut corners = Span::START;
         for (index, property) in element.properties.iter().enumerate() {
             match property.kind {
                 PropertyKind::List { count, item } if index == list => {
-                    let start = self.words.at();
+                    let start = self.words.position();
                     let count = self.words.list_count(count, item)?;
-                    check_corners(count, Span::between(start, self.words.at()))?;
+                    check_corners(count, Span::between(start, self.words.position()))?;
                     corners = self.read_corners(count, item)?;
                 }
                 _ => self.face_property(property, index)?,
@@ -185,7 +187,7 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
     }
 
     fn strips(&mut self, element: &Element, list: usize) -> Result<(), ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         let (mut corners, mut length) = (Span::START, 0);
         for (index, property) in element.properties.iter().enumerate() {
             match property.kind {
@@ -212,13 +214,13 @@ impl<'a, W: RowWords> PlyRowReader<'a, W> {
     /// Reads the corners of a list; returns its span.
     #[inline]
     fn read_corners(&mut self, count: usize, item: Type) -> Result<Span, ParseError> {
-        let start = self.words.at();
+        let start = self.words.position();
         self.corners.clear();
         for _ in 0..count {
             let corner = self.words.integer(item)?;
             self.corners.push(corner);
         }
-        Ok(Span::between(start, self.words.at()))
+        Ok(Span::between(start, self.words.position()))
     }
 
     /// Takes memory for a face with this number of corners. The length of the span accounts for a

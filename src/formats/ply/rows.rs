@@ -3,10 +3,9 @@
 use super::colors::FaceColors;
 use super::header::Element;
 use super::uvs::FaceUvs;
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::diagnostics::{DiagnosticSink, Span};
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span};
+use crate::mesh::chunk::{MeshChunk, merge as merge_chunks};
 use crate::mesh::{self, PolygonMesh};
-use crate::mesh_chunk::{self, MeshChunk};
 use phalanx_scene::Vec3s;
 
 /// Contents of some rows.
@@ -144,7 +143,7 @@ pub(super) fn merge(chunks: Vec<PlyChunk>, threads: usize, report: &mut Diagnost
     }
     let [x, y, z] = mesh::merge_floats(threads, colors);
     Body {
-        mesh: mesh_chunk::merge(meshes, threads),
+        mesh: merge_chunks(meshes, threads),
         colors: Vec3s { x, y, z },
         face_colors,
         face_uvs,

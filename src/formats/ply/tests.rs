@@ -1,10 +1,10 @@
 use super::*;
 use std::fmt::Write;
 
-fn options(threads: usize) -> Options {
-    Options {
+fn options(threads: usize) -> ReadOptions {
+    ReadOptions {
         threads,
-        ..Options::default()
+        ..ReadOptions::default()
     }
 }
 
@@ -41,13 +41,13 @@ fn neither_threads_nor_chunks_change_the_scene() {
         let scene = format!("{:?} {:?}", loaded.scene.triangles, loaded.scene.view);
         (loaded.scene.prim_count(), scene, loaded.warnings)
     };
-    let whole = read(1, CHUNK_BYTES);
-    assert_eq!(whole.0, 10 + 20 + 30 + 4);
+    let expected = read(1, CHUNK_BYTES);
+    assert_eq!(expected.0, 10 + 20 + 30 + 4);
     for chunk_bytes in [1, 9, 100] {
         for threads in [1, 2, 5] {
             assert_eq!(
                 read(threads, chunk_bytes),
-                whole,
+                expected,
                 "{threads} threads, chunks of {chunk_bytes}"
             );
         }
@@ -64,10 +64,10 @@ fn errors_come_in_file_order_from_every_piece() {
             .unwrap_err()
             .diagnostics()
     };
-    let whole = read(CHUNK_BYTES);
-    assert_eq!(whole.len(), 20);
-    assert!(whole.is_sorted_by_key(|d| d.line));
+    let expected = read(CHUNK_BYTES);
+    assert_eq!(expected.len(), 20);
+    assert!(expected.is_sorted_by_key(|d| d.line));
     for chunk_bytes in [1, 30, 300] {
-        assert_eq!(read(chunk_bytes), whole, "chunks of {chunk_bytes}");
+        assert_eq!(read(chunk_bytes), expected, "chunks of {chunk_bytes}");
     }
 }

@@ -4,11 +4,10 @@
 //! A file's v is 0 at the bottom of the picture, the scene's at its top.
 
 use super::header::{Element, PropertyKind};
-use crate::chunk_remarks::counted;
-use crate::diagnostics::{DiagnosticSink, Span};
-use crate::faces::{FaceCorner, Faces, MAX_CORNERS, NONE, UV};
+use crate::diagnostics::{DiagnosticSink, Span, counted};
 use crate::mesh;
-use crate::workers;
+use crate::mesh::faces::{FaceCorner, Faces, MAX_CORNERS, NONE, UV};
+use crate::text::workers;
 use phalanx_scene::Vec2s;
 
 /// Names of the properties of a vertex.

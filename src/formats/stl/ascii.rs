@@ -6,12 +6,9 @@
 //! fan of triangles.
 
 use super::lexer::{StlLexer, is_in_remark};
-use crate::chunk_remarks::{ChunkRemarks, ParseError};
-use crate::decimal;
-use crate::diagnostics::{DiagnosticSink, Span, quoted_bytes};
-use crate::named_runs::change;
-use crate::text::mark_length;
-use crate::workers;
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span, quoted_bytes};
+use crate::mesh::named_runs::change;
+use crate::text::{decimal, ends_word, mark_length, workers};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -37,11 +34,11 @@ pub(super) fn read(
 ) -> (Soup, Vec<(usize, Span)>) {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
-    let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
-    let ranges = workers::cut(start..bytes.len(), chunk_bytes, |at| {
+    let ranges = workers::chunk_ranges(start..bytes.len(), chunk_bytes, |at| {
         // Names and comments may hold the word.
         let ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
-        let is_end = |&i: &usize| i > 0 && blank(i - 1) && blank(i + END.len());
+        let is_end =
+            |&i: &usize| i > 0 && ends_word(bytes, i - 1) && ends_word(bytes, i + END.len());
         let mut ends = ends.filter(is_end).take(MAX_REMARKS);
         let end = ends.find(|i| !is_in_remark(bytes, *i));
         end.map_or(bytes.len(), |i| i + END.len())
@@ -66,7 +63,7 @@ pub(super) fn read(
         soups.push(chunk.soup);
     }
     remarks.emit(report);
-    let soup = workers::joined(soups);
+    let soup = workers::join(soups);
     if let Some(error) = cut_off {
         if soup.is_empty() {
             report.error(error.span, error.message)
@@ -76,6 +73,14 @@ pub(super) fn read(
         }
     }
     (soup, names)
+}
+
+/// Takes a word that only facets have.
+fn take_part(words: &mut StlLexer) -> bool {
+    words.take(b"outer").is_some()
+        || words.take(b"vertex").is_some()
+        || words.take_end(b"loop").is_some()
+        || words.take_end(b"facet").is_some()
 }
 
 /// Checks the first word.
@@ -110,7 +115,7 @@ pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
         }
         match words.word() {
             None => return Span::START,
-            Some(word) if words.is(word, b"vertex") => {
+            Some(word) if words.word_is(word, b"vertex") => {
                 if count == corner {
                     return word;
                 }
@@ -167,11 +172,9 @@ impl<'a> StlAsciiReader<'a> {
                 self.words.name();
                 Ok(())
             } else {
-                let before = self.words;
-                let Some(word) = self.words.word() else {
+                let Some(word) = self.words.peek() else {
                     return;
                 };
-                self.words = before;
                 self.between_facets(word)
             };
             match read {
@@ -191,42 +194,30 @@ impl<'a> StlAsciiReader<'a> {
     /// Passes text up to the next facet or solid. It is an error if there is a word of a facet in
     /// it, because its beginning is lost then.
     fn between_facets(&mut self, first: Span) -> Result<(), FacetFault> {
-        loop {
-            let before = self.words;
-            if self.take_part() {
-                self.words = before;
-                let expected = "`facet` or `endsolid`";
-                return Err(FacetFault::Wrong(self.unexpected(first, expected)));
-            }
-            let begins = self.words.take(b"facet").is_some() || self.words.take_solid();
-            self.words = before;
-            if begins || self.words.word().is_none() {
-                self.chunk.remarks.warn(
-                    first,
-                    "this word and what follows it up to the next facet is no facet: it is ignored",
-                    "pieces of text between facets are ignored, this one first",
-                );
-                return Ok(());
-            }
+        self.pass_until(|words| {
+            take_part(words) || words.take(b"facet").is_some() || words.take_solid()
+        });
+        if take_part(&mut self.words.clone()) {
+            let expected = "`facet` or `endsolid`";
+            return Err(FacetFault::Wrong(self.unexpected(first, expected)));
         }
-    }
-
-    /// Takes a word that only facets have.
-    fn take_part(&mut self) -> bool {
-        let words = &mut self.words;
-        words.take(b"outer").is_some()
-            || words.take(b"vertex").is_some()
-            || words.take_end(b"loop").is_some()
-            || words.take_end(b"facet").is_some()
+        self.chunk.remarks.warn(
+            first,
+            "this word and what follows it up to the next facet is no facet: it is ignored",
+            "pieces of text between facets are ignored, this one first",
+        );
+        Ok(())
     }
 
     /// Moves behind the facet that has the fault.
     fn resume(&mut self) {
-        while self.words.take_end(b"facet").is_none() {
-            if self.words.word().is_none() {
-                return;
-            }
-        }
+        self.pass_until(|words| words.take_end(b"facet").is_some());
+        self.words.take_end(b"facet");
+    }
+
+    /// Passes words up to those that `takes` takes, or to the end of the text.
+    fn pass_until(&mut self, takes: impl Fn(&mut StlLexer) -> bool) {
+        while !takes(&mut self.words.clone()) && self.words.word().is_some() {}
     }
 
     fn facet(&mut self) -> Result<(), FacetFault> {
@@ -280,26 +271,21 @@ impl<'a> StlAsciiReader<'a> {
 
     /// Passes words up to one that only facets have.
     fn pass_words(&mut self) {
-        loop {
-            let before = self.words;
-            if self.take_part() || self.words.take(b"facet").is_some() {
-                self.words = before;
-                return;
-            }
-            if self.words.word().is_none() {
-                return;
-            }
-        }
+        self.pass_until(|words| take_part(words) || words.take(b"facet").is_some());
     }
 
     fn keyword(&mut self, expected: &str) -> Result<(), FacetFault> {
-        let taken = self.words.take(expected.as_bytes()).map(drop);
-        taken.ok_or_else(|| self.fault(&format!("`{expected}`")))
+        match self.words.take(expected.as_bytes()) {
+            Some(_) => Ok(()),
+            None => Err(self.fault(&format!("`{expected}`"))),
+        }
     }
 
     fn end(&mut self, part: &str) -> Result<(), FacetFault> {
-        let taken = self.words.take_end(part.as_bytes()).map(drop);
-        taken.ok_or_else(|| self.fault(&format!("`end{part}`")))
+        match self.words.take_end(part.as_bytes()) {
+            Some(_) => Ok(()),
+            None => Err(self.fault(&format!("`end{part}`"))),
+        }
     }
 
     fn number<T: From<f32>>(
@@ -309,27 +295,23 @@ impl<'a> StlAsciiReader<'a> {
         self.words.skip_blanks();
         let StlLexer { text, at } = self.words;
         let (value, end) = parse(text, at);
-        if end > at && text.get(end).is_none_or(|&byte| byte <= b' ') {
-            self.words.at = end;
-            return Ok(value);
-        }
-        match decimal::not_finite(text, at) {
-            Some((value, end)) if text.get(end).is_none_or(|&byte| byte <= b' ') => {
-                self.words.at = end;
-                Ok(value.into())
-            }
-            _ => Err(self.fault("a number")),
-        }
+        let (value, end) = if end > at && ends_word(text, end) {
+            (value, end)
+        } else {
+            let special = decimal::not_finite(text, at);
+            let special = special.filter(|&(_, end)| ends_word(text, end));
+            let (value, end) = special.ok_or_else(|| self.fault("a number"))?;
+            (value.into(), end)
+        };
+        self.words.at = end;
+        Ok(value)
     }
 
     /// The fault of a word that is not the expected one. The word is not consumed: it may be the
     /// one that ends the facet.
     #[cold]
     fn fault(&mut self, expected: &str) -> FacetFault {
-        let before = self.words;
-        let word = self.words.word();
-        self.words = before;
-        match word {
+        match self.words.peek() {
             Some(word) => FacetFault::Wrong(self.unexpected(word, expected)),
             None => {
                 let end = Span::at(self.words.text.trim_ascii_end().len());
@@ -340,7 +322,10 @@ impl<'a> StlAsciiReader<'a> {
 
     #[cold]
     fn unexpected(&self, word: Span, expected: &str) -> ParseError {
-        let found = quoted_bytes(&self.words.text[word.range()]);
-        ParseError::new(word, format!("{found} stands where {expected} is expected"))
+        let quoted = quoted_bytes(&self.words.text[word.range()]);
+        ParseError::new(
+            word,
+            format!("{quoted} stands where {expected} is expected"),
+        )
     }
 }

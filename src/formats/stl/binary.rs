@@ -1,8 +1,7 @@
 //! Binary STL: the positions of its facets. The length of the file decides, because counts are
 //! often wrong.
 
-use crate::chunk_remarks::counted;
-use crate::diagnostics::{DiagnosticSink, Span};
+use crate::diagnostics::{DiagnosticSink, Span, counted};
 use crate::memory::{MemoryLedger, OverLimit};
 use std::borrow::Cow;
 
@@ -76,8 +75,8 @@ pub(super) fn facets<'a>(
         return plain(&[]);
     };
     let rest = &bytes[HEADER..];
-    let (whole, surplus) = ((rest.len() / FACET) as u64, rest.len() % FACET);
-    if promised == whole && surplus == 0 {
+    let (complete, surplus) = ((rest.len() / FACET) as u64, rest.len() % FACET);
+    if promised == complete && surplus == 0 {
         return plain(rest);
     }
     let payloads = count_payloads(bytes);
@@ -87,20 +86,20 @@ pub(super) fn facets<'a>(
     let count = Span::new(HEADER - 4, 4);
     let facets = |number: u64| counted(number as usize, "1 facet", "facets");
     let announced = facets(promised);
-    let mut miscounted = |there: u64| {
-        let there = facets(there);
-        let message = format!("the file has {there} by its length, and announces {promised}");
+    let mut miscounted = |number: u64| {
+        let number = facets(number);
+        let message = format!("the file has {number} by its length, and announces {promised}");
         report.warning(count, message);
     };
     if surplus == 0 {
-        miscounted(whole);
+        miscounted(complete);
         return plain(rest);
     }
-    if let Some(there) = payloads {
-        miscounted(there);
-        return with_payloads(bytes, there, memory);
+    if let Some(number) = payloads {
+        miscounted(number);
+        return with_payloads(bytes, number, memory);
     }
-    if promised > 0 && promised <= whole {
+    if promised > 0 && promised <= complete {
         let (facets, surplus) = rest.split_at(promised as usize * FACET);
         let message = format!("{} bytes behind the last facet are ignored", surplus.len());
         report.warning(Span::at(HEADER + facets.len()), message);
@@ -108,9 +107,9 @@ pub(super) fn facets<'a>(
     }
     // Files of other formats may look like this, too.
     let facets = &rest[..rest.len() - surplus];
-    let message = format!("the file ends within a facet, after {whole} of {announced}");
+    let message = format!("the file ends within a facet, after {complete} of {announced}");
     let end = Span::at(bytes.len());
-    if whole > 0 && is_likely(facets) {
+    if complete > 0 && is_likely(facets) {
         report.warning(end, message)
     } else {
         report.error(end, message)

@@ -9,7 +9,7 @@
 //! The word is unused by the standard, and some programs leave arbitrary values in it.
 
 use crate::memory::{MemoryLedger, OverLimit};
-use crate::vertex_colors::{
+use crate::mesh::vertex_colors::{
     COLOR_BYTES, COLOR_ROW_BYTES, ColorOwners, MeshColors, linear_of_byte, linear_of_share,
 };
 use glam::Vec3;
@@ -47,13 +47,13 @@ pub(super) fn read(
         colors.rgb.len() as u32 - 1
     };
     let others = object.or(bare).map_or(NO_COLORS, &mut row);
-    let own = |word: u16| match object {
+    let is_colored = |word: u16| match object {
         // If all words are 0, the header's colour is that of all facets.
         Some(_) => coloured && word & FLAG == 0,
         None => word & FLAG != 0,
     };
     let of_facet = |word: u16| {
-        if !own(word) {
+        if !is_colored(word) {
             return others;
         }
         let number = &mut numbers[usize::from(word & !FLAG)];
@@ -96,8 +96,8 @@ mod tests {
             return None;
         };
         let color = |&number: &u32| {
-            let there = number != NO_COLORS;
-            there.then(|| colors.rgb.get(number as usize).to_array())
+            let is_colored = number != NO_COLORS;
+            is_colored.then(|| colors.rgb.get(number as usize).to_array())
         };
         Some(numbers.iter().map(color).collect())
     }

@@ -1,6 +1,7 @@
 //! Words of ascii STL, with blanks and comments between them, and names, which have no terminator.
 
 use crate::diagnostics::Span;
+use crate::text::word_at;
 
 /// Returns true if a word that begins like this begins a comment, which ends with its line.
 #[inline]
@@ -42,16 +43,19 @@ impl<'a> StlLexer<'a> {
     /// Takes the next word; none at the end of the text.
     pub(super) fn word(&mut self) -> Option<Span> {
         self.skip_blanks();
-        let rest = &self.text[self.at..];
-        let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span::new(self.at, length.unwrap_or(rest.len()));
-        self.at += span.length;
-        (span.length > 0).then_some(span)
+        let word = word_at(self.text, self.at);
+        self.at = word.end();
+        (word.length > 0).then_some(word)
+    }
+
+    /// The next word, which stays the next.
+    pub(super) fn peek(&self) -> Option<Span> {
+        StlLexer { ..*self }.word()
     }
 
     /// Returns true if a word is this one, in any case.
     #[inline]
-    pub(super) fn is(&self, word: Span, expected: &[u8]) -> bool {
+    pub(super) fn word_is(&self, word: Span, expected: &[u8]) -> bool {
         self.text[word.range()].eq_ignore_ascii_case(expected)
     }
 
@@ -59,7 +63,7 @@ impl<'a> StlLexer<'a> {
     #[inline]
     pub(super) fn take(&mut self, expected: &[u8]) -> Option<Span> {
         let before = self.at;
-        let word = self.word().filter(|&word| self.is(word, expected));
+        let word = self.word().filter(|&word| self.word_is(word, expected));
         if word.is_none() {
             self.at = before;
         }
@@ -72,16 +76,16 @@ impl<'a> StlLexer<'a> {
         let word = self.word()?;
         let bytes = &self.text[word.range()];
         let (end, rest) = bytes.split_at_checked(3).unwrap_or_default();
-        let found = end.eq_ignore_ascii_case(b"end")
+        let matches = end.eq_ignore_ascii_case(b"end")
             && if rest.is_empty() {
                 self.take(part).is_some()
             } else {
                 rest.eq_ignore_ascii_case(part)
             };
-        if !found {
+        if !matches {
             self.at = before;
         }
-        found.then_some(word)
+        matches.then_some(word)
     }
 
     /// Takes the word that begins or ends a solid; a name may follow.
@@ -161,7 +165,7 @@ mod tests {
 
     #[test]
     fn an_end_is_one_word_or_two() {
-        for (text, found) in [
+        for (text, is_end) in [
             ("endloop x", true),
             ("END\n Loop x", true),
             ("endfacet x", false),
@@ -171,9 +175,9 @@ mod tests {
             ("", false),
         ] {
             let mut words = StlLexer::new(text.as_bytes(), 0);
-            assert_eq!(words.take_end(b"loop").is_some(), found, "{text:?}");
+            assert_eq!(words.take_end(b"loop").is_some(), is_end, "{text:?}");
             let at = words.at;
-            assert_eq!(text[at..].trim_start(), if found { "x" } else { text });
+            assert_eq!(text[at..].trim_start(), if is_end { "x" } else { text });
         }
     }
 

@@ -1,19 +1,18 @@
 //! The reader: corners of either encoding, welded into a mesh.
 
 use super::{ascii, binary, colors, weld};
-use crate::defaults::MissingParts;
 use crate::diagnostics::DiagnosticSink;
 use crate::folder::Folder;
-use crate::loaded::Loaded;
 use crate::memory::MemoryLedger;
+use crate::mesh::defaults::GREY;
+use crate::mesh::named_runs::{self, NAME_BYTES};
+use crate::mesh::vertex_colors::MeshColors;
 use crate::mesh::{self, MergedMesh};
-use crate::mesh_defaults::{BARE, GREY};
-use crate::named_runs::{self, NAME_BYTES};
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::origin::ReadStop;
+use crate::read_scene::ReadScene;
 use crate::text;
-use crate::vertex_colors::MeshColors;
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::{MaterialTable, Scene, UpAxis};
 
 /// The text of a file; a binary one has none.
@@ -41,18 +40,12 @@ fn is_binary(bytes: &[u8]) -> bool {
     bytes.len() >= binary::HEADER && !head.iter().all(is_text) && !has_facet()
 }
 
-/// Parts that no file has. The third axis points up, as is the custom.
-const MISSING: MissingParts = MissingParts {
-    up: UpAxis::Z,
-    ..BARE
-};
-
 /// Reads an STL file.
 pub(crate) fn read(
     bytes: &[u8],
     asset_dir: &Folder,
-    options: &Options,
-) -> Result<Loaded, ReadStop> {
+    options: &ReadOptions,
+) -> Result<ReadScene, ReadStop> {
     read_in_chunks(bytes, asset_dir.memory(), options, CHUNK_BYTES)
 }
 
@@ -62,9 +55,9 @@ const CHUNK_BYTES: usize = 1 << 20;
 fn read_in_chunks(
     bytes: &[u8],
     memory: &MemoryLedger,
-    options: &Options,
+    options: &ReadOptions,
     chunk_bytes: usize,
-) -> Result<Loaded, ReadStop> {
+) -> Result<ReadScene, ReadStop> {
     let threads = workers::thread_count(options.threads);
     if is_binary(bytes) {
         return read_binary(bytes, memory, options, threads);
@@ -83,19 +76,22 @@ fn read_in_chunks(
     let solids = solids.map(|(at, name)| (at, scene.names.intern(&bytes[name.range()])));
     let solids = solids.collect();
     named_runs::name(&mut scene.names, &solids, &Vec::new(), soup.len());
-    mesh::finish(scene, joined, &MISSING, options, report)
+    mesh::finish(scene, joined, options, report)
 }
 
-fn scene_for(joined: &MergedMesh, options: &Options) -> Scene {
-    mesh::scene_for(&joined.colors, options, &mut MaterialTable::default())
+fn scene_for(joined: &MergedMesh, options: &ReadOptions) -> Scene {
+    let mut scene = mesh::scene_for(&joined.colors, options, &mut MaterialTable::default());
+    // As is the custom.
+    scene.defaulted.up = UpAxis::Z;
+    scene
 }
 
 fn read_binary(
     bytes: &[u8],
     memory: &MemoryLedger,
-    options: &Options,
+    options: &ReadOptions,
     threads: usize,
-) -> Result<Loaded, ReadStop> {
+) -> Result<ReadScene, ReadStop> {
     let mut report = DiagnosticSink::binary();
     let facets = binary::facets(bytes, memory, &mut report)?;
     let header = &bytes[..bytes.len().min(binary::HEADER - 4)];
@@ -113,7 +109,7 @@ fn read_binary(
         ..welded.triangulated(threads, &mut report)
     };
     let scene = scene_for(&joined, options);
-    mesh::finish(scene, joined, &MISSING, options, report)
+    mesh::finish(scene, joined, options, report)
 }
 
 #[cfg(test)]

@@ -25,9 +25,9 @@ fn neither_threads_nor_chunks_change_the_scene() {
     }
     text += "endsolid of many\nsolid another facet\nendsolid";
     let read = |threads, chunk_bytes| {
-        let options = Options {
+        let options = ReadOptions {
             threads,
-            ..Options::default()
+            ..ReadOptions::default()
         };
         let loaded = read_in_chunks(
             text.as_bytes(),
@@ -38,14 +38,14 @@ fn neither_threads_nor_chunks_change_the_scene() {
         .unwrap();
         format!("{:?}", (&loaded.scene.triangles, &loaded.scene.names))
     };
-    let whole = read(1, CHUNK_BYTES);
+    let expected = read(1, CHUNK_BYTES);
     for name in ["\"of many facets\"", "\"part 8\"", "\"part 44\""] {
-        assert!(whole.contains(name), "{name}");
+        assert!(expected.contains(name), "{name}");
     }
     for chunk_bytes in [1, 50, 1000] {
         for threads in [1, 2, 5] {
             assert!(
-                read(threads, chunk_bytes) == whole,
+                read(threads, chunk_bytes) == expected,
                 "{threads} threads, chunks of {chunk_bytes}"
             );
         }
@@ -90,7 +90,7 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
         read_in_chunks(
             text.as_bytes(),
             &MemoryLedger::of(None),
-            &Options::default(),
+            &ReadOptions::default(),
             chunk_bytes,
         )
     };
@@ -98,10 +98,10 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
     let good = text.replace("NaN", "0");
     let loaded = read(&good, 1).unwrap();
     assert_eq!(loaded.scene.triangles.len(), 6);
-    let said = read(&text, 1).unwrap().warnings;
-    assert_eq!(said[0].line, 6, "{said:?}");
+    let warnings = read(&text, 1).unwrap().warnings;
+    assert_eq!(warnings[0].line, 6, "{warnings:?}");
     assert!(
-        said[0].message.ends_with("3 triangles are left out"),
-        "{said:?}"
+        warnings[0].message.ends_with("3 triangles are left out"),
+        "{warnings:?}"
     );
 }

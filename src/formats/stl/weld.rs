@@ -6,9 +6,9 @@
 //! hash differs from run to run, so that no file can be crafted to be slow.
 
 use crate::diagnostics::Span;
-use crate::faces::{Faces, VERTEX};
+use crate::mesh::faces::{Faces, VERTEX};
 use crate::mesh::{self, NotFinite, PolygonMesh};
-use crate::workers;
+use crate::text::workers;
 use phalanx_scene::Vec3s;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};
@@ -41,7 +41,7 @@ impl Welded {
         if !mesh::is_in_reach(position) {
             self.bad.push((self.vertices.len() as u32, corner));
         }
-        self.vertices.push(mesh::stored(position).into());
+        self.vertices.push(mesh::finite_or_zero(position).into());
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::lexer::TestTokens;
 use super::reader::TestReader;
-use crate::command::{CommandRow, TextToken, command};
 use crate::diagnostics::{Span, quoted};
-use crate::number::{coordinate, count, number};
+use crate::text::command::{CommandRow, TextToken, command};
+use crate::text::number::{coordinate, count, number};
 
 /// A command, with a word for each operand.
 type SceneCommand = CommandRow<fn(&mut TestReader<'_>, &Statement<'_>)>;
@@ -166,21 +166,21 @@ impl TestReader<'_> {
     fn explain_operands<T>(
         &mut self,
         statement: &Statement<'_>,
-        wanted: usize,
+        expected: usize,
         parse: fn(&str) -> Result<T, String>,
     ) {
         let command = statement.command;
-        let found = statement.operands.clone().take(wanted + 1).count();
-        if found < wanted {
-            return self.missing_operands(statement, found, wanted);
+        let count = statement.operands.clone().take(expected + 1).count();
+        if count < expected {
+            return self.missing_operands(statement, count, expected);
         }
-        for operand in statement.operands.clone().take(wanted) {
+        for operand in statement.operands.clone().take(expected) {
             if let Err(message) = parse(operand.text) {
                 self.report.error(operand.span(), message);
             }
         }
-        if let Some(surplus) = statement.operands.clone().nth(wanted) {
-            let takes = match wanted {
+        if let Some(surplus) = statement.operands.clone().nth(expected) {
+            let takes = match expected {
                 0 => String::from("no operands"),
                 _ => format!("`{}`", command.operands),
             };
@@ -199,14 +199,14 @@ impl TestReader<'_> {
     pub(super) fn missing_operands(
         &mut self,
         statement: &Statement<'_>,
-        found: usize,
-        wanted: usize,
+        count: usize,
+        expected: usize,
     ) {
         let SceneCommand { name, operands, .. } = statement.command;
-        let plural = if wanted == 1 { "" } else { "s" };
+        let plural = if expected == 1 { "" } else { "s" };
         self.report.error(
             statement.span(),
-            format!("`{name}` needs {wanted} operand{plural} (`{operands}`), but has {found}"),
+            format!("`{name}` needs {expected} operand{plural} (`{operands}`), but has {count}"),
         );
     }
 }
@@ -235,15 +235,15 @@ mod tests {
             let (name, operands) = super::super::lexer::statements(text).next().unwrap();
             let mut reader = TestReader::new(text, DVec3::ZERO);
             reader.run(name, operands);
-            let wanted = command.operands.split_whitespace().count();
+            let expected = command.operands.split_whitespace().count();
             let errors = reader.report.finish().err().unwrap_or_default();
-            match wanted {
+            match expected {
                 0 => assert!(
                     errors.iter().all(|e| !e.message.contains("operand")),
                     "{text}"
                 ),
                 _ => assert!(
-                    errors[0].message.contains(&format!("needs {wanted} ")),
+                    errors[0].message.contains(&format!("needs {expected} ")),
                     "{text}: {}",
                     errors[0].message
                 ),

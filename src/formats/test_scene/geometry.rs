@@ -76,24 +76,24 @@ impl TestReader<'_> {
     ) -> Option<[T; 3]> {
         let indices: [u64; 3] = self.counts(statement)?;
         let vertices = pile(self);
-        let there = vertices.len();
+        let count = vertices.len();
         let corner = |index: u64| vertices.get(usize::try_from(index).ok()?).copied();
         if let [Some(a), Some(b), Some(c)] = indices.map(corner) {
             return Some([a, b, c]);
         }
         for (k, &index) in indices.iter().enumerate() {
-            if index >= there as u64 {
-                self.no_such_vertex(statement.operand_place(k), index, there);
+            if index >= count as u64 {
+                self.no_such_vertex(statement.operand_place(k), index, count);
             }
         }
         None
     }
 
-    fn no_such_vertex(&mut self, span: Span, index: u64, there: usize) {
-        let so_far = match there {
+    fn no_such_vertex(&mut self, span: Span, index: u64, count: usize) {
+        let so_far = match count {
             0 => String::from("none exists so far"),
             1 => String::from("only 1 exists so far"),
-            _ => format!("only {there} exist so far"),
+            _ => format!("only {count} exist so far"),
         };
         self.report.error_with_help(
             span,

@@ -1,6 +1,6 @@
 //! Text to statements, and statements to tokens.
 
-use crate::command::TextToken;
+use crate::text::command::TextToken;
 
 /// The tokens of a line up to a comment.
 #[derive(Clone, Debug)]

@@ -2,12 +2,11 @@
 
 use super::lexer;
 use super::transform::Transforms;
-use crate::defaults::{MissingParts, finish_scene};
 use crate::diagnostics::{DiagnosticSink, Span};
 use crate::folder::Folder;
-use crate::loaded::Loaded;
-use crate::options::Options;
+use crate::options::ReadOptions;
 use crate::origin::ReadStop;
+use crate::read_scene::{self, ReadScene};
 use crate::text;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Material, MaterialTable, Scene};
@@ -76,7 +75,7 @@ impl NormalVertex {
 ///
 /// # Errors
 /// Faults of the text, in file order.
-pub(crate) fn read(bytes: &[u8], _: &Folder, options: &Options) -> Result<Loaded, ReadStop> {
+pub(crate) fn read(bytes: &[u8], _: &Folder, options: &ReadOptions) -> Result<ReadScene, ReadStop> {
     let text = text::utf8(bytes)?;
     let mut reader = TestReader::new(text, options.origin.position());
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
@@ -90,7 +89,7 @@ pub(crate) fn read(bytes: &[u8], _: &Folder, options: &Options) -> Result<Loaded
         }
         reader.check_complete();
     }
-    reader.finish(options)
+    read_scene::finish(reader.scene, options, reader.report)
 }
 
 impl<'a> TestReader<'a> {
@@ -137,10 +136,5 @@ impl<'a> TestReader<'a> {
             self.report
                 .warning(end, "the file has no primitives: the picture will be empty");
         }
-    }
-
-    fn finish(self, options: &Options) -> Result<Loaded, ReadStop> {
-        let missing = MissingParts::default();
-        finish_scene(self.scene, &missing, options, self.report)
     }
 }

@@ -8,9 +8,9 @@ use phalanx_scene::Material;
 
 impl TestReader<'_> {
     pub(super) fn translate(&mut self, statement: &Statement<'_>) {
-        if let Some(by) = self.coordinates(statement) {
-            let by = DVec3::from_array(by);
-            self.transform(statement, DAffine3::from_translation(by));
+        if let Some(offset) = self.coordinates(statement) {
+            let offset = DVec3::from_array(offset);
+            self.transform(statement, DAffine3::from_translation(offset));
         }
     }
 
@@ -25,18 +25,18 @@ impl TestReader<'_> {
     }
 
     pub(super) fn scale(&mut self, statement: &Statement<'_>) {
-        let Some(by) = self.coordinates::<3>(statement) else {
+        let Some(factors) = self.coordinates::<3>(statement) else {
             return;
         };
-        match by.iter().position(|&factor| factor as f32 == 0.0) {
+        match factors.iter().position(|&factor| factor as f32 == 0.0) {
             Some(zero) => self.report.error_with_help(
                 statement.operand_place(zero),
                 "a scale of zero flattens everything it applies to",
                 "use 1 to leave an axis as it is",
             ),
             None => {
-                let by = DVec3::from_array(by);
-                self.transform(statement, DAffine3::from_scale(by));
+                let factors = DVec3::from_array(factors);
+                self.transform(statement, DAffine3::from_scale(factors));
             }
         }
     }

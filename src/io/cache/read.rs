@@ -89,10 +89,10 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     for kind in LeafPrims::FILE_ORDER {
         sections.map(parts.slots.column_mut(kind))?;
     }
-    let claim = UnverifiedBvh::new(parts, &scene);
-    prove(file, &shapes, &table, &scene, &claim, first_array)?;
+    let unverified = UnverifiedBvh::new(parts, &scene);
+    verify(file, &shapes, &table, &scene, &unverified, first_array)?;
     scene.validate_settings()?;
-    let bvh = claim.accept(&scene)?;
+    let bvh = unverified.accept(&scene)?;
     Ok(Cached {
         scene,
         bvh,
@@ -167,11 +167,11 @@ impl Sections<'_> {
 struct VerifyTask<'a> {
     section: usize,
     bytes: &'a [u8],
-    proof: Proof,
+    check: BlockCheck,
 }
 
 #[derive(Clone, Copy)]
-enum Proof {
+enum BlockCheck {
     Rows(RowCheck),
     /// Block of the unverified tree.
     Tree(usize),
@@ -179,37 +179,37 @@ enum Proof {
 
 /// Checks all checksums and all rows. Each block is read from memory once: its rows are checked
 /// while its bytes are still in the core's cache.
-fn prove(
+fn verify(
     file: &[u8],
     shapes: &[SectionLayout],
     table: &[SectionEntry],
     scene: &Scene,
-    claim: &UnverifiedBvh,
+    unverified: &UnverifiedBvh,
     first_array: usize,
 ) -> Result<(), CacheFault> {
-    let blocks = blocks(file, table, scene, claim, first_array);
+    let blocks = blocks(file, table, scene, unverified, first_array);
     let sums: Vec<AtomicU32> = blocks.iter().map(|_| AtomicU32::new(0)).collect();
     let nonsense = AtomicUsize::new(usize::MAX);
-    let prove = |(block, sum): (&VerifyTask, &AtomicU32)| {
+    let verify = |(block, sum): (&VerifyTask, &AtomicU32)| {
         sum.store(crc32fast::hash(block.bytes), Ordering::Relaxed);
-        let holds = match block.proof {
-            Proof::Rows(check) => check.holds(block.bytes),
-            Proof::Tree(k) => claim.verify(k),
+        let holds = match block.check {
+            BlockCheck::Rows(check) => check.holds(block.bytes),
+            BlockCheck::Tree(k) => unverified.verify(k),
         };
         if !holds {
             nonsense.fetch_min(block.section, Ordering::Relaxed);
         }
     };
-    on_pool(|| blocks.par_iter().zip(&sums).for_each(prove));
-    let mut whole: Vec<crc32fast::Hasher> =
+    on_pool(|| blocks.par_iter().zip(&sums).for_each(verify));
+    let mut totals: Vec<crc32fast::Hasher> =
         table.iter().map(|_| crc32fast::Hasher::new()).collect();
     for (block, sum) in blocks.iter().zip(&sums) {
         let length = block.bytes.len() as u64;
         let sum = crc32fast::Hasher::new_with_initial_len(sum.load(Ordering::Relaxed), length);
-        whole[block.section].combine(&sum);
+        totals[block.section].combine(&sum);
     }
-    for (k, (whole, section)) in whole.into_iter().zip(table).enumerate() {
-        if whole.finalize() != section.checksum {
+    for (k, (totals, section)) in totals.into_iter().zip(table).enumerate() {
+        if totals.finalize() != section.checksum {
             return Err(CacheFault::Damaged(shapes[k].0));
         }
     }
@@ -226,7 +226,7 @@ fn blocks<'a>(
     file: &'a [u8],
     table: &[SectionEntry],
     scene: &'a Scene,
-    claim: &'a UnverifiedBvh,
+    unverified: &'a UnverifiedBvh,
     first_array: usize,
 ) -> Vec<VerifyTask<'a>> {
     let mut checks = vec![RowCheck::Any; first_array];
@@ -244,16 +244,16 @@ fn blocks<'a>(
                 .map(|bytes| VerifyTask {
                     section: k,
                     bytes,
-                    proof: Proof::Rows(checks[k]),
+                    check: BlockCheck::Rows(checks[k]),
                 }),
         );
     }
-    all.extend((0..claim.blocks()).map(|k| {
-        let (array, bytes) = claim.block(k);
+    all.extend((0..unverified.blocks()).map(|k| {
+        let (array, bytes) = unverified.block(k);
         VerifyTask {
             section: first_array + array,
             bytes,
-            proof: Proof::Tree(k),
+            check: BlockCheck::Tree(k),
         }
     }));
     all

@@ -49,8 +49,8 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     let finite = scene.background.is_finite()
         && scene.sky.is_none_or(lit)
         && scene.origin.iter().all(|axis| axis.is_finite());
-    let whole = matches!(input, SettingsPass::Read([]));
-    (whole && finite && power && scene.textures.iter().all(fits)).then_some((scene, extra))
+    let is_complete = matches!(input, SettingsPass::Read([]));
+    (is_complete && finite && power && scene.textures.iter().all(fits)).then_some((scene, extra))
 }
 
 /// All settings in the order of their bytes. To write, `from` and `extra` are passed through; to
@@ -231,7 +231,7 @@ impl SettingsPass<'_> {
     }
 
     fn text(&mut self, text: Option<&str>) -> Option<Option<String>> {
-        let there = self.flag(text.is_some())?;
+        let is_some = self.flag(text.is_some())?;
         let text = text.unwrap_or_default();
         let length = self.word(text.len() as u32)? as usize;
         let text = match self {
@@ -245,6 +245,6 @@ impl SettingsPass<'_> {
                 std::str::from_utf8(text).ok()?
             }
         };
-        Some(there.then(|| text.to_owned()))
+        Some(is_some.then(|| text.to_owned()))
     }
 }

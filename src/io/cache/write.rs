@@ -46,9 +46,9 @@ impl<'a> SectionData<'a> {
             hasher
         });
         let blocks: Vec<crc32fast::Hasher> = on_pool(|| blocks.collect());
-        let mut whole = crc32fast::Hasher::new();
-        blocks.iter().for_each(|block| whole.combine(block));
-        whole.finalize()
+        let mut total = crc32fast::Hasher::new();
+        blocks.iter().for_each(|block| total.combine(block));
+        total.finalize()
     }
 }
 

@@ -4,7 +4,9 @@
 #[cfg(feature = "clap")]
 use super::headings;
 use glam::{DVec3, Vec3};
-use phalanx_formats::{AddedLight, Options, Origin};
+use phalanx_formats::{Origin, ReadOptions};
+use phalanx_io::open::Options;
+use phalanx_look::{AddedLight, Overrides};
 use phalanx_scene::{FileView, Material, OrthoHeight, Scene, UpAxis};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -87,27 +89,31 @@ pub struct SceneOverrides {
 }
 
 impl SceneOverrides {
-    /// Options for the readers of a scene.
+    /// Options for opening a scene.
     ///
     /// # Errors
     /// The invalid option, and its valid values.
     pub fn options(&self) -> Result<Options, String> {
         let view = self.camera.as_deref().map(view).transpose();
         let lights: Result<_, _> = self.light.iter().map(|light| parse_light(light)).collect();
-        Ok(Options {
+        let look = Overrides {
             view: view.map_err(|reason| format!("--camera: {reason}"))?,
             camera: self.camera_name.clone(),
             up: parsed("up", &self.up, parse_up)?,
             ortho: parsed("ortho", &self.ortho, parse_ortho)?,
             lights: lights.map_err(|reason| format!("--light: {reason}"))?,
             background: parsed("background", &self.background, parse_color)?,
-            material: parsed("material", &self.material, parse_material)?,
             two_sided: self.two_sided,
             smooth_shadows: parsed("terminator", &self.terminator, parse_terminator)?,
+            ..Overrides::default()
+        };
+        let read = ReadOptions {
+            material: parsed("material", &self.material, parse_material)?,
             origin: parsed("origin", &self.origin, parse_origin)?.unwrap_or_default(),
             allow_paths: self.allow_path.clone(),
-            ..Options::default()
-        })
+            ..ReadOptions::default()
+        };
+        Ok(Options { read, look })
     }
 
     /// These overrides with this view written out as the camera of a scene.

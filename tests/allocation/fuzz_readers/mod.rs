@@ -9,7 +9,9 @@
 use crate::allocator::{alone, forget, largest};
 use crate::common::rng::Rng;
 use crate::mutate::mutated;
-use phalanx::formats::{Diagnostic, Loaded, MAX_DIAGNOSTICS, Options, endings, read_bytes};
+use phalanx::formats::{
+    Diagnostic, Loaded, MAX_DIAGNOSTICS, Options, ReadOptions, endings, read_bytes,
+};
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -81,7 +83,10 @@ fn fuzz(ending: &str) {
 /// Reads the input, checks what must hold for any input, and returns a digest of the messages.
 fn checked(ending: &str, input: &[u8]) -> u64 {
     let options = Options {
-        threads: 1 + input.len() % 2,
+        read: ReadOptions {
+            threads: 1 + input.len() % 2,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     forget();

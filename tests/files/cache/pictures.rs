@@ -6,7 +6,7 @@ use crate::common::rng::Rng;
 use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::cache::{self, fingerprint};
-use phalanx::formats::{self, AddedLight, Options, OrthoHeight, UpAxis};
+use phalanx::formats::{self, AddedLight, Options, OrthoHeight, Overrides, ReadOptions, UpAxis};
 use phalanx::frame::{Accel, Control, Engine, Frame, Settings, render};
 use phalanx::open::{Opened, open};
 use phalanx::scene::{FileView, Material, Scene};
@@ -152,22 +152,20 @@ fn gltf(rng: &mut Rng, corners: &[Vec3], mirror: bool, folder: &Path) -> Value {
 
 /// Random options of a command, usually few.
 fn options(rng: &mut Rng) -> Options {
-    let mut options = Options {
-        threads: 1,
-        ..Options::default()
-    };
+    let mut options = Options::default();
+    options.read.threads = 1;
     if rng.once_in(3) {
-        options.up = Some(rng.pick(&UpAxis::ALL).1);
+        options.look.up = Some(rng.pick(&UpAxis::ALL).1);
     }
     if rng.once_in(3) {
-        options.ortho = Some(rng.pick(&[
+        options.look.ortho = Some(rng.pick(&[
             OrthoHeight::Fitting,
             OrthoHeight::Fitting,
             OrthoHeight::Given(3.5),
         ]));
     }
     if rng.once_in(5) {
-        options.view = Some(FileView {
+        options.look.view = Some(FileView {
             eye: rng.direction().as_dvec3() * 9.0,
             center: rng.point(1.0).as_dvec3(),
             up: rng.direction(),
@@ -176,32 +174,37 @@ fn options(rng: &mut Rng) -> Options {
         });
     }
     if rng.once_in(5) {
-        options.lights = vec![AddedLight::Point {
+        options.look.lights = vec![AddedLight::Point {
             position: DVec3::new(4.0, 3.0, 8.0),
             color: rng.color(),
         }];
     }
     if rng.once_in(5) {
-        options.background = Some(rng.color());
+        options.look.background = Some(rng.color());
     }
     options
 }
 
 /// The combined options: if both sides set one, the later one counts.
-fn joined(built: &Options, options: &Options) -> Options {
-    Options {
-        view: options.view.or(built.view),
-        up: options.up.or(built.up),
-        ortho: options.ortho.or(built.ortho),
-        lights: if options.lights.is_empty() {
-            built.lights.clone()
+fn joined(built: &Options, asked: &Options) -> Options {
+    let (first, second) = (&built.look, &asked.look);
+    let look = Overrides {
+        view: second.view.or(first.view),
+        up: second.up.or(first.up),
+        ortho: second.ortho.or(first.ortho),
+        lights: if second.lights.is_empty() {
+            first.lights.clone()
         } else {
-            options.lights.clone()
+            second.lights.clone()
         },
-        background: options.background.or(built.background),
-        material: built.material,
-        ..options.clone()
-    }
+        background: second.background.or(first.background),
+        ..second.clone()
+    };
+    let read = ReadOptions {
+        material: built.read.material,
+        ..asked.read.clone()
+    };
+    Options { read, look }
 }
 
 fn picture(scene: &Scene, bvh: Option<Bvh>, size: Option<(u32, u32)>) -> Frame {
@@ -233,14 +236,14 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
         let path = write_scene(&mut rng, ending, folder.path());
         let mut built = options(&mut rng);
         if rng.once_in(3) {
-            built.material = Some(Material {
+            built.read.material = Some(Material {
                 ks: Vec3::splat(0.4),
                 ..Material::default()
             });
         }
-        let mut options = options(&mut rng);
-        options.turntable = rng.once_in(6);
-        options.size = rng.pick(&[
+        let mut asked = options(&mut rng);
+        asked.look.turntable = rng.once_in(6);
+        asked.look.size = rng.pick(&[
             None,
             Some((24, 18)),
             Some((20, 20)),
@@ -252,13 +255,13 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
         let mut bytes = Vec::new();
         cache::write(&mut bytes, &stored, &Bvh::build(&stored)).expect("writing to memory");
         std::fs::write(&phx, bytes).expect("a file");
-        let file = formats::load(&path, &joined(&built, &options)).map(|loaded| loaded.scene);
-        let why = match (file, open(&phx, &options)) {
+        let file = formats::load(&path, &joined(&built, &asked)).map(|loaded| loaded.scene);
+        let why = match (file, open(&phx, &asked)) {
             (Ok(file), Ok(Opened { scene, bvh, .. })) => {
                 rescaled += usize::from(bvh.is_none());
-                let film = picture(&file, None, options.size).film;
+                let film = picture(&file, None, asked.look.size).film;
                 seen += usize::from(film.planes[0].iter().any(|&c| c != film.planes[0][0]));
-                match picture(&scene, bvh, options.size).film == film {
+                match picture(&scene, bvh, asked.look.size).film == film {
                     false => "pictures differ".to_owned(),
                     true if fingerprint(&scene) != fingerprint(&file) => "scenes differ".to_owned(),
                     true => continue,
@@ -268,7 +271,7 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
             (file, cached) => format!("{:?} but {:?}", file.err(), cached.err()),
         };
         wrong.push(format!(
-            "{pair} ({ending}): {why}, built {built:?}, asked {options:?}"
+            "{pair} ({ending}): {why}, built {built:?}, asked {asked:?}"
         ));
     }
     assert!(seen * 2 > pairs && rescaled > 0, "{seen}, {rescaled}");

@@ -2,7 +2,7 @@
 
 use super::{File, messages};
 use glam::{DVec3, Vec3};
-use phalanx::formats::{Options, read_bytes};
+use phalanx::formats::{Options, ReadOptions, read_bytes};
 use phalanx::scene::Scene;
 use serde_json::{Value, json};
 
@@ -149,7 +149,10 @@ fn copies_are_bounded_by_the_file_and_by_memory() {
     copied(&mut file, json!({"TRANSLATION": zeros}));
     let node = file.json["nodes"][0].clone();
     let limited = Options {
-        max_memory: Some(10 << 20),
+        read: ReadOptions {
+            max_memory: Some(10 << 20),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let refused = read_bytes("gltf", file.text().as_bytes(), &limited).expect("an ending");

@@ -2,7 +2,7 @@
 
 use super::{File, base64, messages};
 use glam::{Vec2, Vec3};
-use phalanx::formats::{Loaded, Options, load};
+use phalanx::formats::{Loaded, Options, Overrides, ReadOptions, load};
 use phalanx::scene::{MapTarget, Material, NO_TEXTURE, OutputEncoding, Scene, TextureMap, Wrap};
 use serde_json::{Value, json};
 
@@ -122,11 +122,17 @@ fn materials_are_single_sided_unless_they_say_otherwise_or_transmit() {
         loaded.scene.materials.get(0).single_sided
     };
     let given = Options {
-        material: Some(Material::DEFAULT),
+        read: ReadOptions {
+            material: Some(Material::DEFAULT),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let two_sided = Options {
-        two_sided: true,
+        look: Overrides {
+            two_sided: true,
+            ..Overrides::default()
+        },
         ..Options::default()
     };
     assert!(bare(&Options::default()));
@@ -198,7 +204,10 @@ fn the_users_material_stands_in_where_there_is_none() {
         ..Material::default()
     };
     let options = Options {
-        material: Some(red),
+        read: ReadOptions {
+            material: Some(red),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let read = |options: &Options| {

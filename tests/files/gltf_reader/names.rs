@@ -1,7 +1,7 @@
 //! Names of nodes, meshes, materials and cameras, and the choice among cameras.
 
 use super::{File, messages};
-use phalanx::formats::{Loaded, Options, read_bytes};
+use phalanx::formats::{Loaded, Options, Overrides, override_scene, read_bytes};
 use phalanx::scene::{Scene, SceneError, object_names};
 use serde_json::{Value, json};
 
@@ -114,7 +114,10 @@ fn cameras(names: &[(&str, f64)]) -> File {
 
 fn read(file: &File, camera: Option<&str>) -> Result<Loaded, Vec<String>> {
     let options = Options {
-        camera: camera.map(str::to_owned),
+        look: Overrides {
+            camera: camera.map(str::to_owned),
+            ..Overrides::default()
+        },
         ..Options::default()
     };
     let read = read_bytes("gltf", file.text().as_bytes(), &options).unwrap();
@@ -131,8 +134,8 @@ fn a_camera_is_chosen_by_name_or_else_by_number() {
         ("bad", 0.0),
     ]);
     file.json["cameras"][2]["name"] = json!("own");
-    let chosen = |choice: Option<&str>| {
-        let loaded = read(&file, choice).unwrap();
+    let chosen = |asked: Option<&str>| {
+        let loaded = read(&file, asked).unwrap();
         assert_eq!(
             messages(&loaded.warnings),
             ["the camera is left out: it has no direction or no field of view"]
@@ -143,7 +146,7 @@ fn a_camera_is_chosen_by_name_or_else_by_number() {
         assert_eq!(f64::from(scene.width), width);
         scene.used_camera().unwrap()
     };
-    let choice = [
+    let asked = [
         None,
         Some("A"),
         Some("1"),
@@ -152,7 +155,7 @@ fn a_camera_is_chosen_by_name_or_else_by_number() {
         Some("own"),
         Some(" 3 "),
     ];
-    assert_eq!(choice.map(chosen), [0, 0, 1, 0, 2, 2, 3]);
+    assert_eq!(asked.map(chosen), [0, 0, 1, 0, 2, 2, 3]);
     let refused = read(&file, Some("B\u{1b}")).unwrap_err();
     let known = "the cameras are `A` (0), `1` (1), `own` (2), `A` (3)";
     assert_eq!(
@@ -176,8 +179,8 @@ fn several_cameras_are_noted() {
         notes.into_iter().find(|note| note.contains("cameras"))
     };
     let two = cameras(&[("A", 0.5), ("", 0.75)]);
-    let expected = "the file has 2 cameras: `A` (0) is used, not 1 (see --camera-name)";
-    assert_eq!(note(&two, None).as_deref(), Some(expected));
+    let told = "the file has 2 cameras: `A` (0) is used, not 1 (see --camera-name)";
+    assert_eq!(note(&two, None).as_deref(), Some(told));
     assert_eq!(note(&two, Some("1")), None);
     assert_eq!(note(&cameras(&[("A", 0.5)]), None), None);
 }
@@ -189,32 +192,31 @@ fn a_finished_scene_takes_another_camera() {
     let magnified = json!({"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 2, "zfar": 9, "znear": 1}});
     let camera = file.add("cameras", magnified);
     file.node(json!({"camera": camera, "name": "C", "translation": [1e10, 0, 5]}));
-    for choice in ["0", "B", "C"] {
-        let fresh = read(&file, Some(choice)).unwrap().scene;
+    for asked in ["0", "B", "C"] {
+        let fresh = read(&file, Some(asked)).unwrap().scene;
         for built_with in [None, Some("B"), Some("C")] {
             let mut scene = read(&file, built_with).unwrap().scene;
-            let options = Options {
-                camera: Some(choice.to_owned()),
+            let wide = Overrides {
                 size: Some((300, 100)),
-                ..Options::default()
+                ..Overrides::default()
             };
-            let taken = phalanx::formats::override_scene(&mut scene, &options);
+            let overrides = Overrides {
+                camera: Some(asked.to_owned()),
+                ..wide.clone()
+            };
+            let taken = override_scene(&mut scene, &overrides, 0);
             if matches!(taken, Err(SceneError::TooFar(_))) {
-                assert!(choice == "C" && built_with != Some("C"));
+                assert!(asked == "C" && built_with != Some("C"));
                 continue;
             }
             assert_eq!(
                 (scene.width, scene.used_camera()),
                 (fresh.width, fresh.used_camera())
             );
-            let options = Options {
-                size: Some((300, 100)),
-                ..Options::default()
-            };
             let mut want = fresh.clone();
-            phalanx::formats::override_scene(&mut want, &options).unwrap();
+            override_scene(&mut want, &wide, 0).unwrap();
             if scene.scale == want.scale {
-                assert_eq!(scene.view, want.view, "{choice} {built_with:?}");
+                assert_eq!(scene.view, want.view, "{asked} {built_with:?}");
             }
         }
     }

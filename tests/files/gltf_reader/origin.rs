@@ -2,7 +2,7 @@
 
 use super::File;
 use glam::{DVec3, Vec3};
-use phalanx::formats::{Loaded, Options, Origin, read_bytes};
+use phalanx::formats::{Loaded, Options, Origin, ReadOptions, read_bytes};
 use phalanx::scene::Scene;
 use serde_json::json;
 
@@ -24,7 +24,10 @@ fn corners(scene: &Scene) -> Vec<[Vec3; 3]> {
 
 fn at(file: &File, origin: Origin) -> Loaded {
     let options = Options {
-        origin,
+        read: ReadOptions {
+            origin,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     read_bytes("gltf", file.text().as_bytes(), &options)

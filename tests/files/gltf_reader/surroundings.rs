@@ -2,7 +2,7 @@
 
 use super::{File, messages};
 use glam::Vec3;
-use phalanx::formats::{Loaded, Options, read_bytes};
+use phalanx::formats::{Loaded, Options, Overrides, read_bytes};
 use phalanx::scene::View;
 use serde_json::{Value, json};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -89,7 +89,10 @@ fn pictures_of_other_shapes_show_all_of_a_parallel_view() {
     file.node(json!({"camera": 0}));
     let visible = |size: (u32, u32)| {
         let options = Options {
-            size: Some(size),
+            look: Overrides {
+                size: Some(size),
+                ..Overrides::default()
+            },
             ..Options::default()
         };
         let loaded = read_bytes("gltf", file.text().as_bytes(), &options);

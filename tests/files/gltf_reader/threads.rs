@@ -3,7 +3,7 @@
 use super::{File, messages};
 use glam::Vec3;
 use phalanx::cache::fingerprint;
-use phalanx::formats::{Options, read_bytes};
+use phalanx::formats::{Options, ReadOptions, read_bytes};
 use serde_json::json;
 
 const UINT: u32 = 5125;
@@ -83,7 +83,10 @@ fn threads_do_not_change_what_is_read() {
     let glb = large_file().glb();
     let read = |threads| {
         let options = Options {
-            threads,
+            read: ReadOptions {
+                threads,
+                ..ReadOptions::default()
+            },
             ..Options::default()
         };
         let loaded = read_bytes("glb", &glb, &options).expect("a known ending");
@@ -132,7 +135,10 @@ fn the_first_wrong_index_is_reported_whatever_the_threads() {
     file.node(json!({"mesh": 0}));
     for threads in [1, 2, 16] {
         let options = Options {
-            threads,
+            read: ReadOptions {
+                threads,
+                ..ReadOptions::default()
+            },
             ..Options::default()
         };
         let read = read_bytes("glb", &file.glb(), &options).expect("a known ending");

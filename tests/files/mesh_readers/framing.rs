@@ -3,7 +3,7 @@
 use super::read;
 use phalanx::bvh::Bvh;
 use phalanx::cache;
-use phalanx::formats::{Options, OrthoHeight, UpAxis, read_bytes};
+use phalanx::formats::{Options, OrthoHeight, Overrides, UpAxis, read_bytes};
 use phalanx::open::{Opened, open};
 use phalanx::scene::Scene;
 use std::path::PathBuf;
@@ -35,8 +35,11 @@ fn all_vertices_are_in_a_picture_of_any_size() {
     for size in [(400, 400), (200, 400), (1920, 1080), (64, 4096), (4096, 64)] {
         for (_, up) in UpAxis::ALL {
             let options = Options {
-                size: Some(size),
-                up: Some(up),
+                look: Overrides {
+                    size: Some(size),
+                    up: Some(up),
+                    ..Overrides::default()
+                },
                 ..Options::default()
             };
             let scene = read_with(&options);
@@ -62,7 +65,6 @@ fn through_a_cache(name: &str, scene: &Scene, options: &Options) -> Opened {
 
 #[test]
 fn a_cache_frames_as_its_file_does() {
-    let plain = Options::default();
     let view = phalanx::scene::FileView {
         eye: glam::DVec3::new(1.0, 2.0, 30.0),
         center: glam::DVec3::ZERO,
@@ -75,49 +77,53 @@ fn a_cache_frames_as_its_file_does() {
         color: glam::Vec3::ONE,
     };
     let all = [
-        plain.clone(),
-        Options {
+        Overrides::default(),
+        Overrides {
             size: Some((200, 400)),
-            ..plain.clone()
+            ..Overrides::default()
         },
-        Options {
+        Overrides {
             up: Some(UpAxis::Z),
-            ..plain.clone()
+            ..Overrides::default()
         },
-        Options {
+        Overrides {
             up: Some(UpAxis::NegX),
             size: Some((9, 7)),
-            ..plain.clone()
+            ..Overrides::default()
         },
-        Options {
+        Overrides {
             turntable: true,
-            ..plain.clone()
+            ..Overrides::default()
         },
-        Options {
+        Overrides {
             ortho: Some(OrthoHeight::Fitting),
             size: Some((300, 200)),
-            ..plain.clone()
+            ..Overrides::default()
         },
-        Options {
+        Overrides {
             view: Some(view),
-            ..plain.clone()
+            ..Overrides::default()
         },
-        Options {
+        Overrides {
             lights: vec![light],
             size: Some((1, 9)),
-            ..plain.clone()
+            ..Overrides::default()
         },
     ];
+    let all = all.map(|look| Options {
+        look,
+        ..Options::default()
+    });
     for (k, first) in all.iter().enumerate() {
         let stored = read_with(first);
         for (j, second) in all.iter().enumerate() {
             // What a cache was built with stays, where nothing else is given.
-            if second.view.is_none() && first.view.is_some()
-                || second.lights.is_empty() && !first.lights.is_empty()
-                || second.up.is_none() && first.up.is_some()
-                || first.size.is_some() && j != k
-                || first.turntable && !second.turntable
-                || first.ortho.is_some() && second.ortho.is_none()
+            if second.look.view.is_none() && first.look.view.is_some()
+                || second.look.lights.is_empty() && !first.look.lights.is_empty()
+                || second.look.up.is_none() && first.look.up.is_some()
+                || first.look.size.is_some() && j != k
+                || first.look.turntable && !second.look.turntable
+                || first.look.ortho.is_some() && second.look.ortho.is_none()
             {
                 continue;
             }
@@ -133,7 +139,10 @@ fn a_cache_frames_as_its_file_does() {
 #[test]
 fn an_axis_that_does_nothing_is_said_to() {
     let options = Options {
-        up: Some(UpAxis::Z),
+        look: Overrides {
+            up: Some(UpAxis::Z),
+            ..Overrides::default()
+        },
         ..Options::default()
     };
     let text = "size 8 8\ncamera 0 0 5 0 0 0 0 1 0 45\nsphere 0 0 0 1\n";

@@ -1,7 +1,7 @@
 //! Names of objects and materials in OBJ and STL files.
 
 use super::read;
-use phalanx::formats::{Options, Origin, load, read_bytes};
+use phalanx::formats::{Options, Origin, ReadOptions, load, read_bytes};
 use phalanx::scene::{MatteIds, Scene, matte_id};
 
 const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -100,7 +100,10 @@ fn names_are_those_of_the_last_reading() {
     assert_eq!(named(&scene), ["a:m", "b:m"]);
     assert_eq!(scene.names.len(), 3);
     let options = Options {
-        origin: Origin::File,
+        read: ReadOptions {
+            origin: Origin::File,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let unmoved = read_bytes("obj", text.as_bytes(), &options)
@@ -118,7 +121,10 @@ fn names_take_memory() {
     }
     let limited = |bytes| {
         let options = Options {
-            max_memory: Some(bytes),
+            read: ReadOptions {
+                max_memory: Some(bytes),
+                ..ReadOptions::default()
+            },
             ..Options::default()
         };
         read_bytes("obj", text.as_bytes(), &options).unwrap()

@@ -2,7 +2,7 @@
 
 use super::{FLAT, area_from_z, messages, triangles};
 use glam::{Vec2, Vec3};
-use phalanx::formats::{Loaded, Options, load};
+use phalanx::formats::{Loaded, Options, ReadOptions, load};
 use phalanx::scene::{Material, Quantize, Scene, Transfer};
 
 const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -273,7 +273,10 @@ fn materials_hold_until_the_next_one() {
         ..Material::default()
     };
     let options = Options {
-        material: Some(own),
+        read: ReadOptions {
+            material: Some(own),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let loaded = beside(&[("a.obj", &text), ("my lib.mtl", LIBRARY)], &options);

@@ -2,7 +2,7 @@
 
 use super::{FLAT, errors, messages, triangles};
 use glam::Vec3;
-use phalanx::formats::{LoadError, Loaded, Options, load, read_bytes};
+use phalanx::formats::{LoadError, Loaded, Options, ReadOptions, load, read_bytes};
 use phalanx::scene::{Material, Scene};
 use std::path::Path;
 
@@ -216,7 +216,10 @@ fn utf16_is_counted_and_must_be_whole() {
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     assert_eq!(material_of(&loaded.scene, 0).kd, Vec3::Y);
     let options = Options {
-        max_memory: Some(10_000),
+        read: ReadOptions {
+            max_memory: Some(10_000),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let Err(LoadError::Memory { what, needed, .. }) = load(&path, &options) else {

@@ -2,7 +2,7 @@
 
 use super::triangles;
 use glam::{DVec3, Vec3};
-use phalanx::formats::{AddedLight, Loaded, Options, Origin, read_bytes};
+use phalanx::formats::{AddedLight, Loaded, Options, Origin, Overrides, ReadOptions, read_bytes};
 use phalanx::scene::FileView;
 
 /// A triangle at map coordinates, in decimals beyond single precision.
@@ -23,7 +23,10 @@ fn moved(corners: [[f64; 3]; 3], origin: [f64; 3]) -> Vec<[[f32; 3]; 3]> {
 
 fn read_at(ending: &str, bytes: &[u8], origin: Origin) -> Loaded {
     let options = Options {
-        origin,
+        read: ReadOptions {
+            origin,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let read = read_bytes(ending, bytes, &options).expect("a known ending");
@@ -220,17 +223,20 @@ fn vertices_that_no_face_uses_do_not_count() {
 #[test]
 fn what_is_given_is_in_the_files_coordinates() {
     let options = Options {
-        view: Some(FileView {
-            eye: DVec3::new(500_001.6, 8.25, -4_012_340.0),
-            center: DVec3::new(500_000.6, 8.25, -4_012_344.0),
-            up: Vec3::Y,
-            fovy: 40.0,
-            ortho: None,
-        }),
-        lights: vec![AddedLight::Point {
-            position: DVec3::new(500_003.7, 12.0, -4_012_344.0),
-            color: Vec3::ONE,
-        }],
+        look: Overrides {
+            view: Some(FileView {
+                eye: DVec3::new(500_001.6, 8.25, -4_012_340.0),
+                center: DVec3::new(500_000.6, 8.25, -4_012_344.0),
+                up: Vec3::Y,
+                fovy: 40.0,
+                ortho: None,
+            }),
+            lights: vec![AddedLight::Point {
+                position: DVec3::new(500_003.7, 12.0, -4_012_344.0),
+                color: Vec3::ONE,
+            }],
+            ..Overrides::default()
+        },
         ..Options::default()
     };
     let scene = read_bytes("obj", &obj(FAR), &options)
@@ -261,7 +267,10 @@ fn neither_threads_nor_the_order_of_faces_move_the_origin_elsewhere() {
     let read = |faces: &[String], threads: usize| {
         let text = format!("{}\n{}\n", lines.join("\n"), faces.join("\n"));
         let options = Options {
-            threads,
+            read: ReadOptions {
+                threads,
+                ..ReadOptions::default()
+            },
             ..Options::default()
         };
         read_bytes("obj", text.as_bytes(), &options)

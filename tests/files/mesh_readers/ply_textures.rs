@@ -2,7 +2,7 @@
 
 use super::messages;
 use glam::Vec2;
-use phalanx::formats::{LoadError, Loaded, Options, load, read_bytes};
+use phalanx::formats::{LoadError, Loaded, Options, ReadOptions, load, read_bytes};
 use phalanx::scene::{Material, NO_TEXTURE, Scene};
 use std::path::Path;
 
@@ -345,7 +345,10 @@ fn coordinates_of_corners_count_against_the_memory() {
         try_beside(
             &bytes,
             &Options {
-                max_memory: Some(max_memory),
+                read: ReadOptions {
+                    max_memory: Some(max_memory),
+                    ..ReadOptions::default()
+                },
                 ..Options::default()
             },
         )

@@ -2,7 +2,7 @@
 
 use super::triangles;
 use crate::folders::shared_scenes;
-use phalanx::formats::{Options, load};
+use phalanx::formats::{Options, ReadOptions, load};
 use phalanx::scene::Scene;
 use ply_rs_bw::{parser::Parser, ply};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,10 @@ fn files(ending: &str) -> Vec<PathBuf> {
 
 fn scene(path: &Path, threads: usize) -> Scene {
     let options = Options {
-        threads,
+        read: ReadOptions {
+            threads,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     load(path, &options).unwrap_or_else(|e| panic!("{e}")).scene

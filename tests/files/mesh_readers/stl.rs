@@ -2,7 +2,7 @@
 
 use super::{FLAT, area_from_z, errors, messages, read, triangles};
 use glam::Vec3;
-use phalanx::formats::{Options, UpAxis, read_bytes};
+use phalanx::formats::{Options, Overrides, ReadOptions, UpAxis, read_bytes};
 use phalanx::scene::Material;
 
 /// A binary file of facets with these vertices.
@@ -283,7 +283,10 @@ fn colours_lie_over_white_and_no_colour_over_grey() {
     let mut file = binary(b"", &[FLAT[0]; 2]);
     file[84 + 48..][..2].copy_from_slice(&0xfc00_u16.to_le_bytes());
     let options = Options {
-        material: Some(Material::DEFAULT),
+        read: ReadOptions {
+            material: Some(Material::DEFAULT),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let scene = read_bytes("stl", &file, &options).unwrap().unwrap().scene;
@@ -334,7 +337,10 @@ fn cut_off_binary_files_are_drawn_whatever_their_header_says() {
 fn the_third_axis_points_up_unless_the_user_says_otherwise() {
     let read_with = |up| {
         let options = Options {
-            up,
+            look: Overrides {
+                up,
+                ..Overrides::default()
+            },
             ..Options::default()
         };
         let loaded = read_bytes("stl", SQUARE.as_bytes(), &options)

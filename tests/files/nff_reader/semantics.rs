@@ -2,7 +2,7 @@
 
 use super::{HEAD, read, scene};
 use glam::Vec3;
-use phalanx::formats::{Options, load};
+use phalanx::formats::{Options, ReadOptions, load};
 use phalanx::scene::{Material, OutputEncoding, Scene};
 
 fn surface(scene: &Scene, prim: u32) -> Material {
@@ -137,7 +137,10 @@ fn shapes_before_any_surface_get_the_users() {
     )
     .unwrap();
     let options = Options {
-        material: Some(given),
+        read: ReadOptions {
+            material: Some(given),
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let scene = load(&path, &options).unwrap().scene;

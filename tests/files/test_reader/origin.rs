@@ -1,7 +1,7 @@
 //! Scenes far from the origin of their coordinates.
 
 use glam::{DVec3, Vec3};
-use phalanx::formats::{Options, Origin, read_bytes, read_test};
+use phalanx::formats::{Options, Origin, ReadOptions, read_bytes, read_test};
 use phalanx::scene::Scene;
 
 fn scene(text: &str) -> Scene {
@@ -94,7 +94,10 @@ fn a_camera_is_checked_where_the_scene_is_moved() {
     assert!((to - 0.1).abs() < 1e-6, "{to}");
     // As it stands, or where it really is one place.
     let options = Options {
-        origin: Origin::File,
+        read: ReadOptions {
+            origin: Origin::File,
+            ..ReadOptions::default()
+        },
         ..Options::default()
     };
     let standing = read_bytes("test", text.as_bytes(), &options).unwrap();

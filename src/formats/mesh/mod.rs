@@ -1,0 +1,22 @@
+//! Meshes, from the faces of a chunk of a file to a scene.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `chunk` | rows of a chunk of a file, and the mesh of all chunks |
+//! | `faces` | faces of a chunk, before they are triangulated |
+//! | `polygon`, `large_polygon` | polygons to triangles |
+//! | `polygon_mesh` | a mesh of polygons, triangulated and put into a scene |
+//! | `vertex_colors` | colours of vertices and faces |
+//! | `named_runs` | names of triangles |
+//! | `defaults` | materials and picture of a mesh whose file says nothing about them |
+
+pub(crate) mod chunk;
+pub(crate) mod defaults;
+pub(crate) mod faces;
+mod large_polygon;
+pub(crate) mod named_runs;
+pub mod polygon;
+mod polygon_mesh;
+pub(crate) mod vertex_colors;
+
+pub(crate) use polygon_mesh::*;
