@@ -5,7 +5,7 @@
 //! | `container` | the chunks of a GLB |
 //! | `version` | the version of a document |
 //! | `document` | the JSON's structure |
-//! | `rewriting`, `syntax` | a reader of documents that bend the rules, and messages about faults |
+//! | `lenient_json` | the reader of the document, also if it bends the rules |
 //! | `extensions` | extensions that are read |
 //! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
@@ -92,6 +92,7 @@ mod coverage;
 mod document;
 mod extensions;
 mod geometry;
+mod lenient_json;
 mod lights;
 mod materials;
 mod mesh_instances;
@@ -100,11 +101,9 @@ mod nodes;
 mod placements;
 mod reader;
 mod renumbering;
-mod rewriting;
 mod skins;
 mod source;
 mod stored_space;
-mod syntax;
 mod triangle_indices;
 mod unsupported;
 mod version;
