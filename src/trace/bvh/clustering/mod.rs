@@ -22,9 +22,9 @@ mod neighbours;
 
 use super::prim_ref::PrimRef;
 use bumpalo::Bump;
-use clusters::Clusters;
-use emit::EmittedNodes;
-pub(super) use emit::{ChunkTree, LeafObjects};
+use clusters::{ClusterRef, Clusters};
+use emit::MergeTree;
+pub(super) use emit::{BinaryTree, ChunkTree, EmittedNodes, LeafObjects};
 use merge::Merges;
 use morton::MortonOrder;
 use neighbours::{Neighbours, choose};
@@ -44,7 +44,9 @@ pub(super) struct Clustering {
     clusters: Clusters,
     neighbours: Neighbours,
     merges: Merges,
-    emitted: EmittedNodes,
+    emitted: EmittedNodes<ClusterRef>,
+    /// Clusters of a leaf whose objects are still to be placed.
+    waiting: Vec<ClusterRef>,
 }
 
 impl Clustering {
@@ -75,7 +77,12 @@ impl Clustering {
             }
         }
         let root = self.clusters.root();
-        self.emitted.run(&self.merges, root, sorted, arena)
+        let mut tree = MergeTree {
+            merges: &self.merges,
+            sorted,
+            waiting: &mut self.waiting,
+        };
+        self.emitted.run(&mut tree, root, sorted.len(), arena)
     }
 }
 
