@@ -1,6 +1,7 @@
 //! Vector attributes, one column per component.
 
 use super::Column;
+use crate::column::{AnyColumn, Attribute};
 use crate::threads::{BLOCK_ROWS, map_blocks};
 use glam::{Vec2, Vec3};
 
@@ -82,6 +83,27 @@ impl Vec3s {
     }
 }
 
+impl Attribute for Vec3s {
+    type Row = Vec3;
+
+    fn push_row(&mut self, row: Vec3) {
+        self.push(row);
+    }
+
+    #[inline]
+    fn row(&self, i: usize) -> Vec3 {
+        self.get(i)
+    }
+
+    fn columns(&self) -> Vec<&dyn AnyColumn> {
+        vec![&self.x, &self.y, &self.z]
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        vec![&mut self.x, &mut self.y, &mut self.z]
+    }
+}
+
 /// Largest absolute value of a column. It uses eight lanes, so that one comparison need not wait
 /// for the one before.
 fn largest_magnitude(column: &[f32]) -> f32 {
@@ -142,5 +164,26 @@ impl Vec2s {
     #[inline]
     pub fn row_bytes(&self) -> usize {
         self.x.row_bytes() + self.y.row_bytes()
+    }
+}
+
+impl Attribute for Vec2s {
+    type Row = Vec2;
+
+    fn push_row(&mut self, row: Vec2) {
+        self.push(row);
+    }
+
+    #[inline]
+    fn row(&self, i: usize) -> Vec2 {
+        self.get(i)
+    }
+
+    fn columns(&self) -> Vec<&dyn AnyColumn> {
+        vec![&self.x, &self.y]
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        vec![&mut self.x, &mut self.y]
     }
 }

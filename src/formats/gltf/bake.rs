@@ -8,7 +8,7 @@ use crate::chunk_remarks::counted;
 use crate::origin::Origin;
 use crate::workers;
 use glam::DAffine3;
-use phalanx_scene::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_UVS};
+use phalanx_scene::{Mesh, MeshMaterial, NO_INDEX};
 
 /// Vertices of a mesh that cannot be used as the file has them.
 #[derive(Clone, Copy, Default)]
@@ -153,13 +153,13 @@ impl PrimitiveGeometry<'_> {
             mesh.vertex_opacity = Default::default();
         }
         let columns = vec![
-            (has.normals, &bad.normals, NO_NORMALS, 1),
-            (has.uvs > 0, &bad.uvs, NO_UVS, has.uvs as u32),
-            (has.tangents, &bad.tangents, NO_TANGENTS, 1),
-            (has.colors && !white, &bad.colors, NO_COLORS, 1),
+            (has.normals, &bad.normals, 1),
+            (has.uvs > 0, &bad.uvs, has.uvs as u32),
+            (has.tangents, &bad.tangents, 1),
+            (has.colors && !white, &bad.colors, 1),
         ];
-        let rows = workers::map(threads, columns, |(there, bad, none, layers)| {
-            if there { without(&corners, bad, none, layers) } else { Vec::new() }
+        let rows = workers::map(threads, columns, |(is_present, bad, layers)| {
+            if is_present { without(&corners, bad, layers) } else { Vec::new() }
         });
         let mut rows = rows.into_iter().map(Into::into);
         let mut next = || rows.next().unwrap_or_default();
@@ -172,16 +172,16 @@ impl PrimitiveGeometry<'_> {
     }
 }
 
-/// Rows of an attribute for triangles of these corners: `none` for those with a vertex whose
+/// Rows of an attribute for triangles of these corners: [`NO_INDEX`] for those with a vertex whose
 /// attribute is bad. A vertex has `layers` of the attribute, one after another.
-fn without(corners: &[[u32; 3]], bad: &[u32], none: u32, layers: u32) -> Vec<[u32; 3]> {
+fn without(corners: &[[u32; 3]], bad: &[u32], layers: u32) -> Vec<[u32; 3]> {
     if bad.is_empty() && layers == 1 {
         return corners.to_vec();
     }
     let is_bad = |corner: &u32| bad.binary_search(corner).is_ok();
     let rows = corners.iter().map(|row| {
         if row.iter().any(is_bad) {
-            [none; 3]
+            [NO_INDEX; 3]
         } else {
             row.map(|vertex| vertex * layers)
         }

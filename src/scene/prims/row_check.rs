@@ -1,7 +1,7 @@
 //! Conditions that must hold for every row of a column, so that no engine meets a number it does
 //! not expect.
 
-use super::{Prim, PrimKind};
+use super::{NO_INDEX, Prim, PrimKind};
 use crate::textures::NO_TEXTURE;
 use crate::threads::{BLOCK_ROWS, map_blocks};
 
@@ -22,13 +22,10 @@ pub enum RowCheck {
     Below(usize),
     /// A u32 below this, or [`NO_TEXTURE`].
     Texture(usize),
-    /// Three u32 below `count`, or three times `none`.
-    Corners {
-        /// Number of rows they index.
-        count: usize,
-        /// The value that stands for no index.
-        none: Option<u32>,
-    },
+    /// Three u32 below this.
+    Corners(usize),
+    /// Three u32 below this, or three times [`NO_INDEX`].
+    CornersOrNone(usize),
     /// A primitive whose row exists in the column of its kind.
     Prims([usize; PrimKind::COUNT]),
 }
@@ -64,18 +61,15 @@ impl RowCheck {
             RowCheck::Color => every(bytes, |c: &f32| c.is_finite() & (*c >= 0.0)),
             RowCheck::UnitInterval => every(bytes, |c: &f32| (*c >= 0.0) & (*c <= 1.0)),
             RowCheck::Positive => every(bytes, |c: &f32| c.is_finite() & (*c > 0.0)),
-            RowCheck::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
             RowCheck::Texture(count) => every(bytes, |&row: &u32| {
                 (row == NO_TEXTURE) | ((row as usize) < count)
             }),
-            RowCheck::Corners { count, none: None } => RowCheck::Below(count).holds(bytes),
-            RowCheck::Corners {
-                count,
-                none: Some(none),
-            } => every(bytes, |&[a, b, c]: &[u32; 3]| {
-                let within = |row: u32| (row as usize) < count;
-                let nothing = (a == none) & (b == none) & (c == none);
-                (within(a) & within(b) & within(c)) | nothing
+            RowCheck::Below(count) | RowCheck::Corners(count) => {
+                every(bytes, |&row: &u32| (row as usize) < count)
+            }
+            RowCheck::CornersOrNone(count) => every(bytes, |row: &[u32; 3]| {
+                let [a, b, c] = row.map(|index| (index as usize) < count);
+                (a & b & c) | (*row == [NO_INDEX; 3])
             }),
             RowCheck::Prims(counts) => every(bytes, |prim: &Prim| {
                 prim.index() < counts[prim.kind() as usize]
