@@ -31,8 +31,8 @@ pub(super) fn read(json: &[u8]) -> Result<(GltfDocument, Option<DocumentFault>),
     let raw: &RawValue = serde_json::from_slice(json).map_err(|error| located(json, &error))?;
     let offset = |value: &str| value.as_ptr() as usize - json.as_ptr() as usize;
     if !is_object {
-        let found = quoted(raw.get());
-        let message = format!("the document: expected an object, not {found}");
+        let json_text = quoted(raw.get());
+        let message = format!("the document: expected an object, not {json_text}");
         return Err((offset(raw.get()), message));
     }
     let value = |error: &PathError| value_at(raw.get(), error.path());

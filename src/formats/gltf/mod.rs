@@ -14,9 +14,8 @@
 //! | `morph`, `skins` | poses: morph targets and joints |
 //! | `vertices` | attributes of a primitive's vertices, morphed |
 //! | `triangle_indices` | triangles, strips and fans |
-//! | `geometry`, `bake` | primitives, and their columns under a map |
-//! | `renumbering`, `vertex_columns` | the vertices that are used, and their columns |
-//! | `baking` | primitives of several meshes, baked on several threads |
+//! | `geometry`, `vertex_columns` | primitives, the vertices that they use, and their columns |
+//! | `bake` | primitives under a map, on several threads |
 //! | `mesh_instances` | equal meshes and primitives |
 //! | `stored_space` | the space in which a mesh of several nodes is stored |
 //! | `materials`, `coverage` | materials, and the share of a surface that is there |
@@ -85,7 +84,6 @@
 
 mod accessor;
 mod bake;
-mod baking;
 mod cameras;
 mod container;
 mod coverage;
@@ -100,7 +98,6 @@ mod morph;
 mod nodes;
 mod placements;
 mod reader;
-mod renumbering;
 mod skins;
 mod source;
 mod stored_space;

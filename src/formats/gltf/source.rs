@@ -72,14 +72,14 @@ impl<'a> GltfSource<'a> {
             return Err((Span::START, "the file is empty".into()));
         }
         version::check(json).map_err(|message| (Span::START, message))?;
-        let at = |offset: usize| Span::at(json_offset + offset);
+        let span = |offset: usize| Span::at(json_offset + offset);
         let (document, minus_one) =
-            lenient_json::read(json).map_err(|(offset, message)| (at(offset), message))?;
+            lenient_json::read(json).map_err(|(offset, message)| (span(offset), message))?;
         Ok(GltfSource {
             json,
             json_offset,
             document,
-            minus_one: minus_one.map(|(offset, message)| (at(offset), message)),
+            minus_one: minus_one.map(|(offset, message)| (span(offset), message)),
             buffers: Vec::new(),
             rows: OnceCell::new(),
             checked: RefCell::default(),
