@@ -12,7 +12,7 @@ impl Scene {
         if self.maps.is_empty() {
             return None;
         }
-        let mut maps = self.maps.of(self.materials.maps[material as usize]);
+        let mut maps = self.maps.range(self.materials.maps[material as usize]);
         maps.find(|map| map.target == MapTarget::Normal)
     }
 

@@ -50,7 +50,7 @@ impl RowCheck {
         Some(block * BLOCK_ROWS + rows.position(|row| !self.holds(row))?)
     }
 
-    /// Returns true if the condition holds for all rows in these bytes, which are whole, aligned
+    /// Returns true if the condition holds for all rows in these bytes, which are complete, aligned
     /// rows of the column.
     ///
     /// No early return within a block: a loop without one is vectorised.

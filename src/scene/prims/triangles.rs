@@ -142,10 +142,10 @@ impl Triangles {
     /// Appends a mesh; if the columns are empty, the mesh's own are moved.
     pub(crate) fn append(&mut self, mesh: Mesh) {
         let (before, more) = (self.len(), mesh.corners.len());
-        let shifted = |mut rows: Column<[u32; 3]>, by: usize| {
-            if by > 0 {
+        let shifted = |mut rows: Column<[u32; 3]>, offset: usize| {
+            if offset > 0 {
                 let given = rows.iter_mut().filter(|row| row[0] != NO_INDEX);
-                given.for_each(|row| *row = row.map(|index| index + by as u32));
+                given.for_each(|row| *row = row.map(|index| index + offset as u32));
             }
             rows
         };
@@ -202,8 +202,8 @@ impl Triangles {
         let [x, y, z] = self.vertices.parts().map(|part| &part[..]);
         let corners = &self.corners[..];
         move |i| {
-            let at = |k: u32| Vec3::new(x[k as usize], y[k as usize], z[k as usize]);
-            let [a, b, c] = corners[i].map(at);
+            let vertex = |k: u32| Vec3::new(x[k as usize], y[k as usize], z[k as usize]);
+            let [a, b, c] = corners[i].map(vertex);
             Bounds::new(a.min(b).min(c), a.max(b).max(c))
         }
     }
