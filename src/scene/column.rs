@@ -94,12 +94,6 @@ impl<T: Pod> AnyColumn for Column<T> {
 
 /// An attribute of the rows of a table: one column, or one for each component.
 pub trait Attribute {
-    /// Value of a row.
-    type Row;
-    /// Appends a row.
-    fn push_row(&mut self, row: Self::Row);
-    /// The row `i`.
-    fn row(&self, i: usize) -> Self::Row;
     /// The columns, in the order of scene caches.
     fn columns(&self) -> Vec<&dyn AnyColumn>;
     /// The same columns, to be mapped.
@@ -107,17 +101,6 @@ pub trait Attribute {
 }
 
 impl<T: Pod> Attribute for Column<T> {
-    type Row = T;
-
-    fn push_row(&mut self, row: T) {
-        self.push(row);
-    }
-
-    #[inline]
-    fn row(&self, i: usize) -> T {
-        self[i]
-    }
-
     fn columns(&self) -> Vec<&dyn AnyColumn> {
         vec![self]
     }
@@ -128,18 +111,6 @@ impl<T: Pod> Attribute for Column<T> {
 }
 
 impl<A: Attribute, const N: usize> Attribute for [A; N] {
-    type Row = [A::Row; N];
-
-    fn push_row(&mut self, row: Self::Row) {
-        let parts = self.iter_mut().zip(row);
-        parts.for_each(|(part, row)| part.push_row(row));
-    }
-
-    #[inline]
-    fn row(&self, i: usize) -> Self::Row {
-        std::array::from_fn(|k| self[k].row(i))
-    }
-
     fn columns(&self) -> Vec<&dyn AnyColumn> {
         self.iter().flat_map(A::columns).collect()
     }
@@ -160,6 +131,12 @@ impl<T: Clone> Column<T> {
             Storage::Owned(rows) => rows,
             Storage::Mapped { .. } => unreachable!("replaced above"),
         }
+    }
+
+    /// The row `i`.
+    #[inline]
+    pub(crate) fn row(&self, i: usize) -> T {
+        self[i].clone()
     }
 
     /// Appends one row.

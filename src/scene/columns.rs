@@ -2,7 +2,7 @@
 //! is written is shared, and one that is mapped is not.
 
 use crate::column::{AnyColumn, Attribute};
-use crate::prims::{ColumnInfo, ColumnTable, PrimKind, RowCheck, column_list};
+use crate::prims::{ColumnInfo, PrimKind, RowCheck, column_infos, column_list};
 use crate::scene::Scene;
 use crate::texture_maps::MapTarget;
 
@@ -11,11 +11,15 @@ impl Scene {
     pub fn prim_columns(&self) -> impl Iterator<Item = ColumnInfo<'_>> {
         let known = RowCheck::Prims(self.counts());
         let rows = self.counts().iter().sum();
-        let list = ColumnTable::default().of_each("primitive", rows);
-        let list = list.attribute(["primitive list", "row"], &self.prims, known);
+        let list = column_infos(
+            ("primitive", rows),
+            ["primitive list", "row"],
+            &self.prims,
+            known,
+        );
         let kinds = PrimKind::FILE_ORDER.into_iter();
         let kinds = kinds.flat_map(|kind| self.columns_of(kind).columns(self.materials.len()));
-        list.columns.into_iter().chain(kinds)
+        list.chain(kinds)
     }
 
     /// The columns that follow those of primitives.

@@ -2,7 +2,7 @@
 
 use super::{Column, MetallicRoughness, NO_TEXTURE, Vec3s};
 use crate::column::{AnyColumn, Attribute};
-use crate::prims::{ColumnInfo, ColumnTable, RowCheck, column_list};
+use crate::prims::{ColumnInfo, RowCheck, column_infos, column_list};
 use glam::Vec3;
 use std::collections::HashMap;
 
@@ -82,7 +82,7 @@ macro_rules! material_parameters {
             /// Appends a row and returns its number.
             pub fn push(&mut self, surface: &Material) -> u32 {
                 let row = self.len() as u32;
-                $(self.$name.push_row(surface.$name);)+
+                $(self.$name.push(surface.$name);)+
                 self.flags.push(surface.flags());
                 self.maps.push(surface.maps);
                 let [metallic, roughness] = surface.metallic_roughness_parts();
@@ -103,7 +103,7 @@ macro_rules! material_parameters {
             }
 
             column_list! {
-                /// The columns, with the conditions on them. Rows refer to so many textures.
+                /// The columns, with the conditions on them. Rows refer to `textures` textures.
                 pub(crate) fn columns(materials, $textures), columns_mut;
                 "material", materials.len() => {
                     $($name: $names, $check;)+

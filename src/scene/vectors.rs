@@ -43,6 +43,12 @@ impl Vec3s {
         Vec3::new(self.x[i], self.y[i], self.z[i])
     }
 
+    /// [`Vec3s::get`], as a column calls it.
+    #[inline]
+    pub(crate) fn row(&self, i: usize) -> Vec3 {
+        self.get(i)
+    }
+
     /// Replaces the vector at `i`.
     #[inline]
     pub fn set(&mut self, i: usize, v: Vec3) {
@@ -84,17 +90,6 @@ impl Vec3s {
 }
 
 impl Attribute for Vec3s {
-    type Row = Vec3;
-
-    fn push_row(&mut self, row: Vec3) {
-        self.push(row);
-    }
-
-    #[inline]
-    fn row(&self, i: usize) -> Vec3 {
-        self.get(i)
-    }
-
     fn columns(&self) -> Vec<&dyn AnyColumn> {
         vec![&self.x, &self.y, &self.z]
     }
@@ -168,17 +163,6 @@ impl Vec2s {
 }
 
 impl Attribute for Vec2s {
-    type Row = Vec2;
-
-    fn push_row(&mut self, row: Vec2) {
-        self.push(row);
-    }
-
-    #[inline]
-    fn row(&self, i: usize) -> Vec2 {
-        self.get(i)
-    }
-
     fn columns(&self) -> Vec<&dyn AnyColumn> {
         vec![&self.x, &self.y]
     }

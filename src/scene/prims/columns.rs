@@ -58,40 +58,22 @@ pub struct ColumnInfo<'a> {
     pub check: RowCheck,
 }
 
-/// A table of columns under construction; all have one row for each of something.
-#[derive(Default)]
-pub(crate) struct ColumnTable<'a> {
-    row_kind: &'static str,
-    len: usize,
-    pub(crate) columns: Vec<ColumnInfo<'a>>,
-}
-
-impl<'a> ColumnTable<'a> {
-    /// The same table, whose next columns have `len` rows of a kind.
-    pub(crate) fn of_each(mut self, row_kind: &'static str, len: usize) -> ColumnTable<'a> {
-        (self.row_kind, self.len) = (row_kind, len);
-        self
-    }
-
-    /// The columns of an attribute. Indices that may be missing have no column if all are.
-    pub(crate) fn attribute(
-        mut self,
-        [section, attribute]: [&'static str; 2],
-        rows: &'a impl Attribute,
-        check: RowCheck,
-    ) -> ColumnTable<'a> {
-        let optional = matches!(check, RowCheck::CornersOrNone(_));
-        let infos = rows.columns().into_iter().map(|column| ColumnInfo {
-            section,
-            row_kind: self.row_kind,
-            attribute,
-            column,
-            len: if optional && column.rows() == 0 { 0 } else { self.len },
-            check,
-        });
-        self.columns.extend(infos);
-        self
-    }
+/// The columns of an attribute of `len` rows. Indices that may be missing have no column if all are.
+pub(crate) fn column_infos<'a>(
+    (row_kind, len): (&'static str, usize),
+    [section, attribute]: [&'static str; 2],
+    rows: &'a impl Attribute,
+    check: RowCheck,
+) -> impl Iterator<Item = ColumnInfo<'a>> {
+    let optional = matches!(check, RowCheck::CornersOrNone(_));
+    rows.columns().into_iter().map(move |column| ColumnInfo {
+        section,
+        row_kind,
+        attribute,
+        column,
+        len: if optional && column.rows() == 0 { 0 } else { len },
+        check,
+    })
 }
 
 /// Lists the columns of a table once, for the two functions that borrow them. Each attribute has
@@ -101,18 +83,18 @@ macro_rules! column_list {
         $(#[$doc:meta])*
         $vis:vis fn $columns:ident($table:ident $(, $count:ident)?), $columns_mut:ident;
         $($row_kind:literal, $len:expr => {
-            $($($field:ident).+: [$section:literal, $attribute:literal], $check:expr;)+
+            $($($field:ident).+: $names:tt, $check:expr;)+
         })+
     ) => {
         $(#[$doc])*
         $vis fn $columns(&self $(, $count: usize)?) -> Vec<ColumnInfo<'_>> {
             let $table = self;
-            let list = ColumnTable::default();
-            $(
-                let list = list.of_each($row_kind, $len);
-                $(let list = list.attribute([$section, $attribute], &$table.$($field).+, $check);)+
-            )+
-            list.columns
+            let mut all = Vec::new();
+            $($(
+                let rows = &$table.$($field).+;
+                all.extend(column_infos(($row_kind, $len), $names, rows, $check));
+            )+)+
+            all
         }
 
         $vis fn $columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {

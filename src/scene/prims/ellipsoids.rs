@@ -1,6 +1,6 @@
 //! Ellipsoids.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, ScaleFactors, column_list};
+use super::columns::{ColumnInfo, PrimColumns, RowScale, ScaleFactors, column_infos, column_list};
 use super::row_check::RowCheck;
 use super::spheres::nearest_root;
 use crate::bounds::Bounds;

@@ -8,7 +8,7 @@ mod spheres;
 mod triangles;
 
 pub use columns::{ColumnInfo, PrimColumns};
-pub(crate) use columns::{ColumnTable, RowScale, ScaleFactors, column_list};
+pub(crate) use columns::{RowScale, ScaleFactors, column_infos, column_list};
 pub use cones::{Cone, ConeFrame, ConeProfile, Cones};
 pub use ellipsoids::Ellipsoids;
 pub use row_check::RowCheck;

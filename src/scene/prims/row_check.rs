@@ -18,12 +18,10 @@ pub enum RowCheck {
     UnitInterval,
     /// A finite f32 above zero.
     Positive,
-    /// A u32 below this.
+    /// A u32 below this, or several of them.
     Below(usize),
     /// A u32 below this, or [`NO_TEXTURE`].
     Texture(usize),
-    /// Three u32 below this.
-    Corners(usize),
     /// Three u32 below this, or three times [`NO_INDEX`].
     CornersOrNone(usize),
     /// A primitive whose row exists in the column of its kind.
@@ -64,9 +62,7 @@ impl RowCheck {
             RowCheck::Texture(count) => every(bytes, |&row: &u32| {
                 (row == NO_TEXTURE) | ((row as usize) < count)
             }),
-            RowCheck::Below(count) | RowCheck::Corners(count) => {
-                every(bytes, |&row: &u32| (row as usize) < count)
-            }
+            RowCheck::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
             RowCheck::CornersOrNone(count) => every(bytes, |row: &[u32; 3]| {
                 let [a, b, c] = row.map(|index| (index as usize) < count);
                 (a & b & c) | (*row == [NO_INDEX; 3])

@@ -1,6 +1,6 @@
 //! Spheres.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, column_list};
+use super::columns::{ColumnInfo, PrimColumns, RowScale, column_infos, column_list};
 use super::row_check::RowCheck;
 use crate::bounds::Bounds;
 use crate::column::{AnyColumn, Attribute, Column};

@@ -1,6 +1,6 @@
 //! Triangles over shared vertices.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, column_list};
+use super::columns::{ColumnInfo, PrimColumns, RowScale, column_infos, column_list};
 use super::row_check::RowCheck;
 use crate::bounds::Bounds;
 use crate::column::{AnyColumn, Attribute, Column};
@@ -289,7 +289,7 @@ impl PrimColumns for Triangles {
             vertices: ["vertices", "place"], RowCheck::Finite;
         }
         "triangle", triangles.len() => {
-            corners: ["triangle corners", "corners"], RowCheck::Corners(triangles.vertices.len());
+            corners: ["triangle corners", "corners"], RowCheck::Below(triangles.vertices.len());
             normals: ["triangle normals", "normals"], RowCheck::CornersOrNone(triangles.vertex_normals.len());
         }
         "vertex normal", triangles.vertex_normals.len() => {
