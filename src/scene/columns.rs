@@ -54,7 +54,7 @@ impl Scene {
     }
 
     column_list! {
-        /// What is shown: meshes, instances and names.
+        /// Columns of meshes, instances and names.
         fn shown_columns(scene), shown_columns_mut;
         "mesh", scene.meshes.len() => {
             meshes.first: ["meshes", "size"], RowCheck::Any;
@@ -87,7 +87,7 @@ impl Scene {
     }
 
     column_list! {
-        /// What light meets and comes from: texture maps and lights.
+        /// Columns of texture maps and lights.
         fn lit_columns(scene), lit_columns_mut;
         "texture map", scene.maps.len() => {
             maps.target: ["texture maps", "target"], RowCheck::Below(MapTarget::COUNT);

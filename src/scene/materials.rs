@@ -6,9 +6,9 @@ use crate::prims::{ColumnInfo, RowCheck, column_infos, column_list};
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// Declares [`Material`], [`Materials`] and what copies one to the other. A parameter is one row: its
-/// type and that of its column, the value of [`Material::DEFAULT`], the section of scene caches and
-/// the name in messages, and the condition on its values.
+/// Declares [`Material`], [`Materials`] and what copies one to the other. A parameter is one row:
+/// its type and that of its column, the value of [`Material::DEFAULT`], the section of scene caches
+/// and the name in messages, and the condition on its values.
 macro_rules! material_parameters {
     (|$textures:ident| $(
         $(#[$doc:meta])+

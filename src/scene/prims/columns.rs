@@ -58,7 +58,8 @@ pub struct ColumnInfo<'a> {
     pub check: RowCheck,
 }
 
-/// The columns of an attribute of `len` rows. Indices that may be missing have no column if all are.
+/// The columns of an attribute of `len` rows. Indices that may be missing have an empty column if
+/// all are.
 pub(crate) fn column_infos<'a>(
     (row_kind, len): (&'static str, usize),
     [section, attribute]: [&'static str; 2],

@@ -11,9 +11,9 @@ pub use columns::{ColumnInfo, PrimColumns};
 pub(crate) use columns::{RowScale, ScaleFactors, column_infos, column_list};
 pub use cones::{Cone, ConeFrame, ConeProfile, Cones};
 pub use ellipsoids::Ellipsoids;
-pub use row_check::RowCheck;
+pub use row_check::{NO_INDEX, RowCheck};
 pub use spheres::Spheres;
-pub use triangles::{INWARD, Mesh, MeshMaterial, NO_INDEX, Triangles};
+pub use triangles::{INWARD, Mesh, MeshMaterial, Triangles};
 
 use bytemuck::{Pod, Zeroable};
 

@@ -1,9 +1,18 @@
 //! Conditions that must hold for every row of a column, so that no engine meets a number it does
 //! not expect.
 
-use super::{NO_INDEX, Prim, PrimKind};
+use super::{Prim, PrimKind};
 use crate::textures::NO_TEXTURE;
 use crate::threads::{BLOCK_ROWS, map_blocks};
+
+/// Marks a triangle without an optional attribute: its row of [`Triangles::normals`],
+/// [`Triangles::uvs`], [`Triangles::tangents`] or [`Triangles::colors`] is three times this.
+///
+/// [`Triangles::normals`]: crate::Triangles::normals
+/// [`Triangles::uvs`]: crate::Triangles::uvs
+/// [`Triangles::tangents`]: crate::Triangles::tangents
+/// [`Triangles::colors`]: crate::Triangles::colors
+pub const NO_INDEX: u32 = u32::MAX;
 
 /// The condition on a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

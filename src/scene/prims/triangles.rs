@@ -1,15 +1,12 @@
 //! Triangles over shared vertices.
 
 use super::columns::{ColumnInfo, PrimColumns, RowScale, column_infos, column_list};
-use super::row_check::RowCheck;
+use super::row_check::{NO_INDEX, RowCheck};
 use crate::bounds::Bounds;
 use crate::column::{AnyColumn, Attribute, Column};
 use crate::vectors::{Vec2s, Vec3s};
 use glam::{DVec3, Vec2, Vec3};
 
-/// Marks a triangle without an optional attribute: its row of [`Triangles::normals`],
-/// [`Triangles::uvs`], [`Triangles::tangents`] or [`Triangles::colors`] is three times this.
-pub const NO_INDEX: u32 = u32::MAX;
 /// Cosine of the angle between the mean of a triangle's vertex normals and its geometric normal
 /// below which the winding counts as reversed. If the file's normals lie in the plane of the
 /// triangle, the sign of the cosine is only rounding, and the winding counts.
@@ -290,26 +287,30 @@ impl PrimColumns for Triangles {
         }
         "triangle", triangles.len() => {
             corners: ["triangle corners", "corners"], RowCheck::Below(triangles.vertices.len());
-            normals: ["triangle normals", "normals"], RowCheck::CornersOrNone(triangles.vertex_normals.len());
+            normals: ["triangle normals", "normals"],
+                RowCheck::CornersOrNone(triangles.vertex_normals.len());
         }
         "vertex normal", triangles.vertex_normals.len() => {
             vertex_normals: ["vertex normals", "direction"], RowCheck::Finite;
         }
         "triangle", triangles.len() => {
-            uvs: ["triangle texture places", "texture places"], RowCheck::CornersOrNone(triangles.vertex_uvs.len());
+            uvs: ["triangle texture places", "texture places"],
+                RowCheck::CornersOrNone(triangles.vertex_uvs.len());
         }
         "vertex", triangles.vertex_uvs.len() => {
             vertex_uvs: ["texture places", "texture place"], RowCheck::Finite;
         }
         "triangle", triangles.len() => {
-            tangents: ["triangle tangents", "tangents"], RowCheck::CornersOrNone(triangles.vertex_tangents.len());
+            tangents: ["triangle tangents", "tangents"],
+                RowCheck::CornersOrNone(triangles.vertex_tangents.len());
         }
         "vertex tangent", triangles.vertex_tangents.len() => {
             vertex_tangents: ["vertex tangents", "direction"], RowCheck::Finite;
             bitangent_signs: ["vertex tangents", "sign"], RowCheck::Finite;
         }
         "triangle", triangles.len() => {
-            colors: ["triangle colours", "colors"], RowCheck::CornersOrNone(triangles.vertex_colors.len());
+            colors: ["triangle colours", "colors"],
+                RowCheck::CornersOrNone(triangles.vertex_colors.len());
         }
         "vertex", triangles.vertex_colors.len() => {
             vertex_colors: ["vertex colours", "color"], RowCheck::Color;

@@ -71,8 +71,8 @@ struct Trial {
 
 impl KernelTuner {
     /// A tuner with an initial estimate: the logarithm of the first kernel's time relative to the
-    /// second's. `trial_penalty` is the slowdown of the second kernel's packets in a trial, relative
-    /// to a complete batch.
+    /// second's. `trial_penalty` is the slowdown of the second kernel's packets in a trial,
+    /// relative to a complete batch.
     pub(super) fn new(log_ratio: f32, trial_penalty: f32) -> KernelTuner {
         KernelTuner {
             // After one batch: memory is cold.

@@ -75,8 +75,8 @@ impl WideStack {
         codes: &[u32; NATIVE],
     ) -> usize {
         debug_assert!(top + NATIVE <= self.code.len());
-        // SAFETY: both columns have the same length, and room for as many entries from `top` on: the
-        // caller's promise.
+        // SAFETY: both columns have the same length, and room for as many entries from `top` on:
+        // the caller's promise.
         let to = unsafe {
             (
                 &mut *self.tnear.as_mut_ptr().add(top).cast::<[f32; NATIVE]>(),
