@@ -4,7 +4,7 @@
 
 use super::document::GltfDocument;
 use crate::diagnostics::{quoted, quoted_file};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::value::RawValue;
 use serde_json::{Deserializer, Error};
 use serde_path_to_error::{Path, Segment};
@@ -93,7 +93,9 @@ const MAX_DEPTH: usize = 100;
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Repaired<'a> {
-    Object(BTreeMap<String, Repaired<'a>>),
+    /// Members in the order of the file, so that its first fault is found first.
+    #[serde(serialize_with = "as_object")]
+    Object(Vec<(String, Repaired<'a>)>),
     List(Vec<Repaired<'a>>),
     Integer(u64),
     Other(&'a RawValue),
@@ -115,6 +117,8 @@ impl<'a> Repaired<'a> {
                 let is_none = minus_one_is_none && is_index && is_minus_one(member.get());
                 member.get() != "null" && !is_none
             });
+            let mut members: Vec<_> = members.into_iter().collect();
+            members.sort_by_key(|(_, member)| member.get().as_ptr());
             let members = members.into_iter().map(|(name, member)| {
                 // The sign of a zero matters in vectors only.
                 let is_zero = member.get().parse() == Ok(0.0);
@@ -133,6 +137,13 @@ impl<'a> Repaired<'a> {
             })
         }
     }
+}
+
+fn as_object<S: Serializer>(
+    members: &[(String, Repaired)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(members.iter().map(|(name, member)| (name, member)))
 }
 
 fn members(text: &str) -> Option<BTreeMap<String, &RawValue>> {
@@ -171,7 +182,8 @@ fn value_at<'a>(text: &'a str, path: &Path) -> &'a str {
 fn misfit(error: &Error, value: &str) -> String {
     let message = plain(error);
     let expected = match message.rsplit_once(", expected ") {
-        Some((_, "usize" | "u32" | "u64")) => "a whole number from 0 on",
+        Some((_, "u32")) => "a whole number from 0 to 2^32 - 1",
+        Some((_, "usize" | "u64")) => "a whole number from 0 on",
         Some((_, "f64")) => "a number",
         Some((_, "a sequence")) => "a list",
         Some((_, "a string")) => "a text",
