@@ -273,11 +273,11 @@ pub mod scene {
         DefaultedParts, Ellipsoids, FileView, GeomId, Geometries, GeometryError, Instances,
         LightShape, Lights, LobeWeights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, MapTarget,
         Material, MaterialTable, Materials, MatteIds, Mesh, MeshMaterial, Meshes,
-        MetallicRoughness, NO_COLORS, NO_GEOM, NO_NAME, NO_NORMALS, NO_PRIM, NO_TANGENTS,
-        NO_TEXTURE, NO_UVS, NameTable, OrthoHeight, OutputEncoding, Prim, PrimKind, Quantize,
-        ResolvedPrim, SHADOWLESS, Scene, SceneCamera, SceneError, Sky, Spheres, Texture,
-        TextureMap, TextureMaps, Transfer, Triangles, UpAxis, Vec2s, Vec3s, View, ViewError, Wrap,
-        check_image_size, material_names, matte_id, object_names,
+        MetallicRoughness, NO_GEOM, NO_INDEX, NO_NAME, NO_PRIM, NO_TEXTURE, NameTable, OrthoHeight,
+        OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim, SHADOWLESS, Scene, SceneCamera,
+        SceneError, Sky, Spheres, Texture, TextureMap, TextureMaps, Transfer, Triangles, UpAxis,
+        Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id,
+        object_names,
     };
 }
 #[doc(inline)]

@@ -168,12 +168,12 @@ mod tests {
         let mut film = Film::new(WIDTH, to - from, false).with_aovs(alpha());
         for y in from..to {
             for x in 0..WIDTH {
-                let at = ((y - from) * WIDTH + x) as usize;
+                let index = ((y - from) * WIDTH + x) as usize;
                 let value = (x * 7 + y * 3) as f32 / 700.0;
                 for (k, plane) in film.planes.iter_mut().enumerate() {
-                    plane[at] = value * (k + 1) as f32;
+                    plane[index] = value * (k + 1) as f32;
                 }
-                film.aov_planes[0][at] = x as f32 / WIDTH as f32;
+                film.aov_planes[0][index] = x as f32 / WIDTH as f32;
             }
         }
         film
@@ -214,17 +214,17 @@ mod tests {
         let path = folder.path().join("a");
         for (ending, format) in ImageFormat::ENDINGS {
             for depth in [Depth::Standard, Depth::Sixteen] {
-                let of = |ends: &[u32]| {
+                let encode = |ends: &[u32]| {
                     save_bands(&path, &file(format, depth), cut(ends)).unwrap();
                     fs::read(&path).unwrap()
                 };
-                let whole = of(&[HEIGHT]);
-                assert!(whole == of(&[64, 128, 192, 200]), "{ending}");
-                assert!(whole == of(&[128, 200]), "{ending}");
+                let at_once = encode(&[HEIGHT]);
+                assert!(at_once == encode(&[64, 128, 192, 200]), "{ending}");
+                assert!(at_once == encode(&[128, 200]), "{ending}");
                 for threads in [1, 2, 3, 7, 16] {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                    let on_pool = pool.build().unwrap().install(|| of(&[HEIGHT]));
-                    assert!(whole == on_pool, "{ending} on {threads} threads");
+                    let on_pool = pool.build().unwrap().install(|| encode(&[HEIGHT]));
+                    assert!(at_once == on_pool, "{ending} on {threads} threads");
                 }
             }
         }
@@ -235,7 +235,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         let failed = |bands: Vec<io::Result<Film>>| {
-            let mut said = String::new();
+            let mut message = String::new();
             for (_, format) in ImageFormat::ENDINGS {
                 let again = bands.iter().map(|band| match band {
                     Ok(film) => Ok(film.clone()),
@@ -243,11 +243,11 @@ mod tests {
                 });
                 let saved = save_bands(&path, &file(format, Depth::Standard), again);
                 let error = saved.unwrap_err().to_string();
-                assert!(said.is_empty() || said == error, "{said} {error}");
-                said = error;
+                assert!(message.is_empty() || message == error, "{message} {error}");
+                message = error;
             }
             assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-            said
+            message
         };
         assert!(failed(cut(&[64, 128])).contains("no more bands"));
         assert!(failed(cut(&[64, 100, 200])).contains("between two tiles"));

@@ -336,9 +336,12 @@ mod tests {
             let thresholds = srgb_thresholds(quantize);
             assert!(thresholds.windows(2).all(|w| w[0] < w[1]));
             for (i, &least) in thresholds.iter().enumerate() {
-                let at = forward(least) + offset;
+                let position = forward(least) + offset;
                 // The two published constants of the joint differ in the eighth digit.
-                assert!((at - (i + 1) as f64).abs() < 1e-3, "{quantize:?} {i}: {at}");
+                assert!(
+                    (position - (i + 1) as f64).abs() < 1e-3,
+                    "{quantize:?} {i}: {position}"
+                );
             }
         }
     }

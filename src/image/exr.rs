@@ -173,8 +173,8 @@ mod tests {
             .largest_resolution_level()
             .rgba_channels(
                 |size, _| vec![[0.0f32; 3]; size.area()],
-                |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| {
-                    pixels[at.1 * 70 + at.0] = [r, g, b];
+                |pixels, position, (r, g, b, _): (f32, f32, f32, f32)| {
+                    pixels[position.1 * 70 + position.0] = [r, g, b];
                 },
             )
             .first_valid_layer()

@@ -57,7 +57,7 @@ pub(super) fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
         LineOrder::Increasing,
     );
     if let Some(Crop { corner, of }) = file.crop {
-        let [x, y] = [corner.0, corner.1].map(|at| at as i32);
+        let [x, y] = [corner.0, corner.1].map(|place| place as i32);
         header.own_attributes.layer_position = Vec2(x, y);
         header.shared_attributes.display_window.size = Vec2(of.0 as usize, of.1 as usize);
     }
@@ -176,7 +176,7 @@ mod tests {
             origin: [500_000.5, 0.0, -4e6],
             ..PLAIN_EXR
         };
-        let told = |file: &PictureFile| {
+        let description = |file: &PictureFile| {
             let header = header(file, RED);
             let value = header
                 .own_attributes
@@ -185,12 +185,12 @@ mod tests {
                 .cloned();
             value.map(|value| value.into_text().unwrap().to_string())
         };
-        assert_eq!(told(&far).as_deref(), Some("500000.5 0 -4000000"));
+        assert_eq!(description(&far).as_deref(), Some("500000.5 0 -4000000"));
         let near = PictureFile {
             origin: [0.0; 3],
             ..far.clone()
         };
-        assert_eq!(told(&near), None);
+        assert_eq!(description(&near), None);
     }
 
     #[test]

@@ -102,8 +102,8 @@ fn text(picture: &mut Picture, x: u32, y: u32, text: &str) {
 
 fn set(picture: &mut Picture, x: u32, y: u32, rgb: [u8; 3]) {
     if x < picture.width && y < picture.height {
-        let at = (y as usize * picture.width as usize + x as usize) * 3;
-        picture.rgb[at..at + 3].copy_from_slice(&rgb);
+        let index = (y as usize * picture.width as usize + x as usize) * 3;
+        picture.rgb[index..index + 3].copy_from_slice(&rgb);
     }
 }
 

@@ -127,8 +127,8 @@ impl<I: Iterator<Item = io::Result<Picture>>> GenericImageView for JpegSource<I>
         let mut present = self.present.borrow_mut();
         let pitch = 3 * self.width as usize;
         loop {
-            let at = (y - present.first) as usize * pitch + 3 * x as usize;
-            if let Some([r, g, b]) = present.rgb.get(at..).and_then(<[u8]>::first_chunk) {
+            let index = (y - present.first) as usize * pitch + 3 * x as usize;
+            if let Some([r, g, b]) = present.rgb.get(index..).and_then(<[u8]>::first_chunk) {
                 return Rgb([*r, *g, *b]);
             }
             if present.failed.is_some() {

@@ -48,8 +48,8 @@ fn write_picture(out: &mut dyn Write, picture: &Picture) -> io::Result<()> {
         // Too few samples are an error of the encoder.
         samples.unwrap_or_default().to_vec()
     };
-    let whole = [Ok((*height as usize, samples))];
-    write_png(out, (*width, *height), None, whole.into_iter())
+    let rows = [Ok((*height as usize, samples))];
+    write_png(out, (*width, *height), None, rows.into_iter())
 }
 
 /// Rows of a strip: bands end between two strips, so that these depend on the picture alone.

@@ -34,7 +34,7 @@ impl OracleMaterial {
         let (mut ke, mut ks, mut highlight) = (m.ke.get(i), m.ks.get(i), m.highlight.get(i));
         let mut shininess = m.shininess[i];
         let (mut metallic, mut roughness) = (m.metallic[i], m.roughness[i]);
-        for map in scene.maps.of(m.maps[i]) {
+        for map in scene.maps.range(m.maps[i]) {
             let Some(value) = map_value(scene, &map, prim, hit) else {
                 continue;
             };

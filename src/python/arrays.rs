@@ -161,11 +161,11 @@ fn is_ready<T: numpy::Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
 }
 
 /// A `ValueError` about an array's shape.
-pub(crate) fn wrong_shape(name: &str, wanted: &str, shape: &[usize]) -> PyErr {
+pub(crate) fn wrong_shape(name: &str, expected: &str, shape: &[usize]) -> PyErr {
     let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
     let comma = if shape.len() == 1 { "," } else { "" };
     PyValueError::new_err(format!(
-        "{name} has the shape ({}{comma}), not {wanted}",
+        "{name} has the shape ({}{comma}), not {expected}",
         sides.join(", ")
     ))
 }

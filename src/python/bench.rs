@@ -115,8 +115,8 @@ impl ProgressListener for Silence {
 }
 
 fn kind(name: &String) -> PyResult<RayKind> {
-    let found = RayKind::ALL.into_iter().find(|kind| kind.name() == name);
-    found.ok_or_else(|| {
+    let kind = RayKind::ALL.into_iter().find(|kind| kind.name() == name);
+    kind.ok_or_else(|| {
         let names = RayKind::ALL.map(RayKind::name);
         value_error(format!(
             "there are no rays {name:?}; rays are {}",

@@ -221,12 +221,13 @@ impl RaySource {
     }
 
     /// The source of some of the rays, by rows of them all.
-    fn at(&self, shape: &[usize], rows: &Bound<'_, PyAny>) -> PyResult<RaySource> {
+    fn picked(&self, shape: &[usize], rows: &Bound<'_, PyAny>) -> PyResult<RaySource> {
         let py = rows.py();
         let pick = |array: Bound<'_, PyAny>, width: usize| {
             let numpy = py.import("numpy")?;
-            let whole = numpy.call_method1("broadcast_to", (array, [shape, &[width]].concat()))?;
-            let flat = whole.call_method1("reshape", (-1, width))?;
+            let broadcast =
+                numpy.call_method1("broadcast_to", (array, [shape, &[width]].concat()))?;
+            let flat = broadcast.call_method1("reshape", (-1, width))?;
             Ok::<_, PyErr>(flat.get_item(rows)?.unbind())
         };
         let width = if self.directions.is_some() { 3 } else { 6 };
@@ -249,8 +250,8 @@ impl RaySource {
         };
         let shape = of_vectors(shape);
         let rows = |name, array: Bound<'_, PyAny>| {
-            let whole = numpy.call_method1("broadcast_to", (array, shape.clone()))?;
-            let numbers = as_contiguous::<f64>(name, &whole)?.to_vec()?;
+            let broadcast = numpy.call_method1("broadcast_to", (array, shape.clone()))?;
+            let numbers = as_contiguous::<f64>(name, &broadcast)?.to_vec()?;
             Ok::<_, PyErr>(numbers.as_chunks().0.to_vec())
         };
         Ok([rows("origins", origins)?, rows("directions", directions)?])
@@ -344,7 +345,10 @@ impl PyHits {
     fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<PyHits> {
         let py = index.py();
         let rows = self.rows(index)?;
-        let from = self.from.as_ref().map(|from| from.at(&self.shape, &rows));
+        let from = self
+            .from
+            .as_ref()
+            .map(|from| from.picked(&self.shape, &rows));
         let t = picked(&self.t, &rows, &[])?;
         let normal = self.normal.get(py).map(|array| picked(array, &rows, &[3]));
         let refined = self.refined.get(py).map(|(t, points)| {

@@ -74,8 +74,8 @@ impl PyScene {
         let names = aovs.unwrap_or_default();
         let layers = names.iter().map(|name| layer(name));
         let layers: Vec<Aov> = layers.collect::<PyResult<_>>()?;
-        let asked = layers.iter().copied().fold(Aovs::default(), Aovs::with);
-        let frame = self.frame_of(py, (camera, size), spp, max_depth, (asked, threads))?;
+        let requested = layers.iter().copied().fold(Aovs::default(), Aovs::with);
+        let frame = self.frame_of(py, (camera, size), spp, max_depth, (requested, threads))?;
         let color = interleaved(py, &frame.film, &frame.film.planes)?;
         if !layered {
             return Ok(color);
@@ -100,8 +100,8 @@ impl PyScene {
         size: Option<(u32, u32)>,
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let asked = Aovs::default().with(Aov::Depth);
-        let frame = self.frame_of(py, (camera, size), Some(1), Some(0), (asked, threads))?;
+        let requested = Aovs::default().with(Aov::Depth);
+        let frame = self.frame_of(py, (camera, size), Some(1), Some(0), (requested, threads))?;
         plane(py, &frame.film, Aov::Depth)
     }
 }

@@ -205,8 +205,8 @@ pub(crate) fn mask_bits(mask: i64) -> Option<u32> {
 
 fn check_per_ray(name: &str, given: &[usize], shape: &[usize]) -> PyResult<()> {
     if given != shape {
-        let wanted = format!("that of the rays, {shape:?}, nor is it a single number");
-        return Err(wrong_shape(name, &wanted, given));
+        let expected = format!("that of the rays, {shape:?}, nor is it a single number");
+        return Err(wrong_shape(name, &expected, given));
     }
     Ok(())
 }
@@ -223,8 +223,8 @@ fn side_by_side(rays: Floats<'_>) -> PyResult<Floats<'_>> {
 /// Refuses any shape but (…, 6).
 fn check_side_by_side(shape: &[usize]) -> PyResult<()> {
     if shape.last() != Some(&6) && shape != [0] {
-        let wanted = "(…, 6): without directions, each row is an origin and a direction";
-        return Err(wrong_shape("rays", wanted, shape));
+        let expected = "(…, 6): without directions, each row is an origin and a direction";
+        return Err(wrong_shape("rays", expected, shape));
     }
     Ok(())
 }

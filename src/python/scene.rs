@@ -169,8 +169,8 @@ const MAX_THREADS: usize = 64;
 ///
 /// # Errors
 /// `ValueError` for less than zero.
-pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
-    match asked {
+pub(crate) fn threads(requested: Option<i64>) -> PyResult<usize> {
+    match requested {
         None | Some(0) => Ok(0),
         Some(n) if n > 0 => {
             let most = phalanx::thread_count(0).max(MAX_THREADS);
@@ -183,8 +183,8 @@ pub(crate) fn threads(asked: Option<i64>) -> PyResult<usize> {
 }
 
 /// `threads` of a call, as a number above zero if none is given.
-pub(crate) fn thread_count(asked: Option<i64>) -> PyResult<usize> {
-    threads(asked).map(phalanx::thread_count)
+pub(crate) fn thread_count(requested: Option<i64>) -> PyResult<usize> {
+    threads(requested).map(phalanx::thread_count)
 }
 
 #[pymethods]
@@ -541,9 +541,9 @@ impl PyScene {
             now.tree = Arc::default();
         }
         now.settings = BuildSettings { quality, threads };
-        let asked = now.clone();
+        let requested = now.clone();
         drop(now);
-        let bvh = asked.tree(py)?;
+        let bvh = requested.tree(py)?;
         py.detach(|| bvh.build_wide(threads));
         Ok(())
     }

@@ -55,7 +55,7 @@ fn combine(a: [f64; 4], ka: f64, b: [f64; 4], kb: f64) -> [f64; 4] {
 
 /// The matrix with these columns; a zero has no sign.
 fn matrix(columns: [[f64; 4]; 4]) -> [f32; 16] {
-    std::array::from_fn(|at| columns[at % 4][at / 4] as f32 + 0.0)
+    std::array::from_fn(|index| columns[index % 4][index / 4] as f32 + 0.0)
 }
 
 #[cfg(test)]

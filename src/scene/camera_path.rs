@@ -66,16 +66,19 @@ fn between(keys: &[CameraKey], frame: u32) -> Option<View> {
     let (Some(from), Some(to)) = (next.checked_sub(1).map(|k| keys[k]), keys.get(next)) else {
         return keys.get(next.saturating_sub(1)).map(|key| key.view);
     };
-    let at = |k: usize| keys[k.min(keys.len() - 1)];
-    let (before, after) = (at(next.saturating_sub(2)), at(next + 1));
+    let key = |k: usize| keys[k.min(keys.len() - 1)];
+    let (before, after) = (key(next.saturating_sub(2)), key(next + 1));
     let span = f64::from(to.frame - from.frame);
     let t = f64::from(frame - from.frame) / span;
-    let slope = |a: CameraKey, b: CameraKey, of: &dyn Fn(&View) -> DVec3| {
-        (of(&b.view) - of(&a.view)) / f64::from(b.frame - a.frame).max(1.0)
+    let slope = |a: CameraKey, b: CameraKey, attribute: &dyn Fn(&View) -> DVec3| {
+        (attribute(&b.view) - attribute(&a.view)) / f64::from(b.frame - a.frame).max(1.0)
     };
-    let curve = |of: &dyn Fn(&View) -> DVec3| -> Vec3 {
-        let (p, q) = (of(&from.view), of(&to.view));
-        let (m, n) = (slope(before, *to, of) * span, slope(from, after, of) * span);
+    let curve = |attribute: &dyn Fn(&View) -> DVec3| -> Vec3 {
+        let (p, q) = (attribute(&from.view), attribute(&to.view));
+        let (m, n) = (
+            slope(before, *to, attribute) * span,
+            slope(from, after, attribute) * span,
+        );
         let (tt, ttt) = (t * t, t * t * t);
         let value = p * (2.0 * ttt - 3.0 * tt + 1.0)
             + m * (ttt - 2.0 * tt + t)

@@ -92,6 +92,34 @@ impl<T: Pod> AnyColumn for Column<T> {
     }
 }
 
+/// An attribute of the rows of a table: one column, or one for each component.
+pub trait Attribute {
+    /// The columns, in the order of scene caches.
+    fn columns(&self) -> Vec<&dyn AnyColumn>;
+    /// The same columns, to be mapped.
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn>;
+}
+
+impl<T: Pod> Attribute for Column<T> {
+    fn columns(&self) -> Vec<&dyn AnyColumn> {
+        vec![self]
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        vec![self]
+    }
+}
+
+impl<A: Attribute, const N: usize> Attribute for [A; N] {
+    fn columns(&self) -> Vec<&dyn AnyColumn> {
+        self.iter().flat_map(A::columns).collect()
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        self.iter_mut().flat_map(A::columns_mut).collect()
+    }
+}
+
 impl<T: Clone> Column<T> {
     /// The rows as a vector that can be changed.
     #[inline]
@@ -103,6 +131,12 @@ impl<T: Clone> Column<T> {
             Storage::Owned(rows) => rows,
             Storage::Mapped { .. } => unreachable!("replaced above"),
         }
+    }
+
+    /// The row `i`.
+    #[inline]
+    pub(crate) fn row(&self, i: usize) -> T {
+        self[i].clone()
     }
 
     /// Appends one row.

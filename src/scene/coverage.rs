@@ -274,9 +274,9 @@ mod tests {
             thin: true,
             ..Material::DEFAULT
         };
-        let whole = scene(sheet, None);
-        assert!(!whole.has_coverage() && whole.has_clear_shadows());
-        assert_eq!(whole.transmittance(at(0.2, 0.2)), sheet.kt);
+        let opaque = scene(sheet, None);
+        assert!(!opaque.has_coverage() && opaque.has_clear_shadows());
+        assert_eq!(opaque.transmittance(at(0.2, 0.2)), sheet.kt);
         let half = scene(
             Material {
                 opacity: 0.5,

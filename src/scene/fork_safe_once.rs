@@ -109,12 +109,12 @@ mod tests {
     #[test]
     fn what_another_process_is_making_is_not_waited_for() {
         let cell = from_parent(None);
-        let (begun, asked) = (Barrier::new(2), Barrier::new(2));
+        let (begun, queried) = (Barrier::new(2), Barrier::new(2));
         std::thread::scope(|scope| {
             scope.spawn(|| {
                 cell.value.get_or_init(|| {
                     begun.wait();
-                    asked.wait();
+                    queried.wait();
                     1
                 })
             });
@@ -125,7 +125,7 @@ mod tests {
                 cell.get_or_init(|| 3),
                 cell.get_own_or_init(|| 4),
             );
-            asked.wait();
+            queried.wait();
             assert_eq!((own, again), (&2, (Some(&2), &2, &2)));
         });
     }

@@ -1,83 +1,160 @@
 //! Columns of the surface parameters, and a table that gives equal materials one row.
 
 use super::{Column, MetallicRoughness, NO_TEXTURE, Vec3s};
+use crate::column::{AnyColumn, Attribute};
+use crate::prims::{ColumnInfo, RowCheck, column_infos, column_list};
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// One row of [`Materials`] (design document, "Recursive shading model"): RGB linear and finite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
+/// Declares [`Material`], [`Materials`] and what copies one to the other. A parameter is one row:
+/// its type and that of its column, the value of [`Material::DEFAULT`], the section of scene caches
+/// and the name in messages, and the condition on its values.
+macro_rules! material_parameters {
+    (|$textures:ident| $(
+        $(#[$doc:meta])+
+        $name:ident: $row:ty, $column:ty = $default:expr, $names:tt, $check:expr;
+    )+) => {
+        /// One row of [`Materials`] (design document, "Recursive shading model"): RGB linear and
+        /// finite.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Material {
+            $($(#[$doc])+ pub $name: $row,)+
+            /// True for a sheet without a volume: it transmits light straight through, weighted by
+            /// Kt, also in its shadow. Other transmissive materials refract, and block the light of
+            /// lamps.
+            pub thin: bool,
+            /// True for a material whose triangles are invisible from behind: see
+            /// [`Scene::is_unseen_back`](crate::Scene::is_unseen_back).
+            pub single_sided: bool,
+            /// Rows of [`Scene::maps`](crate::Scene::maps) that vary the material: the first one,
+            /// and their number.
+            pub maps: [u32; 2],
+            /// Present if Kd, Ks and s follow from these at each hit: see
+            /// [`LobeWeights`](crate::LobeWeights). Kd is then the base colour, Ks the reflectance
+            /// of the non-metal part, and `highlight` follows from it.
+            pub metallic_roughness: Option<MetallicRoughness>,
+        }
+
+        impl Material {
+            /// The initial material of a `.test` file: a faint ambient grey.
+            pub const DEFAULT: Material = Material {
+                $($name: $default,)+
+                thin: false,
+                single_sided: false,
+                maps: [0; 2],
+                metallic_roughness: None,
+            };
+
+            /// The bits of every parameter. Equal materials have equal bits; bits, unlike floats,
+            /// can be hashed.
+            fn bits(&self) -> MaterialBits {
+                let [metallic, roughness] = self.metallic_roughness_parts();
+                let [first_map, maps] = self.maps;
+                [
+                    $(self.$name.bits(),)+
+                    [self.flags().into(), first_map, maps],
+                    Vec3::new(metallic, roughness, 0.0).bits(),
+                ]
+            }
+        }
+
+        /// Bits of the parameters of a material, and of the columns that are no parameters.
+        type MaterialBits = [[u32; 3]; [$(stringify!($name)),+].len() + 2];
+
+        /// Surface parameters, one [`Material`] each.
+        #[derive(Clone, Debug, Default)]
+        pub struct Materials {
+            $(
+                #[doc = concat!("[`Material::", stringify!($name), "`] of each material.")]
+                pub $name: $column,
+            )+
+            /// [`THIN`], [`SINGLE_SIDED`] and [`METALLIC_ROUGHNESS`].
+            pub flags: Column<u8>,
+            /// First map and number of maps.
+            pub maps: Column<[u32; 2]>,
+            /// [`MetallicRoughness::metallic`], or 0.
+            pub metallic: Column<f32>,
+            /// [`MetallicRoughness::roughness`], or 0.
+            pub roughness: Column<f32>,
+        }
+
+        impl Materials {
+            /// Appends a row and returns its number.
+            pub fn push(&mut self, surface: &Material) -> u32 {
+                let row = self.len() as u32;
+                $(self.$name.push(surface.$name);)+
+                self.flags.push(surface.flags());
+                self.maps.push(surface.maps);
+                let [metallic, roughness] = surface.metallic_roughness_parts();
+                self.metallic.push(metallic);
+                self.roughness.push(roughness);
+                row
+            }
+
+            /// The row `i`.
+            pub fn get(&self, i: usize) -> Material {
+                Material {
+                    $($name: self.$name.row(i),)+
+                    thin: self.flags[i] & THIN != 0,
+                    single_sided: self.flags[i] & SINGLE_SIDED != 0,
+                    maps: self.maps[i],
+                    metallic_roughness: self.metallic_roughness(i),
+                }
+            }
+
+            column_list! {
+                /// The columns, with the conditions on them. Rows refer to `textures` textures.
+                pub(crate) fn columns(materials, $textures), columns_mut;
+                "material", materials.len() => {
+                    $($name: $names, $check;)+
+                    flags: ["material flags", "flag"], RowCheck::Any;
+                    maps: ["material maps", "maps"], RowCheck::Any;
+                    metallic: ["material lobes", "metallic"], RowCheck::UnitInterval;
+                    roughness: ["material lobes", "roughness"], RowCheck::UnitInterval;
+                }
+            }
+        }
+    };
+}
+
+material_parameters! {
+    |textures|
     /// Ambient Ka.
-    pub ka: Vec3,
+    ka: Vec3, Vec3s = Vec3::splat(0.2), ["materials", "ka"], RowCheck::Finite;
     /// Emission Ke.
-    pub ke: Vec3,
+    ke: Vec3, Vec3s = Vec3::ZERO, ["materials", "ke"], RowCheck::Finite;
     /// Diffuse Kd.
-    pub kd: Vec3,
+    kd: Vec3, Vec3s = Vec3::ZERO, ["materials", "kd"], RowCheck::Finite;
     /// Specular Ks, also the weight of the mirror ray.
-    pub ks: Vec3,
+    ks: Vec3, Vec3s = Vec3::ZERO, ["materials", "ks"], RowCheck::Finite;
     /// Reflectance of lamps alone, beside Ks: a highlight that no mirror image goes with. Each lamp
     /// adds highlight · (s + 2)/8 · max(h·n, 0)^s · max(l·n, 0), a lobe that reflects this share of
     /// its light or less at any exponent (Walter et al., "Microfacet Models for Refraction through
     /// Rough Surfaces", 2007: D/4 of Blinn-Phong).
-    pub highlight: Vec3,
+    highlight: Vec3, Vec3s = Vec3::ZERO, ["materials", "highlight"], RowCheck::Finite;
     /// Transmission Kt, the weight of the refracted ray.
-    pub kt: Vec3,
+    kt: Vec3, Vec3s = Vec3::ZERO, ["materials", "kt"], RowCheck::Finite;
     /// Blinn exponent s, at least 0.
-    pub shininess: f32,
+    shininess: f32, Column<f32> = 1.0, ["materials", "shininess"], RowCheck::Color;
     /// Index of refraction, positive.
-    pub ior: f32,
+    ior: f32, Column<f32> = 1.0, ["materials", "ior"], RowCheck::Positive;
     /// Index of the texture that Ka and Kd are multiplied with, or [`NO_TEXTURE`].
-    pub texture: u32,
+    texture: u32, Column<u32> = NO_TEXTURE, ["materials", "texture"], RowCheck::Texture(textures);
     /// Exponent n of the lobe cosⁿ, about the mirror direction, over which mirror rays are spread;
     /// 0 for a perfect mirror, which reflects all rays in one direction.
     ///
     /// Each ray has weight Ks, regardless of its direction. A ray that the lobe would send through
     /// the surface is reflected back by it.
-    pub gloss: f32,
+    gloss: f32, Column<f32> = 0.0, ["material gloss", "gloss"], RowCheck::Color;
     /// Opacity of the surface, 0 to 1. The rest of rays and light passes straight through: see
     /// [`Scene::coverage`](crate::Scene::coverage).
-    pub opacity: f32,
+    opacity: f32, Column<f32> = 1.0, ["material opacity", "opacity"], RowCheck::UnitInterval;
     /// Index of the texture whose alpha the opacity is multiplied with, or [`NO_TEXTURE`].
-    pub opacity_texture: u32,
+    opacity_texture: u32, Column<u32> = NO_TEXTURE,
+        ["material opacity", "opacity texture"], RowCheck::Texture(textures);
     /// Opacity from which the surface counts as opaque; below, it counts as transparent. 0 to use
     /// opacity unchanged.
-    pub alpha_cutoff: f32,
-    /// True for a sheet without a volume: it transmits light straight through, weighted by Kt, also
-    /// in its shadow. Other transmissive materials refract, and block the light of lamps.
-    pub thin: bool,
-    /// True for a material whose triangles are invisible from behind: see
-    /// [`Scene::is_unseen_back`](crate::Scene::is_unseen_back).
-    pub single_sided: bool,
-    /// Rows of [`Scene::maps`](crate::Scene::maps) that vary the material: the first one, and their
-    /// number.
-    pub maps: [u32; 2],
-    /// Present if Kd, Ks and s follow from these at each hit: see
-    /// [`LobeWeights`](crate::LobeWeights). Kd is then the base colour, Ks the reflectance of the
-    /// non-metal part, and `highlight` follows from it.
-    pub metallic_roughness: Option<MetallicRoughness>,
-}
-
-impl Material {
-    /// The initial material of a `.test` file: a faint ambient grey.
-    pub const DEFAULT: Material = Material {
-        ka: Vec3::splat(0.2),
-        ke: Vec3::ZERO,
-        kd: Vec3::ZERO,
-        ks: Vec3::ZERO,
-        highlight: Vec3::ZERO,
-        kt: Vec3::ZERO,
-        shininess: 1.0,
-        ior: 1.0,
-        texture: NO_TEXTURE,
-        gloss: 0.0,
-        opacity: 1.0,
-        opacity_texture: NO_TEXTURE,
-        alpha_cutoff: 0.0,
-        thin: false,
-        single_sided: false,
-        maps: [0; 2],
-        metallic_roughness: None,
-    };
+    alpha_cutoff: f32, Column<f32> = 0.0, ["material opacity", "cutoff"], RowCheck::UnitInterval;
 }
 
 impl Default for Material {
@@ -94,45 +171,6 @@ pub const SINGLE_SIDED: u8 = 2;
 /// Bit of [`Materials::flags`] for a material with [`Material::metallic_roughness`].
 pub const METALLIC_ROUGHNESS: u8 = 4;
 
-/// Surface parameters, one [`Material`] each.
-#[derive(Clone, Debug, Default)]
-pub struct Materials {
-    /// Ambient Ka.
-    pub ka: Vec3s,
-    /// Emission Ke.
-    pub ke: Vec3s,
-    /// Diffuse Kd.
-    pub kd: Vec3s,
-    /// Specular Ks.
-    pub ks: Vec3s,
-    /// Reflectance of lamps alone.
-    pub highlight: Vec3s,
-    /// Transmission Kt.
-    pub kt: Vec3s,
-    /// Blinn exponent s.
-    pub shininess: Column<f32>,
-    /// Index of refraction.
-    pub ior: Column<f32>,
-    /// Index of a texture, or [`NO_TEXTURE`].
-    pub texture: Column<u32>,
-    /// Exponent of the mirror lobe, or 0.
-    pub gloss: Column<f32>,
-    /// Share of the surface that is there.
-    pub opacity: Column<f32>,
-    /// Index of the texture of opacity, or [`NO_TEXTURE`].
-    pub opacity_texture: Column<u32>,
-    /// Least opacity that counts as all, or 0.
-    pub alpha_cutoff: Column<f32>,
-    /// [`THIN`], [`SINGLE_SIDED`] and [`METALLIC_ROUGHNESS`].
-    pub flags: Column<u8>,
-    /// First map and number of maps.
-    pub maps: Column<[u32; 2]>,
-    /// [`MetallicRoughness::metallic`], or 0.
-    pub metallic: Column<f32>,
-    /// [`MetallicRoughness::roughness`], or 0.
-    pub roughness: Column<f32>,
-}
-
 impl Materials {
     /// Number of materials.
     #[inline]
@@ -144,53 +182,6 @@ impl Materials {
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.ior.is_empty()
-    }
-
-    /// Appends a row and returns its number.
-    pub fn push(&mut self, surface: &Material) -> u32 {
-        let row = self.len() as u32;
-        self.ka.push(surface.ka);
-        self.ke.push(surface.ke);
-        self.kd.push(surface.kd);
-        self.ks.push(surface.ks);
-        self.highlight.push(surface.highlight);
-        self.kt.push(surface.kt);
-        self.shininess.push(surface.shininess);
-        self.ior.push(surface.ior);
-        self.texture.push(surface.texture);
-        self.gloss.push(surface.gloss);
-        self.opacity.push(surface.opacity);
-        self.opacity_texture.push(surface.opacity_texture);
-        self.alpha_cutoff.push(surface.alpha_cutoff);
-        self.flags.push(surface.flags());
-        self.maps.push(surface.maps);
-        let [metallic, roughness] = surface.metallic_roughness_parts();
-        self.metallic.push(metallic);
-        self.roughness.push(roughness);
-        row
-    }
-
-    /// The row `i`.
-    pub fn get(&self, i: usize) -> Material {
-        Material {
-            ka: self.ka.get(i),
-            ke: self.ke.get(i),
-            kd: self.kd.get(i),
-            ks: self.ks.get(i),
-            highlight: self.highlight.get(i),
-            kt: self.kt.get(i),
-            shininess: self.shininess[i],
-            ior: self.ior[i],
-            texture: self.texture[i],
-            gloss: self.gloss[i],
-            opacity: self.opacity[i],
-            opacity_texture: self.opacity_texture[i],
-            alpha_cutoff: self.alpha_cutoff[i],
-            thin: self.flags[i] & THIN != 0,
-            single_sided: self.flags[i] & SINGLE_SIDED != 0,
-            maps: self.maps[i],
-            metallic_roughness: self.metallic_roughness(i),
-        }
     }
 
     /// [`Material::metallic_roughness`] of the row `i`.
@@ -218,9 +209,6 @@ impl Materials {
     }
 }
 
-/// Numbers in a material.
-const MATERIAL_WORDS: usize = 30;
-
 impl Material {
     fn flags(&self) -> u8 {
         (u8::from(self.thin) * THIN)
@@ -232,37 +220,35 @@ impl Material {
         self.metallic_roughness
             .map_or([0.0; 2], |pbr| [pbr.metallic, pbr.roughness])
     }
+}
 
-    /// The material's bits. Equal materials have equal bits; bits, unlike floats, can be hashed.
-    fn bits(&self) -> [u32; MATERIAL_WORDS] {
-        let colors = [self.ka, self.ke, self.kd, self.ks, self.highlight, self.kt];
-        let colors = colors.iter().flat_map(|color| color.to_array());
-        let [metallic, roughness] = self.metallic_roughness_parts();
-        let numbers = [
-            self.shininess,
-            self.ior,
-            self.gloss,
-            self.opacity,
-            self.alpha_cutoff,
-            metallic,
-            roughness,
-        ];
-        let [first_map, maps] = self.maps;
-        let textures = [self.texture, self.opacity_texture, first_map, maps];
-        let words = textures.into_iter().chain([self.flags().into()]);
-        let all = colors.chain(numbers).map(f32::to_bits).chain(words);
-        let mut bits = [0; MATERIAL_WORDS];
-        bits.iter_mut()
-            .zip(all)
-            .for_each(|(bits, word)| *bits = word);
-        bits
+/// A parameter's bits, for any width.
+trait ParameterBits {
+    fn bits(self) -> [u32; 3];
+}
+
+impl ParameterBits for Vec3 {
+    fn bits(self) -> [u32; 3] {
+        self.to_array().map(f32::to_bits)
+    }
+}
+
+impl ParameterBits for f32 {
+    fn bits(self) -> [u32; 3] {
+        [self.to_bits(), 0, 0]
+    }
+}
+
+impl ParameterBits for u32 {
+    fn bits(self) -> [u32; 3] {
+        [self, 0, 0]
     }
 }
 
 /// Gives each distinct material one row.
 #[derive(Clone, Debug, Default)]
 pub struct MaterialTable {
-    rows: HashMap<[u32; MATERIAL_WORDS], u32>,
+    rows: HashMap<MaterialBits, u32>,
 }
 
 impl MaterialTable {

@@ -204,8 +204,8 @@ mod tests {
             [none, m],
             [none; 2],
         ];
-        let found: Vec<_> = (0..8).map(|prim| names.of_prim(prim)).collect();
-        assert_eq!(found, want);
+        let numbers: Vec<_> = (0..8).map(|prim| names.of_prim(prim)).collect();
+        assert_eq!(numbers, want);
         names.name_run(0..7, none, None);
         assert_eq!(names.of_prim(4), [none, m]);
         assert!(names.runs.is_sorted_by(|x, y| x[0] < y[0]));

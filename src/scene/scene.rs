@@ -239,8 +239,8 @@ impl Scene {
     /// Number of primitives that all instances together show.
     #[inline]
     fn instanced_count(&self) -> u64 {
-        let of = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
-        self.instances.mesh.iter().map(of).sum()
+        let count = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
+        self.instances.mesh.iter().map(count).sum()
     }
 
     /// The stored primitives that are visible in the world itself, without those of meshes and of

@@ -1,6 +1,6 @@
 //! Normal maps of materials, and tangents of triangles that have one and whose file gives none.
 
-use crate::prims::{NO_TANGENTS, Triangles};
+use crate::prims::{NO_INDEX, Triangles};
 use crate::scene::Scene;
 use crate::texture_maps::{MapTarget, TextureMap};
 use glam::Vec3;
@@ -12,7 +12,7 @@ impl Scene {
         if self.maps.is_empty() {
             return None;
         }
-        let mut maps = self.maps.of(self.materials.maps[material as usize]);
+        let mut maps = self.maps.range(self.materials.maps[material as usize]);
         maps.find(|map| map.target == MapTarget::Normal)
     }
 
@@ -39,7 +39,7 @@ impl Scene {
                 t.vertex_tangents.push(tangent);
                 t.bitangent_signs.push(sign);
                 if t.tangents.is_empty() {
-                    t.tangents = vec![[NO_TANGENTS; 3]; t.len()].into();
+                    t.tangents = vec![[NO_INDEX; 3]; t.len()].into();
                 }
                 t.tangents[i] = [row; 3];
             }

@@ -82,8 +82,8 @@ impl Scene {
     /// Products of a direction with the outward normal of a triangle and with its interpolated
     /// normal, of which only the signs have a meaning; `None` without vertex normals, which define
     /// the outside.
-    fn outward_slopes(&self, dir: Vec3, at: SurfaceHit) -> Option<[f64; 2]> {
-        let placed = self.resolve(at.prim_id);
+    fn outward_slopes(&self, dir: Vec3, hit: SurfaceHit) -> Option<[f64; 2]> {
+        let placed = self.resolve(hit.prim_id);
         let prim = self.prims[placed.prim as usize];
         let is_triangle = prim.kind() == PrimKind::Triangle;
         let normals = is_triangle.then(|| self.triangles.corner_normals(prim.index()))??;
@@ -91,7 +91,7 @@ impl Scene {
         let [a, b, c] = self.triangles.corners(prim.index()).map(Vec3::as_dvec3);
         let dir = self.object_direction(dir, placed.instance).as_dvec3();
         let normal = (b - a).cross(c - a);
-        let (beta, gamma) = (f64::from(at.u), f64::from(at.v));
+        let (beta, gamma) = (f64::from(hit.u), f64::from(hit.v));
         let smooth = (na * ((1.0 - beta) - gamma) + nb * beta) + nc * gamma;
         Some([
             normal.dot(dir) * normal.dot((na + nb) + nc),

@@ -108,7 +108,7 @@ impl TextureMaps {
     }
 
     /// The maps of a material, by its [`Material::maps`](crate::Material::maps).
-    pub fn of(&self, [first, count]: [u32; 2]) -> impl Iterator<Item = TextureMap> {
+    pub fn range(&self, [first, count]: [u32; 2]) -> impl Iterator<Item = TextureMap> {
         let rows: Range<usize> = first as usize..(first + count) as usize;
         rows.map(|k| self.get(k))
     }

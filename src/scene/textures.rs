@@ -76,13 +76,13 @@ impl Texture {
     ) -> T {
         let (left, right, tx) = texel_pair(u, self.wrap[0], self.width);
         let (above, below, ty) = texel_pair(v, self.wrap[1], self.height);
-        let at =
+        let texel_at =
             |column: u32, row: u32| texel(row as usize * self.width as usize + column as usize);
         if self.nearest {
             let column = if tx < 0.5 { left } else { right };
-            return at(column, if ty < 0.5 { above } else { below });
+            return texel_at(column, if ty < 0.5 { above } else { below });
         }
-        let along = |row: u32| mix(at(left, row), at(right, row), tx);
+        let along = |row: u32| mix(texel_at(left, row), texel_at(right, row), tx);
         mix(along(above), along(below), ty)
     }
 }
@@ -95,8 +95,8 @@ fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
         Wrap::Clamp if place > 0.0 => place.min(1.0),
         Wrap::Clamp => 0.0,
         Wrap::Mirror => {
-            let there = fraction(place * 0.5) * 2.0;
-            if there > 1.0 { 2.0 - there } else { there }
+            let phase = fraction(place * 0.5) * 2.0;
+            if phase > 1.0 { 2.0 - phase } else { phase }
         }
     };
     let x = folded * size as f32 + 0.5;
@@ -110,7 +110,7 @@ fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
     (lower, upper, x - x.floor())
 }
 
-/// The fractional part. Numbers from 2²² on count as whole, and so does a NaN.
+/// The fractional part. Numbers from 2²² on count as integers, and so does a NaN.
 fn fraction(x: f32) -> f32 {
     if x.abs() < 4_194_304.0 { x - x.floor() } else { 0.0 }
 }

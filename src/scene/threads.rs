@@ -6,8 +6,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Number of threads to use: the one asked for, or one per CPU available to this process for 0.
-pub fn thread_count(asked: usize) -> usize {
-    match asked {
+pub fn thread_count(requested: usize) -> usize {
+    match requested {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         some => some,
     }
@@ -96,8 +96,8 @@ mod tests {
         for row in [0, BLOCK_ROWS - 1, BLOCK_ROWS, 3 * BLOCK_ROWS + 7] {
             let mut column = vec![1.0f32; 4 * BLOCK_ROWS];
             (column[row], column[4 * BLOCK_ROWS - 1]) = (f32::NAN, f32::NAN);
-            let found = RowCheck::Finite.first_fault(bytemuck::cast_slice(&column), 4);
-            assert_eq!(found, Some(row));
+            let fault = RowCheck::Finite.first_fault(bytemuck::cast_slice(&column), 4);
+            assert_eq!(fault, Some(row));
         }
         assert!(map_blocks(&[0u8; 0], 1, |block| block.len()).is_empty());
     }

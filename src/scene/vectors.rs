@@ -1,6 +1,7 @@
 //! Vector attributes, one column per component.
 
 use super::Column;
+use crate::column::{AnyColumn, Attribute};
 use crate::threads::{BLOCK_ROWS, map_blocks};
 use glam::{Vec2, Vec3};
 
@@ -42,6 +43,12 @@ impl Vec3s {
         Vec3::new(self.x[i], self.y[i], self.z[i])
     }
 
+    /// [`Vec3s::get`], as a column calls it.
+    #[inline]
+    pub(crate) fn row(&self, i: usize) -> Vec3 {
+        self.get(i)
+    }
+
     /// Replaces the vector at `i`.
     #[inline]
     pub fn set(&mut self, i: usize, v: Vec3) {
@@ -79,6 +86,16 @@ impl Vec3s {
         let of_part = |part| map_blocks(part, BLOCK_ROWS, largest_magnitude);
         let blocks = self.parts().into_iter().flat_map(|part| of_part(part));
         blocks.fold(0.0, f32::max)
+    }
+}
+
+impl Attribute for Vec3s {
+    fn columns(&self) -> Vec<&dyn AnyColumn> {
+        vec![&self.x, &self.y, &self.z]
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        vec![&mut self.x, &mut self.y, &mut self.z]
     }
 }
 
@@ -142,5 +159,15 @@ impl Vec2s {
     #[inline]
     pub fn row_bytes(&self) -> usize {
         self.x.row_bytes() + self.y.row_bytes()
+    }
+}
+
+impl Attribute for Vec2s {
+    fn columns(&self) -> Vec<&dyn AnyColumn> {
+        vec![&self.x, &self.y]
+    }
+
+    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+        vec![&mut self.x, &mut self.y]
     }
 }

@@ -117,7 +117,7 @@ impl SceneBuilder for MemoryBuilder {
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(&[MeshSlice::whole(vertices, triangles)]));
+        self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)]));
     }
 
     fn takes_count(&mut self, triangles: u64) -> bool {

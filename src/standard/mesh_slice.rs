@@ -19,7 +19,7 @@ pub struct MeshSlice<'a> {
 
 impl<'a> MeshSlice<'a> {
     /// A mesh in one part.
-    pub(crate) fn whole(vertices: &'a [DVec3], triangles: &'a [[u32; 3]]) -> Self {
+    pub(crate) fn complete(vertices: &'a [DVec3], triangles: &'a [[u32; 3]]) -> Self {
         MeshSlice {
             vertices,
             shared: 0,

@@ -64,8 +64,8 @@ pub enum StandardError {
 /// # Errors
 /// [`StandardError::Unknown`] with the closest known name.
 pub fn find(name: &str) -> Result<&'static StandardScene, StandardError> {
-    let found = CATALOGUE.iter().find(|entry| entry.name == name);
-    found.ok_or_else(|| StandardError::Unknown {
+    let known = CATALOGUE.iter().find(|entry| entry.name == name);
+    known.ok_or_else(|| StandardError::Unknown {
         name: name.chars().take(40).collect(),
         closest: closest(name),
     })
@@ -106,8 +106,8 @@ pub fn parse_size(entry: &StandardScene, text: &str) -> Result<u64, StandardErro
         Some(digits) if text.ends_with(['k', 'K']) => (digits, 1_000),
         Some(digits) => (digits, 1_000_000),
     };
-    let whole = digits.bytes().all(|b| b.is_ascii_digit());
-    let number = digits.parse::<u64>().ok().filter(|_| whole);
+    let is_integer = digits.bytes().all(|b| b.is_ascii_digit());
+    let number = digits.parse::<u64>().ok().filter(|_| is_integer);
     let size = number.and_then(|n| n.checked_mul(unit));
     size.ok_or_else(|| StandardError::SizeNotANumber {
         name: entry.name,

@@ -20,8 +20,8 @@ pub struct CpuCache {
 /// The caches reported by the system, by level and kind.
 pub fn cpu_caches() -> Vec<CpuCache> {
     let folder = Path::new("/sys/devices/system/cpu/cpu0/cache");
-    let found = (0..16).map_while(|k| read_cache(&folder.join(format!("index{k}"))));
-    let mut caches: Vec<CpuCache> = found.collect();
+    let caches = (0..16).map_while(|k| read_cache(&folder.join(format!("index{k}"))));
+    let mut caches: Vec<CpuCache> = caches.collect();
     caches.sort_by(|a, b| (a.level, &a.kind).cmp(&(b.level, &b.kind)));
     caches
 }

@@ -316,8 +316,9 @@ mod tests {
     #[test]
     fn the_nearest_cache_is_as_large_as_the_system_says() {
         let cache = std::path::Path::new("/sys/devices/system/cpu/cpu0/cache/index0");
-        let said = ["type", "level", "size"].map(|name| std::fs::read_to_string(cache.join(name)));
-        let [Ok(kind), Ok(level), Ok(size)] = said else {
+        let attributes =
+            ["type", "level", "size"].map(|name| std::fs::read_to_string(cache.join(name)));
+        let [Ok(kind), Ok(level), Ok(size)] = attributes else {
             return;
         };
         if (kind.trim(), level.trim()) != ("Data", "1") {

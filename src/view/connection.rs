@@ -274,8 +274,9 @@ mod tests {
     #[test]
     fn a_head_ends_at_an_empty_line_wherever_it_was_cut() {
         let text = b"GET / HTTP/1.1\r\nA: b\r\n\r\n";
-        for (end, at) in (1..=text.len()).flat_map(|end| (0..end).map(move |at| (end, at))) {
-            let seen = at.saturating_sub(3);
+        for (end, start) in (1..=text.len()).flat_map(|end| (0..end).map(move |start| (end, start)))
+        {
+            let seen = start.saturating_sub(3);
             let is_complete = end == text.len();
             assert_eq!(ends_head(&text[seen..end]), is_complete, "{seen} {end}");
         }

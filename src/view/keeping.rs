@@ -19,7 +19,7 @@ const KEYFRAMES: &str = "views.txt";
 impl ViewedScene {
     /// The command that makes a picture. Refuses one that the command could not make.
     pub(super) fn command(&self, request: &KeepRequest) -> Result<PageAnswer, FrameError> {
-        let (mut spec, format) = self.kept(request);
+        let (mut spec, format) = self.description(request);
         spec.pixels.settings(&self.scene).camera(&self.scene)?;
         if !spec.has_exact_name() {
             let reason = "the scene's name is not valid UTF-8: rename it to get a command";
@@ -49,7 +49,7 @@ impl ViewedScene {
         film: Option<&Film>,
         control: &Control,
     ) -> Result<PageAnswer, FrameError> {
-        let (spec, format) = self.kept(request);
+        let (spec, format) = self.description(request);
         let settings = Settings {
             threads: self.settings(request.shot.mode, request.shot.size).threads,
             ..spec.pixels.settings(&self.scene)
@@ -79,7 +79,7 @@ impl ViewedScene {
 
     /// The description of a picture to keep, and its format: what is seen as colours is kept as
     /// numbers.
-    fn kept(&self, request: &KeepRequest) -> (PictureSpec, ImageFormat) {
+    fn description(&self, request: &KeepRequest) -> (PictureSpec, ImageFormat) {
         let KeepRequest { shot, samples, .. } = request;
         let samples = if shot.mode.is_refined() { *samples } else { 1 };
         let mut spec = self.picture(shot, samples);

@@ -55,37 +55,37 @@ struct BounceCut {
 impl Pace {
     /// Settings of the next frame, instead of those of the picture at rest. It may have `most`
     /// pixels.
-    pub(super) fn next(&mut self, whole: &Settings, most: u64) -> Settings {
+    pub(super) fn next(&mut self, at_rest: &Settings, most: u64) -> Settings {
         if let Some(pixel) = self.pixel() {
             let affordable = AIM / pixel;
             // The size jumps visibly, so small errors are left alone.
             if !(0.75..1.4).contains(&(affordable / self.pixels)) {
                 self.pixels = affordable;
             }
-            self.change_depth(pixel, whole.max_depth);
+            self.change_depth(pixel, at_rest.max_depth);
         }
         self.frames += 1;
-        let (width, height) = self.size((whole.width, whole.height), most);
+        let (width, height) = self.size((at_rest.width, at_rest.height), most);
         Settings {
             width,
             height,
-            max_depth: self.depth(whole.max_depth),
-            kernel: match whole.kernel {
+            max_depth: self.depth(at_rest.max_depth),
+            kernel: match at_rest.kernel {
                 Kernel::Auto => self.kernel(),
                 given => given,
             },
-            ..whole.clone()
+            ..at_rest.clone()
         }
     }
 
     /// Notes the time that a frame took. The first one warms caches up.
-    pub(super) fn learn(&mut self, frame: &Settings, time: Duration) {
+    pub(super) fn record(&mut self, frame: &Settings, time: Duration) {
         if self.frames == 1 && self.cuts.is_empty() {
             return;
         }
         let newest = time.as_secs_f64().max(1e-6) / frame.pixels() as f64;
-        let at = KERNELS.iter().position(|kernel| *kernel == frame.kernel);
-        let mean = &mut self.times[at.unwrap_or(0)];
+        let kernel = KERNELS.iter().position(|kernel| *kernel == frame.kernel);
+        let mean = &mut self.times[kernel.unwrap_or(0)];
         *mean = Some(mean.map_or(newest, |mean| mean + NEWEST * (newest - mean)));
         if let [Some(auto), Some(single)] = self.times {
             self.best = usize::from(single < auto);
@@ -132,9 +132,9 @@ impl Pace {
     }
 
     fn size(&self, (width, height): (u32, u32), most: u64) -> (u32, u32) {
-        let whole = f64::from(width) * f64::from(height);
-        let pixels = self.pixels.max(MIN_PIXELS).min(most as f64).min(whole);
-        let shrink = (pixels.max(1.0) / whole).sqrt();
+        let full = f64::from(width) * f64::from(height);
+        let pixels = self.pixels.max(MIN_PIXELS).min(most as f64).min(full);
+        let shrink = (pixels.max(1.0) / full).sqrt();
         if shrink > 0.95 {
             return (width, height);
         }
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use phalanx::scene::Scene;
 
-    fn whole() -> Settings {
+    fn at_rest() -> Settings {
         Settings {
             width: 1280,
             height: 720,
@@ -161,11 +161,11 @@ mod tests {
     /// `single` times as many for single rays: its width, height, bounces and kernel.
     fn settle(pace: &mut Pace, pixel: f64, single: f64, most: u64) -> (u32, u32, u32, Kernel) {
         for _ in 0..2 * TRIAL {
-            let frame = pace.next(&whole(), most);
+            let frame = pace.next(&at_rest(), most);
             let factor = if frame.kernel == Kernel::Single { single } else { 1.0 };
             let each = pixel * factor * (1.0 + f64::from(frame.max_depth));
             let time = frame.pixels() as f64 * each;
-            pace.learn(&frame, Duration::from_secs_f64(time));
+            pace.record(&frame, Duration::from_secs_f64(time));
         }
         let Settings {
             width,
@@ -173,7 +173,7 @@ mod tests {
             max_depth,
             kernel,
             ..
-        } = pace.next(&whole(), most);
+        } = pace.next(&at_rest(), most);
         (width, height, max_depth, kernel)
     }
 
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(settle(&mut pace, 1e-8, 2.0, u64::MAX).3, Kernel::Auto);
         let given = Settings {
             kernel: Kernel::Beam8,
-            ..whole()
+            ..at_rest()
         };
         assert_eq!(pace.next(&given, u64::MAX).kernel, Kernel::Beam8);
     }

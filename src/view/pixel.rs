@@ -15,7 +15,7 @@ impl ViewedScene {
     /// that it passes.
     pub(super) fn pixel(&self, request: &PixelRequest) -> Result<Value, FrameError> {
         let PixelRequest { shot, x, y, bounds } = *request;
-        let wanted = [
+        let aovs = [
             Aov::Position,
             Aov::Ng,
             Aov::Ns,
@@ -31,7 +31,7 @@ impl ViewedScene {
         };
         let settings = Settings {
             region: Some(region),
-            aovs: wanted.into_iter().fold(Aovs::default(), Aovs::with),
+            aovs: aovs.into_iter().fold(Aovs::default(), Aovs::with),
             record_hits: true,
             threads: 1,
             max_depth: 0,
@@ -45,38 +45,40 @@ impl ViewedScene {
         let seen = seen.map(|hits| (hits.prim_id[0], hits.t[0]));
         let is_seen = |hit: &Hit| Some((hit.prim_id, hit.t)) == seen;
         let along = self.bvh.all_hits_filtered(&ray, &RayFilter::default());
-        let at = along.iter().position(is_seen);
-        let passed = along[..at.unwrap_or(along.len())].iter().take(MAX_PASSED);
+        let index = along.iter().position(is_seen);
+        let passed = along[..index.unwrap_or(along.len())]
+            .iter()
+            .take(MAX_PASSED);
         let passed: Vec<Value> = passed.map(|hit| self.name(hit)).collect();
         let layer = |aov: Aov| -> Vec<f32> {
             let planes = frame.film.layer(aov).iter();
             planes.map(|plane| plane[0]).collect()
         };
         let file_origin = DVec3::from_array(self.scene.origin);
-        let hit = at.map(|at| {
-            let mut told = self.name(&along[at]);
+        let hit = index.map(|index| {
+            let mut answer = self.name(&along[index]);
             let position = Vec3::from_slice(&layer(Aov::Position));
-            told["position"] = json!((position.as_dvec3() + file_origin).to_array());
-            told["normal"] = json!(layer(Aov::Ns));
-            told["face_normal"] = json!(layer(Aov::Ng));
-            told["albedo"] = json!(layer(Aov::Albedo));
-            told["material_id"] = json!(layer(Aov::Material)[0].to_bits());
-            told["nodes"] = json!(layer(Aov::Cost)[0]);
-            told
+            answer["position"] = json!((position.as_dvec3() + file_origin).to_array());
+            answer["normal"] = json!(layer(Aov::Ns));
+            answer["face_normal"] = json!(layer(Aov::Ng));
+            answer["albedo"] = json!(layer(Aov::Albedo));
+            answer["material_id"] = json!(layer(Aov::Material)[0].to_bits());
+            answer["nodes"] = json!(layer(Aov::Cost)[0]);
+            answer
         });
-        let mut told = json!({
+        let mut answer = json!({
             "pixel": [x, y],
             "origin": self.scene.file_position(origin.into()).to_array(),
             "direction": direction,
             "hit": hit,
             "passed": passed,
         });
-        if let (Some(at), true) = (at, bounds) {
-            let bounds = self.scene.object_bounds(along[at].prim_id);
-            let corner = |at| self.scene.file_position(at).to_array();
-            told["bounds"] = json!([corner(bounds.lo), corner(bounds.hi)]);
+        if let (Some(index), true) = (index, bounds) {
+            let bounds = self.scene.object_bounds(along[index].prim_id);
+            let corner = |point| self.scene.file_position(point).to_array();
+            answer["bounds"] = json!([corner(bounds.lo), corner(bounds.hi)]);
         }
-        Ok(told)
+        Ok(answer)
     }
 
     fn name(&self, hit: &Hit) -> Value {

@@ -200,10 +200,10 @@ impl Queue {
             return;
         };
         page.spent += time.as_secs_f64();
-        let (Some(answer), Some(at)) = (answer, page.place(turn.id)) else {
+        let (Some(answer), Some(place)) = (answer, page.place(turn.id)) else {
             return;
         };
-        if let Some(waiting) = page.waiting.remove(at) {
+        if let Some(waiting) = page.waiting.remove(place) {
             // A reader that is gone needs no answer.
             let _ = waiting.answer.send(answer);
         }
@@ -243,8 +243,8 @@ impl PageQueue {
             Task::Frame(_) => true,
             _ => false,
         };
-        let (useless, kept) = self.waiting.drain(..).partition(useless);
-        self.waiting = kept;
+        let (useless, useful) = self.waiting.drain(..).partition(useless);
+        self.waiting = useful;
         useless
     }
 }
@@ -317,9 +317,9 @@ mod tests {
     }
 
     fn frame(moving: bool) -> Task {
-        let mut asked = shot();
-        asked["moving"] = json!(moving);
-        Task::Frame(from_value(asked).unwrap())
+        let mut request = shot();
+        request["moving"] = json!(moving);
+        Task::Frame(from_value(request).unwrap())
     }
 
     #[test]
@@ -339,7 +339,7 @@ mod tests {
             pages.push(turn.page);
         }
         assert_eq!(pages.concat(), "bbbbbbab");
-        // A page that comes back has saved up nothing, and owes nothing.
+        // A page that comes back has no time in credit, and none in debt.
         queue.leave(B);
         let turn = queue.next().unwrap();
         queue.end(&turn, 100 * second, Some(PageAnswer::Nothing));

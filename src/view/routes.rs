@@ -95,7 +95,7 @@ fn wait(page: &str, task: Task, connection: &Connection, served: &ServedScene) -
 
 fn response(task: Task, answer: PageAnswer) -> Response {
     match answer {
-        PageAnswer::Json(told) => json_response(200, &told),
+        PageAnswer::Json(json) => json_response(200, &json),
         PageAnswer::Nothing => empty(),
         PageAnswer::Refused(reason) => refusal(400, &reason),
         PageAnswer::Frame(picture) => {
@@ -113,8 +113,8 @@ fn response(task: Task, answer: PageAnswer) -> Response {
     }
 }
 
-fn json_response(status: u16, told: &Value) -> Response {
-    Response::new(status, "application/json", told.to_string().into_bytes())
+fn json_response(status: u16, body: &Value) -> Response {
+    Response::new(status, "application/json", body.to_string().into_bytes())
 }
 
 fn empty() -> Response {

@@ -32,8 +32,8 @@ impl ServedScene {
         self.stage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn set(&self, told: Value) {
-        *self.stage() = (told, Instant::now());
+    pub(super) fn set(&self, state: Value) {
+        *self.stage() = (state, Instant::now());
     }
 
     pub(super) fn is_ready(&self) -> bool {
@@ -41,8 +41,8 @@ impl ServedScene {
     }
 
     pub(super) fn state(&self) -> Value {
-        let (mut told, since) = self.stage().clone();
-        told["seconds"] = json!(since.elapsed().as_secs_f64());
-        told
+        let (mut state, since) = self.stage().clone();
+        state["seconds"] = json!(since.elapsed().as_secs_f64());
+        state
     }
 }

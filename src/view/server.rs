@@ -74,20 +74,20 @@ impl Server {
 
     /// Tells the pages that the tree of a scene with this many primitives is being built.
     pub fn set_building(&self, primitives: u64) {
-        let told = json!({ "stage": "building", "primitives": primitives });
-        self.served.set(told);
+        let state = json!({ "stage": "building", "primitives": primitives });
+        self.served.set(state);
     }
 
     /// Tells the pages that there will be no picture, and gives them the time to ask.
     pub fn fail(&self, reason: &str) {
-        let told = json!({ "stage": "failed", "error": reason });
-        self.served.set(told);
+        let state = json!({ "stage": "failed", "error": reason });
+        self.served.set(state);
         std::thread::sleep(FAILURE);
     }
 
     /// Shows a scene until the process ends.
     pub fn show(&self, scene: ViewedScene) -> ! {
-        let told = json!({
+        let state = json!({
             "stage": "ready",
             "primitives": scene.scene.id_count(),
             "scene": scene.describe(),
@@ -95,7 +95,7 @@ impl Server {
         let bytes = scene.most_pixels * FILE_BYTES;
         self.served.answer_bytes.store(bytes, SeqCst);
         let mut tracer = PageTracer::new(scene, &self.served.queue);
-        self.served.set(told);
+        self.served.set(state);
         tracer.run()
     }
 }

@@ -109,7 +109,7 @@ impl<'q> PageTracer<'q> {
         let frame = with_small_tiles(work.pace.next(&at_rest, request.pixels));
         let start = Instant::now();
         let mut shown = self.scene.paint(mode, &frame, &turn.control)?;
-        work.pace.learn(&frame, start.elapsed());
+        work.pace.record(&frame, start.elapsed());
         shown.info.moving = true;
         Ok(PageAnswer::Frame(shown))
     }

@@ -123,8 +123,8 @@ impl ViewedScene {
         if own.dot(axis) > LYING {
             axis
         } else {
-            let at = own.abs().max_position();
-            DVec3::AXES[at] * own[at].signum()
+            let axis = own.abs().max_position();
+            DVec3::AXES[axis] * own[axis].signum()
         }
     }
 
@@ -138,7 +138,7 @@ impl ViewedScene {
     pub(super) fn describe(&self) -> Value {
         let scene = &self.scene;
         let bounds = scene.bounds();
-        let corner = |at| scene.file_position(at).to_array();
+        let corner = |point| scene.file_position(point).to_array();
         let cameras = scene.cameras.iter().map(|camera| {
             let view = PageView::from(scene.file_view(&camera.view));
             json!({ "name": scene.names.get(camera.name), "view": view })

@@ -9,8 +9,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use phalanx::frame::{Accel, Engine, Integrator, Settings};
 use phalanx::sampling::{Adaptive, Sampling};
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_TEXTURE, NO_UVS,
-    SHADOWLESS, Scene, Sky, Texture, View, Wrap,
+    Material, Mesh, MeshMaterial, NO_INDEX, NO_TEXTURE, SHADOWLESS, Scene, Sky, Texture, View, Wrap,
 };
 use phalanx::trace::Kernel;
 use std::time::{Duration, Instant};
@@ -524,10 +523,10 @@ fn random_scene(seed: u64) -> Scene {
         let row = [3 * k, 3 * k + 1, 3 * k + 2];
         corners.push(row);
         let pairs = row.map(|vertex| 2 * vertex);
-        uvs.push(if rng.once_in(5) { [NO_UVS; 3] } else { pairs });
-        normals.push(if rng.once_in(2) { [NO_NORMALS; 3] } else { row });
-        tangents.push(if rng.once_in(3) { [NO_TANGENTS; 3] } else { row });
-        colors.push(if rng.once_in(3) { [NO_COLORS; 3] } else { row });
+        uvs.push(if rng.once_in(5) { [NO_INDEX; 3] } else { pairs });
+        normals.push(if rng.once_in(2) { [NO_INDEX; 3] } else { row });
+        tangents.push(if rng.once_in(3) { [NO_INDEX; 3] } else { row });
+        colors.push(if rng.once_in(3) { [NO_INDEX; 3] } else { row });
         rows.push(rng.below(8) as u32);
     }
     mesh.vertex_opacity = (0..210).map(|_| rng.pick(&[1.0, 1.0, 0.5, 0.0])).collect();

@@ -7,7 +7,7 @@ use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::render::Film;
 use phalanx::sampling::linear_of_srgb;
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_UVS, Scene, Texture, Vec2s, Vec3s, View, Wrap,
+    Material, Mesh, MeshMaterial, NO_INDEX, Scene, Texture, Vec2s, Vec3s, View, Wrap,
 };
 
 /// Both engines' film, after asserting that it is the same.
@@ -272,7 +272,7 @@ fn random_scene(seed: u64) -> Scene {
         (0..3).for_each(|_| vertex_uvs.push(random_place(rng)));
         let row = [3 * k, 3 * k + 1, 3 * k + 2];
         corners.push(row);
-        uvs.push(if rng.once_in(6) { [NO_UVS; 3] } else { row });
+        uvs.push(if rng.once_in(6) { [NO_INDEX; 3] } else { row });
         materials.push(rng.below(6) as u32);
     }
     // Half of the scenes show all of it twice, as instances.

@@ -239,9 +239,9 @@ impl<'a> Accessor<'a> {
     #[inline]
     pub(super) fn each<const N: usize>(&self, rows: &[u32], mut put: impl FnMut(usize, [f32; N])) {
         // The plain case without a choice in each row.
-        if let (Some(of), Component::F32, None) = (self.rows, self.kind, self.replaced) {
+        if let (Some(strided), Component::F32, None) = (self.rows, self.kind, self.replaced) {
             for (k, &row) in rows.iter().enumerate() {
-                let (words, _) = of.get(row as usize).as_chunks::<4>();
+                let (words, _) = strided.get(row as usize).as_chunks::<4>();
                 let mut numbers = [0.0; N];
                 for (number, word) in numbers.iter_mut().zip(words) {
                     *number = f32::from_le_bytes(*word);

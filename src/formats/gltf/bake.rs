@@ -1,14 +1,16 @@
 //! Primitives under a map, or moved by joints: columns of a mesh, with only the vertices that its
-//! triangles use.
+//! triangles use; on several threads, large ones one after another, each by all threads, and small
+//! ones side by side.
 
-use super::geometry::PrimitiveGeometry;
-use super::renumbering::Renumbered;
+use super::geometry::{PrimitiveGeometry, Renumbered};
+use super::skins::JointMaps;
 use super::vertex_columns::{BadVertices, MovedVertices, VertexMap};
 use crate::diagnostics::counted;
 use crate::origin::Origin;
 use crate::text::workers;
 use glam::DAffine3;
-use phalanx_scene::{Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_UVS};
+use phalanx_scene::{Mesh, MeshMaterial, NO_INDEX};
+use std::sync::Arc;
 
 /// Vertices of a mesh that cannot be used as the file has them.
 #[derive(Clone, Copy, Default)]
@@ -50,8 +52,8 @@ impl BadAttributes {
             ),
             (
                 self.uvs,
-                "one texture place is not finite: faces that use it have no texture",
-                "texture places are not finite: faces that use them have no texture",
+                "one texture coordinate is not finite: faces that use it have no texture",
+                "texture coordinates are not finite: faces that use them have no texture",
             ),
             (
                 self.colors,
@@ -64,8 +66,8 @@ impl BadAttributes {
                 "vertices follow joints that their skin does not have",
             ),
         ];
-        let there = kinds.iter().filter(|(count, ..)| *count > 0);
-        let messages = there.map(|&(count, one, several)| counted(count, one, several));
+        let present = kinds.iter().filter(|(count, ..)| *count > 0);
+        let messages = present.map(|&(count, one, several)| counted(count, one, several));
         messages.collect()
     }
 }
@@ -98,7 +100,7 @@ impl PrimitiveGeometry<'_> {
             numbered = self.renumbered(mirrored, &lost.collect::<Vec<u32>>());
             (mesh, bad) = moved.columns(&numbered.rows, threads);
         }
-        let found = BadAttributes {
+        let faults = BadAttributes {
             normals: bad.normals_of_file,
             triangles: self.len() - numbered.corners.len(),
             uvs: bad.uvs.len(),
@@ -107,7 +109,7 @@ impl PrimitiveGeometry<'_> {
             inexact: as_it_stands && !self.is_exact_at(origin.position()),
         };
         self.add_triangles(&mut mesh, numbered.corners, &bad, threads);
-        (mesh, found)
+        (mesh, faults)
     }
 
     fn moved<'s>(&'s self, map: &DAffine3, joints: Option<&'s [DAffine3]>) -> MovedVertices<'s> {
@@ -153,13 +155,13 @@ impl PrimitiveGeometry<'_> {
             mesh.vertex_opacity = Default::default();
         }
         let columns = vec![
-            (has.normals, &bad.normals, NO_NORMALS, 1),
-            (has.uvs > 0, &bad.uvs, NO_UVS, has.uvs as u32),
-            (has.tangents, &bad.tangents, NO_TANGENTS, 1),
-            (has.colors && !white, &bad.colors, NO_COLORS, 1),
+            (has.normals, &bad.normals, 1),
+            (has.uvs > 0, &bad.uvs, has.uvs as u32),
+            (has.tangents, &bad.tangents, 1),
+            (has.colors && !white, &bad.colors, 1),
         ];
-        let rows = workers::map(threads, columns, |(there, bad, none, layers)| {
-            if there { without(&corners, bad, none, layers) } else { Vec::new() }
+        let rows = workers::map(threads, columns, |(is_present, bad, layers)| {
+            if is_present { without(&corners, bad, layers) } else { Vec::new() }
         });
         let mut rows = rows.into_iter().map(Into::into);
         let mut next = || rows.next().unwrap_or_default();
@@ -172,16 +174,16 @@ impl PrimitiveGeometry<'_> {
     }
 }
 
-/// Rows of an attribute for triangles of these corners: `none` for those with a vertex whose
+/// Rows of an attribute for triangles of these corners: [`NO_INDEX`] for those with a vertex whose
 /// attribute is bad. A vertex has `layers` of the attribute, one after another.
-fn without(corners: &[[u32; 3]], bad: &[u32], none: u32, layers: u32) -> Vec<[u32; 3]> {
+fn without(corners: &[[u32; 3]], bad: &[u32], layers: u32) -> Vec<[u32; 3]> {
     if bad.is_empty() && layers == 1 {
         return corners.to_vec();
     }
     let is_bad = |corner: &u32| bad.binary_search(corner).is_ok();
     let rows = corners.iter().map(|row| {
         if row.iter().any(is_bad) {
-            [none; 3]
+            [NO_INDEX; 3]
         } else {
             row.map(|vertex| vertex * layers)
         }
@@ -197,4 +199,54 @@ fn is_white(mesh: &Mesh) -> bool {
         .into_iter()
         .flat_map(|column| column.iter())
         .all(|&share| share == 1.0)
+}
+
+/// Shapes of a mesh that one node shows.
+pub(super) struct BakedMesh<'a> {
+    pub(super) mesh: usize,
+    pub(super) shapes: Arc<[PrimitiveGeometry<'a>]>,
+    /// Number of the object's name.
+    pub(super) name: u32,
+    pub(super) map: DAffine3,
+    pub(super) joints: Option<JointMaps>,
+}
+
+/// Number of triangles from which on several threads bake a primitive, and of those that a thread
+/// bakes before the results are taken.
+const SHARE: usize = 1 << 16;
+
+/// Bakes the primitives of meshes, and calls `take` in their order: with the index of the mesh, the
+/// primitive, and its columns.
+pub(super) fn bake_all(
+    meshes: &[BakedMesh],
+    origin: Origin,
+    threads: usize,
+    mut take: impl FnMut(usize, &PrimitiveGeometry, Mesh, BadAttributes),
+) {
+    let each = meshes.iter().enumerate();
+    let jobs = each.flat_map(|(k, mesh)| mesh.shapes.iter().map(move |shape| (k, shape)));
+    let jobs: Vec<(usize, &PrimitiveGeometry)> = jobs.collect();
+    let mut rest = &jobs[..];
+    while !rest.is_empty() {
+        let (group, later) = rest.split_at(group_length(rest, threads));
+        let inner = if group.len() > 1 { 1 } else { threads };
+        let baked = workers::map(threads, group.to_vec(), |(k, shape)| {
+            let BakedMesh { map, joints, .. } = &meshes[k];
+            shape.mesh(map, joints.as_deref(), origin, inner)
+        });
+        for (&(k, shape), (mesh, bad)) in group.iter().zip(baked) {
+            take(k, shape, mesh, bad);
+        }
+        rest = later;
+    }
+}
+
+/// Number of primitives that are baked at once.
+fn group_length(jobs: &[(usize, &PrimitiveGeometry)], threads: usize) -> usize {
+    let mut triangles = 0;
+    let is_small = |(_, shape): &&(usize, &PrimitiveGeometry)| {
+        triangles += shape.len();
+        shape.len() <= SHARE && triangles <= threads * SHARE
+    };
+    jobs.iter().take_while(is_small).count().max(1)
 }

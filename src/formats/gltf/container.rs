@@ -63,29 +63,30 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
 /// extensions, or padding.
 fn binary_chunk(
     bytes: &[u8],
-    mut at: usize,
+    mut offset: usize,
     end: usize,
 ) -> Result<Option<Range<usize>>, ContainerFault> {
-    let is_binary = |at: usize| bytes.get(at + 4..at + CHUNK_HEADER) == Some(BINARY);
-    while at < end {
+    let is_binary = |offset: usize| bytes.get(offset + 4..offset + CHUNK_HEADER) == Some(BINARY);
+    while offset < end {
         // The length of the chunk before may not count its padding.
-        if !is_binary(at) && is_binary(at.next_multiple_of(4)) {
-            at = at.next_multiple_of(4);
+        if !is_binary(offset) && is_binary(offset.next_multiple_of(4)) {
+            offset = offset.next_multiple_of(4);
         }
-        match chunk(bytes, at) {
+        match chunk(bytes, offset) {
             Ok((kind, body)) if kind == BINARY => return Ok(Some(body)),
-            Ok((_, body)) => at = body.end,
-            Err(cut_off) if is_binary(at) => return Err(cut_off),
+            Ok((_, body)) => offset = body.end,
+            Err(cut_off) if is_binary(offset) => return Err(cut_off),
             Err(_) => break,
         }
     }
     Ok(None)
 }
 
-fn chunk(bytes: &[u8], at: usize) -> Result<([u8; 4], Range<usize>), ContainerFault> {
-    let header = bytes.get(at..at + CHUNK_HEADER);
-    let header = header.ok_or_else(|| fault(at, "the file ends within a chunk's header".into()))?;
-    let (start, length) = (at + CHUNK_HEADER, word(header, 0).unwrap_or(0) as usize);
+fn chunk(bytes: &[u8], offset: usize) -> Result<([u8; 4], Range<usize>), ContainerFault> {
+    let header = bytes.get(offset..offset + CHUNK_HEADER);
+    let header =
+        header.ok_or_else(|| fault(offset, "the file ends within a chunk's header".into()))?;
+    let (start, length) = (offset + CHUNK_HEADER, word(header, 0).unwrap_or(0) as usize);
     let kind = [header[4], header[5], header[6], header[7]];
     match start.checked_add(length) {
         Some(end) if end <= bytes.len() => Ok((kind, start..end)),
@@ -94,13 +95,13 @@ fn chunk(bytes: &[u8], at: usize) -> Result<([u8; 4], Range<usize>), ContainerFa
             let message = format!(
                 "the file is cut off: a chunk of {length} bytes begins here, but {rest} bytes are left"
             );
-            Err(fault(at, message))
+            Err(fault(offset, message))
         }
     }
 }
 
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    let word = bytes.get(at..at + 4)?;
+fn word(bytes: &[u8], offset: usize) -> Option<u32> {
+    let word = bytes.get(offset..offset + 4)?;
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
 

@@ -29,7 +29,7 @@ impl Cover {
 
     /// The coverage of a material with a factor, which multiplies the alphas of a texture and of
     /// vertices. A mode that does not exist is that of a material without one: all of the surface
-    /// is there. A mask of one alpha is decided here, since surfaces that are whole cost less.
+    /// is there. A mask of one alpha is decided here, since opaque surfaces are cheaper.
     pub(super) fn of(
         material: &GltfMaterial,
         factor: f32,
@@ -48,13 +48,17 @@ impl Cover {
             vertices,
         };
         let cutoff = material.alpha_cutoff.unwrap_or(HALF) as f32;
-        match mask {
-            false => varied,
-            true if cutoff <= 0.0 => Cover::even(1.0),
+        if !mask {
+            varied
+        } else if cutoff <= 0.0 {
+            Cover::even(1.0)
+        } else if factor < cutoff {
             // No alpha reaches a cutoff that not even the factor does.
-            true if factor < cutoff => Cover::even(0.0),
-            true if varied.texture == NO_TEXTURE && !vertices => Cover::even(1.0),
-            true => Cover { cutoff, ..varied },
+            Cover::even(0.0)
+        } else if varied.texture == NO_TEXTURE && !vertices {
+            Cover::even(1.0)
+        } else {
+            Cover { cutoff, ..varied }
         }
     }
 }

@@ -136,7 +136,7 @@ impl<'a> GltfMaterials<'a> {
 
     /// The material of a row for a primitive of such vertices. Without a row it is the one of the
     /// options, or a matt grey; vertices with colours are white without them.
-    pub(super) fn of(
+    pub(super) fn convert(
         &mut self,
         row: Option<usize>,
         vertices: VertexPaint,
@@ -144,10 +144,10 @@ impl<'a> GltfMaterials<'a> {
         scene: &mut Scene,
         report: &mut DiagnosticSink,
     ) -> Result<PrimitiveMaterial, String> {
-        if let Some(found) = self.cache.get(&(row, vertices)) {
-            return Ok(found.clone());
+        if let Some(converted) = self.cache.get(&(row, vertices)) {
+            return Ok(converted.clone());
         }
-        let found = match row {
+        let converted = match row {
             None => {
                 let colored = vertices != VertexPaint::Absent;
                 let bare = Material {
@@ -162,8 +162,8 @@ impl<'a> GltfMaterials<'a> {
             }
             Some(row) => self.converted(row, vertices, scene, report)?,
         };
-        self.cache.insert((row, vertices), found.clone());
-        Ok(found)
+        self.cache.insert((row, vertices), converted.clone());
+        Ok(converted)
     }
 
     fn converted(
@@ -294,7 +294,7 @@ impl<'a> GltfMaterials<'a> {
             (others.avif.is_some(), "AVIF", "EXT_texture_avif"),
             (others.dds.is_some(), "DDS", "MSFT_texture_dds"),
         ];
-        let kind = kinds.into_iter().find(|(there, ..)| *there);
+        let kind = kinds.into_iter().find(|(is_present, ..)| *is_present);
         let (_, kind, extension) = kind.unwrap_or_default();
         if self.unread.contains(&extension) {
             return;

@@ -22,7 +22,7 @@ pub(super) struct MeshInstances<'a> {
 struct Numbering<K>(HashMap<K, usize>);
 
 impl<K: Eq + Hash> Numbering<K> {
-    fn of(&mut self, key: K) -> usize {
+    fn number(&mut self, key: K) -> usize {
         let next = self.0.len();
         *self.0.entry(key).or_insert(next)
     }
@@ -38,7 +38,9 @@ impl<'a> MeshInstances<'a> {
     pub(super) fn of(document: &'a GltfDocument) -> MeshInstances<'a> {
         let mut numbers = Numbering(HashMap::new());
         let accessors = document.accessors.iter();
-        let accessors: Vec<usize> = accessors.map(|row| numbers.of(accessor_key(row))).collect();
+        let accessors: Vec<usize> = accessors
+            .map(|row| numbers.number(accessor_key(row)))
+            .collect();
         // A missing accessor is not equal to any other.
         let accessor = |row: usize| accessors.get(row).map_or(Err(row), |&number| Ok(number));
         let mut numbers = Numbering(HashMap::new());
@@ -48,7 +50,7 @@ impl<'a> MeshInstances<'a> {
                 .map(|(name, &row)| (name, accessor(row)))
                 .collect();
             let indices = primitive.indices.map(accessor);
-            numbers.of((attributes, indices, primitive.mode, primitive.material))
+            numbers.number((attributes, indices, primitive.mode, primitive.material))
         };
         let meshes = document.meshes.iter();
         let meshes = meshes.map(|mesh| mesh.primitives.iter().map(&mut number).collect());
@@ -99,14 +101,14 @@ impl<'a> MeshInstances<'a> {
     pub(super) fn parts(&self, placed: &PlacedMesh) -> Vec<MeshPart> {
         let (mesh, placements) = (placed.mesh, placed.maps.len());
         let numbers = &self.meshes[mesh];
-        let whole = || {
+        let same_mesh = || {
             vec![MeshPart {
                 primitives: (0..numbers.len()).collect(),
                 times: 1,
             }]
         };
         if !placed.pose.is_rest() {
-            return whole();
+            return same_mesh();
         }
         let mut times: HashMap<usize, (usize, usize)> = HashMap::new();
         for (k, &number) in numbers.iter().enumerate() {
@@ -118,7 +120,7 @@ impl<'a> MeshInstances<'a> {
         let copied = self.triangles(mesh).saturating_sub(distinct.sum());
         let instances = (numbers.len() - times.len()).saturating_mul(placements) as u64;
         if copied <= MAX_COPIED_TRIANGLES || instances > MAX_COPIED_TRIANGLES {
-            return whole();
+            return same_mesh();
         }
         let mut times: Vec<(usize, usize)> = times.into_values().map(|(k, n)| (n, k)).collect();
         times.sort_unstable();

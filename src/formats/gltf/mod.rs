@@ -5,7 +5,7 @@
 //! | `container` | the chunks of a GLB |
 //! | `version` | the version of a document |
 //! | `document` | the JSON's structure |
-//! | `rewriting`, `syntax` | a reader of documents that bend the rules, and messages about faults |
+//! | `lenient_json` | the reader of the document, also if it bends the rules |
 //! | `extensions` | extensions that are read |
 //! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
@@ -14,9 +14,8 @@
 //! | `morph`, `skins` | poses: morph targets and joints |
 //! | `vertices` | attributes of a primitive's vertices, morphed |
 //! | `triangle_indices` | triangles, strips and fans |
-//! | `geometry`, `bake` | primitives, and their columns under a map |
-//! | `renumbering`, `vertex_columns` | the vertices that are used, and their columns |
-//! | `baking` | primitives of several meshes, baked on several threads |
+//! | `geometry`, `vertex_columns` | primitives, the vertices that they use, and their columns |
+//! | `bake` | primitives under a map, on several threads |
 //! | `mesh_instances` | equal meshes and primitives |
 //! | `stored_space` | the space in which a mesh of several nodes is stored |
 //! | `materials`, `coverage` | materials, and the share of a surface that is there |
@@ -85,13 +84,13 @@
 
 mod accessor;
 mod bake;
-mod baking;
 mod cameras;
 mod container;
 mod coverage;
 mod document;
 mod extensions;
 mod geometry;
+mod lenient_json;
 mod lights;
 mod materials;
 mod mesh_instances;
@@ -99,12 +98,9 @@ mod morph;
 mod nodes;
 mod placements;
 mod reader;
-mod renumbering;
-mod rewriting;
 mod skins;
 mod source;
 mod stored_space;
-mod syntax;
 mod triangle_indices;
 mod unsupported;
 mod version;

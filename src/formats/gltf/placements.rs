@@ -124,8 +124,8 @@ impl<'a> Placements<'a> {
             _ => vec![placed.to_world],
         };
         let next = self.placed.len();
-        let at = *self.rows.entry(key).or_insert(next);
-        if at == next {
+        let index = *self.rows.entry(key).or_insert(next);
+        if index == next {
             let pose = Pose {
                 weights: if at_rest { &[] } else { weights.unwrap_or(&mesh.weights) },
                 skin: node.skin,
@@ -143,7 +143,7 @@ impl<'a> Placements<'a> {
             });
         }
         let maps = maps.into_iter().map(|map| (placed.node, map));
-        self.placed[at].maps.extend(maps);
+        self.placed[index].maps.extend(maps);
         Ok(())
     }
 

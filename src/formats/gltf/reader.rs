@@ -1,7 +1,6 @@
 //! The reader: meshes of nodes, baked or instanced, and everything around them.
 
-use super::bake::BadAttributes;
-use super::baking::{BakedMesh, bake_all};
+use super::bake::{BadAttributes, BakedMesh, bake_all};
 use super::document::GltfDocument;
 use super::geometry::{CORNERS_BYTES, PrimitiveGeometry};
 use super::materials::{GltfMaterials, UvLayer, VertexPaint};
@@ -296,22 +295,22 @@ impl<'a, 't> GltfReader<'a, 't> {
     /// Adds the meshes that wait to the scene.
     fn bake_waiting(&mut self) {
         let waiting = std::mem::take(&mut self.waiting);
-        let found = self.bake(&waiting);
-        for (baked, bad) in waiting.iter().zip(found) {
+        let faults = self.bake(&waiting);
+        for (baked, bad) in waiting.iter().zip(faults) {
             self.warn_bad_attributes(baked.mesh, bad);
         }
     }
 
     /// Adds meshes, for which there is memory, to the scene.
     fn bake(&mut self, meshes: &[BakedMesh]) -> Vec<BadAttributes> {
-        let mut found = vec![BadAttributes::default(); meshes.len()];
+        let mut faults = vec![BadAttributes::default(); meshes.len()];
         let origin = self.options.origin;
         bake_all(meshes, origin, self.threads, |k, shape, mesh, bad| {
             append(&mut self.scene, mesh, meshes[k].name, shape.name);
-            found[k].add(bad);
+            faults[k].add(bad);
         });
-        self.inexact |= found.iter().any(|bad| bad.inexact);
-        found
+        self.inexact |= faults.iter().any(|bad| bad.inexact);
+        faults
     }
 
     /// Subtracts the triangles of shapes from those that may still be made, and takes memory for
@@ -373,7 +372,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             let (scene, report) = (&mut self.scene, &mut self.report);
             let paint = VertexPaint::of(primitive, &source.document);
             let (row, options) = (primitive.material, self.options);
-            let material = self.materials.of(row, paint, options, scene, report);
+            let material = self.materials.convert(row, paint, options, scene, report);
             let material = material.map_err(named)?;
             let skinned = pose.skin.is_some();
             let weights = pose.weights;

@@ -3,7 +3,7 @@
 
 use super::container::{Container, ContainerFault};
 use super::document::{GltfDocument, GltfName};
-use super::{rewriting, version};
+use super::{lenient_json, version};
 use crate::diagnostics::{DiagnosticSink, Span, quoted, quoted_file};
 use crate::folder::{Folder, Found};
 use base64::Engine;
@@ -72,19 +72,14 @@ impl<'a> GltfSource<'a> {
             return Err((Span::START, "the file is empty".into()));
         }
         version::check(json).map_err(|message| (Span::START, message))?;
-        let at = |offset: usize| Span::at(json_offset + offset);
-        // Documents that bend the format's rules are read by a slower reader.
-        let is_object = json.trim_ascii_start().starts_with(b"{");
-        let (document, minus_one) = match serde_json::from_slice(json) {
-            Ok(document) if is_object => (document, None),
-            _ => rewriting::read::<GltfDocument>(json)
-                .map_err(|(offset, message)| (at(offset), message))?,
-        };
+        let span = |offset: usize| Span::at(json_offset + offset);
+        let (document, minus_one) =
+            lenient_json::read(json).map_err(|(offset, message)| (span(offset), message))?;
         Ok(GltfSource {
             json,
             json_offset,
             document,
-            minus_one: minus_one.map(|(offset, message)| (at(offset), message)),
+            minus_one: minus_one.map(|(offset, message)| (span(offset), message)),
             buffers: Vec::new(),
             rows: OnceCell::new(),
             checked: RefCell::default(),

@@ -13,7 +13,7 @@ const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_43
 /// moved to an origin, and then scaled.
 pub(super) fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
     let origin = origin.unwrap_or_default();
-    let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
+    let scaled = |factor: f64| DAffine3::from_scale(DVec3::splat(factor));
     [
         scaled(scale) * DAffine3::from_translation(-origin),
         DAffine3::from_translation(origin) * scaled(1.0 / scale),
@@ -30,11 +30,10 @@ pub(super) fn stored_size(
     let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
     let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
     let copied = triangles.saturating_mul(placements as u64 - 1);
-    match SAFE_EXTENTS.contains(&extent) {
-        true => Some(1.0),
-        false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
-        false => None,
+    if SAFE_EXTENTS.contains(&extent) {
+        return Some(1.0);
     }
+    (copied > MAX_COPIED_TRIANGLES).then(|| power_of_two_into_range(extent))
 }
 
 /// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`]. A power of two

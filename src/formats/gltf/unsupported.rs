@@ -70,7 +70,7 @@ impl UnsupportedParts {
         let transmission = extensions.transmission.as_ref();
         let glossiness = extensions.specular_glossiness.as_ref();
         let volume = extensions.volume.as_ref();
-        for (name, there) in [
+        for (name, is_present) in [
             ("occlusion textures", material.occlusion_texture.is_some()),
             (
                 "transmission textures (nothing is transmitted)",
@@ -85,7 +85,7 @@ impl UnsupportedParts {
                 volume.is_some_and(|v| v.attenuation_distance.is_some()),
             ),
         ] {
-            if there {
+            if is_present {
                 self.add(name);
             }
         }

@@ -148,19 +148,19 @@ impl MovedVertices<'_> {
         self.vertices.each_normal(rows, |k, normal| {
             let normal = unit(normal);
             bad.normals_of_file += usize::from(normal == DVec3::ZERO);
-            let turned = unit(map(k).normal * normal);
-            if turned == DVec3::ZERO {
+            let normal_in_world = unit(map(k).normal * normal);
+            if normal_in_world == DVec3::ZERO {
                 bad.normals.push(number(k));
             }
-            [x[k], y[k], z[k]] = turned.as_vec3().to_array();
+            [x[k], y[k], z[k]] = normal_in_world.as_vec3().to_array();
         });
         let [x, y, z] = out.tangents;
         self.vertices.each_tangent(rows, |k, tangent, side| {
-            let turned = unit(map(k).position.matrix3 * unit(tangent));
-            if turned == DVec3::ZERO || !side.is_finite() {
+            let tangent_in_world = unit(map(k).position.matrix3 * unit(tangent));
+            if tangent_in_world == DVec3::ZERO || !side.is_finite() {
                 bad.tangents.push(number(k));
             }
-            [x[k], y[k], z[k]] = turned.as_vec3().to_array();
+            [x[k], y[k], z[k]] = tangent_in_world.as_vec3().to_array();
             let upright = (side >= 0.0) != map(k).mirrored;
             out.signs[k] = if upright { 1.0 } else { -1.0 };
         });

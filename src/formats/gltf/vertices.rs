@@ -54,7 +54,7 @@ impl<'a> PrimitiveVertices<'a> {
         };
         let positions = vectors("POSITION", 3)?.ok_or("it has no POSITION")?;
         let mut too_short = Vec::new();
-        let mut whole = |name: &str, opened: Option<Accessor<'a>>| match opened {
+        let mut complete = |name: &str, opened: Option<Accessor<'a>>| match opened {
             Some(accessor) if accessor.count < positions.count => {
                 too_short.push(name.to_owned());
                 None
@@ -63,7 +63,7 @@ impl<'a> PrimitiveVertices<'a> {
         };
         let mut uvs = Vec::new();
         for UvLayer { set, map } in &material.uvs {
-            let given = whole(set, vectors(set, 2)?);
+            let given = complete(set, vectors(set, 2)?);
             // The first layer stands in for others that are missing.
             let Some(layer) = given.or(uvs.first().map(|&(first, _)| first)) else {
                 break;
@@ -72,11 +72,11 @@ impl<'a> PrimitiveVertices<'a> {
         }
         let colors = primitive.attributes.get("COLOR_0");
         let colors = colors.map(|&row| Accessor::open_colors(source, row));
-        let colors = whole("COLOR_0", colors.transpose()?);
-        let normals = whole("NORMAL", vectors("NORMAL", 3)?);
+        let colors = complete("COLOR_0", colors.transpose()?);
+        let normals = complete("NORMAL", vectors("NORMAL", 3)?);
         // Without normals, tangents do not count (glTF 2.0, 3.7.2.1).
         let tangents = if material.tangents && normals.is_some() {
-            whole("TANGENT", vectors("TANGENT", 4)?)
+            complete("TANGENT", vectors("TANGENT", 4)?)
         } else {
             None
         };

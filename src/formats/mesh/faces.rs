@@ -6,11 +6,10 @@
 use super::polygon::triangulate;
 use crate::diagnostics::{ParseError, Span};
 use glam::Vec3;
-use phalanx_scene::{NO_NORMALS, Vec3s};
+use phalanx_scene::{NO_INDEX, Vec3s};
 
-/// Stands for "none" in a row of an optional column, as [`NO_NORMALS`] and `NO_UVS` do in the
-/// scene.
-pub(crate) const NONE: u32 = NO_NORMALS;
+/// Stands for "none" in a row of an optional column, as in the scene.
+pub(crate) const NONE: u32 = NO_INDEX;
 
 /// Maximum number of corners of a face. More are treated as a mistake: triangulating the face could
 /// take forever.

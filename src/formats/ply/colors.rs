@@ -10,7 +10,7 @@ use super::header::{Element, PropertyKind};
 use crate::mesh::faces::Faces;
 use crate::mesh::vertex_colors::{ColorOwners, MeshColors, linear_of_byte, linear_of_share};
 use crate::text::workers;
-use phalanx_scene::{NO_COLORS, Vec3s};
+use phalanx_scene::{NO_INDEX, Vec3s};
 
 /// Names of the properties of a colour.
 const NAMES: [[&[u8]; 3]; 3] = [
@@ -158,7 +158,7 @@ pub(super) fn of_faces(
         numbers.extend(of_chunk.map(|number| number + colors));
         // Triangles of strips have none.
         end += faces.len();
-        numbers.resize(end, NO_COLORS);
+        numbers.resize(end, NO_INDEX);
         colors += chunk.rgb[0].len() as u32;
         columns.push(chunk.rgb);
     }

@@ -13,7 +13,7 @@ use crate::mesh::vertex_colors::{
     COLOR_BYTES, COLOR_ROW_BYTES, ColorOwners, MeshColors, linear_of_byte, linear_of_share,
 };
 use glam::Vec3;
-use phalanx_scene::NO_COLORS;
+use phalanx_scene::NO_INDEX;
 
 /// Bit that tells facets with a colour from others.
 const FLAG: u16 = 1 << 15;
@@ -41,12 +41,12 @@ pub(super) fn read(
     let needed = facets * (COLOR_ROW_BYTES + NUMBER_BYTES) + COLORS as u64 * COLOR_BYTES;
     memory.take(needed, "for the colours of the file's facets")?;
     let mut colors = MeshColors::default();
-    let mut numbers = vec![NO_COLORS; COLORS];
+    let mut numbers = vec![NO_INDEX; COLORS];
     let mut row = |rgb: Vec3| {
         colors.rgb.push(rgb);
         colors.rgb.len() as u32 - 1
     };
-    let others = object.or(bare).map_or(NO_COLORS, &mut row);
+    let others = object.or(bare).map_or(NO_INDEX, &mut row);
     let is_colored = |word: u16| match object {
         // If all words are 0, the header's colour is that of all facets.
         Some(_) => coloured && word & FLAG == 0,
@@ -57,7 +57,7 @@ pub(super) fn read(
             return others;
         }
         let number = &mut numbers[usize::from(word & !FLAG)];
-        if *number == NO_COLORS {
+        if *number == NO_INDEX {
             let [low, middle, high] = [0, 5, 10].map(|bit| channel(word >> bit));
             *number = row(match object {
                 Some(_) => Vec3::new(low, middle, high),
@@ -96,7 +96,7 @@ mod tests {
             return None;
         };
         let color = |&number: &u32| {
-            let is_colored = number != NO_COLORS;
+            let is_colored = number != NO_INDEX;
             is_colored.then(|| colors.rgb.get(number as usize).to_array())
         };
         Some(numbers.iter().map(color).collect())

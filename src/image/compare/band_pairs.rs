@@ -27,8 +27,8 @@ pub(super) struct BandPair {
 
 impl BandPair {
     /// The sample of a channel of one picture.
-    pub(super) fn bits(&self, side: usize, channel: &ChannelPair, at: usize) -> u32 {
-        self.planes[side][channel.index[side]][at]
+    pub(super) fn bits(&self, side: usize, channel: &ChannelPair, index: usize) -> u32 {
+        self.planes[side][channel.index[side]][index]
     }
 
     /// Samples of a layer's red, green and blue in one picture, over black: see [`over_black`].

@@ -107,7 +107,7 @@ pub fn compare_pictures(
         height,
         display,
         layers: layers
-            .map(|(pair, found)| found.finish(pair, display))
+            .map(|(pair, difference)| difference.finish(pair, display))
             .collect(),
         only_in: pairs.only_in,
         left_out: pairs.left_out,
@@ -137,15 +137,19 @@ fn add_differences(
     let rows = (0..band.rows).into_par_iter().map(|row| {
         let mut marks = vec![false; width];
         let layers = pairs.common.iter();
-        let found = layers.map(|layer| row_difference(layer, band, row, tolerance, &mut marks));
-        let found: Vec<LayerDifference> = found.collect();
-        (found, marks.iter().filter(|mark| **mark).count() as u64)
+        let differences =
+            layers.map(|layer| row_difference(layer, band, row, tolerance, &mut marks));
+        let differences: Vec<LayerDifference> = differences.collect();
+        (
+            differences,
+            marks.iter().filter(|mark| **mark).count() as u64,
+        )
     });
     let rows: Vec<(Vec<LayerDifference>, u64)> = on_pool(|| rows.collect());
     let mut differing = 0;
-    for (found, pixels) in rows {
+    for (differences, pixels) in rows {
         differing += pixels;
-        for (layer, row) in figures.iter_mut().zip(found) {
+        for (layer, row) in figures.iter_mut().zip(differences) {
             layer.difference.add(row);
         }
     }
@@ -154,8 +158,8 @@ fn add_differences(
 
 impl LayerFigures {
     fn new(layer: &LayerPair, height: u32) -> LayerFigures {
-        let whole = |channel: &ChannelPair| channel.kind.contains(&SampleKind::Integer);
-        let rgb = layer.rgb().filter(|rgb| !rgb.iter().any(|c| whole(c)));
+        let is_integer = |channel: &ChannelPair| channel.kind.contains(&SampleKind::Integer);
+        let rgb = layer.rgb().filter(|rgb| !rgb.iter().any(|c| is_integer(c)));
         let kinds = |rgb: [&ChannelPair; 3]| [0, 1].map(|side| rgb.map(|c| c.kind[side]));
         let ssim = rgb.iter().flatten();
         LayerFigures {
@@ -186,22 +190,22 @@ impl LayerFigures {
     }
 
     fn finish(self, pair: &LayerPair, display: bool) -> LayerComparison {
-        let found = self.difference;
-        let rmse = found.rmse();
-        let peak = if display { 255.0 } else { found.peak.max(1.0) };
+        let difference = self.difference;
+        let rmse = difference.rmse();
+        let peak = if display { 255.0 } else { difference.peak.max(1.0) };
         let means: Vec<f64> = self.ssim.iter().filter_map(SsimChannel::mean).collect();
         LayerComparison {
             name: pair.name.clone(),
             channels: pair.channels.iter().map(|c| c.name.clone()).collect(),
-            identical: !found.bits_differ,
+            identical: !difference.bits_differ,
             rmse,
-            peak: found.peak,
+            peak: difference.peak,
             psnr: (rmse > 0.0).then(|| 20.0 * libm::log10(peak / rmse)),
             ssim: (means.len() == 3).then(|| means.iter().sum::<f64>() / 3.0),
             flip: self.flip.as_ref().and_then(FlipSum::mean),
-            largest: found.largest,
-            differing: found.differing,
-            not_finite: found.not_finite,
+            largest: difference.largest,
+            differing: difference.differing,
+            not_finite: difference.not_finite,
         }
     }
 }

@@ -82,7 +82,7 @@ pub(super) fn row_difference(
     tolerance: Option<f64>,
     marks: &mut [bool],
 ) -> LayerDifference {
-    let mut found = LayerDifference::default();
+    let mut difference = LayerDifference::default();
     let mut differs = vec![false; marks.len()];
     let width = marks.len();
     let start = row as usize * width;
@@ -95,25 +95,25 @@ pub(super) fn row_difference(
         let mut largest = 0.0;
         for (x, (&p, &q)) in p.iter().zip(q).enumerate() {
             let pair = SamplePair::of(channel.kind, [p, q]);
-            found.count(&pair, counted);
+            difference.count(&pair, counted);
             differs[x] |= pair.is_beyond(tolerance);
             if pair.finite && pair.difference > largest {
                 largest = pair.difference;
-                found.note_largest(largest, x as u32, band.top + row, &channel.name);
+                difference.note_largest(largest, x as u32, band.top + row, &channel.name);
             }
         }
     }
-    found.differing = differs.iter().filter(|differs| **differs).count() as u64;
+    difference.differing = differs.iter().filter(|differs| **differs).count() as u64;
     for (mark, differs) in marks.iter_mut().zip(differs) {
         *mark |= differs;
     }
-    found
+    difference
 }
 
 impl LayerDifference {
     fn note_largest(&mut self, value: f64, x: u32, y: u32, channel: &str) {
-        let before = |there: &LargestDifference| {
-            value > there.value || (value == there.value && x < there.x)
+        let before = |known: &LargestDifference| {
+            value > known.value || (value == known.value && x < known.x)
         };
         if self.largest.as_ref().is_none_or(before) {
             let channel = channel.to_owned();

@@ -110,18 +110,18 @@ impl FlipSum {
 
     /// Filters the rows around some rows along themselves.
     fn filter_around(&mut self, rows: &[usize]) {
-        let mut wanted = vec![false; self.rows.len()];
+        let mut needed = vec![false; self.rows.len()];
         for &y in rows {
             let top = y.saturating_sub(COLOR_RADIUS).max(self.first) - self.first;
             let end = (y + COLOR_RADIUS + 1).min(self.first + self.rows.len()) - self.first;
-            wanted[top..end].fill(true);
+            needed[top..end].fill(true);
         }
         let (kind, filters) = (self.kind, &self.filters);
         let (front, back) = self.rows.as_mut_slices();
         let all = front.par_iter_mut().chain(back);
         let missing = all
-            .zip(wanted)
-            .filter(|(row, wanted)| *wanted && row.filtered.is_none());
+            .zip(needed)
+            .filter(|(row, needed)| *needed && row.filtered.is_none());
         missing.for_each(|(row, _)| {
             let filtered = [0, 1].map(|side| {
                 let [red, green, blue] = &row.samples[side];

@@ -119,8 +119,8 @@ fn common_layers(first: &PictureLayout, second: &PictureLayout) -> Vec<LayerPair
             index: [index, other],
             kind: [channel.kind, second.channels[other].kind],
         };
-        match layers.iter_mut().find(|there| there.name == layer) {
-            Some(there) => there.channels.push(pair),
+        match layers.iter_mut().find(|known| known.name == layer) {
+            Some(layer) => layer.channels.push(pair),
             None => layers.push(LayerPair {
                 name: layer.to_owned(),
                 channels: vec![pair],
@@ -144,12 +144,11 @@ fn only_in(first: &PictureLayout, second: &PictureLayout) -> Vec<String> {
     let mut missing: Vec<String> = Vec::new();
     for channel in &first.channels {
         let (layer, _) = split(&channel.name);
-        let name = match has_layer(layer) {
-            true if others.contains_key(channel.name.as_str()) => continue,
-            true => channel.name.as_str(),
-            false => layer,
-        };
-        if !missing.iter().any(|there| there == name) {
+        if others.contains_key(channel.name.as_str()) {
+            continue;
+        }
+        let name = if has_layer(layer) { channel.name.as_str() } else { layer };
+        if !missing.iter().any(|known| known == name) {
             missing.push(name.to_owned());
         }
     }

@@ -55,26 +55,26 @@ fn save(
     path: &Path,
     [a, b]: [&mut PictureReader; 2],
     comparison: &PictureComparison,
-    beside: bool,
+    side_by_side: bool,
 ) -> Result<(), CompareError> {
     let pairs = pair_layers(a, b)?;
     let first = pairs.common.first().zip(comparison.layers.first());
-    let (layer, found) =
+    let (layer, difference) =
         first.ok_or_else(|| CompareError::NothingInCommon(pairs.only_in.clone()))?;
     let (width, height) = (a.layout().width, a.layout().height);
-    let columns = if beside { 3 * width + 2 * GAP as u32 } else { width };
+    let columns = if side_by_side { 3 * width + 2 * GAP as u32 } else { width };
     let drawing = Drawing {
         layer,
         width: width as usize,
         color: layer.rgb().is_some(),
-        peak: found.peak,
+        peak: difference.peak,
     };
     let bands = band_pairs(a, b)?.map(|band| {
         let band = band.map_err(io::Error::other)?;
         let (height, drawing) = (band.rows as usize, &drawing);
         let samples = move |rows: Range<usize>| {
             let mut rgb = Vec::with_capacity(3 * columns as usize * rows.len());
-            rows.for_each(|row| drawing.row(&band, row, beside, &mut rgb));
+            rows.for_each(|row| drawing.row(&band, row, side_by_side, &mut rgb));
             rgb
         };
         Ok((height, samples))
@@ -96,21 +96,21 @@ struct Drawing<'a> {
 impl Drawing<'_> {
     /// Adds a row of the differences to the samples, to the right of both pictures if `beside` is
     /// set.
-    fn row(&self, band: &BandPair, row: usize, beside: bool, rgb: &mut Vec<u8>) {
+    fn row(&self, band: &BandPair, row: usize, side_by_side: bool, rgb: &mut Vec<u8>) {
         let row = row * self.width..(row + 1) * self.width;
-        for side in 0..if beside { 2 } else { 0 } {
-            rgb.extend(row.clone().flat_map(|at| self.pixel(band, side, at)));
+        for side in 0..if side_by_side { 2 } else { 0 } {
+            rgb.extend(row.clone().flat_map(|index| self.pixel(band, side, index)));
             rgb.extend([GAP_COLOR; GAP].as_flattened());
         }
-        rgb.extend(row.flat_map(|at| self.heat(band, at)));
+        rgb.extend(row.flat_map(|index| self.heat(band, index)));
     }
 
-    fn pixel(&self, band: &BandPair, side: usize, at: usize) -> [u8; 3] {
+    fn pixel(&self, band: &BandPair, side: usize, index: usize) -> [u8; 3] {
         let alpha = self.layer.straight_alpha(side);
-        let alpha = alpha.map(|alpha| band.bits(side, alpha, at));
+        let alpha = alpha.map(|alpha| band.bits(side, alpha, index));
         let share = |channel: usize| {
             let channel = &self.layer.channels[channel];
-            let (kind, bits) = (channel.kind[side], band.bits(side, channel, at));
+            let (kind, bits) = (channel.kind[side], band.bits(side, channel, index));
             if self.color {
                 on_screen(kind, alpha.map_or(bits, |alpha| over_black(bits, alpha)))
             } else {
@@ -125,15 +125,15 @@ impl Drawing<'_> {
         }
     }
 
-    fn heat(&self, band: &BandPair, at: usize) -> [u8; 3] {
+    fn heat(&self, band: &BandPair, index: usize) -> [u8; 3] {
         let mut largest: f64 = 0.0;
         for channel in &self.layer.channels {
-            let bits = [0, 1].map(|side| band.bits(side, channel, at));
+            let bits = [0, 1].map(|side| band.bits(side, channel, index));
             let pair = SamplePair::of(channel.kind, bits);
-            match pair.finite {
-                false if pair.same_number => {}
-                false => return NOT_FINITE,
-                true => largest = largest.max(pair.difference),
+            if pair.finite {
+                largest = largest.max(pair.difference);
+            } else if !pair.same_number {
+                return NOT_FINITE;
             }
         }
         let display = self

@@ -121,6 +121,6 @@ fn row_sums(bits: &[Vec<u32>; 2], kind: [SampleKind; 2], weights: &[f64; SIDE]) 
 /// Similarity in a window, by its means of a, b, a², b² and ab.
 fn similarity([a, b, aa, bb, ab]: [f64; 5]) -> f64 {
     let (variance_a, variance_b, covariance) = (aa - a * a, bb - b * b, ab - a * b);
-    let above = (2.0 * a * b + C1) * (2.0 * covariance + C2);
-    above / ((a * a + b * b + C1) * (variance_a + variance_b + C2))
+    let numerator = (2.0 * a * b + C1) * (2.0 * covariance + C2);
+    numerator / ((a * a + b * b + C1) * (variance_a + variance_b + C2))
 }

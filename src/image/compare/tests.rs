@@ -96,10 +96,10 @@ fn figures_of_a_screen_are_those_of_scikit_image() {
     let [a, b] = ["a.png", "b.png"].map(|name| folder.path().join(name));
     save_png(&a, &for_screen(false)).unwrap();
     save_png(&b, &for_screen(true)).unwrap();
-    let found = compared(&a, &b, None);
-    assert!(found.display && !found.identical());
-    assert_eq!((found.differing, found.layers.len()), (528, 1));
-    let layer = &found.layers[0];
+    let comparison = compared(&a, &b, None);
+    assert!(comparison.display && !comparison.identical());
+    assert_eq!((comparison.differing, comparison.layers.len()), (528, 1));
+    let layer = &comparison.layers[0];
     assert_eq!((&layer.name[..], layer.differing), ("color", 528));
     let largest = layer.largest.as_ref().unwrap();
     assert_eq!((largest.value, largest.x, largest.y), (6.0, 11, 0));
@@ -131,9 +131,9 @@ fn figures_of_radiance_are_those_of_numpy_in_every_format() {
     ] {
         let a = save(&folder, &format!("a.{first}"), linear(false, Aovs::NONE));
         let b = save(&folder, &format!("b.{second}"), linear(true, Aovs::NONE));
-        let found = compared(&a, &b, None);
-        let layer = &found.layers[0];
-        assert!(!found.display);
+        let comparison = compared(&a, &b, None);
+        let layer = &comparison.layers[0];
+        assert!(!comparison.display);
         // RGBE has eight bits for the largest component, so that these samples lose some.
         if first != "hdr" {
             assert_eq!(layer.largest.as_ref().unwrap().value, 0.093_75);
@@ -142,7 +142,7 @@ fn figures_of_radiance_are_those_of_numpy_in_every_format() {
             close(layer.ssim.unwrap(), 0.992_222_868_115_071_5);
             let flip = layer.flip.unwrap();
             assert!((flip - 0.058_126).abs() < 2e-5, "{flip}");
-            assert_eq!(found.differing, 528);
+            assert_eq!(comparison.differing, 528);
         }
         assert!((layer.rmse - 0.046).abs() < 0.01, "{}", layer.rmse);
         assert!(compared(&a, &a, None).identical());
@@ -164,26 +164,30 @@ fn layers_are_compared_one_by_one_and_missing_ones_are_named() {
     film.aov_planes[0][5] += 0.5;
     film.aov_planes[0][0] = 1.0;
     let b = save(&folder, "b.exr", film);
-    let found = compared(&a, &b, Some(0.25));
-    let names: Vec<&str> = found.layers.iter().map(|layer| &layer.name[..]).collect();
+    let comparison = compared(&a, &b, Some(0.25));
+    let names: Vec<&str> = comparison
+        .layers
+        .iter()
+        .map(|layer| &layer.name[..])
+        .collect();
     assert_eq!(names, ["color", "Z"]);
-    assert!(found.layers[0].identical);
-    let depth = &found.layers[1];
+    assert!(comparison.layers[0].identical);
+    let depth = &comparison.layers[1];
     assert_eq!(depth.largest.as_ref().unwrap().value, 0.5);
-    assert_eq!((depth.differing, found.differing), (2, 2));
+    assert_eq!((depth.differing, comparison.differing), (2, 2));
     assert_eq!(depth.not_finite.infinite, [24, 23]);
     assert_eq!(depth.not_finite.different, 1);
     assert_eq!(depth.ssim, None);
     assert_eq!(
-        found.only_in,
+        comparison.only_in,
         [vec![], vec!["N".to_owned(), "material".to_owned()]]
     );
-    assert!(!found.identical());
+    assert!(!comparison.identical());
     // A format with only colours cannot have them.
     let c = save(&folder, "c.pfm", linear(false, Aovs::NONE));
-    let found = compared(&b, &c, None);
-    assert!(found.identical());
-    assert_eq!(found.left_out, ["N", "Z", "material"]);
+    let comparison = compared(&b, &c, None);
+    assert!(comparison.identical());
+    assert_eq!(comparison.left_out, ["N", "Z", "material"]);
 }
 
 #[test]
@@ -213,10 +217,10 @@ fn what_is_no_number_equals_its_like_alone() {
         let mut other = film.clone();
         other.planes[place.min(1)][place] = value;
         let c = save(&folder, "c.pfm", other);
-        let found = compared(&a, &c, Some(1e30));
-        assert_eq!(found.differing, 1, "{place} {value}");
-        assert_eq!(found.layers[0].not_finite.different, 1);
-        assert!(found.layers[0].rmse.is_finite());
+        let comparison = compared(&a, &c, Some(1e30));
+        assert_eq!(comparison.differing, 1, "{place} {value}");
+        assert_eq!(comparison.layers[0].not_finite.different, 1);
+        assert!(comparison.layers[0].rmse.is_finite());
     }
 }
 
@@ -259,10 +263,10 @@ fn colours_that_alpha_hides_are_not_seen() {
     // Other colours, but as good as invisible from the tenth column on.
     let faint = |k: usize| if k % 32 < 10 { 1.0 } else { 1e-5 };
     let [a, b] = [("a.png", false), ("b.png", true)].map(|(n, changed)| saved(n, changed, &faint));
-    let found = compared(&a, &b, None);
-    let layer = &found.layers[0];
+    let comparison = compared(&a, &b, None);
+    let layer = &comparison.layers[0];
     assert_eq!(layer.channels, ["R", "G", "B", "A"]);
-    assert!(layer.rmse > 1.0 && found.differing == 528, "{layer:?}");
+    assert!(layer.rmse > 1.0 && comparison.differing == 528, "{layer:?}");
     assert!(layer.ssim.unwrap() > 0.999_999, "{:?}", layer.ssim);
     assert!(layer.flip.unwrap() < 1e-3, "{:?}", layer.flip);
     // The same colours, but half of them half as visible.
@@ -272,16 +276,16 @@ fn colours_that_alpha_hides_are_not_seen() {
         ("d.png", &|_| 1.0),
     ]
     .map(|(name, shade)| saved(name, false, shade));
-    let found = compared(&c, &d, None);
-    let layer = &found.layers[0];
+    let comparison = compared(&c, &d, None);
+    let layer = &comparison.layers[0];
     assert!(layer.rmse < 1e-2 && layer.flip.unwrap() > 0.05, "{layer:?}");
     assert_eq!(layer.largest.as_ref().unwrap().channel, "A");
     assert!(compared(&c, &c, None).identical());
-    let beside = folder.path().join("beside.png");
-    save_side_by_side(&beside, &mut open(&c), &mut open(&d), &found).unwrap();
-    let beside = load(&beside).unwrap();
+    let side_by_side = folder.path().join("beside.png");
+    save_side_by_side(&side_by_side, &mut open(&c), &mut open(&d), &comparison).unwrap();
+    let side_by_side = load(&side_by_side).unwrap();
     for x in 0..32 {
-        let [left, right] = [x, x + 40].map(|x| i32::from(beside.pixels[x][1] / 257));
+        let [left, right] = [x, x + 40].map(|x| i32::from(side_by_side.pixels[x][1] / 257));
         let shown = if x < 10 { right } else { right / 2 };
         assert!((left - shown).abs() <= 1, "{x}: {left} of {right}");
     }
@@ -295,17 +299,17 @@ fn sixteen_bits_and_jpeg_are_in_steps_of_eight_bits() {
     let a = save(&folder, "a.png", film.clone());
     film.planes[1][3] += 1.5 / 65_535.0;
     let b = save(&folder, "b.png", film.clone());
-    let found = compared(&a, &b, None);
-    let largest = found.layers[0].largest.as_ref().unwrap();
+    let comparison = compared(&a, &b, None);
+    let largest = comparison.layers[0].largest.as_ref().unwrap();
     assert!(
         largest.value > 0.0 && largest.value <= 2.0 / 257.0,
         "{largest:?}"
     );
-    assert_eq!((largest.x, largest.y, found.differing), (3, 0, 1));
+    assert_eq!((largest.x, largest.y, comparison.differing), (3, 0, 1));
     let jpeg = save(&folder, "a.jpg", film);
-    let found = compared(&a, &jpeg, Some(255.0));
-    assert!(!found.identical() && found.differing == 0);
-    assert!(found.layers[0].rmse > 0.0 && found.layers[0].rmse < 40.0);
+    let comparison = compared(&a, &jpeg, Some(255.0));
+    assert!(!comparison.identical() && comparison.differing == 0);
+    assert!(comparison.layers[0].rmse > 0.0 && comparison.layers[0].rmse < 40.0);
 }
 
 #[test]
@@ -316,24 +320,24 @@ fn pictures_of_differences_show_them() {
     let mut film = linear(true, depth);
     film.planes[0][0] = f32::NAN;
     let b = save(&folder, "b.exr", film);
-    let found = compared(&a, &b, None);
-    let [heat, beside] = ["heat.png", "beside.png"].map(|name| folder.path().join(name));
-    save_heat(&heat, &mut open(&a), &mut open(&b), &found).unwrap();
-    save_side_by_side(&beside, &mut open(&a), &mut open(&b), &found).unwrap();
-    let (heat, beside) = (load(&heat).unwrap(), load(&beside).unwrap());
+    let comparison = compared(&a, &b, None);
+    let [heat, side_by_side] = ["heat.png", "beside.png"].map(|name| folder.path().join(name));
+    save_heat(&heat, &mut open(&a), &mut open(&b), &comparison).unwrap();
+    save_side_by_side(&side_by_side, &mut open(&a), &mut open(&b), &comparison).unwrap();
+    let (heat, side_by_side) = (load(&heat).unwrap(), load(&side_by_side).unwrap());
     assert_eq!((heat.width, heat.height), SIDES);
     assert_eq!(heat.pixels[0], [0, 65_535, 65_535, 65_535]);
     let lit = heat.pixels.iter().filter(|p| p[0] > 0).count();
-    assert_eq!(lit as u64, found.differing - 1);
-    assert_eq!((beside.width, beside.height), (3 * 32 + 16, 24));
-    let row = |y: usize| &beside.pixels[y * 112..(y + 1) * 112];
+    assert_eq!(lit as u64, comparison.differing - 1);
+    assert_eq!((side_by_side.width, side_by_side.height), (3 * 32 + 16, 24));
+    let row = |y: usize| &side_by_side.pixels[y * 112..(y + 1) * 112];
     for y in 0..24 {
         assert_eq!(row(y)[80..], heat.pixels[y * 32..(y + 1) * 32]);
         assert_eq!(row(y)[1..10], row(y)[41..50]);
         assert_eq!(row(y)[32..40], [[64 * 257, 64 * 257, 64 * 257, 65_535]; 8]);
     }
     // 25/64 is 0.6593 in sRGB.
-    let at = (0..24 * 32).position(|k: u32| sample(k % 32, k / 32, 0, false) == 25);
-    let at = at.unwrap();
-    assert_eq!(row(at / 32)[at % 32][0], 168 * 257);
+    let index = (0..24 * 32).position(|k: u32| sample(k % 32, k / 32, 0, false) == 25);
+    let index = index.unwrap();
+    assert_eq!(row(index / 32)[index % 32][0], 168 * 257);
 }

@@ -59,4 +59,4 @@ pub fn plain(error: DecodingError) -> String {
     format!("it is broken: {message}")
 }
 
-const BROKEN_DATA: &str = "it is broken: its compressed data are no such data";
+const BROKEN_DATA: &str = "it is broken: the compressed data are not a valid zlib stream";

@@ -27,7 +27,7 @@ impl<T: BufRead + Seek + Send> ReadSeek for T {}
 /// accepts them: one that never ends is not read beyond its first bytes.
 pub(super) fn open_bytes(
     path: &Path,
-    wanted: impl Fn(&[u8]) -> bool,
+    is_wanted: impl Fn(&[u8]) -> bool,
 ) -> io::Result<(PictureBytes, Vec<u8>)> {
     let mut file = File::open(path)?;
     let mut head = Vec::new();
@@ -36,7 +36,7 @@ pub(super) fn open_bytes(
         return Ok((PictureBytes::File(file), head));
     }
     let mut all = head.clone();
-    if wanted(&head) {
+    if is_wanted(&head) {
         file.take(MAX_PIPE_BYTES).read_to_end(&mut all)?;
     }
     if all.len() as u64 >= MAX_PIPE_BYTES {

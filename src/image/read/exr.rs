@@ -192,16 +192,16 @@ fn name_colors(channels: &mut [PictureChannel]) {
             colors.entry(layer).or_default().push(color);
         }
     }
-    colors.retain(|_, found| ["R", "G", "B"].iter().all(|color| found.contains(color)));
+    colors.retain(|_, layers| ["R", "G", "B"].iter().all(|color| layers.contains(color)));
     let usual = |layer: &&String| {
         let last = layer.rsplit('.').next().unwrap_or_default();
         colors.len() == 1 || COLOR_LAYERS.contains(&&*last.to_ascii_lowercase())
     };
-    let found: Vec<&String> = colors.keys().filter(usual).collect();
-    if let [layer] = found[..] {
+    let layers: Vec<&String> = colors.keys().filter(usual).collect();
+    if let [layer] = layers[..] {
         for channel in channels {
-            if let (of, Some(color)) = split(&channel.name)
-                && of == *layer
+            if let (layer_name, Some(color)) = split(&channel.name)
+                && layer_name == *layer
             {
                 channel.name = color.to_owned();
             }
@@ -257,8 +257,8 @@ impl RowReader for ExrRows {
                 target.put(&meta.headers, &block)?;
             }
         }
-        let wanted: usize = meta.headers.iter().map(|part| samples(part, &rows)).sum();
-        if target.pixels == wanted {
+        let expected: usize = meta.headers.iter().map(|part| samples(part, &rows)).sum();
+        if target.pixels == expected {
             Ok(())
         } else {
             Err("it is broken: some of its pixels are missing".into())
@@ -287,7 +287,7 @@ impl BandTarget<'_> {
         // The columns of the block within the picture.
         let begin = (-x).clamp(0, width as i64) as usize;
         let end = (self.width as i64 - x).clamp(begin as i64, width as i64) as usize;
-        let mut at = 0;
+        let mut offset = 0;
         for y in y..y + height as i64 {
             let row = usize::try_from(y).ok().filter(|y| self.rows.contains(y));
             for (c, channel) in header.channels.list.iter().enumerate() {
@@ -295,10 +295,10 @@ impl BandTarget<'_> {
                 if let (Some(row), true) = (row, begin < end) {
                     let start = (row - self.rows.start) * self.width + (x + begin as i64) as usize;
                     let target = &mut self.planes[first + c][start..start + end - begin];
-                    let data = &block.data[at + begin * sample..at + end * sample];
+                    let data = &block.data[offset + begin * sample..offset + end * sample];
                     copy_samples(target, data, channel.sample_type);
                 }
-                at += width * sample;
+                offset += width * sample;
             }
             self.pixels += row.map_or(0, |_| width);
         }

@@ -93,10 +93,10 @@ impl RowReader for HdrRows {
             self.next = 0;
         }
         while self.next < rows.end {
-            let wanted = self.next >= rows.start;
-            let end = if wanted { rows.end } else { rows.start };
+            let needed = self.next >= rows.start;
+            let end = if needed { rows.end } else { rows.start };
             let band = self.band(BAND.min(end - self.next))?;
-            if wanted {
+            if needed {
                 for (c, plane) in planes.iter_mut().enumerate() {
                     plane.extend(band.iter().map(|pixel| pixel[c]));
                 }

@@ -28,12 +28,12 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> OpenedPicture {
     let mut head = Vec::new();
     let read = bytes.reader()?.take(MAX_HEADER).read_to_end(&mut head);
     read.map_err(|e| e.to_string())?;
-    let mut at = 0;
+    let mut offset = 0;
     let mut word = || {
         let space = |b: &u8| b.is_ascii_whitespace();
-        let start = at + head[at..].iter().position(|b| !space(b))?;
+        let start = offset + head[offset..].iter().position(|b| !space(b))?;
         let end = start + head[start..].iter().position(space)?;
-        at = end;
+        offset = end;
         std::str::from_utf8(&head[start..end]).ok()
     };
     let fields = (word(), word(), word(), word());
@@ -52,7 +52,7 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> OpenedPicture {
         width: width as usize,
         height,
         // One character of white space ends the header.
-        start: at as u64 + 1,
+        start: offset as u64 + 1,
         samples: if kind == "PF" { 3 } else { 1 },
         big_endian: scale > 0.0,
         bytes,
@@ -63,7 +63,7 @@ pub(super) fn open_pfm(bytes: PictureBytes) -> OpenedPicture {
         return Err(TOO_SHORT.into());
     }
     // Some end the line as on Windows, or have a space before its end.
-    if let Some([b'\r' | b' ', b'\n']) = head.get(at..at + 2)
+    if let Some([b'\r' | b' ', b'\n']) = head.get(offset..offset + 2)
         && length > rows.start + samples
     {
         rows.start += 1;

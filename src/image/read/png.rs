@@ -21,7 +21,7 @@ pub(super) struct PngRows {
     /// The row that comes next.
     next: u32,
     /// All bytes of an interlaced picture, once they are decoded.
-    whole: Option<Vec<u8>>,
+    decoded: Option<Vec<u8>>,
 }
 
 /// Reads the header of a PNG.
@@ -34,7 +34,7 @@ pub(super) fn open_png(bytes: PictureBytes) -> OpenedPicture {
         width,
         height,
         next: 0,
-        whole: None,
+        decoded: None,
     };
     let layout = PictureLayout::rgb(ImageFormat::Png, (width, height));
     Ok((layout, Box::new(rows)))
@@ -73,14 +73,14 @@ impl RowReader for PngRows {
     fn read(&mut self, rows: Range<u32>, planes: &mut SamplePlanes) -> Result<(), String> {
         let (samples, wide) = self.pixel();
         if self.decoder.info().interlaced {
-            let whole = match self.whole.take() {
-                Some(whole) => whole,
+            let image = match self.decoded.take() {
+                Some(image) => image,
                 None => self.decode_whole()?,
             };
-            let row = whole.len() / self.height as usize;
+            let row = image.len() / self.height as usize;
             let range = rows.start as usize * row..rows.end as usize * row;
-            push_row(planes, &whole[range], samples, wide);
-            self.whole = Some(whole);
+            push_row(planes, &image[range], samples, wide);
+            self.decoded = Some(image);
             return Ok(());
         }
         if rows.start < self.next {
@@ -88,9 +88,9 @@ impl RowReader for PngRows {
             self.next = 0;
         }
         while self.next < rows.end {
-            let wanted = self.next >= rows.start;
+            let needed = self.next >= rows.start;
             let row = self.next_row()?;
-            if wanted {
+            if needed {
                 push_row(planes, &row, samples, wide);
             }
         }

@@ -104,8 +104,8 @@ impl PictureReader {
         } else {
             Err(TOO_SHORT.into())
         };
-        let whole = planes.iter().all(|plane| plane.len() == samples);
-        let read = read.and_then(|()| whole.then_some(()).ok_or(TOO_SHORT.into()));
+        let complete = planes.iter().all(|plane| plane.len() == samples);
+        let read = read.and_then(|()| complete.then_some(()).ok_or(TOO_SHORT.into()));
         read.map_err(|reason| self.error(reason))?;
         Ok(planes)
     }

@@ -36,12 +36,12 @@ fn sixteen_bits_and_grey_are_read() {
 #[test]
 fn broken_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let whole = folder.path().join("whole.png");
-    save_png(&whole, &ramp()).unwrap();
-    let bytes = fs::read(&whole).unwrap();
+    let complete = folder.path().join("whole.png");
+    save_png(&complete, &ramp()).unwrap();
+    let bytes = fs::read(&complete).unwrap();
     let path = folder.path().join("broken.png");
     let half = &bytes[..bytes.len() / 2];
-    for (broken, said) in [
+    for (broken, reason) in [
         (&b""[..], "not a picture that can be read: it is empty"),
         (
             b"not a picture",
@@ -54,8 +54,8 @@ fn broken_files_are_named() {
     ] {
         fs::write(&path, broken).unwrap();
         let message = load(&path).unwrap_err().to_string();
-        let said = format!("broken.png: {said}");
-        assert!(message.contains(&said), "{message}");
+        let reason = format!("broken.png: {reason}");
+        assert!(message.contains(&reason), "{message}");
     }
     let missing = load(&folder.path().join("missing.png")).unwrap_err();
     assert!(matches!(missing, PictureError::Read { .. }));
@@ -161,14 +161,14 @@ fn radiance_pictures_are_decoded_by_bands_as_a_whole() {
     let path = saved(folder.path(), "a.hdr");
     let decoder =
         ::image::codecs::hdr::HdrDecoder::new(std::io::Cursor::new(fs::read(&path).unwrap()));
-    let whole = ::image::DynamicImage::from_decoder(decoder.unwrap()).unwrap();
-    let whole = whole.into_rgb32f();
+    let complete = ::image::DynamicImage::from_decoder(decoder.unwrap()).unwrap();
+    let complete = complete.into_rgb32f();
     let mut reader = PictureReader::open(&path).unwrap();
     for rows in [3..67, 0..67, 66..67] {
         let planes = reader.read(rows.clone()).unwrap();
         for (k, y) in rows.enumerate() {
             for x in 0..70u32 {
-                let want = whole.get_pixel(x, y).0.map(f32::to_bits);
+                let want = complete.get_pixel(x, y).0.map(f32::to_bits);
                 let got = [0, 1, 2].map(|c| planes[c][k * 70 + x as usize]);
                 assert_eq!(got, want, "{x},{y}");
             }
@@ -180,13 +180,13 @@ fn radiance_pictures_are_decoded_by_bands_as_a_whole() {
 fn pictures_for_a_screen_are_read_as_others_read_them() {
     let folder = tempfile::tempdir().unwrap();
     let png = saved(folder.path(), "a.png");
-    let whole = ::image::open(&png).unwrap().into_rgba16();
-    let want: Vec<[u16; 4]> = whole.pixels().map(|pixel| pixel.0).collect();
+    let complete = ::image::open(&png).unwrap().into_rgba16();
+    let want: Vec<[u16; 4]> = complete.pixels().map(|pixel| pixel.0).collect();
     assert_eq!(load(&png).unwrap().pixels, want);
     // Decoders of JPEG round differently.
     let jpeg = saved(folder.path(), "a.jpg");
-    let whole = ::image::open(&jpeg).unwrap().into_rgba16();
-    for (got, want) in load(&jpeg).unwrap().pixels.iter().zip(whole.pixels()) {
+    let complete = ::image::open(&jpeg).unwrap().into_rgba16();
+    for (got, want) in load(&jpeg).unwrap().pixels.iter().zip(complete.pixels()) {
         let near = got
             .iter()
             .zip(want.0)
@@ -196,8 +196,8 @@ fn pictures_for_a_screen_are_read_as_others_read_them() {
     // Interlaced files are decoded as a whole; alpha and palettes become RGBA.
     let pictures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/pictures");
     let interlaced = pictures.join("interlaced.png");
-    let whole = ::image::open(&interlaced).unwrap().into_rgba16();
-    let want: Vec<[u16; 4]> = whole.pixels().map(|pixel| pixel.0).collect();
+    let complete = ::image::open(&interlaced).unwrap().into_rgba16();
+    let want: Vec<[u16; 4]> = complete.pixels().map(|pixel| pixel.0).collect();
     assert_eq!(load(&interlaced).unwrap().pixels, want);
     let exr = saved(folder.path(), "a.exr");
     let refused = load(&exr).unwrap_err().to_string();
@@ -218,11 +218,11 @@ fn broken_files_of_every_format_are_errors() {
     let path = folder.path().join("broken");
     let mut random = 1u64;
     for ending in ["png", "jpg", "exr", "hdr", "pfm"] {
-        let whole = fs::read(saved(folder.path(), &format!("a.{ending}"))).unwrap();
-        fs::write(&path, &whole).unwrap();
+        let complete = fs::read(saved(folder.path(), &format!("a.{ending}"))).unwrap();
+        fs::write(&path, &complete).unwrap();
         read_whole(&path).unwrap();
         for k in 0..40 {
-            fs::write(&path, &whole[..whole.len() * k / 41]).unwrap();
+            fs::write(&path, &complete[..complete.len() * k / 41]).unwrap();
             // JPEG decoders fill in missing data.
             assert!(
                 read_whole(&path).is_err() || ending == "jpg",
@@ -230,18 +230,18 @@ fn broken_files_of_every_format_are_errors() {
             );
         }
         for k in 0..MUTANTS {
-            let mut mutant = whole.clone();
+            let mut mutant = complete.clone();
             for _ in 0..1 + k % 4 {
                 random = random
                     .wrapping_mul(6_364_136_223_846_793_005)
                     .wrapping_add(1);
                 let header = (random >> 20).is_multiple_of(2);
                 let length = if header { mutant.len().min(512) } else { mutant.len() };
-                let at = (random >> 33) as usize % length;
-                mutant[at] = match random >> 30 & 3 {
+                let index = (random >> 33) as usize % length;
+                mutant[index] = match random >> 30 & 3 {
                     0 => 0,
                     1 => 255,
-                    2 => mutant[at] ^ 1 << (random >> 25 & 7),
+                    2 => mutant[index] ^ 1 << (random >> 25 & 7),
                     _ => (random >> 56) as u8,
                 };
             }
@@ -258,7 +258,7 @@ const MUTANTS: usize = 300;
 fn sizes_without_samples_are_refused_before_they_are_allocated() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("claim");
-    for (claim, said) in [
+    for (claim, reason) in [
         (&b"PF\n65536 65536\n-1.0\n"[..], "it ends too early"),
         (b"PF\n70000 2\n-1.0\n", "70000x2 is out of range"),
         (b"PF\n2 2\n0\n", "its scale is no number"),
@@ -269,7 +269,7 @@ fn sizes_without_samples_are_refused_before_they_are_allocated() {
     ] {
         fs::write(&path, claim).unwrap();
         let message = read_whole(&path).unwrap_err().to_string();
-        assert!(message.contains(said), "{message}");
+        assert!(message.contains(reason), "{message}");
     }
 }
 
@@ -301,9 +301,9 @@ fn a_data_window_is_laid_into_its_display_window() {
             let planes = reader.read(rows.clone()).unwrap();
             for (k, &sample) in planes[red].iter().enumerate() {
                 let (x, y) = (k as u32 % 100, rows.start + k as u32 / 100);
-                let at = x.checked_sub(corner.0).zip(y.checked_sub(corner.1));
-                let at = at.filter(|at| at.0 < film.width && at.1 < film.height);
-                let want = at.map_or(0, |(x, y)| bits(&film, x, y)[0]);
+                let place = x.checked_sub(corner.0).zip(y.checked_sub(corner.1));
+                let place = place.filter(|place| place.0 < film.width && place.1 < film.height);
+                let want = place.map_or(0, |(x, y)| bits(&film, x, y)[0]);
                 assert_eq!(sample, want, "{x},{y} of {corner:?}");
             }
         }

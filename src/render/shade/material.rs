@@ -176,7 +176,7 @@ impl VariedMaterial {
             [&m.ke, &m.ks, &m.highlight].map(|column| wide(column.get(i)));
         let [mut shininess, mut metallic, mut roughness] =
             [&m.shininess, &m.metallic, &m.roughness].map(|column| F32x8::splat(column[i]));
-        for map in scene.maps.of(m.maps[i]) {
+        for map in scene.maps.range(m.maps[i]) {
             if map.target == MapTarget::Normal {
                 continue;
             }

@@ -4,7 +4,7 @@
 use super::instance::{InstanceTransforms, linear};
 use super::surface::Surface;
 use super::surface_point::{gather_column, unit_or};
-use phalanx_scene::{NO_NORMALS, PrimKind, SMOOTH_SLOPE, Scene};
+use phalanx_scene::{NO_INDEX, PrimKind, SMOOTH_SLOPE, Scene};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 
@@ -34,7 +34,7 @@ impl TerminatorShift {
         }
         let rows = placed.map(|placed| scene.prims[placed.prim as usize].index());
         let own = rows.map(|row| t.normals[row]);
-        let without = U32x8::new(own.map(|own| own[0])).eq(U32x8::splat(NO_NORMALS));
+        let without = U32x8::new(own.map(|own| own[0])).eq(U32x8::splat(NO_INDEX));
         let last = t.vertex_normals.len() - 1;
         let column = |k: usize| own.map(|own| last.min(own[k] as usize));
         let normals = [0, 1, 2].map(|k| gather_column(&t.vertex_normals, &column(k)));

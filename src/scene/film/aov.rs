@@ -186,8 +186,8 @@ const RENAMED_CHANNELS: [(&str, &str); 10] = [
 /// ```
 pub fn current_channel_name(name: &str) -> &str {
     let mut renamed = RENAMED_CHANNELS.iter();
-    let found = renamed.find(|(before, _)| *before == name);
-    found.map_or(name, |(_, now)| now)
+    let renaming = renamed.find(|(before, _)| *before == name);
+    renaming.map_or(name, |(_, now)| now)
 }
 
 /// A set of layers.

@@ -199,9 +199,9 @@ impl TileBuffer {
 
     /// Sets the surface layers of a pixel: the hit of its first camera ray.
     #[inline]
-    pub fn set_surface(&mut self, x: u32, y: u32, look: &SurfaceAov) {
+    pub fn set_surface(&mut self, x: u32, y: u32, surface: &SurfaceAov) {
         for aov in self.aovs.iter() {
-            let (values, count) = look.channels(aov);
+            let (values, count) = surface.channels(aov);
             self.set_layer(x, y, aov, &values[..count]);
         }
     }
@@ -219,12 +219,12 @@ impl TileBuffer {
     /// Sets the first channels of a layer, which must be one of the requested ones.
     #[inline]
     pub fn set_layer(&mut self, x: u32, y: u32, aov: Aov, values: &[f32]) {
-        let at = self.index(x, y);
+        let index = self.index(x, y);
         for (channel, value) in self.aov_planes[self.aovs.before(aov)..]
             .iter_mut()
             .zip(values)
         {
-            channel[at] = *value;
+            channel[index] = *value;
         }
     }
 
@@ -237,18 +237,18 @@ impl TileBuffer {
     /// Sets the radiance of a pixel of the tile.
     #[inline]
     pub fn set(&mut self, x: u32, y: u32, rgb: [f32; 3]) {
-        let at = self.index(x, y);
+        let index = self.index(x, y);
         for (plane, value) in self.planes.iter_mut().zip(rgb) {
-            plane[at] = value;
+            plane[index] = value;
         }
     }
 
     /// Sets the radiance of a run of pixels of one row of the tile, from (`x`, `y`) on.
     #[inline]
     pub fn set_run<const N: usize>(&mut self, x: u32, y: u32, rgb: [&[f32; N]; 3]) {
-        let at = self.index(x, y);
+        let index = self.index(x, y);
         for (plane, values) in self.planes.iter_mut().zip(rgb) {
-            plane[at..at + N].copy_from_slice(values);
+            plane[index..index + N].copy_from_slice(values);
         }
     }
 
@@ -256,10 +256,10 @@ impl TileBuffer {
     /// hits.
     #[inline]
     pub fn set_hit(&mut self, x: u32, y: u32, [t, u, v]: [f32; 3], prim_id: u32) {
-        let at = self.index(x, y);
+        let index = self.index(x, y);
         if let Some(hits) = &mut self.hits {
-            hits.prim_id[at] = prim_id;
-            (hits.t[at], hits.u[at], hits.v[at]) = (t, u, v);
+            hits.prim_id[index] = prim_id;
+            (hits.t[index], hits.u[index], hits.v[index]) = (t, u, v);
         }
     }
 
@@ -439,10 +439,13 @@ mod tests {
             }
             let hits = film.hits.expect("they were asked for");
             for number in 0..width * height {
-                let (at, value) = (number as usize, number as f32);
-                let rgb = [0, 1, 2].map(|k: usize| film.planes[k][at]);
+                let (index, value) = (number as usize, number as f32);
+                let rgb = [0, 1, 2].map(|k: usize| film.planes[k][index]);
                 assert_eq!(rgb, [value, -value, 0.5 * value], "{width}x{height}");
-                let hit = (hits.prim_id[at], [hits.t[at], hits.u[at], hits.v[at]]);
+                let hit = (
+                    hits.prim_id[index],
+                    [hits.t[index], hits.u[index], hits.v[index]],
+                );
                 let want = match number % 3 {
                     0 => (NO_HIT, [0.0; 3]),
                     _ => (number, [1.0, 2.0, 3.0].map(|k| value + k)),

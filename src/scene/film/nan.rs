@@ -10,10 +10,11 @@ impl TileBuffer {
     /// Gives every NaN the same bits, so that a picture has the same bytes on every processor. A
     /// light too bright for single precision makes NaN where a black surface reflects it.
     pub fn unify_nans(&mut self) {
-        let whole = self.aovs.channels().map(|(_, whole)| whole);
+        let is_integer = self.aovs.channels().map(|(_, is_integer)| is_integer);
         // Integers lie in planes as their bits, which may be those of a NaN.
-        let aov_planes = self.aov_planes.iter_mut().zip(whole);
-        let aov_planes = aov_planes.filter_map(|(plane, whole)| (!whole).then_some(plane));
+        let aov_planes = self.aov_planes.iter_mut().zip(is_integer);
+        let aov_planes =
+            aov_planes.filter_map(|(plane, is_integer)| (!is_integer).then_some(plane));
         for plane in self.planes.iter_mut().chain(aov_planes) {
             for value in plane {
                 *value = if value.is_nan() { PIXEL_NAN } else { *value };

@@ -3,9 +3,8 @@
 
 use super::row_check::RowCheck;
 use crate::bounds::Bounds;
-use crate::column::{AnyColumn, Column};
+use crate::column::{AnyColumn, Attribute, Column};
 use crate::vectors::Vec3s;
-use bytemuck::Pod;
 use glam::{DVec3, Vec3};
 
 /// The columns of one kind of primitive.
@@ -59,79 +58,54 @@ pub struct ColumnInfo<'a> {
     pub check: RowCheck,
 }
 
-/// A table of columns under construction; all have one row for each of something.
-#[derive(Default)]
-pub(crate) struct ColumnTable<'a> {
-    row_kind: &'static str,
-    len: usize,
-    pub(crate) columns: Vec<ColumnInfo<'a>>,
+/// The columns of an attribute of `len` rows. Indices that may be missing have an empty column if
+/// all are.
+pub(crate) fn column_infos<'a>(
+    (row_kind, len): (&'static str, usize),
+    [section, attribute]: [&'static str; 2],
+    rows: &'a impl Attribute,
+    check: RowCheck,
+) -> impl Iterator<Item = ColumnInfo<'a>> {
+    let optional = matches!(check, RowCheck::CornersOrNone(_));
+    rows.columns().into_iter().map(move |column| ColumnInfo {
+        section,
+        row_kind,
+        attribute,
+        column,
+        len: if optional && column.rows() == 0 { 0 } else { len },
+        check,
+    })
 }
 
-impl<'a> ColumnTable<'a> {
-    /// The same table, whose next columns have `len` rows of a kind.
-    pub(crate) fn of_each(mut self, row_kind: &'static str, len: usize) -> ColumnTable<'a> {
-        (self.row_kind, self.len) = (row_kind, len);
-        self
-    }
+/// Lists the columns of a table once, for the two functions that borrow them. Each attribute has
+/// its section in a scene cache, its name in messages, and the condition on its rows.
+macro_rules! column_list {
+    (
+        $(#[$doc:meta])*
+        $vis:vis fn $columns:ident($table:ident $(, $count:ident)?), $columns_mut:ident;
+        $($row_kind:literal, $len:expr => {
+            $($($field:ident).+: $names:tt, $check:expr;)+
+        })+
+    ) => {
+        $(#[$doc])*
+        $vis fn $columns(&self $(, $count: usize)?) -> Vec<ColumnInfo<'_>> {
+            let $table = self;
+            let mut all = Vec::new();
+            $($(
+                let rows = &$table.$($field).+;
+                all.extend(column_infos(($row_kind, $len), $names, rows, $check));
+            )+)+
+            all
+        }
 
-    pub(crate) fn column<T: Pod>(
-        mut self,
-        [section, attribute]: [&'static str; 2],
-        column: &'a Column<T>,
-        check: RowCheck,
-    ) -> ColumnTable<'a> {
-        self.columns.push(ColumnInfo {
-            section,
-            row_kind: self.row_kind,
-            attribute,
-            column,
-            len: self.len,
-            check,
-        });
-        self
-    }
-
-    /// A column that is empty where nothing has the attribute.
-    pub(crate) fn optional<T: Pod>(
-        mut self,
-        names: [&'static str; 2],
-        column: &'a Column<T>,
-        check: RowCheck,
-    ) -> ColumnTable<'a> {
-        let (row_kind, len) = (self.row_kind, self.len);
-        self.len = if column.is_empty() { 0 } else { len };
-        self.column(names, column, check).of_each(row_kind, len)
-    }
-
-    /// The components of vectors.
-    pub(crate) fn vectors(
-        self,
-        names: [&'static str; 2],
-        vectors: impl IntoIterator<Item = &'a Vec3s>,
-        check: RowCheck,
-    ) -> ColumnTable<'a> {
-        let parts = vectors.into_iter().flat_map(Vec3s::parts);
-        parts.fold(self, |table, part| table.column(names, part, check))
-    }
-
-    /// Indices of materials, of which there are `count`.
-    pub(crate) fn materials(
-        self,
-        section: &'static str,
-        column: &'a Column<u32>,
-        count: usize,
-    ) -> ColumnTable<'a> {
-        self.column([section, "material"], column, RowCheck::Below(count))
-    }
+        $vis fn $columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
+            let mut all = Vec::new();
+            $($(all.extend(self.$($field).+.columns_mut());)+)+
+            all
+        }
+    };
 }
-
-/// The components of vectors, to be mapped.
-pub(crate) fn parts_mut<'a>(
-    vectors: impl IntoIterator<Item = &'a mut Vec3s>,
-) -> Vec<&'a mut dyn AnyColumn> {
-    let parts = vectors.into_iter().flat_map(Vec3s::parts_mut);
-    parts.map(|part| part as &mut dyn AnyColumn).collect()
-}
+pub(crate) use column_list;
 
 /// Scale factors, powers of two.
 #[derive(Clone, Copy)]

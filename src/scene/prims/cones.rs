@@ -1,9 +1,9 @@
 //! Truncated cones and cylinders.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, parts_mut};
+use super::columns::{ColumnInfo, PrimColumns, RowScale, column_infos, column_list};
 use super::row_check::RowCheck;
 use crate::bounds::Bounds;
-use crate::column::{AnyColumn, Column};
+use crate::column::{AnyColumn, Attribute, Column};
 use crate::vectors::Vec3s;
 use glam::{DVec3, Vec3};
 
@@ -109,33 +109,16 @@ impl PrimColumns for Cones {
         &self.material
     }
 
-    fn columns(&self, materials: usize) -> Vec<ColumnInfo<'_>> {
-        let Cones {
-            base,
-            apex,
-            base_radius,
-            apex_radius,
-            inside,
-            material,
-        } = self;
-        ColumnTable::default()
-            .of_each("cone", self.len())
-            .vectors(["cones", "base"], [base], RowCheck::Finite)
-            .vectors(["cones", "apex"], [apex], RowCheck::Finite)
-            .column(["cone radii", "radius"], base_radius, RowCheck::Color)
-            .column(["cone radii", "radius"], apex_radius, RowCheck::Color)
-            .column(["cone sides", "side"], inside, RowCheck::Any)
-            .materials("cone materials", material, materials)
-            .columns
-    }
-
-    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
-        let mut all = parts_mut([&mut self.base, &mut self.apex]);
-        all.push(&mut self.base_radius);
-        all.push(&mut self.apex_radius);
-        all.push(&mut self.inside);
-        all.push(&mut self.material);
-        all
+    column_list! {
+        fn columns(cones, materials), columns_mut;
+        "cone", cones.len() => {
+            base: ["cones", "base"], RowCheck::Finite;
+            apex: ["cones", "apex"], RowCheck::Finite;
+            base_radius: ["cone radii", "radius"], RowCheck::Color;
+            apex_radius: ["cone radii", "radius"], RowCheck::Color;
+            inside: ["cone sides", "side"], RowCheck::Any;
+            material: ["cone materials", "material"], RowCheck::Below(materials);
+        }
     }
 
     fn first_degenerate(&self) -> Option<(usize, [&'static str; 2])> {

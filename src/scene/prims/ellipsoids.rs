@@ -1,10 +1,10 @@
 //! Ellipsoids.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, ScaleFactors, parts_mut};
+use super::columns::{ColumnInfo, PrimColumns, RowScale, ScaleFactors, column_infos, column_list};
 use super::row_check::RowCheck;
 use super::spheres::nearest_root;
 use crate::bounds::Bounds;
-use crate::column::{AnyColumn, Column};
+use crate::column::{AnyColumn, Attribute, Column};
 use crate::vectors::Vec3s;
 use glam::{Affine3A, DMat3, DVec3, Vec3};
 
@@ -64,24 +64,13 @@ impl PrimColumns for Ellipsoids {
         &self.material
     }
 
-    fn columns(&self, materials: usize) -> Vec<ColumnInfo<'_>> {
-        let Ellipsoids {
-            to_world,
-            to_object,
-            material,
-        } = self;
-        ColumnTable::default()
-            .of_each("ellipsoid", self.len())
-            .vectors(["ellipsoid maps", "transform"], to_world, RowCheck::Finite)
-            .vectors(["ellipsoid maps", "transform"], to_object, RowCheck::Finite)
-            .materials("ellipsoid materials", material, materials)
-            .columns
-    }
-
-    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
-        let mut all = parts_mut(self.to_world.iter_mut().chain(&mut self.to_object));
-        all.push(&mut self.material);
-        all
+    column_list! {
+        fn columns(ellipsoids, materials), columns_mut;
+        "ellipsoid", ellipsoids.len() => {
+            to_world: ["ellipsoid maps", "transform"], RowCheck::Finite;
+            to_object: ["ellipsoid maps", "transform"], RowCheck::Finite;
+            material: ["ellipsoid materials", "material"], RowCheck::Below(materials);
+        }
     }
 
     /// Centre ± the length of each row of the matrix (the support function of an ellipsoid).

@@ -8,14 +8,12 @@ mod spheres;
 mod triangles;
 
 pub use columns::{ColumnInfo, PrimColumns};
-pub(crate) use columns::{ColumnTable, RowScale, ScaleFactors, parts_mut};
+pub(crate) use columns::{RowScale, ScaleFactors, column_infos, column_list};
 pub use cones::{Cone, ConeFrame, ConeProfile, Cones};
 pub use ellipsoids::Ellipsoids;
-pub use row_check::RowCheck;
+pub use row_check::{NO_INDEX, RowCheck};
 pub use spheres::Spheres;
-pub use triangles::{
-    INWARD, Mesh, MeshMaterial, NO_COLORS, NO_NORMALS, NO_TANGENTS, NO_UVS, Triangles,
-};
+pub use triangles::{INWARD, Mesh, MeshMaterial, Triangles};
 
 use bytemuck::{Pod, Zeroable};
 

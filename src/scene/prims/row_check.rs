@@ -5,6 +5,15 @@ use super::{Prim, PrimKind};
 use crate::textures::NO_TEXTURE;
 use crate::threads::{BLOCK_ROWS, map_blocks};
 
+/// Marks a triangle without an optional attribute: its row of [`Triangles::normals`],
+/// [`Triangles::uvs`], [`Triangles::tangents`] or [`Triangles::colors`] is three times this.
+///
+/// [`Triangles::normals`]: crate::Triangles::normals
+/// [`Triangles::uvs`]: crate::Triangles::uvs
+/// [`Triangles::tangents`]: crate::Triangles::tangents
+/// [`Triangles::colors`]: crate::Triangles::colors
+pub const NO_INDEX: u32 = u32::MAX;
+
 /// The condition on a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowCheck {
@@ -18,17 +27,12 @@ pub enum RowCheck {
     UnitInterval,
     /// A finite f32 above zero.
     Positive,
-    /// A u32 below this.
+    /// A u32 below this, or several of them.
     Below(usize),
     /// A u32 below this, or [`NO_TEXTURE`].
     Texture(usize),
-    /// Three u32 below `count`, or three times `none`.
-    Corners {
-        /// Number of rows they index.
-        count: usize,
-        /// The value that stands for no index.
-        none: Option<u32>,
-    },
+    /// Three u32 below this, or three times [`NO_INDEX`].
+    CornersOrNone(usize),
     /// A primitive whose row exists in the column of its kind.
     Prims([usize; PrimKind::COUNT]),
 }
@@ -53,7 +57,7 @@ impl RowCheck {
         Some(block * BLOCK_ROWS + rows.position(|row| !self.holds(row))?)
     }
 
-    /// Returns true if the condition holds for all rows in these bytes, which are whole, aligned
+    /// Returns true if the condition holds for all rows in these bytes, which are complete, aligned
     /// rows of the column.
     ///
     /// No early return within a block: a loop without one is vectorised.
@@ -64,18 +68,13 @@ impl RowCheck {
             RowCheck::Color => every(bytes, |c: &f32| c.is_finite() & (*c >= 0.0)),
             RowCheck::UnitInterval => every(bytes, |c: &f32| (*c >= 0.0) & (*c <= 1.0)),
             RowCheck::Positive => every(bytes, |c: &f32| c.is_finite() & (*c > 0.0)),
-            RowCheck::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
             RowCheck::Texture(count) => every(bytes, |&row: &u32| {
                 (row == NO_TEXTURE) | ((row as usize) < count)
             }),
-            RowCheck::Corners { count, none: None } => RowCheck::Below(count).holds(bytes),
-            RowCheck::Corners {
-                count,
-                none: Some(none),
-            } => every(bytes, |&[a, b, c]: &[u32; 3]| {
-                let within = |row: u32| (row as usize) < count;
-                let nothing = (a == none) & (b == none) & (c == none);
-                (within(a) & within(b) & within(c)) | nothing
+            RowCheck::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
+            RowCheck::CornersOrNone(count) => every(bytes, |row: &[u32; 3]| {
+                let [a, b, c] = row.map(|index| (index as usize) < count);
+                (a & b & c) | (*row == [NO_INDEX; 3])
             }),
             RowCheck::Prims(counts) => every(bytes, |prim: &Prim| {
                 prim.index() < counts[prim.kind() as usize]

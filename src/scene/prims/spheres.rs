@@ -1,9 +1,9 @@
 //! Spheres.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, parts_mut};
+use super::columns::{ColumnInfo, PrimColumns, RowScale, column_infos, column_list};
 use super::row_check::RowCheck;
 use crate::bounds::Bounds;
-use crate::column::{AnyColumn, Column};
+use crate::column::{AnyColumn, Attribute, Column};
 use crate::vectors::Vec3s;
 use glam::{DVec3, Vec3};
 
@@ -43,25 +43,13 @@ impl PrimColumns for Spheres {
         &self.material
     }
 
-    fn columns(&self, materials: usize) -> Vec<ColumnInfo<'_>> {
-        let Spheres {
-            center,
-            radius,
-            material,
-        } = self;
-        ColumnTable::default()
-            .of_each("sphere", self.len())
-            .vectors(["sphere centres", "center"], [center], RowCheck::Finite)
-            .column(["sphere radii", "radius"], radius, RowCheck::Positive)
-            .materials("sphere materials", material, materials)
-            .columns
-    }
-
-    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
-        let mut all = parts_mut([&mut self.center]);
-        all.push(&mut self.radius);
-        all.push(&mut self.material);
-        all
+    column_list! {
+        fn columns(spheres, materials), columns_mut;
+        "sphere", spheres.len() => {
+            center: ["sphere centres", "center"], RowCheck::Finite;
+            radius: ["sphere radii", "radius"], RowCheck::Positive;
+            material: ["sphere materials", "material"], RowCheck::Below(materials);
+        }
     }
 
     #[inline]

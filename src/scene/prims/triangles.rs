@@ -1,24 +1,16 @@
 //! Triangles over shared vertices.
 
-use super::columns::{ColumnInfo, ColumnTable, PrimColumns, RowScale, parts_mut};
-use super::row_check::RowCheck;
+use super::columns::{ColumnInfo, PrimColumns, RowScale, column_infos, column_list};
+use super::row_check::{NO_INDEX, RowCheck};
 use crate::bounds::Bounds;
-use crate::column::{AnyColumn, Column};
+use crate::column::{AnyColumn, Attribute, Column};
 use crate::vectors::{Vec2s, Vec3s};
 use glam::{DVec3, Vec2, Vec3};
 
-/// Marks a triangle without vertex normals in [`Triangles::normals`].
-pub const NO_NORMALS: u32 = u32::MAX;
 /// Cosine of the angle between the mean of a triangle's vertex normals and its geometric normal
 /// below which the winding counts as reversed. If the file's normals lie in the plane of the
 /// triangle, the sign of the cosine is only rounding, and the winding counts.
 pub const INWARD: f32 = -1e-3;
-/// Marks a triangle without texture coordinates in [`Triangles::uvs`].
-pub const NO_UVS: u32 = u32::MAX;
-/// Marks a triangle without tangents in [`Triangles::tangents`].
-pub const NO_TANGENTS: u32 = u32::MAX;
-/// Marks a triangle without vertex colours in [`Triangles::colors`].
-pub const NO_COLORS: u32 = u32::MAX;
 
 /// Triangles by the indices of their vertices.
 ///
@@ -30,18 +22,18 @@ pub struct Triangles {
     pub vertices: Vec3s,
     /// The three vertices of each triangle, counter-clockwise, as indices into `vertices`.
     pub corners: Column<[u32; 3]>,
-    /// Indices of the vertices' normals in `vertex_normals`, or three times [`NO_NORMALS`]; empty
+    /// Indices of the vertices' normals in `vertex_normals`, or three times [`NO_INDEX`]; empty
     /// if no triangle has any.
     pub normals: Column<[u32; 3]>,
     /// Vertex normals, of any length but zero.
     pub vertex_normals: Vec3s,
-    /// Indices of the vertices' texture coordinates in `vertex_uvs`, or three times [`NO_UVS`];
+    /// Indices of the vertices' texture coordinates in `vertex_uvs`, or three times [`NO_INDEX`];
     /// empty if no triangle has any. Coordinates of further layers follow those of the first: see
     /// [`TextureMap::uv_layer`](crate::TextureMap::uv_layer).
     pub uvs: Column<[u32; 3]>,
     /// Texture coordinates: (0, 0) is a texture's upper left corner, (1, 1) its lower right one.
     pub vertex_uvs: Vec2s,
-    /// Indices of the vertices' tangents in `vertex_tangents`, or three times [`NO_TANGENTS`];
+    /// Indices of the vertices' tangents in `vertex_tangents`, or three times [`NO_INDEX`];
     /// empty if no triangle has any. Only normal maps need them.
     pub tangents: Column<[u32; 3]>,
     /// Directions in which u grows, of any length.
@@ -49,7 +41,7 @@ pub struct Triangles {
     /// Factor, 1 or −1, that turns normal × tangent toward the upper edge of the picture, one for
     /// each tangent (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008).
     pub bitangent_signs: Column<f32>,
-    /// Indices of the vertices' colours in `vertex_colors`, or three times [`NO_COLORS`]; empty if
+    /// Indices of the vertices' colours in `vertex_colors`, or three times [`NO_INDEX`]; empty if
     /// no triangle has any.
     pub colors: Column<[u32; 3]>,
     /// Vertex colours, linear, at least 0; they multiply Ka and Kd.
@@ -136,10 +128,10 @@ impl Triangles {
             Some(_) => Column::from(vec![three(first_normal)]),
             None => Column::new(),
         };
-        append_optional(&mut self.normals, rows, before, 1, NO_NORMALS);
-        append_optional(&mut self.uvs, Column::new(), before, 1, NO_UVS);
-        append_optional(&mut self.tangents, Column::new(), before, 1, NO_TANGENTS);
-        append_optional(&mut self.colors, Column::new(), before, 1, NO_COLORS);
+        append_optional(&mut self.normals, rows, before, 1);
+        append_optional(&mut self.uvs, Column::new(), before, 1);
+        append_optional(&mut self.tangents, Column::new(), before, 1);
+        append_optional(&mut self.colors, Column::new(), before, 1);
         self.corners.push(three(first));
         self.material.push(material);
     }
@@ -147,25 +139,32 @@ impl Triangles {
     /// Appends a mesh; if the columns are empty, the mesh's own are moved.
     pub(crate) fn append(&mut self, mesh: Mesh) {
         let (before, more) = (self.len(), mesh.corners.len());
-        let shifted = |mut rows: Column<[u32; 3]>, by: usize, none: u32| {
-            if by > 0 {
-                let given = rows.iter_mut().filter(|row| row[0] != none);
-                given.for_each(|row| *row = row.map(|index| index + by as u32));
+        let shifted = |mut rows: Column<[u32; 3]>, offset: usize| {
+            if offset > 0 {
+                let given = rows.iter_mut().filter(|row| row[0] != NO_INDEX);
+                given.for_each(|row| *row = row.map(|index| index + offset as u32));
             }
             rows
         };
-        let corners = shifted(mesh.corners, self.vertices.len(), u32::MAX);
-        let normals = shifted(mesh.normals, self.vertex_normals.len(), NO_NORMALS);
-        let uvs = shifted(mesh.uvs, self.vertex_uvs.len(), NO_UVS);
-        let tangents = shifted(mesh.tangents, self.vertex_tangents.len(), NO_TANGENTS);
-        let colors = shifted(mesh.colors, self.vertex_colors.len(), NO_COLORS);
-        append_optional(&mut self.normals, normals, before, more, NO_NORMALS);
-        append_optional(&mut self.uvs, uvs, before, more, NO_UVS);
-        append_optional(&mut self.tangents, tangents, before, more, NO_TANGENTS);
-        append_optional(&mut self.colors, colors, before, more, NO_COLORS);
+        let corners = shifted(mesh.corners, self.vertices.len());
+        let vertices = [
+            self.vertex_normals.len(),
+            self.vertex_uvs.len(),
+            self.vertex_tangents.len(),
+            self.vertex_colors.len(),
+        ];
+        let optional = [
+            (&mut self.normals, mesh.normals),
+            (&mut self.uvs, mesh.uvs),
+            (&mut self.tangents, mesh.tangents),
+            (&mut self.colors, mesh.colors),
+        ];
+        for ((column, rows), vertices) in optional.into_iter().zip(vertices) {
+            append_optional(column, shifted(rows, vertices), before, more);
+        }
         if mesh.vertex_opacity.is_empty() {
-            let whole = std::iter::repeat_n(1.0, mesh.vertex_colors.len());
-            self.vertex_opacity.extend(whole);
+            let opaque = std::iter::repeat_n(1.0, mesh.vertex_colors.len());
+            self.vertex_opacity.extend(opaque);
         } else {
             self.vertex_opacity.append(mesh.vertex_opacity)
         }
@@ -200,8 +199,8 @@ impl Triangles {
         let [x, y, z] = self.vertices.parts().map(|part| &part[..]);
         let corners = &self.corners[..];
         move |i| {
-            let at = |k: u32| Vec3::new(x[k as usize], y[k as usize], z[k as usize]);
-            let [a, b, c] = corners[i].map(at);
+            let vertex = |k: u32| Vec3::new(x[k as usize], y[k as usize], z[k as usize]);
+            let [a, b, c] = corners[i].map(vertex);
             Bounds::new(a.min(b).min(c), a.max(b).max(c))
         }
     }
@@ -234,7 +233,7 @@ impl Triangles {
     /// Rows of the triangle's normals, if it has any.
     #[inline]
     pub fn normal_rows(&self, i: usize) -> Option<[u32; 3]> {
-        self.normals.get(i).copied().filter(|r| r[0] != NO_NORMALS)
+        self.normals.get(i).copied().filter(|r| r[0] != NO_INDEX)
     }
 
     /// The three vertex normals, if the triangle has them.
@@ -247,7 +246,7 @@ impl Triangles {
     /// The texture coordinates of the vertices in a layer, if the triangle has them.
     #[inline]
     pub fn corner_uvs(&self, i: usize, layer: u32) -> Option<[Vec2; 3]> {
-        let rows = self.uvs.get(i).filter(|r| r[0] != NO_UVS)?;
+        let rows = self.uvs.get(i).filter(|r| r[0] != NO_INDEX)?;
         let rows = rows.map(|row| row as usize + layer as usize);
         let count = self.vertex_uvs.len();
         (rows.iter().all(|&row| row < count)).then(|| rows.map(|row| self.vertex_uvs.get(row)))
@@ -257,7 +256,7 @@ impl Triangles {
     /// them.
     #[inline]
     pub fn corner_tangents(&self, i: usize) -> Option<([Vec3; 3], f32)> {
-        let rows = self.tangents.get(i).filter(|r| r[0] != NO_TANGENTS)?;
+        let rows = self.tangents.get(i).filter(|r| r[0] != NO_INDEX)?;
         let sign = self.bitangent_signs[rows[0] as usize];
         Some((rows.map(|row| self.vertex_tangents.get(row as usize)), sign))
     }
@@ -265,7 +264,7 @@ impl Triangles {
     /// Rows of the triangle's colours, if it has any.
     #[inline]
     pub fn color_rows(&self, i: usize) -> Option<[u32; 3]> {
-        self.colors.get(i).copied().filter(|r| r[0] != NO_COLORS)
+        self.colors.get(i).copied().filter(|r| r[0] != NO_INDEX)
     }
 
     /// The three vertex colours, if the triangle has them.
@@ -281,75 +280,45 @@ impl PrimColumns for Triangles {
         &self.material
     }
 
-    fn columns(&self, materials: usize) -> Vec<ColumnInfo<'_>> {
-        use RowCheck::{Color, Finite, UnitInterval};
-        let Triangles {
-            vertices,
-            corners,
-            normals,
-            vertex_normals,
-            uvs,
-            vertex_uvs,
-            tangents,
-            vertex_tangents,
-            bitangent_signs,
-            colors,
-            vertex_colors,
-            vertex_opacity,
-            material,
-        } = self;
-        let rows = |count, none| RowCheck::Corners { count, none };
-        let corner_rows = rows(vertices.len(), None);
-        let normal_rows = rows(vertex_normals.len(), Some(NO_NORMALS));
-        let uv_rows = rows(vertex_uvs.len(), Some(NO_UVS));
-        let tangent_rows = rows(vertex_tangents.len(), Some(NO_TANGENTS));
-        let color_rows = rows(vertex_colors.len(), Some(NO_COLORS));
-        let uv = ["texture places", "texture place"];
-        let opacity = ["vertex opacity", "opacity"];
-        ColumnTable::default()
-            .of_each("vertex", vertices.len())
-            .vectors(["vertices", "place"], [vertices], Finite)
-            .of_each("triangle", self.len())
-            .column(["triangle corners", "corners"], corners, corner_rows)
-            .optional(["triangle normals", "normals"], normals, normal_rows)
-            .of_each("vertex normal", vertex_normals.len())
-            .vectors(["vertex normals", "direction"], [vertex_normals], Finite)
-            .of_each("triangle", self.len())
-            .optional(["triangle texture places", "texture places"], uvs, uv_rows)
-            .of_each("vertex", vertex_uvs.len())
-            .column(uv, &vertex_uvs.x, Finite)
-            .column(uv, &vertex_uvs.y, Finite)
-            .of_each("triangle", self.len())
-            .optional(["triangle tangents", "tangents"], tangents, tangent_rows)
-            .of_each("vertex tangent", vertex_tangents.len())
-            .vectors(["vertex tangents", "direction"], [vertex_tangents], Finite)
-            .column(["vertex tangents", "sign"], bitangent_signs, Finite)
-            .of_each("triangle", self.len())
-            .optional(["triangle colours", "colors"], colors, color_rows)
-            .of_each("vertex", vertex_colors.len())
-            .vectors(["vertex colours", "color"], [vertex_colors], Color)
-            .column(opacity, vertex_opacity, UnitInterval)
-            .of_each("triangle", self.len())
-            .materials("triangle materials", material, materials)
-            .columns
-    }
-
-    fn columns_mut(&mut self) -> Vec<&mut dyn AnyColumn> {
-        let mut all = parts_mut([&mut self.vertices]);
-        all.push(&mut self.corners);
-        all.push(&mut self.normals);
-        all.extend(parts_mut([&mut self.vertex_normals]));
-        all.push(&mut self.uvs);
-        all.push(&mut self.vertex_uvs.x);
-        all.push(&mut self.vertex_uvs.y);
-        all.push(&mut self.tangents);
-        all.extend(parts_mut([&mut self.vertex_tangents]));
-        all.push(&mut self.bitangent_signs);
-        all.push(&mut self.colors);
-        all.extend(parts_mut([&mut self.vertex_colors]));
-        all.push(&mut self.vertex_opacity);
-        all.push(&mut self.material);
-        all
+    column_list! {
+        fn columns(triangles, materials), columns_mut;
+        "vertex", triangles.vertices.len() => {
+            vertices: ["vertices", "place"], RowCheck::Finite;
+        }
+        "triangle", triangles.len() => {
+            corners: ["triangle corners", "corners"], RowCheck::Below(triangles.vertices.len());
+            normals: ["triangle normals", "normals"],
+                RowCheck::CornersOrNone(triangles.vertex_normals.len());
+        }
+        "vertex normal", triangles.vertex_normals.len() => {
+            vertex_normals: ["vertex normals", "direction"], RowCheck::Finite;
+        }
+        "triangle", triangles.len() => {
+            uvs: ["triangle texture places", "texture places"],
+                RowCheck::CornersOrNone(triangles.vertex_uvs.len());
+        }
+        "vertex", triangles.vertex_uvs.len() => {
+            vertex_uvs: ["texture places", "texture place"], RowCheck::Finite;
+        }
+        "triangle", triangles.len() => {
+            tangents: ["triangle tangents", "tangents"],
+                RowCheck::CornersOrNone(triangles.vertex_tangents.len());
+        }
+        "vertex tangent", triangles.vertex_tangents.len() => {
+            vertex_tangents: ["vertex tangents", "direction"], RowCheck::Finite;
+            bitangent_signs: ["vertex tangents", "sign"], RowCheck::Finite;
+        }
+        "triangle", triangles.len() => {
+            colors: ["triangle colours", "colors"],
+                RowCheck::CornersOrNone(triangles.vertex_colors.len());
+        }
+        "vertex", triangles.vertex_colors.len() => {
+            vertex_colors: ["vertex colours", "color"], RowCheck::Color;
+            vertex_opacity: ["vertex opacity", "opacity"], RowCheck::UnitInterval;
+        }
+        "triangle", triangles.len() => {
+            material: ["triangle materials", "material"], RowCheck::Below(materials);
+        }
     }
 
     #[inline]
@@ -398,16 +367,15 @@ fn append_optional(
     rows: Column<[u32; 3]>,
     before: usize,
     more: usize,
-    none: u32,
 ) {
     if column.is_empty() && rows.is_empty() {
         return;
     }
     if column.is_empty() && before > 0 {
-        *column = vec![[none; 3]; before].into();
+        *column = vec![[NO_INDEX; 3]; before].into();
     }
     if rows.is_empty() {
-        column.extend(std::iter::repeat_n([none; 3], more));
+        column.extend(std::iter::repeat_n([NO_INDEX; 3], more));
     } else {
         column.append(rows);
     }
@@ -428,7 +396,7 @@ mod tests {
         mesh.material = MeshMaterial::Each(vec![7, 8].into());
         if with_normals {
             mesh.vertex_normals.push(Vec3::Z);
-            mesh.normals = vec![[0, 0, 0], [NO_NORMALS; 3]].into();
+            mesh.normals = vec![[0, 0, 0], [NO_INDEX; 3]].into();
         }
         mesh
     }

@@ -117,10 +117,10 @@ mod tests {
             };
             let (mut sum, mut weights) = ([0.0; 2], 0.0);
             for sample in 0..many.spp {
-                let at = many.film_samples([7], [5], sample);
-                let weight = f64::from(at.weight[0]);
-                sum[0] += weight * f64::from(at.column[0] - 7.5);
-                sum[1] += weight * f64::from(at.row[0] - 5.5);
+                let position = many.film_samples([7], [5], sample);
+                let weight = f64::from(position.weight[0]);
+                sum[0] += weight * f64::from(position.column[0] - 7.5);
+                sum[1] += weight * f64::from(position.row[0] - 5.5);
                 weights += weight;
             }
             // The samples are stratified a thousandfold along each axis. Where Mitchell's weights

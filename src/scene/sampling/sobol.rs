@@ -66,8 +66,8 @@ pub fn child_seed<const N: usize>(seeds: [u32; N], way: BounceKind) -> [u32; N] 
 
 /// The points of N rays for one sample: both coordinates in \[0, 1), multiples of 2^-24.
 #[inline(always)]
-pub fn points<const N: usize>(seeds: [u32; N], sample: u32, purpose: Dimension) -> [[f32; N]; 2] {
-    points_of(seeds, [sample; N], purpose)
+pub fn points<const N: usize>(seeds: [u32; N], sample: u32, dimension: Dimension) -> [[f32; N]; 2] {
+    points_of(seeds, [sample; N], dimension)
 }
 
 /// The points of N rays, with a sample number for each.
@@ -92,8 +92,8 @@ fn unit_float(bits: u32) -> f32 {
 }
 
 #[inline(always)]
-fn bits(seed: u32, sample: u32, purpose: Dimension) -> [u32; 2] {
-    let seed = mix(seed.wrapping_add(purpose.index()));
+fn bits(seed: u32, sample: u32, dimension: Dimension) -> [u32; 2] {
+    let seed = mix(seed.wrapping_add(dimension.index()));
     // Shuffled within blocks of powers of two, so that a prefix of the samples is again a block of
     // the sequence.
     let index = scrambled(sample.reverse_bits(), mix(seed ^ 0x9e37_79b9)).reverse_bits();
@@ -159,10 +159,10 @@ mod tests {
         let mut index = 1u32;
         for _ in 0..10_000 {
             index = mix(index);
-            let of = |bit: usize| {
+            let direction_bits = |bit: usize| {
                 if index >> bit & 1 == 1 { direction[bit] } else { 0 }
             };
-            let want = (0..32).map(of).fold(0, |sum, d| sum ^ d);
+            let want = (0..32).map(direction_bits).fold(0, |sum, d| sum ^ d);
             assert_eq!(pascal(index).reverse_bits(), want, "{index:#x}");
         }
     }
@@ -191,18 +191,18 @@ mod tests {
     fn neighbours_and_coordinates_know_nothing_of_each_other() {
         let side = 128u32;
         let phase = |bits: u32| f64::from(bits) / 4_294_967_296.0;
-        let (mut beside, mut across) = (0.0, 0.0);
+        let (mut along, mut across) = (0.0, 0.0);
         for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
             let [u, v] = point(x, y, 0).map(phase);
             let [right, _] = point(x + 1, y, 0).map(phase);
-            beside += libm::cos(std::f64::consts::TAU * (u - right));
+            along += libm::cos(std::f64::consts::TAU * (u - right));
             across += libm::cos(std::f64::consts::TAU * (u - v));
         }
         // The deviation of either sum is √(n/2); five of them is one in a million.
         let most = 5.0 * libm::sqrt(f64::from(side * side) / 2.0);
         assert!(
-            beside.abs() < most && across.abs() < most,
-            "{beside} {across}"
+            along.abs() < most && across.abs() < most,
+            "{along} {across}"
         );
     }
 
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn decisions_and_ways_know_nothing_of_each_other() {
         let side = 128u32;
-        let phase = |seed: u32, purpose| f64::from(bits(seed, 0, purpose)[0]) / 4_294_967_296.0;
+        let phase = |seed: u32, dimension| f64::from(bits(seed, 0, dimension)[0]) / 4_294_967_296.0;
         let mut sums = [0.0; 8];
         for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
             let here = seeds([x], [y]);

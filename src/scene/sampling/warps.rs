@@ -138,8 +138,8 @@ mod tests {
 
     /// Points of a regular grid, at the centres of its squares.
     fn grid(side: u32) -> impl Iterator<Item = [[f32; 1]; 2]> {
-        let at = move |k: u32| [(k as f32 + 0.5) / side as f32];
-        (0..side * side).map(move |k| [at(k % side), at(k / side)])
+        let center = move |k: u32| [(k as f32 + 0.5) / side as f32];
+        (0..side * side).map(move |k| [center(k % side), center(k / side)])
     }
 
     #[test]
@@ -195,12 +195,12 @@ mod tests {
         let count = f64::from(side * side);
         let (mut first, mut second, mut heights) = ([0.0; 3], [0.0; 3], [0u32; 16]);
         for point in grid(side) {
-            let at = uniform_sphere(point).map(|[c]| f64::from(c));
+            let point_on_sphere = uniform_sphere(point).map(|[c]| f64::from(c));
             for axis in 0..3 {
-                first[axis] += at[axis] / count;
-                second[axis] += at[axis] * at[axis] / count;
+                first[axis] += point_on_sphere[axis] / count;
+                second[axis] += point_on_sphere[axis] * point_on_sphere[axis] / count;
             }
-            heights[((at[2] + 1.0) * 8.0).clamp(0.0, 15.0) as usize] += 1;
+            heights[((point_on_sphere[2] + 1.0) * 8.0).clamp(0.0, 15.0) as usize] += 1;
         }
         // A grid's error falls with the square of its step.
         assert!(first.iter().all(|m| m.abs() < 1e-4), "{first:?}");

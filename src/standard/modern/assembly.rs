@@ -35,7 +35,7 @@ pub(super) fn draw(
     let prepare = builder.preparation();
     let threads = match (builder.threads(), &prepare) {
         (_, None) => 1,
-        (asked, Some(_)) => thread_count(asked),
+        (requested, Some(_)) => thread_count(requested),
     };
     let assembly = Assembly::new(triangles, threads, prepare.as_deref());
     std::thread::scope(|scope| {
@@ -51,14 +51,14 @@ pub(super) fn draw(
             builder.material(&palette[ready.chunk.material]);
             match ready.mesh {
                 Some(mesh) => builder.prepared(mesh),
-                None => deliver_whole(builder, &ready.chunk.parts()),
+                None => deliver_mesh(builder, &ready.chunk.parts()),
             }
         };
         assembly.work(&scene, Some(&mut deliver));
     });
 }
 
-fn deliver_whole(builder: &mut dyn SceneBuilder, parts: &[MeshSlice]) {
+fn deliver_mesh(builder: &mut dyn SceneBuilder, parts: &[MeshSlice]) {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for part in parts {
         vertices.extend_from_slice(part.vertices());

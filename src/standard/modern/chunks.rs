@@ -104,7 +104,7 @@ impl OpenChunks {
             if chunk.triangles + (to.triangles - from.triangles) >= CHUNK {
                 chunk.add(&strips[material], from, to);
                 full.extend([self.close(material)]);
-                taken[material].vertices = to.vertices - step.kept as usize;
+                taken[material].vertices = to.vertices - step.shared as usize;
                 (taken[material].triangles, taken[material].shared) = (to.triangles, 0);
             }
         }

@@ -81,7 +81,7 @@ impl Rope {
         }
         let hammered = fractal3(SEED, round, 3);
         let points = circle.iter().zip(hammered);
-        points.map(|(&at, hammered)| self.point(at, hammered))
+        points.map(|(&turn_and_direction, hammered)| self.point(turn_and_direction, hammered))
     }
 
     /// The direction from the middle of the cross-section to a point of the circle.

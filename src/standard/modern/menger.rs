@@ -178,7 +178,7 @@ impl Sponge {
         let sides = (0..6).map(|side| {
             let (axis, upper) = (side / 2, side % 2 == 1);
             let here = self.origin.map(|c| self.middles[c]);
-            let is_stone = |there: [u32; 3]| holes(there.map(|middles| middles >> 2)) == 0;
+            let is_stone = |cell: [u32; 3]| holes(cell.map(|middles| middles >> 2)) == 0;
             let next = self.beyond(self.origin[axis] + if upper { BLOCK - 1 } else { 0 }, upper);
             let is_open = next.is_none_or(|next| !is_stone(replaced(here, axis, next)));
             usize::from(is_open) << side
@@ -277,8 +277,8 @@ impl Sponge {
 type CellFace = ([usize; 3], (usize, usize), usize);
 
 /// The coordinates with one of them replaced.
-fn replaced<T>(mut all: [T; 3], axis: usize, by: T) -> [T; 3] {
-    all[axis] = by;
+fn replaced<T>(mut all: [T; 3], axis: usize, value: T) -> [T; 3] {
+    all[axis] = value;
     all
 }
 

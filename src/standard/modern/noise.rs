@@ -148,8 +148,8 @@ pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
     let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);
     let (hx, hy) = (parts(0, xi), parts(1, yi));
     let seed = seed.wrapping_mul(STRIDES[3]);
-    let at = |dx: usize, dy: usize| lattice(hx[dx] ^ hy[dy] ^ seed);
-    let (a, b, c, d) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
+    let corner = |dx: usize, dy: usize| lattice(hx[dx] ^ hy[dy] ^ seed);
+    let (a, b, c, d) = (corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1));
     let (u, v) = (fade(x), fade(y));
     let (ab, ac, twist) = (b - a, c - a, a - b - c + d);
     let value = a + ab * u + ac * v + twist * u * v;
@@ -165,8 +165,8 @@ pub(super) fn noise3(seed: u64, p: DVec3) -> f64 {
     let (hx, hy, hz) = (parts(0, xi), parts(1, yi), parts(2, zi));
     let seed = seed.wrapping_mul(STRIDES[3]);
     let edge = |dy: usize, dz: usize| {
-        let at = |dx: usize| lattice(hx[dx] ^ hy[dy] ^ hz[dz] ^ seed);
-        blend(at(0), at(1), u)
+        let corner = |dx: usize| lattice(hx[dx] ^ hy[dy] ^ hz[dz] ^ seed);
+        blend(corner(0), corner(1), u)
     };
     let face = |dz: usize| blend(edge(0, dz), edge(1, dz), v);
     blend(face(0), face(1), w)

@@ -120,7 +120,7 @@ fn shell(parts: &mut PartBuilder) {
 /// The wooden lower wall with raised panels, its rail, and the cornice under the ceiling.
 fn panels(wall: &mut PartBuilder) {
     wall.material(WOOD);
-    let whole = (-HALF, HALF);
+    let width = (-HALF, HALF);
     let base = [(0.06, 0.0), (0.06, 0.13), (0.045, 0.16), (0.03, 0.17)];
     let rail = [
         (0.03, 0.84),
@@ -129,9 +129,9 @@ fn panels(wall: &mut PartBuilder) {
         (0.055, 0.94),
         (0.0, 0.945),
     ];
-    wall.moulding(whole, &[(0.03, 0.0), (0.03, 0.86)]);
-    wall.moulding(whole, &base);
-    wall.moulding(whole, &rail);
+    wall.moulding(width, &[(0.03, 0.0), (0.03, 0.86)]);
+    wall.moulding(width, &base);
+    wall.moulding(width, &rail);
     for k in 0..5 {
         let x = -HALF + 0.13 + 1.16 * f64::from(k);
         for (inset, depth) in [(0.0, 0.045), (0.07, 0.06)] {
@@ -146,7 +146,7 @@ fn panels(wall: &mut PartBuilder) {
         let turn = TAU / 4.0 * f64::from(k) / f64::from(steps);
         (0.16 * (1.0 - cos(turn)), HEIGHT - 0.16 * (1.0 - sin(turn)))
     });
-    wall.moulding(whole, &cornice.collect::<Vec<_>>());
+    wall.moulding(width, &cornice.collect::<Vec<_>>());
 }
 
 /// Number of sides of turned work of this radius.

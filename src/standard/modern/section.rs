@@ -20,7 +20,7 @@ pub(super) struct Step {
     pub(super) vertices: u32,
     pub(super) triangles: u32,
     /// Number of vertices at the end from which the next step starts.
-    pub(super) kept: u32,
+    pub(super) shared: u32,
 }
 
 /// Consecutive steps of a scene, and their triangles by material.
@@ -40,13 +40,13 @@ impl SceneSection {
     }
 
     /// Ends a step of a material.
-    pub(super) fn end_step(&mut self, material: usize, kept: usize) {
+    pub(super) fn end_step(&mut self, material: usize, shared: usize) {
         let strip = &self.strips[material];
         self.steps.push(Step {
             material: material as u32,
             vertices: strip.vertices.len() as u32,
             triangles: strip.triangles.len() as u32,
-            kept: kept as u32,
+            shared: shared as u32,
         });
     }
 }

@@ -4,10 +4,10 @@ use crate::builder::{StandardLight, StandardView};
 use glam::{DVec3, dvec3};
 
 /// A view of 1280x960 pixels with y up.
-pub(super) fn hd(from: DVec3, at: DVec3, fovy: f64) -> StandardView {
+pub(super) fn hd(from: DVec3, target: DVec3, fovy: f64) -> StandardView {
     StandardView {
         from,
-        at,
+        at: target,
         up: DVec3::Y,
         fovy,
         width: 1280,

@@ -121,15 +121,22 @@ fn ground(center: DVec3, normal: DVec3, patch: f64, dice: &mut Dice) -> Ground {
     let grain = dice.range(-1.0, 1.0);
     let height = center.y + 0.25 * patch + 0.05 * grain;
     let steep = steep + 0.10 * patch + 0.035 * grain;
-    match () {
-        () if height > 2.1 && steep > 0.66 - 0.05 * (height - 2.1) => Ground::Snow,
-        () if steep < 0.62 && patch + 0.4 * grain < -0.1 => Ground::DarkRock,
-        () if steep < 0.70 => Ground::Rock,
-        () if center.y < 0.035 + 0.02 * grain => Ground::Sand,
-        () if height > 1.6 || steep < 0.76 => Ground::Scree,
-        () if patch + 0.3 * grain > 0.12 => Ground::Forest,
-        () if patch + 0.3 * grain < -0.12 => Ground::Heath,
-        () => Ground::Meadow,
+    if height > 2.1 && steep > 0.66 - 0.05 * (height - 2.1) {
+        Ground::Snow
+    } else if steep < 0.62 && patch + 0.4 * grain < -0.1 {
+        Ground::DarkRock
+    } else if steep < 0.70 {
+        Ground::Rock
+    } else if center.y < 0.035 + 0.02 * grain {
+        Ground::Sand
+    } else if height > 1.6 || steep < 0.76 {
+        Ground::Scree
+    } else if patch + 0.3 * grain > 0.12 {
+        Ground::Forest
+    } else if patch + 0.3 * grain < -0.12 {
+        Ground::Heath
+    } else {
+        Ground::Meadow
     }
 }
 
@@ -181,10 +188,19 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
 }
 
 fn lake(mesh: &mut MeshBuilder) {
-    let at = |x: f64, z: f64| dvec3(x, 0.0, z);
+    let on_ground = |x: f64, z: f64| dvec3(x, 0.0, z);
     let (x, z) = (HALF.x, HALF.y);
     mesh.material(WATER);
-    mesh.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
+    mesh.quad(
+        [
+            on_ground(-x, z),
+            on_ground(x, z),
+            on_ground(x, -z),
+            on_ground(-x, -z),
+        ],
+        1,
+        1,
+    );
 }
 
 /// Draws the quads of a block of this size from its first column and row on.
@@ -245,8 +261,8 @@ fn at_all(points: &[DVec2], values: impl Fn(&Points<LANES>) -> [f64; LANES]) -> 
 
 /// The row of the palette for a face.
 fn material_of(vertices: &[DVec3], corners: [u32; 3], patch: f64, dice: &mut Dice) -> usize {
-    let at = |k: usize| vertices[corners[k] as usize];
-    let (a, b, c) = (at(0), at(1), at(2));
+    let corner = |k: usize| vertices[corners[k] as usize];
+    let (a, b, c) = (corner(0), corner(1), corner(2));
     let center = (a + b + c) / 3.0;
     let distance = (center - EYE).length() / 26.0 * (HAZES - 1) as f64;
     // Chosen at random between two steps, so that no step shows as a line.

@@ -44,9 +44,9 @@ fn grow(
     let turn = from_z_to(direction);
     let reach = radius * (1.0 + SHRINK);
     for &child in children {
-        let at = turn * child * reach + center;
-        let toward = (at - center) / reach;
-        let sphere = (at, radius * SHRINK);
+        let child_center = turn * child * reach + center;
+        let toward = (child_center - center) / reach;
+        let sphere = (child_center, radius * SHRINK);
         grow(builder, children, levels - 1, sphere, toward);
     }
 }

@@ -74,8 +74,8 @@ fn gear_at(size: u32, x: u32, y: u32, z: u32) -> Gear {
 
 /// A pseudorandom colour; about every fifth gear is of glass.
 fn gear_material(x: u32, y: u32, z: u32) -> NffMaterial {
-    let fraction = |whole: u32, factor: f64| {
-        let product = f64::from(whole + 1) * factor / 7.0;
+    let fraction = |number: u32, factor: f64| {
+        let product = f64::from(number + 1) * factor / 7.0;
         0.01 + (product - product.floor())
     };
     let rgb = dvec3(

@@ -32,13 +32,13 @@ fn view_of(size: u32) -> StandardView {
     let cells = f64::from(size);
     let x = (f64::from(size / 2) + 0.5) / cells;
     let half_cell = 1.0 / (2.0 * cells);
-    let (from, at) = (
+    let (from, target) = (
         dvec3(x, 1.0, 1.0 - half_cell),
         dvec3(x, -1.0, -1.0 - half_cell),
     );
     StandardView {
         up: dvec3(0.2, 1.0, 0.0),
-        ..view(from, at, 60.0, 512)
+        ..view(from, target, 60.0, 512)
     }
 }
 

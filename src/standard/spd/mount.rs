@@ -106,8 +106,8 @@ impl Mountain {
 /// a better hash would give a different mountain. A negative shift leaves no bits in the lower
 /// sixteen, as on the original's 64-bit machines.
 fn hash(x: u32, y: u32, size: u32) -> i64 {
-    let shifted = |k: u32, by: u32| {
-        let shift = by.checked_sub(size);
+    let shifted = |k: u32, shift: u32| {
+        let shift = shift.checked_sub(size);
         shift.map_or(0, |shift| u64::from(k) << shift)
     };
     let sum = shifted(x, 23) + shifted(y, 15) + shifted(x, 7);

@@ -7,10 +7,10 @@ use glam::{DVec3, dvec3};
 pub(super) const SKY: DVec3 = dvec3(0.078, 0.361, 0.753);
 
 /// A square view of `side` pixels, `angle` in NFF's sense, with z up.
-pub(super) fn view(from: DVec3, at: DVec3, angle: f64, side: u32) -> StandardView {
+pub(super) fn view(from: DVec3, target: DVec3, angle: f64, side: u32) -> StandardView {
     StandardView {
         from,
-        at,
+        at: target,
         up: DVec3::Z,
         fovy: StandardView::of_pixel_centres(angle, side),
         width: side,

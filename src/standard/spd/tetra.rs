@@ -18,10 +18,10 @@ const FACES: [[usize; 3]; 4] = [[0, 1, 2], [3, 2, 1], [2, 3, 0], [1, 0, 3]];
 
 pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let from = dvec3(1.022846, -3.177154, -2.174512);
-    let at = dvec3(-0.004103, -0.004103, 0.216539);
+    let target = dvec3(-0.004103, -0.004103, 0.216539);
     let view = StandardView {
         up: dvec3(-0.816497, -0.816497, 0.816497),
-        ..view(from, at, 45.0, 512)
+        ..view(from, target, 45.0, 512)
     };
     prelude(builder, SKY, &view, &[dvec3(2.0, -18.0, -5.0)]);
     surface(builder, matte(dvec3(1.0, 0.2, 0.2)));

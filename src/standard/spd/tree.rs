@@ -29,8 +29,8 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.polygon(&rectangle(50.0, 50.0, 0.0));
     surface(builder, matte(dvec3(0.55, 0.4, 0.2)));
     let forks = BRANCHES.map(|[bend, turn, length]| {
-        let turned = about_z(turn.to_radians()) * about_x(bend.to_radians());
-        DAffine3::from_mat3_translation(turned * length, DVec3::Z)
+        let branch = about_z(turn.to_radians()) * about_x(bend.to_radians());
+        DAffine3::from_mat3_translation(branch * length, DVec3::Z)
     });
     grow(builder, &forks, size, DAffine3::IDENTITY, 1.0);
 }

@@ -137,7 +137,7 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(&[MeshSlice::whole(vertices, triangles)]));
+        self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)]));
     }
 
     fn threads(&self) -> usize {

@@ -232,7 +232,7 @@ impl<W: Write> SceneBuilder for PlyWriter<W> {
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
         match self.preparation() {
-            Some(prepare) => self.prepared(prepare(&[MeshSlice::whole(vertices, triangles)], 0)),
+            Some(prepare) => self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)], 0)),
             None => triangles
                 .iter()
                 .for_each(|t| self.flat_face(&t.map(|k| vertices[k as usize]))),

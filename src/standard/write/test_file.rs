@@ -128,7 +128,7 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
         self.prepared(prepare(
-            &[MeshSlice::whole(vertices, triangles)],
+            &[MeshSlice::complete(vertices, triangles)],
             self.vertices,
         ));
     }

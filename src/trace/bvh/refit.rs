@@ -13,7 +13,7 @@ use phalanx_scene::{Bounds, map_blocks_mut};
 
 impl Node {
     /// The box around both children.
-    pub(super) fn whole(&self) -> Bounds {
+    pub(super) fn child_bounds(&self) -> Bounds {
         let child = |k: usize| match self.child(k) {
             Child::Leaf { count: 0, .. } => Bounds::EMPTY,
             _ => self.bounds(k),
@@ -73,7 +73,7 @@ fn refit_nodes(
         for k in 0..2 {
             let child = nodes[index].child(k);
             let bounds = match child {
-                Child::Node(child) => nodes[child as usize - first[0]].whole(),
+                Child::Node(child) => nodes[child as usize - first[0]].child_bounds(),
                 Child::Leaf {
                     kind: LeafKind::TRIANGLE,
                     first: slot,

@@ -32,7 +32,7 @@ pub(super) trait MovableTree {
     /// Indices of both children; `None` for a leaf.
     fn children(&self, node: u32) -> Option<[u32; 2]>;
     /// Makes a node the sibling of another, which is not below it, and refits all boxes.
-    fn reinsert(&mut self, node: u32, at: u32);
+    fn reinsert(&mut self, node: u32, target: u32);
 }
 
 /// Reinserts the largest nodes for which that saves area, in one pass for each share of all nodes.
@@ -46,8 +46,8 @@ pub(super) fn reinsert_largest(tree: &mut impl MovableTree, shares: &[f32]) {
         by_area.sort_by(|a, b| b.0.total_cmp(&a.0));
         by_area.truncate((share * by_area.len() as f32) as usize);
         for (_, node) in by_area {
-            if let Some(at) = best_position(tree, node, &mut waiting) {
-                tree.reinsert(node, at);
+            if let Some(position) = best_position(tree, node, &mut waiting) {
+                tree.reinsert(node, position);
             }
         }
     }
@@ -71,18 +71,18 @@ fn best_position(tree: &impl MovableTree, node: u32, waiting: &mut Vec<(u32, f32
     let mut rest = tree.bounds(outside);
     loop {
         waiting.push((outside, saved));
-        while let Some((at, saved)) = waiting.pop() {
+        while let Some((position, saved)) = waiting.pop() {
             if saved - least <= best.0 {
                 continue;
             }
-            let own = tree.bounds(at);
+            let own = tree.bounds(position);
             let left = saved - own.union(bounds).half_area();
             if left > best.0 {
-                best = (left, Some(at));
+                best = (left, Some(position));
             }
             let below = left + own.half_area();
             if below - least > best.0
-                && let Some([first, second]) = tree.children(at)
+                && let Some([first, second]) = tree.children(position)
             {
                 waiting.push((first, below));
                 waiting.push((second, below));

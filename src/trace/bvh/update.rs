@@ -185,8 +185,8 @@ impl Bvh {
         self.nodes.len()
     }
 
-    fn push_nodes(&mut self, mut nodes: Vec<Node>, by: Offsets) {
-        by.rebase_nodes(&mut nodes);
+    fn push_nodes(&mut self, mut nodes: Vec<Node>, offsets: Offsets) {
+        offsets.rebase_nodes(&mut nodes);
         self.nodes.make_mut().extend(nodes);
     }
 
@@ -203,12 +203,16 @@ impl Bvh {
         let root = Node::new([child(&parts.world.nodes), child(&top)]);
         let weighted = [slice::from_ref(&root), &self.nodes[top]].map(weighted_cost_of);
         let weighted = weighted.iter().sum::<f64>() + parts.world.weighted_cost;
-        self.sah = 1.0 + relative_cost(weighted, root.whole());
+        self.sah = 1.0 + relative_cost(weighted, root.child_bounds());
         self.nodes.make_mut()[0] = root;
     }
 
     /// The box around a tree among all; empty for no nodes.
     fn bounds_of(&self, nodes: &Range<usize>) -> Bounds {
-        if nodes.is_empty() { Bounds::EMPTY } else { self.nodes[nodes.start].whole() }
+        if nodes.is_empty() {
+            Bounds::EMPTY
+        } else {
+            self.nodes[nodes.start].child_bounds()
+        }
     }
 }

@@ -237,8 +237,8 @@ impl UnverifiedBvh {
                     leaf @ Child::Leaf { kind, first, count } => {
                         let end = u64::from(first) + u64::from(count);
                         let nested = in_mesh && kind == LeafKind::Instance && count > 0;
-                        let there = end <= counts[kind.number()] as u64;
-                        if !there || nested || leaf.packed() != node.packed(k) {
+                        let exists = end <= counts[kind.number()] as u64;
+                        if !exists || nested || leaf.packed() != node.packed(k) {
                             return false;
                         }
                         slot_references += u64::from(count);
@@ -315,7 +315,7 @@ impl UnverifiedBvh {
             .map(|&root| self.mesh_of(root, scene, &mut seen));
         let meshes: Vec<u32> = meshes.collect::<Result<_, _>>()?;
         let fits = slots.iter().all(|slot| {
-            let mesh = roots.binary_search(&slot.root).map(|at| meshes[at]);
+            let mesh = roots.binary_search(&slot.root).map(|row| meshes[row]);
             mesh.is_ok_and(|mesh| known.binary_search(&(slot.id_offset, mesh)).is_ok())
         });
         if fits { Ok(()) } else { Err(BvhError::Instance) }

@@ -261,7 +261,8 @@ impl Bvh {
     }
 }
 
-/// The order in which a picture's rays are traced; small batches are not looked at.
+/// The order in which a picture's rays are traced; `None` for small batches, where sorting does not
+/// pay.
 fn scan_order(rays: &RayBatch) -> Option<ScanOrder> {
     (rays.len() > SMALL).then(|| ScanOrder::of(rays))?
 }
@@ -296,10 +297,12 @@ fn each_ray(rays: &RayBatch, mut trace: impl FnMut(usize, &Ray)) {
 /// coherent rays in simple scenes, and never much slower than calls for one ray; within instances
 /// they would be packets of one.
 fn kernel_of(bvh: &Bvh, count: usize) -> Kernel {
-    match bvh.leaf_prims().instances.is_empty() {
-        true if count <= SMALL => Kernel::Single,
-        false if count <= SMALL => Kernel::packets(),
-        _ => Kernel::Auto.for_frame(bvh, count as u64 + EARLIER_RAYS * bvh.count_rays(count)),
+    if count > SMALL {
+        Kernel::Auto.for_frame(bvh, count as u64 + EARLIER_RAYS * bvh.count_rays(count))
+    } else if bvh.leaf_prims().instances.is_empty() {
+        Kernel::Single
+    } else {
+        Kernel::packets()
     }
 }
 
@@ -325,15 +328,15 @@ fn run<'a, O: Send>(
     let chunks = starts.map(|from| rays.slice(from, (from + chunk).min(count)));
     share(chunks.zip(outputs), threads, |next| {
         let mut worker = Worker::new(bvh, kernel);
-        let mut turned = TransposedRays::default();
+        let mut transposed = TransposedRays::default();
         while let Some((rays, mut output)) = next() {
             let places = order.as_ref().and_then(|order| order.places(rays.len()));
             let Some(places) = places else {
-                work(&mut worker, &turned.columns(&rays), &mut output, None);
+                work(&mut worker, &transposed.columns(&rays), &mut output, None);
                 continue;
             };
             for places in places.chunks(CHUNK) {
-                let picked = turned.picked(&rays, places);
+                let picked = transposed.picked(&rays, places);
                 work(&mut worker, &picked, &mut output, Some(places));
             }
         }

@@ -38,7 +38,7 @@ pub type TMax<'a> = PerRay<'a, f32>;
 impl<T: Copy + PartialEq> PerRay<'_, T> {
     /// The number of ray `k`.
     #[inline(always)]
-    pub(super) fn of(&self, k: usize) -> T {
+    pub(super) fn get(&self, k: usize) -> T {
         match self {
             PerRay::All(one) => *one,
             PerRay::Each(each) => each[k],

@@ -104,11 +104,11 @@ impl BatchFilter<'_> {
         self.ignore.check("ignore", rays)
     }
 
-    fn of(&self, k: usize) -> RayFilter<'static> {
+    fn get(&self, k: usize) -> RayFilter<'static> {
         RayFilter {
-            tnear: self.tnear.of(k),
-            mask: self.mask.of(k),
-            ignore: self.ignore.of(k),
+            tnear: self.tnear.get(k),
+            mask: self.mask.get(k),
+            ignore: self.ignore.get(k),
             ..RayFilter::default()
         }
     }
@@ -154,7 +154,8 @@ impl Bvh {
     /// ```
     pub fn all_hits_filtered(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
         let all = RefCell::new(Vec::new());
-        // Refused hits end no search, so all of them come by, on both sides of a primitive.
+        // A refused hit does not end the search, so the filter sees every hit, on both sides of a
+        // primitive.
         let refuse = |hit: &Hit| {
             if (filter.accept)(hit) {
                 all.borrow_mut().push(*hit);
@@ -251,7 +252,7 @@ impl Bvh {
         let from_start = filter.tnear.common().is_some_and(|tnear| tnear <= 0.0);
         if from_start || is_flat && prims.cones.is_empty() {
             let mut lists = self.all_hits_batch(rays, threads)?;
-            lists.retain(|ray, hit| self.accepts(hit, &filter.of(ray)));
+            lists.retain(|ray, hit| self.accepts(hit, &filter.get(ray)));
             return Ok(lists);
         }
         let count = rays.len();
@@ -262,7 +263,7 @@ impl Bvh {
         share(jobs, threads, |next| {
             while let Some((first, part)) = next() {
                 for k in first..(first + CHUNK).min(count) {
-                    part.push(self.all_hits_filtered(&rays.ray(k), &filter.of(k)));
+                    part.push(self.all_hits_filtered(&rays.ray(k), &filter.get(k)));
                 }
             }
         });
@@ -287,27 +288,27 @@ impl Bvh {
         share(jobs, threads, |next| {
             let mut kernel = FilteredRays::new(self);
             let mut packets = PacketStorage::default();
-            let mut turned = TransposedRays::default();
+            let mut transposed = TransposedRays::default();
             while let Some((first, mut output)) = next() {
                 let part = rays.slice(first, (first + CHUNK).min(count));
-                let part = turned.columns(&part);
+                let part = transposed.columns(&part);
                 let (tmax, len) = (part.tmax, part.len());
                 packets.fill(&part, false);
                 let accept = |k: usize, weights, prim_id| {
                     let hit = self.hit_of(weights, prim_id);
-                    hit.t < tmax.of(k) && self.accepts(&hit, &filters.of(first + k))
+                    hit.t < tmax.get(k) && self.accepts(&hit, &filters.get(first + k))
                 };
                 let filter = HitFilter {
                     accept: &accept,
                     any,
                 };
                 let limit = tmax.common().unwrap_or(f32::INFINITY);
-                kernel.trace(&packets.queue.queue(), limit, &filter, &mut |k, found| {
-                    let found = found.filter(|_| k < len && is_able(&packets.able, k));
+                kernel.trace(&packets.queue.queue(), limit, &filter, &mut |k, hit| {
+                    let hit = hit.filter(|_| k < len && is_able(&packets.able, k));
                     put(
                         &mut output,
                         k,
-                        found.map(|(t, prim_id)| self.hit_of(t, prim_id)),
+                        hit.map(|(t, prim_id)| self.hit_of(t, prim_id)),
                     );
                 });
             }

@@ -82,11 +82,11 @@ impl HitLists {
 
     /// Keeps the hits for which `keep` returns true, by the ray and the hit.
     pub(super) fn retain(&mut self, keep: impl Fn(usize, &Hit) -> bool) {
-        let mut kept = HitLists::empty();
+        let mut lists = HitLists::empty();
         for ray in 0..self.starts.len() - 1 {
-            kept.push(self.of(ray).filter(|hit| keep(ray, hit)));
+            lists.push(self.of(ray).filter(|hit| keep(ray, hit)));
         }
-        *self = kept;
+        *self = lists;
     }
 
     /// No lists.

@@ -226,8 +226,8 @@ impl Bvh {
         if !ray.can_hit() {
             return None;
         }
-        let found = kernel.closest([&ray.origin, &ray.direction], ray.tmax)?;
-        Some(self.hit_of(found.0, found.1))
+        let hit = kernel.closest([&ray.origin, &ray.direction], ray.tmax)?;
+        Some(self.hit_of(hit.0, hit.1))
     }
 
     /// A hit from its distance, its weights and its primitive.

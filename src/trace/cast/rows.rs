@@ -162,7 +162,7 @@ impl<'a> RayBatch<'a> {
         Ray {
             origin,
             direction,
-            tmax: self.tmax().of(k),
+            tmax: self.tmax().get(k),
         }
     }
 

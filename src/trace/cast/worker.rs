@@ -36,7 +36,7 @@ pub(super) struct Worker<'a> {
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
     /// Every hit of all rays.
-    found: Vec<FoundHit>,
+    hit_list: Vec<FoundHit>,
     /// The same, ray after ray.
     sorted: Vec<FoundHit>,
 }
@@ -59,7 +59,7 @@ impl<'a> Worker<'a> {
             packets: PacketStorage::default(),
             hits: Vec::new(),
             blocked: Vec::new(),
-            found: Vec::new(),
+            hit_list: Vec::new(),
             sorted: Vec::new(),
         }
     }
@@ -70,13 +70,13 @@ impl<'a> Worker<'a> {
         self.find_closest(rays);
         let mut run = self.geometries.run_of(0);
         for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
-            let found = if_able(packet, able);
-            let geom_id = self.geometries.find_eight(found.prim_id, &mut run);
+            let hit = if_able(packet, able);
+            let geom_id = self.geometries.find_eight(hit.prim_id, &mut run);
             let rows = EightRows::of(rows, k * LANES);
-            rows.put(hits.t, found.t.to_array());
-            rows.put(hits.u, found.u.to_array());
-            rows.put(hits.v, found.v.to_array());
-            rows.put(hits.prim_id, found.prim_id.to_array());
+            rows.put(hits.t, hit.t.to_array());
+            rows.put(hits.u, hit.u.to_array());
+            rows.put(hits.v, hit.v.to_array());
+            rows.put(hits.prim_id, hit.prim_id.to_array());
             rows.put(hits.geom_id, geom_id.to_array());
         }
     }
@@ -103,7 +103,7 @@ impl<'a> Worker<'a> {
         self.find_every_hit(rays);
         // A counting sort by ray first: a single sort would compare hits of different rays.
         let mut ends = vec![0; rays.len()];
-        for hit in &self.found {
+        for hit in &self.hit_list {
             ends[hit.ray as usize] += 1;
         }
         // Start of each list, and once its hits are in place, its end.
@@ -111,8 +111,8 @@ impl<'a> Worker<'a> {
         for end in &mut ends {
             sum += std::mem::replace(end, sum);
         }
-        self.sorted.resize(self.found.len(), FoundHit::default());
-        for hit in &self.found {
+        self.sorted.resize(self.hit_list.len(), FoundHit::default());
+        for hit in &self.hit_list {
             let end = &mut ends[hit.ray as usize];
             self.sorted[*end] = *hit;
             *end += 1;
@@ -131,18 +131,18 @@ impl<'a> Worker<'a> {
     /// All hits, unordered.
     pub(super) fn find_every_hit(&mut self, rays: &RayColumns) -> &[FoundHit] {
         let common = rays.tmax.common();
-        self.found.clear();
+        self.hit_list.clear();
         if self.packets.fill(rays, common.is_none()) {
             let tmax = match common {
                 Some(tmax) => TMaxOf::All(tmax),
                 None => TMaxOf::Each(&self.packets.tmax),
             };
             let queue = self.packets.queue.queue();
-            self.traversal.every_hit(&queue, tmax, &mut self.found);
-            self.found
+            self.traversal.every_hit(&queue, tmax, &mut self.hit_list);
+            self.hit_list
                 .retain(|hit| is_able(&self.packets.able, hit.ray as usize));
         }
-        &self.found
+        &self.hit_list
     }
 
     /// Flags of rays that hit anything, stored in rows as by [`Worker::closest`].
@@ -234,7 +234,7 @@ impl PacketStorage {
     /// Copies rays into packets, and their limits if they are needed; returns true if any of the
     /// rays can hit anything.
     pub(super) fn fill(&mut self, rays: &RayColumns, with_limits: bool) -> bool {
-        let (count, whole) = (packets_for(rays.len()), rays.len() / LANES);
+        let (count, full) = (packets_for(rays.len()), rays.len() / LANES);
         self.able.resize(count, 0);
         self.tmax
             .resize(if with_limits { count } else { 0 }, [0.0; LANES]);
@@ -243,9 +243,9 @@ impl PacketStorage {
         self.queue.fill(count, QueueColumns::default(), |queue| {
             // Whole packets are copied directly from the columns to the queue. Arrays that might
             // also be assembled number by number would be copied that way, too.
-            let [ox, oy, oz] = rays.origin.map(|column| &column.as_chunks().0[..whole]);
-            let [dx, dy, dz] = rays.direction.map(|column| &column.as_chunks().0[..whole]);
-            for (k, able) in able[..whole].iter_mut().enumerate() {
+            let [ox, oy, oz] = rays.origin.map(|column| &column.as_chunks().0[..full]);
+            let [dx, dy, dz] = rays.direction.map(|column| &column.as_chunks().0[..full]);
+            for (k, able) in able[..full].iter_mut().enumerate() {
                 let (org, dir) = ([&ox[k], &oy[k], &oz[k]], [&dx[k], &dy[k], &dz[k]]);
                 let tmax = match rays.tmax {
                     TMax::All(tmax) => [tmax; LANES],
@@ -261,8 +261,8 @@ impl PacketStorage {
                     *limits = tmax;
                 }
             }
-            if whole < count {
-                let tail = |column: &[f32]| repeat_last(&column[whole * LANES..]);
+            if full < count {
+                let tail = |column: &[f32]| repeat_last(&column[full * LANES..]);
                 let (org, dir) = (rays.origin.map(tail), rays.direction.map(tail));
                 let (org, dir) = (org.each_ref(), dir.each_ref());
                 let tmax = match rays.tmax {
@@ -270,9 +270,9 @@ impl PacketStorage {
                     TMax::Each(each) => tail(each),
                 };
                 let rest = rays.len() % LANES;
-                able[whole] = able_lanes(org, dir, &tmax);
-                push_able(queue, (org, dir), able[whole], rest, &mut neighbour);
-                if let Some(limits) = limits.get_mut(whole) {
+                able[full] = able_lanes(org, dir, &tmax);
+                push_able(queue, (org, dir), able[full], rest, &mut neighbour);
+                if let Some(limits) = limits.get_mut(full) {
                     *limits = tmax;
                 }
             }

@@ -56,12 +56,12 @@ impl<L: Lanes> HitRecord<L> {
     /// The hits below `tmax`.
     #[inline(always)]
     pub(crate) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
-        let found = active & self.t.lt(tmax);
+        let nearer = active & self.t.lt(tmax);
         HitPacket {
-            t: found.select(self.t, tmax),
+            t: nearer.select(self.t, tmax),
             u: self.v / self.det,
             v: self.w / self.det,
-            prim_id: found.select_u32(self.prim_id, L::U32::splat(NO_PRIM)),
+            prim_id: nearer.select_u32(self.prim_id, L::U32::splat(NO_PRIM)),
         }
     }
 

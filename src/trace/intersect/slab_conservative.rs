@@ -165,12 +165,12 @@ mod tests {
             ordered += usize::from(slabs.octant.is_some());
             for lane in must.overlaps(rays.tmax).lanes() {
                 let [enter, leave] = [must.tnear.lane(lane), must.tfar.lane(lane)];
-                let found = [may.tnear.lane(lane), may.tfar.lane(lane)];
+                let interval = [may.tnear.lane(lane), may.tfar.lane(lane)];
                 assert!(
-                    found[0] <= enter && found[1] >= leave,
-                    "{found:?} for {enter} to {leave}: {corners:?} {rays:?} {lane}"
+                    interval[0] <= enter && interval[1] >= leave,
+                    "{interval:?} for {enter} to {leave}: {corners:?} {rays:?} {lane}"
                 );
-                tight += usize::from(found[0] >= enter * 0.999_9);
+                tight += usize::from(interval[0] >= enter * 0.999_9);
                 passed += 1;
             }
         }

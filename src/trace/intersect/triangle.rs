@@ -176,7 +176,7 @@ fn resolve_hit<L: Lanes>(
     // A NaN anywhere above leaves the sum NaN and fails here; so does a triangle seen edge-on.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
     let within = edges.inside & solid;
-    let found = HitCandidate {
+    let candidate = HitCandidate {
         valid: within & raw.gt(L::ZERO),
         t: raw,
         v: edges.v,
@@ -185,23 +185,23 @@ fn resolve_hit<L: Lanes>(
     };
     let vague = within & !by_edges.accurate;
     if !vague.any() {
-        return found;
+        return candidate;
     }
     let t = pairs.to_planes(raw, vague);
-    let found = HitCandidate {
+    let candidate = HitCandidate {
         valid: within & t.gt(L::ZERO) & t.lt(L::splat(f32::INFINITY)),
         t,
-        ..found
+        ..candidate
     };
     let far = vague & !by_edges.in_box();
     if !far.any() {
-        return found;
+        return candidate;
     }
     let (ahead, t) = pairs.interval().clamp(t);
     HitCandidate {
-        valid: (far & ahead) | (found.valid & !far),
-        t: far.select(t, found.t),
-        ..found
+        valid: (far & ahead) | (candidate.valid & !far),
+        t: far.select(t, candidate.t),
+        ..candidate
     }
 }
 

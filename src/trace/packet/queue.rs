@@ -87,7 +87,7 @@ impl QueueStorage {
         columns: QueueColumns,
         push: impl FnOnce(&mut RayQueue) -> T,
     ) -> T {
-        let packets_if = |wanted: bool| if wanted { packets } else { 0 };
+        let packets_if = |is_needed: bool| if is_needed { packets } else { 0 };
         grow(&mut self.slots, packets, EMPTY_SLOT);
         grow(&mut self.payloads, packets, EMPTY_PAYLOAD);
         grow(&mut self.seeds, packets_if(columns.seeds), [0; LANES]);
@@ -191,28 +191,28 @@ impl<'arena> RayQueue<'arena> {
         if lanes == 0 {
             return;
         }
-        let (packet, at) = (self.len / LANES, self.len % LANES);
+        let (packet, lane) = (self.len / LANES, self.len % LANES);
         let (slot, payload) = (&mut self.slots[packet], &mut self.payloads[packet]);
         let count = lanes.count_ones() as usize;
         self.len += count;
         // Column by column into the slot. A slot built first would be copied in pieces of other
         // sizes than those of its stores, which stalls.
-        if count == LANES && at == 0 {
+        if count == LANES && lane == 0 {
             set_columns(&mut slot.org, org, |column| column);
             set_columns(&mut slot.dir, dir, |column| column);
             set_columns(&mut payload.throughput, weight, |column| column);
             payload.parent = *parent;
             return;
         }
-        let to = LaneMove::new(lanes, at);
+        let to = LaneMove::new(lanes, lane);
         let moved = |column| to.floats(column);
         // Lanes after the last ray get copies of others, which the next push overwrites.
-        let kept = Mask8::first(at);
-        set_other_columns(kept, &mut slot.org, org, moved);
-        set_other_columns(kept, &mut slot.dir, dir, moved);
-        set_other_columns(kept, &mut payload.throughput, weight, moved);
-        set_other_numbers(kept, &mut payload.parent, to.numbers(parent));
-        if at + count > LANES {
+        let earlier = Mask8::first(lane);
+        set_other_columns(earlier, &mut slot.org, org, moved);
+        set_other_columns(earlier, &mut slot.dir, dir, moved);
+        set_other_columns(earlier, &mut payload.throughput, weight, moved);
+        set_other_numbers(earlier, &mut payload.parent, to.numbers(parent));
+        if lane + count > LANES {
             let (slot, payload) = (&mut self.slots[packet + 1], &mut self.payloads[packet + 1]);
             set_columns(&mut slot.org, org, moved);
             set_columns(&mut slot.dir, dir, moved);
@@ -230,11 +230,11 @@ impl<'arena> RayQueue<'arena> {
         if !mask.any() {
             return;
         }
-        let (packet, at) = (self.len / LANES, self.len % LANES);
-        let (to, count) = (LaneMove::new(mask.bits(), at), mask.bits().count_ones());
+        let (packet, lane) = (self.len / LANES, self.len % LANES);
+        let (to, count) = (LaneMove::new(mask.bits(), lane), mask.bits().count_ones());
         let moved = to.numbers(seeds);
-        set_other_numbers(Mask8::first(at), &mut self.seeds[packet], moved);
-        if at + count as usize > LANES {
+        set_other_numbers(Mask8::first(lane), &mut self.seeds[packet], moved);
+        if lane + count as usize > LANES {
             self.seeds[packet + 1] = moved;
         }
     }
@@ -248,11 +248,11 @@ impl<'arena> RayQueue<'arena> {
         if !mask.any() {
             return;
         }
-        let (packet, at) = (self.len / LANES, self.len % LANES);
-        let (to, count) = (LaneMove::new(mask.bits(), at), mask.bits().count_ones());
+        let (packet, lane) = (self.len / LANES, self.len % LANES);
+        let (to, count) = (LaneMove::new(mask.bits(), lane), mask.bits().count_ones());
         let moved = |column| to.floats(column);
-        set_other_columns(Mask8::first(at), &mut self.shares[packet], *share, moved);
-        if at + count as usize > LANES {
+        set_other_columns(Mask8::first(lane), &mut self.shares[packet], *share, moved);
+        if lane + count as usize > LANES {
             set_columns(&mut self.shares[packet + 1], *share, moved);
         }
     }
@@ -263,10 +263,10 @@ impl<'arena> RayQueue<'arena> {
     /// If the queue is full.
     #[inline]
     pub fn push_ray(&mut self, org: [f32; 3], dir: [f32; 3]) {
-        let (slot, at) = (&mut self.slots[self.len / LANES], self.len % LANES);
+        let (slot, lane) = (&mut self.slots[self.len / LANES], self.len % LANES);
         for axis in 0..3 {
-            slot.org[axis][at] = org[axis];
-            slot.dir[axis][at] = dir[axis];
+            slot.org[axis][lane] = org[axis];
+            slot.dir[axis][lane] = dir[axis];
         }
         self.len += 1;
     }
@@ -375,8 +375,8 @@ impl<'arena> RayQueue<'arena> {
     /// Weights and parents of packet `index`.
     #[inline]
     pub fn payload(&self, index: usize) -> (&Rgb, &[u32; LANES]) {
-        let purpose = &self.payloads[index];
-        (&purpose.throughput, &purpose.parent)
+        let payload = &self.payloads[index];
+        (&payload.throughput, &payload.parent)
     }
 }
 
@@ -391,16 +391,16 @@ fn set_columns(to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
 
 /// Replaces the lanes of three columns that are not in `kept`.
 #[inline(always)]
-fn set_other_columns(kept: Mask8, to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
-    to[0] = kept.select(F32x8::new(to[0]), moved(from.x)).to_array();
-    to[1] = kept.select(F32x8::new(to[1]), moved(from.y)).to_array();
-    to[2] = kept.select(F32x8::new(to[2]), moved(from.z)).to_array();
+fn set_other_columns(earlier: Mask8, to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
+    to[0] = earlier.select(F32x8::new(to[0]), moved(from.x)).to_array();
+    to[1] = earlier.select(F32x8::new(to[1]), moved(from.y)).to_array();
+    to[2] = earlier.select(F32x8::new(to[2]), moved(from.z)).to_array();
 }
 
 /// Replaces the lanes of a column that are not in `kept`.
 #[inline(always)]
-fn set_other_numbers(kept: Mask8, to: &mut [u32; LANES], from: [u32; LANES]) {
-    *to = kept
+fn set_other_numbers(earlier: Mask8, to: &mut [u32; LANES], from: [u32; LANES]) {
+    *to = earlier
         .select_u32(U32x8::new(*to), U32x8::new(from))
         .to_array();
 }
@@ -463,8 +463,8 @@ mod tests {
             let (packet, lane) = (k / LANES, k % LANES);
             let (org, dir) = queue.ray(packet, lane);
             let (weight, parents) = queue.payload(packet);
-            let found = [org, dir, weight.map(|c| c[lane]), queue.share(packet, lane)];
-            assert_eq!(found, vectors, "ray {k}");
+            let stored = [org, dir, weight.map(|c| c[lane]), queue.share(packet, lane)];
+            assert_eq!(stored, vectors, "ray {k}");
             assert_eq!((parents[lane], queue.seed(packet, lane)), (parent, seed));
         }
     }

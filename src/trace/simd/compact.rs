@@ -8,13 +8,13 @@ pub(crate) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     let mut tables = [[[0; LANES]; 256]; 2];
     let mut set = 0;
     while set < 256 {
-        let (mut lane, mut at) = (0, 0);
+        let (mut lane, mut place) = (0, 0);
         let last = (set as u32).count_ones() as usize;
         while lane < LANES {
             if set >> lane & 1 == 1 {
-                tables[0][set][at] = lane as u8;
-                tables[1][set][last - 1 - at] = lane as u8;
-                at += 1;
+                tables[0][set][place] = lane as u8;
+                tables[1][set][last - 1 - place] = lane as u8;
+                place += 1;
             }
             lane += 1;
         }
@@ -34,10 +34,10 @@ pub(crate) struct LaneMove {
 impl LaneMove {
     /// The move of the lanes set in `lanes` to lane `at` and after it.
     #[inline(always)]
-    pub(crate) fn new(lanes: u32, at: usize) -> LaneMove {
+    pub(crate) fn new(lanes: u32, lane: usize) -> LaneMove {
         let order = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize % 256]);
         LaneMove {
-            order: order.rotate_left(u8::BITS * at as u32).to_le_bytes(),
+            order: order.rotate_left(u8::BITS * lane as u32).to_le_bytes(),
         }
     }
 
@@ -140,11 +140,11 @@ mod tests {
                 .filter(|k| lanes >> k & 1 == 1)
                 .map(|k| from[k])
                 .collect();
-            for at in 0..LANES {
-                let to = LaneMove::new(lanes, at);
+            for lane in 0..LANES {
+                let to = LaneMove::new(lanes, lane);
                 let numbers = to.numbers(&from);
                 for (k, &want) in set.iter().enumerate() {
-                    assert_eq!(numbers[(at + k) % LANES], want, "{lanes:b} at {at}");
+                    assert_eq!(numbers[(lane + k) % LANES], want, "{lanes:b} at {lane}");
                 }
                 let floats = to.floats(F32x8::from_bits(U32x8::new(from)));
                 assert_eq!(floats.to_bits().to_array(), numbers);

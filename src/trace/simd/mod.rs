@@ -91,7 +91,7 @@ pub trait Lanes:
     fn sqrt(self) -> Self;
     /// self · by − less, rounded once or twice, depending on the build: for bounds with a margin,
     /// never for values of a result.
-    fn mul_sub_any_rounding(self, by: Self, less: Self) -> Self;
+    fn mul_sub_any_rounding(self, factor: Self, less: Self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;
     /// self ≤ other
@@ -185,10 +185,10 @@ mod tests {
         compare::<F32x8>();
         compare::<F32x16>();
         let doubles = |lanes: [f32; LANES]| F64x8::from(F32x8::new(lanes));
-        let found = doubles(LEFT).max(doubles(RIGHT)).rounded().to_array();
-        for ((a, b), found) in LEFT.into_iter().zip(RIGHT).zip(found) {
+        let rounded = doubles(LEFT).max(doubles(RIGHT)).rounded().to_array();
+        for ((a, b), rounded) in LEFT.into_iter().zip(RIGHT).zip(rounded) {
             let want = if a > b { a } else { b };
-            assert!(want.to_bits() == found.to_bits() || want.is_nan() && found.is_nan());
+            assert!(want.to_bits() == rounded.to_bits() || want.is_nan() && rounded.is_nan());
         }
     }
 }

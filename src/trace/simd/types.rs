@@ -201,8 +201,8 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn mul_sub_any_rounding(self, by: $F, less: $F) -> $F {
-                $F(self.0.mul_sub(by.0, less.0))
+            fn mul_sub_any_rounding(self, factor: $F, less: $F) -> $F {
+                $F(self.0.mul_sub(factor.0, less.0))
             }
 
             #[inline(always)]

@@ -147,11 +147,11 @@ mod tests {
 
     #[test]
     fn classes_go_by_angle() {
-        let found = [
+        let classes = [
             0.0, 2.9, 3.1, 11.9, 12.1, 29.9, 30.1, 59.9, 60.1, 89.0, 179.0,
         ]
         .map(class_at);
-        assert_eq!(found, [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]);
+        assert_eq!(classes, [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]);
     }
 
     /// Classes of batches that start on a square of the given side each.

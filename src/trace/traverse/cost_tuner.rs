@@ -69,23 +69,23 @@ impl<const N: usize> CostTuner<N> {
         &mut self,
         class: usize,
         batch: Range<usize>,
-        mut by: impl FnMut(bool, &BatchSlice),
+        mut trace: impl FnMut(bool, &BatchSlice),
     ) {
         let skips = (self.same / SAME_FOR_EACH).min(MAX_UNPROBED);
         if batch.len() < MIN_PROBED || self.unprobed < skips {
             self.unprobed += 1;
-            by(self.last, &BatchSlice::all(batch));
+            trace(self.last, &BatchSlice::all(batch));
             return;
         }
         self.unprobed = 0;
         let rest = batch.start + PROBE..batch.end;
         let start = Stopwatch::start();
         let second = self.both_probe && self.last;
-        by(second, &BatchSlice::all(batch.start..rest.start));
+        trace(second, &BatchSlice::all(batch.start..rest.start));
         let seconds = start.elapsed().as_secs_f32() / PROBE as f32;
         let bias = self.biases[cost_class(seconds)];
         let parts = BatchSlice::trial_in_pieces;
-        let second = (self.classes).trace(class, bias, rest, parts, by);
+        let second = (self.classes).trace(class, bias, rest, parts, trace);
         self.same = if second == self.last { self.same + 1 } else { 0 };
         self.last = second;
     }
@@ -123,7 +123,7 @@ mod tests {
     /// many of them had their first packets timed.
     fn probes(packets: usize, second: bool) -> usize {
         let log_ratio = if second { 9.0 } else { -9.0 };
-        let classes = PerClassTuner::new([log_ratio]);
+        let classes = PerClassTuner::new([log_ratio], 1.0);
         let mut tuner = CostTuner::new(classes, [0.0; COST_CLASSES], true);
         let mut probes = 0;
         for batch in 0..100 {

@@ -48,30 +48,30 @@ pub(super) struct EveryHit<'f, L: Lanes> {
     id_offset: u32,
     /// Number of the ray in the first lane.
     first_ray: usize,
-    found: &'f FoundHits,
+    hit_list: &'f FoundHits,
 }
 
 impl<'f, L: Lanes> EveryHit<'f, L> {
     /// A query for hits before `limit`, in lanes that are not inactive, of rays that are numbered
     /// from `first_ray` on.
-    pub(super) fn new(limit: L, first_ray: usize, found: &'f FoundHits) -> EveryHit<'f, L> {
+    pub(super) fn new(limit: L, first_ray: usize, hit_list: &'f FoundHits) -> EveryHit<'f, L> {
         EveryHit {
             limit,
             interval: TInterval::everywhere(),
             id_offset: 0,
             first_ray,
-            found,
+            hit_list,
         }
     }
 
     #[inline(never)]
     fn push(&self, lanes: L::Mask, t: L, [u, v]: [L; 2], prim_id: u32) {
-        let mut found = self.found.borrow_mut();
+        let mut hit_list = self.hit_list.borrow_mut();
         for k in 0..L::PACKETS {
             let [t, u, v] = [t, u, v].map(|lanes| lanes.octet(k));
             let octet = lanes.bits() >> (k * LANES) & 0xff;
             let hits = (0..LANES).filter(|lane| octet >> lane & 1 == 1);
-            found.extend(hits.map(|lane| FoundHit {
+            hit_list.extend(hits.map(|lane| FoundHit {
                 ray: (self.first_ray + k * LANES + lane) as u32,
                 t: t.lane(lane),
                 u: u.lane(lane),

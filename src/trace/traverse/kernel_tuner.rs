@@ -43,7 +43,6 @@ pub(super) struct KernelTuner {
     /// Mean time of a packet in trials so far, for each kernel; before the first trial, in any
     /// unit. Times are averaged and not their quotients: rays that take long matter more.
     mean_time: [f32; 2],
-    /// Slowdown of the second kernel per packet in a part of a batch, relative to a whole batch.
     trial_penalty: f32,
     /// True if the second kernel was timed first in the last trial: the first one timed finds the
     /// caches cold.
@@ -72,23 +71,16 @@ struct Trial {
 
 impl KernelTuner {
     /// A tuner with an initial estimate: the logarithm of the first kernel's time relative to the
-    /// second's.
-    pub(super) fn new(log_ratio: f32) -> KernelTuner {
+    /// second's. `trial_penalty` is the slowdown of the second kernel's packets in a trial,
+    /// relative to a complete batch.
+    pub(super) fn new(log_ratio: f32, trial_penalty: f32) -> KernelTuner {
         KernelTuner {
             // After one batch: memory is cold.
             until_trial: f32::MIN_POSITIVE,
             trials: 1,
             mean_time: [0.5, -0.5].map(|half| (log_ratio * half).exp()),
-            trial_penalty: 1.0,
-            second_led: false,
-        }
-    }
-
-    /// Sets the slowdown of the second kernel's packets in a trial, relative to a whole batch.
-    pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> KernelTuner {
-        KernelTuner {
             trial_penalty,
-            ..self
+            second_led: false,
         }
     }
 
@@ -101,12 +93,12 @@ impl KernelTuner {
         bias: f32,
         batch: Range<usize>,
         parts: impl Fn(Range<usize>) -> [BatchSlice; 3],
-        mut by: impl FnMut(bool, &BatchSlice),
+        mut trace: impl FnMut(bool, &BatchSlice),
     ) -> bool {
         let packets = batch.len();
         let mut timed = |second: bool, part: &BatchSlice| {
             let start = Stopwatch::start();
-            by(second, part);
+            trace(second, part);
             start.elapsed().as_secs_f32()
         };
         match self.next(packets, bias) {
@@ -195,17 +187,9 @@ pub(super) struct PerClassTuner<const N: usize>([KernelTuner; N]);
 const CLASS_TRANSFER: f32 = 0.5;
 
 impl<const N: usize> PerClassTuner<N> {
-    /// Tuners with the initial estimates of [`KernelTuner::new`].
-    pub(super) fn new(leads: [f32; N]) -> PerClassTuner<N> {
-        PerClassTuner(leads.map(KernelTuner::new))
-    }
-
-    /// Sets [`KernelTuner::trial_penalty`] for all classes.
-    pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> PerClassTuner<N> {
-        PerClassTuner(
-            self.0
-                .map(|choice| choice.with_trial_penalty(trial_penalty)),
-        )
+    /// Tuners with the initial estimates and the penalty of [`KernelTuner::new`].
+    pub(super) fn new(log_ratios: [f32; N], trial_penalty: f32) -> PerClassTuner<N> {
+        PerClassTuner(log_ratios.map(|ratio| KernelTuner::new(ratio, trial_penalty)))
     }
 
     /// Traces a batch of a class: see [`KernelTuner::trace`].
@@ -215,17 +199,17 @@ impl<const N: usize> PerClassTuner<N> {
         bias: f32,
         batch: Range<usize>,
         parts: impl Fn(Range<usize>) -> [BatchSlice; 3],
-        by: impl FnMut(bool, &BatchSlice),
+        kernel: impl FnMut(bool, &BatchSlice),
     ) -> bool {
-        self.shared(class, |tuner| tuner.trace(bias, batch, parts, by))
+        self.shared(class, |tuner| tuner.trace(bias, batch, parts, kernel))
     }
 
     /// Updates one class, and nudges the others by its change.
-    fn shared<R>(&mut self, class: usize, learns: impl FnOnce(&mut KernelTuner) -> R) -> R {
+    fn shared<R>(&mut self, class: usize, record: impl FnOnce(&mut KernelTuner) -> R) -> R {
         let before = self.0[class].mean_time;
-        let learned = learns(&mut self.0[class]);
+        let answer = record(&mut self.0[class]);
         if self.0[class].mean_time == before {
-            return learned;
+            return answer;
         }
         let more = self.0[class].log_ratio() - (before[0] / before[1]).ln();
         for (k, other) in self.0.iter_mut().enumerate() {
@@ -233,7 +217,7 @@ impl<const N: usize> PerClassTuner<N> {
                 other.nudge(more * CLASS_TRANSFER / other.trials as f32);
             }
         }
-        learned
+        answer
     }
 }
 
@@ -244,7 +228,7 @@ mod tests {
     /// Number of halves of batches that each kernel traces, if a ray takes the time `time` in a
     /// half of a batch.
     fn shares(batches: u32, mut time: impl FnMut(u32, usize, bool) -> f32) -> [u32; 2] {
-        let (mut choice, mut shares) = (KernelTuner::new(0.0), [0, 0]);
+        let (mut choice, mut shares) = (KernelTuner::new(0.0, 1.0), [0, 0]);
         for batch in 0..batches {
             match choice.next(64, 0.0) {
                 Next::One(second) => {
@@ -278,7 +262,7 @@ mod tests {
     #[test]
     fn a_part_is_not_held_against_the_second() {
         for (trial_penalty, second) in [(1.25, true), (1.0, false)] {
-            let mut choice = KernelTuner::new(0.0).with_trial_penalty(trial_penalty);
+            let mut choice = KernelTuner::new(0.0, trial_penalty);
             for _ in 0..10 {
                 choice.record_trial([1.0, 1.15], 64);
             }
@@ -287,8 +271,8 @@ mod tests {
     }
 
     #[test]
-    fn classes_learn_from_each_other_until_they_know_better() {
-        let mut choices = PerClassTuner::new([-0.2, -0.9, -0.1]);
+    fn trials_of_a_class_adjust_the_others_until_they_have_their_own() {
+        let mut choices = PerClassTuner::new([-0.2, -0.9, -0.1], 1.0);
         let second = |choices: &PerClassTuner<3>| choices.0.map(|choice| choice.log_ratio() > 0.0);
         assert_eq!(second(&choices), [false; 3]);
         // The second kernel is three times as fast for the first class, and so it may be for the
@@ -308,7 +292,7 @@ mod tests {
 
     #[test]
     fn small_batches_are_not_parted() {
-        let mut choice = KernelTuner::new(-0.2);
+        let mut choice = KernelTuner::new(-0.2, 1.0);
         for _ in 0..100 {
             assert_eq!(choice.next(MIN_TRIAL_PACKETS - 1, 0.0), Next::One(false));
             choice.record_time(1.0);

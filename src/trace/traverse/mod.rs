@@ -20,7 +20,6 @@
 //! | `kernel` | the kernels by name |
 //! | `traversal` | queues in, hits out: the choice of kernels |
 //! | `leaf_slots` | the primitives of a leaf |
-//! | `packet_lanes` | functions over packets of one width, compiled here |
 //! | `microbench` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
@@ -45,8 +44,6 @@ mod next_hit;
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
-#[cfg(feature = "counters")]
-mod packet_lanes;
 mod packet_pairs;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
@@ -68,9 +65,7 @@ pub(crate) use filtered_hit::HitFilter;
 pub use hit_walk::HitWalk;
 pub use kernel::Kernel;
 #[cfg(feature = "counters")]
-pub use packet_lanes::PacketLanes;
-#[cfg(feature = "counters")]
-pub use tracer::PacketTracer;
+pub use tracer::{PacketLanes, PacketTracer};
 #[cfg(feature = "counters")]
 pub use traversal::CountingTraversal;
 pub use traversal::Traversal;

@@ -107,16 +107,16 @@ impl<L: Lanes> Query<L> for NextHit<L> {
     #[inline(always)]
     fn exit_instance(&mut self, inner: NextHit<L>, _: &TInterval<L>, _: u32) -> bool {
         // Already in the world's distances and numbers; no closer if nothing was found.
-        let found = inner.best;
+        let hits = inner.best;
         self.best.update(
             &HitCandidate {
-                valid: found.t.gt(inactive_t()),
-                t: found.t,
-                v: found.v,
-                w: found.w,
-                det: found.det,
+                valid: hits.t.gt(inactive_t()),
+                t: hits.t,
+                v: hits.v,
+                w: hits.w,
+                det: hits.det,
             },
-            found.prim_id,
+            hits.prim_id,
         );
         false
     }
@@ -133,16 +133,16 @@ pub(super) struct NextHits<'f> {
     /// Its `best` is the limit: no hit found, but the last one that may be.
     next: NextHit<F32x8>,
     most: usize,
-    found: &'f RefCell<HitsByLane>,
+    hits: &'f RefCell<HitsByLane>,
 }
 
 impl<'f> NextHits<'f> {
     pub(super) fn new(
         next: NextHit<F32x8>,
         most: usize,
-        found: &'f RefCell<HitsByLane>,
+        hits: &'f RefCell<HitsByLane>,
     ) -> NextHits<'f> {
-        NextHits { next, most, found }
+        NextHits { next, most, hits }
     }
 
     /// Adds hits to their lists, and returns the limits after it.
@@ -156,7 +156,7 @@ impl<'f> NextHits<'f> {
     ) -> HitRecord<F32x8> {
         let mut best = self.next.best;
         for lane in counts.lanes() {
-            let list = &mut self.found.borrow_mut()[lane];
+            let list = &mut self.hits.borrow_mut()[lane];
             list.push(FoundHit {
                 ray: lane as u32,
                 t: t.lane(lane),

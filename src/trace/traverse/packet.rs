@@ -125,10 +125,10 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         rays: &RayPacket<L>,
         active: L::Mask,
         first_ray: usize,
-        found: &FoundHits,
+        hit_list: &FoundHits,
     ) {
         let limit = active.select(rays.tmax, inactive_t());
-        let mut query = EveryHit::new(limit, first_ray, found);
+        let mut query = EveryHit::new(limit, first_ray, hit_list);
         self.run(rays, active, &mut query);
     }
 
@@ -327,11 +327,11 @@ impl<T: Counters> PacketKernel<'_, F32x8, T> {
         active: Mask8,
         after: &HitPacket,
         most: usize,
-        found: &RefCell<HitsByLane>,
+        hits: &RefCell<HitsByLane>,
     ) {
         let limit = active.select(rays.tmax, inactive_t());
         let next = NextHit::new(limit, after.t, after.prim_id);
-        self.run(rays, active, &mut NextHits::new(next, most, found));
+        self.run(rays, active, &mut NextHits::new(next, most, hits));
     }
 }
 

@@ -40,7 +40,7 @@ pub(crate) trait LimitedRays {
         active: Mask8,
         after: &HitPacket,
         most: usize,
-        found: &RefCell<HitsByLane>,
+        hits: &RefCell<HitsByLane>,
     );
 }
 
@@ -115,16 +115,16 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
         rays: &RayQueue,
         slice: &BatchSlice,
         tmax: TMaxOf,
-        found: &FoundHits,
+        hit_list: &FoundHits,
     ) -> bool {
         if T::COUNTS_STEPS {
             return false;
         }
         for (packet, is_pair) in slice.pairs(self.pairs) {
             if is_pair {
-                every_hit(&mut self.sixteen, rays, packet, tmax, found);
+                every_hit(&mut self.sixteen, rays, packet, tmax, hit_list);
             } else {
-                every_hit(&mut self.eight, rays, packet, tmax, found);
+                every_hit(&mut self.eight, rays, packet, tmax, hit_list);
             }
         }
         true
@@ -157,9 +157,9 @@ impl LimitedRays for PacketPairs<'_, PacketCount> {
         active: Mask8,
         after: &HitPacket,
         most: usize,
-        found: &RefCell<HitsByLane>,
+        hits: &RefCell<HitsByLane>,
     ) {
-        self.eight.next_hits(rays, active, after, most, found);
+        self.eight.next_hits(rays, active, after, most, hits);
     }
 }
 
@@ -172,13 +172,13 @@ fn closest<L: Lanes, T: Counters>(
     hits: &mut [HitPacket],
 ) {
     let (rays, active) = tmax.packet(rays, packet);
-    let found = if T::COUNTS_STEPS {
+    let wide_hits = if T::COUNTS_STEPS {
         kernel.call_closest(&rays, active)
     } else {
         kernel.closest(&rays, active)
     };
     for (k, hit) in hits.iter_mut().enumerate() {
-        *hit = found.octet(k);
+        *hit = wide_hits.octet(k);
     }
 }
 
@@ -203,8 +203,8 @@ fn every_hit<L: Lanes, T: Counters>(
     rays: &RayQueue,
     packet: usize,
     tmax: TMaxOf,
-    found: &FoundHits,
+    hit_list: &FoundHits,
 ) {
     let (rays, active) = tmax.packet(rays, packet);
-    kernel.every_hit(&rays, active, packet * LANES, found);
+    kernel.every_hit(&rays, active, packet * LANES, hit_list);
 }

@@ -139,7 +139,7 @@ impl<L: Lanes> ClosestHit<L> {
 
     /// Returns true if there is any hit, for a query without a limit.
     #[inline(always)]
-    pub(super) fn found(&self) -> bool {
+    pub(super) fn has_hit(&self) -> bool {
         let t = self.best.t;
         (t.gt(inactive_t()) & t.lt(L::splat(f32::INFINITY))).any()
     }
@@ -174,9 +174,9 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
 
     #[inline(always)]
     fn tied(&self, inner: &Self, interval: &TInterval<L>) -> Option<HitRecord<L>> {
-        let ClosestHit { best: found } = inner;
-        let clamped = found.t.lt(interval.tnear) | !found.t.lt(interval.tfar);
-        let met = clamped & !found.prim_id.eq(L::U32::splat(NO_PRIM));
+        let ClosestHit { best: hits } = inner;
+        let clamped = hits.t.lt(interval.tnear) | !hits.t.lt(interval.tfar);
+        let met = clamped & !hits.prim_id.eq(L::U32::splat(NO_PRIM));
         met.any().then_some(self.best)
     }
 
@@ -197,17 +197,17 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
         interval: &TInterval<L>,
         id_offset: u32,
     ) -> bool {
-        let found = inner.best;
-        let id = found.prim_id.wrapping_add(L::U32::splat(id_offset));
-        let (met, t) = instance::to_world(found.t, interval);
-        let hit = met & !found.prim_id.eq(L::U32::splat(NO_PRIM));
+        let hits = inner.best;
+        let id = hits.prim_id.wrapping_add(L::U32::splat(id_offset));
+        let (met, t) = instance::to_world(hits.t, interval);
+        let hit = met & !hits.prim_id.eq(L::U32::splat(NO_PRIM));
         self.best.update(
             &HitCandidate {
                 valid: hit,
                 t,
-                v: found.v,
-                w: found.w,
-                det: found.det,
+                v: hits.v,
+                w: hits.w,
+                det: hits.det,
             },
             id,
         );

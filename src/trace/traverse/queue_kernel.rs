@@ -31,7 +31,7 @@ pub(super) trait QueueKernel<T> {
         rays: &RayQueue,
         slice: &BatchSlice,
         tmax: TMaxOf,
-        found: &FoundHits,
+        hit_list: &FoundHits,
     ) -> bool;
 
     /// Counters since the kernel was created.

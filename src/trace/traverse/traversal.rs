@@ -35,7 +35,7 @@ const SAMPLE_STRIDE: usize = 4;
 const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
 /// Time of packets relative to single rays for any hit of rays that have parted, by class of cost:
-/// natural logarithms, the means of thirteen scenes (`perf/notes/coherence.md`). The tuner learns
+/// natural logarithms, the means of thirteen scenes (`perf/notes/coherence.md`). The tuner measures
 /// by how much a scene differs from them.
 const ANY_HIT_LOG_RATIO_BY_COST: [f32; COST_CLASSES] =
     [-0.85, -0.85, -0.8, -0.6, -0.3, 0.0, 0.3, 0.5, 0.65];
@@ -132,18 +132,23 @@ impl<'a> Traversal<'a> {
         active: Mask8,
         after: &HitPacket,
         most: usize,
-        found: &mut HitsByLane,
+        hits: &mut HitsByLane,
     ) {
-        let shared = RefCell::new(std::mem::take(found));
+        let shared = RefCell::new(std::mem::take(hits));
         self.packets().next_hits(rays, active, after, most, &shared);
-        *found = shared.into_inner();
+        *hits = shared.into_inner();
     }
 
     /// Adds everything that the rays of a queue hit before their limits to `found`, in no order.
-    pub(crate) fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &mut Vec<FoundHit>) {
-        let shared = FoundHits::new(std::mem::take(found));
+    pub(crate) fn every_hit(
+        &mut self,
+        rays: &RayQueue,
+        tmax: TMaxOf,
+        hit_list: &mut Vec<FoundHit>,
+    ) {
+        let shared = FoundHits::new(std::mem::take(hit_list));
         self.0.every_hit(rays, tmax, &shared);
-        *found = shared.into_inner();
+        *hit_list = shared.into_inner();
     }
 
     /// The packet kernel, which alone takes a limit for each ray.
@@ -206,7 +211,7 @@ fn divergent_kernel<'a, T: Counters + Send + 'a>(
 
 /// A tuner for shadow rays, with initial estimates of what a scene adds to those by cost.
 fn shadow_tuner(log_ratios: [f32; SPREAD_CLASSES]) -> CostTuner<SPREAD_CLASSES> {
-    let classes = PerClassTuner::new(log_ratios).with_trial_penalty(TRIAL_BEAM_PENALTY);
+    let classes = PerClassTuner::new(log_ratios, TRIAL_BEAM_PENALTY);
     CostTuner::new(classes, BEAM_LOG_RATIO_BY_COST, false)
 }
 
@@ -222,16 +227,15 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             beams: beam_kernel(bvh, kernel),
             divergent: divergent_kernel(bvh, kernel),
             // The initial estimates, until there are measurements.
-            closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
-            every_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
+            closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO, 1.0),
+            every_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO, 1.0),
             any_hit_tuner: CostTuner::new(
-                PerClassTuner::new([0.0]),
+                PerClassTuner::new([0.0], 1.0),
                 ANY_HIT_LOG_RATIO_BY_COST,
                 true,
             ),
             shadow_tuner: shadow_tuner([0.0; SPREAD_CLASSES]),
-            camera_tuner: KernelTuner::new(INITIAL_CAMERA_LOG_RATIO)
-                .with_trial_penalty(TRIAL_BEAM_PENALTY),
+            camera_tuner: KernelTuner::new(INITIAL_CAMERA_LOG_RATIO, TRIAL_BEAM_PENALTY),
             origin_spread: OriginSpread::UNKNOWN,
         }
     }
@@ -245,7 +249,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         blocked: &mut [u8],
     ) {
         let first = batch.start;
-        let of = |slice: &BatchSlice| slice.packets.start - first..slice.packets.end - first;
+        let places = |slice: &BatchSlice| slice.packets.start - first..slice.packets.end - first;
         // A sparser sample: most rays here are shadow rays, whose tracing takes little more than
         // the sampling.
         let stride = 4 * SAMPLE_STRIDE;
@@ -254,7 +258,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         {
             let (packets, tuner) = (&mut self.packets, &mut self.any_hit_tuner);
             tuner.trace(0, batch, |second, slice| {
-                let (blocked, slice) = (&mut blocked[of(slice)], slice.packets.clone());
+                let (blocked, slice) = (&mut blocked[places(slice)], slice.packets.clone());
                 if second {
                     divergent.occluded(rays, slice, tmax, blocked)
                 } else {
@@ -277,7 +281,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
                 rays,
                 slice.packets.clone(),
                 tmax,
-                &mut blocked[of(slice)],
+                &mut blocked[places(slice)],
             );
         });
         self.shadow_tuner = tuner;
@@ -304,8 +308,8 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         let (packets, first) = (&mut self.packets, all.packets.start);
         let parts = BatchSlice::trial_in_pieces;
         (self.camera_tuner).trace(0.0, all.packets.clone(), parts, |beam, slice| {
-            let of = slice.packets.start - first..slice.packets.end - first;
-            let hits = &mut hits[of];
+            let places = slice.packets.start - first..slice.packets.end - first;
+            let hits = &mut hits[places];
             if !(beam && beams.closest(rays, slice, hits)) {
                 packets.closest(rays, slice, hits);
             }
@@ -377,22 +381,22 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         }
     }
 
-    fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, found: &FoundHits) {
+    fn every_hit(&mut self, rays: &RayQueue, tmax: TMaxOf, hit_list: &FoundHits) {
         let all = 0..rays.packets();
         for first in all.clone().step_by(SIZE) {
             let batch = first..(first + SIZE).min(all.end);
             let packets = &mut self.packets;
             let (Some(divergent), TMaxOf::All(_)) = (&mut self.divergent, tmax) else {
-                packets.every_hit(rays, &BatchSlice::all(batch), tmax, found);
+                packets.every_hit(rays, &BatchSlice::all(batch), tmax, hit_list);
                 continue;
             };
             let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
             let tuner = &mut self.every_hit_tuner;
             tuner.trace(class, 0.0, batch, BatchSlice::trial, |second, slice| {
                 if second {
-                    divergent.every_hit(rays, slice, tmax, found)
+                    divergent.every_hit(rays, slice, tmax, hit_list)
                 } else {
-                    packets.every_hit(rays, slice, tmax, found)
+                    packets.every_hit(rays, slice, tmax, hit_list)
                 };
             });
         }

@@ -37,7 +37,7 @@ impl ThreadStack {
     #[inline(always)]
     pub(super) fn with_room(room: usize) -> ThreadStack {
         ThreadStack(ManuallyDrop::new(match STACK.take() {
-            Some(kept) if kept.code.len() >= room => kept,
+            Some(stack) if stack.code.len() >= room => stack,
             _ => Box::new(WideStack::with_capacity(room)),
         }))
     }
@@ -68,19 +68,19 @@ impl WideStack {
     #[inline(always)]
     pub(super) unsafe fn push_hits(
         &mut self,
-        at: usize,
+        top: usize,
         reversed: bool,
         met: u32,
         enter: Native,
         codes: &[u32; NATIVE],
     ) -> usize {
-        debug_assert!(at + NATIVE <= self.code.len());
-        // SAFETY: both columns have the same length, and room for as many entries from `at` on: the
-        // caller's promise.
+        debug_assert!(top + NATIVE <= self.code.len());
+        // SAFETY: both columns have the same length, and room for as many entries from `top` on:
+        // the caller's promise.
         let to = unsafe {
             (
-                &mut *self.tnear.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
-                &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>(),
+                &mut *self.tnear.as_mut_ptr().add(top).cast::<[f32; NATIVE]>(),
+                &mut *self.code.as_mut_ptr().add(top).cast::<[u32; NATIVE]>(),
             )
         };
         push_simd(reversed, met, enter, codes, to);
@@ -95,10 +95,10 @@ impl WideStack {
     /// # Safety
     /// There must be room for [`NATIVE`] entries from `at` on.
     #[inline(always)]
-    pub(super) unsafe fn push_any(&mut self, at: usize, met: u32, codes: &[u32; NATIVE]) -> usize {
-        debug_assert!(at + NATIVE <= self.code.len());
-        // SAFETY: there is room for as many entries from `at` on: the caller's promise.
-        let to = unsafe { &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>() };
+    pub(super) unsafe fn push_any(&mut self, top: usize, met: u32, codes: &[u32; NATIVE]) -> usize {
+        debug_assert!(top + NATIVE <= self.code.len());
+        // SAFETY: there is room for as many entries from `top` on: the caller's promise.
+        let to = unsafe { &mut *self.code.as_mut_ptr().add(top).cast::<[u32; NATIVE]>() };
         compact(met, codes, to);
         met.count_ones() as usize
     }
@@ -108,9 +108,9 @@ impl WideStack {
     /// # Safety
     /// `at` must be below the stack's room.
     #[inline(always)]
-    pub(super) unsafe fn code(&self, at: usize) -> u32 {
+    pub(super) unsafe fn code(&self, index: usize) -> u32 {
         // SAFETY: the caller's promise.
-        unsafe { *self.code.get_unchecked(at) }
+        unsafe { *self.code.get_unchecked(index) }
     }
 
     /// The distance at which an entry begins, if it was written by [`WideStack::push_hits`].
@@ -118,9 +118,9 @@ impl WideStack {
     /// # Safety
     /// `at` must be below the stack's room.
     #[inline(always)]
-    pub(super) unsafe fn tnear(&self, at: usize) -> f32 {
+    pub(super) unsafe fn tnear(&self, index: usize) -> f32 {
         // SAFETY: the caller's promise.
-        unsafe { *self.tnear.get_unchecked(at) }
+        unsafe { *self.tnear.get_unchecked(index) }
     }
 
     /// Keeps the entries of a stack that begin at a distance of at most `limit`, and returns its
@@ -292,7 +292,7 @@ mod tests {
             };
             let leave = enter.each_ref().map(leave);
             let codes: [u32; NATIVE] = std::array::from_fn(|_| next());
-            let (reversed, at) = (round % 2 == 1, round % 22);
+            let (reversed, top) = (round % 2 == 1, round % 22);
             let begin = |lane: usize| enter[lane].max(0.0);
             // An exit that is NaN counts as the best.
             let of_met = (0..NATIVE).filter(|&lane| begin(lane) <= leave[lane].min(best));
@@ -303,23 +303,23 @@ mod tests {
             let enter = Native::new(enter).max(Native::ZERO);
             let met = enter.le(Native::new(leave).min(Native::splat(best))).bits();
             // SAFETY: there is room for as many entries from 22 on.
-            let count = unsafe { waiting.push_hits(at, reversed, met, enter, &codes) };
-            let places = at..at + count;
-            let found = places.map(|k| (waiting.tnear[k], waiting.code[k]));
-            assert_eq!(found.collect::<Vec<_>>(), want);
+            let count = unsafe { waiting.push_hits(top, reversed, met, enter, &codes) };
+            let places = top..top + count;
+            let pushed = places.map(|k| (waiting.tnear[k], waiting.code[k]));
+            assert_eq!(pushed.collect::<Vec<_>>(), want);
             // SAFETY: as above.
-            let any = unsafe { waiting.push_any(at, met, &codes) };
+            let any = unsafe { waiting.push_any(top, met, &codes) };
             let codes_of = |all: &[(f32, u32)]| all.iter().map(|one| one.1).collect::<Vec<_>>();
             let mut stored = codes_of(&want);
             if reversed {
                 stored.reverse();
             }
-            assert_eq!(waiting.code[at..at + any], stored);
-            let (mut enters, mut found) = ([0.0; NATIVE], [0; NATIVE]);
-            let to = (&mut enters, &mut found);
+            assert_eq!(waiting.code[top..top + any], stored);
+            let (mut enters, mut pushed) = ([0.0; NATIVE], [0; NATIVE]);
+            let to = (&mut enters, &mut pushed);
             push_scalar(reversed, met, enter, &codes, to);
-            let found = enters.into_iter().zip(found).take(count);
-            assert_eq!(found.collect::<Vec<_>>(), want);
+            let pushed = enters.into_iter().zip(pushed).take(count);
+            assert_eq!(pushed.collect::<Vec<_>>(), want);
         }
     }
 
@@ -337,15 +337,15 @@ mod tests {
             let all: Vec<(f32, u32)> = waiting.tnear.iter().copied().zip(0..).collect();
             let end = waiting.prune(3..17, limit);
             let want = all[3..17].iter().filter(|one| one.0 <= limit).copied();
-            let found = (3..end).map(|k| (waiting.tnear[k], waiting.code[k]));
+            let sorted = (3..end).map(|k| (waiting.tnear[k], waiting.code[k]));
             assert_eq!(
-                found.collect::<Vec<_>>(),
+                sorted.collect::<Vec<_>>(),
                 want.collect::<Vec<_>>(),
                 "{all:?}"
             );
-            let beside = |k: &usize| (waiting.tnear[*k], waiting.code[*k]) == all[*k];
+            let is_equal = |k: &usize| (waiting.tnear[*k], waiting.code[*k]) == all[*k];
             assert!(
-                (0..3).chain(17..20).all(|k| beside(&k)),
+                (0..3).chain(17..20).all(|k| is_equal(&k)),
                 "others are left alone"
             );
         }

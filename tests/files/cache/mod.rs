@@ -11,7 +11,7 @@ use phalanx::bvh::Bvh;
 use phalanx::cache::{self, Cached};
 use phalanx::frame::{Accel, Control, Engine, Frame, Kernel, Settings, render};
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_NAME, NO_UVS, OutputEncoding, Scene, SceneCamera, Texture,
+    Material, Mesh, MeshMaterial, NO_INDEX, NO_NAME, OutputEncoding, Scene, SceneCamera, Texture,
     View, Wrap,
 };
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
     });
     let mut mesh = Mesh {
         corners: vec![[0, 1, 2], [1, 3, 2]].into(),
-        uvs: vec![[0, 1, 2], [NO_UVS; 3]].into(),
+        uvs: vec![[0, 1, 2], [NO_INDEX; 3]].into(),
         material: MeshMaterial::One(glass),
         ..Mesh::default()
     };

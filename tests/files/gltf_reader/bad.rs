@@ -110,7 +110,7 @@ fn every_bad_reference_and_size_gets_its_message() {
         (changed(|j| j["asset"] = json!({})), "no `asset.version`"),
         (
             changed(|j| j["nodes"][0]["mesh"] = json!(-2)),
-            "nodes[0].mesh: it should be a whole number from 0 on, not `-2`",
+            "nodes[0].mesh: expected a whole number from 0 on, not `-2`",
         ),
         (
             changed(|j| j["nodes"][0]["mesh"] = json!(1u64 << 32)),
@@ -238,7 +238,7 @@ fn spans_are_lines_of_the_text_and_bytes_of_a_glb() {
         b"{\n\"asset\": {\"version\": \"2.0\"},\n  \"nodes\": 3}",
     ));
     assert_eq!(error.line, 3, "{error:?}");
-    assert!(error.message.contains("should be a list"), "{error:?}");
+    assert!(error.message.contains("expected a list"), "{error:?}");
     let error = only(read(
         "gltf",
         b"{\"asset\": {\"version\": \"2.0\"},\n\"nodes\": [\xff]}",

@@ -330,7 +330,7 @@ fn uvs_are_chosen_and_transformed() {
 
 /// Maps of the first material.
 fn maps(scene: &Scene) -> Vec<TextureMap> {
-    scene.maps.of(scene.materials.get(0).maps).collect()
+    scene.maps.range(scene.materials.get(0).maps).collect()
 }
 
 #[test]

@@ -50,16 +50,19 @@ fn whole_numbers_may_have_a_fraction_of_zero_or_an_exponent() {
     for (written, want) in [
         (
             "0.5",
-            "nodes[0].mesh: it should be a whole number from 0 on, not `0.5`",
+            "nodes[0].mesh: expected a whole number from 0 on, not `0.5`",
         ),
         (
             "-2",
-            "nodes[0].mesh: it should be a whole number from 0 on, not `-2`",
+            "nodes[0].mesh: expected a whole number from 0 on, not `-2`",
         ),
-        ("1e300", "nodes[0].mesh: the number is too large"),
+        (
+            "1e300",
+            "nodes[0].mesh: expected a whole number from 0 on, not `1e300`",
+        ),
         (
             "\"0\"",
-            "nodes[0].mesh: it should be a whole number, not a text",
+            "nodes[0].mesh: expected a whole number from 0 on, not `\"0\"`",
         ),
     ] {
         let change = |text: &str| text.replace("\"mesh\":0", &format!("\"mesh\":{written}"));
@@ -87,7 +90,7 @@ fn null_stands_for_a_member_that_is_not_there() {
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     // A member that must be there is missed.
     file.json["accessors"][0]["count"] = json!(null);
-    assert_eq!(file.refused(), ["accessors[0]: it has no `count`"]);
+    assert_eq!(file.refused(), ["accessors[0]: missing field `count`"]);
 }
 
 #[test]
@@ -112,7 +115,7 @@ fn an_index_of_minus_one_stands_for_none_and_is_told_once() {
     );
     // A list has no places for rows that are not there.
     let file = triangle_with(|json| json["nodes"][0]["children"] = json!([-1]));
-    let want = "nodes[0].children[0]: it should be a whole number from 0 on, not `-1`";
+    let want = "nodes[0].children[0]: expected a whole number from 0 on, not `-1`";
     assert_eq!(file.refused(), [want]);
 }
 
@@ -120,56 +123,48 @@ fn an_index_of_minus_one_stands_for_none_and_is_told_once() {
 fn what_is_of_the_wrong_kind_is_named_with_what_it_should_be() {
     let start = "{\"asset\": {\"version\": \"2.0\"},\n ";
     for (rest, column, want) in [
-        (
-            "\"nodes\": 3}",
-            11,
-            "nodes: it should be a list, not a number",
-        ),
+        ("\"nodes\": 3}", 11, "nodes: expected a list, not `3`"),
         (
             "\"nodes\": [{}], \"scene\": {}}",
             26,
-            "scene: it should be a whole number, not an object",
+            "scene: expected a whole number from 0 on, not `{}`",
         ),
         (
             "\"nodes\": [{\"scale\": [1, 2]}]}",
             22,
-            "nodes[0].scale: it should be a list of 3 numbers",
+            "nodes[0].scale: expected a list of length 3, not `[1, 2]`",
         ),
         (
             "\"nodes\": [{\"scale\": [1, 2, 3, 4]}]}",
             22,
-            "nodes[0].scale: it should be a shorter list",
+            "nodes[0].scale: expected a shorter list, not `[1, 2, 3, 4]`",
         ),
         (
             "\"nodes\": [{\"scale\": [1, 2, \"3\"]}]}",
             29,
-            "nodes[0].scale[2]: it should be a number, not a text",
+            "nodes[0].scale[2]: expected a number, not `\"3\"`",
         ),
         (
             "\"nodes\": [{\"scale\": [1, 2, 1e999]}]}",
             29,
-            "nodes[0].scale[2]: the number is too large",
+            "nodes[0].scale[2]: number out of range",
         ),
         (
             "\"nodes\": [7]}",
             12,
-            "nodes[0]: it should be an object, not a number",
+            "nodes[0]: expected an object, not `7`",
         ),
         (
             "\"images\": [{\"uri\": true}]}",
             21,
-            "images[0].uri: it should be a text, not true or false",
+            "images[0].uri: expected a text, not `true`",
         ),
         (
             "\"cameras\": [{\"perspective\": {}}]}",
             30,
-            "cameras[0].perspective: it has no `yfov`",
+            "cameras[0].perspective: missing field `yfov`",
         ),
-        (
-            "\"scene\": 0, \"scene\": 0}",
-            0,
-            "the document: it has two members `scene`",
-        ),
+        ("\"scene\": 0, \"scene\": 0}", 0, "duplicate field `scene`"),
     ] {
         let (line, refused, message) = refusal(&format!("{start}{rest}"));
         assert_eq!(message, want);
@@ -183,25 +178,16 @@ fn what_is_of_the_wrong_kind_is_named_with_what_it_should_be() {
 fn broken_json_is_told_in_words_of_json() {
     let start = "{\"asset\": {\"version\": \"2.0\"},\n ";
     for (rest, want) in [
-        ("\"nodes\": nul}", "a value should stand here"),
-        ("\"nodes\": [1,]}", "a comma stands before the end"),
-        (
-            "\"nodes\": [1 2]}",
-            "a comma should stand here, or the end of the list",
-        ),
-        ("\"nodes\" [1]}", "a colon should stand here"),
-        ("nodes: [1]}", "a name in double quotes should stand here"),
+        ("\"nodes\": nul}", "expected a value"),
+        ("\"nodes\": [1,]}", "expected a value"),
+        ("\"nodes\": [1 2]}", "expected `,` or `]`"),
+        ("\"nodes\" [1]}", "expected `:`"),
+        ("nodes: [1]}", "expected a name in double quotes"),
         ("\"nodes\": [", "the document ends within a list"),
-        (
-            "\"nodes\": \"\\q\"}",
-            "a text has a backslash before a letter",
-        ),
-        (
-            "\"nodes\": \"a\tb\"}",
-            "a text has a line break, a tab or another control character",
-        ),
-        ("\"nodes\": 01}", "a number is not written as JSON has it"),
-        ("\"nodes\": []} x", "something stands behind the end"),
+        ("\"nodes\": \"\\q\"}", "invalid escape"),
+        ("\"nodes\": \"a\tb\"}", "control character"),
+        ("\"nodes\": 01}", "invalid number"),
+        ("\"nodes\": []} x", "there is more text after the end"),
     ] {
         let (line, column, message) = refusal(&format!("{start}{rest}"));
         assert!(message.starts_with(want), "{message:?} should say {want:?}");
@@ -241,8 +227,8 @@ fn the_first_version_is_named_before_anything_else() {
             r#"{"nodes": []}"#,
             "not a glTF file: it has no `asset.version`",
         ),
-        ("[]", "the document: it should be an object, not a list"),
-        ("7", "the document: it should be an object, not a number"),
+        ("[]", "the document: expected an object, not `[]`"),
+        ("7", "the document: expected an object, not `7`"),
     ] {
         assert_eq!(refusal(text).2, want);
     }

@@ -518,7 +518,7 @@ fn maps_vary_what_their_statements_name() {
         let loaded = beside(&obj, &files);
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
         let material = first_material(&loaded.scene);
-        let maps = loaded.scene.maps.of(material.maps);
+        let maps = loaded.scene.maps.range(material.maps);
         let maps: Vec<_> = maps
             .map(|map| (map.target, map.channel, map.scale))
             .collect();

@@ -175,7 +175,12 @@ fn normal_maps_have_several_keywords() {
             bumped.warnings
         );
         let maps = material_of(&bumped.scene, 0).maps;
-        let targets: Vec<MapTarget> = bumped.scene.maps.of(maps).map(|map| map.target).collect();
+        let targets: Vec<MapTarget> = bumped
+            .scene
+            .maps
+            .range(maps)
+            .map(|map| map.target)
+            .collect();
         assert_eq!(targets, [MapTarget::Normal], "{keyword}");
     }
 }

@@ -244,7 +244,10 @@ impl Cells {
         self.surfaces.sort_by_key(|(sample, _)| *sample);
         let mut rest = &self.surfaces[..];
         for (number, sample) in (0..).zip(&self.samples) {
-            let own = rest.iter().take_while(|(of, _)| *of == number).count();
+            let own = rest
+                .iter()
+                .take_while(|(owner, _)| *owner == number)
+                .count();
             let (own, later) = rest.split_at(own);
             rest = later;
             let area = 1.0 / f64::from(1u32 << sample.level);
@@ -279,8 +282,8 @@ impl Cells {
         let [seed] = seeds([self.corner.0 + x], [self.corner.1 + y]);
         let [u, v] = points_of([seed; N], numbers, Dimension::Pixel);
         // The points are multiples of 2^-24, so that nothing is lost.
-        let whole = |c: f32| (c * PIXEL_SIDE as f32) as u32;
-        std::array::from_fn(|k| [whole(u[k]), whole(v[k])])
+        let unit = |c: f32| (c * PIXEL_SIDE as f32) as u32;
+        std::array::from_fn(|k| [unit(u[k]), unit(v[k])])
     }
 
     /// Requests a sample, and halves the cell into which it falls.
@@ -299,7 +302,7 @@ impl Cells {
         if number == 0 {
             cells.samples.push(new);
         } else {
-            let old = cells.at(position);
+            let old = cells.sample_at(position);
             let halved = &mut self.samples[old as usize];
             halved.level += 1;
             halved.active = false;

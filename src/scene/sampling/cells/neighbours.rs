@@ -8,19 +8,19 @@ impl Cells {
     /// Compares fresh cells with their neighbours, and returns the samples of the cells that are to
     /// be halved.
     pub(super) fn compare(&mut self) -> Vec<u32> {
-        let (mut open, mut beside) = (Vec::new(), Vec::new());
+        let (mut open, mut neighbours) = (Vec::new(), Vec::new());
         let mut fresh = std::mem::take(&mut self.fresh);
         for &here in &fresh {
             self.samples[here as usize].fresh = false;
             for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
-                beside.clear();
-                self.side_neighbours(here, axis, upper, &mut beside);
-                for &there in &beside {
+                neighbours.clear();
+                self.side_neighbours(here, axis, upper, &mut neighbours);
+                for &neighbour in &neighbours {
                     // A pair of fresh cells is compared when the second one is visited.
-                    if self.samples[there as usize].fresh {
+                    if self.samples[neighbour as usize].fresh {
                         continue;
                     }
-                    let both = if upper { [here, there] } else { [there, here] };
+                    let both = if upper { [here, neighbour] } else { [neighbour, here] };
                     let too_different = self.too_different(both, axis);
                     for (sample, too_different) in both.into_iter().zip(too_different) {
                         let is_open = &mut self.samples[sample as usize].active;
@@ -38,19 +38,23 @@ impl Cells {
 
     /// Appends the samples whose cells touch a side of a sample's cell.
     #[inline]
-    fn side_neighbours(&self, sample: u32, axis: usize, upper: bool, found: &mut Vec<u32>) {
+    fn side_neighbours(&self, sample: u32, axis: usize, upper: bool, neighbours: &mut Vec<u32>) {
         let sample = &self.samples[sample as usize];
         let (from, side) = (sample.from(axis), sample.side(axis));
         let pixel = usize::from(sample.pixel);
-        let at = column_and_row(pixel);
-        let at = [at.0, at.1][axis];
+        let place = column_and_row(pixel);
+        let place = [place.0, place.1][axis];
         let step = [1, BLOCK as usize][axis];
-        let (pixel, along) = match upper {
-            true if from + side < PIXEL_SIDE => (pixel, from + side),
-            true if at + 1 < BLOCK => (pixel + step, 0),
-            false if from > 0 => (pixel, from - 1),
-            false if at > 0 => (pixel - step, PIXEL_SIDE - 1),
-            _ => return,
+        let (pixel, along) = if upper && from + side < PIXEL_SIDE {
+            (pixel, from + side)
+        } else if upper && place + 1 < BLOCK {
+            (pixel + step, 0)
+        } else if !upper && from > 0 {
+            (pixel, from - 1)
+        } else if !upper && place > 0 {
+            (pixel - step, PIXEL_SIDE - 1)
+        } else {
+            return;
         };
         let pixel = &self.pixels[pixel];
         if pixel.samples.is_empty() {
@@ -68,10 +72,10 @@ impl Cells {
             let along = along >> shift[axis];
             let cell =
                 if axis == 0 { across << columns | along } else { along << columns | across };
-            let there = pixel.samples[cell as usize];
-            if there != before {
-                found.push(there);
-                before = there;
+            let neighbour = pixel.samples[cell as usize];
+            if neighbour != before {
+                neighbours.push(neighbour);
+                before = neighbour;
             }
         }
     }
@@ -99,22 +103,22 @@ impl Cells {
     }
 
     /// Appends a sample and those whose cells touch its cell, corners included.
-    pub(super) fn neighbourhood(&self, sample: u32, found: &mut Vec<u32>) {
-        let from = found.len();
-        found.push(sample);
+    pub(super) fn neighbourhood(&self, sample: u32, neighbours: &mut Vec<u32>) {
+        let from = neighbours.len();
+        neighbours.push(sample);
         for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
-            self.side_neighbours(sample, axis, upper, found);
+            self.side_neighbours(sample, axis, upper, neighbours);
         }
         let CellSample { pixel, .. } = self.samples[sample as usize];
-        let at = column_and_row(pixel.into());
+        let place = column_and_row(pixel.into());
         let sample = &self.samples[sample as usize];
         // One unit beyond the corner of the cell.
         let beyond = |axis: usize, upper: bool| {
-            let at = [at.0, at.1][axis] * PIXEL_SIDE + sample.from(axis);
+            let place = [place.0, place.1][axis] * PIXEL_SIDE + sample.from(axis);
             if upper {
-                Some(at + sample.side(axis)).filter(|&c| c < BLOCK * PIXEL_SIDE)
+                Some(place + sample.side(axis)).filter(|&c| c < BLOCK * PIXEL_SIDE)
             } else {
-                at.checked_sub(1)
+                place.checked_sub(1)
             }
         };
         for (right, below) in [(false, false), (true, false), (false, true), (true, true)] {
@@ -125,9 +129,9 @@ impl Cells {
             if pixel.samples.is_empty() {
                 continue;
             }
-            let corner = pixel.at([x % PIXEL_SIDE, y % PIXEL_SIDE]);
-            if !found[from..].contains(&corner) {
-                found.push(corner);
+            let corner = pixel.sample_at([x % PIXEL_SIDE, y % PIXEL_SIDE]);
+            if !neighbours[from..].contains(&corner) {
+                neighbours.push(corner);
             }
         }
     }

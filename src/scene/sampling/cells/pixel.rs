@@ -9,7 +9,6 @@ pub(super) const PIXEL_SIDE: u32 = 1 << BITS;
 /// A sample, and so its cell: the cell of this level in which it lies.
 #[derive(Clone, Copy)]
 pub(super) struct CellSample {
-    /// Position in the pixel.
     pub(super) position: [u32; 2],
     pub(super) radiance: [f32; 3],
     pub(super) weight: f32,
@@ -82,7 +81,7 @@ impl CellPixel {
     }
 
     #[inline]
-    pub(super) fn at(&self, position: [u32; 2]) -> u32 {
+    pub(super) fn sample_at(&self, position: [u32; 2]) -> u32 {
         self.samples[index(position, self.level)]
     }
 

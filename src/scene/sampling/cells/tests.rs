@@ -67,10 +67,13 @@ fn each_sample_has_the_cell_that_it_lies_in_and_cells_cover_pixels() {
     let mut area = [0.0; 64];
     for (k, sample) in cells.samples.iter().enumerate() {
         let pixel = &cells.pixels[usize::from(sample.pixel)];
-        assert_eq!(pixel.at(sample.position), k as u32);
+        assert_eq!(pixel.sample_at(sample.position), k as u32);
         let corner = [0, 1].map(|axis| sample.from(axis));
         let last = [0, 1].map(|axis| corner[axis] + (sample.side(axis) - 1));
-        assert_eq!([pixel.at(corner), pixel.at(last)], [k as u32; 2]);
+        assert_eq!(
+            [pixel.sample_at(corner), pixel.sample_at(last)],
+            [k as u32; 2]
+        );
         area[usize::from(sample.pixel)] += 1.0 / f64::from(1 << sample.level);
     }
     assert!(area[..56].iter().all(|&area| area == 1.0), "{area:?}");
@@ -134,12 +137,12 @@ fn thresholds_order_the_samples() {
 
 /// Known and visible lights of a requested sample, given the results of its neighbours for three
 /// lights at a hit.
-fn told(votes: &[(u32, u32, u32)]) -> (u32, u32) {
-    let sights = votes.iter().map(|&(path_id, asked, seen)| {
+fn counted(votes: &[(u32, u32, u32)]) -> (u32, u32) {
+    let sights = votes.iter().map(|&(path_id, requested, seen)| {
         let mut sights = [LightVisibility::default(); MAX_HITS];
         sights[1] = LightVisibility {
             path_id,
-            queried: asked,
+            queried: requested,
             visible: seen,
         };
         sights
@@ -161,23 +164,23 @@ fn told(votes: &[(u32, u32, u32)]) -> (u32, u32) {
 #[test]
 fn six_must_agree_about_a_light() {
     let (lit, dark, elsewhere) = ((7, 0b111, 0b011), (7, 0b111, 0b001), (8, 0b111, 0b100));
-    assert_eq!(told(&[lit; MIN_AGREEING - 1]), (0, 0));
+    assert_eq!(counted(&[lit; MIN_AGREEING - 1]), (0, 0));
     for count in MIN_AGREEING..20 {
-        assert_eq!(told(&vec![lit; count]), (0b111, 0b011), "{count}");
+        assert_eq!(counted(&vec![lit; count]), (0b111, 0b011), "{count}");
     }
-    assert_eq!(told(&[elsewhere; 9]), (0, 0));
+    assert_eq!(counted(&[elsewhere; 9]), (0, 0));
     assert_eq!(
-        told(&[lit, lit, lit, elsewhere, elsewhere, elsewhere, lit, lit]),
+        counted(&[lit, lit, lit, elsewhere, elsewhere, elsewhere, lit, lit]),
         (0, 0)
     );
     // One of seven found the second light hidden.
     let mut mixed = [lit; 7];
     mixed[3] = dark;
-    assert_eq!(told(&mixed), (0b101, 0b001));
+    assert_eq!(counted(&mixed), (0b101, 0b001));
     // Samples that did not query a light do not count for it.
     let mut fewer = [lit; 6];
     fewer[5].1 = 0b101;
-    assert_eq!(told(&fewer), (0b101, 0b001));
+    assert_eq!(counted(&fewer), (0b101, 0b001));
 }
 
 #[test]

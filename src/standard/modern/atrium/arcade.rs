@@ -47,16 +47,16 @@ fn arch_wall(parts: &mut PartBuilder, storey: &Storey) {
     lower.extend((0..=segments).map(|i| arch_point(storey, i, segments, 0.0)));
     lower.push(dvec2(BAY, storey.spring));
     let last = lower.len() - 1;
-    let at = |i: usize, j: usize, z: f64| {
+    let point = |i: usize, j: usize, z: f64| {
         let y = if j == 0 { lower[i].y } else { storey.top };
         frame.point(dvec3(lower[i].x, y, z))
     };
     let face = Grid::open(last, 1);
-    parts.mesh.grid(face, |i, j| at(i, j, THICK));
-    parts.mesh.grid(face, |i, j| at(last - i, j, -THICK));
+    parts.mesh.grid(face, |i, j| point(i, j, THICK));
+    parts.mesh.grid(face, |i, j| point(last - i, j, -THICK));
     parts.mesh.grid(Grid::open(segments, 1), |i, j| {
         let z = if j == 0 { -THICK } else { THICK };
-        at(i + 1, 0, z)
+        point(i + 1, 0, z)
     });
 }
 

@@ -15,8 +15,8 @@ const SKY: DVec3 = dvec3(0.25, 0.43, 0.73);
 pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let atrium = Atrium::of(size);
     let long = atrium.wings[1].length() / 2.0;
-    let (from, at) = (dvec3(-1.7, 2.3, long - 0.3), dvec3(0.7, 3.6, -0.3 * long));
-    builder.view(&hd(from, at, 60.0));
+    let (from, target) = (dvec3(-1.7, 2.3, long - 0.3), dvec3(0.7, 3.6, -0.3 * long));
+    builder.view(&hd(from, target, 60.0));
     builder.background(SKY);
     builder.light(&sun(dvec3(-0.58, 0.72, 0.38), rgb(1.55, 0.98, 0.46)));
     builder.light(&sun(dvec3(0.25, 0.9, 0.22), rgb(0.09, 0.135, 0.23)));

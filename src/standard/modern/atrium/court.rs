@@ -215,9 +215,9 @@ fn crown(parts: &mut PartBuilder, number: u64) {
     }
     parts.material(FRUIT);
     for _ in 0..14 {
-        let at = direction(&mut dice) * 0.6;
+        let offset = direction(&mut dice) * 0.6;
         let frequency = parts.cells(0.07).max(2);
-        parts.sphere((at.x, at.y, at.z), 0.042, frequency);
+        parts.sphere((offset.x, offset.y, offset.z), 0.042, frequency);
     }
 }
 
@@ -253,8 +253,8 @@ fn leaf(parts: &mut PartBuilder, position: DVec3, out: DVec3, size: f64, dice: &
     let tip = normal.cross(direction(dice));
     let tip = tip / (tip.length() + 1e-3) * size;
     let side = normal.cross(tip) * 0.42;
-    let at = |p: DVec3| parts.frame.point(position + p);
-    let corners = [at(-tip), at(side), at(tip), at(-side)];
+    let place = |p: DVec3| parts.frame.point(position + p);
+    let corners = [place(-tip), place(side), place(tip), place(-side)];
     parts.mesh.material(LEAVES[dice.below(LEAVES.len())]);
     parts.mesh.quad(corners, 1, 1);
 }

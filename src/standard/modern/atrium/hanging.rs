@@ -116,8 +116,8 @@ fn line(parts: &mut PartBuilder, ends: [FramePoint; 2], lamps: u32) {
     }
     let [from, to] = ends.map(DVec3::from);
     for k in 0..lamps {
-        let at = from + (to - from) * ((f64::from(k) + 0.5) / f64::from(lamps));
-        let mut bulb = parts.moved(at.x, at.y - 0.19, at.z);
+        let lamp = from + (to - from) * ((f64::from(k) + 0.5) / f64::from(lamps));
+        let mut bulb = parts.moved(lamp.x, lamp.y - 0.19, lamp.z);
         bulb.material(BRASS);
         let cap = [(0.04, 0.1), (0.03, 0.13), (0.012, 0.19)];
         revolve(&mut bulb, &cap, (4, 1), plain);

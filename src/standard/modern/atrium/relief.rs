@@ -12,24 +12,26 @@ fn medallion(parts: &mut PartBuilder, radius: f64, fineness: f64, height: impl F
     let around = parts.cells(TAU * radius * fineness).max(8);
     let rows = parts.cells(radius * fineness).max(2);
     let frame = parts.frame;
-    let at = |p: DVec2| {
+    let surface = |p: DVec2| {
         let p = dvec3(p.x, p.y, height(p)) * radius;
         frame.point(p)
     };
     // Rows run from the rim inward, which is upward for columns that run counter-clockwise.
     let ring = |i: usize, j: usize| {
         let r = 1.0 - 0.96 * j as f64 / rows as f64;
-        at(on_circle(i, around) * r)
+        surface(on_circle(i, around) * r)
     };
     parts.mesh.grid(Grid::tube(around, rows), ring);
     if !parts.mesh.counted(around as u64) {
-        parts.mesh.fan(at(DVec2::ZERO), around, |i| ring(i, rows));
+        parts
+            .mesh
+            .fan(surface(DVec2::ZERO), around, |i| ring(i, rows));
     }
 }
 
 /// A bump of this width and height one.
-fn bump(p: DVec2, at: (f64, f64), width: f64) -> f64 {
-    let d = (p - DVec2::from(at)).length_squared() / (width * width);
+fn bump(p: DVec2, center: (f64, f64), width: f64) -> f64 {
+    let d = (p - DVec2::from(center)).length_squared() / (width * width);
     exp(-d)
 }
 

@@ -51,14 +51,14 @@ fn evenly(curve: &[DVec2], rows: usize) -> Vec<DVec2> {
     let mut points = Vec::with_capacity(rows + 1);
     let (mut side, mut passed) = (0, 0.0);
     for row in 0..rows {
-        let at = total * row as f64 / rows as f64;
+        let distance = total * row as f64 / rows as f64;
         let mut step = (curve[side + 1] - curve[side]).length();
-        while passed + step < at && side + 2 < curve.len() {
+        while passed + step < distance && side + 2 < curve.len() {
             passed += step;
             side += 1;
             step = (curve[side + 1] - curve[side]).length();
         }
-        let t = if step > 0.0 { ((at - passed) / step).min(1.0) } else { 0.0 };
+        let t = if step > 0.0 { ((distance - passed) / step).min(1.0) } else { 0.0 };
         points.push(curve[side] + (curve[side + 1] - curve[side]) * t);
     }
     points.push(curve[curve.len() - 1]);

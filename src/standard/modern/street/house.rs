@@ -172,7 +172,7 @@ impl House {
     /// The lines between the floors, and the cornice with its dentils.
     fn ledges(&self, parts: &mut PartBuilder) {
         parts.material(TRIM);
-        let whole = (0.0, self.width);
+        let width = (0.0, self.width);
         let ledge = [
             (0.0, -0.11),
             (0.05, -0.09),
@@ -182,7 +182,7 @@ impl House {
             (0.0, 0.07),
         ];
         for floor in 0..self.floors - 1 {
-            parts.moved(0.0, top(floor), 0.0).moulding(whole, &ledge);
+            parts.moved(0.0, top(floor), 0.0).moulding(width, &ledge);
         }
         let steps = 6;
         let curve = (0..=steps).map(|k| {
@@ -193,7 +193,7 @@ impl House {
         let ends = [(0.34, 0.24), (0.36, 0.26), (0.36, 0.3), (0.0, 0.32)];
         let profile: Vec<_> = start.into_iter().chain(curve).chain(ends).collect();
         let mut top = parts.moved(0.0, self.height(), 0.0);
-        top.moulding(whole, &profile);
+        top.moulding(width, &profile);
         if top.detail > 1.0 {
             for k in 0..(self.width / 0.2) as usize {
                 let x = 0.2 * k as f64 + 0.05;

@@ -113,17 +113,17 @@ fn kerbs(parts: &mut PartBuilder, end: f64) {
 /// A string of small lamps across the lane.
 fn garland(parts: &mut PartBuilder, z: f64) {
     let spans = 14;
-    let at = |k: i32| {
+    let column = |k: i32| {
         let t = f64::from(k) / f64::from(spans);
         let sag = 4.0 * t * (1.0 - t) * 0.75;
         (HALF * (2.0 * t - 1.0), 5.15 - sag, z + 0.5 * t)
     };
     for k in 0..spans {
         parts.material(IRON);
-        parts.rod([at(k), at(k + 1)], 0.008, (4, parts.cells(0.5)));
+        parts.rod([column(k), column(k + 1)], 0.008, (4, parts.cells(0.5)));
         if k > 0 {
             parts.material(BULB);
-            let (x, y, z) = at(k);
+            let (x, y, z) = column(k);
             parts.sphere((x, y - 0.06, z), 0.05, parts.cells(0.1).max(1));
         }
     }

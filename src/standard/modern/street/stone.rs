@@ -12,10 +12,10 @@ pub(super) const LEAF_TRIANGLES: u64 = 2;
 pub(super) fn leaf(parts: &mut PartBuilder, position: DVec3, dice: &mut Dice, size: f64) {
     let mut side = || dice.vector(-1.0, 1.0) * size;
     let (a, b) = (side(), side());
-    let at = |p: DVec3| parts.frame.point(position + p);
+    let place = |p: DVec3| parts.frame.point(position + p);
     parts
         .mesh
-        .quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);
+        .quad([place(-a), place(b * 0.6), place(a), place(-b * 0.6)], 1, 1);
 }
 
 /// Number of triangles of a [`stone`].

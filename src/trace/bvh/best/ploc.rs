@@ -82,8 +82,8 @@ impl MovableTree for Bvh2 {
         (!node.is_leaf()).then_some([node.first_index, node.first_index + 1])
     }
 
-    fn reinsert(&mut self, node: u32, at: u32) {
-        reinsert_node(self, node as usize, at as usize);
+    fn reinsert(&mut self, node: u32, target: u32) {
+        reinsert_node(self, node as usize, target as usize);
     }
 }
 
@@ -293,9 +293,9 @@ mod tests {
             let mut position = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
             let boxes: Vec<Aabb> = (0..count)
                 .flat_map(|_| {
-                    let (at, size) = (position(), position() * 0.01);
-                    let twice = Aabb::new(at - size, at + size);
-                    [twice, twice, Aabb::new(at, at + position() * 0.02)]
+                    let (corner, size) = (position(), position() * 0.01);
+                    let twice = Aabb::new(corner - size, corner + size);
+                    [twice, twice, Aabb::new(corner, corner + position() * 0.02)]
                 })
                 .collect();
             let theirs: Vec<TestBox> = boxes.iter().copied().map(TestBox).collect();
@@ -311,8 +311,8 @@ mod tests {
     fn check(tree: &Bvh2, boxes: &[Aabb]) {
         let mut seen = vec![false; boxes.len()];
         let mut waiting = vec![0];
-        while let Some(at) = waiting.pop() {
-            let node = &tree.nodes[at];
+        while let Some(node) = waiting.pop() {
+            let node = &tree.nodes[node];
             let holds = |inner: &Aabb| node.aabb().union(inner) == *node.aabb();
             let first = node.first_index as usize;
             if node.prim_count == 0 {
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn boxes_that_cannot_be_told_apart_are_merged_in_time() {
         const COUNT: usize = 1 << 15;
-        let cube = |at: Vec3A, size: f32| Aabb::new(at - size, at + size);
+        let cube = |center: Vec3A, size: f32| Aabb::new(center - size, center + size);
         type TestShape = fn(f32) -> (Vec3A, f32);
         let shapes: [(&str, TestShape); 6] = [
             ("one place", |_| (Vec3A::ONE, 1.0)),
@@ -343,8 +343,8 @@ mod tests {
         ];
         for (name, shape) in shapes {
             let place = |k: usize| {
-                let (at, size) = shape(k as f32);
-                cube(at, size)
+                let (center, size) = shape(k as f32);
+                cube(center, size)
             };
             let boxes: Vec<Aabb> = (0..COUNT).map(place).collect();
             let tree = build(&boxes);

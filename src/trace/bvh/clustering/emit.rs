@@ -1,4 +1,5 @@
-//! Conversion of a chunk's merges to nodes, depth first, and to objects in leaf order.
+//! Conversion of a binary tree over a chunk, such as its merges, to nodes, depth first, and to
+//! objects in leaf order.
 
 use super::clusters::ClusterRef;
 use super::merge::Merges;
@@ -41,52 +42,95 @@ impl LeafObjects {
     }
 }
 
-/// Reusable memory for the nodes of a chunk.
-#[derive(Default)]
-pub(super) struct EmittedNodes {
-    nodes: Vec<Node>,
-    /// Clusters of a leaf whose objects are still to be placed.
-    waiting: Vec<ClusterRef>,
-    /// Clusters that become nodes, with their parent and their index in it.
-    stack: Vec<(ClusterRef, Option<(u32, usize)>)>,
+/// A binary tree over the objects of a chunk, to be converted to nodes.
+pub(in crate::bvh) trait BinaryTree {
+    /// A subtree.
+    type Subtree;
+
+    fn bounds(&self, subtree: &Self::Subtree) -> Bounds;
+
+    /// Places the objects of a leaf, which are of one kind; `None` for a subtree that has to be
+    /// split.
+    fn place_leaf(&mut self, subtree: &Self::Subtree, leaves: &mut LeafObjects) -> Option<Child>;
+
+    /// The two parts of a subtree that is not a leaf, in the order of the node's children.
+    fn split(&self, subtree: Self::Subtree) -> [Self::Subtree; 2];
 }
 
-impl EmittedNodes {
-    /// The nodes and the objects below a cluster. Merges refer to objects in `sorted`.
-    pub(super) fn run<'a>(
+/// Reusable memory for the nodes of a chunk.
+pub(in crate::bvh) struct EmittedNodes<S> {
+    nodes: Vec<Node>,
+    /// Subtrees that become nodes, with their parent and their index in it.
+    stack: Vec<(S, Option<(u32, usize)>)>,
+}
+
+impl<S> Default for EmittedNodes<S> {
+    fn default() -> EmittedNodes<S> {
+        EmittedNodes {
+            nodes: Vec::new(),
+            stack: Vec::new(),
+        }
+    }
+}
+
+impl<S> EmittedNodes<S> {
+    /// The nodes and the objects of a tree over `objects` objects. Nodes are written depth first
+    /// with an explicit stack: a tree may be deeper than the thread's stack allows.
+    pub(in crate::bvh) fn run<'a>(
         &mut self,
-        merges: &Merges,
-        root: ClusterRef,
-        sorted: &[PrimRef],
+        tree: &mut impl BinaryTree<Subtree = S>,
+        root: S,
+        objects: usize,
         arena: &'a Bump,
     ) -> ChunkTree<'a> {
+        let mut leaves = LeafObjects::with_room(objects);
+        let bounds = tree.bounds(&root);
         self.nodes.clear();
-        let mut emission = Emission {
-            merges,
-            sorted,
-            memory: self,
-            leaves: LeafObjects::with_room(sorted.len()),
-        };
-        let bounds = emission.bounds(root);
-        let root = if emission.is_leaf(root) { emission.leaf(root) } else { emission.nodes(root) };
+        let root = tree.place_leaf(&root, &mut leaves).unwrap_or_else(|| {
+            self.stack.push((root, None));
+            Child::Node(0)
+        });
+        while let Some((subtree, parent)) = self.stack.pop() {
+            let index = self.nodes.len() as u32;
+            let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
+            let pushed = self.stack.len();
+            for (k, part) in tree.split(subtree).into_iter().enumerate() {
+                let bounds = tree.bounds(&part);
+                let child = tree.place_leaf(&part, &mut leaves).unwrap_or_else(|| {
+                    self.stack.push((part, Some((index, k))));
+                    // The index is set when the node is written.
+                    Child::Node(0)
+                });
+                children[k] = (child, bounds);
+            }
+            self.nodes.push(Node::new(children));
+            if let Some((parent, k)) = parent {
+                self.nodes[parent as usize].set_child(k, Child::Node(index));
+            }
+            // The first child is popped next, so that it follows its parent in memory.
+            self.stack[pushed..].reverse();
+        }
         ChunkTree {
             root,
             bounds,
-            leaves: emission.leaves,
+            leaves,
             nodes: arena.alloc_slice_copy(&self.nodes),
         }
     }
 }
 
-struct Emission<'a> {
-    merges: &'a Merges,
-    sorted: &'a [PrimRef],
-    memory: &'a mut EmittedNodes,
-    leaves: LeafObjects,
+/// The tree of a chunk's merges, which refer to objects in `sorted`.
+pub(super) struct MergeTree<'a> {
+    pub(super) merges: &'a Merges,
+    pub(super) sorted: &'a [PrimRef],
+    /// Reusable memory for clusters of a leaf whose objects are still to be placed.
+    pub(super) waiting: &'a mut Vec<ClusterRef>,
 }
 
-impl Emission<'_> {
-    fn bounds(&self, cluster: ClusterRef) -> Bounds {
+impl BinaryTree for MergeTree<'_> {
+    type Subtree = ClusterRef;
+
+    fn bounds(&self, cluster: &ClusterRef) -> Bounds {
         match cluster.index() {
             Ok(merge) => {
                 let [x0, y0, z0, x1, y1, z1] = self.merges.get(merge).planes;
@@ -96,68 +140,39 @@ impl Emission<'_> {
         }
     }
 
-    fn is_leaf(&self, cluster: ClusterRef) -> bool {
-        cluster
-            .index()
-            .map_or(true, |merge| self.merges.get(merge).is_leaf)
-    }
-
-    /// Places the objects of a leaf, which are of one kind.
-    fn leaf(&mut self, cluster: ClusterRef) -> Child {
-        let start = self.leaves.objects.len();
+    fn place_leaf(&mut self, cluster: &ClusterRef, leaves: &mut LeafObjects) -> Option<Child> {
+        let merge = cluster.index();
+        if merge.is_ok_and(|merge| !self.merges.get(merge).is_leaf) {
+            return None;
+        }
+        let start = leaves.objects.len();
         let mut kind = LeafKind::TRIANGLE;
-        self.memory.waiting.push(cluster);
-        while let Some(cluster) = self.memory.waiting.pop() {
+        self.waiting.push(*cluster);
+        while let Some(cluster) = self.waiting.pop() {
             match cluster.index() {
                 Ok(merge) => {
                     let [first, second] = self.merges.get(merge).parts;
-                    self.memory.waiting.extend([second, first]);
+                    self.waiting.extend([second, first]);
                 }
                 Err(object) => {
                     kind = self.sorted[object].kind();
-                    self.leaves.objects.push(self.sorted[object].object);
+                    leaves.objects.push(self.sorted[object].object);
                 }
             }
         }
-        self.leaves.leaf_from(start, kind)
+        Some(leaves.leaf_from(start, kind))
     }
 
-    /// Writes nodes depth first with an explicit stack: a tree may be deeper than the thread's
-    /// stack allows.
-    fn nodes(&mut self, root: ClusterRef) -> Child {
-        self.memory.stack.push((root, None));
-        while let Some((cluster, parent)) = self.memory.stack.pop() {
-            let Ok(merge) = cluster.index() else {
-                continue;
-            };
-            let index = self.memory.nodes.len() as u32;
-            let mut parts = self.merges.get(merge).parts;
-            let [first, second] = parts.map(|part| self.bounds(part).half_area());
-            if first < second {
-                parts.reverse();
-            }
-            let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
-            for (child, part) in children.iter_mut().zip(parts) {
-                let content = if self.is_leaf(part) {
-                    self.leaf(part)
-                } else {
-                    // The index is set when the node is written.
-                    Child::Node(0)
-                };
-                *child = (content, self.bounds(part));
-            }
-            self.memory.nodes.push(Node::new(children));
-            if let Some((parent, k)) = parent {
-                let parent: &mut Node = &mut self.memory.nodes[parent as usize];
-                parent.set_child(k, Child::Node(index));
-            }
-            // The first child is popped next, so that it follows its parent in memory.
-            for k in [1, 0] {
-                if !self.is_leaf(parts[k]) {
-                    self.memory.stack.push((parts[k], Some((index, k))));
-                }
-            }
+    /// The larger part comes first.
+    fn split(&self, cluster: ClusterRef) -> [ClusterRef; 2] {
+        let Ok(merge) = cluster.index() else {
+            unreachable!("objects are leaves");
+        };
+        let mut parts = self.merges.get(merge).parts;
+        let [first, second] = parts.map(|part| self.bounds(&part).half_area());
+        if first < second {
+            parts.reverse();
         }
-        Child::Node(0)
+        parts
     }
 }

@@ -91,8 +91,8 @@ impl Merges {
         self.pairs.resize(count, [0; 2]);
         let mut len = 0;
         for k in 0..count {
-            let other = neighbours.of(k).min(count - 1);
-            let agree = neighbours.of(other) == k;
+            let other = neighbours.chosen_by(k).min(count - 1);
+            let agree = neighbours.chosen_by(other) == k;
             let second = select_unpredictable(agree, other, k);
             self.pairs[len] = [k as u32, second as u32];
             len += usize::from(second >= k);

@@ -22,9 +22,9 @@ mod neighbours;
 
 use super::prim_ref::PrimRef;
 use bumpalo::Bump;
-use clusters::Clusters;
-use emit::EmittedNodes;
-pub(super) use emit::{ChunkTree, LeafObjects};
+use clusters::{ClusterRef, Clusters};
+use emit::MergeTree;
+pub(super) use emit::{BinaryTree, ChunkTree, EmittedNodes, LeafObjects};
 use merge::Merges;
 use morton::MortonOrder;
 use neighbours::{Neighbours, choose};
@@ -44,7 +44,9 @@ pub(super) struct Clustering {
     clusters: Clusters,
     neighbours: Neighbours,
     merges: Merges,
-    emitted: EmittedNodes,
+    emitted: EmittedNodes<ClusterRef>,
+    /// Clusters of a leaf whose objects are still to be placed.
+    waiting: Vec<ClusterRef>,
 }
 
 impl Clustering {
@@ -75,7 +77,12 @@ impl Clustering {
             }
         }
         let root = self.clusters.root();
-        self.emitted.run(&self.merges, root, sorted, arena)
+        let mut tree = MergeTree {
+            merges: &self.merges,
+            sorted,
+            waiting: &mut self.waiting,
+        };
+        self.emitted.run(&mut tree, root, sorted.len(), arena)
     }
 }
 
@@ -147,8 +154,11 @@ mod tests {
         for shape in shapes {
             for count in [1, 2, 3, 17, CHUNK_PRIMS] {
                 let boxed = |k: usize| {
-                    let (at, size) = shape(k as f32);
-                    (LeafKind::TRIANGLE, Bounds::new(at - size, at + size))
+                    let (center, size) = shape(k as f32);
+                    (
+                        LeafKind::TRIANGLE,
+                        Bounds::new(center - size, center + size),
+                    )
                 };
                 let boxes: Vec<(LeafKind, Bounds)> = (0..count).map(boxed).collect();
                 check(&tree_of(&boxes, &Bump::new()), &boxes);
@@ -165,8 +175,8 @@ mod tests {
             LeafKind::Instance,
         ];
         let boxed = |k: usize| {
-            let at = Vec3::new((k % 7) as f32, (k * k % 11) as f32, (k % 5) as f32);
-            (kinds[k % 4], Bounds::new(at, at + 0.5))
+            let corner = Vec3::new((k % 7) as f32, (k * k % 11) as f32, (k % 5) as f32);
+            (kinds[k % 4], Bounds::new(corner, corner + 0.5))
         };
         let boxes: Vec<(LeafKind, Bounds)> = (0..1000).map(boxed).collect();
         assert!(check(&tree_of(&boxes, &Bump::new()), &boxes) >= 1000 / 8);

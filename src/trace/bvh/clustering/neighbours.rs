@@ -33,7 +33,7 @@ impl Neighbours {
     /// The position of the neighbour that a cluster has chosen. It may be invalid: outside the
     /// clusters, or the cluster's own.
     #[inline(always)]
-    pub(super) fn of(&self, k: usize) -> usize {
+    pub(super) fn chosen_by(&self, k: usize) -> usize {
         (k + self.offsets[k] as usize).wrapping_sub(MAX_REACH)
     }
 
@@ -72,7 +72,7 @@ pub(super) fn choose<const REACH: usize>(clusters: &Clusters, neighbours: &mut N
 fn choose_run<const REACH: usize>(
     clusters: &Clusters,
     start: usize,
-    at: usize,
+    first: usize,
     costs: &mut [[f32; MAX_REACH + TILE]],
 ) -> [u32; NATIVE] {
     let columns = clusters.columns_from(start);
@@ -87,7 +87,7 @@ fn choose_run<const REACH: usize>(
         let dy = own_hi[1].max(load(y1, distance)) - own[1].min(load(y0, distance));
         let dz = own_hi[2].max(load(z1, distance)) - own[2].min(load(z0, distance));
         let cost = dx * (dy + dz) + dy * dz;
-        costs[distance - 1][MAX_REACH + at..][..NATIVE].copy_from_slice(&cost.to_array());
+        costs[distance - 1][MAX_REACH + first..][..NATIVE].copy_from_slice(&cost.to_array());
         let better = cost.lt(best);
         best = better.select(cost, best);
         let offset = NativeU32::splat((MAX_REACH + distance) as u32);
@@ -95,7 +95,7 @@ fn choose_run<const REACH: usize>(
     }
     let odd = NativeMask::from_bits(0xaaaa_aaaa);
     for distance in 1..=REACH {
-        let cost = lanes(&costs[distance - 1][MAX_REACH + at - distance..]);
+        let cost = lanes(&costs[distance - 1][MAX_REACH + first - distance..]);
         let better = match distance {
             1 => cost.lt(best) | (cost.le(best) & odd),
             _ => cost.lt(best),

@@ -39,14 +39,14 @@ fn divide(
         let cells = first..first + cells.len();
         return vec![DivisionStep::Whole { cells, prims }];
     }
-    let at = match best_split(cells) {
+    let border = match best_split(cells) {
         Some(split) if depth < MAX_SAH_DEPTH => partition(cells, &split),
         _ => cells.len() / 2,
     };
-    let (left, right) = cells.split_at_mut(at);
+    let (left, right) = cells.split_at_mut(border);
     let parallel = left.len().min(right.len()) >= PARALLEL_GRAIN;
     let mut left = || divide(left, first, chunk_prims, depth + 1);
-    let mut right = || divide(right, first + at, chunk_prims, depth + 1);
+    let mut right = || divide(right, first + border, chunk_prims, depth + 1);
     let (left, right) = if parallel { rayon::join(left, right) } else { (left(), right()) };
     let mut steps = vec![DivisionStep::Divided];
     steps.extend(left);
@@ -63,15 +63,15 @@ struct Split {
 
 /// Moves the cells below the border to the front; returns their number.
 fn partition(cells: &mut [OccupiedCell], split: &Split) -> usize {
-    let mut at = 0;
+    let mut below = 0;
     for k in 0..cells.len() {
         let position = split.grid.position(&cells[k]);
         if bin(position[split.axis]) < split.bin {
-            cells.swap(k, at);
-            at += 1;
+            cells.swap(k, below);
+            below += 1;
         }
     }
-    at
+    below
 }
 
 /// Positions of cells in units of bins.

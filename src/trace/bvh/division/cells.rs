@@ -15,7 +15,6 @@ const MIN_SEGMENT: usize = 1 << 14;
 pub(super) struct OccupiedCell {
     pub(super) bounds: LaneBounds,
     pub(super) count: u32,
-    /// Its index in the grid.
     pub(super) index: u32,
 }
 

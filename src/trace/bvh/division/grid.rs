@@ -69,9 +69,9 @@ fn sides(size: [f32; 3], cells: f32) -> [u32; 3] {
         // The edge of a cell, if `left` cubes fill the remaining axes.
         let mean: f32 = longer.iter().map(|&a| libm::log2f(size[a])).sum::<f32>();
         let edge = (mean - libm::log2f(left)) / longer.len() as f32;
-        let wanted = libm::exp2f(libm::log2f(size[axis]) - edge);
+        let cells = libm::exp2f(libm::log2f(size[axis]) - edge);
         // An extent of zero or infinity gets one cell.
-        side[axis] = (wanted as u32).clamp(1, left as u32);
+        side[axis] = (cells as u32).clamp(1, left as u32);
         left /= side[axis] as f32;
     }
     side

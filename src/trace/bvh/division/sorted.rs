@@ -67,16 +67,16 @@ fn sort_segment(
     cells: &GridCells,
 ) -> Vec<u32> {
     let mut ends = vec![0; counts.len()];
-    let mut at = 0;
+    let mut end = 0;
     for cell in &cells.occupied {
         let index = cell.index as usize;
-        ends[index] = at;
-        at += counts[index];
+        ends[index] = end;
+        end += counts[index];
     }
     for (k, item) in segment.iter().enumerate() {
-        let at = &mut ends[cells.grid.cell(item)];
-        order[*at as usize] = k as u32;
-        *at += 1;
+        let end = &mut ends[cells.grid.cell(item)];
+        order[*end as usize] = k as u32;
+        *end += 1;
     }
     ends
 }

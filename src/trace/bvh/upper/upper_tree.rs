@@ -193,15 +193,15 @@ impl MovableTree for UpperTree {
     }
 
     /// The node's parent moves with it.
-    fn reinsert(&mut self, node: u32, at: u32) {
+    fn reinsert(&mut self, node: u32, target: u32) {
         let parent = self.parent(node);
         let sibling = self.sibling(node);
         self.replace(parent, sibling);
         let above_sibling = self.parent(sibling);
-        self.replace(at, parent);
-        self.nodes[at as usize].parent = parent;
+        self.replace(target, parent);
+        self.nodes[target as usize].parent = parent;
         self.nodes[node as usize].parent = parent;
-        self.nodes[parent as usize].content = UpperContent::Children([at, node]);
+        self.nodes[parent as usize].content = UpperContent::Children([target, node]);
         if sibling != self.root {
             self.refit_from(above_sibling);
         }
@@ -212,14 +212,14 @@ impl MovableTree for UpperTree {
 impl UpperTree {
     /// Puts a node in another's position under its parent, or at the root.
     fn replace(&mut self, old: u32, new: u32) {
-        let above = self.parent(old);
+        let grandparent = self.parent(old);
         if old == self.root {
             self.root = new;
             self.nodes[new as usize].parent = new;
             return;
         }
-        self.nodes[new as usize].parent = above;
-        if let UpperContent::Children(children) = &mut self.nodes[above as usize].content {
+        self.nodes[new as usize].parent = grandparent;
+        if let UpperContent::Children(children) = &mut self.nodes[grandparent as usize].content {
             let place = children.iter_mut().find(|child| **child == old);
             place.into_iter().for_each(|child| *child = new);
         }
@@ -288,15 +288,15 @@ mod tests {
         };
         let mut all: Option<(u32, Bounds)> = None;
         for k in 0..count {
-            let at = Vec3::X * (k * 37 % count) as f32;
-            let bounds = Bounds::new(at, at + Vec3::ONE);
+            let corner = Vec3::X * (k * 37 % count) as f32;
+            let bounds = Bounds::new(corner, corner + Vec3::ONE);
             let child = Child::Node(k);
             let part = push(bounds, UpperContent::Below { chunk: 0, child });
             all = Some(match all {
                 None => (part, bounds),
-                Some((whole, around)) => {
+                Some((rest, around)) => {
                     let around = around.union(bounds);
-                    (push(around, UpperContent::Children([whole, part])), around)
+                    (push(around, UpperContent::Children([rest, part])), around)
                 }
             });
         }

@@ -93,7 +93,7 @@ impl<'a> CollapsePlan<'a> {
     }
 
     /// The choice for a node.
-    pub(super) fn at(&self, index: u32) -> &CollapseChoice {
+    pub(super) fn choice(&self, index: u32) -> &CollapseChoice {
         &self.choices[index as usize]
     }
 
@@ -169,8 +169,8 @@ fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
     // A split into exactly j + 2 roots.
     let split = |j: usize| {
         let ways = (1..j + 2).map(|k| {
-            let at = |roots: usize| (roots - 1).min(MAX_ROOTS - 1);
-            (a.roots[at(k)] + b.roots[at(j + 2 - k)], k as u8)
+            let index = |roots: usize| (roots - 1).min(MAX_ROOTS - 1);
+            (a.roots[index(k)] + b.roots[index(j + 2 - k)], k as u8)
         });
         ways.fold(
             (f32::INFINITY, 0),
@@ -178,10 +178,9 @@ fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
         )
     };
     let (full, first_of_full) = split(MAX_ROOTS - 1);
-    let count = match a.count > 0 && b.count > 0 && a.kind == b.kind {
-        true if a.count + b.count <= NATIVE as u8 => a.count + b.count,
-        _ => 0,
-    };
+    let same_kind = a.count > 0 && b.count > 0 && a.kind == b.kind;
+    let fits = same_kind && a.count + b.count <= NATIVE as u8;
+    let count = if fits { a.count + b.count } else { 0 };
     let as_node = full + NODE_COST * area;
     let block = count > 0 && BLOCK_COST * area <= as_node;
     let mut cost = SubtreeCost {

@@ -109,7 +109,7 @@ impl WideNodeDraft {
 impl ChildKind {
     fn of(plan: &CollapsePlan, part: BoxContents) -> ChildKind {
         match part {
-            BoxContents::Node(index) => match plan.at(index).block {
+            BoxContents::Node(index) => match plan.choice(index).block {
                 Some(kind) => ChildKind::Block(kind, BlockSlots::Of(index)),
                 None => ChildKind::Node(part),
             },
@@ -135,7 +135,7 @@ impl ChildKind {
 fn children(plan: &CollapsePlan, index: u32) -> Vec<BoxedContents> {
     let mut items = Vec::with_capacity(NATIVE);
     let mut waiting = Vec::with_capacity(NATIVE);
-    let first = plan.at(index).first[MAX_ROOTS - 1];
+    let first = plan.choice(index).first[MAX_ROOTS - 1];
     part(plan, index, first, NATIVE, &mut waiting);
     while let Some((item, roots)) = waiting.pop() {
         let BoxContents::Node(index) = item.part else {
@@ -143,7 +143,7 @@ fn children(plan: &CollapsePlan, index: u32) -> Vec<BoxedContents> {
             items.extend((!empty).then_some(item));
             continue;
         };
-        let choice = plan.at(index);
+        let choice = plan.choice(index);
         // The largest number of roots that pays off.
         let pays = (2..=roots).rev().find(|roots| choice.first[roots - 2] > 0);
         match pays {

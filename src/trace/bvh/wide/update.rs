@@ -71,7 +71,8 @@ impl WideBvh {
 
     /// Makes the root of the two trees that begin at node 1 and at this one.
     fn set_root(&mut self, top: usize) {
-        let mut children = [1, top].map(|k| (ChildRef::Node(k as u32), self.nodes[k].whole()));
+        let mut children =
+            [1, top].map(|k| (ChildRef::Node(k as u32), self.nodes[k].child_bounds()));
         let mut root = WideNode::over(&mut children, |child| child.1);
         for (code, child) in root.children.iter_mut().zip(children) {
             *code = child.0.code();
@@ -107,7 +108,7 @@ impl WideBvh {
         for k in (0..self.nodes.len()).rev() {
             for lane in 0..NATIVE {
                 if let ChildRef::Node(child) = ChildRef::of_code(self.nodes[k].children[lane]) {
-                    let bounds = self.nodes[child as usize].whole();
+                    let bounds = self.nodes[child as usize].child_bounds();
                     self.nodes[k].set_box(lane, bounds);
                 }
             }
@@ -124,7 +125,7 @@ impl WideNode {
     }
 
     /// The box around all children; missing ones have an empty box.
-    fn whole(&self) -> Bounds {
+    fn child_bounds(&self) -> Bounds {
         let [lo, hi] = &self.boxes;
         let least = |axis: &[f32; NATIVE]| axis.iter().copied().fold(f32::INFINITY, f32::min);
         let most = |axis: &[f32; NATIVE]| axis.iter().copied().fold(f32::NEG_INFINITY, f32::max);

@@ -105,9 +105,9 @@ impl<L: Lanes> EdgeDistance<L> {
         let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
         let (far, near) = (a.max(b).max(c), a.min(b).min(c));
         let (depth, spread) = (far.abs().max(near.abs()), far - near);
-        let beside = most(edges.x) + most(edges.y);
-        let bound = (beside + steepness * depth)
-            * (beside * (spread + depth * L::splat(MIN_SPREAD)))
+        let margin = most(edges.x) + most(edges.y);
+        let bound = (margin + steepness * depth)
+            * (margin * (spread + depth * L::splat(MIN_SPREAD)))
             + (depth * det.abs() + L::splat(MIN_DETERMINANT));
         let weight = sum.abs();
         let times = (t.gt(L::ZERO)).select(L::splat(ACCURATE), L::splat(BEHIND));
@@ -138,13 +138,13 @@ impl<L: Lanes> EdgeDistance<L> {
 #[inline(never)]
 pub(crate) fn to_planes<L: Lanes>(
     by_edges: L,
-    asked: L::Mask,
+    vague: L::Mask,
     [org, dir]: [Vec3Lanes<L>; 2],
     stored: &impl Vertices,
     only: Option<usize>,
 ) -> L {
     let Some(one) = only else {
-        return to_own_planes(by_edges, asked, |k| [org.lane(k), dir.lane(k)], stored);
+        return to_own_planes(by_edges, vague, |k| [org.lane(k), dir.lane(k)], stored);
     };
     let plane = Plane::of(stored, one);
     let mut distances = [0, 1].map(|k| by_edges.octet(k % L::PACKETS).to_array());
@@ -161,12 +161,12 @@ pub(crate) fn to_planes<L: Lanes>(
 #[inline(always)]
 pub(crate) fn to_own_planes<L: Lanes>(
     by_edges: L,
-    asked: L::Mask,
+    vague: L::Mask,
     ray: impl Fn(usize) -> [Vec3; 2],
     stored: &impl Vertices,
 ) -> L {
     let distances = [0, 1].map(|k| by_edges.octet(k % L::PACKETS).to_array());
-    asked.lanes().fold(by_edges, |all, lane| {
+    vague.lanes().fold(by_edges, |all, lane| {
         let by_edges = distances[lane / LANES % 2][lane % LANES];
         let [org, dir] = ray(lane);
         let t = Plane::of(stored, lane).distance(org, dir, by_edges);

@@ -11,8 +11,8 @@ impl RandomSource {
     /// A triangle, as wide as `size` or a needle.
     fn corners(&mut self, size: f32) -> [Vec3; 3] {
         let far = if self.unit() > 0.9 { 29.0 } else { 10.0 };
-        let at = self.position() * self.scale(far);
-        let [a, b] = [0, 1].map(|_| at + self.position() * size);
+        let position = self.position() * self.scale(far);
+        let [a, b] = [0, 1].map(|_| position + self.position() * size);
         let along = a + (b - a) * self.unit();
         let aside = self.position() * size;
         let narrow = (self.unit() > 0.0).then(|| self.scale(12.0).min(1.0));
@@ -46,7 +46,7 @@ fn rays([a, b, c]: [Vec3; 3], from: &mut RandomSource) -> RayPacket {
 
 /// Rays without a limit, given by origin and direction.
 fn packet(rays: &[[Vec3; 2]; LANES]) -> RayPacket {
-    let column = |of: &dyn Fn(&[Vec3; 2]) -> f32| F32x8::new(rays.each_ref().map(of));
+    let column = |component: &dyn Fn(&[Vec3; 2]) -> f32| F32x8::new(rays.each_ref().map(component));
     RayPacket {
         org: Vec3x8::new(
             column(&|r| r[0].x),
@@ -82,11 +82,15 @@ fn overflowing() -> ([Vec3; 3], RayPacket) {
 /// A needle across the z axis, and rays along it at the needle's edges, from so close that most of
 /// it is next to them.
 fn needle_ahead(size: f32, from: &mut RandomSource) -> ([Vec3; 3], RayPacket) {
-    let at = from.position() * size;
+    let position = from.position() * size;
     let along = (from.position() * size).with_z(0.0);
     let width = from.scale(20.0).min(1.0);
     let aside = (from.position() * (size * width)).with_z(0.0);
-    let corners = [at, at + along, at + along * from.unit().abs() + aside];
+    let corners = [
+        position,
+        position + along,
+        position + along * from.unit().abs() + aside,
+    ];
     let [a, b, c] = corners;
     let height = size * from.scale(20.0).min(1.0);
     let rays: [[Vec3; 2]; LANES] = std::array::from_fn(|lane| {
@@ -101,9 +105,9 @@ fn needle_ahead(size: f32, from: &mut RandomSource) -> ([Vec3; 3], RayPacket) {
 /// A triangle of a few units in the last place, and rays that pass it at many times its size: the
 /// signs of its edge functions are those of rounding.
 fn speck_beside(from: &mut RandomSource) -> ([Vec3; 3], RayPacket) {
-    let at = from.position().with_z(1.0);
+    let position = from.position().with_z(1.0);
     let size = (-23f32).exp2() * from.scale(4.0).max(1.0);
-    let corners = [0; 3].map(|_| at + from.position() * size);
+    let corners = [0; 3].map(|_| position + from.position() * size);
     let org = (from.position() * 0.5).with_z(-from.scale(8.0));
     let rays = [0; LANES].map(|_| [org, (from.position() * 0.01).with_z(1.0)]);
     (corners, packet(&rays))
@@ -150,15 +154,15 @@ fn hits_are_in_the_box_of_their_triangle() {
             slot: &slot,
         };
         let slopes = shear.slopes();
-        let Some(found) = intersect(relative, slopes, &own) else {
+        let Some(hit) = intersect(relative, slopes, &own) else {
             continue;
         };
         let seen = edges(&relative, slopes);
         let by_edges = EdgeDistance::new(&seen, relative.map(|corner| corner.z), slopes);
         let sure = by_edges.accurate | by_edges.in_box();
         let TInterval { tnear, tfar } = own.interval();
-        for lane in found.valid.lanes() {
-            let [t, enter, leave] = [found.t, tnear, tfar].map(|x| x.lane(lane));
+        for lane in hit.valid.lanes() {
+            let [t, enter, leave] = [hit.t, tnear, tfar].map(|x| x.lane(lane));
             let off = (enter - t).max(t - leave).max(0.0) / t;
             let slack = match sure.bits() >> lane & 1 {
                 1 => ENTRY_SLACK,
@@ -192,16 +196,16 @@ fn planes_of_lanes_are_those_of_their_triangles() {
         let org = from.position() * from.scale(8.0);
         let dir = from.position();
         let raw = Native::new(std::array::from_fn(|_| from.unit()));
-        let asked =
+        let vague =
             NativeMask::from_bits(round.wrapping_mul(2_654_435_761) >> 7 & ((1 << NATIVE) - 1));
-        let found = distance::to_own_planes(raw, asked, |_| [org, dir], &stored).to_array();
+        let distances = distance::to_own_planes(raw, vague, |_| [org, dir], &stored).to_array();
         let splat = |v: Vec3| Vec3Native::splat(v.x, v.y, v.z);
-        for (lane, t) in found.into_iter().enumerate() {
+        for (lane, t) in distances.into_iter().enumerate() {
             let rays = [splat(org), splat(dir)];
             let all = NativeMask::splat(true);
             let alone = distance::to_planes(raw, all, rays, &stored, Some(lane));
-            let asked = asked.bits() >> lane & 1 == 1;
-            let want = if asked { alone } else { raw }.to_array()[lane];
+            let vague = vague.bits() >> lane & 1 == 1;
+            let want = if vague { alone } else { raw }.to_array()[lane];
             assert_eq!(t.to_bits(), want.to_bits(), "round {round}, lane {lane}");
         }
     }

@@ -67,7 +67,7 @@ impl Apex {
         let (mut around, mut shortest, mut parallel) = (Native::ZERO, far, true);
         for packet in packets.step_by(Native::PACKETS) {
             let (rays, active) = rays.packet::<Native>(packet, tmax);
-            let most = |of: Native, x: Native| of.max(active.select(x, Native::ZERO));
+            let most = |largest: Native, x: Native| largest.max(active.select(x, Native::ZERO));
             let way = rays.dir.scale(rays.tmax);
             let miss = (rays.org + way - apex).max_abs();
             // A ray with a NaN end reaches no point.

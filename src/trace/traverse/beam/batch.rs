@@ -71,9 +71,13 @@ impl BeamBatch<'_, '_> {
     /// the next lies below and not beside: two packets of 4×2 pixels make a square.
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(&self, k: usize, j: usize) -> usize {
-        let (at, whole) = (k * L::PACKETS + j, self.packets.len() & !3);
-        let turned = L::PACKETS == 2 && at < whole;
-        let index = if turned { at & !3 | (at & 1) << 1 | (at >> 1 & 1) } else { at };
+        let (packet, complete) = (k * L::PACKETS + j, self.packets.len() & !3);
+        let transposed = L::PACKETS == 2 && packet < complete;
+        let index = if transposed {
+            packet & !3 | (packet & 1) << 1 | (packet >> 1 & 1)
+        } else {
+            packet
+        };
         self.packets.start + index
     }
 

@@ -239,16 +239,16 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
             |limit, _| ClosestHit::new(limit),
         );
         if let Some(alone) = traced {
-            self.clear = alone == 0 && !queries.iter().any(ClosestHit::found);
+            self.clear = alone == 0 && !queries.iter().any(ClosestHit::has_hit);
             for (k, query) in queries.iter().enumerate() {
                 let (rays, active) = (&self.groups[k].rays, batch.active::<L>(k));
-                let found = match alone >> k & 1 {
+                let closest = match alone >> k & 1 {
                     0 => query.hits(rays.tmax, active),
                     _ => self.packets.call_closest(rays, active),
                 };
                 for j in 0..L::PACKETS {
                     if let Some(hit) = hits.get_mut(batch.packet::<L>(k, j) - batch.packets.start) {
-                        *hit = found.octet(j);
+                        *hit = closest.octet(j);
                     }
                 }
             }
@@ -291,8 +291,8 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
             let (count, load) = (batch.groups::<L>(), |k| batch.group(k));
             let traced = self.shadows::<true>(&space, count, load, |k, lanes| {
                 for j in 0..L::PACKETS {
-                    let at = batch.packet::<L>(k, j) - batch.packets.start;
-                    answers[at % SIZE] |= (lanes >> (j * LANES)) as u8;
+                    let index = batch.packet::<L>(k, j) - batch.packets.start;
+                    answers[index % SIZE] |= (lanes >> (j * LANES)) as u8;
                 }
             });
             if !traced {

@@ -35,13 +35,15 @@ impl Pairs {
     #[inline(always)]
     pub(super) fn add(&mut self, sub_beam: usize, block: usize, lanes: u32) {
         for first in (0..NATIVE).step_by(LANES) {
-            let (at, lanes) = (self.count, (lanes >> first) as u8);
+            let (first_free, lanes) = (self.count, (lanes >> first) as u8);
             // SAFETY: each sub-beam is added once with `NATIVE` lanes of `BLOCKS` at most, so there
             // is room for eight more.
             let (sub_beams, triangles) = unsafe {
                 (
-                    self.sub_beams.get_unchecked_mut(at..at + LANES),
-                    self.triangles.get_unchecked_mut(at..at + LANES),
+                    self.sub_beams
+                        .get_unchecked_mut(first_free..first_free + LANES),
+                    self.triangles
+                        .get_unchecked_mut(first_free..first_free + LANES),
                 )
             };
             // Added as eight-byte numbers: arrays would be assembled byte by byte.
@@ -56,17 +58,17 @@ impl Pairs {
     /// Keeps the pairs for which `keep` returns true, without a branch.
     #[inline(always)]
     pub(super) fn retain(&mut self, keep: impl Fn(usize, usize) -> bool) {
-        let mut kept = 0;
+        let mut count = 0;
         for k in 0..self.count {
             let (sub_beam, triangle) = self.get(k);
-            // SAFETY: `kept` is not above `k`, which is within both.
+            // SAFETY: `count` is not above `k`, which is within both.
             unsafe {
-                *self.sub_beams.get_unchecked_mut(kept) = sub_beam as u8;
-                *self.triangles.get_unchecked_mut(kept) = triangle as u8;
+                *self.sub_beams.get_unchecked_mut(count) = sub_beam as u8;
+                *self.triangles.get_unchecked_mut(count) = triangle as u8;
             }
-            kept += usize::from(keep(sub_beam, triangle));
+            count += usize::from(keep(sub_beam, triangle));
         }
-        self.count = kept;
+        self.count = count;
     }
 
     #[inline(always)]

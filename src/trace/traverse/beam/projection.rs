@@ -158,7 +158,6 @@ pub(super) struct BeamSpace {
     w: [f32; 2],
     /// Growth of boxes on each side.
     box_epsilon: f32,
-    /// Smallest depth.
     pub(super) min_depth: f32,
     /// Term that is added to depths at which rays start.
     start: f32,
@@ -317,10 +316,10 @@ impl BeamSpace {
         let [axis, p, q] = self.axes.map(|axis| axis % 3);
         let (first, last) = if self.sign > 0.0 { (0, 1) } else { (1, 0) };
         let along = Native::splat(self.sign);
-        let at = self.sign * self.center[axis];
+        let depth = self.sign * self.center[axis];
         let tiny = Native::splat(self.min_depth);
-        let near = corners[first][axis] * along - Native::splat(at + self.box_epsilon);
-        let far = corners[last][axis] * along - Native::splat(at - self.box_epsilon);
+        let near = corners[first][axis] * along - Native::splat(depth + self.box_epsilon);
+        let far = corners[last][axis] * along - Native::splat(depth - self.box_epsilon);
         let near = near.max(tiny);
         let depth =
             |z: Native| Native::ONE / (Native::splat(self.w[0]) + Native::splat(self.w[1]) * z);
@@ -411,9 +410,13 @@ impl BeamSpace {
     #[inline(always)]
     pub(super) fn starts<L: Lanes>(&self, rays: &RayPacket<L>) -> [L; 3] {
         let [x, y, z] = self.center;
-        let at = self.seen(rays.org - Vec3Lanes::splat(x, y, z));
-        let w = self.weighed(at).z;
-        [at.z + L::splat(self.start), at.x / w, at.y / w]
+        let position = self.seen(rays.org - Vec3Lanes::splat(x, y, z));
+        let w = self.weighed(position).z;
+        [
+            position.z + L::splat(self.start),
+            position.x / w,
+            position.y / w,
+        ]
     }
 }
 
@@ -423,9 +426,11 @@ fn max_abs(v: [f32; 3]) -> f32 {
 
 fn dominant(v: [f32; 3]) -> usize {
     let size = v.map(f32::abs);
-    match () {
-        () if size[0] >= size[1] && size[0] >= size[2] => 0,
-        () if size[1] >= size[2] => 1,
-        () => 2,
+    if size[0] >= size[1] && size[0] >= size[2] {
+        0
+    } else if size[1] >= size[2] {
+        1
+    } else {
+        2
     }
 }

@@ -77,8 +77,12 @@ pub(super) fn directions<L: Lanes>(space: &BeamSpace, rays: &RayPacket<L>) -> [L
     let [forward, p, q] = rays.dir.from_axis(space.axes[0]);
     let along = L::splat(space.sign);
     // Going backward changes the sign of both parts of a quotient.
-    let by = along / forward;
-    [forward * L::splat(space.depth_per_t()), p * by, q * by]
+    let factor = along / forward;
+    [
+        forward * L::splat(space.depth_per_t()),
+        p * factor,
+        q * factor,
+    ]
 }
 
 /// Projections of rays as by [`directions`], from the known frame of the rays. Its slopes are p and

@@ -98,8 +98,8 @@ impl ShadowCull {
         let spread = slope_p.abs() * half[0] + slope_q.abs() * half[1];
         let least = facing.abs() - (spread + margin * Native::splat(3.1));
         let normal = (*b - *a).cross(*c - *a);
-        let turned = facing.lt(Native::ZERO);
-        let turn = |x: Native| turned.select(-x, x);
+        let backs = facing.lt(Native::ZERO);
+        let turn = |x: Native| backs.select(-x, x);
         // D and N·(the way from the light) have one sign if the beam goes up its axis.
         let toward = Native::splat(space.depth_per_t());
         let normal = [normal.x, normal.y, normal.z].map(|n| turn(n * toward));
@@ -142,7 +142,7 @@ impl ShadowCull {
     #[inline(always)]
     pub(super) fn may_hit<L: Lanes>(&self, lane: usize, rays: &ProjectedRays<L>) -> L::Mask {
         // Taken by reference: a lane of a copy would be read from a copy in memory.
-        let one = |of: &Native| L::splat(of.lane(lane % NATIVE));
+        let one = |column: &Native| L::splat(column.lane(lane % NATIVE));
         let edge = |[slope_p, less_q, constant]: &[Native; 3]| {
             let rest = rays.q.mul_sub_any_rounding(one(less_q), one(constant));
             rays.p.mul_sub_any_rounding(one(slope_p), rest)
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn what_a_ray_hits_is_kept_and_most_of_the_rest_is_not() {
         let mut from = RandomSource(3);
-        let (mut hits, mut local, mut kept, mut seen, mut pairs) = (0, 0, 0, 0, 0);
+        let (mut hits, mut local, mut unculled, mut seen, mut pairs) = (0, 0, 0, 0, 0);
         for round in 0..30_000 {
             let size = (from.unit() * 6.0 - 5.0).exp2();
             let middle = from.position() * if round % 5 == 0 { 20.0 } else { 1.0 };
@@ -248,10 +248,12 @@ mod tests {
             let mut rays = RayQueue::with_capacity(&arena, PACKETS * LANES);
             for _ in 0..PACKETS * LANES {
                 let org = start(&mut from, &block, size);
-                let dir = match sun {
-                    true if round % 2 == 0 => Vec3::Y,
-                    true => light - middle,
-                    false => light - org,
+                let dir = if !sun {
+                    light - org
+                } else if round % 2 == 0 {
+                    Vec3::Y
+                } else {
+                    light - middle
                 };
                 rays.push_ray(org.to_array(), dir.to_array());
             }
@@ -324,7 +326,7 @@ mod tests {
                         seen += usize::from(candidates >> lane & 1 == 1);
                     }
                     hits += hit.bits().count_ones();
-                    kept += may.bits().count_ones();
+                    unculled += may.bits().count_ones();
                     pairs += 8;
                 }
             }
@@ -332,7 +334,7 @@ mod tests {
         assert!(local > 15_000, "{local} local frames");
         assert!(hits > 100_000, "{hits} hits");
         assert!(seen > 100_000, "{seen} triangles met by sub-beams");
-        let needless = kept - hits;
+        let needless = unculled - hits;
         assert!(
             20 * needless < pairs,
             "{needless} of {pairs} kept, {hits} hits"

@@ -84,9 +84,9 @@ impl Sorted {
         let mut left = self.count;
         for (number, (keys, slot)) in keys.iter().zip(&rays.slots()[packets.start..]).enumerate() {
             for lane in 0..LANES.min(left) {
-                let at = &mut next[usize::from(keys[lane])];
-                let k = usize::from(*at) % RAYS;
-                *at += 1;
+                let place = &mut next[usize::from(keys[lane])];
+                let k = usize::from(*place) % RAYS;
+                *place += 1;
                 for axis in 0..3 {
                     self.org[axis].as_flattened_mut()[k] = slot.org[axis][lane];
                     self.dir[axis].as_flattened_mut()[k] = slot.dir[axis][lane];
@@ -128,11 +128,11 @@ impl Sorted {
         let first = k * L::PACKETS * LANES;
         let numbers = &self.number[first..self.count.min(first + L::PACKETS * LANES)];
         for (lane, &number) in numbers.iter().enumerate() {
-            let (packet, at) = (
+            let (packet, bit) = (
                 usize::from(number) / LANES % SIZE,
                 usize::from(number) % LANES,
             );
-            packets[packet] |= ((lanes >> lane & 1) as u8) << at;
+            packets[packet] |= ((lanes >> lane & 1) as u8) << bit;
         }
     }
 }
@@ -158,12 +158,12 @@ fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS]
     let scale: [Native; 2] =
         std::array::from_fn(|axis| Native::splat((GRID as f32 - 1.0) / (high[axis] - low[axis])));
     // Adding it rounds to an integer, which ends up in the last bits.
-    let whole = Native::splat((1 << 23) as f32);
+    let integer_limit = Native::splat((1 << 23) as f32);
     let mut keys = [0; RAYS];
     for (keys, point) in keys.as_chunks_mut::<NATIVE>().0.iter_mut().zip(&points) {
         let [p, q] = [0, 1].map(|axis| (point[axis] - low_lanes[axis]) * scale[axis]);
-        let row = (p + whole) - whole;
-        let square = (row * Native::splat(GRID as f32) + q) + whole;
+        let row = (p + integer_limit) - integer_limit;
+        let square = (row * Native::splat(GRID as f32) + q) + integer_limit;
         *keys = square.to_array().map(|x| x.to_bits() as u8);
     }
     keys

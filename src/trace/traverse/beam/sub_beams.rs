@@ -300,7 +300,12 @@ impl SubBeams {
 
     /// Sub-beams, out of `of`, that may hit a box.
     #[inline(always)]
-    pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; NATIVE]; 5], lane: usize) -> u64 {
+    pub(super) fn meeting<L: Lanes>(
+        &self,
+        candidates: u64,
+        seen: &[[f32; NATIVE]; 5],
+        lane: usize,
+    ) -> u64 {
         let [low_p, high_p, low_q, high_q, near] =
             [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % NATIVE]));
         let mut met = 0;
@@ -311,18 +316,18 @@ impl SubBeams {
             let depth = near.le(column(&self.far));
             met |= u64::from((p & q & depth).bits()) << (run * L::PACKETS * LANES);
         }
-        met & of
+        met & candidates
     }
 
     /// Sub-beams, out of `of`, that still search as deep as `near`.
     #[inline(always)]
-    pub(super) fn reaching<L: Lanes>(&self, of: u64, near: f32) -> u64 {
+    pub(super) fn reaching<L: Lanes>(&self, candidates: u64, near: f32) -> u64 {
         let mut met = 0;
         for run in 0..self.runs::<L>() {
             let reach = L::splat(near).le(L::load_run(&self.far, run));
             met |= u64::from(reach.bits()) << (run * L::PACKETS * LANES);
         }
-        met & of
+        met & candidates
     }
 
     /// Number of runs of lanes that hold all sub-beams. Lanes beyond the last sub-beam are stale,
@@ -365,11 +370,11 @@ impl SubBeams {
         let edge = |column: &[SubBeamColumn; 2], axis: usize| {
             Native::splat(column[axis][k % MAX_SUB_BEAMS])
         };
-        let beside = seen.low_p.le(edge(&self.high, 0))
+        let outside = seen.low_p.le(edge(&self.high, 0))
             & seen.high_p.ge(edge(&self.low, 0))
             & seen.low_q.le(edge(&self.high, 1))
             & seen.high_q.ge(edge(&self.low, 1));
-        beside & seen.ahead & seen.near.le(Native::splat(self.far[k % MAX_SUB_BEAMS]))
+        outside & seen.ahead & seen.near.le(Native::splat(self.far[k % MAX_SUB_BEAMS]))
     }
 }
 

@@ -107,10 +107,10 @@ impl EntryNode {
             return Some(ROOT);
         }
         self.append(&nodes[0], met);
-        let (mut at, mut opened) = (0, 0);
-        while at < self.len && opened < MAX_OPENED {
-            at += 1;
-            let ChildRef::Node(index) = ChildRef::of_code(self.node.children[at - 1]) else {
+        let (mut slot, mut opened) = (0, 0);
+        while slot < self.len && opened < MAX_OPENED {
+            slot += 1;
+            let ChildRef::Node(index) = ChildRef::of_code(self.node.children[slot - 1]) else {
                 continue;
             };
             counters.wide_node(NATIVE as u64);
@@ -118,8 +118,8 @@ impl EntryNode {
             let node = &nodes[index as usize];
             let met = bounds.met(node);
             if self.len - 1 + met.count_ones() as usize <= NATIVE {
-                at -= 1;
-                self.remove(at);
+                slot -= 1;
+                self.remove(slot);
                 self.append(node, met);
             }
         }
@@ -135,19 +135,19 @@ impl EntryNode {
     }
 
     /// Removes a child; the last one takes its place.
-    fn remove(&mut self, at: usize) {
+    fn remove(&mut self, slot: usize) {
         self.len -= 1;
         let all = self.node;
-        self.put(at, &all, self.len);
+        self.put(slot, &all, self.len);
         self.put(self.len, &WideNode::EMPTY, 0);
     }
 
-    fn put(&mut self, at: usize, from: &WideNode, lane: usize) {
+    fn put(&mut self, slot: usize, from: &WideNode, lane: usize) {
         let columns = self.node.boxes.as_flattened_mut().iter_mut();
         for (to, column) in columns.zip(from.boxes.as_flattened()) {
-            to[at] = column[lane];
+            to[slot] = column[lane];
         }
-        self.node.children[at] = from.children[lane];
+        self.node.children[slot] = from.children[lane];
     }
 }
 
@@ -193,28 +193,28 @@ mod tests {
     fn rays_without_a_finite_end_have_no_box() {
         let usual = ([1.0, 2.0, 3.0], [4.0, 0.0, -2.0]);
         for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
-            for at in 0..20 {
+            for slot in 0..20 {
                 let mut rays = [usual; 20];
-                rays[at].1[at % 3] = odd;
-                assert!(around(&rays, 2.0).is_none(), "{odd} {at}");
-                rays[at] = usual;
+                rays[slot].1[slot % 3] = odd;
+                assert!(around(&rays, 2.0).is_none(), "{odd} {slot}");
+                rays[slot] = usual;
                 assert!(around(&rays, 2.0).is_some());
-                rays[at].0[at % 3] = odd;
+                rays[slot].0[slot % 3] = odd;
                 assert!(
                     odd == f32::MAX || around(&rays, 2.0).is_none(),
-                    "{odd} {at}"
+                    "{odd} {slot}"
                 );
             }
         }
     }
 
     /// Numbers of the primitives below a node, in order.
-    fn prims(wide: &WideBvh, node: &WideNode, found: &mut Vec<u32>) {
+    fn prims(wide: &WideBvh, node: &WideNode, ids: &mut Vec<u32>) {
         for &code in &node.children {
             match ChildRef::of_code(code) {
-                ChildRef::Node(index) => prims(wide, &wide.nodes()[index as usize], found),
+                ChildRef::Node(index) => prims(wide, &wide.nodes()[index as usize], ids),
                 ChildRef::Spheres(index) => {
-                    found.extend(wide.spheres()[index as usize].prim_id);
+                    ids.extend(wide.spheres()[index as usize].prim_id);
                 }
                 _ => {}
             }
@@ -236,13 +236,13 @@ mod tests {
                 continue;
             }
             elsewhere += 1;
-            let mut found = Vec::new();
-            prims(wide, &entry.node, &mut found);
-            found.retain(|&prim| prim != crate::packet::NO_PRIM);
-            let all = found.len();
-            found.sort_unstable();
-            found.dedup();
-            assert_eq!(found.len(), all, "each once");
+            let mut ids = Vec::new();
+            prims(wide, &entry.node, &mut ids);
+            ids.retain(|&prim| prim != crate::packet::NO_PRIM);
+            let all = ids.len();
+            ids.sort_unstable();
+            ids.dedup();
+            assert_eq!(ids.len(), all, "each once");
             let touches = |prim: &u32| {
                 let center = [prim % 16, prim / 16 % 16, prim / 256].map(|x| x as f32);
                 (0..3).all(|axis| {
@@ -250,7 +250,7 @@ mod tests {
                 })
             };
             let want: Vec<u32> = (0..16 * 16 * 16).filter(touches).collect();
-            assert!(want.iter().all(|prim| found.binary_search(prim).is_ok()));
+            assert!(want.iter().all(|prim| ids.binary_search(prim).is_ok()));
             assert!(code.is_some() || want.is_empty());
             assert!(all < 600 + 20 * want.len(), "{all} for {}", want.len());
         }

@@ -74,7 +74,6 @@ pub(super) struct SingleRays<'a, T = PacketCount> {
     /// Packet kernel for primitives without blocks.
     packets: PacketKernel<'a, F32x8, T>,
     states: [RayState; MAX_IN_FLIGHT],
-    /// Number of rays in flight.
     rays_in_flight: usize,
     /// A stack for each ray state, one after the other.
     stacks: ThreadStack,
@@ -354,8 +353,8 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         let source = RayStream::new(rays, slice.each(), f32::INFINITY, ROOT);
         self.trace(SingleClosest, source, |state| {
             if let Some((weights, prim_id)) = state.best.below(f32::INFINITY) {
-                let at = state.number - start;
-                hits[at / LANES].set(at % LANES, weights, prim_id);
+                let row = state.number - start;
+                hits[row / LANES].set(row % LANES, weights, prim_id);
             }
         });
         true
@@ -375,8 +374,8 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         };
         let source = RayStream::new(rays, packets, tmax, root);
         self.trace(SingleAny, source, |state| {
-            let at = state.number - start;
-            blocked[at / LANES] |= u8::from(state.best.prim_id != NO_PRIM) << (at % LANES);
+            let row = state.number - start;
+            blocked[row / LANES] |= u8::from(state.best.prim_id != NO_PRIM) << (row % LANES);
         });
         true
     }
@@ -386,7 +385,7 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         rays: &RayQueue,
         slice: &BatchSlice,
         tmax: TMaxOf,
-        found: &FoundHits,
+        hit_list: &FoundHits,
     ) -> bool {
         if T::COUNTS_STEPS {
             return false;
@@ -395,7 +394,7 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
             return false;
         };
         let source = RayStream::new(rays, slice.each(), tmax, ROOT);
-        self.trace(SingleEvery(found), source, |_| {});
+        self.trace(SingleEvery(hit_list), source, |_| {});
         true
     }
 

@@ -227,9 +227,9 @@ mod tests {
             }
             let (org, dir) = (org.to_array(), dir.to_array());
             let [want, ..] = ready(&packet_of_one(org, dir), Mask8::first(1));
-            let found = setup([&org, &dir]);
+            let ray_setup = setup([&org, &dir]);
             assert_eq!(
-                bytemuck::bytes_of(&found),
+                bytemuck::bytes_of(&ray_setup),
                 bytemuck::bytes_of(&want),
                 "{org:?} {dir:?}"
             );

@@ -69,14 +69,14 @@ fn take_nearer(
     for lane in near.lanes() {
         let id = ids[lane];
         if t[lane] < state.best.t || (t[lane] == state.best.t && id < state.best.prim_id) {
-            let found = SingleHit {
+            let nearer = SingleHit {
                 t: t[lane],
                 v: v[lane],
                 w: w[lane],
                 det: det[lane],
                 prim_id: id,
             };
-            state.best = take(state.number, found).unwrap_or(state.best);
+            state.best = take(state.number, nearer).unwrap_or(state.best);
         }
     }
     true
@@ -91,7 +91,7 @@ impl SingleQuery for SingleClosest {
 
     #[inline(always)]
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
-        take_nearer(state, hit, ids, |_, found| Some(found))
+        take_nearer(state, hit, ids, |_, nearer| Some(nearer))
     }
 
     #[inline(always)]
@@ -141,11 +141,11 @@ impl SingleQuery for SingleFiltered<'_> {
 
     #[inline(always)]
     fn update(self, state: &mut RayState, hit: &HitCandidate<Native>, ids: &[u32; NATIVE]) -> bool {
-        take_nearer(state, hit, ids, |ray, found| {
-            let accepted = (self.0.accept)(ray, found.weights(), found.prim_id);
+        take_nearer(state, hit, ids, |ray, nearer| {
+            let accepted = (self.0.accept)(ray, nearer.weights(), nearer.prim_id);
             accepted.then(|| SingleHit {
-                t: self.0.limit_after(found.t),
-                ..found
+                t: self.0.limit_after(nearer.t),
+                ..nearer
             })
         })
     }
