@@ -53,7 +53,7 @@ const CRATES: [(&str, &[&str], &str); 12] = [
     ),
     (
         "report",
-        &["scene", "files"],
+        &["files"],
         "numbers to files and pages, whoever measured them",
     ),
     (

@@ -39,8 +39,6 @@ pub struct KernelChange {
 pub(super) struct RunNoise<'a> {
     /// Change of the machine's speed.
     machine: LogRate,
-    /// The same for changes from which the load of each measurement has been taken out.
-    beyond_load: LogRate,
     /// The machine's part in the change of one rate: its speed, and what differs from run to run.
     of_rate: LogRate,
     changes: LogChanges<'a>,
@@ -53,10 +51,8 @@ impl<'a> RunNoise<'a> {
     /// The machine's part in the changes between two records; `None` if they are of different
     /// machines or instruction sets, or have no tracer in common that is not ours.
     ///
-    /// Three witnesses tell the machine's speed: other tracers (the oracle, and peers), ours, and
-    /// the machine's limits. Their median counts, so that none can blame the machine alone: neither
-    /// a slower kernel nor a slower oracle. Each is a median itself, because a few rates in a
-    /// hundred are slowed by other load in all of their rounds.
+    /// Other tracers (the oracle, and peers) show the machine's speed: the median of their changes,
+    /// because a few rates in a hundred are slowed by other load in all of their rounds.
     pub fn of(
         (old, before): (&BenchRecord, &RecordIndex<'a>),
         (new, now): (&BenchRecord, &RecordIndex<'a>),
@@ -73,16 +69,9 @@ impl<'a> RunNoise<'a> {
             let changes = groups.flat_map(|(_, changes)| changes.values().copied());
             changes.collect()
         };
-        let (mut others, mut ours) = (of(false), of(true));
-        if others.is_empty() || ours.is_empty() {
+        let mut others = of(false);
+        if others.is_empty() || of(true).is_empty() {
             return None;
-        }
-        let of_others = median(&mut others);
-        let mut witnesses = vec![of_others, median(&mut ours)];
-        match &mut limits(old, new)[..] {
-            // The other tracers are to be believed, as in `baseline`.
-            [] => witnesses.truncate(1),
-            limits => witnesses.push(median(limits)),
         }
         let scatter = changes.values().flat_map(|group| {
             let middle = middle(group);
@@ -90,14 +79,10 @@ impl<'a> RunNoise<'a> {
             off.map(|off| off * off)
         });
         let count = changes.values().map(BTreeMap::len).sum::<usize>();
-        let speed = median(&mut witnesses);
-        let machine = LogRate::new(speed, variance_of_median(&others));
-        // The others' error is in the load, too, with which it cancels.
-        let beyond_load = if speed == of_others { machine.exactly() } else { machine };
+        let machine = LogRate::new(median(&mut others), variance_of_median(&others));
         let between = LogRate::new(0.0, scatter.sum::<f64>() / count as f64);
         Some(RunNoise {
             machine,
-            beyond_load,
             of_rate: machine.over(between),
             changes,
         })
@@ -142,7 +127,8 @@ pub(super) fn changed_kernels(noise: &[Option<RunNoise>], threshold: f64) -> Vec
             });
             let mut beyond_load: Vec<f64> = beyond_load.collect();
             let change = LogRate::new(median(&mut beyond_load), variance_of_median(&beyond_load));
-            let change = change.over(noise.beyond_load).change();
+            // The others' error is in the load, too, with which it cancels.
+            let change = change.over(noise.machine.exactly()).change();
             if change.exceeds(threshold) {
                 changed.push(KernelChange {
                     record: i + 1,
@@ -188,23 +174,6 @@ fn load<'a>(changes: &LogChanges<'a>) -> BTreeMap<(&'a str, &'a str, u32), f64> 
 
 fn middle(changes: &BTreeMap<(&str, &str), f64>) -> f64 {
     median(&mut changes.values().copied().collect::<Vec<f64>>())
-}
-
-/// Changes of the machine's limits, as logarithms.
-fn limits(old: &BenchRecord, new: &BenchRecord) -> Vec<f64> {
-    fn of(record: &BenchRecord) -> BTreeMap<(u32, &str), f64> {
-        let threads = record.limits.iter().flat_map(|limits| &limits.threads);
-        let rates = threads.flat_map(|of| {
-            let memory = of.bandwidth.iter().map(|(name, rate)| (&**name, *rate));
-            let rates = memory.chain([("", of.gflops)]);
-            rates.map(|(name, rate)| ((of.threads, name), rate))
-        });
-        rates.collect()
-    }
-    let before = of(old);
-    let now = of(new).into_iter();
-    let both = now.filter_map(|(name, new)| Some(libm::log(new / before.get(&name)?)));
-    both.filter(|change| change.is_finite()).collect()
 }
 
 /// Variance of the median of these, estimated by their median deviation.

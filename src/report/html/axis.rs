@@ -61,11 +61,6 @@ impl Axis {
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
-    /// The values at both ends of a logarithmic axis.
-    pub(super) fn ends(&self) -> (f64, f64) {
-        (self.low.exp(), self.high.exp())
-    }
-
     /// Round numbers along a logarithmic axis. Their middles are at least `gap` pixels apart, and
     /// `letter` pixels more for each letter of the longer one.
     pub(super) fn ticks(&self, gap: f64, letter: f64) -> Vec<Tick> {
@@ -99,7 +94,7 @@ impl Axis {
 
     /// Multiples of powers of ten, by their first two digits.
     fn ticks_of(&self, digits: &[u32]) -> Vec<Tick> {
-        let (low, high) = self.ends();
+        let (low, high) = (self.low.exp(), self.high.exp());
         let numbers = (-13..=14).flat_map(|power| digits.iter().map(move |d| (*d, power)));
         // Parsed from text, because a product of tens is not the number that it prints as.
         let numbers = numbers.filter_map(|(d, power)| format!("{d}e{power}").parse::<f64>().ok());

@@ -8,9 +8,7 @@ mod axis;
 mod changes;
 mod comparison;
 mod dots;
-mod operations;
 mod rates;
-mod roofline;
 mod scenes;
 mod sizes;
 mod summary;
@@ -55,7 +53,6 @@ pub fn page_against(
             ["Sizes", "Scaling over scene size"],
             sizes::section(&view),
         ),
-        ("roofline", ["Roofline"; 2], roofline::section(&view)),
         ("scenes", ["Scenes"; 2], scenes::section(&view, pictures)),
     ];
     if let Some((earlier, changes)) = baseline {

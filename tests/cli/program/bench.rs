@@ -188,10 +188,8 @@ fn records_are_compared_and_put_on_a_page(room: &TestFolder) {
     room.ok("bench report a.json faster.json -o two.html");
     let page = |name: &str| fs::read_to_string(room.path().join(name)).unwrap();
     assert_eq!(page("c.html"), page("two.html"));
-    assert!(
-        page("one.html").contains("id=\"roofline\"")
-            && page("two.html").contains("id=\"machines\"")
-    );
+    assert!(page("one.html").contains("id=\"sizes\""));
+    assert!(page("two.html").contains("id=\"machines\""));
     room.refused(
         "bench compare a.json faster.json --filter a(",
         2,

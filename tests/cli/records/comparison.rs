@@ -145,34 +145,16 @@ fn nothing_is_nothing() {
     assert!(compared.ranks.is_empty() && comparison_tables(&compared).is_empty());
 }
 
-/// Limits of a machine at this share of its speed.
-fn limits(share: f64) -> MachineLimits {
-    let threads = [1, 2].map(|threads| ThreadLimits {
-        threads,
-        gflops: 90.0 * share * f64::from(threads),
-        bandwidth: [
-            ("l1".to_owned(), 150.0 * share),
-            ("memory".to_owned(), 13.0 * share),
-        ]
-        .into(),
-    });
-    MachineLimits {
-        threads: threads.into(),
-    }
-}
-
 #[test]
 fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
     let measured = |speed: f64, slower: fn(&RateRow) -> bool, by: f64| {
-        let (mut first, mut second) = (record(2), record(2));
-        first.limits = Some(limits(1.0));
-        second.limits = Some(limits(speed));
+        let (first, mut second) = (record(2), record(2));
         scale(&mut second, speed, |_| true);
         scale(&mut second, by, slower);
         comparison(&[&first, &second], true)
     };
     let machine = |of: &RecordComparison| of.records[1].machine.expect("the same machine").by;
-    // Everything alike, the oracle and the limits, too.
+    // Everything alike, the oracle, too.
     let slow = measured(0.75, |_| false, 1.0);
     assert!((machine(&slow) + 0.25).abs() < 1e-3, "{}", machine(&slow));
     assert_eq!((slow.differing, slow.kernels.len()), (0, 0));

@@ -88,7 +88,6 @@ pub fn suite() -> BenchRecord {
     record.machine = machine();
     record.run.peers = vec!["embree 4.4.0".to_owned(), "obvhs 0.4.0".to_owned()];
     record.program.git_dirty = Some(true);
-    record.limits = Some(limits());
     record
 }
 
@@ -235,26 +234,6 @@ fn machine() -> Machine {
     }
 }
 
-fn limits() -> MachineLimits {
-    let of = |threads: u32| {
-        let n = f64::from(threads);
-        let levels = [
-            ("l1", 410.0 * n),
-            ("l2", 190.0 * n),
-            ("l3", 70.0 * n),
-            ("memory", 17.0 * n),
-        ];
-        ThreadLimits {
-            threads,
-            gflops: 118.0 * n,
-            bandwidth: levels.map(|(level, rate)| (level.to_owned(), rate)).into(),
-        }
-    };
-    MachineLimits {
-        threads: vec![of(1), of(2)],
-    }
-}
-
 /// One scene, one row, and no optional fields.
 pub fn minimal() -> BenchRecord {
     let mut noise = Noise(1);
@@ -300,7 +279,6 @@ pub fn minimal() -> BenchRecord {
             &mut noise,
         )],
         counters: Vec::new(),
-        limits: None,
     }
 }
 
@@ -388,13 +366,6 @@ pub fn odd() -> BenchRecord {
     }
     for counter in &mut record.counters {
         counter.ray_count = 0;
-    }
-    if let Some(limits) = &mut record.limits {
-        let level = |value| ("l1".to_owned(), value);
-        for (i, limits) in limits.threads.iter_mut().enumerate() {
-            limits.gflops = strange[i];
-            limits.bandwidth = BTreeMap::from([level(f64::NAN)]);
-        }
     }
     record
 }

@@ -124,7 +124,7 @@ impl Baseline {
             all.push(measure_scene(&again, scene, &mut bar)?.0);
         }
         bar.finish();
-        Ok(record(args, plan, all, now.run.started.clone(), 0.0))
+        Ok(record(plan, all, now.run.started.clone(), 0.0))
     }
 
     fn judge_counters(&self, args: &RunArgs, now: &BenchRecord) -> Result<(), CliError> {

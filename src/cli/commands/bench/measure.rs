@@ -1,12 +1,11 @@
 //! Measures a scene, and makes the record of a run.
 
-use super::args::RunArgs;
 use super::bar::BenchProgressBar;
 use super::program::this_program;
 use super::table;
 use crate::cli::options::{SceneArgs, SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
-use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
+use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure};
 use phalanx::frame::Engine;
 use phalanx::report::BenchRecord;
 use std::ffi::OsString;
@@ -56,22 +55,10 @@ pub fn wanted(plan: &BenchPlan) -> WantedPicture {
 }
 
 /// The record of a run.
-pub fn record(
-    args: &RunArgs,
-    plan: &BenchPlan,
-    all: Vec<Measured>,
-    started: String,
-    seconds: f64,
-) -> BenchRecord {
+pub fn record(plan: &BenchPlan, all: Vec<Measured>, started: String, seconds: f64) -> BenchRecord {
     let arguments = std::env::args_os().skip(1).map(without_folder).collect();
     let run = plan.run_info(started, arguments, seconds);
-    let mut record = phalanx::bench::record(this_program(), run, all);
-    // Measured only for the files that show them, because they take seconds.
-    if plan.timed && (args.json.is_some() || args.html.is_some()) {
-        let limits = measure_limits(plan.max_threads(), &record.machine.caches);
-        record.limits = Some(limits);
-    }
-    record
+    phalanx::bench::record(this_program(), run, all)
 }
 
 /// An argument with the names of files only: records travel, folders of a machine do not.

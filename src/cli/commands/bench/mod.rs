@@ -90,7 +90,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     if let Some(path) = &args.update_suite {
         return update_suite(path, suite, &all);
     }
-    let mut record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
+    let mut record = record(&plan, all, started, start.elapsed().as_secs_f64());
     record.run.partial = partial;
     output::print(&table::summary(&record, output::stdout_columns()))?;
     write_files(args, &record, &shown, baseline.as_ref())?;
