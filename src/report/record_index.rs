@@ -122,21 +122,6 @@ impl<'a> RecordIndex<'a> {
         both.collect()
     }
 
-    /// The rows of an engine that the other record lacks.
-    pub(super) fn lacking(&self, other: &RecordIndex, engine: &str) -> Vec<&'a RateRow> {
-        let own = self.by_key.iter().filter(|(key, _)| key.2 == engine);
-        let lacking = own.filter(|(key, _)| !other.by_key.contains_key(*key));
-        lacking.map(|(_, row)| *row).collect()
-    }
-
-    /// Returns true if a row's samples are those of another row, which is here, too.
-    pub(super) fn repeats(&self, row: &RateRow) -> bool {
-        row.same_as.as_deref().is_some_and(|kernel| {
-            let other = (&*row.scene, &*row.rays, &*row.engine, kernel, row.threads);
-            kernel != row.kernel && self.by_key.contains_key(&other)
-        })
-    }
-
     /// Returns true if any other project's tracer took part.
     pub fn has_peers(&self) -> bool {
         self.peers().next().is_some()

@@ -10,13 +10,14 @@ fn comparison(records: &[&BenchRecord], all: bool) -> RecordComparison {
     let options = ComparisonOptions {
         threshold: 0.03,
         all,
+        any_machine: false,
     };
-    RecordComparison::of(&records, options)
+    RecordComparison::new(&records, options)
 }
 
 /// The text, which must fit the width.
-fn text(of: &RecordComparison, width: usize) -> String {
-    let text = comparison_text(of, width);
+fn text(comparison: &RecordComparison, width: usize) -> String {
+    let text = comparison_text(comparison, width);
     for line in text.lines() {
         assert!(line.chars().count() <= width, "{width}: {line}");
     }
@@ -60,7 +61,7 @@ fn ranks_come_first_and_then_what_differs() {
             .unwrap_or_else(|| panic!("{part} in\n{text}"))
     };
     assert!(
-        at("ranks over 12 rates of 2 scenes") < at("16 of 36 rates differ"),
+        at("ranks over 12 rates of 2 scenes") < at("16 of 36 single rates"),
         "{text}"
     );
     for part in [
@@ -153,27 +154,28 @@ fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
         scale(&mut second, by, slower);
         comparison(&[&first, &second], true)
     };
-    let machine = |of: &RecordComparison| of.records[1].machine.expect("the same machine").by;
+    let machine =
+        |compared: &RecordComparison| compared.records[1].machine.expect("the same machine").by;
     // Everything alike, the oracle, too.
     let slow = measured(0.75, |_| false, 1.0);
     assert!((machine(&slow) + 0.25).abs() < 1e-3, "{}", machine(&slow));
-    assert_eq!((slow.differing, slow.kernels.len()), (0, 0));
+    assert_eq!((slow.differing, slow.groups.len()), (0, 0));
     assert!(text(&slow, 80).contains("the machine itself: -25.0 % against A"));
     // One kernel on such a machine, with every rate within its interval.
     let kernel = measured(0.75, |row| row.kernel == "packet8", 0.95);
-    let names: Vec<(&str, u32)> = (kernel.kernels.iter())
-        .map(|of| (&*of.kernel, of.threads))
+    let names: Vec<(&str, u32)> = (kernel.groups.iter())
+        .map(|group| (&*group.kernel, group.threads))
         .collect();
     assert_eq!(names, [("packet8", 1), ("packet8", 2)]);
     assert!(text(&kernel, 80).contains("packet8"));
     // The oracle alone is not the machine.
     let oracle = measured(1.0, |row| row.engine == "oracle", 0.75);
     assert!(machine(&oracle).abs() < 1e-3, "{}", machine(&oracle));
-    assert_eq!(oracle.kernels.len(), 0);
+    assert_eq!(oracle.groups.len(), 0);
     // Ours, all of them.
     let ours = measured(1.0, |row| row.engine == "phalanx", 0.9);
     assert!(machine(&ours).abs() < 1e-3, "{}", machine(&ours));
-    assert_eq!(ours.kernels.len(), 6);
+    assert_eq!(ours.groups.len(), 6);
 }
 
 /// Other load slows all tracers in a measurement, each by a different share.
@@ -194,8 +196,8 @@ fn a_slower_kernel_is_found_under_load() {
         }
     }
     let found = |second: &BenchRecord| {
-        let of = comparison(&[&first, second], true);
-        let names = of.kernels.iter().map(|of| of.kernel.clone());
+        let compared = comparison(&[&first, second], true);
+        let names = compared.groups.iter().map(|group| group.kernel.clone());
         names.collect::<Vec<String>>()
     };
     assert_eq!(found(&second), Vec::<String>::new());

@@ -324,6 +324,16 @@ pub fn machines() -> Vec<(&'static str, BenchRecord)> {
     ]
 }
 
+/// The comparison of some records.
+pub fn compare(records: &[(&str, &BenchRecord)]) -> RecordComparison {
+    let options = ComparisonOptions {
+        threshold: 0.03,
+        all: false,
+        any_machine: false,
+    };
+    RecordComparison::new(records, options)
+}
+
 /// An empty record.
 pub fn empty() -> BenchRecord {
     BenchRecord {

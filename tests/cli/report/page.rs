@@ -1,9 +1,9 @@
 //! Content of the page.
 
-use super::fixture::{self, FAMILIES};
+use super::fixture::{self, FAMILIES, compare};
 use super::parsed::{Parsed, parse};
+use phalanx::report::BenchRecord;
 use phalanx::report::html::{ScenePictures, comparison_page, page, page_against};
-use phalanx::report::{BenchRecord, ComparisonOptions, RecordComparison, compare};
 use std::sync::LazyLock;
 
 fn parsed(record: &BenchRecord) -> Parsed {
@@ -129,14 +129,7 @@ fn what_to_beware_of_is_said_at_the_top() {
 
 fn side_by_side(records: &[(&'static str, BenchRecord)]) -> Parsed {
     let pairs: Vec<(&str, &BenchRecord)> = records.iter().map(|(name, r)| (*name, r)).collect();
-    let options = ComparisonOptions {
-        threshold: 0.03,
-        all: false,
-    };
-    parse(&comparison_page(
-        &pairs,
-        &RecordComparison::of(&pairs, options),
-    ))
+    parse(&comparison_page(&pairs, &compare(&pairs)))
 }
 
 #[test]
@@ -198,11 +191,12 @@ fn a_baseline_has_a_section() {
             *figure *= 1.25;
         }
     }
-    let changes = compare(&earlier, &record, false).expect("comparable");
+    let changes = compare(&[("", &earlier), ("", &record)]);
     let page = parse(&page_against(&record, &[], Some((&earlier, &changes))));
     assert_eq!(page.named("a").count(), 6);
     assert!(page.text.contains("-20.0\u{202f}%"), "{}", page.text);
-    assert!(!SUITE.text.contains("Against the run"));
+    assert!(page.text.contains("-20.0 ± "), "{}", page.text);
+    assert!(!SUITE.text.contains("The baseline is"));
 }
 
 /// The headline is the geometric mean of ours over the best exact peer; inexact modes do not count.

@@ -171,9 +171,10 @@ fn write_files(
         save(path, &to_csv(record))?;
     }
     if let Some(path) = &args.html {
-        let changes = baseline.and_then(|baseline| baseline.changes(args, record));
-        let earlier = baseline.map(|baseline| &baseline.0);
-        let baseline = earlier.zip(changes.as_ref());
+        // Incompatible records are reported when the run is judged.
+        let comparison = baseline.and_then(|baseline| baseline.compare(args, record).ok());
+        let earlier = baseline.map(|baseline| &baseline.record);
+        let baseline = earlier.zip(comparison.as_ref());
         save(path, &page_against(record, pictures, baseline))?;
     }
     Ok(())
