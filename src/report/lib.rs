@@ -20,10 +20,10 @@ pub use comparison::{
     regressions_text,
 };
 pub use files::{RecordError, load, to_csv, to_json};
-pub use numbers::{NONE, counted, grouped, rate};
+pub use numbers::{NONE, bytes, counted, grouped, plural, rate};
 pub use ray_kind::{FRAME, QueryKind, RayKind};
 pub use record::*;
 pub use record_index::{AUTO, RecordIndex, SpeedRatio, is_peer, kinds_frame_first, quotable_line};
-pub use report_table::ReportTable;
+pub use report_table::{ReportTable, aligned};
 pub use statistics::{geometric_mean, median};
 pub use text::{commit, day, markdown, wrapped};

@@ -18,7 +18,7 @@ mod view;
 
 pub use scenes::ScenePictures;
 
-use crate::numbers::plural;
+use crate::numbers::page_counted;
 use crate::{BenchRecord, RecordComparison};
 use comparison::ComparedRecords;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -82,7 +82,7 @@ pub fn comparison_page(records: &[(&str, &BenchRecord)], comparison: &RecordComp
         ("scenes", ["Scenes"; 2], comparison::scenes(&compared)),
         ("baseline", ["Baseline"; 2], comparison::baseline(&compared)),
     ];
-    let count = plural(records.len(), "record");
+    let count = page_counted(records.len(), "record");
     let header = html! { h1 { "phalanx bench " span.day { (count) } } };
     document(&count, header, html! {}, &sections)
 }

@@ -4,7 +4,7 @@
 use super::tables::cell;
 use super::view::{RecordView, kind_text, row_name};
 use crate::SceneRecord;
-use crate::numbers::{bytes, count, measured, percent, seconds};
+use crate::numbers::{count, decimal_bytes, measured, percent, seconds};
 use crate::report_table::ReportTable;
 use crate::text::listed;
 use base64::Engine;
@@ -106,7 +106,7 @@ fn facts(scene: &SceneRecord) -> Markup {
             }
             dt { "Load" } dd { (seconds(scene.load_seconds)) }
             @if !builds.is_empty() { dt { "Build" } dd { (builds.join(", ")) } }
-            dt { "Tree" } dd { (bytes(scene.tree_bytes)) }
+            dt { "Tree" } dd { (decimal_bytes(scene.tree_bytes)) }
             dt { "Picture" } dd { (width) "×" (height) }
             dt { "Hash" } dd { code { (scene.hash) } }
         }

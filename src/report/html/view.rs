@@ -1,7 +1,7 @@
 //! A record arranged for reading: its scenes, kinds and thread counts, and the rows that belong
 //! together.
 
-use crate::numbers::plural;
+use crate::numbers::page_counted;
 use crate::record_index::{first_of_each, in_order};
 use crate::text::{self, commit};
 use crate::{BenchRecord, FRAME, Program, RayKind, RecordIndex, SceneRecord};
@@ -78,5 +78,5 @@ pub(super) fn commit_text(program: &Program) -> String {
 
 /// `2 threads` or `1 thread`.
 pub(super) fn threads_text(threads: u32) -> String {
-    plural(threads as usize, "thread")
+    page_counted(threads as usize, "thread")
 }
