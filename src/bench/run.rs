@@ -68,7 +68,7 @@ pub fn measure(
         listener.begin_step("checking")?;
         workload::check(&trees, workload, plan, info)?;
     }
-    let frames = Frames::of(&trees, plan);
+    let frames = Frames::new(&trees, plan);
     let frame_hits = frames.check(info)?;
     let counters = counters(&trees, &workloads, plan, info);
     let scene_record = workload::scene_record(info, &trees, &workloads, plan.size);

@@ -65,14 +65,14 @@ pub struct SpeedRatio {
 
 impl<'a> RecordIndex<'a> {
     /// The index of the rows of some scenes.
-    pub fn of(records: &'a [SceneRecord], rows: &'a [RateRow]) -> RecordIndex<'a> {
+    pub fn new(records: &'a [SceneRecord], rows: &'a [RateRow]) -> RecordIndex<'a> {
         let mut best: BTreeMap<BestKey<'a>, &'a RateRow> = BTreeMap::new();
         let stands = |row: &&RateRow| row.has_rate() && (row.exact || !is_peer(&row.engine));
         for row in rows.iter().filter(stands) {
             let key = (entrant(row), &*row.scene, &*row.rays, row.threads);
-            let kept = best.entry(key).or_insert(row);
-            if row.mrays_per_s.median > kept.mrays_per_s.median {
-                *kept = row;
+            let fastest = best.entry(key).or_insert(row);
+            if row.mrays_per_s.median > fastest.mrays_per_s.median {
+                *fastest = row;
             }
         }
         let others = best.iter().filter(|(key, _)| key.0 != AUTO);
@@ -117,8 +117,8 @@ impl<'a> RecordIndex<'a> {
 
     /// The rows of an engine that both records have, this one's first.
     pub(super) fn shared(&self, now: &RecordIndex<'a>, engine: &str) -> Vec<SharedRow<'a>> {
-        let own = now.by_key.iter().filter(|(key, _)| key.2 == engine);
-        let both = own.filter_map(|(key, row)| Some((*self.by_key.get(key)?, *row)));
+        let rows = now.by_key.iter().filter(|(key, _)| key.2 == engine);
+        let both = rows.filter_map(|(key, row)| Some((*self.by_key.get(key)?, *row)));
         both.collect()
     }
 
@@ -224,7 +224,7 @@ pub(super) fn in_order<'a>(
     named: impl Iterator<Item = (&'a str, &'a str)>,
     order: &[&str],
 ) -> Vec<&'a str> {
-    let rank = |word| order.iter().position(|of| *of == word);
+    let rank = |word| order.iter().position(|other| *other == word);
     let ranked = named.map(|(name, word)| (rank(word).unwrap_or(usize::MAX), name));
     let ranked: BTreeSet<(usize, &str)> = ranked.collect();
     ranked.into_iter().map(|(_, name)| name).collect()
@@ -252,7 +252,7 @@ pub fn is_peer(engine: &str) -> bool {
 /// part. It is about primary rays where there are any, on the most threads. `None` if there are no
 /// rates of ours.
 pub fn quotable_line(record: &BenchRecord) -> Option<String> {
-    let best = RecordIndex::of(&record.scenes, &record.rows);
+    let best = RecordIndex::new(&record.scenes, &record.rows);
     let kind = RayKind::names().find(|kind| best.kinds.contains(kind))?;
     let threads = *best.threads.last()?;
     let rate = rate(best.mean(AUTO, kind, threads)?);
@@ -307,7 +307,7 @@ mod tests {
             row("b", ("phalanx", "auto"), 32.0, true),
             row("b", ("oracle", "scalar"), 1.0, true),
         ];
-        let best = RecordIndex::of(&[], &rows);
+        let best = RecordIndex::new(&[], &rows);
         assert_eq!(best.others, ["packet8", "oracle", "embree"]);
         let over = |name| best.over(name, "primary", 1).map(|m| (m.mean, m.scenes));
         assert_eq!(over("embree"), Some((2.0, 1)));

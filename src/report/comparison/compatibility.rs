@@ -134,7 +134,7 @@ pub fn check_run(
     new: &BenchRecord,
     force: bool,
 ) -> Result<(), IncompatibleRecords> {
-    let [before, now] = [old, new].map(|record| RecordIndex::of(&record.scenes, &record.rows));
+    let [before, now] = [old, new].map(|record| RecordIndex::new(&record.scenes, &record.rows));
     let pairs = before.shared(&now, PHALANX);
     let mut reasons = machine_mismatches(old, new);
     reasons.extend(ray_mismatches(old, new));

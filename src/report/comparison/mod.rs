@@ -115,7 +115,7 @@ impl RecordComparison {
     pub fn new(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
         let ComparisonOptions { threshold, all, .. } = options;
         let records_only = records.iter().map(|(_, record)| record);
-        let indices = records_only.map(|record| RecordIndex::of(&record.scenes, &record.rows));
+        let indices = records_only.map(|record| RecordIndex::new(&record.scenes, &record.rows));
         let indices: Vec<RecordIndex> = indices.collect();
         let ranking = summary::ranking(&indices);
         let noise = (1..records.len()).map(|i| {

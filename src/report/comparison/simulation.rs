@@ -81,7 +81,7 @@ fn reported(suites: u64, speed: impl Fn(&RateRow) -> f64) -> u64 {
             old.mrays_per_s = measured(1.0, &mut draw);
             new.mrays_per_s = measured(*error * speed(new), &mut draw);
         }
-        let [before, now] = [&old, &new].map(|rows| RecordIndex::of(&[], rows));
+        let [before, now] = [&old, &new].map(|rows| RecordIndex::new(&[], rows));
         let noise = RunNoise::between(&before, &now);
         let is_slower = |old: &RateRow, new: &RateRow| {
             new.engine == PHALANX && looks_slower(old, new, noise.as_ref(), THRESHOLD)

@@ -77,8 +77,8 @@ fn record_lines(record: &ComparedRecord) -> Vec<String> {
     program.extend(record.peers.iter().map(|peer| format!(", {peer}")));
     let mut lines = vec![machine, program];
     lines.extend(record.machine.map(|machine| {
-        let by = signed_percent(machine.by);
-        format!("the machine itself: {by} against A; changes of rates are beyond that")
+        let change = signed_percent(machine.by);
+        format!("the machine itself: {change} against A; changes of rates are beyond that")
     }));
     lines.extend(record.remarks.clone());
     lines
@@ -276,12 +276,12 @@ fn rate_cells(compared: &ComparedRate) -> Vec<String> {
 
 /// A change with half its interval.
 fn change_text(change: &RateChange) -> String {
-    let by = signed_percent(change.by);
-    let by = by.trim_end_matches(" %");
+    let percent = signed_percent(change.by);
+    let percent = percent.trim_end_matches(" %");
     if change.is_known() {
-        format!("{by} ± {:.1} %", 50.0 * (change.high - change.low))
+        format!("{percent} ± {:.1} %", 50.0 * (change.high - change.low))
     } else {
-        format!("{by} ±    ? %")
+        format!("{percent} ±    ? %")
     }
 }
 

@@ -30,7 +30,7 @@ impl<'a> ComparedRecords<'a> {
         records: &'a [(&'a str, &'a BenchRecord)],
         comparison: &'a RecordComparison,
     ) -> ComparedRecords<'a> {
-        let index = |(_, r): &(_, &'a BenchRecord)| RecordIndex::of(&r.scenes, &r.rows);
+        let index = |(_, r): &(_, &'a BenchRecord)| RecordIndex::new(&r.scenes, &r.rows);
         ComparedRecords {
             comparison,
             records,
@@ -54,15 +54,15 @@ impl<'a> ComparedRecords<'a> {
     /// A dot for each record that has a value; `dot` makes it of its number.
     fn dots(&self, dot: impl Fn(usize) -> Option<Dot>) -> Vec<Dot> {
         let labels = self.comparison.records.iter().map(|record| &record.label);
-        let dot = |(record, label): (usize, &String)| Some(dot(record)?.of(label));
+        let dot = |(record, label): (usize, &String)| Some(dot(record)?.lettered(label));
         labels.enumerate().filter_map(dot).collect()
     }
 
     /// Tables of the comparison whose titles begin so.
     fn tables(&self, start: &str) -> Markup {
         let tables = comparison_tables(self.comparison);
-        let wanted = tables.iter().filter(|table| table.title.starts_with(start));
-        html! { @for table in wanted { (table.page()) } }
+        let chosen = tables.iter().filter(|table| table.title.starts_with(start));
+        html! { @for table in chosen { (table.page()) } }
     }
 }
 
@@ -88,7 +88,7 @@ pub(super) fn headline(compared: &ComparedRecords<'_>) -> Markup {
 
 /// The table of machines, a row for each record.
 pub(super) fn machines(compared: &ComparedRecords<'_>) -> Markup {
-    let known = |text: Option<String>| cell(text.unwrap_or(NONE.to_owned()));
+    let or_none = |text: Option<String>| cell(text.unwrap_or(NONE.to_owned()));
     let row = |(i, (name, record)): (usize, &(&str, &BenchRecord))| {
         let (machine, program) = (&record.machine, &record.program);
         vec![
@@ -105,10 +105,10 @@ pub(super) fn machines(compared: &ComparedRecords<'_>) -> Markup {
             cell(record.run.peers.join(", ")),
             cell(day(record)),
             cell(name),
-            known(machine.cores.map(|cores| cores.to_string())),
+            or_none(machine.cores.map(|cores| cores.to_string())),
             cell(machine.threads.to_string()),
             cell(cache_text(machine).join(", ")),
-            known(machine.memory_bytes.map(numbers::binary_bytes)),
+            or_none(machine.memory_bytes.map(numbers::binary_bytes)),
         ]
     };
     let head = "record | CPU | hypervisor | built for | phalanx | trees | peers | day | file | \

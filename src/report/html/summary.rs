@@ -98,7 +98,7 @@ pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
 
 fn about_the_run(record: &BenchRecord) -> Vec<String> {
     let (program, machine, run) = (&record.program, &record.machine, &record.run);
-    let (profile, has, asked) = (
+    let (profile, available, compiled) = (
         &program.profile,
         &program.isa_available,
         &program.isa_compiled,
@@ -110,8 +110,8 @@ fn about_the_run(record: &BenchRecord) -> Vec<String> {
             "The sources differed from the commit, so this build is not reproducible.".to_owned()
         }),
         (profile != "release").then(|| format!("Built with the profile {profile}, not release.")),
-        (!has.is_empty() && asked != has)
-            .then(|| format!("The CPU has {has}, but the program was compiled for {asked}.")),
+        (!available.is_empty() && compiled != available)
+            .then(|| format!("The CPU has {available}, but the program was compiled for {compiled}.")),
         governor.map(|governor| format!("The frequency governor was {governor}, not performance: clocks may have changed during the run.")),
         host.map(|host| {
             format!("A virtual machine ({host}): its neighbours take part in what is measured.")
@@ -171,9 +171,9 @@ pub(super) fn headline(view: &RecordView<'_>) -> Markup {
 }
 
 fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
-    let said = |other: &str, of: &dyn Fn(&str) -> Option<SpeedRatio>| {
+    let sentence = |other: &str, ratio: &dyn Fn(&str) -> Option<SpeedRatio>| {
         let ratios = view.kinds.iter();
-        let ratios = ratios.filter_map(|kind| Some((kind_text(kind), times(of(kind)?.mean))));
+        let ratios = ratios.filter_map(|kind| Some((kind_text(kind), times(ratio(kind)?.mean))));
         let parts = ratios.enumerate().map(|(i, (kind, times))| match i {
             0 => format!("{times} as fast as {other} for {kind}"),
             _ => format!("{times} for {kind}"),
@@ -184,10 +184,10 @@ fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
         (!parts.is_empty())
             .then(|| format!("On {on}, phalanx is {speeds} (geometric means over {scenes})."))
     };
-    let best = said("the best exact peer", &|kind| {
+    let best = sentence("the best exact peer", &|kind| {
         view.index.over_best_peer(kind, threads)
     });
-    let oracle = said("its scalar oracle", &|kind| {
+    let oracle = sentence("its scalar oracle", &|kind| {
         view.index.over(ORACLE, kind, threads)
     });
     best.into_iter().chain(oracle).collect()

@@ -121,8 +121,8 @@ fn trees_are_the_best_unless_said_otherwise() {
         best.1,
         fast.1
     );
-    let told = room.run(&format!("{count} --baseline fast.json"));
-    assert!(told.stderr.contains("BVH quality fast"), "{}", told.stderr);
+    let ran = room.run(&format!("{count} --baseline fast.json"));
+    assert!(ran.stderr.contains("BVH quality fast"), "{}", ran.stderr);
 }
 
 #[test]
@@ -144,8 +144,8 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     room.write("faster.json", &faster.to_string());
     let slower = room.run(&format!("{run} --baseline faster.json --fail-above 8%"));
     assert_eq!(slower.code, Some(5), "{}{}", slower.stdout, slower.stderr);
-    let told = room.run(&format!("{run} --baseline faster.json"));
-    assert_eq!(told.code, Some(0), "without --fail-above it only tells");
+    let ran = room.run(&format!("{run} --baseline faster.json"));
+    assert_eq!(ran.code, Some(0), "without --fail-above it only tells");
     let mut elsewhere = record(&room, "a.json");
     elsewhere["machine"]["cpu"] = "another".into();
     room.write("elsewhere.json", &elsewhere.to_string());
@@ -247,7 +247,7 @@ fn dumped_rays_can_be_read_by_their_documentation() {
     let number = |at: usize| f32::from_bits(word(at));
     assert_eq!(word(32), 2);
     let mut at = 36;
-    for (name, asked, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
+    for (name, query, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
         assert_eq!(
             bytes[at..at + 16]
                 .trim_ascii_end()
@@ -256,11 +256,11 @@ fn dumped_rays_can_be_read_by_their_documentation() {
                 .unwrap(),
             name.as_bytes()
         );
-        assert_eq!((word(at + 16), number(at + 20)), (asked, tmax));
+        assert_eq!((word(at + 16), number(at + 20)), (query, tmax));
         let rays = word(at + 24) as usize;
         assert_eq!(word(at + 28), 0);
         let (first, ids, t) = (at + 32, at + 32 + 24 * rays, at + 32 + 28 * rays);
-        if asked == 0 {
+        if query == 0 {
             assert_eq!(rays, 200);
             // All start at the eye, with unit directions; what is hit has a distance.
             assert_eq!([0, 4, 8].map(|k| number(first + k)), [0.0, 0.0, 5.0]);
@@ -469,9 +469,9 @@ fn a_run_that_is_ended_keeps_its_rates() {
         std::thread::sleep(Duration::from_secs(2));
         signal(&child, name);
         let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{name}: {said}");
-        assert!(said.contains("interrupted: 1 of 1 scenes"), "{said}");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{name}: {stderr}");
+        assert!(stderr.contains("interrupted: 1 of 1 scenes"), "{stderr}");
         is_partial();
     }
     let ran = room.run(&format!("{ENDLESS} --time-limit 0"));

@@ -237,15 +237,15 @@ fn counters_are_compared_exactly() {
     new.counters[0].work.node_visits += 1;
     new.counters[1].work.bytes -= 1;
     new.counters.remove(5);
-    let found = counters(&old, &new);
-    let differences: Vec<CountDifference> = found.iter().map(|c| c.difference).collect();
+    let changes = counters(&old, &new);
+    let differences: Vec<CountDifference> = changes.iter().map(|c| c.difference).collect();
     let count = |counter, old, new| CountDifference::Count { counter, old, new };
-    assert_eq!(differences.len(), 3, "{found:?}");
+    assert_eq!(differences.len(), 3, "{changes:?}");
     assert!(differences.contains(&count("node_visits", 4000, 4001)));
     assert!(differences.contains(&count("bytes", 270_000, 269_999)));
     assert!(differences.contains(&CountDifference::OnlyOld));
     assert_eq!(counters(&new, &old).len(), 3);
-    let table = counters_table(&found);
+    let table = counters_table(&changes);
     assert!(
         table.contains("node_visits     4000    4001    +1\n"),
         "{table}"

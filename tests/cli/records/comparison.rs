@@ -56,12 +56,12 @@ fn ranks_come_first_and_then_what_differs() {
     );
     assert_eq!(compared.means[0].mrays_per_s.len(), 2);
     let text = text(&compared, 80);
-    let at = |part: &str| {
+    let place = |part: &str| {
         text.find(part)
             .unwrap_or_else(|| panic!("{part} in\n{text}"))
     };
     assert!(
-        at("ranks over 12 rates of 2 scenes") < at("16 of 36 single rates"),
+        place("ranks over 12 rates of 2 scenes") < place("16 of 36 single rates"),
         "{text}"
     );
     for part in [
@@ -69,7 +69,7 @@ fn ranks_come_first_and_then_what_differs() {
         "trees of quality fast, best in A",
         "+25.0 ±",
     ] {
-        at(part);
+        place(part);
     }
 }
 
@@ -148,10 +148,10 @@ fn nothing_is_nothing() {
 
 #[test]
 fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
-    let measured = |speed: f64, slower: fn(&RateRow) -> bool, by: f64| {
+    let measured = |speed: f64, slower: fn(&RateRow) -> bool, share: f64| {
         let (first, mut second) = (record(2), record(2));
         scale(&mut second, speed, |_| true);
-        scale(&mut second, by, slower);
+        scale(&mut second, share, slower);
         comparison(&[&first, &second], true)
     };
     let machine =
@@ -195,12 +195,12 @@ fn a_slower_kernel_is_found_under_load() {
             });
         }
     }
-    let found = |second: &BenchRecord| {
+    let changed = |second: &BenchRecord| {
         let compared = comparison(&[&first, second], true);
         let names = compared.groups.iter().map(|group| group.kernel.clone());
         names.collect::<Vec<String>>()
     };
-    assert_eq!(found(&second), Vec::<String>::new());
+    assert_eq!(changed(&second), Vec::<String>::new());
     scale(&mut second, 0.95, |row| row.kernel == "packet8");
-    assert_eq!(found(&second), ["packet8", "packet8"]);
+    assert_eq!(changed(&second), ["packet8", "packet8"]);
 }

@@ -101,9 +101,9 @@ pub fn estimate(samples: &[f64]) -> Estimate {
 }
 
 /// Multiplies the rates of selected rows.
-pub fn scale(record: &mut BenchRecord, by: f64, of: impl Fn(&RateRow) -> bool) {
-    for row in record.rows.iter_mut().filter(|row| of(row)) {
-        row.samples.iter_mut().for_each(|sample| *sample *= by);
+pub fn scale(record: &mut BenchRecord, share: f64, is_scaled: impl Fn(&RateRow) -> bool) {
+    for row in record.rows.iter_mut().filter(|row| is_scaled(row)) {
+        row.samples.iter_mut().for_each(|sample| *sample *= share);
         row.mrays_per_s = estimate(&row.samples);
     }
 }

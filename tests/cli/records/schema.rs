@@ -27,8 +27,8 @@ fn errors(perf: &Path, document: &Value) -> Vec<String> {
     let schema = json(&perf.join("record.schema.json"));
     jsonschema::meta::validate(&schema).expect("a schema");
     let validator = jsonschema::draft202012::new(&schema).expect("a schema of 2020-12");
-    let found = validator.iter_errors(document);
-    found
+    let errors = validator.iter_errors(document);
+    errors
         .map(|e| format!("{}: {e}", e.instance_path()))
         .collect()
 }

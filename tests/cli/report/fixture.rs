@@ -285,28 +285,28 @@ pub fn minimal() -> BenchRecord {
 /// One family in three sizes: fewer scenes than kinds of rays.
 pub fn few() -> BenchRecord {
     let mut record = suite();
-    let kept = |scene: &str| scene.starts_with("standard:terrain:");
-    record.scenes.retain(|s| kept(&s.name));
-    record.rows.retain(|r| kept(&r.scene));
-    record.counters.retain(|c| kept(&c.scene));
+    let is_kept = |scene: &str| scene.starts_with("standard:terrain:");
+    record.scenes.retain(|s| is_kept(&s.name));
+    record.rows.retain(|r| is_kept(&r.scene));
+    record.counters.retain(|c| is_kept(&c.scene));
     record
 }
 
 /// A shorter suite, then the same on two other machines, one of them twice as fast at some rays.
 pub fn machines() -> Vec<(&'static str, BenchRecord)> {
     let mut first = suite();
-    let kept = |scene: &str| !scene.ends_with("medium") && scene < "standard:mount";
-    first.scenes.retain(|s| kept(&s.name));
-    first.rows.retain(|r| kept(&r.scene));
-    let scaled = |cpu: &str, by: &dyn Fn(&RateRow) -> f64| {
+    let is_kept = |scene: &str| !scene.ends_with("medium") && scene < "standard:mount";
+    first.scenes.retain(|s| is_kept(&s.name));
+    first.rows.retain(|r| is_kept(&r.scene));
+    let scaled = |cpu: &str, share: &dyn Fn(&RateRow) -> f64| {
         let mut record = first.clone();
         record.machine.cpu = cpu.to_owned();
         record.run.started = "2026-11-23T08:00:00Z".to_owned();
         for row in &mut record.rows {
-            let by = by(row);
+            let share = share(row);
             let rate = &mut row.mrays_per_s;
             for figure in [&mut rate.median, &mut rate.low, &mut rate.high] {
-                *figure *= by;
+                *figure *= share;
             }
         }
         record

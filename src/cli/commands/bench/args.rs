@@ -242,7 +242,7 @@ impl RunArgs {
     }
 
     fn measures(&self, kind: &str) -> bool {
-        self.rays.is_empty() || self.rays.iter().any(|asked| asked == kind)
+        self.rays.is_empty() || self.rays.iter().any(|name| name == kind)
     }
 }
 

@@ -29,7 +29,7 @@ pub fn measure_scene(
 ) -> Result<(Measured, SceneInput), CliError> {
     bar.scene(&scene.info.name).map_err(CliError::Bench)?;
     let start = Instant::now();
-    let scene_input = SceneInput::load(&scene.path, &scene.args, wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &scene.args, picture(plan), 0)?;
     let settings = plan.build_settings();
     (scene_input.budget).for_tree(&scene_input.scene, Engine::Simd, &settings)?;
     let info = SceneInfo {
@@ -47,7 +47,7 @@ pub fn measure_scene(
 }
 
 /// The picture whose rays a plan measures.
-pub fn wanted(plan: &BenchPlan) -> WantedPicture {
+pub fn picture(plan: &BenchPlan) -> WantedPicture {
     WantedPicture {
         size: Some(plan.size.into()),
         turntable: false,
