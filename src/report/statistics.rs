@@ -38,7 +38,10 @@ impl Estimate {
             return Estimate::default();
         }
         let mut fastest = Vec::new();
-        let mut rates = resamples(seed(rounds), |draw| work / draw.pass(rounds, &mut fastest));
+        let mut draw = Draw(seed(rounds));
+        let rates = (0..RESAMPLES).map(|_| work / draw.pass(rounds, &mut fastest));
+        let mut rates: Vec<f64> = rates.collect();
+        rates.sort_unstable_by(f64::total_cmp);
         let low = rates[(TAIL * rates.len() as f64) as usize];
         let middle = median(&mut rates);
         let mut deviations: Vec<f64> = rates.iter().map(|rate| (rate - middle).abs()).collect();
@@ -74,15 +77,6 @@ pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
         count += 1;
     }
     (count > 0).then(|| libm::exp(sum / f64::from(count)))
-}
-
-/// A statistic of [`RESAMPLES`] resamples, sorted. The statistic draws its resample itself.
-#[inline]
-fn resamples(seed: u64, mut statistic: impl FnMut(&mut Draw) -> f64) -> Vec<f64> {
-    let mut draw = Draw(seed);
-    let mut values: Vec<f64> = (0..RESAMPLES).map(|_| statistic(&mut draw)).collect();
-    values.sort_unstable_by(f64::total_cmp);
-    values
 }
 
 /// Random numbers by SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number

@@ -6,28 +6,26 @@ use std::fmt::{self, Display};
 
 /// One reason why the rates of two records do not measure the same thing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Mismatch {
-    /// Another machine, build or quality of trees, in words.
-    #[error("{0}")]
-    Machine(String),
-    /// Another scene, other rays or other results of them, in words.
-    #[error("{0}")]
-    Rays(String),
-    /// The records have no rate of ours in common, in words.
-    #[error("{0}")]
-    NothingInCommon(String),
+#[error("{words}")]
+pub struct Mismatch {
+    words: String,
+    /// True if the records may be compared nevertheless: they are of another machine, build or
+    /// quality of trees. Rates of other rays measure something else, and may never be compared.
+    pub can_be_forced: bool,
+}
+
+impl Mismatch {
+    /// A reason that cannot be overridden.
+    fn fatal(words: String) -> Mismatch {
+        Mismatch {
+            words,
+            can_be_forced: false,
+        }
+    }
 }
 
 fn difference(what: &str, old: impl Display, new: impl Display) -> String {
     format!("{what}: {old} in the baseline, {new} here")
-}
-
-impl Mismatch {
-    /// Returns true if the records may be compared nevertheless. Rates of other rays measure
-    /// something else, and may never be compared.
-    pub fn can_be_forced(&self) -> bool {
-        matches!(self, Mismatch::Machine(_))
-    }
 }
 
 /// The reasons why two records are not compared.
@@ -40,7 +38,7 @@ pub struct IncompatibleRecords {
 impl IncompatibleRecords {
     /// Returns true if every reason can be overridden.
     pub fn can_be_forced(&self) -> bool {
-        self.reasons.iter().all(Mismatch::can_be_forced)
+        self.reasons.iter().all(|reason| reason.can_be_forced)
     }
 }
 
@@ -87,7 +85,10 @@ fn machine_mismatches(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     ];
     let differing = facts.into_iter().filter_map(|(what, fact)| {
         let (old, new) = (fact(old)?, fact(new)?);
-        (old != new).then(|| Mismatch::Machine(difference(what, old, new)))
+        (old != new).then(|| Mismatch {
+            words: difference(what, old, new),
+            can_be_forced: true,
+        })
     });
     differing.collect()
 }
@@ -119,7 +120,7 @@ pub fn check_baseline(
     if !old.rows.iter().any(in_common) {
         let scenes = scenes.join(", ");
         let words = format!("no scene in common with the baseline, here {scenes}");
-        reasons.push(Mismatch::NothingInCommon(words));
+        reasons.push(Mismatch::fatal(words));
     }
     refuse(reasons, force)
 }
@@ -145,7 +146,7 @@ pub fn check_run(
     );
     if pairs.is_empty() {
         let records = [("the baseline", old), ("this run", new)];
-        reasons.push(Mismatch::NothingInCommon(nothing_in_common(&records)));
+        reasons.push(Mismatch::fatal(nothing_in_common(&records)));
     }
     refuse(reasons, force).map(drop)
 }
@@ -180,7 +181,7 @@ pub fn nothing_in_common<'a>(records: &[(&str, &'a BenchRecord)]) -> String {
 
 /// The reasons, if each of them may be overridden and `force` does.
 fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, IncompatibleRecords> {
-    if reasons.iter().all(|reason| force && reason.can_be_forced()) {
+    if reasons.iter().all(|reason| force && reason.can_be_forced) {
         Ok(reasons)
     } else {
         Err(IncompatibleRecords { reasons })
@@ -200,7 +201,7 @@ fn scene_mismatches(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
     let scene = &new.name;
     let answers = |what: &str, number: &str, old: &str, new: &str| {
         let words = format!("{what} ({number} {old} in the baseline, {new} here)");
-        Mismatch::Rays(words)
+        Mismatch::fatal(words)
     };
     if old.hash != new.hash {
         let what = format!("{scene}: another scene of this name");
@@ -209,7 +210,7 @@ fn scene_mismatches(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
     if old.size != new.size {
         let [old, new] = [old, new].map(|s| format!("{}×{}", s.size[0], s.size[1]));
         let what = format!("{scene}: rays of another size");
-        return vec![Mismatch::Rays(difference(&what, old, new))];
+        return vec![Mismatch::fatal(difference(&what, old, new))];
     }
     let sets = new.rays.iter();
     let both = sets.filter_map(|(rays, new)| Some((rays, old.rays.get(rays)?, new)));
@@ -227,7 +228,7 @@ fn scene_mismatches(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
 
 fn count_mismatch(scene: &str, rays: &str, old: u64, new: u64) -> Mismatch {
     let what = format!("{scene}, {rays}: another number of rays");
-    Mismatch::Rays(difference(&what, old, new))
+    Mismatch::fatal(difference(&what, old, new))
 }
 
 /// Returns the mismatch if a row of ours timed another part of its set of rays than the baseline's

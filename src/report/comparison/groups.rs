@@ -34,7 +34,7 @@ pub struct GroupChange {
     pub change: RateChange,
 }
 
-/// A kernel's rates in one scene, or on one kind of rays.
+/// Rates of a kernel: all of them, those in one scene, or on one kind of rays.
 struct Part<'a> {
     scene: Option<&'a str>,
     rays: Option<&'a str>,
@@ -46,8 +46,7 @@ struct Part<'a> {
 struct Kernel<'a> {
     name: &'a str,
     threads: u32,
-    number: usize,
-    change: LogRate,
+    total: Part<'a>,
     parts: Vec<Part<'a>>,
 }
 
@@ -65,42 +64,44 @@ pub(super) fn changed_groups(noise: &[Option<RunNoise>], threshold: f64) -> Vec<
     for (record, noise) in known {
         let kernels: Vec<Kernel> = noise.beyond_load().filter_map(kernel).collect();
         for kernel in &kernels {
-            let group = |scene: Option<&str>, rays: Option<&str>, number, change| GroupChange {
+            let group = |part: &Part, change| GroupChange {
                 record,
                 kernel: kernel.name.to_owned(),
                 threads: kernel.threads,
-                scene: scene.map(str::to_owned),
-                rays: rays.map(str::to_owned),
-                rates: number,
+                scene: part.scene.map(str::to_owned),
+                rays: part.rays.map(str::to_owned),
+                rates: part.number,
                 change,
             };
-            let total = kernel.change.change();
+            let total = kernel.total.change.change();
             let differs = total.by.abs() > threshold && total.exceeds(KERNEL_INTERVAL * threshold);
-            changed.extend(differs.then(|| group(None, None, kernel.number, total)));
-            let explained = if differs { kernel.change.exactly() } else { LogRate::ONE };
+            changed.extend(differs.then(|| group(&kernel.total, total)));
+            let explained = if differs { kernel.total.change.value() } else { 0.0 };
             changed.extend(kernel.parts.iter().filter_map(|part| {
-                let change = part.change.over(part_noise(&kernels, kernel, part));
-                let differs = change.over(explained).mostly().exceeds(threshold);
-                differs.then(|| group(part.scene, part.rays, part.number, change.mostly()))
+                let change = part
+                    .change
+                    .beyond(0.0, part_variance(&kernels, kernel, part));
+                let differs = change.beyond(explained, 0.0).mostly().exceeds(threshold);
+                differs.then(|| group(part, change.mostly()))
             }));
         }
     }
     changed
 }
 
-/// What differs from run to run in a part of a kernel: a scene's rates have an error in common (its
-/// memory lies elsewhere), as have those of a kind of rays. It is the scatter of such parts about
-/// their kernels, of this kernel or of all, whichever is larger.
-fn part_noise(kernels: &[Kernel], kernel: &Kernel, part: &Part) -> LogRate {
+/// What differs from run to run in a part of a kernel, as the variance of its change: a scene's
+/// rates have an error in common (its memory lies elsewhere), as have those of a kind of rays. It is
+/// the scatter of such parts about their kernels, of this kernel or of all, whichever is larger.
+fn part_variance(kernels: &[Kernel], kernel: &Kernel, part: &Part) -> f64 {
     let scatter = |kernels: &[Kernel]| {
         let offsets = kernels.iter().flat_map(|kernel| {
             let parts = kernel.parts.iter();
             let like = parts.filter(|other| other.scene.is_some() == part.scene.is_some());
-            like.map(|part| part.change.over(kernel.change).value())
+            like.map(|part| part.change.value() - kernel.total.change.value())
         });
         robust_variance(offsets)
     };
-    LogRate::new(0.0, scatter(kernels).max(scatter(from_ref(kernel))))
+    scatter(kernels).max(scatter(from_ref(kernel)))
 }
 
 /// A kernel and its parts; `None` if it has too few rates.
@@ -109,23 +110,25 @@ fn kernel<'a>(
 ) -> Option<Kernel<'a>> {
     let mut members: BTreeMap<(Option<&str>, Option<&str>), Vec<f64>> = BTreeMap::new();
     for (&(scene, rays), &change) in &changes {
-        members.entry((Some(scene), None)).or_default().push(change);
-        members.entry((None, Some(rays))).or_default().push(change);
+        for part in [(None, None), (Some(scene), None), (None, Some(rays))] {
+            members.entry(part).or_default().push(change);
+        }
     }
-    let all: Vec<f64> = changes.into_values().collect();
-    let parts = members.into_iter();
-    let parts = parts.filter(|(_, rates)| rates.len() >= MIN_RATES && rates.len() < all.len());
-    let parts = parts.map(|((scene, rays), rates)| Part {
+    members.retain(|(scene, rays), rates| {
+        let is_total = scene.is_none() && rays.is_none();
+        rates.len() >= MIN_RATES && (is_total || rates.len() < changes.len())
+    });
+    let mut parts = members.into_iter().map(|((scene, rays), rates)| Part {
         scene,
         rays,
         number: rates.len(),
         change: median_with_variance(&rates),
     });
-    (all.len() >= MIN_RATES).then(|| Kernel {
+    // The total is first: `None` before any name.
+    Some(Kernel {
         name,
         threads,
-        number: all.len(),
-        change: median_with_variance(&all),
+        total: parts.next()?,
         parts: parts.collect(),
     })
 }

@@ -53,12 +53,6 @@ pub(super) struct LogRate {
 }
 
 impl LogRate {
-    /// Logarithm of one, which is exact.
-    pub const ONE: LogRate = LogRate {
-        value: 0.0,
-        variance: 0.0,
-    };
-
     /// A logarithm with its variance.
     pub fn new(value: f64, variance: f64) -> LogRate {
         LogRate { value, variance }
@@ -87,20 +81,17 @@ impl LogRate {
         self.value
     }
 
-    /// Logarithm of the quotient.
-    pub fn over(self, other: LogRate) -> LogRate {
+    /// Logarithm of the quotient by another rate's, which has a logarithm and a variance, too.
+    pub fn beyond(self, value: f64, variance: f64) -> LogRate {
         LogRate {
-            value: self.value - other.value,
-            variance: self.variance + other.variance,
+            value: self.value - value,
+            variance: self.variance + variance,
         }
     }
 
-    /// The same value without its error.
-    pub fn exactly(self) -> LogRate {
-        LogRate {
-            variance: 0.0,
-            ..self
-        }
+    /// Logarithm of the quotient.
+    pub fn over(self, other: LogRate) -> LogRate {
+        self.beyond(other.value, other.variance)
     }
 
     /// The change, with an interval that holds 95 of 100.

@@ -51,11 +51,10 @@ impl<'a> RunNoise<'a> {
         let scatter: Vec<f64> = scatter.collect();
         let squares = scatter.iter().map(|off| off * off).sum::<f64>();
         let machine = median_with_variance(&others);
-        let beyond = |variance| machine.over(LogRate::new(0.0, variance));
         Some(RunNoise {
             machine,
-            of_rate: beyond(squares / scatter.len() as f64),
-            of_most_rates: beyond(robust_variance(scatter.into_iter())),
+            of_rate: machine.beyond(0.0, squares / scatter.len() as f64),
+            of_most_rates: machine.beyond(0.0, robust_variance(scatter.into_iter())),
             changes,
         })
     }

@@ -67,14 +67,12 @@ pub(super) fn best_of_engines(
 ) -> Vec<ComparedRate> {
     let best: Vec<BTreeMap<RateKey, &RateRow>> =
         records.iter().map(RecordIndex::by_engine).collect();
-    let Some(first) = best.first() else {
-        return Vec::new();
-    };
     let rate = |key: &RateKey| {
-        let rows: Option<Vec<&RateRow>> = best.iter().map(|rows| rows.get(key).copied()).collect();
-        compared(&rows?, noise, threshold)
+        let rows = best.iter().map(|rows| rows.get(key).copied());
+        compared(&rows.collect::<Option<Vec<_>>>()?, noise, threshold)
     };
-    first.keys().filter_map(rate).collect()
+    let first = best.iter().take(1).flat_map(BTreeMap::keys);
+    first.filter_map(rate).collect()
 }
 
 /// Every row that all records have, in the order of the first.
@@ -84,12 +82,11 @@ pub(super) fn every_kernel(
     threshold: f64,
 ) -> Vec<ComparedRate> {
     let rate = |row: &RateRow| {
-        let rows = records
-            .iter()
-            .map(|record| record.by_key.get(&kernel_key(row)).copied());
-        let rows: Option<Vec<&RateRow>> = rows.collect();
-        let rows = rows.filter(|rows| rows.iter().all(|row| row.has_rate()));
-        compared(&rows?, noise, threshold)
+        let rows = records.iter().map(|record| {
+            let row = record.by_key.get(&kernel_key(row)).copied();
+            row.filter(|row| row.has_rate())
+        });
+        compared(&rows.collect::<Option<Vec<_>>>()?, noise, threshold)
     };
     let first = records.iter().take(1).flat_map(|first| first.rows);
     first.filter_map(rate).collect()

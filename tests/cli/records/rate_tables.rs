@@ -51,7 +51,7 @@ impl<'a> ReadmeTable<'a> {
             return "The record has no rates.\n".to_owned();
         }
         let threads = counted(self.fewest as usize, "thread");
-        let mut table = ReportTable::new("", &format!("Mrays/s, {of}{threads}"), 1);
+        let mut table = ReportTable::new("", &format!("Mrays/s, {scenes}{threads}"), 1);
         let kinds = self.kinds.iter().map(ToString::to_string);
         table.head.extend(kinds);
         let table = table.with(rows(self)).markdown_rows(str::to_owned);

@@ -115,8 +115,7 @@ fn spheres_are_in_no_mean() {
     let two = readme_table(&fixture::record(2));
     let row = |table: &str, start: &str| {
         let line = table.lines().find(|line| line.starts_with(start));
-        found
-            .unwrap_or_else(|| panic!("no line {start} in\n{table}"))
+        line.unwrap_or_else(|| panic!("no line {start} in\n{table}"))
             .to_owned()
     };
     let table = readme_table(&record);
