@@ -32,7 +32,7 @@ impl Answer {
     /// Number of hits among the first `rays` rays.
     pub fn hits(&self, rays: usize) -> usize {
         let hit = |packet| match self {
-            Answer::Closest(hits) => found(&hits[packet]).bits(),
+            Answer::Closest(hits) => hit_lanes(&hits[packet]).bits(),
             Answer::Occluded(blocked) => u32::from(blocked[packet]),
         };
         let packets = 0..rays.div_ceil(LANES);
@@ -110,7 +110,7 @@ fn live(packet: usize, rays: usize) -> Mask8 {
     Mask8::first(rays - packet * LANES)
 }
 
-fn found(hit: &HitPacket) -> Mask8 {
+fn hit_lanes(hit: &HitPacket) -> Mask8 {
     !hit.prim_id.eq(phalanx_trace::simd::U32x8::splat(NO_PRIM))
 }
 

@@ -27,11 +27,11 @@ pub(super) type NamedPeerScene = (&'static str, PeerScene);
 /// kernels depends on the build, and counts must not.
 pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
     let all = Kernel::ALL.iter().map(|&(_, kernel)| kernel);
-    let wanted = |kernel: &Kernel| match kernel {
+    let is_measured = |kernel: &Kernel| match kernel {
         Kernel::Auto => plan.timed,
         kernel => plan.kernels.contains(kernel),
     };
-    all.filter(wanted).collect()
+    all.filter(is_measured).collect()
 }
 
 /// All entrants for a set of rays. Our kernels are checked before; peers are compared here.

@@ -30,7 +30,7 @@ pub(super) struct Frames<'a> {
 }
 
 impl<'a> Frames<'a> {
-    pub(super) fn of(trees: &'a BenchTrees, plan: &BenchPlan) -> Frames<'a> {
+    pub(super) fn new(trees: &'a BenchTrees, plan: &BenchPlan) -> Frames<'a> {
         let settings = Settings {
             width: plan.size[0].div_ceil(SHRINK),
             height: plan.size[1].div_ceil(SHRINK),

@@ -10,7 +10,7 @@
 //! | `engines`, `entrants`, `frames` | the engines that are measured |
 //! | `counters` | counted work |
 //! | `timer`, `rounds` | timing: one sample, and all of them in rounds |
-//! | `machine`, `roofline` | the machine, and its peak rates |
+//! | `machine` | the machine |
 //! | `run` | the order of all that for one scene |
 //!
 //! [`measure`] is the entry point.
@@ -27,7 +27,6 @@ mod machine;
 pub mod peers;
 mod plan;
 mod rays;
-mod roofline;
 mod rounds;
 mod run;
 mod suite;
@@ -42,6 +41,5 @@ pub use machine::this_machine;
 pub use phalanx_report::{FRAME, QueryKind, RayKind};
 pub use plan::{BenchPlan, ProgressListener, SceneInfo};
 pub use rays::{RaySet, primary, secondary};
-pub use roofline::measure_limits;
 pub use run::{Measured, measure, record};
 pub use suite::{Suite, SuiteError, SuiteScene};

@@ -61,8 +61,8 @@ mod cpu {
     /// sharing is limited to the number of threads that exist.
     pub fn caches(threads: u32) -> Vec<Cache> {
         let cpu = CpuId::new();
-        let found = cpu.get_cache_parameters().into_iter().flatten();
-        let mut caches: Vec<Cache> = found
+        let caches = cpu.get_cache_parameters().into_iter().flatten();
+        let mut caches: Vec<Cache> = caches
             .filter_map(|c| {
                 let kind = match c.cache_type() {
                     CacheType::Data => "data",
@@ -125,8 +125,8 @@ mod cpu {
     }
 
     pub fn caches(threads: u32) -> Vec<Cache> {
-        let found = cpu_caches().into_iter();
-        found
+        let caches = cpu_caches().into_iter();
+        caches
             .map(|cache| Cache {
                 level: cache.level,
                 kind: cache.kind,

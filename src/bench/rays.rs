@@ -77,14 +77,16 @@ pub fn secondary<'a>(
     let reach = (bounds.hi - bounds.lo).length() * AO_REACH;
     let mut queue = RayQueue::with_capacity(arena, answer.hits(primary.queue.len()));
     for (index, ray, hit) in hits(primary, answer) {
-        let at = OracleSurface::new(scene, &ray, &hit);
+        let surface = OracleSurface::new(scene, &ray, &hit);
         let next = match kind {
             RayKind::Primary => Some(ray),
-            RayKind::Shadow => light.and_then(|light| toward(scene, light, &at)),
-            RayKind::Reflection => Some(at.offset_origin(mirrored(ray.dir, at.ns))),
-            RayKind::Refraction => refracted(ray.dir, &at).map(|dir| at.offset_origin(dir)),
-            RayKind::Diffuse => Some(at.offset_origin(hemisphere(at.ns, index))),
-            RayKind::Ao => Some(at.offset_origin(hemisphere(at.ns, index) * reach)),
+            RayKind::Shadow => light.and_then(|light| toward(scene, light, &surface)),
+            RayKind::Reflection => Some(surface.offset_origin(mirrored(ray.dir, surface.ns))),
+            RayKind::Refraction => {
+                refracted(ray.dir, &surface).map(|dir| surface.offset_origin(dir))
+            }
+            RayKind::Diffuse => Some(surface.offset_origin(hemisphere(surface.ns, index))),
+            RayKind::Ao => Some(surface.offset_origin(hemisphere(surface.ns, index) * reach)),
         };
         if let Some(next) = next {
             queue.push_ray(next.org.to_array(), next.dir.to_array());
@@ -136,11 +138,15 @@ fn light(scene: &Scene) -> Option<usize> {
 }
 
 /// The shadow ray toward a light, if the surface faces it.
-fn toward(scene: &Scene, light: usize, at: &OracleSurface) -> Option<OracleRay> {
+fn toward(scene: &Scene, light: usize, surface: &OracleSurface) -> Option<OracleRay> {
     let position = scene.lights.center(light);
-    let dir = if scene.lights.directional[light] { position } else { position - at.point };
-    let faces = dir.dot(at.ng) > 0.0 && dir.dot(at.ns) > 0.0;
-    faces.then(|| at.offset_origin(dir))
+    let dir = if scene.lights.directional[light] {
+        position
+    } else {
+        position - surface.point
+    };
+    let faces = dir.dot(surface.ng) > 0.0 && dir.dot(surface.ns) > 0.0;
+    faces.then(|| surface.offset_origin(dir))
 }
 
 fn mirrored(dir: Vec3, n: Vec3) -> Vec3 {
@@ -148,11 +154,11 @@ fn mirrored(dir: Vec3, n: Vec3) -> Vec3 {
 }
 
 /// Direction refracted by Snell's law; `None` at total reflection.
-fn refracted(dir: Vec3, at: &OracleSurface) -> Option<Vec3> {
-    let eta = if at.entering { 1.0 / GLASS } else { GLASS };
-    let cos = -dir.dot(at.ns);
+fn refracted(dir: Vec3, surface: &OracleSurface) -> Option<Vec3> {
+    let eta = if surface.entering { 1.0 / GLASS } else { GLASS };
+    let cos = -dir.dot(surface.ns);
     let k = 1.0 - (eta * eta) * (1.0 - cos * cos);
-    (k >= 0.0).then(|| unit(dir * eta + at.ns * (eta * cos - k.sqrt())))
+    (k >= 0.0).then(|| unit(dir * eta + surface.ns * (eta * cos - k.sqrt())))
 }
 
 fn unit(v: Vec3) -> Vec3 {

@@ -26,7 +26,7 @@ pub struct Measured {
     pub notes: Vec<String>,
 }
 
-/// The record of all scenes of one run, without the machine's limits.
+/// The record of all scenes of one run.
 pub fn record(program: Program, run: RunInfo, all: Vec<Measured>) -> BenchRecord {
     let mut record = BenchRecord {
         schema_version: SCHEMA_VERSION,
@@ -36,7 +36,6 @@ pub fn record(program: Program, run: RunInfo, all: Vec<Measured>) -> BenchRecord
         scenes: Vec::new(),
         rows: Vec::new(),
         counters: Vec::new(),
-        limits: None,
     };
     for measured in all {
         record.scenes.push(measured.scene);
@@ -69,7 +68,7 @@ pub fn measure(
         listener.begin_step("checking")?;
         workload::check(&trees, workload, plan, info)?;
     }
-    let frames = Frames::of(&trees, plan);
+    let frames = Frames::new(&trees, plan);
     let frame_hits = frames.check(info)?;
     let counters = counters(&trees, &workloads, plan, info);
     let scene_record = workload::scene_record(info, &trees, &workloads, plan.size);

@@ -62,8 +62,8 @@ impl Chunks {
 
     /// Indices of the rays in the chunks, of a set of `rays` rays.
     pub fn ray_numbers(&self, rays: usize) -> impl Iterator<Item = usize> {
-        let of = move |r: Range<usize>| r.start * 8..rays.min(r.end * 8);
-        (0..self.count()).flat_map(move |k| of(self.range(k)))
+        let rays_in = move |r: Range<usize>| r.start * 8..rays.min(r.end * 8);
+        (0..self.count()).flat_map(move |k| rays_in(self.range(k)))
     }
 
     /// Number of rays in the chunks, of a set of `rays` rays.

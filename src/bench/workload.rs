@@ -217,13 +217,13 @@ fn check_one(
 
 fn check_expected(workload: &Workload, info: &SceneInfo) -> Result<(), BenchError> {
     let kind = workload.kind().name();
-    let (found, expected) = (workload.record(), info.expected.get(kind));
+    let (answer, expected) = (workload.record(), info.expected.get(kind));
     match expected {
-        Some(expected) if *expected != found => Err(BenchError::Suite {
+        Some(expected) if *expected != answer => Err(BenchError::Suite {
             scene: info.name.clone(),
             kind,
             expected: expected.to_string(),
-            found: found.to_string(),
+            found: answer.to_string(),
         }),
         _ => Ok(()),
     }

@@ -13,17 +13,17 @@ mod statistics;
 mod text;
 
 pub use comparison::{
-    Changes, ComparedRate, ComparedRecord, ComparisonOptions, CountDifference, CounterChange,
-    EngineRank, GroupChange, Grouping, IncompatibleRecords, KernelChange, MeanRates, MeanRatios,
-    Mismatch, Normalisation, RETAKES, RateChange, RecordComparison, Regression, RowChange, RowKey,
-    changes_table, check_baseline, compare, comparison_markdown, comparison_tables,
-    comparison_text, counters, counters_table, nothing_in_common, regressions_table,
+    ComparedRate, ComparedRecord, ComparisonOptions, CountDifference, CounterChange, EngineRank,
+    GroupChange, IncompatibleRecords, MeanRates, MeanRatios, Mismatch, RETAKES, RateChange,
+    RecordComparison, Regressions, check_baseline, check_run, comparison_markdown,
+    comparison_tables, comparison_text, counters, counters_table, nothing_in_common,
+    regressions_text,
 };
 pub use files::{RecordError, load, to_csv, to_json};
-pub use numbers::{NONE, counted, grouped, rate};
+pub use numbers::{NONE, bytes, counted, grouped, plural, rate};
 pub use ray_kind::{FRAME, QueryKind, RayKind};
 pub use record::*;
 pub use record_index::{AUTO, RecordIndex, SpeedRatio, is_peer, kinds_frame_first, quotable_line};
-pub use report_table::ReportTable;
+pub use report_table::{ReportTable, aligned};
 pub use statistics::{geometric_mean, median};
 pub use text::{commit, day, markdown, wrapped};

@@ -33,16 +33,20 @@ pub(super) fn threshold(share: f64) -> String {
     format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
 }
 
+/// `scenes`, or `scene` if there is one.
+pub fn plural(count: usize, noun: &str) -> String {
+    let end = if count == 1 { "" } else { "s" };
+    format!("{noun}{end}")
+}
+
 /// `3 scenes`, `1 scene`.
 pub fn counted(count: usize, noun: &str) -> String {
-    let end = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{end}")
+    format!("{count} {}", plural(count, noun))
 }
 
 /// Like [`counted`], with a page's narrow spaces.
-pub(super) fn plural(number: usize, word: &str) -> String {
-    let end = if number == 1 { "" } else { "s" };
-    format!("{}{THIN}{word}{end}", count(number as u64))
+pub(super) fn page_counted(number: usize, noun: &str) -> String {
+    format!("{}{THIN}{}", count(number as u64), plural(number, noun))
 }
 
 /// About three digits, for anything measured.
@@ -111,12 +115,24 @@ pub(super) fn seconds(value: f64) -> String {
     known(value, || format!("{}{THIN}{unit}", measured(number)))
 }
 
-/// A size, in powers of 1000, as memory bandwidths are.
-pub(super) fn bytes(value: u64) -> String {
+/// Bytes in the unit that gives one to four digits before the decimal point: `3.0 MiB`.
+pub fn bytes(number: u64) -> String {
+    let mut amount = number as f64 / 1024.0;
+    let mut unit = "KiB";
+    for larger in ["MiB", "GiB"] {
+        if amount >= 1024.0 {
+            (amount, unit) = (amount / 1024.0, larger);
+        }
+    }
+    format!("{amount:.1} {unit}")
+}
+
+/// A size on a page, in powers of 1000.
+pub(super) fn decimal_bytes(value: u64) -> String {
     scaled_bytes(value, 1000.0, ["B", "kB", "MB", "GB", "TB"])
 }
 
-/// A size, in powers of 1024, as caches and memory are.
+/// A size on a page, in powers of 1024, as caches and memory are.
 pub(super) fn binary_bytes(value: u64) -> String {
     scaled_bytes(value, 1024.0, ["B", "KiB", "MiB", "GiB", "TiB"])
 }
@@ -190,6 +206,18 @@ mod tests {
     }
 
     #[test]
+    fn bytes_get_a_fitting_unit() {
+        let cases = [
+            (512, "0.5 KiB"),
+            (3 << 20, "3.0 MiB"),
+            (5 << 40, "5120.0 GiB"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(bytes(number), text);
+        }
+    }
+
+    #[test]
     fn numbers_have_the_digits_they_are_worth() {
         for (value, want) in [
             (12345.6, "12 346"),
@@ -217,7 +245,7 @@ mod tests {
             ["1.5M", "20k", "0.05", "–"]
         );
         assert_eq!(plain(binary_bytes(48 << 10)), "48 KiB");
-        assert_eq!(plain(bytes(0)), "0 B");
+        assert_eq!(plain(decimal_bytes(0)), "0 B");
         assert_eq!(plain(seconds(0.0123)), "12.3 ms");
         assert_eq!(plain(seconds(f64::NAN)), "–");
         assert_eq!(plain(percent(0.000_123)), "0.012 %");

@@ -33,8 +33,6 @@ pub struct BenchRecord {
     pub rows: Vec<RateRow>,
     /// Work, counted in runs of its own beside the timed ones.
     pub counters: Vec<CounterRow>,
-    /// Peak rates of the machine, where they were measured.
-    pub limits: Option<MachineLimits>,
 }
 
 /// The program that measured.
@@ -284,22 +282,4 @@ pub struct CountedWork {
     pub prim_tests: u64,
     /// Bytes of the nodes and primitives that were read, regardless of caches.
     pub bytes: u64,
-}
-
-/// Peak rates of the machine, measured on one thread and on all.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MachineLimits {
-    /// One thread first, then all.
-    pub threads: Vec<ThreadLimits>,
-}
-
-/// Peak rates of a number of threads.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ThreadLimits {
-    /// Threads.
-    pub threads: u32,
-    /// Peak of f32 additions and multiplications, without fused ones: 10⁹ a second.
-    pub gflops: f64,
-    /// Bandwidth of reading, GB/s, by the memory that the bytes fit in: `l1`, `l2`, `l3`, `memory`.
-    pub bandwidth: BTreeMap<String, f64>,
 }

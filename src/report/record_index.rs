@@ -65,14 +65,14 @@ pub struct SpeedRatio {
 
 impl<'a> RecordIndex<'a> {
     /// The index of the rows of some scenes.
-    pub fn of(records: &'a [SceneRecord], rows: &'a [RateRow]) -> RecordIndex<'a> {
+    pub fn new(records: &'a [SceneRecord], rows: &'a [RateRow]) -> RecordIndex<'a> {
         let mut best: BTreeMap<BestKey<'a>, &'a RateRow> = BTreeMap::new();
         let stands = |row: &&RateRow| row.has_rate() && (row.exact || !is_peer(&row.engine));
         for row in rows.iter().filter(stands) {
             let key = (entrant(row), &*row.scene, &*row.rays, row.threads);
-            let kept = best.entry(key).or_insert(row);
-            if row.mrays_per_s.median > kept.mrays_per_s.median {
-                *kept = row;
+            let fastest = best.entry(key).or_insert(row);
+            if row.mrays_per_s.median > fastest.mrays_per_s.median {
+                *fastest = row;
             }
         }
         let others = best.iter().filter(|(key, _)| key.0 != AUTO);
@@ -117,24 +117,9 @@ impl<'a> RecordIndex<'a> {
 
     /// The rows of an engine that both records have, this one's first.
     pub(super) fn shared(&self, now: &RecordIndex<'a>, engine: &str) -> Vec<SharedRow<'a>> {
-        let own = now.by_key.iter().filter(|(key, _)| key.2 == engine);
-        let both = own.filter_map(|(key, row)| Some((*self.by_key.get(key)?, *row)));
+        let rows = now.by_key.iter().filter(|(key, _)| key.2 == engine);
+        let both = rows.filter_map(|(key, row)| Some((*self.by_key.get(key)?, *row)));
         both.collect()
-    }
-
-    /// The rows of an engine that the other record lacks.
-    pub(super) fn lacking(&self, other: &RecordIndex, engine: &str) -> Vec<&'a RateRow> {
-        let own = self.by_key.iter().filter(|(key, _)| key.2 == engine);
-        let lacking = own.filter(|(key, _)| !other.by_key.contains_key(*key));
-        lacking.map(|(_, row)| *row).collect()
-    }
-
-    /// Returns true if a row's samples are those of another row, which is here, too.
-    pub(super) fn repeats(&self, row: &RateRow) -> bool {
-        row.same_as.as_deref().is_some_and(|kernel| {
-            let other = (&*row.scene, &*row.rays, &*row.engine, kernel, row.threads);
-            kernel != row.kernel && self.by_key.contains_key(&other)
-        })
     }
 
     /// Returns true if any other project's tracer took part.
@@ -239,7 +224,7 @@ pub(super) fn in_order<'a>(
     named: impl Iterator<Item = (&'a str, &'a str)>,
     order: &[&str],
 ) -> Vec<&'a str> {
-    let rank = |word| order.iter().position(|of| *of == word);
+    let rank = |word| order.iter().position(|other| *other == word);
     let ranked = named.map(|(name, word)| (rank(word).unwrap_or(usize::MAX), name));
     let ranked: BTreeSet<(usize, &str)> = ranked.collect();
     ranked.into_iter().map(|(_, name)| name).collect()
@@ -267,7 +252,7 @@ pub fn is_peer(engine: &str) -> bool {
 /// part. It is about primary rays where there are any, on the most threads. `None` if there are no
 /// rates of ours.
 pub fn quotable_line(record: &BenchRecord) -> Option<String> {
-    let best = RecordIndex::of(&record.scenes, &record.rows);
+    let best = RecordIndex::new(&record.scenes, &record.rows);
     let kind = RayKind::names().find(|kind| best.kinds.contains(kind))?;
     let threads = *best.threads.last()?;
     let rate = rate(best.mean(AUTO, kind, threads)?);
@@ -322,7 +307,7 @@ mod tests {
             row("b", ("phalanx", "auto"), 32.0, true),
             row("b", ("oracle", "scalar"), 1.0, true),
         ];
-        let best = RecordIndex::of(&[], &rows);
+        let best = RecordIndex::new(&[], &rows);
         assert_eq!(best.others, ["packet8", "oracle", "embree"]);
         let over = |name| best.over(name, "primary", 1).map(|m| (m.mean, m.scenes));
         assert_eq!(over("embree"), Some((2.0, 1)));

@@ -48,7 +48,9 @@ impl<C> ReportTable<C> {
 impl ReportTable {
     /// The columns under their heads, in blocks below each other where they are wider than `width`.
     pub fn fitted(&self, width: usize) -> String {
-        let widths: Vec<usize> = (0..self.head.len()).map(|at| 2 + self.width(at)).collect();
+        let widths: Vec<usize> = (0..self.head.len())
+            .map(|column| 2 + column_width(self.lines(), column))
+            .collect();
         let always: usize = widths.iter().take(self.names).sum();
         let mut blocks: Vec<Vec<usize>> = Vec::new();
         let mut used = 0;
@@ -69,30 +71,19 @@ impl ReportTable {
         blocks.collect::<Vec<_>>().join("\n")
     }
 
-    /// Columns under their heads, two blanks between them.
+    /// Columns under their heads.
     fn block(&self, columns: &[usize]) -> String {
-        let columns: Vec<_> = columns.iter().map(|&at| (at, self.width(at))).collect();
-        let line = |cells: &Vec<String>| {
-            let padded = columns.iter().map(|&(at, width)| {
-                if at < self.texts {
-                    format!("{:<width$}", cells[at])
-                } else {
-                    format!("{:>width$}", cells[at])
-                }
-            });
-            let line = padded.collect::<Vec<_>>().join("  ");
-            format!("  {}\n", line.trim_end())
-        };
-        self.lines().map(line).collect()
+        let cells = |line: &Vec<String>| columns.iter().map(|&i| line[i].clone()).collect();
+        let rows: Vec<Vec<String>> = self.lines().map(cells).collect();
+        let texts = columns.iter().filter(|&&i| i < self.texts).count();
+        let lines = aligned(&rows, texts).into_iter();
+        lines
+            .map(|line| format!("  {}\n", line.trim_end()))
+            .collect()
     }
 
     fn lines(&self) -> impl Iterator<Item = &Vec<String>> {
         std::iter::once(&self.head).chain(&self.rows)
-    }
-
-    fn width(&self, column: usize) -> usize {
-        let cells = self.lines().map(|line| line[column].chars().count());
-        cells.max().unwrap_or(0)
     }
 
     /// The table with title and note for a terminal of `width` columns.
@@ -122,6 +113,33 @@ impl ReportTable {
         }
         text
     }
+}
+
+/// Rows in columns, one line each, two blanks between columns: the first `texts` columns flush left,
+/// the others flush right.
+pub fn aligned(rows: &[Vec<String>], texts: usize) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns)
+        .map(|column| column_width(rows.iter(), column))
+        .collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).enumerate();
+        let padded = cells.map(|(column, (cell, &width))| {
+            if column < texts {
+                format!("{cell:<width$}")
+            } else {
+                format!("{cell:>width$}")
+            }
+        });
+        padded.collect::<Vec<_>>().join("  ")
+    };
+    rows.iter().map(line).collect()
+}
+
+/// Width of a column in letters.
+fn column_width<'r>(rows: impl Iterator<Item = &'r Vec<String>>, column: usize) -> usize {
+    let cells = rows.filter_map(|row| row.get(column));
+    cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
 }
 
 #[cfg(test)]

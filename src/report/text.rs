@@ -49,8 +49,8 @@ pub(super) fn shortened(text: &str, most: usize) -> String {
     if length <= most {
         return text.to_owned();
     }
-    let kept = most.saturating_sub(1);
-    let tail: String = text.chars().skip(length - kept).collect();
+    let room = most.saturating_sub(1);
+    let tail: String = text.chars().skip(length - room).collect();
     format!("…{tail}")
 }
 

@@ -58,7 +58,7 @@ const CRATES: [(&str, &[&str], &str); 13] = [
     ),
     (
         "report",
-        &["scene", "files"],
+        &["files"],
         "numbers to files and pages, whoever measured them",
     ),
     (

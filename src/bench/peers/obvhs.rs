@@ -63,7 +63,7 @@ pub fn build(scene: &Scene, quality: Quality) -> Result<PeerScene, Unsupported> 
 }
 
 fn built_of<S: ObvhsShape>(scene: &Scene, preset: BvhBuildParams) -> PeerScene {
-    let shapes = scene.prims.iter().map(|&prim| S::of(scene, prim));
+    let shapes = scene.prims.iter().map(|&prim| S::from_prim(scene, prim));
     let shapes: Vec<S> = shapes.collect();
     let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2(&shapes, preset)));
     let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh(&shapes, preset)));
@@ -79,7 +79,7 @@ fn built_of<S: ObvhsShape>(scene: &Scene, preset: BvhBuildParams) -> PeerScene {
 /// A shape in obvhs's leaves.
 trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
     /// The shape of a primitive, which is of a kind that it can be.
-    fn of(scene: &Scene, prim: Prim) -> Self;
+    fn from_prim(scene: &Scene, prim: Prim) -> Self;
 
     /// Distance along a ray, or infinity.
     fn intersect(&self, ray: &Ray) -> f32;
@@ -94,7 +94,7 @@ trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
 }
 
 impl ObvhsShape for Triangle {
-    fn of(scene: &Scene, prim: Prim) -> Triangle {
+    fn from_prim(scene: &Scene, prim: Prim) -> Triangle {
         let [v0, v1, v2] = scene.triangles.corners(prim.index()).map(Vec3A::from);
         Triangle { v0, v1, v2 }
     }
@@ -127,7 +127,7 @@ impl Boundable for Sphere {
 }
 
 impl ObvhsShape for Sphere {
-    fn of(scene: &Scene, prim: Prim) -> Sphere {
+    fn from_prim(scene: &Scene, prim: Prim) -> Sphere {
         Sphere {
             center: scene.spheres.center.get(prim.index()).into(),
             radius: scene.spheres.radius[prim.index()],
@@ -167,10 +167,10 @@ impl Boundable for MixedShape {
 }
 
 impl ObvhsShape for MixedShape {
-    fn of(scene: &Scene, prim: Prim) -> MixedShape {
+    fn from_prim(scene: &Scene, prim: Prim) -> MixedShape {
         match prim.kind() {
-            PrimKind::Triangle => MixedShape::Triangle(Triangle::of(scene, prim)),
-            _ => MixedShape::Sphere(Sphere::of(scene, prim)),
+            PrimKind::Triangle => MixedShape::Triangle(Triangle::from_prim(scene, prim)),
+            _ => MixedShape::Sphere(Sphere::from_prim(scene, prim)),
         }
     }
 
@@ -300,11 +300,11 @@ impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for &ObvhsEngine<T, S> 
         for (packet, hit) in packets.zip(hits) {
             let (mut t, mut prim_id) = ([self.rays.tmax; LANES], [NO_PRIM; LANES]);
             for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
-                let mut found = RayHit::none();
-                tree.closest(ray, &mut found, |ray, i| shapes[i].intersect(ray));
-                if found.primitive_id != INVALID_ID {
-                    t[lane] = found.t;
-                    prim_id[lane] = prim_ids[found.primitive_id as usize];
+                let mut nearest = RayHit::none();
+                tree.closest(ray, &mut nearest, |ray, i| shapes[i].intersect(ray));
+                if nearest.primitive_id != INVALID_ID {
+                    t[lane] = nearest.t;
+                    prim_id[lane] = prim_ids[nearest.primitive_id as usize];
                 }
             }
             *hit = HitPacket {

@@ -303,7 +303,7 @@ impl Output for CompareDocument {
                 let head = "layer largest at RMS PSNR SSIM FLIP pixels".split(' ');
                 let mut rows = vec![head.map(str::to_owned).collect()];
                 rows.extend(layers.iter().map(LayerRow::cells));
-                let rows = aligned(&rows);
+                let rows = aligned(&rows, 1);
                 rows.iter().for_each(|row| text.extend([row, "\n"]));
             }
         }

@@ -7,6 +7,7 @@ use crate::cli::output::{
 };
 use clap::Args;
 use phalanx::frame::{Engine, TreeStats};
+use phalanx::report::plural;
 use phalanx::scene::{LightShape, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -87,9 +88,8 @@ impl NameList {
     fn words(&self) -> Option<String> {
         let word = |(name, size): &(String, u64)| format!("{} {}", short(name), grouped(*size));
         let words = first_words(self.largest.iter().map(word))?;
-        let plural = if self.count == 1 { "" } else { "s" };
         let count = grouped(self.count as u64);
-        Some(format!("{count} name{plural}: {words}"))
+        Some(format!("{count} {}: {words}", plural(self.count, "name")))
     }
 }
 

@@ -89,7 +89,7 @@ impl Output for ScenesDocument {
 fn table(scenes: &[SceneListing]) -> String {
     let mut rows = vec![HEADS.split(' ').map(str::to_owned).collect()];
     rows.extend(scenes.iter().map(SceneListing::cells));
-    let lines = aligned(&rows);
+    let lines = aligned(&rows, 1);
     let mut text = format!("{}  PURPOSE\n", lines[0]);
     let mut family = "";
     for (scene, line) in scenes.iter().zip(&lines[1..]) {

@@ -1,33 +1,31 @@
 //! Compatibility of two records: the reasons why they may not be compared.
 
-use crate::{BenchRecord, Cache, RateRow, SceneRecord};
+use crate::{BenchRecord, Cache, PHALANX, RateRow, RecordIndex, SceneRecord};
 use std::collections::BTreeSet;
 use std::fmt::{self, Display};
 
 /// One reason why the rates of two records do not measure the same thing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Mismatch {
-    /// Another machine, build or quality of trees, in words.
-    #[error("{0}")]
-    Machine(String),
-    /// Another scene, other rays or other results of them, in words.
-    #[error("{0}")]
-    Rays(String),
-    /// No rate of ours occurs in both, in words.
-    #[error("{0}")]
-    NothingInCommon(String),
+#[error("{words}")]
+pub struct Mismatch {
+    words: String,
+    /// True if the records may be compared nevertheless: they are of another machine, build or
+    /// quality of trees. Rates of other rays measure something else, and may never be compared.
+    pub can_be_forced: bool,
+}
+
+impl Mismatch {
+    /// A reason that cannot be overridden.
+    fn fatal(words: String) -> Mismatch {
+        Mismatch {
+            words,
+            can_be_forced: false,
+        }
+    }
 }
 
 fn difference(what: &str, old: impl Display, new: impl Display) -> String {
     format!("{what}: {old} in the baseline, {new} here")
-}
-
-impl Mismatch {
-    /// Returns true if the records may be compared nevertheless. Rates of other rays measure
-    /// something else, and may never be compared.
-    pub fn can_be_forced(&self) -> bool {
-        matches!(self, Mismatch::Machine(_))
-    }
 }
 
 /// The reasons why two records are not compared.
@@ -40,7 +38,7 @@ pub struct IncompatibleRecords {
 impl IncompatibleRecords {
     /// Returns true if every reason can be overridden.
     pub fn can_be_forced(&self) -> bool {
-        self.reasons.iter().all(Mismatch::can_be_forced)
+        self.reasons.iter().all(|reason| reason.can_be_forced)
     }
 }
 
@@ -64,7 +62,7 @@ impl std::error::Error for IncompatibleRecords {}
 
 /// Differences in machine, build and trees. A fact that one record does not know differs from
 /// nothing.
-pub fn of_machine(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
+fn machine_mismatches(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     type Fact = fn(&BenchRecord) -> Option<String>;
     let facts: [(&str, Fact); 6] = [
         ("another CPU", |r| Some(r.machine.cpu.clone())),
@@ -87,15 +85,18 @@ pub fn of_machine(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     ];
     let differing = facts.into_iter().filter_map(|(what, fact)| {
         let (old, new) = (fact(old)?, fact(new)?);
-        (old != new).then(|| Mismatch::Machine(difference(what, old, new)))
+        (old != new).then(|| Mismatch {
+            words: difference(what, old, new),
+            can_be_forced: true,
+        })
     });
     differing.collect()
 }
 
 fn caches(record: &BenchRecord) -> String {
     let one = |c: &Cache| {
-        let (level, kind, kib, by) = (c.level, &c.kind, c.bytes >> 10, c.shared_by);
-        format!("L{level} {kind} {kib} KiB for {by}")
+        let (level, kind, kib, threads) = (c.level, &c.kind, c.bytes >> 10, c.shared_by);
+        format!("L{level} {kind} {kib} KiB for {threads}")
     };
     let all: Vec<String> = record.machine.caches.iter().map(one).collect();
     all.join(", ")
@@ -104,6 +105,8 @@ fn caches(record: &BenchRecord) -> String {
 /// Refuses a baseline that a run will not be comparable with: `new` is its record before anything
 /// was measured, `scenes` are the names of its scenes.
 ///
+/// Returns the differences that `force` overrides.
+///
 /// # Errors
 /// Every reason that can be known by then.
 pub fn check_baseline(
@@ -111,13 +114,39 @@ pub fn check_baseline(
     new: &BenchRecord,
     scenes: &[&str],
     force: bool,
-) -> Result<(), IncompatibleRecords> {
-    let mut reasons = of_machine(old, new);
+) -> Result<Vec<Mismatch>, IncompatibleRecords> {
+    let mut reasons = machine_mismatches(old, new);
     let in_common = |row: &RateRow| scenes.contains(&&*row.scene);
     if !old.rows.iter().any(in_common) {
         let scenes = scenes.join(", ");
         let words = format!("no scene in common with the baseline, here {scenes}");
-        reasons.push(Mismatch::NothingInCommon(words));
+        reasons.push(Mismatch::fatal(words));
+    }
+    refuse(reasons, force)
+}
+
+/// Refuses a baseline that a finished run is not comparable with: one with other answers, or other
+/// rays, or without a rate in common.
+///
+/// # Errors
+/// Every reason.
+pub fn check_run(
+    old: &BenchRecord,
+    new: &BenchRecord,
+    force: bool,
+) -> Result<(), IncompatibleRecords> {
+    let [before, now] = [old, new].map(|record| RecordIndex::new(&record.scenes, &record.rows));
+    let pairs = before.shared(&now, PHALANX);
+    let mut reasons = machine_mismatches(old, new);
+    reasons.extend(ray_mismatches(old, new));
+    reasons.extend(
+        pairs
+            .iter()
+            .filter_map(|(old, new)| part_mismatch(old, new)),
+    );
+    if pairs.is_empty() {
+        let records = [("the baseline", old), ("this run", new)];
+        reasons.push(Mismatch::fatal(nothing_in_common(&records)));
     }
     refuse(reasons, force).map(drop)
 }
@@ -132,7 +161,7 @@ pub fn nothing_in_common<'a>(records: &[(&str, &'a BenchRecord)]) -> String {
         ("tracer", |row| &row.engine),
     ];
     for (what, part) in parts {
-        let set = |of: &(&str, &'a BenchRecord)| of.1.rows.iter().map(part).collect();
+        let set = |(_, record): &(&str, &'a BenchRecord)| record.rows.iter().map(part).collect();
         let sets: Vec<BTreeSet<&str>> = records.iter().map(set).collect();
         let is_shared = |word: &&str| sets.iter().all(|set| set.contains(word));
         if !sets.iter().flatten().any(is_shared) {
@@ -151,8 +180,8 @@ pub fn nothing_in_common<'a>(records: &[(&str, &'a BenchRecord)]) -> String {
 }
 
 /// The reasons, if each of them may be overridden and `force` does.
-pub fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, IncompatibleRecords> {
-    if reasons.iter().all(|reason| force && reason.can_be_forced()) {
+fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, IncompatibleRecords> {
+    if reasons.iter().all(|reason| force && reason.can_be_forced) {
         Ok(reasons)
     } else {
         Err(IncompatibleRecords { reasons })
@@ -160,18 +189,19 @@ pub fn refuse(reasons: Vec<Mismatch>, force: bool) -> Result<Vec<Mismatch>, Inco
 }
 
 /// Differences in the scenes and rays that both records have.
-pub fn of_rays(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
+pub fn ray_mismatches(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     let before = |name: &str| old.scenes.iter().rfind(|scene| scene.name == name);
     let scenes = new.scenes.iter();
     let both = scenes.filter_map(|new| Some((before(&new.name)?, new)));
-    both.flat_map(|(old, new)| of_scene(old, new)).collect()
+    both.flat_map(|(old, new)| scene_mismatches(old, new))
+        .collect()
 }
 
-fn of_scene(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
+fn scene_mismatches(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
     let scene = &new.name;
     let answers = |what: &str, number: &str, old: &str, new: &str| {
         let words = format!("{what} ({number} {old} in the baseline, {new} here)");
-        Mismatch::Rays(words)
+        Mismatch::fatal(words)
     };
     if old.hash != new.hash {
         let what = format!("{scene}: another scene of this name");
@@ -180,7 +210,7 @@ fn of_scene(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
     if old.size != new.size {
         let [old, new] = [old, new].map(|s| format!("{}×{}", s.size[0], s.size[1]));
         let what = format!("{scene}: rays of another size");
-        return vec![Mismatch::Rays(difference(&what, old, new))];
+        return vec![Mismatch::fatal(difference(&what, old, new))];
     }
     let sets = new.rays.iter();
     let both = sets.filter_map(|(rays, new)| Some((rays, old.rays.get(rays)?, new)));
@@ -190,20 +220,20 @@ fn of_scene(old: &SceneRecord, new: &SceneRecord) -> Vec<Mismatch> {
             let what = format!("{scene}, {rays}: other answers");
             answers(&what, "checksum", &old.checksum, &new.checksum)
         } else {
-            of_count(scene, rays, old.rays, new.rays)
+            count_mismatch(scene, rays, old.rays, new.rays)
         }
     });
     mismatch.collect()
 }
 
-fn of_count(scene: &str, rays: &str, old: u64, new: u64) -> Mismatch {
+fn count_mismatch(scene: &str, rays: &str, old: u64, new: u64) -> Mismatch {
     let what = format!("{scene}, {rays}: another number of rays");
-    Mismatch::Rays(difference(&what, old, new))
+    Mismatch::fatal(difference(&what, old, new))
 }
 
 /// Returns the mismatch if a row of ours timed another part of its set of rays than the baseline's
 /// did.
-pub fn of_part(old: &RateRow, new: &RateRow) -> Option<Mismatch> {
+fn part_mismatch(old: &RateRow, new: &RateRow) -> Option<Mismatch> {
     let same = old.rays_timed == new.rays_timed;
-    (!same).then(|| of_count(&new.scene, &new.rays, old.rays_timed, new.rays_timed))
+    (!same).then(|| count_mismatch(&new.scene, &new.rays, old.rays_timed, new.rays_timed))
 }

@@ -1,6 +1,7 @@
 //! Comparison of the work counters of two runs. They are the same on every machine, or the work is
 //! not the same.
 
+use crate::report_table::ReportTable;
 use crate::{BenchRecord, CountedWork, CounterRow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -41,7 +42,7 @@ type CounterKey<'a> = (&'a str, &'a str, &'a str);
 pub fn counters(old: &BenchRecord, new: &BenchRecord) -> Vec<CounterChange> {
     let (before, now) = (index(old), index(new));
     let keys: BTreeSet<CounterKey> = before.keys().chain(now.keys()).copied().collect();
-    let of = |key: CounterKey| {
+    let changes = |key: CounterKey| {
         let differences = match (before.get(&key), now.get(&key)) {
             (Some(old), Some(new)) => count_differences(old, new),
             (Some(_), None) => vec![CountDifference::OnlyOld],
@@ -55,7 +56,33 @@ pub fn counters(old: &BenchRecord, new: &BenchRecord) -> Vec<CounterChange> {
         };
         differences.into_iter().map(change).collect::<Vec<_>>()
     };
-    keys.into_iter().flat_map(of).collect()
+    keys.into_iter().flat_map(changes).collect()
+}
+
+/// Counters that differ, in their given order.
+pub fn counters_table(changes: &[CounterChange]) -> String {
+    let line = |c: &CounterChange| {
+        let difference = match c.difference {
+            CountDifference::Count { counter, old, new } => {
+                // One more of a million is a difference, too, so no percentages are shown.
+                let more = i128::from(new) - i128::from(old);
+                [
+                    counter,
+                    &old.to_string(),
+                    &new.to_string(),
+                    &format!("{more:+}"),
+                ]
+                .map(str::to_owned)
+            }
+            CountDifference::OnlyOld => ["all", "counted", "–", ""].map(str::to_owned),
+            CountDifference::OnlyNew => ["all", "–", "counted", ""].map(str::to_owned),
+        };
+        let name = [&c.scene, &c.kernel, &c.rays].map(String::clone);
+        name.into_iter().chain(difference).collect()
+    };
+    let head = "scene | kernel | rays | counter | old | new | more";
+    let table = ReportTable::new("", head, 4).with(changes.iter().map(line));
+    table.text(usize::MAX)
 }
 
 fn count_differences(old: &CounterRow, new: &CounterRow) -> Vec<CountDifference> {

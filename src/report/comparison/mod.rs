@@ -1,53 +1,55 @@
-//! Several records side by side: who is fastest, geometric means, and the rates that differ beyond
+//! Several records side by side: who is fastest, geometric means, and what has changed beyond
 //! noise.
 //!
 //! Records may be of different machines, whose rates are compared as measured. Where the machine is
-//! the same, its own change ([`RunNoise`]) is taken out.
+//! the same, its own change ([`RunNoise`]) is taken out. A [`RecordComparison`] is the one verdict:
+//! text, JSON, Markdown and pages show it, and `bench --fail-above` decides by it.
 
-mod change_tables;
-mod changes;
 mod compatibility;
 mod counters;
+mod groups;
 mod log_rate;
-#[cfg(test)]
 mod noise;
 mod rates;
 mod regressions;
-mod run_noise;
+#[cfg(test)]
+mod simulation;
 mod summary;
 mod tables;
 
-pub(super) use change_tables::{BY_RAYS_HEAD, worst_first};
-pub use change_tables::{changes_table, counters_table, regressions_table};
-pub use changes::{Changes, GroupChange, Grouping, Normalisation, RowChange, RowKey, compare};
-pub use compatibility::{IncompatibleRecords, Mismatch, check_baseline, nothing_in_common};
-pub use counters::{CountDifference, CounterChange, counters};
+pub use compatibility::{
+    IncompatibleRecords, Mismatch, check_baseline, check_run, nothing_in_common,
+};
+pub use counters::{CountDifference, CounterChange, counters, counters_table};
+pub use groups::GroupChange;
 pub use log_rate::RateChange;
 pub use rates::ComparedRate;
-pub use regressions::{RETAKES, Regression};
-pub use run_noise::KernelChange;
+pub use regressions::{RETAKES, Regressions};
 pub use summary::{EngineRank, MeanRates, MeanRatios};
-pub(super) use tables::differing;
-pub use tables::{comparison_markdown, comparison_tables, comparison_text};
+pub(super) use tables::changes;
+pub use tables::{comparison_markdown, comparison_tables, comparison_text, regressions_text};
 
-use super::{BenchRecord, RecordIndex};
-use compatibility::of_rays;
-use run_noise::{RunNoise, changed_kernels};
+use super::{BenchRecord, PHALANX, RecordIndex};
+use compatibility::ray_mismatches;
+use noise::{RunNoise, is_same_machine};
 use serde::Serialize;
 
 /// Settings of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparisonOptions {
-    /// Rates differ where the whole interval of the difference is beyond this share, such as 0.03.
+    /// Smallest change that counts, as a share such as 0.03.
     pub threshold: f64,
     /// True if every rate of every kernel is listed, not just the best of each engine that differ.
     pub all: bool,
+    /// True if records of other machines count as measured on the first one's.
+    pub any_machine: bool,
 }
 
 /// Records side by side. All rates are millions of rays per second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordComparison {
-    /// Rates differ where the whole interval of the difference is beyond this share.
+    /// Smallest change that counts, as a share. A rate differs if the whole interval of the
+    /// difference is beyond it.
     pub threshold: f64,
     /// The records; everything else has an entry for each, in this order.
     pub records: Vec<ComparedRecord>,
@@ -61,8 +63,8 @@ pub struct RecordComparison {
     pub means: Vec<MeanRates>,
     /// Our rates as a multiple of the others'.
     pub ratios: Vec<MeanRatios>,
-    /// Our kernels that are faster or slower as a whole.
-    pub kernels: Vec<KernelChange>,
+    /// Our kernels that are faster or slower as a whole, in one scene, or on one kind of rays.
+    pub groups: Vec<GroupChange>,
     /// The rates that differ, largest difference first; with [`ComparisonOptions::all`] every rate.
     pub rates: Vec<ComparedRate>,
     /// True if `rates` has every rate.
@@ -73,6 +75,9 @@ pub struct RecordComparison {
     pub differing: usize,
     /// Largest number of rates of a record that the others lack.
     pub left_out: usize,
+    /// Our rates that look slower in all further records, as far as two runs show: suspects.
+    #[serde(skip)]
+    slow_rates: Vec<ComparedRate>,
 }
 
 /// A record of a comparison.
@@ -107,36 +112,39 @@ pub struct ComparedRecord {
 
 impl RecordComparison {
     /// Compares records, which come with a name each. Differences are from the first.
-    pub fn of(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
+    pub fn new(records: &[(&str, &BenchRecord)], options: ComparisonOptions) -> RecordComparison {
+        let ComparisonOptions { threshold, all, .. } = options;
         let records_only = records.iter().map(|(_, record)| record);
-        let best = records_only.map(|record| RecordIndex::of(&record.scenes, &record.rows));
-        let best: Vec<RecordIndex> = best.collect();
-        let ranking = summary::ranking(&best);
-        let of = |i: usize| (records[i].1, &best[i]);
-        let further = 1..records.len();
-        let noise = further.map(|i| RunNoise::of(of(0), of(i)));
+        let indices = records_only.map(|record| RecordIndex::new(&record.scenes, &record.rows));
+        let indices: Vec<RecordIndex> = indices.collect();
+        let ranking = summary::ranking(&indices);
+        let noise = (1..records.len()).map(|i| {
+            let same = options.any_machine || is_same_machine(records[0].1, records[i].1);
+            same.then(|| RunNoise::between(&indices[0], &indices[i]))?
+        });
         let noise: Vec<Option<RunNoise>> = noise.collect();
-        let engines = rates::best_of_engines(&best, &noise, options.threshold);
-        let kernels = rates::every_kernel(&best, &noise, options.threshold);
-        let compared = if options.all { &kernels } else { &engines };
-        let differing = compared.iter().filter(|rate| rate.differs).count();
-        let compared = compared.len();
-        let rows = best.iter().map(|of| of.rows.len());
-        let left_out = rows.max().unwrap_or(0).saturating_sub(kernels.len());
+        let engines = rates::best_of_engines(&indices, &noise, threshold);
+        let kernels = rates::every_kernel(&indices, &noise, threshold);
+        let slower = |rate: &&ComparedRate| rate.engine == PHALANX && rate.looks_slower;
+        let slow_rates = kernels.iter().filter(slower).cloned().collect();
+        let most_rows = indices.iter().map(|index| index.rows.len()).max();
+        let left_out = most_rows.unwrap_or(0).saturating_sub(kernels.len());
+        let compared = if all { &kernels } else { &engines };
         RecordComparison {
-            threshold: options.threshold,
+            threshold,
             records: compared_records(records, &noise),
-            kernels: changed_kernels(&noise, options.threshold),
+            groups: groups::changed_groups(&noise, threshold),
             ranked_rates: ranking.rates,
             ranked_scenes: ranking.scenes,
             ranks: ranking.ranks,
-            means: summary::means(&best),
-            ratios: summary::ratios(&best),
+            means: summary::means(&indices),
+            ratios: summary::ratios(&indices),
+            compared: compared.len(),
+            differing: compared.iter().filter(|rate| rate.differs).count(),
+            rates: if all { kernels } else { rates::largest_first(engines) },
+            all,
             left_out,
-            rates: if options.all { kernels } else { rates::largest_first(engines) },
-            all: options.all,
-            compared,
-            differing,
+            slow_rates,
         }
     }
 }
@@ -145,7 +153,7 @@ fn compared_records(
     records: &[(&str, &BenchRecord)],
     noise: &[Option<RunNoise>],
 ) -> Vec<ComparedRecord> {
-    let of = |(i, (name, record)): (usize, &(&str, &BenchRecord))| ComparedRecord {
+    let compared = |(i, (name, record)): (usize, &(&str, &BenchRecord))| ComparedRecord {
         label: label(i),
         name: (*name).to_owned(),
         cpu: record.machine.cpu.clone(),
@@ -161,7 +169,7 @@ fn compared_records(
             .and_then(|i| Some(noise[i].as_ref()?.machine())),
         remarks: remarks(records[0].1, record),
     };
-    records.iter().enumerate().map(of).collect()
+    records.iter().enumerate().map(compared).collect()
 }
 
 /// A, B, … Z, then numbers.
@@ -179,9 +187,9 @@ fn remarks(first: &BenchRecord, record: &BenchRecord) -> Vec<String> {
         let (ours, theirs) = (&record.run.quality, &first.run.quality);
         remarks.push(format!("trees of quality {ours}, {theirs} in A"));
     }
-    let differ = of_rays(first, record);
-    if let Some(one) = differ.first() {
-        let more = match differ.len() {
+    let mismatches = ray_mismatches(first, record);
+    if let Some(one) = mismatches.first() {
+        let more = match mismatches.len() {
             1 => String::new(),
             count => format!(", and {} more", count - 1),
         };

@@ -1,162 +1,165 @@
-//! Simulation of the false alarms and misses of the regression criteria.
-//!
-//! The noise is that of a shared machine, as pairs of runs showed it (perf/notes/noise.md). Most
-//! rates are 1 % off, one in eight 4 %, and their intervals reflect that roughly. A scene's rates
-//! have an error in common (from the addresses of its memory), which does not go away when a
-//! suspect is measured again. One row in a hundred is slowed for all of its rounds by another load
-//! on the machine, which does go away.
+//! Differences of one run from another on the same machine: the machine's speed at the time, other
+//! load, and noise that the rounds of one run do not show. `perf/notes/noise.md` has how often they
+//! deceive.
 
-use super::RETAKES;
-use super::log_rate::{LogRate, mean_change};
-use crate::statistics::Draw;
-use crate::{Estimate, RateRow};
+use super::log_rate::{LogRate, RateChange};
+use crate::statistics::median;
+use crate::{BenchRecord, PHALANX, RateRow, RecordIndex};
+use std::collections::BTreeMap;
 
-/// The threshold of the issue: fail above 8 %.
-const THRESHOLD: f64 = 0.08;
-/// 24 scenes × 3 kernels × 14 kinds of rays and threads: 1008 rows, in 42 groups over scenes and 72
-/// over rays.
-const SCENES: usize = 24;
-const KERNELS: usize = 3;
-const KINDS: usize = 14;
+/// Standard deviation of a normal distribution in median absolute deviations.
+const DEVIATION: f64 = 1.4826;
 
-impl Draw {
-    /// A uniform number in (0, 1).
-    pub fn unit(&mut self) -> f64 {
-        ((self.bits() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
+/// Variance of the median of many normal samples, as a multiple of their mean's: π/2.
+const OF_MEDIAN: f64 = std::f64::consts::FRAC_PI_2;
 
-    /// A normally distributed number, by Box and Muller.
-    pub fn normal(&mut self) -> f64 {
-        let (a, b) = (self.unit(), self.unit());
-        (-2.0 * libm::log(a)).sqrt() * libm::cos(std::f64::consts::TAU * b)
-    }
+/// Changes from one run to another on the same machine, and the machine's part in them.
+pub(super) struct RunNoise<'a> {
+    /// Change of the machine's speed.
+    machine: LogRate,
+    /// The machine's part in the change of one rate: its speed, and what differs from run to run.
+    of_rate: LogRate,
+    /// The same for most rates: those that no other load slowed in all of their rounds.
+    of_most_rates: LogRate,
+    changes: LogChanges<'a>,
 }
 
-/// A rate that is measured now.
-fn measured(speed: f64, draw: &mut Draw) -> LogRate {
-    let error = match draw.below(8) {
-        0 => 0.04,
-        _ => 0.01,
-    };
-    let rate = speed * libm::exp(error * draw.normal());
-    // The error that the interval implies is mostly right within a factor of two.
-    let reach = libm::exp(2.326 * error * libm::exp(0.35 * draw.normal()));
-    let row = RateRow {
-        mrays_per_s: Estimate {
-            median: rate,
-            mad: 0.0,
-            low: rate / reach,
-            high: rate * reach,
-        },
-        samples: vec![rate; 3],
-        ..RateRow::default()
-    };
-    LogRate::of(&row).expect("a positive rate")
-}
+/// Changes of an engine's kernel on a number of threads, as logarithms, by scene and rays.
+type LogChanges<'a> = BTreeMap<(&'a str, &'a str, u32), KernelChanges<'a>>;
 
-fn neighbour(draw: &mut Draw) -> f64 {
-    if draw.below(100) == 0 { 0.8 } else { 1.0 }
-}
+/// Changes of one kernel's rates, as logarithms, by scene and rays.
+pub(super) type KernelChanges<'a> = BTreeMap<(&'a str, &'a str), f64>;
 
-/// A row before and now.
-struct RowPair {
-    old: LogRate,
-    /// Speed that all measurements of the new run have in common.
-    speed: f64,
-    yardstick: LogRate,
-    new: LogRate,
-}
-
-impl RowPair {
-    fn of(speed: f64, yardstick: LogRate, draw: &mut Draw) -> RowPair {
-        let old = measured(neighbour(draw), draw);
-        let new = measured(speed * neighbour(draw), draw);
-        RowPair {
-            old,
-            speed,
-            yardstick,
-            new,
+impl<'a> RunNoise<'a> {
+    /// The machine's part in the changes between two records; `None` if they have no tracer in
+    /// common that is not ours.
+    ///
+    /// Other tracers (the oracle, and peers) show the machine's speed: the median of their changes,
+    /// because a few rates in a hundred are slowed by other load in all of their rounds.
+    pub fn between(before: &RecordIndex<'a>, now: &RecordIndex<'a>) -> Option<RunNoise<'a>> {
+        let changes = changes(before, now);
+        let others = changes.iter().filter(|(key, _)| key.0 != PHALANX);
+        let others = others.flat_map(|(_, changes)| changes.values().copied());
+        let others: Vec<f64> = others.collect();
+        if others.is_empty() || changes.keys().all(|key| key.0 != PHALANX) {
+            return None;
         }
-    }
-
-    fn change(&self, new: LogRate) -> LogRate {
-        new.over(self.old)
-    }
-
-    fn stays_slower(&self, draw: &mut Draw) -> bool {
-        let slower = |new: LogRate| {
-            let change = self.change(new).over(self.yardstick);
-            change.change().slower_than(THRESHOLD)
-        };
-        let mut again = || {
-            let speed = self.speed * neighbour(draw);
-            measured(speed, draw)
-        };
-        slower(self.new) && (0..RETAKES).all(|_| slower(again()))
-    }
-}
-
-fn group_slower(pairs: &[&RowPair], shared: bool) -> bool {
-    let change = |pair: &&RowPair| pair.change(pair.new).over(pair.yardstick.exactly());
-    let rows: Vec<LogRate> = pairs.iter().map(change).collect();
-    let yardsticks: Vec<LogRate> = pairs.iter().map(|pair| pair.yardstick).collect();
-    mean_change(&rows, &yardsticks, shared).slower_than(THRESHOLD)
-}
-
-/// Number of suites, out of `suites`, in which anything is reported. `speed` gives the speed of a
-/// kernel, scene and kind.
-fn reported(suites: u64, speed: impl Fn(usize, usize, usize) -> f64) -> u64 {
-    let is_reported = |&suite: &u64| {
-        let mut draw = Draw(suite);
-        let yardsticks: Vec<LogRate> = (0..SCENES)
-            .map(|_| {
-                let of_kind = |_| measured(1.0, &mut draw).over(measured(1.0, &mut draw));
-                LogRate::mean(&(0..KINDS / 2).map(of_kind).collect::<Vec<_>>()).expect("some kinds")
-            })
-            .collect();
-        (0..KERNELS).any(|kernel| {
-            let rows: Vec<Vec<RowPair>> = (0..SCENES)
-                .map(|scene| {
-                    let common = libm::exp(0.014 * draw.normal());
-                    let mut row = |kind| {
-                        RowPair::of(
-                            common * speed(kernel, scene, kind),
-                            yardsticks[scene],
-                            &mut draw,
-                        )
-                    };
-                    (0..KINDS).map(&mut row).collect()
-                })
-                .collect();
-            let by_kind = |kind: usize| rows.iter().map(|scene| &scene[kind]).collect::<Vec<_>>();
-            let by_scene =
-                |scene: &Vec<RowPair>| group_slower(&scene.iter().collect::<Vec<_>>(), true);
-            (0..KINDS).any(|kind| group_slower(&by_kind(kind), false))
-                || rows.iter().any(by_scene)
-                || rows.iter().flatten().any(|row| row.stays_slower(&mut draw))
+        let scatter = changes.values().flat_map(|kernel| {
+            let middle = median_of(kernel.values().copied());
+            kernel.values().map(move |change| change - middle)
+        });
+        let scatter: Vec<f64> = scatter.collect();
+        let squares = scatter.iter().map(|off| off * off).sum::<f64>();
+        let machine = median_with_variance(&others);
+        Some(RunNoise {
+            machine,
+            of_rate: machine.beyond(0.0, squares / scatter.len() as f64),
+            of_most_rates: machine.beyond(0.0, robust_variance(scatter.into_iter())),
+            changes,
         })
+    }
+
+    /// Change of the machine's speed.
+    pub fn machine(&self) -> RateChange {
+        self.machine.change()
+    }
+
+    /// Changes of our kernels by kernel and threads, beyond the machine's and other load's.
+    ///
+    /// Other tracers take turns with ours on the same rays, so that other load slows both: what their
+    /// change of a measurement deviates by from their median is load. Their error cancels, since it
+    /// is in the load as well as in the machine's change.
+    pub fn beyond_load(&self) -> impl Iterator<Item = ((&'a str, u32), KernelChanges<'a>)> {
+        let load = self.load();
+        let ours = self.changes.iter().filter(|(key, _)| key.0 == PHALANX);
+        ours.map(move |(&(_, kernel, threads), changes)| {
+            let beyond = changes.iter().map(|(&(scene, rays), change)| {
+                let load = load.get(&(scene, rays, threads)).unwrap_or(&0.0);
+                ((scene, rays), change - load - self.machine.value())
+            });
+            ((kernel, threads), beyond.collect())
+        })
+    }
+
+    /// Mean deviation of other tracers' changes from their medians, by scene, rays and threads.
+    fn load(&self) -> BTreeMap<(&'a str, &'a str, u32), f64> {
+        let mut deviations: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+        let others = self.changes.iter().filter(|(key, _)| key.0 != PHALANX);
+        for (&(_, _, threads), changes) in others {
+            let middle = median_of(changes.values().copied());
+            for (&(scene, rays), change) in changes {
+                let measurement = deviations.entry((scene, rays, threads)).or_default();
+                measurement.push(change - middle);
+            }
+        }
+        let mean = |all: Vec<f64>| all.iter().sum::<f64>() / all.len() as f64;
+        let means = deviations.into_iter().map(|(key, all)| (key, mean(all)));
+        means.collect()
+    }
+}
+
+/// Returns true if two records are of one machine and instruction set.
+pub(super) fn is_same_machine(old: &BenchRecord, new: &BenchRecord) -> bool {
+    old.machine.cpu == new.machine.cpu
+        && old.machine.threads == new.machine.threads
+        && old.program.isa_compiled == new.program.isa_compiled
+}
+
+/// Change of a rate; with `noise`, beyond the machine's. The interval holds 1999 of 2000 such
+/// changes, because a comparison has hundreds of them. `None` if a row has no rate.
+pub(super) fn rate_change(
+    old: &RateRow,
+    new: &RateRow,
+    noise: Option<&RunNoise>,
+) -> Option<RateChange> {
+    let change = LogRate::change_between(old, new)?;
+    let change = noise.map_or(change, |noise| change.over(noise.of_rate));
+    Some(change.mostly())
+}
+
+/// Returns true if a rate is slower by more than the threshold, with an interval of 95 %, unless
+/// other load slowed it: it is worth measuring again.
+pub(super) fn looks_slower(
+    old: &RateRow,
+    new: &RateRow,
+    noise: Option<&RunNoise>,
+    threshold: f64,
+) -> bool {
+    LogRate::change_between(old, new).is_some_and(|change| {
+        let change = noise.map_or(change, |noise| change.over(noise.of_most_rates));
+        change.change().slower_than(threshold)
+    })
+}
+
+fn changes<'a>(before: &RecordIndex<'a>, now: &RecordIndex<'a>) -> LogChanges<'a> {
+    let mut changes = LogChanges::new();
+    let engines = now.engines.iter();
+    let pairs = engines.flat_map(|engine| before.shared(now, engine));
+    // The rate of another part of the rays is another rate.
+    let alike = |old: &RateRow, new: &RateRow| {
+        old.has_rate() && new.has_rate() && old.rays_timed == new.rays_timed
     };
-    (0..suites).filter(is_reported).count() as u64
+    for (old, new) in pairs.filter(|(old, new)| alike(old, new)) {
+        let change = libm::log(new.mrays_per_s.median / old.mrays_per_s.median);
+        let kernel = (&*new.engine, &*new.kernel, new.threads);
+        let of_kernel = changes.entry(kernel).or_default();
+        of_kernel.insert((&*new.scene, &*new.rays), change);
+    }
+    changes
 }
 
-/// Unchanged rates: a false alarm in fewer than one suite in a hundred.
-#[test]
-fn an_unchanged_binary_is_not_reported() {
-    let alarms = reported(2000, |_, _, _| 1.0);
-    assert!(alarms < 20, "{alarms} of 2000");
+fn median_of(values: impl Iterator<Item = f64>) -> f64 {
+    median(&mut values.collect::<Vec<f64>>())
 }
 
-/// A slower kernel on one kind of rays, in all scenes.
-#[test]
-fn a_slower_kernel_is_reported() {
-    let slower = |kernel, _, kind| if (kernel, kind) == (1, 3) { 0.85 } else { 1.0 };
-    assert_eq!(reported(400, slower), 400);
+/// Median of the values, and its variance, estimated by their median deviation.
+pub(super) fn median_with_variance(values: &[f64]) -> LogRate {
+    let middle = median_of(values.iter().copied());
+    let variance = robust_variance(values.iter().map(|value| value - middle));
+    LogRate::new(middle, OF_MEDIAN * variance / values.len() as f64)
 }
 
-/// A slower kernel in one scene, regardless of the rays.
-#[test]
-fn a_slower_scene_is_reported() {
-    let slower = |kernel, scene, _| if (kernel, scene) == (1, 5) { 0.85 } else { 1.0 };
-    let missed = 400 - reported(400, slower);
-    assert!(missed < 4, "{missed} of 400");
+/// Variance of values whose mean is known to be zero, by the median of their sizes.
+pub(super) fn robust_variance(values: impl Iterator<Item = f64>) -> f64 {
+    (DEVIATION * median_of(values.map(f64::abs))).powi(2)
 }

@@ -1,9 +1,9 @@
 //! The rates that all records have, with their differences from the first record.
 
 use super::log_rate::RateChange;
-use super::run_noise::{RunNoise, rate_change};
-use crate::record_index::{RateKey, kernel_key};
-use crate::{Estimate, RateRow, RecordIndex};
+use super::noise::{RunNoise, looks_slower, rate_change};
+use crate::record_index::{KernelKey, RateKey, kernel_key};
+use crate::{Estimate, PHALANX, RateRow, RecordIndex};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -22,12 +22,15 @@ pub struct ComparedRate {
     pub kernels: Vec<String>,
     /// The rate in each record.
     pub rates: Vec<Estimate>,
-    /// Difference of each further record from the first, with its 99.9 % interval; beyond the
+    /// Difference of each further record from the first, with its 99.95 % interval; beyond the
     /// machine's own change, where the machine is the same. The interval is unknown where there are
     /// too few samples.
     pub changes: Vec<RateChange>,
     /// True if the whole interval of any of them is beyond the threshold.
     pub differs: bool,
+    /// True if all of them look slower by more than the threshold, as far as two runs show.
+    #[serde(skip)]
+    pub looks_slower: bool,
 }
 
 impl ComparedRate {
@@ -36,6 +39,22 @@ impl ComparedRate {
         let changes = self.changes.iter();
         let sizes = changes.map(|change| libm::log(1.0 + change.by).abs());
         sizes.fold(0.0, f64::max)
+    }
+
+    /// Name of the tracer in lists of changes: our kernel, or another engine.
+    pub(super) fn tracer(&self) -> &str {
+        if self.engine == PHALANX {
+            self.kernels.first().map_or("", String::as_str)
+        } else {
+            &self.engine
+        }
+    }
+
+    /// Key of the rate in the first record.
+    pub(super) fn key(&self) -> KernelKey<'_> {
+        let kernel = self.kernels.first().map_or("", String::as_str);
+        let (scene, rays, engine) = (&self.scene, &self.rays, &self.engine);
+        (scene, rays, engine, kernel, self.threads)
     }
 }
 
@@ -48,14 +67,12 @@ pub(super) fn best_of_engines(
 ) -> Vec<ComparedRate> {
     let best: Vec<BTreeMap<RateKey, &RateRow>> =
         records.iter().map(RecordIndex::by_engine).collect();
-    let Some(first) = best.first() else {
-        return Vec::new();
-    };
     let rate = |key: &RateKey| {
-        let rows: Option<Vec<&RateRow>> = best.iter().map(|of| of.get(key).copied()).collect();
-        compared(&rows?, noise, threshold)
+        let rows = best.iter().map(|rows| rows.get(key).copied());
+        compared(&rows.collect::<Option<Vec<_>>>()?, noise, threshold)
     };
-    first.keys().filter_map(rate).collect()
+    let first = best.iter().take(1).flat_map(BTreeMap::keys);
+    first.filter_map(rate).collect()
 }
 
 /// Every row that all records have, in the order of the first.
@@ -65,12 +82,11 @@ pub(super) fn every_kernel(
     threshold: f64,
 ) -> Vec<ComparedRate> {
     let rate = |row: &RateRow| {
-        let rows = records
-            .iter()
-            .map(|of| of.by_key.get(&kernel_key(row)).copied());
-        let rows: Option<Vec<&RateRow>> = rows.collect();
-        let rows = rows.filter(|rows| rows.iter().all(|row| row.has_rate()));
-        compared(&rows?, noise, threshold)
+        let rows = records.iter().map(|record| {
+            let row = record.by_key.get(&kernel_key(row)).copied();
+            row.filter(|row| row.has_rate())
+        });
+        compared(&rows.collect::<Option<Vec<_>>>()?, noise, threshold)
     };
     let first = records.iter().take(1).flat_map(|first| first.rows);
     first.filter_map(rate).collect()
@@ -79,9 +95,12 @@ pub(super) fn every_kernel(
 /// The rows of one rate, one of each record; `noise` is that of each further record.
 fn compared(rows: &[&RateRow], noise: &[Option<RunNoise>], threshold: f64) -> Option<ComparedRate> {
     let (first, others) = rows.split_first()?;
-    let changes = others.iter().zip(noise);
-    let changes = changes.map(|(row, noise)| rate_change(first, row, noise.as_ref()));
+    let others = || others.iter().zip(noise);
+    let changes = others().map(|(row, noise)| rate_change(first, row, noise.as_ref()));
     let changes: Vec<RateChange> = changes.collect::<Option<_>>()?;
+    let slower = |(row, noise): (&&RateRow, &Option<RunNoise>)| {
+        looks_slower(first, row, noise.as_ref(), threshold)
+    };
     let differs = changes.iter().any(|change| change.exceeds(threshold));
     Some(ComparedRate {
         scene: first.scene.clone(),
@@ -92,6 +111,7 @@ fn compared(rows: &[&RateRow], noise: &[Option<RunNoise>], threshold: f64) -> Op
         rates: rows.iter().map(|row| row.mrays_per_s).collect(),
         changes,
         differs,
+        looks_slower: others().all(slower),
     })
 }
 

@@ -62,32 +62,33 @@ pub(super) fn ranking(records: &[RecordIndex]) -> Ranking {
         .map(|rows| rows.keys().map(|key| key.2).collect());
     let engines: Vec<BTreeSet<&str>> = engines.collect();
     let entrants = engines.iter().enumerate();
-    let entrants = entrants.flat_map(|(record, of)| of.iter().map(move |engine| (record, *engine)));
+    let entrants =
+        entrants.flat_map(|(record, names)| names.iter().map(move |engine| (record, *engine)));
     let entrants: Vec<(usize, &str)> = entrants.collect();
-    let rate = |&(record, engine): &(usize, &str), of: &(&str, &str, u32)| {
-        let row = best[record].get(&(of.0, of.1, engine, of.2));
+    let rate = |&(record, engine): &(usize, &str), set: &(&str, &str, u32)| {
+        let row = best[record].get(&(set.0, set.1, engine, set.2));
         row.map_or(f64::NAN, |row| row.mrays_per_s.median)
     };
     let rates = best
         .iter()
         .flat_map(|rows| rows.keys().map(|key| (key.0, key.1, key.3)));
     let mut shared: BTreeSet<(&str, &str, u32)> = rates.collect();
-    shared.retain(|of| entrants.iter().all(|entrant| !rate(entrant, of).is_nan()));
-    let scenes: Vec<&str> = shared.iter().map(|of| of.0).collect();
+    shared.retain(|set| entrants.iter().all(|entrant| !rate(entrant, set).is_nan()));
+    let scenes: Vec<&str> = shared.iter().map(|set| set.0).collect();
     let averaged = some_or_all(&scenes, |scene| records[0].averaged.contains(scene));
-    shared.retain(|of| averaged.contains(&of.0));
+    shared.retain(|set| averaged.contains(&set.0));
     if engines.iter().any(BTreeSet::is_empty) || shared.is_empty() {
         return Ranking::default();
     }
-    let fastest = |of| entrants.iter().map(|e| rate(e, of)).fold(0.0, f64::max);
+    let fastest = |set| entrants.iter().map(|e| rate(e, set)).fold(0.0, f64::max);
     let rank = |entrant: &(usize, &str)| {
-        let slowdown = geometric_mean(shared.iter().map(|of| fastest(of) / rate(entrant, of)))?;
+        let slowdown = geometric_mean(shared.iter().map(|set| fastest(set) / rate(entrant, set)))?;
         Some(EngineRank {
             rank: 0,
             record: entrant.0,
             engine: entrant.1.to_owned(),
             slowdown,
-            mrays_per_s: geometric_mean(shared.iter().map(|of| rate(entrant, of)))?,
+            mrays_per_s: geometric_mean(shared.iter().map(|set| rate(entrant, set)))?,
         })
     };
     let mut ranks: Vec<EngineRank> = entrants.iter().filter_map(rank).collect();
@@ -95,7 +96,7 @@ pub(super) fn ranking(records: &[RecordIndex]) -> Ranking {
     for (i, rank) in ranks.iter_mut().enumerate() {
         rank.rank = i + 1;
     }
-    let scenes: BTreeSet<&str> = shared.iter().map(|of| of.0).collect();
+    let scenes: BTreeSet<&str> = shared.iter().map(|set| set.0).collect();
     Ranking {
         rates: shared.len(),
         scenes: scenes.len(),
@@ -108,7 +109,7 @@ pub(super) fn means(records: &[RecordIndex]) -> Vec<MeanRates> {
     let Some(first) = records.first() else {
         return Vec::new();
     };
-    let of = |kind: &str, threads: u32| {
+    let means = |kind: &str, threads: u32| {
         let shared = first.scenes.iter().filter(|scene| {
             let has = |best: &RecordIndex| best.get(AUTO, scene, kind, threads).is_some();
             records.iter().all(has)
@@ -128,7 +129,7 @@ pub(super) fn means(records: &[RecordIndex]) -> Vec<MeanRates> {
     };
     let kinds = first.kinds.iter();
     let all = kinds.flat_map(|kind| first.threads.iter().map(move |&threads| (*kind, threads)));
-    all.filter_map(|(kind, threads)| of(kind, threads))
+    all.filter_map(|(kind, threads)| means(kind, threads))
         .collect()
 }
 
@@ -140,7 +141,7 @@ pub(super) fn ratios(records: &[RecordIndex]) -> Vec<MeanRatios> {
     let threads: BTreeSet<u32> = threads.collect();
     let pairs = engines
         .iter()
-        .flat_map(|engine| threads.iter().map(move |of| (*engine, *of)));
+        .flat_map(|engine| threads.iter().map(move |count| (*engine, *count)));
     let ratios = pairs.map(|(engine, threads)| MeanRatios {
         engine: engine.to_owned(),
         threads,
@@ -149,6 +150,6 @@ pub(super) fn ratios(records: &[RecordIndex]) -> Vec<MeanRatios> {
             .map(|best| best.over_all(engine, threads))
             .collect(),
     });
-    let known = ratios.filter(|of| of.ratios.iter().any(Option::is_some));
+    let known = ratios.filter(|means| means.ratios.iter().any(Option::is_some));
     known.collect()
 }

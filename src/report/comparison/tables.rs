@@ -2,47 +2,46 @@
 
 use super::log_rate::RateChange;
 use super::rates::ComparedRate;
-use super::{ComparedRecord, RecordComparison};
+use super::{ComparedRecord, GroupChange, RecordComparison, Regressions};
 use crate::PHALANX;
-use crate::numbers::{counted, rate, signed_percent, threshold};
+use crate::numbers::{self, counted, rate, signed_percent, threshold};
 use crate::report_table::ReportTable;
 use crate::text::{day, markdown, short_commit, short_name, wrapped};
 use std::collections::BTreeSet;
 
-/// Most differing rates of a table that nobody asked to be whole.
+/// Rates listed unless `--all` is given.
 const MAX_RATES: usize = 24;
 
 /// Longest name of a scene in a table, whose other columns take the rest of 80.
 const SCENE_LENGTH: usize = 14;
 
 /// The scenes of means and ranks.
-const OF_TRIANGLES: &str = " (scenes of triangles, if any)";
+const TRIANGLES: &str = " (scenes of triangles, if any)";
 
-/// The tables of a comparison: ranks first, then means, then rates.
-pub fn comparison_tables(of: &RecordComparison) -> Vec<ReportTable> {
-    let mut tables = vec![ranks(of), means(of), ratios(of), kernels(of)];
-    if of.all {
-        tables.extend(every_rate(of))
-    } else {
-        tables.push(differing(of, MAX_RATES))
+/// The tables of a comparison: ranks first, then means, then changes.
+pub fn comparison_tables(comparison: &RecordComparison) -> Vec<ReportTable> {
+    let mut tables = vec![ranks(comparison), means(comparison), ratios(comparison)];
+    tables.push(changes(comparison, MAX_RATES));
+    if comparison.all {
+        tables.extend(every_rate(comparison));
     }
     tables.retain(|table| !table.rows.is_empty());
     tables
 }
 
 /// A comparison for a terminal of `width` columns.
-pub fn comparison_text(of: &RecordComparison, width: usize) -> String {
+pub fn comparison_text(comparison: &RecordComparison, width: usize) -> String {
     let mut text = String::from("records\n");
-    for record in &of.records {
+    for record in &comparison.records {
         text += &format!("  {}  {}\n", record.label, record.name);
         for line in record_lines(record) {
             text += &wrapped(&line, "     ", width);
         }
     }
-    for table in comparison_tables(of) {
+    for table in comparison_tables(comparison) {
         text += &format!("\n{}", table.text(width));
     }
-    for (i, line) in closing(of).iter().enumerate() {
+    for (i, line) in closing(comparison).iter().enumerate() {
         text += if i == 0 { "\n" } else { "" };
         text += &wrapped(line, "", width);
     }
@@ -50,17 +49,17 @@ pub fn comparison_text(of: &RecordComparison, width: usize) -> String {
 }
 
 /// A comparison as Markdown.
-pub fn comparison_markdown(of: &RecordComparison) -> String {
+pub fn comparison_markdown(comparison: &RecordComparison) -> String {
     let mut text = String::new();
-    for record in &of.records {
+    for record in &comparison.records {
         let (label, name) = (&record.label, markdown(&record.name));
         let facts = markdown(&record_lines(record).join("; "));
         text += &format!("- **{label}** {name}: {facts}\n");
     }
-    for table in comparison_tables(of) {
+    for table in comparison_tables(comparison) {
         text += &table.markdown();
     }
-    for line in closing(of) {
+    for line in closing(comparison) {
         text += &format!("\n{}\n", markdown(&line));
     }
     text
@@ -78,28 +77,28 @@ fn record_lines(record: &ComparedRecord) -> Vec<String> {
     program.extend(record.peers.iter().map(|peer| format!(", {peer}")));
     let mut lines = vec![machine, program];
     lines.extend(record.machine.map(|machine| {
-        let by = signed_percent(machine.by);
-        format!("the machine itself: {by} against A; changes of rates are beyond that")
+        let change = signed_percent(machine.by);
+        format!("the machine itself: {change} against A; changes of rates are beyond that")
     }));
     lines.extend(record.remarks.clone());
     lines
 }
 
-fn ranks(of: &RecordComparison) -> ReportTable {
-    let rows = of.ranks.iter().map(|rank| {
+fn ranks(comparison: &RecordComparison) -> ReportTable {
+    let rows = comparison.ranks.iter().map(|rank| {
         vec![
             rank.rank.to_string(),
-            of.records[rank.record].label.clone(),
+            comparison.records[rank.record].label.clone(),
             rank.engine.clone(),
             format!("{:.2}", rank.slowdown),
             rate(rank.mrays_per_s),
         ]
     });
     let (rates, scenes) = (
-        counted(of.ranked_rates, "rate"),
-        counted(of.ranked_scenes, "scene"),
+        counted(comparison.ranked_rates, "rate"),
+        counted(comparison.ranked_scenes, "scene"),
     );
-    let title = format!("ranks over {rates} of {scenes} that all of these have{OF_TRIANGLES}");
+    let title = format!("ranks over {rates} of {scenes} that all of these have{TRIANGLES}");
     let mut table =
         ReportTable::new(title, "rank | record | tracer | slowdown | Mrays/s", 3).with(rows);
     table.note = "slowdown: geometric mean of the fastest rate of each measurement over this one; 1.00 is always the fastest. \
@@ -108,11 +107,16 @@ fn ranks(of: &RecordComparison) -> ReportTable {
     table
 }
 
-fn means(of: &RecordComparison) -> ReportTable {
-    let scenes = of.means.iter().map(|mean| mean.scenes).max().unwrap_or(0);
+fn means(comparison: &RecordComparison) -> ReportTable {
+    let scenes = comparison
+        .means
+        .iter()
+        .map(|mean| mean.scenes)
+        .max()
+        .unwrap_or(0);
     let scenes = counted(scenes, "scene");
-    let title = format!("phalanx, Mrays/s, geometric means over {scenes}{OF_TRIANGLES}");
-    let rows = of.means.iter().map(|mean| {
+    let title = format!("phalanx, Mrays/s, geometric means over {scenes}{TRIANGLES}");
+    let rows = comparison.means.iter().map(|mean| {
         let mut cells = vec![mean.rays.clone(), mean.threads.to_string()];
         for (i, &mrays) in mean.mrays_per_s.iter().enumerate() {
             cells.push(rate(mrays));
@@ -120,17 +124,17 @@ fn means(of: &RecordComparison) -> ReportTable {
         }
         cells
     });
-    with_changes(of, ReportTable::new(title, "rays | threads", 1)).with(rows)
+    with_changes(comparison, ReportTable::new(title, "rays | threads", 1)).with(rows)
 }
 
-fn ratios(of: &RecordComparison) -> ReportTable {
+fn ratios(comparison: &RecordComparison) -> ReportTable {
     let title =
-        format!("{PHALANX} as a multiple of other tracers, means of each record{OF_TRIANGLES}");
+        format!("{PHALANX} as a multiple of other tracers, means of each record{TRIANGLES}");
     let mut table = ReportTable::new(title, "tracer | threads", 1);
     table.names = 2;
-    let labels = of.records.iter().map(|record| record.label.clone());
+    let labels = comparison.records.iter().map(|record| record.label.clone());
     table.head.extend(labels);
-    table.with(of.ratios.iter().map(|ratios| {
+    table.with(comparison.ratios.iter().map(|ratios| {
         let mut cells = vec![ratios.engine.clone(), ratios.threads.to_string()];
         let ratio = |ratio: &Option<f64>| ratio.map_or("-".to_owned(), |r| format!("{r:.2}"));
         cells.extend(ratios.ratios.iter().map(ratio));
@@ -138,45 +142,97 @@ fn ratios(of: &RecordComparison) -> ReportTable {
     }))
 }
 
-/// The kernels that have changed as a whole.
-fn kernels(of: &RecordComparison) -> ReportTable {
-    let title = format!("{PHALANX}'s kernels that have changed as a whole, medians of their rates");
-    let mut table = ReportTable::new(title, "record | kernel | threads | rates | change", 2);
-    table.names = 3;
-    table.with(of.kernels.iter().map(|change| {
-        vec![
-            of.records[change.record].label.clone(),
-            change.kernel.clone(),
-            change.threads.to_string(),
-            change.rates.to_string(),
-            change_text(&change.change),
-        ]
-    }))
+/// What has changed: kernels first, then single rates, `limit` of them at most.
+pub(crate) fn changes(comparison: &RecordComparison, limit: usize) -> ReportTable {
+    let share = threshold(comparison.threshold);
+    let groups = counted(comparison.groups.len(), "group");
+    let rates = counted(comparison.compared, "single rate");
+    let mut title = format!(
+        "changes by more than {share}: {groups} of rates, and {} of {rates}",
+        comparison.differing
+    );
+    let mut table_rows: Vec<Vec<String>> = comparison
+        .groups
+        .iter()
+        .map(|group| group_cells(comparison, group))
+        .collect();
+    let mut note = "";
+    if !comparison.all && comparison.differing > 0 {
+        if comparison.differing > limit {
+            title += &format!("; the {limit} largest");
+        }
+        note = SINGLE_RATE;
+        let shown = comparison.rates.iter().take(limit);
+        let changed = shown.flat_map(|rate| {
+            let records = 1..=rate.changes.len();
+            let exceeds = |i: &usize| rate.changes[i - 1].exceeds(comparison.threshold);
+            let records = records.filter(exceeds);
+            records.map(|record| change_cells(comparison, rate, record))
+        });
+        table_rows.extend(changed);
+    }
+    let mut table = change_table(title).with(table_rows);
+    table.note = note.to_owned();
+    table
 }
 
-/// The rates that differ most, `limit` of them at most.
-pub(crate) fn differing(of: &RecordComparison, limit: usize) -> ReportTable {
-    let mut title = differ(of, &of.differing.to_string(), "differ");
-    if of.differing > limit {
-        title += &format!("; the {limit} largest");
+/// Caution below changes of single rates.
+const SINGLE_RATE: &str = "other load may slow a single rate for a whole run: believe it when a further run shows it, too";
+
+/// What made `bench --fail-above` fail, or a sentence where nothing did.
+pub fn regressions_text(comparison: &RecordComparison, regressions: &Regressions) -> String {
+    let share = threshold(comparison.threshold);
+    if regressions.is_empty() {
+        return format!("Nothing is slower by more than {share}.\n");
     }
-    let table = ReportTable::new(title, "scene | rays | tracer | threads", 3);
-    with_changes(of, table).with(of.rates.iter().take(limit).map(|compared| {
-        let mut cells = vec![
-            short_name(&compared.scene, SCENE_LENGTH),
-            compared.rays.clone(),
-            compared.engine.clone(),
-            compared.threads.to_string(),
-        ];
-        cells.extend(rate_cells(compared));
-        cells
-    }))
+    let groups = regressions.groups.iter();
+    let rates = regressions.rates.iter();
+    let cells = groups
+        .map(|group| group_cells(comparison, group))
+        .chain(rates.map(|rate| change_cells(comparison, rate, 1)));
+    let title = format!("slower by more than {share}");
+    change_table(title).with(cells).text(usize::MAX)
+}
+
+fn change_table(title: String) -> ReportTable {
+    let head = "in | kernel | scene | rays | threads | Mrays/s | change";
+    let mut table = ReportTable::new(title, head, 4);
+    table.names = 5;
+    table
+}
+
+fn group_cells(comparison: &RecordComparison, group: &GroupChange) -> Vec<String> {
+    let all = || "all".to_owned();
+    let scene = group.scene.as_ref();
+    vec![
+        comparison.records[group.record].label.clone(),
+        group.kernel.clone(),
+        scene.map_or_else(all, |scene| short_name(scene, SCENE_LENGTH)),
+        group.rays.clone().unwrap_or_else(all),
+        group.threads.to_string(),
+        counted(group.rates, "rate"),
+        change_text(&group.change),
+    ]
+}
+
+/// Change of a rate from the first record to another.
+fn change_cells(comparison: &RecordComparison, rate: &ComparedRate, record: usize) -> Vec<String> {
+    let [old, new] = [0, record].map(|i| numbers::rate(rate.rates[i].median));
+    vec![
+        comparison.records[record].label.clone(),
+        rate.tracer().to_owned(),
+        short_name(&rate.scene, SCENE_LENGTH),
+        rate.rays.clone(),
+        rate.threads.to_string(),
+        format!("{old} → {new}"),
+        change_text(&rate.changes[record - 1]),
+    ]
 }
 
 /// Every rate, in a table for each scene and number of threads.
-fn every_rate(of: &RecordComparison) -> Vec<ReportTable> {
+fn every_rate(comparison: &RecordComparison) -> Vec<ReportTable> {
     let group = |rate: &ComparedRate| (rate.scene.clone(), rate.threads);
-    let groups: BTreeSet<(String, u32)> = of.rates.iter().map(group).collect();
+    let groups: BTreeSet<(String, u32)> = comparison.rates.iter().map(group).collect();
     let row = |compared: &ComparedRate| {
         let kernel = compared.kernels.first().map_or("", String::as_str);
         let star = if compared.differs { " *" } else { "" };
@@ -187,19 +243,19 @@ fn every_rate(of: &RecordComparison) -> Vec<ReportTable> {
     };
     let table = |(scene, threads): (String, u32)| {
         let title = format!("{scene}, {}", counted(threads as usize, "thread"));
-        let rates = of.rates.iter();
+        let rates = comparison.rates.iter();
         let rates = rates.filter(|rate| (&rate.scene, rate.threads) == (&scene, threads));
         let table = ReportTable::new(title, "rays | tracer and kernel", 2);
-        with_changes(of, table).with(rates.map(row))
+        with_changes(comparison, table).with(rates.map(row))
     };
     groups.into_iter().map(table).collect()
 }
 
 /// The table, whose columns name its rows, with one for each record, and one for each difference
 /// from the first.
-fn with_changes(of: &RecordComparison, mut table: ReportTable) -> ReportTable {
+fn with_changes(comparison: &RecordComparison, mut table: ReportTable) -> ReportTable {
     table.names = table.head.len();
-    for (i, record) in of.records.iter().enumerate() {
+    for (i, record) in comparison.records.iter().enumerate() {
         table.head.push(record.label.clone());
         if i > 0 {
             table.joined.push(table.head.len());
@@ -220,30 +276,35 @@ fn rate_cells(compared: &ComparedRate) -> Vec<String> {
 
 /// A change with half its interval.
 fn change_text(change: &RateChange) -> String {
-    let by = signed_percent(change.by);
-    let by = by.trim_end_matches(" %");
+    let percent = signed_percent(change.by);
+    let percent = percent.trim_end_matches(" %");
     if change.is_known() {
-        format!("{by} ± {:.1} %", 50.0 * (change.high - change.low))
+        format!("{percent} ± {:.1} %", 50.0 * (change.high - change.low))
     } else {
-        format!("{by} ±    ? %")
+        format!("{percent} ±    ? %")
     }
 }
 
-/// A sentence about the number of rates that differ, with the verb's form for it.
-fn differ(of: &RecordComparison, number: &str, verb: &str) -> String {
-    let (rates, share) = (counted(of.compared, "rate"), threshold(of.threshold));
-    format!("{number} of {rates} {verb} by more than {share}, the whole interval")
-}
-
 /// Remarks on rates that the tables do not list.
-fn closing(of: &RecordComparison) -> Vec<String> {
-    let mut lines = vec![match (of.all, of.differing) {
-        (true, differing) => differ(of, &format!("* {differing}"), "differ"),
-        (false, 0) => differ(of, "None", "differs"),
-        (false, _) => "--all lists every rate of every kernel".to_owned(),
+fn closing(comparison: &RecordComparison) -> Vec<String> {
+    let (rates, share) = (
+        counted(comparison.compared, "rate"),
+        threshold(comparison.threshold),
+    );
+    let beyond = format!("of {rates} differs by more than {share}, the whole interval");
+    let mut lines = vec![if comparison.differing == 0 {
+        format!("None {beyond}")
+    } else if comparison.all {
+        format!(
+            "* {} {}",
+            comparison.differing,
+            beyond.replacen("differs", "differ", 1)
+        )
+    } else {
+        "--all lists every rate of every kernel".to_owned()
     }];
-    if of.left_out > 0 {
-        let rows = counted(of.left_out, "row");
+    if comparison.left_out > 0 {
+        let rows = counted(comparison.left_out, "row");
         lines.push(format!(
             "left out: up to {rows} of a record that others lack"
         ));

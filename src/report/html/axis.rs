@@ -54,22 +54,17 @@ impl Axis {
     }
 
     /// The position of a value; a value that has none is at the nearer end.
-    pub(super) fn at(&self, value: f64) -> f64 {
+    pub(super) fn position(&self, value: f64) -> f64 {
         let number = if self.logarithmic { value.ln() } else { value };
         let share = (number - self.low) / (self.high - self.low);
         let share = if share.is_nan() { 0.0 } else { share };
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
-    /// The values at both ends of a logarithmic axis.
-    pub(super) fn ends(&self) -> (f64, f64) {
-        (self.low.exp(), self.high.exp())
-    }
-
     /// Round numbers along a logarithmic axis. Their middles are at least `gap` pixels apart, and
     /// `letter` pixels more for each letter of the longer one.
     pub(super) fn ticks(&self, gap: f64, letter: f64) -> Vec<Tick> {
-        let wanted: [&[u32]; 5] = [
+        let series: [&[u32]; 5] = [
             &[
                 10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90,
             ],
@@ -84,27 +79,29 @@ impl Axis {
             (a.0 - b.0).abs() >= gap + letter * letters as f64
         };
         let fits = |ticks: &Vec<Tick>| ticks.windows(2).all(|pair| apart(&pair[0], &pair[1]));
-        let mut series = wanted.iter().map(|digits| self.ticks_of(digits));
-        series.find(fits).unwrap_or_else(|| {
+        let mut ticks = series.iter().map(|digits| self.ticks_of(digits));
+        ticks.find(fits).unwrap_or_else(|| {
             // Every n-th power of ten.
-            let mut kept: Vec<Tick> = Vec::new();
+            let mut sparse: Vec<Tick> = Vec::new();
             for tick in self.ticks_of(&[10]) {
-                if kept.last().is_none_or(|last| apart(last, &tick)) {
-                    kept.push(tick);
+                if sparse.last().is_none_or(|last| apart(last, &tick)) {
+                    sparse.push(tick);
                 }
             }
-            kept
+            sparse
         })
     }
 
     /// Multiples of powers of ten, by their first two digits.
     fn ticks_of(&self, digits: &[u32]) -> Vec<Tick> {
-        let (low, high) = self.ends();
+        let (low, high) = (self.low.exp(), self.high.exp());
         let numbers = (-13..=14).flat_map(|power| digits.iter().map(move |d| (*d, power)));
         // Parsed from text, because a product of tens is not the number that it prints as.
         let numbers = numbers.filter_map(|(d, power)| format!("{d}e{power}").parse::<f64>().ok());
         let inside = numbers.filter(|n| (low..=high).contains(n));
-        inside.map(|n| (self.at(n), numbers::short(n))).collect()
+        inside
+            .map(|n| (self.position(n), numbers::short(n)))
+            .collect()
     }
 
     /// Some six round numbers along a linear axis.
@@ -118,7 +115,7 @@ impl Axis {
         let first = (self.low / step).ceil();
         let numbers = (0..=MOST as u32).map(|i| (first + f64::from(i)) * step);
         let inside = numbers.filter(|n| *n <= self.high);
-        let ticks = inside.map(|n| (self.at(n), numbers::step(n, step)));
+        let ticks = inside.map(|n| (self.position(n), numbers::step(n, step)));
         ticks.collect()
     }
 
@@ -169,9 +166,9 @@ mod tests {
         let narrow = Axis::log([12.5], 0.0, 240.0).unwrap();
         let texts: Vec<String> = narrow.ticks(6.0, 6.0).into_iter().map(|t| t.1).collect();
         assert_eq!(texts, ["9", "10", "12", "14", "16", "18"]);
-        assert!(axis.at(0.5) > 0.0 && axis.at(60.0) < 240.0);
-        assert_eq!(axis.at(f64::NAN), 0.0);
-        assert_eq!(axis.at(1e300), 240.0);
+        assert!(axis.position(0.5) > 0.0 && axis.position(60.0) < 240.0);
+        assert_eq!(axis.position(f64::NAN), 0.0);
+        assert_eq!(axis.position(1e300), 240.0);
         let wide = Axis::log([1e-12, 1e15], 0.0, 100.0).unwrap();
         assert!(wide.ticks(30.0, 0.0).len() <= 4);
         assert!(Axis::log([f64::NAN, 0.0, -3.0], 0.0, 1.0).is_none());

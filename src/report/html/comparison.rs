@@ -1,15 +1,14 @@
 //! Several records as a page: the machines, means, the ratios to other tracers, scenes, and the
 //! differences from the first record.
 
-use super::changes::signed_percent;
 use super::dots::{Dot, Line, dot_figure};
 use super::rates::rate_dot;
 use super::summary::cache_text;
 use super::svg::{legend, look};
 use super::tables::cell;
 use super::view::{commit_text, day, kind_text, threads_text};
-use crate::comparison::{comparison_tables, differing};
-use crate::numbers::{self, NONE, measured, percent, times};
+use crate::comparison::{changes, comparison_tables};
+use crate::numbers::{self, NONE, THIN, known, measured, percent, times};
 use crate::report_table::ReportTable;
 use crate::{
     AUTO, BenchRecord, MeanRates, RecordComparison, RecordIndex, kinds_frame_first, quotable_line,
@@ -31,7 +30,7 @@ impl<'a> ComparedRecords<'a> {
         records: &'a [(&'a str, &'a BenchRecord)],
         comparison: &'a RecordComparison,
     ) -> ComparedRecords<'a> {
-        let index = |(_, r): &(_, &'a BenchRecord)| RecordIndex::of(&r.scenes, &r.rows);
+        let index = |(_, r): &(_, &'a BenchRecord)| RecordIndex::new(&r.scenes, &r.rows);
         ComparedRecords {
             comparison,
             records,
@@ -42,9 +41,9 @@ impl<'a> ComparedRecords<'a> {
 
     /// Record by its index: letter, and what tells it from the others.
     fn name(&self, record: usize) -> String {
-        let of = self.records[record].1;
         let label = &self.comparison.records[record].label;
-        format!("{label}: {}, {}", of.machine.cpu, day(of))
+        let record = self.records[record].1;
+        format!("{label}: {}, {}", record.machine.cpu, day(record))
     }
 
     fn legend(&self) -> Markup {
@@ -55,15 +54,15 @@ impl<'a> ComparedRecords<'a> {
     /// A dot for each record that has a value; `dot` makes it of its number.
     fn dots(&self, dot: impl Fn(usize) -> Option<Dot>) -> Vec<Dot> {
         let labels = self.comparison.records.iter().map(|record| &record.label);
-        let dot = |(record, label): (usize, &String)| Some(dot(record)?.of(label));
+        let dot = |(record, label): (usize, &String)| Some(dot(record)?.lettered(label));
         labels.enumerate().filter_map(dot).collect()
     }
 
     /// Tables of the comparison whose titles begin so.
     fn tables(&self, start: &str) -> Markup {
         let tables = comparison_tables(self.comparison);
-        let wanted = tables.iter().filter(|table| table.title.starts_with(start));
-        html! { @for table in wanted { (table.page()) } }
+        let chosen = tables.iter().filter(|table| table.title.starts_with(start));
+        html! { @for table in chosen { (table.page()) } }
     }
 }
 
@@ -78,22 +77,22 @@ fn figure(title: &str, more: &str, axis: (&str, Option<f64>), lines: &[Line]) ->
 }
 
 /// The line to quote of each record, and ranks.
-pub(super) fn headline(of: &ComparedRecords<'_>) -> Markup {
+pub(super) fn headline(compared: &ComparedRecords<'_>) -> Markup {
     html! {
-        @for (i, (_, record)) in of.records.iter().enumerate() {
-            @if let Some(line) = quotable_line(record) { p { strong { (of.name(i)) } ", " (line) } }
+        @for (i, (_, record)) in compared.records.iter().enumerate() {
+            @if let Some(line) = quotable_line(record) { p { strong { (compared.name(i)) } ", " (line) } }
         }
-        (of.tables("ranks"))
+        (compared.tables("ranks"))
     }
 }
 
 /// The table of machines, a row for each record.
-pub(super) fn machines(of: &ComparedRecords<'_>) -> Markup {
-    let known = |text: Option<String>| cell(text.unwrap_or(NONE.to_owned()));
+pub(super) fn machines(compared: &ComparedRecords<'_>) -> Markup {
+    let or_none = |text: Option<String>| cell(text.unwrap_or(NONE.to_owned()));
     let row = |(i, (name, record)): (usize, &(&str, &BenchRecord))| {
         let (machine, program) = (&record.machine, &record.program);
         vec![
-            cell(&of.comparison.records[i].label),
+            cell(&compared.comparison.records[i].label),
             cell(&machine.cpu),
             cell(match machine.hypervisor.as_deref() {
                 Some("") => "none",
@@ -106,18 +105,18 @@ pub(super) fn machines(of: &ComparedRecords<'_>) -> Markup {
             cell(record.run.peers.join(", ")),
             cell(day(record)),
             cell(name),
-            known(machine.cores.map(|cores| cores.to_string())),
+            or_none(machine.cores.map(|cores| cores.to_string())),
             cell(machine.threads.to_string()),
             cell(cache_text(machine).join(", ")),
-            known(machine.memory_bytes.map(numbers::binary_bytes)),
+            or_none(machine.memory_bytes.map(numbers::binary_bytes)),
         ]
     };
     let head = "record | CPU | hypervisor | built for | phalanx | trees | peers | day | file | \
                 cores | hardware threads | caches | memory";
     let table = ReportTable::new("Machines and programs", head, 9);
     html! {
-        (table.with(of.records.iter().enumerate().map(row)).page())
-        @for record in &of.comparison.records {
+        (table.with(compared.records.iter().enumerate().map(row)).page())
+        @for record in &compared.comparison.records {
             @for remark in &record.remarks { p.note { (record.label) ": " (remark) } }
         }
     }
@@ -126,14 +125,14 @@ pub(super) fn machines(of: &ComparedRecords<'_>) -> Markup {
 /// A chart of our means by kind of rays: a dot for each record that has a value, which comes with
 /// its words. Its title is followed by more.
 fn means_chart(
-    of: &ComparedRecords<'_>,
+    compared: &ComparedRecords<'_>,
     threads: u32,
     (more, axis): (&str, (&str, Option<f64>)),
     value: impl Fn(&MeanRates, usize) -> Option<(f64, String)>,
 ) -> Markup {
-    let means = of.comparison.means.iter();
+    let means = compared.comparison.means.iter();
     let lines = means.filter(|mean| mean.threads == threads).map(|mean| {
-        let dots = of.dots(|record| {
+        let dots = compared.dots(|record| {
             let (value, words) = value(mean, record)?;
             Some(exact(format!("{}, {words}", mean.rays), record, value))
         });
@@ -143,8 +142,8 @@ fn means_chart(
 }
 
 /// Geometric means by kind of rays.
-pub(super) fn rates(of: &ComparedRecords<'_>) -> Markup {
-    let threads = of.comparison.means.iter().map(|mean| mean.threads);
+pub(super) fn rates(compared: &ComparedRecords<'_>) -> Markup {
+    let threads = compared.comparison.means.iter().map(|mean| mean.threads);
     let threads: BTreeSet<u32> = threads.collect();
     let chart = |threads: u32| {
         let on = format!(", {}", threads_text(threads));
@@ -152,23 +151,23 @@ pub(super) fn rates(of: &ComparedRecords<'_>) -> Markup {
             let rate = *mean.mrays_per_s.get(record)?;
             Some((rate, format!("{} Mrays/s", measured(rate))))
         };
-        means_chart(of, threads, (&on, ("Mrays/s", None)), value)
+        means_chart(compared, threads, (&on, ("Mrays/s", None)), value)
     };
     html! {
         @if threads.is_empty() { p.note { "The records have no rates in common." } }
-        (of.legend())
+        (compared.legend())
         div.grid { @for threads in threads.iter().rev() { (chart(*threads)) } }
-        (of.tables("phalanx, Mrays/s"))
+        (compared.tables("phalanx, Mrays/s"))
     }
 }
 
 /// Ratios to other tracers by kind of rays.
-pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
-    let engines = of.comparison.ratios.iter().map(|r| &*r.engine);
+pub(super) fn ratios(compared: &ComparedRecords<'_>) -> Markup {
+    let engines = compared.comparison.ratios.iter().map(|r| &*r.engine);
     let engines: BTreeSet<&str> = engines.collect();
     let dot = |engine: &str, kind: &str, record: usize| {
-        let threads = of.best[record].threads.last().copied()?;
-        let ratio = of.best[record].over(engine, kind, threads)?.mean;
+        let threads = compared.best[record].threads.last().copied()?;
+        let ratio = compared.best[record].over(engine, kind, threads)?.mean;
         let (times, on) = (times(ratio), threads_text(threads));
         Some(exact(
             format!("{kind}, {times} as fast, {on}"),
@@ -178,7 +177,7 @@ pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
     };
     let chart = |engine: &str| {
         let lines = kinds_frame_first()
-            .map(|kind| Line::new(kind, of.dots(|record| dot(engine, kind, record))));
+            .map(|kind| Line::new(kind, compared.dots(|record| dot(engine, kind, record))));
         let lines: Vec<Line> = lines.filter(|line| !line.dots.is_empty()).collect();
         let axis = format!("times as fast as {engine}");
         let title = format!("against {engine}");
@@ -187,29 +186,30 @@ pub(super) fn ratios(of: &ComparedRecords<'_>) -> Markup {
     html! {
         @if engines.is_empty() { p.note { "Neither the oracle nor a peer took part." } } @else {
             p { "How many times as fast as another tracer phalanx is on the same machine: geometric means over scenes of triangles, or all where there are none; peers by their best exact mode." }
-            (of.legend())
+            (compared.legend())
             div.grid { @for engine in &engines { (chart(engine)) } }
-            (of.tables("phalanx as a multiple"))
+            (compared.tables("phalanx as a multiple"))
         }
     }
 }
 
 /// Rates in each scene that all records have.
-pub(super) fn scenes(of: &ComparedRecords<'_>) -> Markup {
-    let (Some(threads), Some(first)) = (of.threads, of.best.first()) else {
+pub(super) fn scenes(compared: &ComparedRecords<'_>) -> Markup {
+    let (Some(threads), Some(first)) = (compared.threads, compared.best.first()) else {
         return html! { p.note { "The records have no rates in common." } };
     };
     let chart = |kind: &str| {
-        let row = |record: usize, scene| of.best[record].get(AUTO, scene, kind, threads);
+        let row = |record: usize, scene| compared.best[record].get(AUTO, scene, kind, threads);
         let shared = first.scenes.iter();
-        let shared = shared.filter(|scene| (0..of.best.len()).all(|r| row(r, scene).is_some()));
+        let shared =
+            shared.filter(|scene| (0..compared.best.len()).all(|r| row(r, scene).is_some()));
         let lines = shared.map(|scene| {
             let plain = scene.strip_prefix("standard:").unwrap_or(scene);
             let plain = plain.replace(':', " ");
             let dot = |record| Some(rate_dot(&plain, record, row(record, scene)?.mrays_per_s));
             Line {
                 group: plain.split(' ').next().unwrap_or_default().to_owned(),
-                ..Line::new(&plain, of.dots(dot))
+                ..Line::new(&plain, compared.dots(dot))
             }
         });
         let on = format!(", {}", threads_text(threads));
@@ -218,14 +218,14 @@ pub(super) fn scenes(of: &ComparedRecords<'_>) -> Markup {
     };
     html! {
         p { "Rates of " code { "auto" } " with the interval in which another run would be 9 times in 10." }
-        (of.legend())
+        (compared.legend())
         div.grid { @for kind in &first.kinds { (chart(kind)) } }
     }
 }
 
 /// Differences from the first record.
-pub(super) fn baseline(of: &ComparedRecords<'_>) -> Markup {
-    let Some(first) = of.comparison.records.first() else {
+pub(super) fn baseline(compared: &ComparedRecords<'_>) -> Markup {
+    let Some(first) = compared.comparison.records.first() else {
         return html! {};
     };
     let chart = |threads: u32| {
@@ -235,16 +235,23 @@ pub(super) fn baseline(of: &ComparedRecords<'_>) -> Markup {
             Some((change, signed_percent(change - 1.0)))
         };
         let axis = ("times the baseline's rate", Some(1.0));
-        means_chart(of, threads, (&on, axis), value)
+        means_chart(compared, threads, (&on, axis), value)
     };
-    let differing = differing(of.comparison, usize::MAX);
     html! {
         p {
-            "The baseline is " (of.name(0)) ". Where a record is of the same machine, changes are beyond the machine's own. Rates count as "
-            "different where the whole 99.9 % interval of the difference is beyond " (percent(of.comparison.threshold)) "."
+            "The baseline is " (compared.name(0)) ". Where a record is of the same machine, changes are beyond the machine's own. "
+            "Intervals hold 99.95 %, those of a kernel as a whole 95 %."
         }
-        div.grid { @if let Some(threads) = of.threads { (chart(threads)) } }
-        @if differing.rows.is_empty() { p.note { "No rate differs." } }
-        (differing.folded())
+        div.grid { @if let Some(threads) = compared.threads { (chart(threads)) } }
+        @let changes = changes(compared.comparison, usize::MAX);
+        @if changes.rows.is_empty() { p.note { "Nothing differs by more than " (percent(compared.comparison.threshold)) "." } }
+        (changes.page())
     }
+}
+
+/// A share as per cent with one decimal and its sign.
+fn signed_percent(share: f64) -> String {
+    known(share, || {
+        numbers::signed_percent(share).replace(' ', &THIN.to_string())
+    })
 }

@@ -34,7 +34,7 @@ impl Dot {
     }
 
     /// The dot of a record: its letter stands beside the dot and begins the name.
-    pub(super) fn of(self, letter: &str) -> Dot {
+    pub(super) fn lettered(self, letter: &str) -> Dot {
         Dot {
             name: format!("{letter}: {}", self.name),
             letter: letter.to_owned(),
@@ -107,12 +107,12 @@ fn dot_plot(label: &str, caption: &str, lines: &[Line], mark: Option<f64>) -> Ma
         @if is_long {
             @for (x, label) in &ticks { (text((*x, top - 12.0), "middle", TICK, label)) }
         }
-        @if let Some(x) = mark.map(|mark| axis.at(mark)) {
+        @if let Some(x) = mark.map(|mark| axis.position(mark)) {
             (line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0))
         }
-        @for (i, of) in lines.iter().enumerate() {
-            (paint_line(of, &axis, top + STEP * i as f64))
-            @if lines.get(i + 1).is_some_and(|next| next.group != of.group) {
+        @for (i, line_of_dots) in lines.iter().enumerate() {
+            (paint_line(line_of_dots, &axis, top + STEP * i as f64))
+            @if lines.get(i + 1).is_some_and(|next| next.group != line_of_dots.group) {
                 @let y = top + STEP * (i + 1) as f64;
                 (line(&[(4.0, y), (RIGHT, y)], Tint::Grid, 1.0))
             }
@@ -144,12 +144,12 @@ const LETTER_ROOM: f64 = 13.0;
 /// Letters of a line's dots, each with its position and its end there: to the right of the dot, or
 /// to the left where another dot is in the way. Where both sides are taken there is none.
 fn letters<'l>(line: &'l Line, axis: &Axis, y: f64) -> Vec<(&'l str, (Point, &'static str))> {
-    let places = line.dots.iter().map(|dot| axis.at(dot.value));
+    let places = line.dots.iter().map(|dot| axis.position(dot.value));
     let mut taken: Vec<(f64, f64)> = places.map(|x| (x - 4.0, x + 4.0)).collect();
     let mut all = Vec::new();
-    let lettered = |(_, dot): &(usize, &Dot)| !dot.letter.is_empty();
-    for (i, dot) in line.dots.iter().enumerate().filter(lettered) {
-        let x = axis.at(dot.value);
+    let has_letter = |(_, dot): &(usize, &Dot)| !dot.letter.is_empty();
+    for (i, dot) in line.dots.iter().enumerate().filter(has_letter) {
+        let x = axis.position(dot.value);
         let sides = [
             ((x + 4.5, x + LETTER_ROOM), x + 5.5, "start"),
             ((x - LETTER_ROOM, x - 4.5), x - 5.5, "end"),
@@ -158,9 +158,9 @@ fn letters<'l>(line: &'l Line, axis: &Axis, y: f64) -> Vec<(&'l str, (Point, &'s
             let mut others = taken.iter().enumerate().filter(|(k, _)| *k != i);
             from > LABELS && to < WIDTH && others.all(|(_, other)| to < other.0 || other.1 < from)
         };
-        if let Some((room, at, anchor)) = sides.into_iter().find(is_free) {
+        if let Some((room, start, anchor)) = sides.into_iter().find(is_free) {
             taken.push(room);
-            all.push((dot.letter.as_str(), ((at, y), anchor)));
+            all.push((dot.letter.as_str(), ((start, y), anchor)));
         }
     }
     all
@@ -168,12 +168,12 @@ fn letters<'l>(line: &'l Line, axis: &Axis, y: f64) -> Vec<(&'l str, (Point, &'s
 
 fn paint_dot(dot: &Dot, axis: &Axis, y: f64) -> Markup {
     let tint = Tint::Series(dot.style);
-    let (low, high) = (axis.at(dot.low), axis.at(dot.high));
+    let (low, high) = (axis.position(dot.low), axis.position(dot.high));
     let picture = html! {
         @if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
             (line(&[(low, y), (high, y)], tint, 1.25))
         }
-        (marker((axis.at(dot.value), y), look(dot.style), 3.2))
+        (marker((axis.position(dot.value), y), look(dot.style), 3.2))
     };
     named(&dot.name, picture)
 }

@@ -5,12 +5,9 @@
 //! dark.
 
 mod axis;
-mod changes;
 mod comparison;
 mod dots;
-mod operations;
 mod rates;
-mod roofline;
 mod scenes;
 mod sizes;
 mod summary;
@@ -21,8 +18,8 @@ mod view;
 
 pub use scenes::ScenePictures;
 
-use crate::numbers::plural;
-use crate::{BenchRecord, Changes, RecordComparison};
+use crate::numbers::page_counted;
+use crate::{BenchRecord, RecordComparison};
 use comparison::ComparedRecords;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use view::{RecordView, day};
@@ -35,11 +32,12 @@ pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
     page_against(record, pictures, None)
 }
 
-/// The page of a record, with the changes from an earlier one where it is given with them.
+/// The page of a record, with the changes from an earlier one where it is given with their
+/// comparison.
 pub fn page_against(
     record: &BenchRecord,
     pictures: &[ScenePictures],
-    baseline: Option<(&BenchRecord, &Changes)>,
+    baseline: Option<(&BenchRecord, &RecordComparison)>,
 ) -> String {
     let view = RecordView::new(record);
     let mut sections = vec![
@@ -55,11 +53,11 @@ pub fn page_against(
             ["Sizes", "Scaling over scene size"],
             sizes::section(&view),
         ),
-        ("roofline", ["Roofline"; 2], roofline::section(&view)),
         ("scenes", ["Scenes"; 2], scenes::section(&view, pictures)),
     ];
     if let Some((earlier, changes)) = baseline {
-        let changes = changes::section(earlier, changes);
+        let records = [("", earlier), ("", record)];
+        let changes = comparison::baseline(&ComparedRecords::new(&records, changes));
         sections.insert(1, ("baseline", ["Baseline"; 2], changes));
     }
     let header = html! {
@@ -71,16 +69,20 @@ pub fn page_against(
 
 /// The page of several records, which come with a name each. The first is the baseline.
 pub fn comparison_page(records: &[(&str, &BenchRecord)], comparison: &RecordComparison) -> String {
-    let of = ComparedRecords::new(records, comparison);
+    let compared = ComparedRecords::new(records, comparison);
     let sections = [
-        ("headline", ["In short"; 2], comparison::headline(&of)),
-        ("machines", ["Machines"; 2], comparison::machines(&of)),
-        ("rates", ["Rates"; 2], comparison::rates(&of)),
-        ("tracers", ["Other tracers"; 2], comparison::ratios(&of)),
-        ("scenes", ["Scenes"; 2], comparison::scenes(&of)),
-        ("baseline", ["Baseline"; 2], comparison::baseline(&of)),
+        ("headline", ["In short"; 2], comparison::headline(&compared)),
+        ("machines", ["Machines"; 2], comparison::machines(&compared)),
+        ("rates", ["Rates"; 2], comparison::rates(&compared)),
+        (
+            "tracers",
+            ["Other tracers"; 2],
+            comparison::ratios(&compared),
+        ),
+        ("scenes", ["Scenes"; 2], comparison::scenes(&compared)),
+        ("baseline", ["Baseline"; 2], comparison::baseline(&compared)),
     ];
-    let count = plural(records.len(), "record");
+    let count = page_counted(records.len(), "record");
     let header = html! { h1 { "phalanx bench " span.day { (count) } } };
     document(&count, header, html! {}, &sections)
 }

@@ -65,9 +65,10 @@ fn charts(view: &RecordView<'_>, threads: u32) -> Markup {
     html! {
         div.grid {
             @for outer in charts {
-                @let lines = lines.iter().map(|inner| match by_scene {
-                    true => line(view, outer, inner, threads, inner),
-                    false => line(view, inner, outer, threads, &view.short_name(inner)),
+                @let lines = lines.iter().map(|inner| if by_scene {
+                    line(view, outer, inner, threads, inner)
+                } else {
+                    line(view, inner, outer, threads, &view.short_name(inner))
                 });
                 (chart(outer, &lines.collect::<Vec<_>>(), threads))
             }

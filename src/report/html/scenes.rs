@@ -4,7 +4,7 @@
 use super::tables::cell;
 use super::view::{RecordView, kind_text, row_name};
 use crate::SceneRecord;
-use crate::numbers::{bytes, count, measured, percent, seconds};
+use crate::numbers::{count, decimal_bytes, measured, percent, seconds};
 use crate::report_table::ReportTable;
 use crate::text::listed;
 use base64::Engine;
@@ -81,8 +81,8 @@ fn picture(png: &[u8], alt: &str, caption: &str) -> Markup {
 /// Width and height in the header of a PNG file.
 fn png_size(png: &[u8]) -> Option<(u32, u32)> {
     let header = png.strip_prefix(b"\x89PNG\r\n\x1a\n")?;
-    let number = |at: usize| {
-        let bytes = header.get(at..at + 4)?;
+    let number = |start: usize| {
+        let bytes = header.get(start..start + 4)?;
         Some(u32::from_be_bytes(bytes.try_into().ok()?))
     };
     (header.get(4..8)? == b"IHDR").then_some((number(8)?, number(12)?))
@@ -106,7 +106,7 @@ fn facts(scene: &SceneRecord) -> Markup {
             }
             dt { "Load" } dd { (seconds(scene.load_seconds)) }
             @if !builds.is_empty() { dt { "Build" } dd { (builds.join(", ")) } }
-            dt { "Tree" } dd { (bytes(scene.tree_bytes)) }
+            dt { "Tree" } dd { (decimal_bytes(scene.tree_bytes)) }
             dt { "Picture" } dd { (width) "×" (height) }
             dt { "Hash" } dd { code { (scene.hash) } }
         }
@@ -151,8 +151,8 @@ fn work_table(view: &RecordView<'_>, kind: &str) -> ReportTable<Markup> {
             work.prim_tests,
             work.bytes,
         ];
-        let per_ray = |of: u64| measured(of as f64 / counter.ray_count as f64);
-        cells.extend(counts.map(|of| cell(per_ray(of))));
+        let per_ray = |total: u64| measured(total as f64 / counter.ray_count as f64);
+        cells.extend(counts.map(|total| cell(per_ray(total))));
         cells
     });
     let head = "scene | kernel | rays | packets | occupancy | node visits/ray | box tests/ray | \

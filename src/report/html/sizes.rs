@@ -83,17 +83,17 @@ fn size_chart(kind: &str, curves: &[Vec<SizePoint<'_>>]) -> Markup {
         "{}: rate against number of primitives, a line for each family of scenes.",
         kind_text(kind)
     );
-    let heights = curves.iter().map(|c| y.at(end_rate(c))).collect();
+    let heights = curves.iter().map(|c| y.position(end_rate(c))).collect();
     let heights = apart(heights, 13.0, (12.0, floor));
     let content = html! {
         (paint_axes((&x, &y), "primitives", floor))
         @for (i, (curve, &height)) in curves.iter().zip(&heights).enumerate() {
             @let tint = Tint::Series([0, 2, 3, 4][i % 4]);
-            @let points: Vec<Point> = curve.iter().map(|p| (x.at(p.0.primitive_count as f64), y.at(p.1))).collect();
+            @let points: Vec<Point> = curve.iter().map(|p| (x.position(p.0.primitive_count as f64), y.position(p.1))).collect();
             @let end = points.last().copied().unwrap_or_default();
             (line(&points, tint, 1.25))
-            @for (point, of) in points.iter().zip(curve) {
-                (named(&point_name(*of), marker(*point, (tint, MarkerShape::Disc), 2.8)))
+            @for (point, scene) in points.iter().zip(curve) {
+                (named(&point_name(*scene), marker(*point, (tint, MarkerShape::Disc), 2.8)))
             }
             (line(&[(end.0 + 3.0, end.1), (RIGHT + 12.0, height)], Tint::Grid, 1.0))
             (text((RIGHT + 15.0, height), "start", (tint, 11.0), &shortened(family(curve), 13)))
@@ -108,10 +108,10 @@ fn size_chart(kind: &str, curves: &[Vec<SizePoint<'_>>]) -> Markup {
 
 /// Heights for labels, moved as little as it takes to be `gap` apart and within `top` and `floor`.
 /// In any order.
-fn apart(wanted: Vec<f64>, gap: f64, (top, floor): (f64, f64)) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..wanted.len()).collect();
-    order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));
-    let mut heights = wanted;
+fn apart(ideal: Vec<f64>, gap: f64, (top, floor): (f64, f64)) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..ideal.len()).collect();
+    order.sort_by(|a, b| ideal[*a].total_cmp(&ideal[*b]));
+    let mut heights = ideal;
     let mut free = top;
     for &i in &order {
         heights[i] = heights[i].max(free);

@@ -4,7 +4,7 @@ use super::dots::{Dot, Line, dot_figure};
 use super::svg::{legend, look};
 use super::tables::cell;
 use super::view::{RecordView, kind_text, threads_text};
-use crate::numbers::{self, NONE, count, measured, percent, plural, seconds, times};
+use crate::numbers::{self, NONE, count, measured, page_counted, percent, seconds, times};
 use crate::report_table::ReportTable;
 use crate::text::listed;
 use crate::{BenchRecord, Cache, Machine, ORACLE, PHALANX, RateRow, SpeedRatio, is_peer};
@@ -34,7 +34,7 @@ pub(super) fn facts(record: &BenchRecord) -> Markup {
             dt { "Taken" }
             dd {
                 (moment(&run.started)) ", in " (seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
-                (plural(run.repeat as usize, "sample")) " a row, at least " (seconds(run.min_time)) " each"
+                (page_counted(run.repeat as usize, "sample")) " a row, at least " (seconds(run.min_time)) " each"
                 @if run.pinned { ", workers bound to cores" }
                 ", trees of quality " (run.quality)
             }
@@ -60,7 +60,7 @@ fn machine_text(record: &BenchRecord) -> String {
         name => name.to_owned(),
     }];
     if let Some(cores) = machine.cores {
-        parts.push(plural(cores as usize, "core"));
+        parts.push(page_counted(cores as usize, "core"));
     }
     if machine.threads > 0 {
         parts.push(threads_text(machine.threads));
@@ -98,7 +98,7 @@ pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
 
 fn about_the_run(record: &BenchRecord) -> Vec<String> {
     let (program, machine, run) = (&record.program, &record.machine, &record.run);
-    let (profile, has, asked) = (
+    let (profile, available, compiled) = (
         &program.profile,
         &program.isa_available,
         &program.isa_compiled,
@@ -110,8 +110,8 @@ fn about_the_run(record: &BenchRecord) -> Vec<String> {
             "The sources differed from the commit, so this build is not reproducible.".to_owned()
         }),
         (profile != "release").then(|| format!("Built with the profile {profile}, not release.")),
-        (!has.is_empty() && asked != has)
-            .then(|| format!("The CPU has {has}, but the program was compiled for {asked}.")),
+        (!available.is_empty() && compiled != available)
+            .then(|| format!("The CPU has {available}, but the program was compiled for {compiled}.")),
         governor.map(|governor| format!("The frequency governor was {governor}, not performance: clocks may have changed during the run.")),
         host.map(|host| {
             format!("A virtual machine ({host}): its neighbours take part in what is measured.")
@@ -135,7 +135,7 @@ fn inexact(rows: &[RateRow]) -> Vec<String> {
         let worst = rows.iter().max_by(|a, b| difference(a).total_cmp(&difference(b)));
         let share = percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
         let where_most = worst.map(|r| format!("{}, {}", r.scene, r.rays)).unwrap_or_default();
-        let number = plural(rows.len(), "row");
+        let number = page_counted(rows.len(), "row");
         format!("{engine} {kernel} is inexact in {number}: up to {share} of rays are answered otherwise ({where_most}). It does not count as a best mode there.")
     });
     lines.collect()
@@ -144,7 +144,7 @@ fn inexact(rows: &[RateRow]) -> Vec<String> {
 fn wide_intervals(rows: &[RateRow]) -> Option<String> {
     let rates = rows.iter().filter(|r| r.has_rate()).map(|r| r.mrays_per_s);
     let wide = rates.filter(|rate| rate.high - rate.low > WIDE * rate.median);
-    let (wide, all, limit) = (wide.count(), plural(rows.len(), "row"), percent(WIDE));
+    let (wide, all, limit) = (wide.count(), page_counted(rows.len(), "row"), percent(WIDE));
     (wide > 0)
         .then(|| format!("The intervals of {wide} of {all} are wider than {limit} of the median."))
 }
@@ -171,9 +171,9 @@ pub(super) fn headline(view: &RecordView<'_>) -> Markup {
 }
 
 fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
-    let said = |other: &str, of: &dyn Fn(&str) -> Option<SpeedRatio>| {
+    let sentence = |other: &str, ratio: &dyn Fn(&str) -> Option<SpeedRatio>| {
         let ratios = view.kinds.iter();
-        let ratios = ratios.filter_map(|kind| Some((kind_text(kind), times(of(kind)?.mean))));
+        let ratios = ratios.filter_map(|kind| Some((kind_text(kind), times(ratio(kind)?.mean))));
         let parts = ratios.enumerate().map(|(i, (kind, times))| match i {
             0 => format!("{times} as fast as {other} for {kind}"),
             _ => format!("{times} for {kind}"),
@@ -184,10 +184,10 @@ fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
         (!parts.is_empty())
             .then(|| format!("On {on}, phalanx is {speeds} (geometric means over {scenes})."))
     };
-    let best = said("the best exact peer", &|kind| {
+    let best = sentence("the best exact peer", &|kind| {
         view.index.over_best_peer(kind, threads)
     });
-    let oracle = said("its scalar oracle", &|kind| {
+    let oracle = sentence("its scalar oracle", &|kind| {
         view.index.over(ORACLE, kind, threads)
     });
     best.into_iter().chain(oracle).collect()

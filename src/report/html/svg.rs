@@ -86,8 +86,8 @@ pub(super) fn text((x, y): Point, anchor: &str, (tint, size): (Tint, f64), text:
 /// A marker of about `radius` pixels.
 pub(super) fn marker((x, y): Point, (tint, shape): MarkerStyle, radius: f64) -> Markup {
     let around = |corners: &[Point]| -> Vec<Point> {
-        let at = |&(dx, dy): &Point| (x + dx * radius, y + dy * radius);
-        corners.iter().map(at).collect()
+        let corner = |&(dx, dy): &Point| (x + dx * radius, y + dy * radius);
+        corners.iter().map(corner).collect()
     };
     let polygon = |corners: &[Point]| {
         html! { polygon points=(point_list(&around(corners))) fill=(tint.property()) {} }

@@ -79,7 +79,7 @@ fn strip(all: &[Speedup<'_>], base: u32, threads: u32) -> Markup {
         threads_text(base)
     );
     let floor = TOP + STEP * kinds.len() as f64;
-    let (top, ideal) = (TOP - 4.0, axis.at(ideal));
+    let (top, ideal) = (TOP - 4.0, axis.position(ideal));
     let content = html! {
         (axis.paint(&axis.steps(), (top, floor), "times as fast"))
         (line(&[(ideal, top), (ideal, floor)], Tint::Ink, 1.0))
@@ -102,11 +102,11 @@ fn paint_strip<'s>(
 ) -> Markup {
     html! {
         @for (i, Speedup { scene, value, .. }) in speedups.clone().enumerate() {
-            @let dot = marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), look(0), 2.0);
+            @let dot = marker((axis.position(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), look(0), 2.0);
             (named(&format!("{scene}: {}", times(*value)), dot))
         }
         @if let Some(mean) = geometric_mean(speedups.map(|speedup| speedup.value)) {
-            @let x = axis.at(mean);
+            @let x = axis.position(mean);
             @let bar = line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5);
             (named(&format!("geometric mean: {}", times(mean)), bar))
         }
@@ -115,13 +115,13 @@ fn paint_strip<'s>(
 
 fn speedup_table(all: &[Speedup<'_>], base: u32) -> ReportTable {
     let groups = all.chunk_by(|a, b| (a.kind, a.threads) == (b.kind, b.threads));
-    let rows = groups.map(|of| {
-        let values = || of.iter().map(|speedup| speedup.value);
+    let rows = groups.map(|group| {
+        let values = || group.iter().map(|speedup| speedup.value);
         let mean = geometric_mean(values()).unwrap_or(f64::NAN);
         let least = values().fold(f64::INFINITY, f64::min);
         let most = values().fold(0.0, f64::max);
-        let mut cells = vec![of[0].kind.to_owned(), of[0].threads.to_string()];
-        cells.push(count(of.len() as u64));
+        let mut cells = vec![group[0].kind.to_owned(), group[0].threads.to_string()];
+        cells.push(count(group.len() as u64));
         cells.extend([mean, least, most].map(times));
         cells
     });

@@ -1,7 +1,7 @@
 //! A record arranged for reading: its scenes, kinds and thread counts, and the rows that belong
 //! together.
 
-use crate::numbers::plural;
+use crate::numbers::page_counted;
 use crate::record_index::{first_of_each, in_order};
 use crate::text::{self, commit};
 use crate::{BenchRecord, FRAME, Program, RayKind, RecordIndex, SceneRecord};
@@ -24,8 +24,8 @@ impl<'a> RecordView<'a> {
     pub(super) fn new(record: &'a BenchRecord) -> RecordView<'a> {
         let rows = &record.rows;
         let counters = &record.counters;
-        let own = record.scenes.iter().map(|s| s.name.as_str());
-        let scenes = own.chain(rows.iter().map(|r| r.scene.as_str()));
+        let names = record.scenes.iter().map(|s| s.name.as_str());
+        let scenes = names.chain(rows.iter().map(|r| r.scene.as_str()));
         let scenes = scenes.chain(counters.iter().map(|c| c.scene.as_str()));
         let kinds = rows.iter().map(|r| r.rays.as_str());
         let kinds = kinds.chain(counters.iter().map(|c| c.rays.as_str()));
@@ -36,7 +36,7 @@ impl<'a> RecordView<'a> {
             scenes: first_of_each(scenes),
             kinds: in_order(kinds.map(|kind| (kind, kind)), &order),
             threads: threads.into_iter().collect(),
-            index: RecordIndex::of(&record.scenes, rows),
+            index: RecordIndex::new(&record.scenes, rows),
         }
     }
 
@@ -78,5 +78,5 @@ pub(super) fn commit_text(program: &Program) -> String {
 
 /// `2 threads` or `1 thread`.
 pub(super) fn threads_text(threads: u32) -> String {
-    plural(threads as usize, "thread")
+    page_counted(threads as usize, "thread")
 }

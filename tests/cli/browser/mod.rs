@@ -5,12 +5,12 @@
 mod devtools;
 mod view;
 
-use crate::report::fixture;
+use crate::report::fixture::{self, compare};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use devtools::Browser;
+use phalanx::report::BenchRecord;
 use phalanx::report::html::{comparison_page, page, page_against};
-use phalanx::report::{BenchRecord, ComparisonOptions, RecordComparison, compare};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -158,7 +158,7 @@ fn the_page_is_readable_narrow_and_wide_light_and_dark() {
         &machines_page(&fixture::machines()),
     );
     let (old, new) = (fixture::few(), fixture::few());
-    let changes = compare(&old, &new, false).expect("comparable");
+    let changes = compare(&[("", &old), ("", &new)]);
     let baseline = (&old, &changes);
     look_at(
         &mut browser,
@@ -169,9 +169,5 @@ fn the_page_is_readable_narrow_and_wide_light_and_dark() {
 
 fn machines_page(records: &[(&str, BenchRecord)]) -> String {
     let pairs: Vec<(&str, &BenchRecord)> = records.iter().map(|(name, r)| (*name, r)).collect();
-    let options = ComparisonOptions {
-        threshold: 0.03,
-        all: false,
-    };
-    comparison_page(&pairs, &RecordComparison::of(&pairs, options))
+    comparison_page(&pairs, &compare(&pairs))
 }

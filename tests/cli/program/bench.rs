@@ -121,12 +121,8 @@ fn trees_are_the_best_unless_said_otherwise() {
         best.1,
         fast.1
     );
-    let output = room.run(&format!("{count} --baseline fast.json"));
-    assert!(
-        output.stderr.contains("BVH quality fast"),
-        "{}",
-        output.stderr
-    );
+    let ran = room.run(&format!("{count} --baseline fast.json"));
+    assert!(ran.stderr.contains("BVH quality fast"), "{}", ran.stderr);
 }
 
 #[test]
@@ -148,8 +144,8 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     room.write("faster.json", &faster.to_string());
     let slower = room.run(&format!("{run} --baseline faster.json --fail-above 8%"));
     assert_eq!(slower.code, Some(5), "{}{}", slower.stdout, slower.stderr);
-    let output = room.run(&format!("{run} --baseline faster.json"));
-    assert_eq!(output.code, Some(0), "without --fail-above it only tells");
+    let ran = room.run(&format!("{run} --baseline faster.json"));
+    assert_eq!(ran.code, Some(0), "without --fail-above it only tells");
     let mut elsewhere = record(&room, "a.json");
     elsewhere["machine"]["cpu"] = "another".into();
     room.write("elsewhere.json", &elsewhere.to_string());
@@ -169,18 +165,12 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
 /// `a.json` and `elsewhere.json` have the same rates, `faster.json` others.
 fn records_are_compared_and_put_on_a_page(room: &TestFolder) {
     let same = room.ok("bench compare a.json elsewhere.json");
-    let position = |part: &str| {
+    let at = |part: &str| {
         same.find(part)
             .unwrap_or_else(|| panic!("{part} in {same}"))
     };
-    assert!(
-        position("  B  elsewhere.json") < position("ranks over"),
-        "{same}"
-    );
-    assert!(
-        position("ranks over") < position("geometric means"),
-        "{same}"
-    );
+    assert!(at("  B  elsewhere.json") < at("ranks over"), "{same}");
+    assert!(at("ranks over") < at("geometric means"), "{same}");
     assert!(same.contains("None of "), "{same}");
     let all = room.ok("bench compare a.json faster.json --all --filter primary.oracle");
     assert!(
@@ -198,10 +188,8 @@ fn records_are_compared_and_put_on_a_page(room: &TestFolder) {
     room.ok("bench report a.json faster.json -o two.html");
     let page = |name: &str| fs::read_to_string(room.path().join(name)).unwrap();
     assert_eq!(page("c.html"), page("two.html"));
-    assert!(
-        page("one.html").contains("id=\"roofline\"")
-            && page("two.html").contains("id=\"machines\"")
-    );
+    assert!(page("one.html").contains("id=\"sizes\""));
+    assert!(page("two.html").contains("id=\"machines\""));
     room.refused(
         "bench compare a.json faster.json --filter a(",
         2,
@@ -255,28 +243,24 @@ fn dumped_rays_can_be_read_by_their_documentation() {
     let bytes = fs::read(room.path().join("a.rays")).unwrap();
     assert_eq!(&bytes[..8], b"PHXRAYS2");
     assert_eq!(bytes[8..32], [0; 24], "the scene is not moved");
-    let word = |offset: usize| u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap());
-    let number = |offset: usize| f32::from_bits(word(offset));
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let number = |at: usize| f32::from_bits(word(at));
     assert_eq!(word(32), 2);
-    let mut offset = 36;
-    for (name, question, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
+    let mut at = 36;
+    for (name, query, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
         assert_eq!(
-            bytes[offset..offset + 16]
+            bytes[at..at + 16]
                 .trim_ascii_end()
                 .split(|b| *b == 0)
                 .next()
                 .unwrap(),
             name.as_bytes()
         );
-        assert_eq!((word(offset + 16), number(offset + 20)), (question, tmax));
-        let rays = word(offset + 24) as usize;
-        assert_eq!(word(offset + 28), 0);
-        let (first, ids, t) = (
-            offset + 32,
-            offset + 32 + 24 * rays,
-            offset + 32 + 28 * rays,
-        );
-        if question == 0 {
+        assert_eq!((word(at + 16), number(at + 20)), (query, tmax));
+        let rays = word(at + 24) as usize;
+        assert_eq!(word(at + 28), 0);
+        let (first, ids, t) = (at + 32, at + 32 + 24 * rays, at + 32 + 28 * rays);
+        if query == 0 {
             assert_eq!(rays, 200);
             // All start at the eye, with unit directions; what is hit has a distance.
             assert_eq!([0, 4, 8].map(|k| number(first + k)), [0.0, 0.0, 5.0]);
@@ -288,9 +272,9 @@ fn dumped_rays_can_be_read_by_their_documentation() {
         } else {
             assert!((0..rays).all(|k| word(ids + 4 * k) <= 1));
         }
-        offset = t + 4 * rays;
+        at = t + 4 * rays;
     }
-    assert_eq!(offset, bytes.len());
+    assert_eq!(at, bytes.len());
 }
 
 #[test]
@@ -550,10 +534,10 @@ fn furnished_room() -> String {
         for face in 0..6 {
             for cell in 0..cells * cells {
                 for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
-                    let coordinate = |k: u32| f64::from(k) / f64::from(cells);
+                    let at = |k: u32| f64::from(k) / f64::from(cells);
                     let mut corner = [
-                        coordinate(cell % cells + a),
-                        coordinate(cell / cells + b),
+                        at(cell % cells + a),
+                        at(cell / cells + b),
                         f64::from(face / 3),
                     ];
                     corner.rotate_right(face as usize % 3);

@@ -10,8 +10,9 @@ fn comparison(records: &[&BenchRecord], all: bool) -> RecordComparison {
     let options = ComparisonOptions {
         threshold: 0.03,
         all,
+        any_machine: false,
     };
-    RecordComparison::of(&records, options)
+    RecordComparison::new(&records, options)
 }
 
 /// The text, which must fit the width.
@@ -55,12 +56,12 @@ fn ranks_come_first_and_then_what_differs() {
     );
     assert_eq!(compared.means[0].mrays_per_s.len(), 2);
     let text = text(&compared, 80);
-    let position = |part: &str| {
+    let place = |part: &str| {
         text.find(part)
             .unwrap_or_else(|| panic!("{part} in\n{text}"))
     };
     assert!(
-        position("ranks over 12 rates of 2 scenes") < position("16 of 36 rates differ"),
+        place("ranks over 12 rates of 2 scenes") < place("16 of 36 single rates"),
         "{text}"
     );
     for part in [
@@ -68,7 +69,7 @@ fn ranks_come_first_and_then_what_differs() {
         "trees of quality fast, best in A",
         "+25.0 ±",
     ] {
-        position(part);
+        place(part);
     }
 }
 
@@ -145,54 +146,36 @@ fn nothing_is_nothing() {
     assert!(compared.ranks.is_empty() && comparison_tables(&compared).is_empty());
 }
 
-/// Limits of a machine at this share of its speed.
-fn limits(share: f64) -> MachineLimits {
-    let threads = [1, 2].map(|threads| ThreadLimits {
-        threads,
-        gflops: 90.0 * share * f64::from(threads),
-        bandwidth: [
-            ("l1".to_owned(), 150.0 * share),
-            ("memory".to_owned(), 13.0 * share),
-        ]
-        .into(),
-    });
-    MachineLimits {
-        threads: threads.into(),
-    }
-}
-
 #[test]
 fn a_slower_machine_is_told_from_a_slower_kernel_and_a_slower_oracle() {
-    let measured = |speed: f64, slower: fn(&RateRow) -> bool, factor: f64| {
-        let (mut first, mut second) = (record(2), record(2));
-        first.limits = Some(limits(1.0));
-        second.limits = Some(limits(speed));
+    let measured = |speed: f64, slower: fn(&RateRow) -> bool, share: f64| {
+        let (first, mut second) = (record(2), record(2));
         scale(&mut second, speed, |_| true);
-        scale(&mut second, factor, slower);
+        scale(&mut second, share, slower);
         comparison(&[&first, &second], true)
     };
     let machine =
-        |comparison: &RecordComparison| comparison.records[1].machine.expect("the same machine").by;
-    // Everything alike, the oracle and the limits, too.
+        |compared: &RecordComparison| compared.records[1].machine.expect("the same machine").by;
+    // Everything alike, the oracle, too.
     let slow = measured(0.75, |_| false, 1.0);
     assert!((machine(&slow) + 0.25).abs() < 1e-3, "{}", machine(&slow));
-    assert_eq!((slow.differing, slow.kernels.len()), (0, 0));
+    assert_eq!((slow.differing, slow.groups.len()), (0, 0));
     assert!(text(&slow, 80).contains("the machine itself: -25.0 % against A"));
     // One kernel on such a machine, with every rate within its interval.
     let kernel = measured(0.75, |row| row.kernel == "packet8", 0.95);
-    let names: Vec<(&str, u32)> = (kernel.kernels.iter())
-        .map(|comparison| (&*comparison.kernel, comparison.threads))
+    let names: Vec<(&str, u32)> = (kernel.groups.iter())
+        .map(|group| (&*group.kernel, group.threads))
         .collect();
     assert_eq!(names, [("packet8", 1), ("packet8", 2)]);
     assert!(text(&kernel, 80).contains("packet8"));
     // The oracle alone is not the machine.
     let oracle = measured(1.0, |row| row.engine == "oracle", 0.75);
     assert!(machine(&oracle).abs() < 1e-3, "{}", machine(&oracle));
-    assert_eq!(oracle.kernels.len(), 0);
+    assert_eq!(oracle.groups.len(), 0);
     // Ours, all of them.
     let ours = measured(1.0, |row| row.engine == "phalanx", 0.9);
     assert!(machine(&ours).abs() < 1e-3, "{}", machine(&ours));
-    assert_eq!(ours.kernels.len(), 6);
+    assert_eq!(ours.groups.len(), 6);
 }
 
 /// Other load slows all tracers in a measurement, each by a different share.
@@ -212,15 +195,12 @@ fn a_slower_kernel_is_found_under_load() {
             });
         }
     }
-    let differing = |second: &BenchRecord| {
-        let comparison = comparison(&[&first, second], true);
-        let names = comparison
-            .kernels
-            .iter()
-            .map(|comparison| comparison.kernel.clone());
+    let changed = |second: &BenchRecord| {
+        let compared = comparison(&[&first, second], true);
+        let names = compared.groups.iter().map(|group| group.kernel.clone());
         names.collect::<Vec<String>>()
     };
-    assert_eq!(differing(&second), Vec::<String>::new());
+    assert_eq!(changed(&second), Vec::<String>::new());
     scale(&mut second, 0.95, |row| row.kernel == "packet8");
-    assert_eq!(differing(&second), ["packet8", "packet8"]);
+    assert_eq!(changed(&second), ["packet8", "packet8"]);
 }

@@ -13,12 +13,20 @@ fn load_text(text: &str) -> Result<BenchRecord, RecordError> {
 #[test]
 fn a_record_survives_its_file() {
     let mut record = fixture::record(2);
-    record.limits = Some(fixture::limits());
     // A number whose shortest decimal form needs every digit.
     record.rows[0].samples[0] = 0.1 + 0.2;
     let text = to_json(&record);
     assert!(text.ends_with("}\n"));
     assert_eq!(load_text(&text).expect("a record"), record);
+}
+
+/// Records of before 30 November 2026 hold the machine's peak rates.
+#[test]
+fn an_older_record_has_limits_that_nothing_reads() {
+    let record = fixture::record(1);
+    let limits = "{\n  \"limits\": {\"threads\": [{\"threads\": 1, \"gflops\": 120.5}]},";
+    let older = to_json(&record).replacen('{', limits, 1);
+    assert_eq!(load_text(&older).expect("a record"), record);
 }
 
 /// Trees were medium before the option existed.

@@ -26,7 +26,6 @@ pub fn record(scenes: usize) -> BenchRecord {
         scenes: names.iter().map(|name| scene(name)).collect(),
         rows: Vec::new(),
         counters: Vec::new(),
-        limits: None,
     };
     for (i, name) in names.iter().enumerate() {
         for rays in KINDS {
@@ -102,9 +101,9 @@ pub fn estimate(samples: &[f64]) -> Estimate {
 }
 
 /// Multiplies the rates of selected rows.
-pub fn scale(record: &mut BenchRecord, factor: f64, is_scaled: impl Fn(&RateRow) -> bool) {
+pub fn scale(record: &mut BenchRecord, share: f64, is_scaled: impl Fn(&RateRow) -> bool) {
     for row in record.rows.iter_mut().filter(|row| is_scaled(row)) {
-        row.samples.iter_mut().for_each(|sample| *sample *= factor);
+        row.samples.iter_mut().for_each(|sample| *sample *= share);
         row.mrays_per_s = estimate(&row.samples);
     }
 }
@@ -179,15 +178,4 @@ fn scene(name: &str) -> SceneRecord {
         tree_bytes: 100_000,
         rays: KINDS.iter().map(answer).collect(),
     }
-}
-
-/// The limits of a machine.
-pub fn limits() -> MachineLimits {
-    let bandwidth = ["l1", "l2", "l3", "memory"].map(|place| (place.to_owned(), 100.0));
-    let threads = vec![ThreadLimits {
-        threads: 1,
-        gflops: 120.0,
-        bandwidth: BTreeMap::from(bandwidth),
-    }];
-    MachineLimits { threads }
 }

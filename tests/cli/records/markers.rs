@@ -56,15 +56,12 @@ pub fn held(file: &str, name: &str, table_of: impl Fn(&Path) -> String) -> Optio
 #[test]
 fn markers_are_found() {
     let text = "# x\n<!-- rates: perf/records/a.json -->\n| a |\n<!-- /rates -->\nend\n";
-    let text_between = marked(text, "rates").expect("markers");
+    let parts = marked(text, "rates").expect("markers");
     assert_eq!(
-        (text_between.record, text_between.table),
+        (parts.record, parts.table),
         ("perf/records/a.json", "| a |\n")
     );
-    assert_eq!(
-        [text_between.before, text_between.table, text_between.after].concat(),
-        text
-    );
+    assert_eq!([parts.before, parts.table, parts.after].concat(), text);
     assert!(marked("<!-- rates: a.json -->\n", "rates").is_none());
     assert!(marked(text, "time to picture").is_none());
     assert!(marked("none", "rates").is_none());

@@ -10,9 +10,9 @@ use phalanx::report::{
 /// oracle, and our rates on all threads. Then ours in each other scene, with their ratios to the
 /// best peer, and the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
-    let table = ReadmeTable::of(record);
-    let averaged = format!("geometric means of {}, ", table.index.averaged_words());
-    table.text(&averaged, ReadmeTable::means, ".")
+    let table = ReadmeTable::new(record);
+    let scenes = format!("geometric means of {}, ", table.index.averaged_words());
+    table.text(&scenes, ReadmeTable::means, ".")
 }
 
 /// Rates in each scene of a record as Markdown, by kind of rays on the fewest threads: ours
@@ -21,7 +21,7 @@ pub fn readme_table(record: &BenchRecord) -> String {
 pub fn scene_table(record: &BenchRecord) -> String {
     let command = record.run.arguments.join(" ").replace('`', "'");
     let end = format!(", `phalanx {command}`.");
-    ReadmeTable::of(record).text("", ReadmeTable::scenes, &end)
+    ReadmeTable::new(record).text("", ReadmeTable::scenes, &end)
 }
 
 struct ReadmeTable<'a> {
@@ -33,8 +33,8 @@ struct ReadmeTable<'a> {
 }
 
 impl<'a> ReadmeTable<'a> {
-    fn of(record: &'a BenchRecord) -> ReadmeTable<'a> {
-        let index = RecordIndex::of(&record.scenes, &record.rows);
+    fn new(record: &'a BenchRecord) -> ReadmeTable<'a> {
+        let index = RecordIndex::new(&record.scenes, &record.rows);
         let kinds = RayKind::names().filter(|kind| index.kinds.contains(kind));
         ReadmeTable {
             record,
@@ -46,12 +46,12 @@ impl<'a> ReadmeTable<'a> {
     }
 
     /// The table with what its rates are of, and a line for their source.
-    fn text(&self, text: &str, rows: fn(&Self) -> Vec<Vec<String>>, end: &str) -> String {
+    fn text(&self, scenes: &str, rows: fn(&Self) -> Vec<Vec<String>>, end: &str) -> String {
         if self.kinds.is_empty() {
             return "The record has no rates.\n".to_owned();
         }
         let threads = counted(self.fewest as usize, "thread");
-        let mut table = ReportTable::new("", &format!("Mrays/s, {text}{threads}"), 1);
+        let mut table = ReportTable::new("", &format!("Mrays/s, {scenes}{threads}"), 1);
         let kinds = self.kinds.iter().map(ToString::to_string);
         table.head.extend(kinds);
         let table = table.with(rows(self)).markdown_rows(str::to_owned);
@@ -116,12 +116,12 @@ impl<'a> ReadmeTable<'a> {
         // Not every peer supports every scene: a ratio covers the scenes that both have.
         let scenes = self.index.averaged.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
-        let share = if over.scenes < ours.count() {
+        let of = if over.scenes < ours.count() {
             format!(" (of {})", over.scenes)
         } else {
             String::new()
         };
-        Some(format!("× {}{share}", rate(over.mean)))
+        Some(format!("× {}{of}", rate(over.mean)))
     }
 
     fn scenes(&self) -> Vec<Vec<String>> {

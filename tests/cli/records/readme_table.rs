@@ -44,13 +44,13 @@ fn a_table_of_few_scenes() {
         .rows
         .retain(|row| row.engine != "embree" || row.scene != "odd|scene_1");
     let median = |engine: &str, kernel: &str, rays: &str| {
-        let key = |row: &&phalanx::report::RateRow| {
+        let is_chosen = |row: &&phalanx::report::RateRow| {
             (&*row.engine, &*row.kernel, &*row.rays, row.threads) == (engine, kernel, rays, 1)
         };
         record
             .rows
             .iter()
-            .find(key)
+            .find(is_chosen)
             .expect("a row")
             .mrays_per_s
             .median
@@ -58,8 +58,8 @@ fn a_table_of_few_scenes() {
     let (readme, each) = (readme_table(&record), scene_table(&record));
     let table = format!("{readme}{each}");
     let line = |start: &str| {
-        let entry = table.lines().find(|line| line.starts_with(start));
-        entry.unwrap_or_else(|| panic!("no line {start} in\n{table}"))
+        let line = table.lines().find(|line| line.starts_with(start));
+        line.unwrap_or_else(|| panic!("no line {start} in\n{table}"))
     };
     assert!(table.starts_with("| Mrays/s, geometric means of 2 scenes, 1 thread | primary | shadow | diffuse |\n|---|---:|---:|---:|\n"), "{table}");
     let (auto, coherent) = (
@@ -114,9 +114,8 @@ fn spheres_are_in_no_mean() {
     record.scenes[2].primitives = [("spheres".to_owned(), 998), ("triangles".to_owned(), 2)].into();
     let two = readme_table(&fixture::record(2));
     let row = |table: &str, start: &str| {
-        let entry = table.lines().find(|line| line.starts_with(start));
-        entry
-            .unwrap_or_else(|| panic!("no line {start} in\n{table}"))
+        let line = table.lines().find(|line| line.starts_with(start));
+        line.unwrap_or_else(|| panic!("no line {start} in\n{table}"))
             .to_owned()
     };
     let table = readme_table(&record);

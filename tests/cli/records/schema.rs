@@ -33,18 +33,14 @@ fn errors(perf: &Path, document: &Value) -> Vec<String> {
         .collect()
 }
 
-fn value(limits: bool) -> Value {
-    let mut record = fixture::record(2);
-    record.limits = limits.then(fixture::limits);
-    serde_json::from_str(&to_json(&record)).expect("JSON")
+fn value() -> Value {
+    serde_json::from_str(&to_json(&fixture::record(2))).expect("JSON")
 }
 
 #[test]
 fn what_is_written_validates() {
     let Some(perf) = perf() else { return };
-    for limits in [false, true] {
-        assert_eq!(errors(&perf, &value(limits)), Vec::<String>::new());
-    }
+    assert_eq!(errors(&perf, &value()), Vec::<String>::new());
 }
 
 #[test]
@@ -73,7 +69,7 @@ fn kept_records_validate() {
 #[test]
 fn broken_records_do_not() {
     let Some(perf) = perf() else { return };
-    let breaks: [(&str, Value); 9] = [
+    let breaks: [(&str, Value); 8] = [
         ("/schema_version", 1.into()),
         ("/machine/threads", Value::Null),
         ("/machine/caches/0/kind", "trace".into()),
@@ -82,15 +78,14 @@ fn broken_records_do_not() {
         ("/rows/0/mrays_per_s/median", Value::Null),
         ("/rows/0/samples/3", (-1.0).into()),
         ("/rows/0/engine", "povray".into()),
-        ("/limits/threads/0/bandwidth/l1", "fast".into()),
     ];
     for (place, broken) in breaks {
-        let mut document = value(true);
+        let mut document = value();
         *document.pointer_mut(place).expect(place) = broken;
         assert!(!errors(&perf, &document).is_empty(), "{place}");
     }
-    for place in ["", "/program", "/rows/0", "/counters/0/work", "/limits"] {
-        let mut document = value(true);
+    for place in ["", "/program", "/rows/0", "/counters/0/work"] {
+        let mut document = value();
         let object = document.pointer_mut(place).and_then(Value::as_object_mut);
         object.expect(place).insert("surplus".into(), 1.into());
         assert!(
@@ -110,7 +105,12 @@ fn kinds_of_rays_are_the_benchmarks() {
 }
 
 /// Optional fields.
-const OPTIONAL: [(&str, &str); 3] = [("scene", "origin"), ("run", "partial"), ("run", "spp")];
+const OPTIONAL: [(&str, &str); 4] = [
+    ("", "limits"),
+    ("scene", "origin"),
+    ("run", "partial"),
+    ("run", "spp"),
+];
 
 /// Checks that every field is described and, apart from the optional ones, required, and that no
 /// object accepts others. Maps describe their values.

@@ -10,8 +10,8 @@ use std::fs;
 use std::path::Path;
 
 fn text<'a>(value: &'a Value, key: &str) -> &'a str {
-    let actual = value[key].as_str();
-    actual.unwrap_or_else(|| panic!("no text {key:?} in {value}"))
+    let part = value[key].as_str();
+    part.unwrap_or_else(|| panic!("no text {key:?} in {value}"))
 }
 
 fn number(value: &Value) -> f64 {
@@ -19,8 +19,8 @@ fn number(value: &Value) -> f64 {
 }
 
 fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
-    let actual = value[key].as_array();
-    actual.unwrap_or_else(|| panic!("no list {key:?} in {value}"))
+    let part = value[key].as_array();
+    part.unwrap_or_else(|| panic!("no list {key:?} in {value}"))
 }
 
 fn median(samples: &[Value]) -> f64 {
@@ -70,7 +70,8 @@ fn table(record: &Value) -> String {
         let cells = cells.join(" | ");
         out += &format!("| {title}, {primitives}, {width}×{height} | {cells} |\n");
         let compared = list(scene, "comparisons").iter();
-        let counts = compared.map(|row| row["depth_differs"].as_u64().expect("a count"));
+        let counts =
+            compared.map(|comparison| comparison["depth_differs"].as_u64().expect("a count"));
         if let Some(most) = counts.max() {
             depths.push(format!("{most} ({})", text(scene, "name")));
         }

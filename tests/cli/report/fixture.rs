@@ -88,7 +88,6 @@ pub fn suite() -> BenchRecord {
     record.machine = machine();
     record.run.peers = vec!["embree 4.4.0".to_owned(), "obvhs 0.4.0".to_owned()];
     record.program.git_dirty = Some(true);
-    record.limits = Some(limits());
     record
 }
 
@@ -235,26 +234,6 @@ fn machine() -> Machine {
     }
 }
 
-fn limits() -> MachineLimits {
-    let limits_on = |threads: u32| {
-        let n = f64::from(threads);
-        let levels = [
-            ("l1", 410.0 * n),
-            ("l2", 190.0 * n),
-            ("l3", 70.0 * n),
-            ("memory", 17.0 * n),
-        ];
-        ThreadLimits {
-            threads,
-            gflops: 118.0 * n,
-            bandwidth: levels.map(|(level, rate)| (level.to_owned(), rate)).into(),
-        }
-    };
-    MachineLimits {
-        threads: vec![limits_on(1), limits_on(2)],
-    }
-}
-
 /// One scene, one row, and no optional fields.
 pub fn minimal() -> BenchRecord {
     let mut noise = Noise(1);
@@ -300,7 +279,6 @@ pub fn minimal() -> BenchRecord {
             &mut noise,
         )],
         counters: Vec::new(),
-        limits: None,
     }
 }
 
@@ -320,15 +298,15 @@ pub fn machines() -> Vec<(&'static str, BenchRecord)> {
     let is_kept = |scene: &str| !scene.ends_with("medium") && scene < "standard:mount";
     first.scenes.retain(|s| is_kept(&s.name));
     first.rows.retain(|r| is_kept(&r.scene));
-    let scaled = |cpu: &str, factor: &dyn Fn(&RateRow) -> f64| {
+    let scaled = |cpu: &str, share: &dyn Fn(&RateRow) -> f64| {
         let mut record = first.clone();
         record.machine.cpu = cpu.to_owned();
         record.run.started = "2026-11-23T08:00:00Z".to_owned();
         for row in &mut record.rows {
-            let factor = factor(row);
+            let share = share(row);
             let rate = &mut row.mrays_per_s;
             for figure in [&mut rate.median, &mut rate.low, &mut rate.high] {
-                *figure *= factor;
+                *figure *= share;
             }
         }
         record
@@ -344,6 +322,16 @@ pub fn machines() -> Vec<(&'static str, BenchRecord)> {
         ("b.json", second),
         ("c.json", third),
     ]
+}
+
+/// The comparison of some records.
+pub fn compare(records: &[(&str, &BenchRecord)]) -> RecordComparison {
+    let options = ComparisonOptions {
+        threshold: 0.03,
+        all: false,
+        any_machine: false,
+    };
+    RecordComparison::new(records, options)
 }
 
 /// An empty record.
@@ -388,13 +376,6 @@ pub fn odd() -> BenchRecord {
     }
     for counter in &mut record.counters {
         counter.ray_count = 0;
-    }
-    if let Some(limits) = &mut record.limits {
-        let level = |value| ("l1".to_owned(), value);
-        for (i, limits) in limits.threads.iter_mut().enumerate() {
-            limits.gflops = strange[i];
-            limits.bandwidth = BTreeMap::from([level(f64::NAN)]);
-        }
     }
     record
 }

@@ -82,7 +82,7 @@ impl Parsed {
             .char_indices()
             .rev()
             .nth(80)
-            .map_or(0, |(offset, _)| offset);
+            .map_or(0, |(start, _)| start);
         self.text[start..].to_owned()
     }
 }

@@ -229,7 +229,7 @@ impl<const N: usize> RayHit<N> {
             // Embree leaves INVALID where nothing is hit, which is our NO_PRIM.
             return self.prim[lane];
         }
-        prim_ids.of(self.prim[lane], self.geometry[lane], self.instance[lane])
+        prim_ids.prim_id(self.prim[lane], self.geometry[lane], self.instance[lane])
     }
 
     /// The results of the k-th eight.

@@ -58,8 +58,8 @@ pub(super) fn by_asking_python() -> Vec<PathBuf> {
             && output.status.success()
         {
             let folders = String::from_utf8_lossy(&output.stdout);
-            let found = folders.lines().map(|line| in_folder(Path::new(line)));
-            return found.flatten().collect();
+            let libraries = folders.lines().map(|line| in_folder(Path::new(line)));
+            return libraries.flatten().collect();
         }
     }
     Vec::new()
@@ -110,7 +110,7 @@ fn packages_of(prefix: &Path) -> Vec<PathBuf> {
 /// Files of a folder with the name of Embree's library, with any additions by a wheel; version 4
 /// before 3.
 fn libraries(folder: &Path) -> Vec<PathBuf> {
-    let mut found: Vec<(u8, PathBuf)> = Vec::new();
+    let mut libraries: Vec<(u8, PathBuf)> = Vec::new();
     for name in names_in(folder) {
         let text = name.to_string_lossy();
         let stem = text.strip_prefix("lib").unwrap_or(&text);
@@ -121,12 +121,14 @@ fn libraries(folder: &Path) -> Vec<PathBuf> {
             .strip_prefix("embree")
             .and_then(|rest| rest.bytes().next())
         {
-            Some(version @ (b'3' | b'4')) if library => found.push((version, folder.join(&name))),
+            Some(version @ (b'3' | b'4')) if library => {
+                libraries.push((version, folder.join(&name)))
+            }
             _ => {}
         }
     }
-    found.sort_by(|(a, x), (b, y)| b.cmp(a).then_with(|| x.cmp(y)));
-    found.into_iter().map(|(_, path)| path).collect()
+    libraries.sort_by(|(a, x), (b, y)| b.cmp(a).then_with(|| x.cmp(y)));
+    libraries.into_iter().map(|(_, path)| path).collect()
 }
 
 /// Names of the entries of a folder, in order; empty if it cannot be read.
@@ -156,11 +158,11 @@ mod tests {
             fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
             fs::write(&file, "").expect("a file");
         }
-        let found: Vec<PathBuf> = packages_of(root.path())
+        let libraries: Vec<PathBuf> = packages_of(root.path())
             .iter()
             .flat_map(|folder| in_folder(folder))
             .collect();
-        assert_eq!(found, [packages.join(files[0])]);
+        assert_eq!(libraries, [packages.join(files[0])]);
     }
 
     #[test]
@@ -176,10 +178,13 @@ mod tests {
         for name in names {
             fs::write(root.path().join(name), "").expect("a file");
         }
-        let found = in_folder(root.path());
-        let found: Vec<_> = found.iter().filter_map(|path| path.file_name()).collect();
+        let libraries = in_folder(root.path());
+        let libraries: Vec<_> = libraries
+            .iter()
+            .filter_map(|path| path.file_name())
+            .collect();
         assert_eq!(
-            found,
+            libraries,
             ["libembree4.so", "libembree4.so.4", "libembree3.so.3"]
         );
     }

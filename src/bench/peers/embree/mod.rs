@@ -116,9 +116,9 @@ impl EmbreeLibrary {
             let full = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
             return EmbreeLibrary::load(full.as_os_str());
         }
-        let found = find::in_folder(path).into_iter().next();
-        let found = found.ok_or_else(|| EmbreeError::NotThere(path.to_owned()))?;
-        EmbreeLibrary::load(std::path::absolute(&found).unwrap_or(found).as_os_str())
+        let library = find::in_folder(path).into_iter().next();
+        let library = library.ok_or_else(|| EmbreeError::NotThere(path.to_owned()))?;
+        EmbreeLibrary::load(std::path::absolute(&library).unwrap_or(library).as_os_str())
     }
 
     fn search() -> Result<EmbreeLibrary, EmbreeError> {
@@ -134,8 +134,8 @@ impl EmbreeLibrary {
         if wheels.is_empty() {
             wheels = find::by_asking_python();
         }
-        let found = wheels.first().ok_or(EmbreeError::NotFound)?;
-        EmbreeLibrary::load(found.as_os_str())
+        let library = wheels.first().ok_or(EmbreeError::NotFound)?;
+        EmbreeLibrary::load(library.as_os_str())
     }
 
     fn load(name: &OsStr) -> Result<EmbreeLibrary, EmbreeError> {

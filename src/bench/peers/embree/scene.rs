@@ -85,15 +85,15 @@ pub(super) struct PrimIdMap {
 impl PrimIdMap {
     /// The `prim_id` of a hit.
     #[inline]
-    pub(super) fn of(&self, prim: u32, geometry: u32, instance: u32) -> u32 {
+    pub(super) fn prim_id(&self, prim: u32, geometry: u32, instance: u32) -> u32 {
         if geometry == INVALID {
             return NO_PRIM;
         }
         if instance == INVALID {
-            return self.world.of(geometry, prim);
+            return self.world.prim_id(geometry, prim);
         }
         let (mesh, first) = self.instances[(instance - FIRST_INSTANCE) as usize];
-        first + self.meshes[mesh as usize].of(geometry, prim)
+        first + self.meshes[mesh as usize].prim_id(geometry, prim)
     }
 }
 
@@ -120,7 +120,7 @@ impl PrimIds {
         if in_order { PrimIds::From(first) } else { PrimIds::Each(numbers) }
     }
 
-    fn of(&self, prim: u32) -> u32 {
+    fn prim_id(&self, prim: u32) -> u32 {
         match self {
             PrimIds::From(first) => first + prim,
             PrimIds::Each(numbers) => numbers[prim as usize],
@@ -168,11 +168,11 @@ impl GeometryPrimIds {
     }
 
     #[inline]
-    fn of(&self, geometry: u32, prim: u32) -> u32 {
+    fn prim_id(&self, geometry: u32, prim: u32) -> u32 {
         if geometry == TRIANGLES {
-            self.triangles.of(prim)
+            self.triangles.prim_id(prim)
         } else {
-            self.spheres.of(prim)
+            self.spheres.prim_id(prim)
         }
     }
 

@@ -48,7 +48,8 @@ pub struct RecordCompareArgs {
     pub filter: Option<Regex>,
     /// Smallest change to report [default: 3%]
     ///
-    /// A change counts if its whole confidence interval is beyond this.
+    /// A rate counts if its whole confidence interval is beyond this, a kernel if its median is and
+    /// its interval is clear of zero.
     #[arg(long, value_name = "PERCENT", default_value = "3%", hide_default_value = true, value_parser = parse_percent)]
     pub threshold: f64,
     /// Show every rate of every kernel, not only changes
@@ -241,7 +242,7 @@ impl RunArgs {
     }
 
     fn measures(&self, kind: &str) -> bool {
-        self.rays.is_empty() || self.rays.iter().any(|asked| asked == kind)
+        self.rays.is_empty() || self.rays.iter().any(|name| name == kind)
     }
 }
 

@@ -5,16 +5,21 @@ use super::bar::BenchProgressBar;
 use super::measure::{BenchScene, measure_scene, record};
 use super::program::this_program;
 use crate::cli::output::{self, CliError};
-use phalanx::bench::{BenchPlan, RayKind};
+use phalanx::bench::{BenchPlan, FRAME, RayKind};
 use phalanx::frame::Control;
 use phalanx::report::{
-    BenchRecord, Changes, CountDifference, IncompatibleRecords, RETAKES, RecordError, RowKey,
-    changes_table, counters, counters_table, regressions_table,
+    BenchRecord, ComparedRate, ComparisonOptions, CountDifference, IncompatibleRecords, RETAKES,
+    RecordComparison, RecordError, check_run, comparison_text, counted, counters, counters_table,
+    regressions_text,
 };
 use std::path::Path;
 
 /// An earlier run.
-pub struct Baseline(pub BenchRecord);
+pub struct Baseline {
+    pub record: BenchRecord,
+    /// Name of its file.
+    name: String,
+}
 
 /// Reads a record.
 pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
@@ -36,6 +41,14 @@ fn refused(refusal: IncompatibleRecords) -> CliError {
 }
 
 impl Baseline {
+    /// Reads a record to compare with.
+    pub fn load(path: &Path) -> Result<Baseline, CliError> {
+        Ok(Baseline {
+            record: load(path)?,
+            name: path.display().to_string(),
+        })
+    }
+
     /// Refuses a baseline that is incompatible with this plan, before anything is measured.
     pub fn check(
         &self,
@@ -49,23 +62,36 @@ impl Baseline {
         let run = plan.run_info(String::new(), Vec::new(), 0.0);
         let now = phalanx::bench::record(this_program(), run, Vec::new());
         let names: Vec<&str> = scenes.iter().map(|scene| &*scene.info.name).collect();
-        phalanx::report::check_baseline(&self.0, &now, &names, args.force).map_err(refused)
+        let forced = phalanx::report::check_baseline(&self.record, &now, &names, args.force)
+            .map_err(refused)?;
+        for mismatch in forced {
+            output::note(&format!("compared nevertheless: {mismatch}"));
+        }
+        Ok(())
     }
 
-    /// Reads a record to compare with.
-    pub fn load(path: &Path) -> Result<Baseline, CliError> {
-        load(path).map(Baseline)
+    /// The comparison with a run.
+    ///
+    /// # Errors
+    /// The reasons why the records are incompatible.
+    pub fn compare(
+        &self,
+        args: &RunArgs,
+        now: &BenchRecord,
+    ) -> Result<RecordComparison, IncompatibleRecords> {
+        check_run(&self.record, now, args.force)?;
+        let options = ComparisonOptions {
+            threshold: args.fail_above.unwrap_or(DEFAULT_THRESHOLD),
+            all: false,
+            any_machine: args.force,
+        };
+        let records = [(&*self.name, &self.record), ("this run", now)];
+        Ok(RecordComparison::new(&records, options))
     }
 
-    /// The changes to a run, for its page; `None` if the records are incompatible, which
-    /// [`Baseline::judge`] reports.
-    pub fn changes(&self, args: &RunArgs, now: &BenchRecord) -> Option<Changes> {
-        phalanx::report::compare(&self.0, now, args.force).ok()
-    }
-
-    /// Prints the changes. Exit code 5 if a rate is lower, or a count higher, than `--fail-above`
-    /// allows. Rates that look slower are measured again first: see
-    /// [`phalanx::report::Changes::regressions`].
+    /// Prints the comparison. Exit code 5 if a rate is lower, or a count higher, than
+    /// `--fail-above` allows. Rates that look slower are measured again first: see
+    /// [`RecordComparison::regressions`].
     pub fn judge(
         &self,
         args: &RunArgs,
@@ -76,65 +102,37 @@ impl Baseline {
         if args.counters_only {
             return self.judge_counters(args, now);
         }
-        let changes = phalanx::report::compare(&self.0, now, args.force).map_err(refused)?;
-        let threshold = args.fail_above.unwrap_or(DEFAULT_THRESHOLD);
-        output::print(&changes_table(&changes, threshold))?;
-        let Some(threshold) = args.fail_above else {
+        let comparison = self.compare(args, now).map_err(refused)?;
+        let text = comparison_text(&comparison, output::stdout_columns());
+        output::print(&format!("\n{text}"))?;
+        if args.fail_above.is_none() {
             return Ok(());
-        };
-        let mut again = Vec::new();
-        while again.len() < RETAKES {
-            let suspects = changes.suspects(&again, threshold);
+        }
+        let mut retakes = Vec::new();
+        while retakes.len() < RETAKES {
+            let suspects = comparison.suspects(&retakes);
             if suspects.is_empty() {
                 break;
             }
-            let retake = self.again(args, plan, scenes, &suspects, now)?;
-            again.push(phalanx::report::compare(&self.0, &retake, args.force).map_err(refused)?);
+            let retake = measure_again(plan, scenes, &suspects, now)?;
+            retakes.push(self.compare(args, &retake).map_err(refused)?);
         }
-        let regressions = changes.regressions(&again, threshold);
-        output::print(&regressions_table(&regressions, threshold))?;
+        let regressions = comparison.regressions(&retakes);
+        output::print(&format!(
+            "\n{}",
+            regressions_text(&comparison, &regressions)
+        ))?;
         if regressions.is_empty() { Ok(()) } else { Err(CliError::Slower) }
     }
 
-    /// Measures the scenes and kinds of rays of suspected regressions again.
-    fn again(
-        &self,
-        args: &RunArgs,
-        plan: &BenchPlan,
-        scenes: &[BenchScene],
-        suspects: &[RowKey],
-        now: &BenchRecord,
-    ) -> Result<BenchRecord, CliError> {
-        let of = |scene: &&BenchScene| suspects.iter().any(|s| s.scene == scene.info.name);
-        let scenes: Vec<&BenchScene> = scenes.iter().filter(of).collect();
-        output::status(&format!(
-            "{} rates look slower: measuring {} scenes again",
-            suspects.len(),
-            scenes.len()
-        ));
-        let control = Control::default();
-        let mut bar = BenchProgressBar::new(scenes.len(), &control, None);
-        let mut all = Vec::new();
-        for scene in scenes {
-            let has = |rays: &str| {
-                let mut of_scene = suspects.iter().filter(|s| s.scene == scene.info.name);
-                of_scene.any(|s| s.rays == rays)
-            };
-            let again = plan.restricted(|kind: &RayKind| has(kind.name()), has("frame"));
-            all.push(measure_scene(&again, scene, &mut bar)?.0);
-        }
-        bar.finish();
-        Ok(record(args, plan, all, now.run.started.clone(), 0.0))
-    }
-
     fn judge_counters(&self, args: &RunArgs, now: &BenchRecord) -> Result<(), CliError> {
-        let [old, new] = [&self.0, now].map(|record| &record.run.quality);
+        let [old, new] = [&self.record, now].map(|record| &record.run.quality);
         if old != new {
             output::note(&format!(
                 "the baseline used BVH quality {old}, this run {new} (see --quality)"
             ));
         }
-        let mut changes = counters(&self.0, now);
+        let mut changes = counters(&self.record, now);
         // If only a part of the suite was run, only that part of the baseline is compared.
         changes.retain(|change| now.scenes.iter().any(|scene| scene.name == change.scene));
         if changes.is_empty() {
@@ -150,5 +148,34 @@ impl Baseline {
     }
 }
 
-/// Smallest change that the table marks without `--fail-above`.
+/// Measures the scenes and kinds of rays of suspected regressions again.
+fn measure_again(
+    plan: &BenchPlan,
+    scenes: &[BenchScene],
+    suspects: &[&ComparedRate],
+    now: &BenchRecord,
+) -> Result<BenchRecord, CliError> {
+    let is_suspect = |scene: &&BenchScene| suspects.iter().any(|s| s.scene == scene.info.name);
+    let scenes: Vec<&BenchScene> = scenes.iter().filter(is_suspect).collect();
+    output::status(&format!(
+        "{} look slower: measuring {} again",
+        counted(suspects.len(), "rate"),
+        counted(scenes.len(), "scene")
+    ));
+    let control = Control::default();
+    let mut bar = BenchProgressBar::new(scenes.len(), &control, None);
+    let mut all = Vec::new();
+    for scene in scenes {
+        let has = |rays: &str| {
+            let mut in_scene = suspects.iter().filter(|s| s.scene == scene.info.name);
+            in_scene.any(|s| s.rays == rays)
+        };
+        let again = plan.restricted(|kind: &RayKind| has(kind.name()), has(FRAME));
+        all.push(measure_scene(&again, scene, &mut bar)?.0);
+    }
+    bar.finish();
+    Ok(record(plan, all, now.run.started.clone(), 0.0))
+}
+
+/// Smallest change that counts without `--fail-above`.
 const DEFAULT_THRESHOLD: f64 = 0.03;

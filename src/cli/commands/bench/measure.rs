@@ -1,12 +1,11 @@
 //! Measures a scene, and makes the record of a run.
 
-use super::args::RunArgs;
 use super::bar::BenchProgressBar;
 use super::program::this_program;
 use super::table;
 use crate::cli::options::{SceneArgs, SceneInput, WantedPicture};
 use crate::cli::output::{self, CliError};
-use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
+use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure};
 use phalanx::frame::Engine;
 use phalanx::report::BenchRecord;
 use std::ffi::OsString;
@@ -30,7 +29,7 @@ pub fn measure_scene(
 ) -> Result<(Measured, SceneInput), CliError> {
     bar.scene(&scene.info.name).map_err(CliError::Bench)?;
     let start = Instant::now();
-    let scene_input = SceneInput::load(&scene.path, &scene.args, wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &scene.args, picture(plan), 0)?;
     let settings = plan.build_settings();
     (scene_input.budget).for_tree(&scene_input.scene, Engine::Simd, &settings)?;
     let info = SceneInfo {
@@ -48,7 +47,7 @@ pub fn measure_scene(
 }
 
 /// The picture whose rays a plan measures.
-pub fn wanted(plan: &BenchPlan) -> WantedPicture {
+pub fn picture(plan: &BenchPlan) -> WantedPicture {
     WantedPicture {
         size: Some(plan.size.into()),
         turntable: false,
@@ -56,22 +55,10 @@ pub fn wanted(plan: &BenchPlan) -> WantedPicture {
 }
 
 /// The record of a run.
-pub fn record(
-    args: &RunArgs,
-    plan: &BenchPlan,
-    all: Vec<Measured>,
-    started: String,
-    seconds: f64,
-) -> BenchRecord {
+pub fn record(plan: &BenchPlan, all: Vec<Measured>, started: String, seconds: f64) -> BenchRecord {
     let arguments = std::env::args_os().skip(1).map(without_folder).collect();
     let run = plan.run_info(started, arguments, seconds);
-    let mut record = phalanx::bench::record(this_program(), run, all);
-    // Measured only for the files that show them, because they take seconds.
-    if plan.timed && (args.json.is_some() || args.html.is_some()) {
-        let limits = measure_limits(plan.max_threads(), &record.machine.caches);
-        record.limits = Some(limits);
-    }
-    record
+    phalanx::bench::record(this_program(), run, all)
 }
 
 /// An argument with the names of files only: records travel, folders of a machine do not.

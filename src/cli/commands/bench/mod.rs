@@ -82,15 +82,17 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     let mut rows = all.iter().flat_map(|scene| &scene.rows);
     let partial = all.len() < scenes.len() || rows.any(|row| row.samples.len() < plan.repeat);
     let done = format!("{} of {} scenes were measured", all.len(), scenes.len());
-    match stopped {
-        _ if !all.is_empty() => {}
-        true => return Err(CliError::Interrupted),
-        false => return Err(CliError::Usage(format!("--time-limit: {done}"))),
+    if all.is_empty() {
+        return Err(if stopped {
+            CliError::Interrupted
+        } else {
+            CliError::Usage(format!("--time-limit: {done}"))
+        });
     }
     if let Some(path) = &args.update_suite {
         return update_suite(path, suite, &all);
     }
-    let mut record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
+    let mut record = record(&plan, all, started, start.elapsed().as_secs_f64());
     record.run.partial = partial;
     output::print(&table::summary(&record, output::stdout_columns()))?;
     write_files(args, &record, &shown, baseline.as_ref())?;
@@ -119,7 +121,7 @@ fn measure_each(
             done => done?,
         };
         if args.html.is_some() {
-            shown.push(pictures::of(&scene.info.name, &scene_input.scene)?);
+            shown.push(pictures::draw(&scene.info.name, &scene_input.scene)?);
         }
         all.push(measured);
     }
@@ -171,9 +173,10 @@ fn write_files(
         save(path, &to_csv(record))?;
     }
     if let Some(path) = &args.html {
-        let changes = baseline.and_then(|baseline| baseline.changes(args, record));
-        let earlier = baseline.map(|baseline| &baseline.0);
-        let baseline = earlier.zip(changes.as_ref());
+        // Incompatible records are reported when the run is judged.
+        let comparison = baseline.and_then(|baseline| baseline.compare(args, record).ok());
+        let earlier = baseline.map(|baseline| &baseline.record);
+        let baseline = earlier.zip(comparison.as_ref());
         save(path, &page_against(record, pictures, baseline))?;
     }
     Ok(())
@@ -186,7 +189,7 @@ fn dump_rays(path: &Path, plan: &BenchPlan, scenes: &[BenchScene]) -> Result<(),
             "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
         ));
     };
-    let scene_input = SceneInput::load(&scene.path, &scene.args, measure::wanted(plan), 0)?;
+    let scene_input = SceneInput::load(&scene.path, &scene.args, measure::picture(plan), 0)?;
     let mut counts = Vec::new();
     interrupt::write_file(path, |file| {
         let dumped = dump(&scene_input.scene, &scene.info, plan, file);
@@ -260,10 +263,10 @@ fn bench_scenes(
     let mut paths = args.scenes.clone();
     if paths.is_empty() {
         let text = args.filter.as_deref().unwrap_or("");
-        let wanted =
+        let is_chosen =
             |scene: &&SuiteScene| (scene.quick || !args.quick) && scene.name.contains(text);
-        let wanted = suite.scene.iter().filter(wanted);
-        paths.extend(wanted.map(|scene| PathBuf::from(&scene.name)));
+        let chosen = suite.scene.iter().filter(is_chosen);
+        paths.extend(chosen.map(|scene| PathBuf::from(&scene.name)));
         if paths.is_empty() {
             let part = if args.quick { "'s quick part" } else { "" };
             let message = format!("no scene of the suite{part} has `{text}` in its name");
@@ -279,9 +282,11 @@ fn bench_scenes(
     }
     let mut cameras = words.chunks(4).map(<[String]>::to_vec).peekable();
     let named = |(k, path): (usize, &PathBuf)| {
-        let mut known = suite.scene.iter();
-        let known = known.find(|scene| path.as_os_str() == &*scene.name);
-        let mut info = known.map(|scene| scene.info(answers)).unwrap_or_default();
+        let mut of_suite = suite.scene.iter();
+        let of_suite = of_suite.find(|scene| path.as_os_str() == &*scene.name);
+        let mut info = of_suite
+            .map(|scene| scene.info(answers))
+            .unwrap_or_default();
         info.name = path.file_name().unwrap_or_default().display().to_string();
         let is_namesake = |other: &&PathBuf| other.file_name() == path.file_name();
         let before = paths[..k].iter().filter(is_namesake).count();
@@ -300,9 +305,9 @@ fn bench_scenes(
 /// Writes the suite with this run's answers as the expected ones.
 fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), CliError> {
     for scene in &mut suite.scene {
-        let found = all.iter().find(|m| m.scene.name == scene.name);
-        let Some(found) = found else { continue };
-        scene.expected = found.scene.rays.clone();
+        let measured = all.iter().find(|m| m.scene.name == scene.name);
+        let Some(measured) = measured else { continue };
+        scene.expected = measured.scene.rays.clone();
     }
     let text = suite.to_text();
     let text = text.map_err(|e| CliError::Runtime(e.to_string()))?;

@@ -12,7 +12,7 @@ use phalanx::scene::Scene;
 const SIZE: [u32; 2] = [360, 270];
 
 /// Both pictures.
-pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, CliError> {
+pub fn draw(name: &str, scene: &Scene) -> Result<ScenePictures, CliError> {
     let bvh = Bvh::build(scene);
     let settings = Settings {
         width: SIZE[0],

@@ -5,12 +5,12 @@ use phalanx::report::Program;
 
 /// This program. Facts unknown to `build.rs` are `None`.
 pub fn this_program() -> Program {
-    let known = |value: Option<&str>| value.filter(|v| !v.is_empty()).map(str::to_owned);
+    let some_text = |value: Option<&str>| value.filter(|v| !v.is_empty()).map(str::to_owned);
     Program {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        git_revision: known(option_env!("PHALANX_GIT_REVISION")),
+        git_revision: some_text(option_env!("PHALANX_GIT_REVISION")),
         git_dirty: option_env!("PHALANX_GIT_DIRTY").and_then(|dirty| dirty.parse().ok()),
-        rustc: known(option_env!("PHALANX_RUSTC")),
+        rustc: some_text(option_env!("PHALANX_RUSTC")),
         profile: env!("PHALANX_PROFILE").to_owned(),
         isa_compiled: isa::compiled_level().to_owned(),
         isa_available: isa::cpu_level().to_owned(),

@@ -60,10 +60,16 @@ fn compared(
     threshold: f64,
     all: bool,
 ) -> Result<RecordComparison, CliError> {
-    let compared = RecordComparison::of(&pairs(records), ComparisonOptions { threshold, all });
-    match compared.compared {
-        0 => Err(CliError::Usage(nothing_in_common(&pairs(records)))),
-        _ => Ok(compared),
+    let options = ComparisonOptions {
+        threshold,
+        all,
+        any_machine: false,
+    };
+    let compared = RecordComparison::new(&pairs(records), options);
+    if compared.compared == 0 {
+        Err(CliError::Usage(nothing_in_common(&pairs(records))))
+    } else {
+        Ok(compared)
     }
 }
 

@@ -18,7 +18,7 @@ pub fn scene(measured: &Measured, width: usize) -> String {
     let table = if measured.rows.is_empty() {
         work(measured, width)
     } else {
-        rates(&RecordIndex::of(&[], &measured.rows), width)
+        rates(&RecordIndex::new(&[], &measured.rows), width)
     };
     heading(&measured.scene, width) + &table + "\n"
 }
@@ -31,7 +31,7 @@ pub fn summary(record: &BenchRecord, width: usize) -> String {
     };
     let mut text = String::new();
     if record.scenes.len() > 1 {
-        let index = RecordIndex::of(&record.scenes, &record.rows);
+        let index = RecordIndex::new(&record.scenes, &record.rows);
         text += &format!("geometric means over {}\n", index.averaged_words());
         let means = rates(&index, width);
         text += &means;
@@ -119,12 +119,12 @@ fn ratio(best: &RecordIndex, name: &str, kind: &str, threads: u32) -> String {
         return "-".to_owned();
     };
     // A peer that cannot trace every scene is compared on the others.
-    let of = if over.scenes < best.averaged.len() {
+    let scenes = if over.scenes < best.averaged.len() {
         format!("{OF}{}", over.scenes)
     } else {
         String::new()
     };
-    format!("{:.2}{of}", over.mean)
+    format!("{:.2}{scenes}", over.mean)
 }
 
 /// A peer's own rate in a scene, and the mode that reached it.

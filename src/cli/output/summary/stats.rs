@@ -3,6 +3,7 @@
 use super::table::grouped;
 use phalanx::frame::TreeStats;
 use phalanx::render::RayCounts;
+use phalanx::report::plural;
 use phalanx::scene::{PrimKind, Scene};
 use serde::{Serialize, Serializer};
 
@@ -27,8 +28,7 @@ impl PrimitiveCounts {
     /// The counts in words: "12,345 triangles, 3 spheres".
     pub fn words(&self) -> String {
         let counted = |(kind, n): (PrimKind, usize)| {
-            let plural = if n == 1 { "" } else { "s" };
-            (n > 0).then(|| format!("{} {}{plural}", grouped(n as u64), kind.name()))
+            (n > 0).then(|| format!("{} {}", grouped(n as u64), plural(n, kind.name())))
         };
         let words: Vec<_> = self.kinds().filter_map(counted).collect();
         if words.is_empty() { "none".to_owned() } else { words.join(", ") }
