@@ -124,7 +124,7 @@ mod tests {
         broken[data + 5] ^= 1;
         assert_eq!(
             reason(&broken),
-            "it is broken: its compressed data are no such data"
+            "it is broken: the compressed data are not a valid zlib stream"
         );
         assert_eq!(reason(&bytes[..data]), "it ends too early");
     }
