@@ -23,7 +23,7 @@ struct CrateTree(BTreeMap<Vec<String>, ModuleFile>);
 
 /// The crates beneath `src`, the facade and the program apart.
 fn crates(files: impl Iterator<Item = (String, String)>) -> Vec<CrateTree> {
-    let mut found: BTreeMap<String, CrateTree> = BTreeMap::new();
+    let mut crates: BTreeMap<String, CrateTree> = BTreeMap::new();
     for (path, code) in files {
         let stem = path.trim_end_matches(".rs");
         if stem.ends_with("/tests") || stem.ends_with("_tests") {
@@ -45,12 +45,12 @@ fn crates(files: impl Iterator<Item = (String, String)>) -> Vec<CrateTree> {
             code,
             imports,
         };
-        let tree = found
+        let tree = crates
             .entry(name)
             .or_insert_with(|| CrateTree(BTreeMap::new()));
         tree.0.insert(segments, module);
     }
-    found.into_values().collect()
+    crates.into_values().collect()
 }
 
 impl CrateTree {
@@ -58,46 +58,46 @@ impl CrateTree {
     fn target(&self, from: &[String], path: &[String], steps: usize) -> Option<Vec<String>> {
         let imported = self.through_import(from, path);
         let path = imported.as_deref().unwrap_or(path);
-        let mut at = from.to_vec();
+        let mut prefix = from.to_vec();
         let mut rest = path;
         let mut rooted = false;
         while let Some(first) = rest.first() {
             match first.as_str() {
-                "crate" => at.clear(),
+                "crate" => prefix.clear(),
                 "self" => {}
-                "super" => drop(at.pop()),
+                "super" => drop(prefix.pop()),
                 _ => break,
             }
             rooted = true;
             rest = &rest[1..];
         }
         while let Some(first) = rest.first() {
-            let mut child = at.clone();
+            let mut child = prefix.clone();
             child.push(first.clone());
             if !self.0.contains_key(&child) {
                 break;
             }
-            (at, rest, rooted) = (child, &rest[1..], true);
+            (prefix, rest, rooted) = (child, &rest[1..], true);
         }
         if !rooted {
             return None;
         }
         let Some(item) = rest.first() else {
-            return Some(at);
+            return Some(prefix);
         };
-        let module = self.0.get(&at)?;
+        let module = self.0.get(&prefix)?;
         if steps == 0 || defines(&module.code, item) {
-            return Some(at);
+            return Some(prefix);
         }
         // Imported there, by name or with all of a module.
         let named = module.imports.iter().find(|import| import.alias == *item);
         if let Some(import) = named {
-            let target = self.target(&at, &import.segments, steps - 1);
-            return Some(target.unwrap_or(at));
+            let target = self.target(&prefix, &import.segments, steps - 1);
+            return Some(target.unwrap_or(prefix));
         }
         for import in module.imports.iter().filter(|import| import.alias == "*") {
             let source = &import.segments[..import.segments.len() - 1];
-            let target = self.target(&at, source, steps - 1);
+            let target = self.target(&prefix, source, steps - 1);
             let target = target.filter(|target| {
                 let module = self.0.get(target);
                 module.is_some_and(|module| defines(&module.code, item))
@@ -106,7 +106,7 @@ impl CrateTree {
                 return target;
             }
         }
-        Some(at)
+        Some(prefix)
     }
 
     /// `path` in full where it begins with a name that a `use` of `from` imports: after
@@ -120,7 +120,7 @@ impl CrateTree {
     }
 
     fn edges(&self) -> BTreeSet<FileEdge> {
-        let mut found = BTreeSet::new();
+        let mut edges = BTreeSet::new();
         for (name, module) in &self.0 {
             for import in &module.imports {
                 let Some(target) = self.target(name, &import.segments, 8) else {
@@ -128,11 +128,11 @@ impl CrateTree {
                 };
                 let facade = import.public && target.starts_with(name);
                 if let Some(other) = self.0.get(&target).filter(|_| target != *name && !facade) {
-                    found.insert((module.file.clone(), other.file.clone()));
+                    edges.insert((module.file.clone(), other.file.clone()));
                 }
             }
         }
-        found
+        edges
     }
 }
 
@@ -150,8 +150,8 @@ fn defines(code: &str, item: &str) -> bool {
         "mod",
         "macro_rules!",
     ];
-    places(code, item).into_iter().any(|at| {
-        let before = code[..at].trim_end();
+    places(code, item).into_iter().any(|position| {
+        let before = code[..position].trim_end();
         KINDS.iter().any(|kind| before.ends_with(kind))
     })
 }

@@ -24,9 +24,9 @@ fn comments_end_at_column_100() {
                 fenced = !fenced;
             }
             // Table rows, lines of examples and single words cannot be broken.
-            let whole = fenced || body.starts_with('|') || !body.contains(' ');
+            let unbreakable = fenced || body.starts_with('|') || !body.contains(' ');
             let wide = line.chars().count() > WIDTH;
-            if wide && !(comment && whole) && (comment || line.contains(" // ")) {
+            if wide && !(comment && unbreakable) && (comment || line.contains(" // ")) {
                 wrong.push(format!(
                     "{}:{number}: {}",
                     source.path,
@@ -40,7 +40,7 @@ fn comments_end_at_column_100() {
 
 /// Doc comments of a text, each with its first line's number.
 fn doc_comments(text: &str) -> Vec<(usize, String)> {
-    let mut found: Vec<(usize, String)> = Vec::new();
+    let mut comments: Vec<(usize, String)> = Vec::new();
     let mut open = "";
     for (line, number) in text.lines().zip(1..) {
         let trimmed = line.trim_start();
@@ -50,22 +50,22 @@ fn doc_comments(text: &str) -> Vec<(usize, String)> {
             continue;
         };
         let body = trimmed[mark.len()..].trim();
-        match found.last_mut() {
+        match comments.last_mut() {
             Some((_, words)) if open == mark => {
                 words.push(' ');
                 words.push_str(body);
             }
-            _ => found.push((number, body.to_owned())),
+            _ => comments.push((number, body.to_owned())),
         }
         open = mark;
     }
-    found
+    comments
 }
 
 /// Doc comments for which `wrong` holds, except the exceptions.
 fn doc_comments_that(wrong: impl Fn(&str) -> bool) -> Vec<String> {
     const { assert!(EXCEPTIONS.len() <= 10) };
-    let mut found = Vec::new();
+    let mut comments = Vec::new();
     for source in &everything() {
         let excused = |text: &str| {
             let mut rows = EXCEPTIONS.iter().filter(|row| row.0 == source.path);
@@ -74,21 +74,21 @@ fn doc_comments_that(wrong: impl Fn(&str) -> bool) -> Vec<String> {
         for (number, text) in doc_comments(&source.text) {
             if wrong(&text) && !excused(&text) {
                 let beginning: String = text.chars().take(60).collect();
-                found.push(format!("{}:{number}: {beginning}", source.path));
+                comments.push(format!("{}:{number}: {beginning}", source.path));
             }
         }
     }
-    found
+    comments
 }
 
 #[test]
 fn doc_comments_are_read() {
     let text = "//! A\n\n/// B so\n/// many\n//! C\nfn f() {} // D\n    /// E\n";
-    let found = doc_comments(text);
+    let comments = doc_comments(text);
     let expected = [(1, "A"), (3, "B so many"), (5, "C"), (7, "E")];
-    assert_eq!(found.len(), expected.len());
-    for (found, expected) in found.iter().zip(expected) {
-        assert_eq!((found.0, found.1.as_str()), expected);
+    assert_eq!(comments.len(), expected.len());
+    for (comments, expected) in comments.iter().zip(expected) {
+        assert_eq!((comments.0, comments.1.as_str()), expected);
     }
 }
 

@@ -13,7 +13,7 @@ pub struct ImportPath {
 /// Words, and other characters one by one, with `::` as one.
 fn tokens(code: &str) -> Vec<&str> {
     let part = |c: char| c.is_alphanumeric() || c == '_';
-    let mut found = Vec::new();
+    let mut tokens = Vec::new();
     let mut rest = code.trim_start();
     while let Some(first) = rest.chars().next() {
         let length = match first {
@@ -21,10 +21,10 @@ fn tokens(code: &str) -> Vec<&str> {
             ':' if rest.starts_with("::") => 2,
             _ => first.len_utf8(),
         };
-        found.push(&rest[..length]);
+        tokens.push(&rest[..length]);
         rest = rest[length..].trim_start();
     }
-    found
+    tokens
 }
 
 fn is_word(token: &str) -> bool {
@@ -33,7 +33,7 @@ fn is_word(token: &str) -> bool {
 
 /// Blanks the bodies of inline test modules: tests may import anything.
 fn without_tests(tokens: &[&str]) -> Vec<String> {
-    let mut kept = Vec::new();
+    let mut kept_tokens = Vec::new();
     let mut i = 0;
     while i < tokens.len() {
         let test = tokens[i..].starts_with(&["#", "[", "cfg", "(", "test", ")", "]", "mod"]);
@@ -49,17 +49,17 @@ fn without_tests(tokens: &[&str]) -> Vec<String> {
             }
             continue;
         }
-        kept.push(tokens[i].to_owned());
+        kept_tokens.push(tokens[i].to_owned());
         i += 1;
     }
-    kept
+    kept_tokens
 }
 
 /// The paths in a file's code, except in inline test modules.
 pub fn import_paths(code: &str) -> Vec<ImportPath> {
     let tokens = without_tests(&tokens(code));
     let tokens: Vec<&str> = tokens.iter().map(String::as_str).collect();
-    let mut found = Vec::new();
+    let mut paths = Vec::new();
     let mut i = 0;
     while i < tokens.len() {
         if tokens[i] == "use" {
@@ -67,7 +67,7 @@ pub fn import_paths(code: &str) -> Vec<ImportPath> {
             let public = before.ends_with(&["pub"])
                 || before.ends_with(&["pub", "(", "crate", ")"])
                 || before.ends_with(&["pub", "(", "super", ")"]);
-            i = tree(&tokens, i + 1, &[], public, &mut found);
+            i = tree(&tokens, i + 1, &[], public, &mut paths);
             continue;
         }
         let starts = is_word(tokens[i])
@@ -80,7 +80,7 @@ pub fn import_paths(code: &str) -> Vec<ImportPath> {
                 segments.push(tokens[i + 2].to_owned());
                 i += 2;
             }
-            found.push(ImportPath {
+            paths.push(ImportPath {
                 segments,
                 alias: String::new(),
                 public: false,
@@ -88,7 +88,7 @@ pub fn import_paths(code: &str) -> Vec<ImportPath> {
         }
         i += 1;
     }
-    found
+    paths
 }
 
 /// Expands a `use` tree that begins at token `i` below `prefix`; returns the token after it.
@@ -97,7 +97,7 @@ fn tree(
     mut i: usize,
     prefix: &[String],
     public: bool,
-    found: &mut Vec<ImportPath>,
+    paths: &mut Vec<ImportPath>,
 ) -> usize {
     let mut segments = prefix.to_vec();
     while let Some(&token) = tokens.get(i) {
@@ -106,7 +106,7 @@ fn tree(
             "{" => {
                 i += 1;
                 while i < tokens.len() && tokens[i] != "}" {
-                    i = tree(tokens, i, &segments, public, found);
+                    i = tree(tokens, i, &segments, public, paths);
                     i += usize::from(tokens.get(i) == Some(&","));
                 }
                 return i + 1;
@@ -127,7 +127,7 @@ fn tree(
         alias = tokens.get(i + 1).copied().unwrap_or_default().to_owned();
         i += 2;
     }
-    found.push(ImportPath {
+    paths.push(ImportPath {
         segments,
         alias,
         public,
@@ -139,8 +139,8 @@ fn tree(
 fn paths_are_expanded() {
     let code = "pub use a::{b, c::{self, d as e}}; use super::x::*; fn f() { crate::g::h(1).k() } \
                 #[cfg(test)] mod tests { use crate::no; } self::m::N";
-    let found = import_paths(code);
-    let rows = found
+    let paths = import_paths(code);
+    let rows = paths
         .iter()
         .map(|p| (p.segments.join("/"), p.alias.as_str(), p.public));
     let rows: Vec<_> = rows.collect();

@@ -6,6 +6,7 @@ mod comments;
 mod features;
 mod imports;
 mod layering;
+mod map;
 mod names;
 mod regressions;
 mod source;

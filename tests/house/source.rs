@@ -37,8 +37,8 @@ impl SourceFile {
     /// Lines (from 1) on which `word` appears as a whole identifier.
     pub fn lines_with(&self, word: &str) -> Vec<usize> {
         let numbered = self.code.lines().zip(1..);
-        let found = numbered.filter(|(line, _)| !places(line, word).is_empty());
-        found.map(|(_, number)| number).collect()
+        let matching = numbered.filter(|(line, _)| !places(line, word).is_empty());
+        matching.map(|(_, number)| number).collect()
     }
 }
 
@@ -48,12 +48,12 @@ pub fn places(text: &str, word: &str) -> Vec<usize> {
     let starts_inside = |c: Option<char>| word.starts_with(part) && c.is_some_and(part);
     let goes_on =
         |c: Option<char>| word.ends_with(part) && !word.ends_with('_') && c.is_some_and(part);
-    let found = text.match_indices(word).filter(|&(at, _)| {
-        let before = text[..at].chars().next_back();
-        let after = text[at + word.len()..].chars().next();
+    let positions = text.match_indices(word).filter(|&(position, _)| {
+        let before = text[..position].chars().next_back();
+        let after = text[position + word.len()..].chars().next();
         !starts_inside(before) && !goes_on(after)
     });
-    found.map(|(at, _)| at).collect()
+    positions.map(|(position, _)| position).collect()
 }
 
 /// Blanks comments, string and character literals; keeps line breaks.
@@ -89,8 +89,8 @@ fn in_word(chars: &[char], i: usize) -> bool {
 }
 
 fn until(rest: &[char], from: usize, end: impl Fn(&[char]) -> bool, with: usize) -> usize {
-    let found = (from..rest.len()).find(|&k| end(&rest[k..]));
-    found.map_or(rest.len(), |k| k + with)
+    let end = (from..rest.len()).find(|&k| end(&rest[k..]));
+    end.map_or(rest.len(), |k| k + with)
 }
 
 fn block_comment(rest: &[char]) -> usize {
@@ -130,27 +130,27 @@ fn raw_string(rest: &[char]) -> usize {
 /// The files of `src`.
 pub fn sources() -> Vec<SourceFile> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let found = files_below(&root, &root);
-    assert!(found.len() > 20, "only {} sources found", found.len());
+    let files = files_below(&root, &root);
+    assert!(files.len() > 20, "only {} sources found", files.len());
     let rust = |path: &str| path.ends_with(".rs");
     let package = |path: &str| PACKAGES.iter().any(|folder| path.starts_with(folder));
     let other =
         |path: &str| OTHERS.contains(&path) || package(path) || path.ends_with("/Cargo.toml");
-    for path in &found {
+    for path in &files {
         assert!(rust(path) || other(path), "{path} is no Rust source");
     }
-    let sources = found.into_iter().filter(|path| rust(path));
+    let sources = files.into_iter().filter(|path| rust(path));
     sources.map(|path| read(&root, path)).collect()
 }
 
 /// Every Rust file of the repository: program, tests, benches, examples and build script.
 pub fn everything() -> Vec<SourceFile> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut found = vec!["build.rs".to_owned()];
+    let mut paths = vec!["build.rs".to_owned()];
     for folder in ["src", "tests", "benches", "examples"] {
-        found.extend(files_below(&root.join(folder), root));
+        paths.extend(files_below(&root.join(folder), root));
     }
-    let sources = found.into_iter().filter(|path| path.ends_with(".rs"));
+    let sources = paths.into_iter().filter(|path| path.ends_with(".rs"));
     sources.map(|path| read(root, path)).collect()
 }
 
@@ -167,16 +167,16 @@ fn files_below(folder: &Path, root: &Path) -> Vec<String> {
     };
     let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
     paths.sort();
-    let mut found = Vec::new();
+    let mut names = Vec::new();
     for path in paths {
         if path.is_dir() {
-            found.extend(files_below(&path, root))
+            names.extend(files_below(&path, root))
         } else {
             let name = path.strip_prefix(root).expect("below the root");
-            found.push(name.to_string_lossy().replace('\\', "/"));
+            names.push(name.to_string_lossy().replace('\\', "/"));
         }
     }
-    found
+    names
 }
 
 /// The modules that follow `root::` in `code`, also within braces: `crate::{bvh::Bvh, scene::{A,
@@ -185,8 +185,8 @@ pub fn imported(code: &str, root: &str) -> BTreeSet<String> {
     let compact: String = code.split_whitespace().collect::<Vec<_>>().join(" ");
     let compact = compact.replace(" ::", "::").replace(":: ", "::");
     let mut rooms = BTreeSet::new();
-    for at in places(&compact, root) {
-        let Some(rest) = compact[at + root.len()..].strip_prefix("::") else {
+    for position in places(&compact, root) {
+        let Some(rest) = compact[position + root.len()..].strip_prefix("::") else {
             continue;
         };
         match rest.strip_prefix('{') {
@@ -206,13 +206,13 @@ fn first_word(text: &str) -> Option<String> {
 /// The first word of each entry of a braced list, up to its closing brace.
 fn firsts_of_list(list: &str) -> Vec<String> {
     let (mut words, mut depth, mut start) = (Vec::new(), 0, 0);
-    for (at, c) in list.char_indices() {
+    for (offset, c) in list.char_indices() {
         match c {
             '{' => depth += 1,
             '}' if depth > 0 => depth -= 1,
             ',' | '}' if depth == 0 => {
-                words.extend(first_word(&list[start..at]));
-                start = at + 1;
+                words.extend(first_word(&list[start..offset]));
+                start = offset + 1;
                 if c == '}' {
                     break;
                 }
@@ -229,19 +229,19 @@ pub fn imported_crate(code: &str, name: &str) -> bool {
     let room = ["crate", "phalanx"]
         .iter()
         .any(|root| imported(code, root).contains(name));
-    let first = |at: usize| match code[..at].trim_end().strip_suffix("::") {
+    let first = |offset: usize| match code[..offset].trim_end().strip_suffix("::") {
         Some(path) => path.ends_with([' ', ';', '{', '(', ',']),
         None => true,
     };
-    let goes_on = |at: usize| {
-        let rest = code[at + name.len()..].trim_start();
+    let goes_on = |offset: usize| {
+        let rest = code[offset + name.len()..].trim_start();
         rest.starts_with("::")
             || ["use", "crate"]
                 .iter()
-                .any(|w| code[..at].trim_end().ends_with(w))
+                .any(|w| code[..offset].trim_end().ends_with(w))
     };
     !room
         && places(code, name)
             .into_iter()
-            .any(|at| first(at) && goes_on(at))
+            .any(|offset| first(offset) && goes_on(offset))
 }
