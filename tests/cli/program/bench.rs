@@ -165,12 +165,18 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
 /// `a.json` and `elsewhere.json` have the same rates, `faster.json` others.
 fn records_are_compared_and_put_on_a_page(room: &TestFolder) {
     let same = room.ok("bench compare a.json elsewhere.json");
-    let at = |part: &str| {
+    let position = |part: &str| {
         same.find(part)
             .unwrap_or_else(|| panic!("{part} in {same}"))
     };
-    assert!(at("  B  elsewhere.json") < at("ranks over"), "{same}");
-    assert!(at("ranks over") < at("geometric means"), "{same}");
+    assert!(
+        position("  B  elsewhere.json") < position("ranks over"),
+        "{same}"
+    );
+    assert!(
+        position("ranks over") < position("geometric means"),
+        "{same}"
+    );
     assert!(same.contains("None of "), "{same}");
     let all = room.ok("bench compare a.json faster.json --all --filter primary.oracle");
     assert!(
@@ -243,23 +249,27 @@ fn dumped_rays_can_be_read_by_their_documentation() {
     let bytes = fs::read(room.path().join("a.rays")).unwrap();
     assert_eq!(&bytes[..8], b"PHXRAYS2");
     assert_eq!(bytes[8..32], [0; 24], "the scene is not moved");
-    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    let number = |at: usize| f32::from_bits(word(at));
+    let word = |offset: usize| u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap());
+    let number = |offset: usize| f32::from_bits(word(offset));
     assert_eq!(word(32), 2);
-    let mut at = 36;
+    let mut offset = 36;
     for (name, query, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
         assert_eq!(
-            bytes[at..at + 16]
+            bytes[offset..offset + 16]
                 .trim_ascii_end()
                 .split(|b| *b == 0)
                 .next()
                 .unwrap(),
             name.as_bytes()
         );
-        assert_eq!((word(at + 16), number(at + 20)), (query, tmax));
-        let rays = word(at + 24) as usize;
-        assert_eq!(word(at + 28), 0);
-        let (first, ids, t) = (at + 32, at + 32 + 24 * rays, at + 32 + 28 * rays);
+        assert_eq!((word(offset + 16), number(offset + 20)), (query, tmax));
+        let rays = word(offset + 24) as usize;
+        assert_eq!(word(offset + 28), 0);
+        let (first, ids, t) = (
+            offset + 32,
+            offset + 32 + 24 * rays,
+            offset + 32 + 28 * rays,
+        );
         if query == 0 {
             assert_eq!(rays, 200);
             // All start at the eye, with unit directions; what is hit has a distance.
@@ -272,9 +282,9 @@ fn dumped_rays_can_be_read_by_their_documentation() {
         } else {
             assert!((0..rays).all(|k| word(ids + 4 * k) <= 1));
         }
-        at = t + 4 * rays;
+        offset = t + 4 * rays;
     }
-    assert_eq!(at, bytes.len());
+    assert_eq!(offset, bytes.len());
 }
 
 #[test]
@@ -534,10 +544,10 @@ fn furnished_room() -> String {
         for face in 0..6 {
             for cell in 0..cells * cells {
                 for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
-                    let at = |k: u32| f64::from(k) / f64::from(cells);
+                    let coordinate = |k: u32| f64::from(k) / f64::from(cells);
                     let mut corner = [
-                        at(cell % cells + a),
-                        at(cell / cells + b),
+                        coordinate(cell % cells + a),
+                        coordinate(cell / cells + b),
                         f64::from(face / 3),
                     ];
                     corner.rotate_right(face as usize % 3);

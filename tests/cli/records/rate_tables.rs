@@ -116,12 +116,12 @@ impl<'a> ReadmeTable<'a> {
         // Not every peer supports every scene: a ratio covers the scenes that both have.
         let scenes = self.index.averaged.iter();
         let ours = scenes.filter(|scene| self.rate(AUTO, scene, kind).is_some());
-        let of = if over.scenes < ours.count() {
+        let share = if over.scenes < ours.count() {
             format!(" (of {})", over.scenes)
         } else {
             String::new()
         };
-        Some(format!("× {}{of}", rate(over.mean)))
+        Some(format!("× {}{share}", rate(over.mean)))
     }
 
     fn scenes(&self) -> Vec<Vec<String>> {

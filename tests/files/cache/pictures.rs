@@ -186,8 +186,8 @@ fn options(rng: &mut Rng) -> Options {
 }
 
 /// The combined options: if both sides set one, the later one counts.
-fn joined(built: &Options, asked: &Options) -> Options {
-    let (first, second) = (&built.look, &asked.look);
+fn joined(built: &Options, options: &Options) -> Options {
+    let (first, second) = (&built.look, &options.look);
     let look = Overrides {
         view: second.view.or(first.view),
         up: second.up.or(first.up),
@@ -202,7 +202,7 @@ fn joined(built: &Options, asked: &Options) -> Options {
     };
     let read = ReadOptions {
         material: built.read.material,
-        ..asked.read.clone()
+        ..options.read.clone()
     };
     Options { read, look }
 }
@@ -241,9 +241,9 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
                 ..Material::default()
             });
         }
-        let mut asked = options(&mut rng);
-        asked.look.turntable = rng.once_in(6);
-        asked.look.size = rng.pick(&[
+        let mut options = options(&mut rng);
+        options.look.turntable = rng.once_in(6);
+        options.look.size = rng.pick(&[
             None,
             Some((24, 18)),
             Some((20, 20)),
@@ -255,13 +255,13 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
         let mut bytes = Vec::new();
         cache::write(&mut bytes, &stored, &Bvh::build(&stored)).expect("writing to memory");
         std::fs::write(&phx, bytes).expect("a file");
-        let file = formats::load(&path, &joined(&built, &asked)).map(|loaded| loaded.scene);
-        let why = match (file, open(&phx, &asked)) {
+        let file = formats::load(&path, &joined(&built, &options)).map(|loaded| loaded.scene);
+        let why = match (file, open(&phx, &options)) {
             (Ok(file), Ok(Opened { scene, bvh, .. })) => {
                 rescaled += usize::from(bvh.is_none());
-                let film = picture(&file, None, asked.look.size).film;
+                let film = picture(&file, None, options.look.size).film;
                 seen += usize::from(film.planes[0].iter().any(|&c| c != film.planes[0][0]));
-                match picture(&scene, bvh, asked.look.size).film == film {
+                match picture(&scene, bvh, options.look.size).film == film {
                     false => "pictures differ".to_owned(),
                     true if fingerprint(&scene) != fingerprint(&file) => "scenes differ".to_owned(),
                     true => continue,
@@ -271,7 +271,7 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
             (file, cached) => format!("{:?} but {:?}", file.err(), cached.err()),
         };
         wrong.push(format!(
-            "{pair} ({ending}): {why}, built {built:?}, asked {asked:?}"
+            "{pair} ({ending}): {why}, built {built:?}, asked {options:?}"
         ));
     }
     assert!(seen * 2 > pairs && rescaled > 0, "{seen}, {rescaled}");

@@ -134,8 +134,8 @@ fn a_camera_is_chosen_by_name_or_else_by_number() {
         ("bad", 0.0),
     ]);
     file.json["cameras"][2]["name"] = json!("own");
-    let chosen = |asked: Option<&str>| {
-        let loaded = read(&file, asked).unwrap();
+    let chosen = |choice: Option<&str>| {
+        let loaded = read(&file, choice).unwrap();
         assert_eq!(
             messages(&loaded.warnings),
             ["the camera is left out: it has no direction or no field of view"]
@@ -146,7 +146,7 @@ fn a_camera_is_chosen_by_name_or_else_by_number() {
         assert_eq!(f64::from(scene.width), width);
         scene.used_camera().unwrap()
     };
-    let asked = [
+    let choice = [
         None,
         Some("A"),
         Some("1"),
@@ -155,7 +155,7 @@ fn a_camera_is_chosen_by_name_or_else_by_number() {
         Some("own"),
         Some(" 3 "),
     ];
-    assert_eq!(asked.map(chosen), [0, 0, 1, 0, 2, 2, 3]);
+    assert_eq!(choice.map(chosen), [0, 0, 1, 0, 2, 2, 3]);
     let refused = read(&file, Some("B\u{1b}")).unwrap_err();
     let known = "the cameras are `A` (0), `1` (1), `own` (2), `A` (3)";
     assert_eq!(
@@ -179,8 +179,8 @@ fn several_cameras_are_noted() {
         notes.into_iter().find(|note| note.contains("cameras"))
     };
     let two = cameras(&[("A", 0.5), ("", 0.75)]);
-    let told = "the file has 2 cameras: `A` (0) is used, not 1 (see --camera-name)";
-    assert_eq!(note(&two, None).as_deref(), Some(told));
+    let expected = "the file has 2 cameras: `A` (0) is used, not 1 (see --camera-name)";
+    assert_eq!(note(&two, None).as_deref(), Some(expected));
     assert_eq!(note(&two, Some("1")), None);
     assert_eq!(note(&cameras(&[("A", 0.5)]), None), None);
 }
@@ -192,8 +192,8 @@ fn a_finished_scene_takes_another_camera() {
     let magnified = json!({"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 2, "zfar": 9, "znear": 1}});
     let camera = file.add("cameras", magnified);
     file.node(json!({"camera": camera, "name": "C", "translation": [1e10, 0, 5]}));
-    for asked in ["0", "B", "C"] {
-        let fresh = read(&file, Some(asked)).unwrap().scene;
+    for choice in ["0", "B", "C"] {
+        let fresh = read(&file, Some(choice)).unwrap().scene;
         for built_with in [None, Some("B"), Some("C")] {
             let mut scene = read(&file, built_with).unwrap().scene;
             let wide = Overrides {
@@ -201,12 +201,12 @@ fn a_finished_scene_takes_another_camera() {
                 ..Overrides::default()
             };
             let overrides = Overrides {
-                camera: Some(asked.to_owned()),
+                camera: Some(choice.to_owned()),
                 ..wide.clone()
             };
             let taken = override_scene(&mut scene, &overrides, 0);
             if matches!(taken, Err(SceneError::TooFar(_))) {
-                assert!(asked == "C" && built_with != Some("C"));
+                assert!(choice == "C" && built_with != Some("C"));
                 continue;
             }
             assert_eq!(
@@ -216,7 +216,7 @@ fn a_finished_scene_takes_another_camera() {
             let mut want = fresh.clone();
             override_scene(&mut want, &wide, 0).unwrap();
             if scene.scale == want.scale {
-                assert_eq!(scene.view, want.view, "{asked} {built_with:?}");
+                assert_eq!(scene.view, want.view, "{choice} {built_with:?}");
             }
         }
     }

@@ -99,17 +99,17 @@ fn vertices_have_colours_of_their_own() {
         );
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     }
-    let said = |alpha: [&str; 3]| {
+    let warning_of = |alpha: [&str; 3]| {
         let [a, b, c] = alpha;
         let text = format!("v 0 0 0 1 0 0 {a}\nv 1 0 0 1 0 0 {b}\nv 0 1 0 1 0 0 {c}\nf 1 2 3\n");
         messages(&read(&text).warnings)
     };
-    assert!(said(["1", "1.0", "255"]).is_empty());
+    assert!(warning_of(["1", "1.0", "255"]).is_empty());
     let one = "the opacity of this colour is not used";
-    assert_eq!(said(["1", "0.5", "1"]), [one]);
-    assert_eq!(said(["128", "255", "255"]), [one]);
+    assert_eq!(warning_of(["1", "0.5", "1"]), [one]);
+    assert_eq!(warning_of(["128", "255", "255"]), [one]);
     let three = "3 colours, this one first, have an opacity that is not used";
-    assert_eq!(said(["0"; 3]), [three]);
+    assert_eq!(warning_of(["0"; 3]), [three]);
     let plain = read("v 0 0 0 1\nv 1 0 0 1\nv 0 1 0 1\nf 1 2 3\n").scene;
     assert!(plain.triangles.colors.is_empty() && plain.triangles.vertex_colors.is_empty());
     let bad = read("v 0 0 0 nan 0 0\nv 1 0 0 -1 0 0\nv 0 1 0 1.01 1 1\nf 1 2 3\n");
@@ -230,10 +230,10 @@ fn textures_are_scaled_and_moved() {
         [[0.5, 0.75], [1.5, 0.75], [0.5, -0.25]].map(Vec2::from)
     );
     let differing = with_material("newmtl m\nmap_Kd -s 2 2 tex.png\nmap_d mask.png\n");
-    let said = messages(&differing.warnings);
+    let warnings = messages(&differing.warnings);
     assert!(
-        said[0].contains("a.mtl:3:7: `mask.png`") && said.len() == 1,
-        "{said:?}"
+        warnings[0].contains("a.mtl:3:7: `mask.png`") && warnings.len() == 1,
+        "{warnings:?}"
     );
 }
 
@@ -253,14 +253,14 @@ fn what_a_material_leaves_out_is_named_once_where_it_stands() {
             ("mask.png", &mask),
         ],
     );
-    let said = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     let expected = [
         "a.mtl:6:8: `-mm`, `map_Refl`, `Ps`, `-cc`, `Pcr` are left out (not shown); \
          `Ns` is left out (a number that is not finite)",
         "a.mtl:7:8: `mask.png`: its picture is not shown: that of map_Kd colours the ambient light",
         "a.mtl:10:8: the texture `absent.png` is left out: No such file or directory (os error 2)",
     ];
-    assert_eq!(said, expected);
+    assert_eq!(warnings, expected);
     assert!(loaded.warnings.iter().all(|w| (w.line, w.column) == (1, 8)));
     let glow = first_material(&loaded.scene).ke;
     assert_eq!(glow, Vec3::ZERO, "without its texture");
@@ -296,17 +296,17 @@ fn comments_stand_behind_names() {
     ] {
         let obj = format!("mtllib {library}\n{CORNERS}{PLACES}usemtl {name}\nf 1/1 2/2 3/3 # f\n");
         let loaded = beside(&obj, &files);
-        let said = messages(&loaded.warnings);
-        let missing = said
+        let texts = messages(&loaded.warnings);
+        let missing = texts
             .iter()
-            .all(|said| said.contains("`none.mtl` is left out"));
-        assert!(missing, "{library}: {said:?}");
+            .all(|texts| texts.contains("`none.mtl` is left out"));
+        assert!(missing, "{library}: {texts:?}");
         let material = first_material(&loaded.scene);
         assert_eq!(material.kd, kd, "{name}");
         assert_eq!(material.texture != NO_TEXTURE, kd == Vec3::X);
     }
     let obj = format!("mtllib none.mtl # x\n{CORNERS}usemtl nobody # y\nf 1 2 3\n");
-    for (files, said) in [
+    for (files, texts) in [
         (&[][..], "the material file `none.mtl` is left out"),
         (
             &[("none.mtl", &b""[..])][..],
@@ -315,7 +315,7 @@ fn comments_stand_behind_names() {
     ] {
         let warnings = messages(&beside(&obj, files).warnings);
         assert!(
-            warnings.len() == 1 && warnings[0].starts_with(said),
+            warnings.len() == 1 && warnings[0].starts_with(texts),
             "{warnings:?}"
         );
     }
@@ -359,12 +359,12 @@ fn pictures_are_found_from_their_material_file() {
         assert_eq!(read(name, Options::default()), (true, vec![]), "{name}");
     }
     for outside in ["../../textures/bark.png", "../../secret.png"] {
-        let (textured, said) = read(outside, Options::default());
+        let (textured, message) = read(outside, Options::default());
         assert!(
-            !textured && said[0].contains("materials/m.mtl:2:8: "),
-            "{said:?}"
+            !textured && message[0].contains("materials/m.mtl:2:8: "),
+            "{message:?}"
         );
-        assert!(said[0].contains("--allow-path"), "{said:?}");
+        assert!(message[0].contains("--allow-path"), "{message:?}");
     }
     let opened = Options {
         read: ReadOptions {
@@ -379,17 +379,17 @@ fn pictures_are_found_from_their_material_file() {
     );
     assert_eq!(read("D:\\lib\\bark.png", opened.clone()), (true, vec![]));
     assert!(!read("../../secret.png", opened).0);
-    let (textured, said) = read("img/b.png", Options::default());
+    let (textured, message) = read("img/b.png", Options::default());
     assert!(
-        textured && said[0].contains("`b.png` is read instead"),
-        "{said:?}"
+        textured && message[0].contains("`b.png` is read instead"),
+        "{message:?}"
     );
 }
 
 #[test]
 fn numbers_out_of_range_cost_a_face_its_texture_or_normals() {
     let text = format!("{CORNERS}{PLACES}vn 0 0 1\n");
-    for (face, places, normals, said) in [
+    for (face, places, normals, expected) in [
         (
             "f 1/0/1 2/0/1 3/0/1",
             false,
@@ -430,10 +430,10 @@ fn numbers_out_of_range_cost_a_face_its_texture_or_normals() {
             "{face}"
         );
         assert!(t.corner_uvs(1, 0).is_some() && t.corner_normals(1).is_some());
-        let told = messages(&loaded.warnings);
+        let warnings = messages(&loaded.warnings);
         assert!(
-            told.len() == 1 && told[0].contains(said),
-            "{face}: {told:?}"
+            warnings.len() == 1 && warnings[0].contains(expected),
+            "{face}: {warnings:?}"
         );
     }
 }
@@ -456,10 +456,10 @@ fn what_is_not_finite_matters_where_it_is_used() {
         assert_eq!(triangles(&loaded.scene), FLAT, "{bad}");
         assert_eq!(loaded.warnings.len(), 3, "{bad}: {:?}", loaded.warnings);
         let used = read(&format!("{text}f 1 2 4\n"));
-        let said = messages(&used.warnings);
+        let warnings = messages(&used.warnings);
         assert!(
-            said[0].contains("1 triangle is left out"),
-            "{bad}: {said:?}"
+            warnings[0].contains("1 triangle is left out"),
+            "{bad}: {warnings:?}"
         );
     }
     // A comment may stand at a number.
@@ -474,10 +474,10 @@ fn operands_too_many_are_not_used() {
     let loaded =
         read("v 0 0 0 1 2\nv 1 0 0\nv 0 1 0\nvn 0 0 1 0\nvt 0 0 0 0\nf 1/1/1 2/1/1 3/1/1\n");
     assert_eq!(triangles(&loaded.scene), FLAT);
-    let said = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     assert!(
-        said.len() == 1 && said[0].starts_with("3 statements have operands too many"),
-        "{said:?}"
+        warnings.len() == 1 && warnings[0].starts_with("3 statements have operands too many"),
+        "{warnings:?}"
     );
 }
 
@@ -485,12 +485,18 @@ fn operands_too_many_are_not_used() {
 fn textures_that_are_missing_are_one_warning() {
     let mtl = |k: u32| format!("newmtl m{k}\nmap_Kd t{k}.png\n");
     let face = |k: u32| format!("usemtl m{k}\nf 1/1 2/2 3/3\n");
-    let of = |part: &dyn Fn(u32) -> String| (0..17).map(part).collect::<String>();
-    let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}{}", of(&face));
-    let said = messages(&beside(&obj, &[("a.mtl", of(&mtl).as_bytes())]).warnings);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("17 textures are left out: "), "{said:?}");
-    assert!(said[0].ends_with("`t15.png`, `t16.png`"), "{said:?}");
+    let repeated = |part: &dyn Fn(u32) -> String| (0..17).map(part).collect::<String>();
+    let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}{}", repeated(&face));
+    let warnings = messages(&beside(&obj, &[("a.mtl", repeated(&mtl).as_bytes())]).warnings);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        warnings[0].contains("17 textures are left out: "),
+        "{warnings:?}"
+    );
+    assert!(
+        warnings[0].ends_with("`t15.png`, `t16.png`"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -499,9 +505,9 @@ fn a_texture_needs_places_and_may_have_options_behind_its_name() {
     let mtl = b"newmtl m\nmap_Kd tex.png -bm 1\n";
     let loaded = beside(&obj, &[("a.mtl", mtl), ("tex.png", &rgb())]);
     assert_ne!(first_material(&loaded.scene).texture, NO_TEXTURE);
-    let said = messages(&loaded.warnings);
+    let warnings = messages(&loaded.warnings);
     assert_eq!(
-        said,
+        warnings,
         ["a triangle has a texture and no texture coordinates: it is not shown there"]
     );
 }
@@ -510,7 +516,7 @@ fn a_texture_needs_places_and_may_have_options_behind_its_name() {
 fn maps_vary_what_their_statements_name() {
     let file = |name: &str| (name.to_owned(), rgb());
     let names = ["tex.png", "e.png", "s.png", "n.png", "r.png", "b.png"].map(file);
-    let of = |mtl: &str| {
+    let maps_of = |mtl: &str| {
         let obj = format!("mtllib a.mtl\n{CORNERS}{PLACES}usemtl m\nf 1/1 2/2 3/3\n");
         let mtl = format!("newmtl m\n{mtl}");
         let mut files: Vec<(&str, &[u8])> = vec![("a.mtl", mtl.as_bytes())];
@@ -524,8 +530,10 @@ fn maps_vary_what_their_statements_name() {
             .collect();
         (material, maps, loaded.scene)
     };
-    let (plain, maps, scene) = of("Ks 1 1 1\nNs 50\nillum 3\nmap_Kd tex.png\nmap_Ke e.png\n\
-        map_Ks s.png\nmap_Ns -imfchan g n.png\nbump -bm 2 b.png\n");
+    let (plain, maps, scene) = maps_of(
+        "Ks 1 1 1\nNs 50\nillum 3\nmap_Kd tex.png\nmap_Ke e.png\n\
+        map_Ks s.png\nmap_Ns -imfchan g n.png\nbump -bm 2 b.png\n",
+    );
     let expected = [
         (MapTarget::Emission, 0, 1.0),
         (MapTarget::Specular, 0, 1.0),
@@ -542,17 +550,17 @@ fn maps_vary_what_their_statements_name() {
     assert!(scene.triangles.corner_tangents(0).is_some());
     // A matt material shows no highlight, whatever its map.
     assert_eq!(
-        of("Ks 1 1 1\nmap_Ks s.png\nnorm n.png\nbump b.png\n").1,
+        maps_of("Ks 1 1 1\nmap_Ks s.png\nnorm n.png\nbump b.png\n").1,
         [(MapTarget::Normal, 0, 1.0),]
     );
     let (pbr, maps, _) =
-        of("Kd .5 .5 .5\nKs 1 1 1\nNs 50\nPm .5\nmap_Pr -imfchan b r.png\nmap_Ks s.png\n");
+        maps_of("Kd .5 .5 .5\nKs 1 1 1\nNs 50\nPm .5\nmap_Pr -imfchan b r.png\nmap_Ks s.png\n");
     assert_eq!(maps, [(MapTarget::Roughness, 2, 1.0)]);
     let lobes = pbr.metallic_roughness.expect("varied");
     assert_eq!((lobes.metallic, lobes.roughness), (0.5, 1.0));
     assert_eq!((pbr.kd, pbr.ks), (Vec3::splat(0.5), Vec3::splat(0.04)));
     // Without textures, they are converted once, as in glTF.
-    let (even, maps, _) = of("Kd .5 .5 .5\nPm 1\nPr 0\n");
+    let (even, maps, _) = maps_of("Kd .5 .5 .5\nPm 1\nPr 0\n");
     assert!(maps.is_empty() && even.metallic_roughness.is_none());
     assert_eq!((even.kd, even.ks), (Vec3::ZERO, Vec3::splat(0.5)));
 }
