@@ -33,18 +33,18 @@ impl Destination {
     /// # Errors
     /// A folder, a socket, links in a circle, or the system's reason why the kind is unknown.
     pub fn of(path: &Path) -> io::Result<Destination> {
-        let mut at = path.to_path_buf();
+        let mut target = path.to_path_buf();
         for _ in 0..MAX_LINKS {
-            if let Some(number) = descriptor::number_of(&at) {
+            if let Some(number) = descriptor::number_of(&target) {
                 return Ok(Destination::Open(number));
             }
-            let file = match fs::symlink_metadata(&at) {
+            let file = match fs::symlink_metadata(&target) {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => None,
                 other => Some(other?),
             };
             match file {
-                Some(file) if file.is_symlink() && !descriptor::of_another_process(&at) => {
-                    at = folder_of(&at).join(fs::read_link(&at)?);
+                Some(file) if file.is_symlink() && !descriptor::of_another_process(&target) => {
+                    target = folder_of(&target).join(fs::read_link(&target)?);
                 }
                 Some(file) if file.is_dir() => {
                     return Err(io::Error::new(
@@ -58,8 +58,8 @@ impl Destination {
                         "it is a socket, which cannot be opened by its name",
                     ));
                 }
-                Some(file) if !file.is_file() => return Ok(Destination::Stream(at)),
-                _ => return file_at(&at),
+                Some(file) if !file.is_file() => return Ok(Destination::Stream(target)),
+                _ => return file_at(&target),
             }
         }
         Err(io::Error::other("too many links, or links in a circle"))
@@ -150,16 +150,19 @@ mod tests {
     fn links_are_followed_to_what_there_is_or_is_to_be() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().canonicalize().unwrap();
-        let at = |name: &str| folder.join(name);
-        fs::create_dir(at("sub")).unwrap();
-        symlink("sub/link", at("first")).unwrap();
-        symlink("../made", at("sub/link")).unwrap();
-        symlink("/dev/null", at("null")).unwrap();
-        symlink("/dev/stdout", at("out")).unwrap();
-        symlink("circle", at("circle")).unwrap();
-        let kind = |name: &str| Destination::of(&at(name));
-        assert_eq!(kind("first").unwrap(), Destination::File(at("made")));
-        assert_eq!(kind("sub/../new").unwrap(), Destination::File(at("new")));
+        let path_of = |name: &str| folder.join(name);
+        fs::create_dir(path_of("sub")).unwrap();
+        symlink("sub/link", path_of("first")).unwrap();
+        symlink("../made", path_of("sub/link")).unwrap();
+        symlink("/dev/null", path_of("null")).unwrap();
+        symlink("/dev/stdout", path_of("out")).unwrap();
+        symlink("circle", path_of("circle")).unwrap();
+        let kind = |name: &str| Destination::of(&path_of(name));
+        assert_eq!(kind("first").unwrap(), Destination::File(path_of("made")));
+        assert_eq!(
+            kind("sub/../new").unwrap(),
+            Destination::File(path_of("new"))
+        );
         assert_eq!(
             kind("null").unwrap(),
             Destination::Stream("/dev/null".into())

@@ -212,18 +212,18 @@ mod tests {
     fn permissions_are_those_of_an_ordinary_file_and_links_stay() {
         use std::os::unix::fs::{PermissionsExt, symlink};
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        fs::write(at("ordinary"), "").unwrap();
-        symlink("target", at("link")).unwrap();
-        fs::write(at("target"), "old").unwrap();
-        replace_file(&at("link"), |w| w.write_all(b"new")).unwrap();
-        assert!(at("link").is_symlink());
-        assert_eq!(fs::read(at("target")).unwrap(), b"new");
-        let mode = |name| fs::metadata(at(name)).unwrap().permissions().mode();
+        let path_of = |name: &str| folder.path().join(name);
+        fs::write(path_of("ordinary"), "").unwrap();
+        symlink("target", path_of("link")).unwrap();
+        fs::write(path_of("target"), "old").unwrap();
+        replace_file(&path_of("link"), |w| w.write_all(b"new")).unwrap();
+        assert!(path_of("link").is_symlink());
+        assert_eq!(fs::read(path_of("target")).unwrap(), b"new");
+        let mode = |name| fs::metadata(path_of(name)).unwrap().permissions().mode();
         assert_eq!(mode("target"), mode("ordinary"));
         for bits in [0o600, 0o640, 0o666, 0o755] {
-            fs::set_permissions(at("target"), fs::Permissions::from_mode(bits)).unwrap();
-            replace_file(&at("link"), |w| w.write_all(b"newer")).unwrap();
+            fs::set_permissions(path_of("target"), fs::Permissions::from_mode(bits)).unwrap();
+            replace_file(&path_of("link"), |w| w.write_all(b"newer")).unwrap();
             assert_eq!(mode("target") & 0o7777, bits);
         }
     }

@@ -87,9 +87,9 @@ mod tests {
     #[test]
     fn leftovers_are_removed_and_files_in_use_are_not() {
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        let used = create(&at("a.png"), None).unwrap();
-        let left = create(&at("a.png"), None).unwrap();
+        let path_of = |name: &str| folder.path().join(name);
+        let used = create(&path_of("a.png"), None).unwrap();
+        let left = create(&path_of("a.png"), None).unwrap();
         let left = left.into_temp_path().keep().unwrap();
         let others = [
             "a.png",
@@ -99,14 +99,14 @@ mod tests {
             ".other-abcdef.part",
         ];
         for name in others.iter().chain(&[".phalanx-abcdef.part"]) {
-            fs::write(at(name), "").unwrap();
+            fs::write(path_of(name), "").unwrap();
         }
-        fs::create_dir(at(".phalanx-ghijkl.part")).unwrap();
-        remove_leftovers(&at("a.png"));
-        assert!(used.path().exists() && at(".phalanx-ghijkl.part").exists());
-        assert!(!left.exists() && !at(".phalanx-abcdef.part").exists());
-        assert!(others.iter().all(|name| at(name).exists()));
+        fs::create_dir(path_of(".phalanx-ghijkl.part")).unwrap();
+        remove_leftovers(&path_of("a.png"));
+        assert!(used.path().exists() && path_of(".phalanx-ghijkl.part").exists());
+        assert!(!left.exists() && !path_of(".phalanx-abcdef.part").exists());
+        assert!(others.iter().all(|name| path_of(name).exists()));
         drop(used);
-        remove_leftovers(&at("nowhere/a.png"));
+        remove_leftovers(&path_of("nowhere/a.png"));
     }
 }

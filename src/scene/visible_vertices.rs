@@ -167,12 +167,12 @@ mod tests {
         scene.end_mesh(mesh);
         (0..50).for_each(|_| add(&mut scene));
         scene.triangles.corners[3] = scene.triangles.corners[4];
-        let found = VisibleVertices::of(&scene, 2).map(|block| {
+        let visible = VisibleVertices::of(&scene, 2).map(|block| {
             let mut vertices = Vec::new();
             block.for_each(|vertex| vertices.push(vertex));
             vertices
         });
         let expected = (0..9).chain(12..150).chain(300..450);
-        assert!(found.concat().into_iter().eq(expected));
+        assert!(visible.concat().into_iter().eq(expected));
     }
 }

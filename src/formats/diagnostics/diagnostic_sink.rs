@@ -244,7 +244,7 @@ impl<'a> DiagnosticSink<'a> {
         let line = from.line + breaks.filter(|&&b| b == b'\n').count();
         self.counted = LineCursor { offset, line };
         let start = text[..offset].iter().rposition(|&b| b == b'\n');
-        let before = &text[start.map_or(0, |at| at + 1)..offset];
+        let before = &text[start.map_or(0, |newline| newline + 1)..offset];
         // An editor does not show the byte order mark, so it does not count as a column.
         let before = before.strip_prefix(BYTE_ORDER_MARK).unwrap_or(before);
         let characters = before.iter().filter(|&b| b & 0xc0 != 0x80).count();

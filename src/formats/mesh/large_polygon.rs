@@ -202,25 +202,25 @@ impl Steps {
         to: VertexHandle,
         outer: &mut [bool],
     ) -> Option<()> {
-        let mut at = from;
+        let mut vertex_handle = from;
         for met in LineIntersectionIterator::new_from_handles(delaunay, from, to) {
             self.take()?;
             let edge = match met {
                 Intersection::EdgeOverlap(edge) => edge,
                 // The end on the left is that of the edge met before, or its neighbour.
-                Intersection::EdgeIntersection(edge) if edge.from().fix() != at => {
-                    delaunay.get_edge_from_neighbors(at, edge.from().fix())?
+                Intersection::EdgeIntersection(edge) if edge.from().fix() != vertex_handle => {
+                    delaunay.get_edge_from_neighbors(vertex_handle, edge.from().fix())?
                 }
-                Intersection::VertexIntersection(vertex) if vertex.fix() != at => {
-                    delaunay.get_edge_from_neighbors(at, vertex.fix())?
+                Intersection::VertexIntersection(vertex) if vertex.fix() != vertex_handle => {
+                    delaunay.get_edge_from_neighbors(vertex_handle, vertex.fix())?
                 }
                 _ => continue,
             };
             let side = &mut outer[edge.as_undirected().fix().index()];
             *side = !*side;
-            at = edge.to().fix();
+            vertex_handle = edge.to().fix();
         }
-        (at == to).then_some(())
+        (vertex_handle == to).then_some(())
     }
 }
 

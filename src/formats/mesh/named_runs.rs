@@ -27,13 +27,13 @@ pub(crate) fn name(
     let mut starts: Vec<usize> = changes.map(|change| change.0).chain([triangles]).collect();
     starts.sort_unstable();
     starts.dedup();
-    let at = |changes: &NameChanges, row: usize| {
+    let name_of = |changes: &NameChanges, row: usize| {
         let after = changes.partition_point(|change| change.0 <= row);
         after.checked_sub(1).map_or(NO_NAME, |last| changes[last].1)
     };
     for run in starts.windows(2) {
         let [first, end] = [run[0], run[1]].map(|row| row.min(triangles) as u32);
-        let [object, material] = [objects, materials].map(|changes| at(changes, run[0]));
+        let [object, material] = [objects, materials].map(|changes| name_of(changes, run[0]));
         names.name_run(first..end, object, Some(material));
     }
 }

@@ -84,9 +84,9 @@ pub(super) fn read<'a>(
     share: LedgerShare<'a>,
 ) -> ObjChunk {
     // A byte order mark is not part of the first name.
-    let at = if start == 0 { mark_length(text) } else { start };
+    let offset = if start == 0 { mark_length(text) } else { start };
     let mut reader = ObjReader {
-        cursor: Cursor { text, at },
+        cursor: Cursor { text, at: offset },
         limits,
         origin,
         share,

@@ -49,12 +49,12 @@ impl ObjReader<'_> {
     pub(super) fn painted_colors(&mut self) {
         let rest = &self.cursor.text[self.cursor.at + b"#MRGB".len()..];
         let digits = rest.trim_ascii_start();
-        let digit = |at: usize| {
-            let digit = digits.get(at).map(|&digit| char::from(digit));
+        let digit = |offset: usize| {
+            let digit = digits.get(offset).map(|&digit| char::from(digit));
             digit.and_then(|digit| digit.to_digit(16))
         };
-        let byte = |at: usize| Some((digit(at)? << 4 | digit(at + 1)?) as u8);
-        let color = |at: usize| Some([byte(at + 2)?, byte(at + 4)?, byte(at + 6)?]);
+        let byte = |offset: usize| Some((digit(offset)? << 4 | digit(offset + 1)?) as u8);
+        let color = |offset: usize| Some([byte(offset + 2)?, byte(offset + 4)?, byte(offset + 6)?]);
         let colors = (0..).step_by(8).map_while(color);
         for color in colors {
             if self.share.take(COLOR_BYTES) {

@@ -233,9 +233,9 @@ mod tests {
             let surface = surface(&format!("Ks 1 .5 0\nNs 50\n{illum}\n"));
             (surface.ks, surface.highlight)
         };
-        let whole = Vec3::new(1.0, 0.5, 0.0);
+        let opaque = Vec3::new(1.0, 0.5, 0.0);
         for highlight in ["", "illum 2"] {
-            assert_eq!(lobes(highlight), (Vec3::ZERO, whole * GLOSS));
+            assert_eq!(lobes(highlight), (Vec3::ZERO, opaque * GLOSS));
         }
         for none in [
             "illum 1",
@@ -246,7 +246,7 @@ mod tests {
             assert_eq!(lobes(none), (Vec3::ZERO, Vec3::ZERO), "{none}");
         }
         for mirror in ["illum 3", "illum 5"] {
-            assert_eq!(lobes(mirror), (whole, Vec3::ZERO));
+            assert_eq!(lobes(mirror), (opaque, Vec3::ZERO));
         }
         // The gloss of roughness 0.1: (1 − 2 · 0.1)².
         let polished = surface("Ks .5 .5 .5\nNs 810\nillum 2").ks;
@@ -344,9 +344,9 @@ mod tests {
         assert_eq!(sheet.kt, Vec3::new(0.75, 0.375, 0.0));
         assert_eq!((sheet.kd, sheet.ior), (Vec3::splat(0.25), 1.0));
         assert_eq!((sheet.opacity, sheet.thin), (1.0, true));
-        let whole = surface("Tf 1 .5 0");
+        let filtered = surface("Tf 1 .5 0");
         assert_eq!(
-            (whole.kt, whole.opacity, whole.thin),
+            (filtered.kt, filtered.opacity, filtered.thin),
             (Vec3::ZERO, 1.0, false)
         );
     }

@@ -10,9 +10,9 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
     let words = words(names, most);
     let mut split = Vec::new();
     let mut unknown = None;
-    let mut at = 0;
-    while let Some(&(start, _)) = words.get(at) {
-        let ends = words[at..].iter().take(MAX_WORDS).map(|word| word.1);
+    let mut offset = 0;
+    while let Some(&(start, _)) = words.get(offset) {
+        let ends = words[offset..].iter().take(MAX_WORDS).map(|word| word.1);
         let short = ends.take_while(|end| end - start <= MAX_NAME_BYTES);
         let runs: Vec<&str> = short.map(|end| &names[start..end]).collect();
         match runs.iter().rposition(|run| exists(run)) {
@@ -20,11 +20,11 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
                 let before = unknown.take().map_or("", |from: usize| &names[from..start]);
                 split.extend(split_at_mtl(before));
                 split.push(runs[last]);
-                at += last + 1;
+                offset += last + 1;
             }
             None => {
                 unknown.get_or_insert(start);
-                at += 1;
+                offset += 1;
             }
         }
     }
@@ -35,7 +35,9 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
 
 /// Names that end where a word ends in `.mtl`.
 pub(super) fn split_at_mtl(names: &str) -> impl Iterator<Item = &str> {
-    let ends = names.match_indices(char::is_whitespace).map(|(at, _)| at);
+    let ends = names
+        .match_indices(char::is_whitespace)
+        .map(|(offset, _)| offset);
     let ends = ends.chain([names.len()]).filter(|&end| {
         let ending = end.checked_sub(4).and_then(|start| names.get(start..end));
         end == names.len() || ending.is_some_and(|ending| ending.eq_ignore_ascii_case(".mtl"))
@@ -55,7 +57,7 @@ fn words(names: &str, most: usize) -> Vec<(usize, usize)> {
     let mut start = None;
     let mut quoted = false;
     let mut before = ' ';
-    for (at, c) in names.char_indices() {
+    for (offset, c) in names.char_indices() {
         if start.is_none() {
             quoted = c == '"';
         } else if c == '"' {
@@ -64,10 +66,10 @@ fn words(names: &str, most: usize) -> Vec<(usize, usize)> {
         let ends = c.is_whitespace() && !quoted && before != '\\';
         match start {
             Some(first) if ends => {
-                words.push((first, at));
+                words.push((first, offset));
                 start = None;
             }
-            None if !c.is_whitespace() => start = Some(at),
+            None if !c.is_whitespace() => start = Some(offset),
             _ => {}
         }
         if words.len() == most {

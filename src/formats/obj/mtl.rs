@@ -158,8 +158,8 @@ impl MtlMaterial {
 /// Number of materials that a text may have, at most.
 pub(super) fn most_materials(text: &[u8]) -> u64 {
     let starts = memchr::memchr2_iter(b'n', b'N', text);
-    let named = |&at: &usize| {
-        let word = text.get(at..at + 6);
+    let named = |&position: &usize| {
+        let word = text.get(position..position + 6);
         word.is_some_and(|word| word.eq_ignore_ascii_case(b"newmtl"))
     };
     starts.filter(named).count() as u64

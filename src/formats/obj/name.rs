@@ -13,21 +13,21 @@ pub(super) fn spellings(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 /// programs write options behind the name.
 pub(super) fn texture_spellings(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut marks = memchr::memchr_iter(b'-', text);
-    let options = marks.find(|&at| at > 0 && text[at - 1] <= b' ');
-    spellings(text).chain(options.map(|at| text[..at].trim_ascii_end()))
+    let options = marks.find(|&offset| offset > 0 && text[offset - 1] <= b' ');
+    spellings(text).chain(options.map(|offset| text[..offset].trim_ascii_end()))
 }
 
 /// A name without its last comment, if it has one.
 fn before_comment(name: &[u8]) -> Option<&[u8]> {
     let mut marks = memchr::memrchr_iter(b'#', name);
-    let comment = marks.find(|&at| at > 0 && name[at - 1] <= b' ')?;
+    let comment = marks.find(|&offset| offset > 0 && name[offset - 1] <= b' ')?;
     Some(name[..comment].trim_ascii_end())
 }
 
 /// The shortest spelling: the text without its comments.
 pub(super) fn without_comment(text: &[u8]) -> &[u8] {
     let mut marks = memchr::memchr_iter(b'#', text);
-    let comment = marks.find(|&at| at == 0 || text[at - 1] <= b' ');
+    let comment = marks.find(|&offset| offset == 0 || text[offset - 1] <= b' ');
     text[..comment.unwrap_or(text.len())].trim_ascii_end()
 }
 

@@ -123,7 +123,7 @@ fn read_chunks(
     (size, moved): (usize, Option<DVec3>),
     memory: &MemoryLedger,
 ) -> Vec<ObjChunk> {
-    let ranges = workers::chunk_ranges(0..bytes.len(), size, |at| line_start(bytes, at));
+    let ranges = workers::chunk_ranges(0..bytes.len(), size, |offset| line_start(bytes, offset));
     let first = ranges
         .iter()
         .map(|range| (range.clone(), IndexLimits::UNKNOWN));
@@ -151,8 +151,8 @@ fn read_chunks(
 
 /// Start of a statement at or after an offset: behind a line end that no `\` continues. Blanks may
 /// stand behind the `\`.
-fn line_start(bytes: &[u8], at: usize) -> usize {
-    let mut start = at;
+fn line_start(bytes: &[u8], offset: usize) -> usize {
+    let mut start = offset;
     while let Some(end) = memchr::memchr(b'\n', &bytes[start..]) {
         start += end + 1;
         let mut line = bytes[..start - 1].iter();

@@ -79,9 +79,9 @@ impl Smoother {
             let vertices = corners[k].map(|v| mesh.vertices.get(v as usize).as_dvec3());
             let normal = (vertices[1] - vertices[0]).cross(vertices[2] - vertices[0]);
             let unit = normal.normalize_or_zero();
-            for (at, &vertex) in corners[k].iter().enumerate() {
+            for (corner, &vertex) in corners[k].iter().enumerate() {
                 let sum = self.slot(vertex);
-                self.sums[sum] += unit * angle(vertices, at);
+                self.sums[sum] += unit * angle(vertices, corner);
             }
         }
         let first = mesh.vertex_normals.len() as u32;
@@ -116,8 +116,8 @@ impl Smoother {
 }
 
 /// The angle of a triangle at one of its corners.
-fn angle(vertices: [DVec3; 3], at: usize) -> f64 {
-    let [a, b, c] = [0, 1, 2].map(|k| vertices[(at + k) % 3]);
+fn angle(vertices: [DVec3; 3], corner: usize) -> f64 {
+    let [a, b, c] = [0, 1, 2].map(|k| vertices[(corner + k) % 3]);
     let (left, right) = (b - a, c - a);
     libm::atan2(left.cross(right).length(), left.dot(right))
 }
@@ -170,9 +170,9 @@ mod tests {
     #[test]
     fn a_ridge_is_smooth_within_a_group_whatever_the_cut() {
         let mesh = smoothed(&[(0, 1)]);
-        for (k, at) in [(0, 0), (0, 1), (1, 0), (2, 0), (2, 2), (3, 2)] {
-            let normal = normals(&mesh, k).unwrap()[at];
-            assert!((normal - Vec3::Z).length() < 1e-6, "{k}.{at}: {normal}");
+        for (k, corner) in [(0, 0), (0, 1), (1, 0), (2, 0), (2, 2), (3, 2)] {
+            let normal = normals(&mesh, k).unwrap()[corner];
+            assert!((normal - Vec3::Z).length() < 1e-6, "{k}.{corner}: {normal}");
         }
         assert_eq!(mesh.vertex_normals.len(), 6);
     }

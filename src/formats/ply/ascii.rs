@@ -23,8 +23,8 @@ pub(super) fn read(
 ) -> Vec<PlyChunk> {
     let eol = plan.header.line_end;
     let used = plan.memory.used();
-    let ranges = workers::chunk_ranges(plan.header.body..bytes.len(), chunk_bytes, |at| {
-        memchr::memchr(eol, &bytes[at..]).map_or(bytes.len(), |length| at + length + 1)
+    let ranges = workers::chunk_ranges(plan.header.body..bytes.len(), chunk_bytes, |offset| {
+        memchr::memchr(eol, &bytes[offset..]).map_or(bytes.len(), |length| offset + length + 1)
     });
     let counts = workers::map(threads, ranges.clone(), |range| {
         count_rows(&bytes[range], eol)

@@ -172,7 +172,11 @@ impl<'a> HeaderLines<'a> {
     fn new(bytes: &'a [u8]) -> HeaderLines<'a> {
         let first = memchr::memchr2(b'\n', b'\r', bytes);
         let line_end = match first {
-            Some(at) if bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n') => b'\r',
+            Some(position)
+                if bytes[position] == b'\r' && bytes.get(position + 1) != Some(&b'\n') =>
+            {
+                b'\r'
+            }
             _ => b'\n',
         };
         HeaderLines {
@@ -209,16 +213,16 @@ type HeaderWord<'a> = (Span, &'a [u8]);
 
 fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
     let end = line.end();
-    let mut at = line.offset;
+    let mut position = line.offset;
     let mut words = Vec::new();
-    while at < end && words.len() < MAX_WORDS {
+    while position < end && words.len() < MAX_WORDS {
         let blank = |b: &&u8| b.is_ascii_whitespace();
-        let offset = at + bytes[at..end].iter().take_while(blank).count();
+        let offset = position + bytes[position..end].iter().take_while(blank).count();
         let length = bytes[offset..end].iter().take_while(|b| !blank(b)).count();
         if length > 0 {
             words.push((Span::new(offset, length), &bytes[offset..offset + length]));
         }
-        at = offset + length;
+        position = offset + length;
     }
     words
 }

@@ -138,8 +138,8 @@ impl PlyLexer<'_> {
         if origin == 0.0 {
             return self.real(decimal::float);
         }
-        self.real(|text, at| {
-            let (value, end) = decimal::double(text, at);
+        self.real(|text, offset| {
+            let (value, end) = decimal::double(text, offset);
             ((value - origin) as f32, end)
         })
     }

@@ -34,9 +34,9 @@ pub(super) fn read(
 ) -> (Soup, Vec<(usize, Span)>) {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
-    let ranges = workers::chunk_ranges(start..bytes.len(), chunk_bytes, |at| {
+    let ranges = workers::chunk_ranges(start..bytes.len(), chunk_bytes, |offset| {
         // Names and comments may hold the word.
-        let ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
+        let ends = finder.find_iter(&bytes[offset..]).map(|i| offset + i);
         let is_end =
             |&i: &usize| i > 0 && ends_word(bytes, i - 1) && ends_word(bytes, i + END.len());
         let mut ends = ends.filter(is_end).take(MAX_REMARKS);
@@ -56,8 +56,8 @@ pub(super) fn read(
     for chunk in workers::map(threads, ranges, read) {
         remarks.merge(chunk.remarks);
         cut_off = cut_off.or(chunk.cut_off);
-        for (at, name) in chunk.names {
-            change(&mut names, facets + at, name);
+        for (offset, name) in chunk.names {
+            change(&mut names, facets + offset, name);
         }
         facets += chunk.soup.len();
         soups.push(chunk.soup);
@@ -152,9 +152,9 @@ struct StlAsciiReader<'a> {
 }
 
 impl<'a> StlAsciiReader<'a> {
-    fn new(text: &'a [u8], at: usize, origin: DVec3) -> StlAsciiReader<'a> {
+    fn new(text: &'a [u8], offset: usize, origin: DVec3) -> StlAsciiReader<'a> {
         StlAsciiReader {
-            words: StlLexer::new(text, at),
+            words: StlLexer::new(text, offset),
             origin,
             chunk: StlChunk::default(),
         }

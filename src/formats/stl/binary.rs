@@ -38,11 +38,11 @@ pub(super) fn is_exact(bytes: &[u8]) -> bool {
 
 /// Offsets of facets that are followed by as many bytes as the word at their end says.
 fn payload_offsets(bytes: &[u8]) -> impl Iterator<Item = usize> {
-    let mut at = HEADER;
+    let mut position = HEADER;
     std::iter::from_fn(move || {
-        let facet = bytes.get(at..at + FACET)?;
-        let offset = at;
-        at += FACET + usize::from(word(facet, 0));
+        let facet = bytes.get(position..position + FACET)?;
+        let offset = position;
+        position += FACET + usize::from(word(facet, 0));
         Some(offset)
     })
 }
@@ -128,7 +128,7 @@ fn with_payloads<'a>(
     let mut facets = Vec::new();
     facets.reserve_exact(needed as usize);
     let offsets = payload_offsets(bytes);
-    offsets.for_each(|at| facets.extend_from_slice(&bytes[at..at + FACET]));
+    offsets.for_each(|offset| facets.extend_from_slice(&bytes[offset..offset + FACET]));
     Ok(BinaryFacets {
         bytes: Cow::Owned(facets),
         payloads: Some(bytes),
@@ -146,8 +146,8 @@ fn is_likely(facets: &[u8]) -> bool {
 /// The word at the end of a facet.
 #[inline]
 fn word(facets: &[u8], facet: usize) -> u16 {
-    let at = facet * FACET + FACET - 2;
-    u16::from_le_bytes([facets[at], facets[at + 1]])
+    let offset = facet * FACET + FACET - 2;
+    u16::from_le_bytes([facets[offset], facets[offset + 1]])
 }
 
 /// The bits of a corner: three for each facet.

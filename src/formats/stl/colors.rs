@@ -79,8 +79,8 @@ fn channel(bits: u16) -> f32 {
 /// The colour that a header names for all facets without one of their own. Opacity is not used.
 fn object_color(header: &[u8]) -> Option<Vec3> {
     let name = b"COLOR=";
-    let at = memchr::memmem::find(header, name)?;
-    let &[r, g, b, _] = header[at + name.len()..].first_chunk()?;
+    let position = memchr::memmem::find(header, name)?;
+    let &[r, g, b, _] = header[position + name.len()..].first_chunk()?;
     Some([r, g, b].map(linear_of_byte).into())
 }
 

@@ -17,8 +17,8 @@ pub(super) struct StlLexer<'a> {
 }
 
 impl<'a> StlLexer<'a> {
-    pub(super) fn new(text: &'a [u8], at: usize) -> StlLexer<'a> {
-        StlLexer { text, at }
+    pub(super) fn new(text: &'a [u8], offset: usize) -> StlLexer<'a> {
+        StlLexer { text, at: offset }
     }
 
     /// Moves to the next word, or to the end of the text.
@@ -125,16 +125,16 @@ impl<'a> StlLexer<'a> {
 const MAX_LINE: usize = 4096;
 
 /// Returns true if the word at this position is in the name of a solid or in a comment.
-pub(super) fn is_in_remark(bytes: &[u8], at: usize) -> bool {
-    let from = at.saturating_sub(MAX_LINE);
-    let end = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]);
+pub(super) fn is_in_remark(bytes: &[u8], offset: usize) -> bool {
+    let from = offset.saturating_sub(MAX_LINE);
+    let end = memchr::memrchr2(b'\n', b'\r', &bytes[from..offset]);
     // The line up to the first letter of the word.
-    let mut words = StlLexer::new(&bytes[..=at], end.map_or(from, |end| from + end + 1));
+    let mut words = StlLexer::new(&bytes[..=offset], end.map_or(from, |end| from + end + 1));
     if words.take_solid() {
         words.name();
     }
     while let Some(word) = words.word() {
-        if word.offset == at {
+        if word.offset == offset {
             return false;
         }
     }
@@ -176,8 +176,11 @@ mod tests {
         ] {
             let mut words = StlLexer::new(text.as_bytes(), 0);
             assert_eq!(words.take_end(b"loop").is_some(), is_end, "{text:?}");
-            let at = words.at;
-            assert_eq!(text[at..].trim_start(), if is_end { "x" } else { text });
+            let position = words.at;
+            assert_eq!(
+                text[position..].trim_start(),
+                if is_end { "x" } else { text }
+            );
         }
     }
 
@@ -194,9 +197,9 @@ mod tests {
             ("solid\r endfacet", false),
             ("endfacet", false),
         ] {
-            let at = text.find("endfacet").unwrap();
-            let at = if text.contains(" /e") { at - 1 } else { at };
-            assert_eq!(is_in_remark(text.as_bytes(), at), remark, "{text:?}");
+            let offset = text.find("endfacet").unwrap();
+            let offset = if text.contains(" /e") { offset - 1 } else { offset };
+            assert_eq!(is_in_remark(text.as_bytes(), offset), remark, "{text:?}");
         }
     }
 }

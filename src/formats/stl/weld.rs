@@ -61,15 +61,15 @@ pub(super) fn weld(
     let mut numbers = first;
     for facet in 0..facets {
         let row = [0, 1, 2].map(|k| {
-            let at = facet * 3 + k;
-            let first = numbers[at] as usize;
-            if first == at {
-                numbers[at] = welded.vertices.len() as u32;
-                welded.add(corner(at).map(f32::from_bits), at);
+            let corner_index = facet * 3 + k;
+            let first = numbers[corner_index] as usize;
+            if first == corner_index {
+                numbers[corner_index] = welded.vertices.len() as u32;
+                welded.add(corner(corner_index).map(f32::from_bits), corner_index);
             } else {
-                numbers[at] = numbers[first];
+                numbers[corner_index] = numbers[first];
             }
-            numbers[at]
+            numbers[corner_index]
         });
         welded.corners.push(row);
     }
@@ -92,12 +92,12 @@ fn first_corners(
     workers::map(threads, (0..shares).collect(), |share| {
         let mut seen: HashMap<WeldKey, u32, BuildHasherDefault<PrecomputedHasher>> =
             HashMap::default();
-        for (at, slot) in firsts.iter().enumerate() {
-            let bits = corner(at);
+        for (index, slot) in firsts.iter().enumerate() {
+            let bits = corner(index);
             let hash = hash(bits, seed);
             // The lower bits choose the share, the upper ones the slot in its table.
             if ((hash & 0xffff_ffff) * shares) >> 32 == share {
-                let first = seen.entry(WeldKey { hash, bits }).or_insert(at as u32);
+                let first = seen.entry(WeldKey { hash, bits }).or_insert(index as u32);
                 slot.store(*first, Ordering::Relaxed);
             }
         }

@@ -137,11 +137,11 @@ impl TestReader<'_> {
     /// Adds an error at an operand, from 0.
     pub(super) fn refuse(
         &mut self,
-        at: &Statement<'_>,
+        statement: &Statement<'_>,
         operand: usize,
         message: impl Into<String>,
     ) {
-        self.report.error(at.operand_place(operand), message);
+        self.report.error(statement.operand_place(operand), message);
     }
 
     /// Returns true if there are no operands, and adds an error otherwise.

@@ -14,9 +14,9 @@ const POWERS: [f64; 23] = [
 /// The number at `at`, and the position where it ends: `at` itself if there is none. `nan`, `inf`
 /// and numbers too large for f32 are returned as such.
 #[inline]
-pub(crate) fn float(text: &[u8], at: usize) -> (f32, usize) {
-    let negative = text.get(at) == Some(&b'-');
-    let start = at + usize::from(negative || text.get(at) == Some(&b'+'));
+pub(crate) fn float(text: &[u8], offset: usize) -> (f32, usize) {
+    let negative = text.get(offset) == Some(&b'-');
+    let start = offset + usize::from(negative || text.get(offset) == Some(&b'+'));
     let (mut mantissa, mut i) = digits(text, start, 0);
     let mut count = i - start;
     let mut scale = 0;
@@ -28,7 +28,7 @@ pub(crate) fn float(text: &[u8], at: usize) -> (f32, usize) {
     }
     let exponent = matches!(text.get(i), Some(b'e' | b'E'));
     if count == 0 || count > DIGITS || mantissa > EXACT || scale >= POWERS.len() || exponent {
-        return uncommon(text, at, start, negative);
+        return uncommon(text, offset, start, negative);
     }
     // Both are exact, so the quotient is the f64 nearest to the number. Rounding that to f32 goes
     // wrong in only two cases: it is half-way between two f32s and the number is not exactly there,
@@ -36,7 +36,7 @@ pub(crate) fn float(text: &[u8], at: usize) -> (f32, usize) {
     let wide = mantissa as f64 / POWERS[scale];
     let half_way = wide.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if half_way || (wide < f64::from(f32::MIN_POSITIVE) && mantissa != 0) {
-        return uncommon(text, at, start, negative);
+        return uncommon(text, offset, start, negative);
     }
     let value = wide as f32;
     (if negative { -value } else { value }, i)
@@ -44,26 +44,26 @@ pub(crate) fn float(text: &[u8], at: usize) -> (f32, usize) {
 
 /// The number and its end as [`float`] returns them, in double precision.
 #[inline]
-pub(crate) fn double(text: &[u8], at: usize) -> (f64, usize) {
-    let start = at + usize::from(matches!(text.get(at), Some(b'+' | b'-')));
+pub(crate) fn double(text: &[u8], offset: usize) -> (f64, usize) {
+    let start = offset + usize::from(matches!(text.get(offset), Some(b'+' | b'-')));
     // A second sign is no part of a number.
     if matches!(text.get(start), Some(b'+' | b'-')) {
-        return (0.0, at);
+        return (0.0, offset);
     }
     let rest = text.get(start..).unwrap_or_default();
     match fast_float2::parse_partial::<f64, _>(rest) {
         Ok((value, length)) if length > 0 => {
-            let negative = text.get(at) == Some(&b'-');
+            let negative = text.get(offset) == Some(&b'-');
             (if negative { -value } else { value }, start + length)
         }
-        _ => (0.0, at),
+        _ => (0.0, offset),
     }
 }
 
 /// Continues `value` with the digits from `at`. It wraps if there are too many.
 #[inline(always)]
-fn digits(text: &[u8], at: usize, mut value: u64) -> (u64, usize) {
-    let mut i = at;
+fn digits(text: &[u8], offset: usize, mut value: u64) -> (u64, usize) {
+    let mut i = offset;
     while let Some(digit) = text
         .get(i)
         .map(|b| b.wrapping_sub(b'0'))
@@ -77,27 +77,27 @@ fn digits(text: &[u8], at: usize, mut value: u64) -> (u64, usize) {
 
 /// Handles exponents, many digits, and numbers that are not finite.
 #[cold]
-fn uncommon(text: &[u8], at: usize, start: usize, negative: bool) -> (f32, usize) {
+fn uncommon(text: &[u8], offset: usize, start: usize, negative: bool) -> (f32, usize) {
     let rest = text.get(start..).unwrap_or_default();
     // A second sign is no part of a number.
     if matches!(rest.first(), Some(b'+' | b'-')) {
-        return (0.0, at);
+        return (0.0, offset);
     }
     match fast_float2::parse_partial::<f32, _>(rest) {
         Ok((value, length)) if length > 0 => {
             let value = if negative { -value } else { value };
             (value, start + length)
         }
-        _ => (0.0, at),
+        _ => (0.0, offset),
     }
 }
 
 /// A number that is not finite, as the C libraries of several systems print it, and the position
 /// where it ends: `nan`, `-nan(ind)`, `1.#QNAN0`, `-1.#IND`, `1.#INF00`, `infinity`.
 #[cold]
-pub(crate) fn not_finite(text: &[u8], at: usize) -> Option<(f32, usize)> {
-    let sign = text.get(at).filter(|sign| matches!(sign, b'+' | b'-'));
-    let start = at + usize::from(sign.is_some());
+pub(crate) fn not_finite(text: &[u8], offset: usize) -> Option<(f32, usize)> {
+    let sign = text.get(offset).filter(|sign| matches!(sign, b'+' | b'-'));
+    let start = offset + usize::from(sign.is_some());
     let rest = text.get(start..)?;
     let word = |from: &[u8]| {
         from.iter()
@@ -143,13 +143,13 @@ fn special_value(word: &[u8]) -> Option<f32> {
 /// The whole number at `at`, and the position where it ends: `at` itself if there is none. Numbers
 /// beyond ±10¹⁸ are clamped to it.
 #[inline]
-pub(crate) fn integer(text: &[u8], at: usize) -> (i64, usize) {
-    let negative = text.get(at) == Some(&b'-');
-    let start = at + usize::from(negative || text.get(at) == Some(&b'+'));
+pub(crate) fn integer(text: &[u8], offset: usize) -> (i64, usize) {
+    let negative = text.get(offset) == Some(&b'-');
+    let start = offset + usize::from(negative || text.get(offset) == Some(&b'+'));
     let (value, end) = digits(text, start, 0);
     let most = 1_000_000_000_000_000_000;
     let value = match end - start {
-        0 => return (0, at),
+        0 => return (0, offset),
         1..=18 => value as i64,
         _ => most,
     };

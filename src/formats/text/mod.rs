@@ -35,16 +35,16 @@ pub(crate) fn mark_length(bytes: &[u8]) -> usize {
 
 /// Returns true if a word before this position ends there: at a blank, or at the end of the text.
 #[inline]
-pub(crate) fn ends_word(text: &[u8], at: usize) -> bool {
-    text.get(at).is_none_or(|&byte| byte <= b' ')
+pub(crate) fn ends_word(text: &[u8], offset: usize) -> bool {
+    text.get(offset).is_none_or(|&byte| byte <= b' ')
 }
 
 /// The word at a position; empty at a blank or at the end of the text.
 #[inline]
-pub(crate) fn word_at(text: &[u8], at: usize) -> Span {
-    let rest = text.get(at..).unwrap_or_default();
+pub(crate) fn word_at(text: &[u8], offset: usize) -> Span {
+    let rest = text.get(offset..).unwrap_or_default();
     let length = rest.iter().position(|&byte| byte <= b' ');
-    Span::new(at, length.unwrap_or(rest.len()))
+    Span::new(offset, length.unwrap_or(rest.len()))
 }
 
 /// Text for messages about a file that should be UTF-8.

@@ -48,9 +48,9 @@ mod tests {
     fn pieces_follow_each_other_without_gaps() {
         let text = b"aaaa\nb\n\ncccccccccccccccccc\nd";
         for size in 1..=text.len() + 1 {
-            let after = |at: usize| {
-                let rest = memchr::memchr(b'\n', &text[at..]);
-                rest.map_or(text.len(), |i| at + i + 1)
+            let after = |offset: usize| {
+                let rest = memchr::memchr(b'\n', &text[offset..]);
+                rest.map_or(text.len(), |i| offset + i + 1)
             };
             let chunks = chunk_ranges(0..text.len(), size, after);
             let ends: Vec<usize> = chunks.iter().map(|p| p.end).collect();

@@ -28,15 +28,16 @@ pub(super) fn is_normal_map(picture: &Texture) -> bool {
 /// glTF.
 pub(super) fn normals_of_heights(heights: &Texture) -> Vec<[u8; 3]> {
     let (width, height) = (heights.width as usize, heights.height as usize);
-    let at = |column: usize, row: usize| f32::from(heights.texels[row * width + column][1]) / 255.0;
+    let height_at =
+        |column: usize, row: usize| f32::from(heights.texels[row * width + column][1]) / 255.0;
     let [across, down] = heights.wrap;
     let mut normals = Vec::with_capacity(width * height);
     for row in 0..height {
         let [above, below] = neighbours(row, height, down);
         for column in 0..width {
             let [left, right] = neighbours(column, width, across);
-            let x = (at(left, row) - at(right, row)) * STEEPNESS;
-            let y = (at(column, below) - at(column, above)) * STEEPNESS;
+            let x = (height_at(left, row) - height_at(right, row)) * STEEPNESS;
+            let y = (height_at(column, below) - height_at(column, above)) * STEEPNESS;
             let length = (x * x + y * y + 1.0).sqrt();
             let byte = |c: f32| ((c / length * 0.5 + 0.5) * 255.0).round() as u8;
             normals.push([byte(x), byte(y), byte(1.0)]);

@@ -180,12 +180,12 @@ fn entry(bytes: &[u8]) -> SectionEntry {
     }
 }
 
-fn word(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(std::array::from_fn(|k| bytes[at + k]))
+fn word(bytes: &[u8], offset: usize) -> u32 {
+    u32::from_le_bytes(std::array::from_fn(|k| bytes[offset + k]))
 }
 
-fn long(bytes: &[u8], at: usize) -> u64 {
-    u64::from_le_bytes(std::array::from_fn(|k| bytes[at + k]))
+fn long(bytes: &[u8], offset: usize) -> u64 {
+    u64::from_le_bytes(std::array::from_fn(|k| bytes[offset + k]))
 }
 
 /// Returns true if the bytes between the sections are zero. Otherwise a flipped bit there would go

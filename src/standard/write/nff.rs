@@ -74,10 +74,10 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
         // The angle is not a coordinate. It is written and read with enough precision to restore
         // the vertical angle bit for bit.
         let angle = (view.angle_of_pixel_centres() * 1e9).round() / 1e9;
-        let [from, at, up] = [view.from, view.at, view.up].map(Decimals);
+        let [from, center, up] = [view.from, view.at, view.up].map(Decimals);
         writeln!(
             self.out,
-            "v\nfrom {from}\nat {at}\nup {up}\nangle {angle}\nhither 1\nresolution {} {}",
+            "v\nfrom {from}\nat {center}\nup {up}\nangle {angle}\nhither 1\nresolution {} {}",
             view.width, view.height
         );
     }

@@ -70,8 +70,12 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
     fn view(&mut self, view: &StandardView) {
         writeln!(self.out, "size {} {}", view.width, view.height);
         writeln!(self.out, "maxdepth {}", self.max_depth);
-        let [from, at, up] = [view.from, view.at, view.up].map(Decimals);
-        writeln!(self.out, "camera {from} {at} {up} {}", Decimal(view.fovy));
+        let [from, center, up] = [view.from, view.at, view.up].map(Decimals);
+        writeln!(
+            self.out,
+            "camera {from} {center} {up} {}",
+            Decimal(view.fovy)
+        );
     }
 
     fn background(&mut self, rgb: DVec3) {

@@ -295,7 +295,7 @@ impl EmbreeSceneDraft {
     pub(super) fn instance(
         &mut self,
         id: u32,
-        of: &CommittedScene,
+        prototype: &CommittedScene,
         columns: &[[f32; 3]; 4],
     ) -> Result<(), EmbreeFault> {
         let geometry = self.geometry(INSTANCE)?;
@@ -303,7 +303,7 @@ impl EmbreeSceneDraft {
         // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene.
         // The map is twelve floats, column by column, as the format demands, and is copied.
         unsafe {
-            (api.set_instanced)(geometry.get(), of.0.scene.get());
+            (api.set_instanced)(geometry.get(), prototype.0.scene.get());
             let map = columns.as_ptr().cast();
             (api.set_transform)(geometry.get(), 0, FLOAT3X4_COLUMN_MAJOR, map);
         }

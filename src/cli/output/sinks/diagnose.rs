@@ -127,13 +127,15 @@ impl SourceLine {
         if d.line == 0 {
             return None;
         }
-        let start = boundary(text, d.offset.min(text.len()), |at| at - 1);
+        let start = boundary(text, d.offset.min(text.len()), |position| position - 1);
         let first = text[..start].rfind('\n').map_or(0, |i| i + 1);
         let last = text[start..].find(['\r', '\n']);
         let last = last.map_or(text.len(), |i| start + i);
-        let end = boundary(text, d.offset.saturating_add(d.length).min(last), |at| {
-            at + 1
-        });
+        let end = boundary(
+            text,
+            d.offset.saturating_add(d.length).min(last),
+            |position| position + 1,
+        );
         (last - first <= LONGEST_LINE).then(|| SourceLine {
             line: printable(&text[first..last]),
             number: d.line,
@@ -150,11 +152,11 @@ impl SourceLine {
 }
 
 /// The nearest character boundary in the direction of `step`; both ends of the text are boundaries.
-fn boundary(text: &str, mut at: usize, step: impl Fn(usize) -> usize) -> usize {
-    while !text.is_char_boundary(at) {
-        at = step(at);
+fn boundary(text: &str, mut position: usize, step: impl Fn(usize) -> usize) -> usize {
+    while !text.is_char_boundary(position) {
+        position = step(position);
     }
-    at
+    position
 }
 
 /// The text with terminal control characters replaced; its length in bytes does not change.

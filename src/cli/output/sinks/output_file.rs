@@ -22,11 +22,11 @@ const JPEG_SIDE: u32 = 65_535;
 /// extension.
 pub fn format_of(
     path: &Path,
-    asked: Option<ImageFormat>,
+    requested: Option<ImageFormat>,
     origin: &str,
 ) -> Result<ImageFormat, CliError> {
     let plain = || path.extension().is_none() && !is_replaced(path);
-    let format = asked.or_else(|| ImageFormat::of(path));
+    let format = requested.or_else(|| ImageFormat::of(path));
     format
         .or_else(|| plain().then_some(ImageFormat::Png))
         .ok_or_else(|| {

@@ -59,8 +59,8 @@ fn thinned(picture: &Picture, side: u32) -> Picture {
     let mut rgb = Vec::new();
     for y in (0..picture.height).step_by(step as usize) {
         for x in (0..picture.width).step_by(step as usize) {
-            let at = 3 * (y as usize * picture.width as usize + x as usize);
-            rgb.extend_from_slice(&picture.rgb[at..at + 3]);
+            let index = 3 * (y as usize * picture.width as usize + x as usize);
+            rgb.extend_from_slice(&picture.rgb[index..index + 3]);
         }
     }
     Picture { width, height, rgb }

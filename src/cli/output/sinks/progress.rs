@@ -127,7 +127,7 @@ impl ProgressOptions<'_> {
         loop {
             let state = state("progress");
             reporter.move_bar(&state);
-            if reported.is_none_or(|at| at.elapsed() >= SECOND) {
+            if reported.is_none_or(|since| since.elapsed() >= SECOND) {
                 reporter.report(&state, false, &control.stop);
                 reported = Some(Instant::now());
             }

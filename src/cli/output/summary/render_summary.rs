@@ -134,19 +134,19 @@ mod tests {
 
     #[test]
     fn what_is_not_said_is_the_default() {
-        let of = |settings: &Settings| RenderSummary::of(settings);
+        let summary_of = |settings: &Settings| RenderSummary::of(settings);
         let default = Settings::of(&Scene::default());
         assert_eq!(
             serde_json::from_str::<RenderSummary>("{}").unwrap(),
-            of(&default)
+            summary_of(&default)
         );
         let deep = Settings {
             max_depth: 11,
             ..default.clone()
         };
         let words = "1 sample per pixel, rays of weight 0.00024414063 or more";
-        assert_eq!(of(&deep).words(), words);
-        assert_eq!(of(&default).words(), "1 sample per pixel");
+        assert_eq!(summary_of(&deep).words(), words);
+        assert_eq!(summary_of(&default).words(), "1 sample per pixel");
         let pinhole = Lens {
             aperture: 0.0,
             focus: 3.0,
@@ -155,7 +155,7 @@ mod tests {
             lens: Some(pinhole),
             ..default
         };
-        assert_eq!(of(&settings).words(), "1 sample per pixel");
+        assert_eq!(summary_of(&settings).words(), "1 sample per pixel");
         let settings = Settings {
             sampling: Sampling {
                 spp: 4,
@@ -171,16 +171,20 @@ mod tests {
         };
         let words =
             "4 samples per pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
-        assert_eq!(of(&settings).words(), words);
+        assert_eq!(summary_of(&settings).words(), words);
         let endless = Settings {
             integrator: Integrator::Occlusion {
                 distance: f32::INFINITY,
             },
             ..settings.clone()
         };
-        assert!(of(&endless).words().ends_with(", ambient occlusion"));
-        let json = serde_json::to_value(of(&settings)).unwrap();
+        assert!(
+            summary_of(&endless)
+                .words()
+                .ends_with(", ambient occlusion")
+        );
+        let json = serde_json::to_value(summary_of(&settings)).unwrap();
         let again: RenderSummary = serde_json::from_value(json).unwrap();
-        assert_eq!(again, of(&settings));
+        assert_eq!(again, summary_of(&settings));
     }
 }

@@ -104,7 +104,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
     let Some(header) = bytes.first_chunk::<18>() else {
         return false;
     };
-    let [palette, kind, depth, flags] = [1, 2, 16, 17].map(|at| header[at]);
+    let [palette, kind, depth, flags] = [1, 2, 16, 17].map(|offset| header[offset]);
     let mapped = kind & 7 == 1;
     let palette_is_right = match palette {
         0 => !mapped && header[5..8] == [0; 3],
@@ -112,7 +112,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
         _ => false,
     };
     let depths: &[u8] = if mapped { &[8, 16] } else { &[8, 15, 16, 24, 32] };
-    let sides = [12, 14].map(|at| u16::from_le_bytes([header[at], header[at + 1]]));
+    let sides = [12, 14].map(|offset| u16::from_le_bytes([header[offset], header[offset + 1]]));
     palette_is_right
         && [1, 2, 3, 9, 10, 11].contains(&kind)
         && depths.contains(&depth)

@@ -158,8 +158,8 @@ fn pixels_of_an_interlaced_png_find_their_places() {
 
 /// Appends a chunk after the header, or at the end.
 fn with_chunk(png: &[u8], chunk: &[u8], at_end: bool) -> Vec<u8> {
-    let at = if at_end { png.len() } else { 33 };
-    [&png[..at], chunk, &png[at..]].concat()
+    let offset = if at_end { png.len() } else { 33 };
+    [&png[..offset], chunk, &png[offset..]].concat()
 }
 
 #[test]
