@@ -115,8 +115,8 @@ impl ReportTable {
     }
 }
 
-/// Rows in columns, one line each, two blanks between columns: the first `texts` columns flush left,
-/// the others flush right.
+/// Rows in columns, one line each, two blanks between columns: the first `texts` columns flush
+/// left, the others flush right.
 pub fn aligned(rows: &[Vec<String>], texts: usize) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns)

@@ -29,13 +29,13 @@ pub struct GroupChange {
     pub rays: Option<String>,
     /// Number of rates.
     pub rates: usize,
-    /// Median of their changes, with its interval: 95 % for a kernel as a whole, 99.95 % for its part
-    /// in one scene or on one kind of rays, of which there are many.
+    /// Median of their changes, with its interval: 95 % for a kernel as a whole, 99.95 % for its
+    /// part in one scene or on one kind of rays, of which there are many.
     pub change: RateChange,
 }
 
 /// Rates of a kernel: all of them, those in one scene, or on one kind of rays.
-struct Part<'a> {
+struct RateGroup<'a> {
     scene: Option<&'a str>,
     rays: Option<&'a str>,
     number: usize,
@@ -43,11 +43,11 @@ struct Part<'a> {
 }
 
 /// A kernel on a number of threads, as a whole and in parts.
-struct Kernel<'a> {
+struct KernelGroups<'a> {
     name: &'a str,
     threads: u32,
-    total: Part<'a>,
-    parts: Vec<Part<'a>>,
+    total: RateGroup<'a>,
+    parts: Vec<RateGroup<'a>>,
 }
 
 /// The changed groups of all further records; `noise` is that of each.
@@ -55,16 +55,16 @@ struct Kernel<'a> {
 /// - A **kernel** has changed as a whole if the median of its rates has by more than the threshold,
 ///   and the whole 95 % interval is beyond a third of it: a kernel that is a little slower
 ///   everywhere is found so, and in no single rate.
-/// - A **part** of it, in one scene or on one kind of rays, has changed if its whole 99.95 % interval
-///   is beyond the threshold, and beyond the change of the kernel as a whole.
+/// - A **part** of it, in one scene or on one kind of rays, has changed if its whole 99.95 %
+///   interval is beyond the threshold, and beyond the change of the kernel as a whole.
 pub(super) fn changed_groups(noise: &[Option<RunNoise>], threshold: f64) -> Vec<GroupChange> {
     let mut changed = Vec::new();
     let known = noise.iter().enumerate();
     let known = known.filter_map(|(i, noise)| Some((i + 1, noise.as_ref()?)));
     for (record, noise) in known {
-        let kernels: Vec<Kernel> = noise.beyond_load().filter_map(kernel).collect();
+        let kernels: Vec<KernelGroups> = noise.beyond_load().filter_map(kernel).collect();
         for kernel in &kernels {
-            let group = |part: &Part, change| GroupChange {
+            let group = |part: &RateGroup, change| GroupChange {
                 record,
                 kernel: kernel.name.to_owned(),
                 threads: kernel.threads,
@@ -89,11 +89,11 @@ pub(super) fn changed_groups(noise: &[Option<RunNoise>], threshold: f64) -> Vec<
     changed
 }
 
-/// What differs from run to run in a part of a kernel, as the variance of its change: a scene's
-/// rates have an error in common (its memory lies elsewhere), as have those of a kind of rays. It is
-/// the scatter of such parts about their kernels, of this kernel or of all, whichever is larger.
-fn part_variance(kernels: &[Kernel], kernel: &Kernel, part: &Part) -> f64 {
-    let scatter = |kernels: &[Kernel]| {
+/// Variance of a part's change from run to run: a scene's rates have an error in common (its memory
+/// lies elsewhere), as have those of a kind of rays. It is the scatter of such parts about their
+/// kernels, of this kernel or of all, whichever is larger.
+fn part_variance(kernels: &[KernelGroups], kernel: &KernelGroups, part: &RateGroup) -> f64 {
+    let scatter = |kernels: &[KernelGroups]| {
         let offsets = kernels.iter().flat_map(|kernel| {
             let parts = kernel.parts.iter();
             let like = parts.filter(|other| other.scene.is_some() == part.scene.is_some());
@@ -107,7 +107,7 @@ fn part_variance(kernels: &[Kernel], kernel: &Kernel, part: &Part) -> f64 {
 /// A kernel and its parts; `None` if it has too few rates.
 fn kernel<'a>(
     ((name, threads), changes): ((&'a str, u32), KernelChanges<'a>),
-) -> Option<Kernel<'a>> {
+) -> Option<KernelGroups<'a>> {
     let mut members: BTreeMap<(Option<&str>, Option<&str>), Vec<f64>> = BTreeMap::new();
     for (&(scene, rays), &change) in &changes {
         for part in [(None, None), (Some(scene), None), (None, Some(rays))] {
@@ -118,14 +118,14 @@ fn kernel<'a>(
         let is_total = scene.is_none() && rays.is_none();
         rates.len() >= MIN_RATES && (is_total || rates.len() < changes.len())
     });
-    let mut parts = members.into_iter().map(|((scene, rays), rates)| Part {
+    let mut parts = members.into_iter().map(|((scene, rays), rates)| RateGroup {
         scene,
         rays,
         number: rates.len(),
         change: median_with_variance(&rates),
     });
     // The total is first: `None` before any name.
-    Some(Kernel {
+    Some(KernelGroups {
         name,
         threads,
         total: parts.next()?,

@@ -66,9 +66,9 @@ impl<'a> RunNoise<'a> {
 
     /// Changes of our kernels by kernel and threads, beyond the machine's and other load's.
     ///
-    /// Other tracers take turns with ours on the same rays, so that other load slows both: what their
-    /// change of a measurement deviates by from their median is load. Their error cancels, since it
-    /// is in the load as well as in the machine's change.
+    /// Other tracers take turns with ours on the same rays, so that other load slows both: the
+    /// deviation of their change of a measurement from their median is load. Their error cancels,
+    /// since it is in the load as well as in the machine's change.
     pub fn beyond_load(&self) -> impl Iterator<Item = ((&'a str, u32), KernelChanges<'a>)> {
         let load = self.load();
         let ours = self.changes.iter().filter(|(key, _)| key.0 == PHALANX);
@@ -161,5 +161,6 @@ pub(super) fn median_with_variance(values: &[f64]) -> LogRate {
 
 /// Variance of values whose mean is known to be zero, by the median of their sizes.
 pub(super) fn robust_variance(values: impl Iterator<Item = f64>) -> f64 {
-    (DEVIATION * median_of(values.map(f64::abs))).powi(2)
+    let deviation = DEVIATION * median_of(values.map(f64::abs));
+    deviation * deviation
 }

@@ -5,7 +5,7 @@ use super::{ComparedRate, GroupChange, RecordComparison};
 /// Times that a suspect is measured again before it counts.
 pub const RETAKES: usize = 2;
 
-/// What fell beyond the threshold of a comparison.
+/// Kernels and rates that fell beyond the threshold of a comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Regressions {
     /// Kernels, as a whole, on one kind of rays or in one scene.

@@ -142,7 +142,7 @@ fn ratios(comparison: &RecordComparison) -> ReportTable {
     }))
 }
 
-/// What has changed: kernels first, then single rates, `limit` of them at most.
+/// The changes: kernels first, then single rates, `limit` of them at most.
 pub(crate) fn changes(comparison: &RecordComparison, limit: usize) -> ReportTable {
     let share = threshold(comparison.threshold);
     let groups = counted(comparison.groups.len(), "group");
@@ -179,7 +179,7 @@ pub(crate) fn changes(comparison: &RecordComparison, limit: usize) -> ReportTabl
 /// Caution below changes of single rates.
 const SINGLE_RATE: &str = "other load may slow a single rate for a whole run: believe it when a further run shows it, too";
 
-/// What made `bench --fail-above` fail, or a sentence where nothing did.
+/// The regressions that make `bench --fail-above` fail, or a sentence where there are none.
 pub fn regressions_text(comparison: &RecordComparison, regressions: &Regressions) -> String {
     let share = threshold(comparison.threshold);
     if regressions.is_empty() {

@@ -72,7 +72,7 @@ fn rates_of_other_parts_of_the_rays_show_no_machine() {
     assert!(compare(&record(1), &part).records[1].machine.is_none());
 }
 
-/// What is slower in a record, by kernel, scene and rays.
+/// Groups that are slower in a record, by kernel, scene and rays.
 fn slower_groups(comparison: &RecordComparison) -> Vec<(&str, Option<&str>, Option<&str>)> {
     let groups = comparison.groups.iter();
     let slower = groups.filter(|group| group.change.by < 0.0);
