@@ -19,9 +19,8 @@ impl Oracle<'_> {
         corner: (u32, u32),
         size: (u32, u32),
     ) -> Vec<OraclePixel> {
-        let by_chance =
-            self.scene().is_stochastic() || camera.has_lens() || self.ao_distance.is_some();
-        if by_chance {
+        let occlusion = self.integrator.settings.ao_distance.is_some();
+        if self.scene().is_stochastic() || camera.has_lens() || occlusion {
             self.block_by_pixels(camera, sampling, adaptive, corner, size)
         } else {
             self.block_by_cells(camera, sampling, adaptive, corner, size)

@@ -9,19 +9,14 @@ use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSe
 use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
 use phalanx_scene::sampling::BounceKind;
-use phalanx_scene::{MAX_PASSES, RayCounts, SurfaceHit};
+use phalanx_scene::{IntegratorSettings, MAX_PASSES, RayCounts, SurfaceHit};
 use std::array;
 use std::iter::Flatten;
 
 /// Follows camera rays and their bounces.
 pub(super) struct WhittedIntegrator<'a> {
     pub(super) search: SceneSearch<'a>,
-    max_depth: u32,
-    /// Minimum share of its camera ray that a ray must have in some component to be traced; at 0,
-    /// all rays are traced.
-    pub(super) min_weight: f32,
-    /// True if camera rays do not see the background.
-    pub(super) hides_background: bool,
+    pub(super) settings: IntegratorSettings,
     /// The bounces between a camera ray and the ray being traced.
     path: Vec<PathLevel>,
     /// Rays cast so far.
@@ -87,12 +82,10 @@ impl RadianceParts {
 }
 
 impl<'a> WhittedIntegrator<'a> {
-    pub(super) fn new(search: SceneSearch<'a>, max_depth: u32) -> WhittedIntegrator<'a> {
+    pub(super) fn new(search: SceneSearch<'a>) -> WhittedIntegrator<'a> {
         WhittedIntegrator {
             search,
-            max_depth,
-            min_weight: 0.0,
-            hides_background: false,
+            settings: IntegratorSettings::default(),
             path: Vec::new(),
             ray_counts: RayCounts::default(),
         }
@@ -100,7 +93,11 @@ impl<'a> WhittedIntegrator<'a> {
 
     /// Radiance of a camera ray that hits nothing.
     pub(super) fn camera_background(&self) -> Vec3 {
-        if self.hides_background { Vec3::ZERO } else { self.search.scene.background }
+        if self.settings.hides_background {
+            Vec3::ZERO
+        } else {
+            self.search.scene.background
+        }
     }
 
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera
@@ -231,7 +228,7 @@ impl<'a> WhittedIntegrator<'a> {
         coverage: f32,
         at: &OracleSurface,
     ) -> [Option<PathSegment>; 2] {
-        if from.depth >= self.max_depth {
+        if from.depth >= self.settings.max_depth {
             return [None, None];
         }
         let [mirror, refracted] = shading::bounces(material, from.chance, at);
@@ -274,7 +271,8 @@ impl<'a> WhittedIntegrator<'a> {
 
     /// Returns true if a ray of this share is worth tracing.
     fn counts(&self, share: Vec3) -> bool {
-        self.min_weight == 0.0 || share.abs().cmpge(Vec3::splat(self.min_weight)).any()
+        let least = self.settings.min_weight;
+        least == 0.0 || share.abs().cmpge(Vec3::splat(least)).any()
     }
 
     /// A bounce of a ray, whose weight is divided by `whole` for its share of the camera ray;

@@ -28,8 +28,8 @@ impl OracleRenderer<'_> {
         if aovs.is_empty() {
             return;
         }
-        let look = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
-        pixels.set_surface(x, y, &look);
+        let surface = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
+        pixels.set_surface(x, y, &surface);
         pixels.set_light(x, y, &RadianceAovs(pixel.light.map(Vec3::into)));
         if aovs.of_coverage() {
             write_coverage(pixels, (x, y), &pixel.coverage);

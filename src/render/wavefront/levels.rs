@@ -14,7 +14,7 @@ use super::trace_wavefront;
 use super::wave_sizes::WaveSizes;
 use super::wavefront_context::{Wave, WavefrontContext};
 use bumpalo::Bump;
-use phalanx_scene::{MAX_PASSES, Scene};
+use phalanx_scene::{IntegratorSettings, MAX_PASSES, Scene};
 use phalanx_trace::packet::QueueColumns;
 
 /// The levels of a renderer, each with the bounces of one wave.
@@ -25,17 +25,12 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    pub(crate) fn new(scene: &Scene, max_depth: u32, min_weight: f32) -> Levels {
+    pub(crate) fn new(scene: &Scene, settings: &IntegratorSettings) -> Levels {
         Levels {
-            sizes: WaveSizes::of(scene, max_depth, min_weight),
-            max_depth,
+            sizes: WaveSizes::of(scene, settings.max_depth, settings.min_weight),
+            max_depth: settings.max_depth,
             levels: Vec::new(),
         }
-    }
-
-    /// Bounces after the primary ray.
-    pub(crate) fn max_depth(&self) -> u32 {
-        self.max_depth
     }
 
     /// The columns of the queues of bounces.

@@ -43,7 +43,12 @@ pub(super) fn spawn_secondary_rays(
         let outgoing = bouncing.iter().zip(&mut *outgoing);
         arena.alloc_slice_fill_iter(outgoing.map(|(k, out)| {
             let whole = groups.material(*k as usize).secondary_weight();
-            drop_below_min_weight(context.min_weight, rays.shares(&surface(k).ray), whole, out)
+            drop_below_min_weight(
+                context.integrator.min_weight,
+                rays.shares(&surface(k).ray),
+                whole,
+                out,
+            )
         }))
     } else {
         &[]

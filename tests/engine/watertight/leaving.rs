@@ -56,7 +56,7 @@ fn leaving(surface: &OracleSurface, rng: &mut Rng) -> OracleRay {
 /// Sends rays off a scene's surfaces near the points given by `at`.
 fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: usize) -> Ends {
     let (bvh, tree) = (Bvh::build(scene), TwoLevelBvh::build(scene));
-    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
+    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree));
     let mut tracer = PacketTracer::new(&bvh);
     let mut rng = Rng::new(37);
     let mut ends = Ends::default();
