@@ -8,7 +8,7 @@ use super::pixel_diff::PixelBits;
 use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::files::shown_path;
 use phalanx::frame::Settings;
-use phalanx::jobs::ToneSpec;
+use phalanx::jobs::spec::OptionValue;
 use phalanx::render::Film;
 use phalanx::scene::OutputEncoding;
 use serde::{Deserialize, Serialize};
@@ -145,14 +145,13 @@ const DIGITS: usize = 16;
 impl PixelHashes {
     /// A record without its pixels.
     fn heading(path: &Path, settings: &Settings, encoding: OutputEncoding) -> PixelHashes {
-        let tone = ToneSpec::of(encoding);
         PixelHashes {
             scene: name_of(path),
             window: PictureWindow::of(settings),
             max_depth: settings.max_depth,
             summary: RenderSummary::of(settings),
-            transfer: tone.transfer.unwrap_or_default(),
-            quantize: tone.quantize.unwrap_or_default(),
+            transfer: encoding.transfer.text(),
+            quantize: encoding.quantize.text(),
             hits: Vec::new(),
             radiance: Vec::new(),
         }
