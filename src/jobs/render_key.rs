@@ -140,7 +140,7 @@ impl RenderKey {
     fn describe(&self) -> Vec<(String, String)> {
         let origin = self.stamp.origin.map(|x| x.to_string()).join(",");
         let view = self.view.map_or("not given".to_owned(), describe_view);
-        let own = [
+        let facts = [
             ("the version of phalanx", self.stamp.version.clone()),
             ("the scene's local origin", origin),
             ("the scene's fingerprint", self.stamp.scene.clone()),
@@ -148,8 +148,8 @@ impl RenderKey {
         ];
         let options = self.pixels.rows().into_iter();
         let options = options.map(|row| (row.option(), row.text()));
-        let own = own.map(|(what, value)| (what.to_owned(), value));
-        own.into_iter().chain(options).collect()
+        let facts = facts.map(|(what, value)| (what.to_owned(), value));
+        facts.into_iter().chain(options).collect()
     }
 }
 

@@ -193,9 +193,9 @@ impl<'a> Oracle<'a> {
         let Some(hit) = hit else {
             return self.integrator.camera_background();
         };
-        let at = OracleSurface::new(self.scene(), ray, &hit);
+        let surface = OracleSurface::new(self.scene(), ray, &hit);
         self.integrator.ray_counts.shadow += 1;
-        let ray = shading::sample_ao_ray(seed, &at);
+        let ray = shading::sample_ao_ray(seed, &surface);
         self.integrator.search.visibility(&ray, reach)
     }
 

@@ -27,7 +27,7 @@ pub(super) struct WhittedIntegrator<'a> {
 pub(super) struct PathSegment {
     ray: OracleRay,
     way: BounceKind,
-    chance: SampleSeed,
+    seed: SampleSeed,
     /// Weight from the hit that sends the ray.
     throughput: Vec3,
     /// Share of its camera ray that the ray carries: the product of all weights since the camera,
@@ -47,7 +47,7 @@ impl PathSegment {
         PathSegment {
             ray,
             way: BounceKind::Mirror,
-            chance: seed,
+            seed,
             throughput: Vec3::ONE,
             share: Vec3::ONE,
             depth: 0,
@@ -183,22 +183,22 @@ impl<'a> WhittedIntegrator<'a> {
             };
             return (parts, [None, None, None].into_iter().flatten());
         };
-        let at = OracleSurface::new(scene, &segment.ray, &hit);
+        let surface = OracleSurface::new(scene, &segment.ray, &hit);
         let prim = scene.resolve(hit.prim_id).prim;
         let coverage =
             if self.search.has_coverage { scene.coverage(hit.on_surface()) } else { 1.0 };
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
-        let above = shading::OracleTerminatorShift::of(scene, &hit, &at);
+        let above = shading::OracleTerminatorShift::of(scene, &hit, &surface);
         for light in 0..scene.lights.len() {
             let lit = shading::Lit {
-                seed: segment.chance,
+                seed: segment.seed,
                 material: &material,
                 coverage,
                 above,
             };
-            let Some(sample) = shading::sample_light(scene, light, &lit, &at) else {
+            let Some(sample) = shading::sample_light(scene, light, &lit, &surface) else {
                 continue;
             };
             if !scene.lights.casts_shadows(light) {
@@ -215,7 +215,7 @@ impl<'a> WhittedIntegrator<'a> {
                 parts.direct += sample.radiance * passed;
             }
         }
-        let [mirror, refracted] = self.bounces(segment, &material, coverage, &at);
+        let [mirror, refracted] = self.bounces(segment, &material, coverage, &surface);
         let passed = self.passing_segment(segment, &hit, coverage);
         (parts, [mirror, refracted, passed].into_iter().flatten())
     }
@@ -226,17 +226,17 @@ impl<'a> WhittedIntegrator<'a> {
         from: &PathSegment,
         material: &OracleMaterial,
         coverage: f32,
-        at: &OracleSurface,
+        surface: &OracleSurface,
     ) -> [Option<PathSegment>; 2] {
         if from.depth >= self.settings.max_depth {
             return [None, None];
         }
-        let [mirror, refracted] = shading::bounces(material, from.chance, at);
-        let whole = material.secondary_weight();
+        let [mirror, refracted] = shading::bounces(material, from.seed, surface);
+        let divisor = material.secondary_weight();
         let segment = |bounce: Option<OracleBounce>, way| {
             let mut bounce = bounce?;
             bounce.weight *= coverage;
-            self.secondary_segment(from, whole, bounce, way)
+            self.secondary_segment(from, divisor, bounce, way)
         };
         [
             segment(mirror, BounceKind::Mirror),
@@ -260,7 +260,7 @@ impl<'a> WhittedIntegrator<'a> {
         self.counts(share).then(|| PathSegment {
             ray: from.ray,
             way: BounceKind::Passed,
-            chance: from.chance.child(BounceKind::Passed),
+            seed: from.seed.child(BounceKind::Passed),
             throughput: Vec3::splat(open),
             share,
             depth: from.depth,
@@ -280,15 +280,15 @@ impl<'a> WhittedIntegrator<'a> {
     fn secondary_segment(
         &self,
         from: &PathSegment,
-        whole: Vec3,
+        divisor: Vec3,
         bounce: OracleBounce,
         way: BounceKind,
     ) -> Option<PathSegment> {
-        let share = from.share * (bounce.weight / whole);
+        let share = from.share * (bounce.weight / divisor);
         self.counts(share).then(|| PathSegment {
             ray: bounce.ray,
             way,
-            chance: from.chance.child(way),
+            seed: from.seed.child(way),
             throughput: bounce.weight,
             share,
             depth: from.depth + 1,

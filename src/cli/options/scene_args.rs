@@ -92,10 +92,10 @@ impl SceneArgs {
     }
 
     /// Options for the readers of a scene for this picture.
-    pub fn options(&self, wanted: WantedPicture, threads: usize) -> Result<Options, CliError> {
+    pub fn options(&self, picture: WantedPicture, threads: usize) -> Result<Options, CliError> {
         Ok(Options {
-            size: wanted.size,
-            turntable: wanted.turntable,
+            size: picture.size,
+            turntable: picture.turntable,
             threads,
             ..self.overrides.options().map_err(CliError::Usage)?
         })

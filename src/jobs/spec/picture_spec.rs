@@ -140,11 +140,13 @@ impl PictureSpec {
     fn portable_name(&self) -> PathBuf {
         let path = Path::new(&self.scene);
         let name = path.file_name().map_or(path, Path::new);
-        match standard_name(path).is_some() || name == path {
-            true => path.to_owned(),
+        if standard_name(path).is_some() || name == path {
+            path.to_owned()
+        } else if standard_name(name).is_some() || name == "-" {
             // Without its folder, it might be a standard scene or stdin.
-            false if standard_name(name).is_some() || name == "-" => Path::new(".").join(name),
-            false => name.to_owned(),
+            Path::new(".").join(name)
+        } else {
+            name.to_owned()
         }
     }
 }

@@ -211,15 +211,15 @@ impl OptionValue for AddedLight {
                 );
             }
         };
-        match toward.is_some() {
-            true if position.as_vec3() == Vec3::ZERO => {
-                Err("the direction of a light cannot be 0,0,0".into())
-            }
-            true => Ok(AddedLight::Directional {
+        if toward.is_none() {
+            Ok(AddedLight::Point { position, color })
+        } else if position.as_vec3() == Vec3::ZERO {
+            Err("the direction of a light cannot be 0,0,0".into())
+        } else {
+            Ok(AddedLight::Directional {
                 toward: position.as_vec3(),
                 color,
-            }),
-            false => Ok(AddedLight::Point { position, color }),
+            })
         }
     }
 

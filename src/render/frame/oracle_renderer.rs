@@ -54,8 +54,8 @@ impl OracleRenderer<'_> {
 
     /// Renders the blocks that a tile touches, and keeps the part that lies in the tile.
     fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
-        let whole = tile.outward(BLOCK, self.camera.size());
-        for cell in tiles(whole, BLOCK) {
+        let outer = tile.outward(BLOCK, self.camera.size());
+        for cell in tiles(outer, BLOCK) {
             let size = (cell.width, cell.height);
             let corner = (cell.x, cell.y);
             let (camera, sampling) = (self.camera, &self.sampling);

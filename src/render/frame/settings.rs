@@ -124,8 +124,8 @@ impl Settings {
     /// The window that is rendered: the region, as far as it lies in the picture, or all of the
     /// picture.
     pub fn window(&self) -> Tile {
-        let whole = Tile::whole(self.width, self.height);
-        self.region.map_or(whole, |region| region.within(whole))
+        let picture = Tile::whole(self.width, self.height);
+        self.region.map_or(picture, |region| region.within(picture))
     }
 
     /// Side of the tiles: from 8 to 1024, a multiple of 8.

@@ -199,9 +199,9 @@ impl TileBuffer {
 
     /// Sets the surface layers of a pixel: the hit of its first camera ray.
     #[inline]
-    pub fn set_surface(&mut self, x: u32, y: u32, look: &SurfaceAov) {
+    pub fn set_surface(&mut self, x: u32, y: u32, surface: &SurfaceAov) {
         for aov in self.aovs.iter() {
-            let (values, count) = look.channels(aov);
+            let (values, count) = surface.channels(aov);
             self.set_layer(x, y, aov, &values[..count]);
         }
     }

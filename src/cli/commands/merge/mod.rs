@@ -6,6 +6,7 @@ mod missing;
 mod shard_files;
 
 pub use args::MergeArgs;
+use shard_files::ShardError;
 pub use shard_files::ranges;
 
 use super::plan;
@@ -121,8 +122,11 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
         reopened.set_frame(frames, frame)?;
         let file = reopened.with_frame_header(plan, &file);
         let files = tile_files(&args.plan, frames, frame, &shares)?;
-        let files: Result<Vec<TileFile>, String> = files.into_iter().collect();
-        write(frames, &file, &files.map_err(CliError::Missing)?)?;
+        write(
+            frames,
+            &file,
+            &files.collect::<Result<Vec<_>, ShardError>>()?,
+        )?;
     }
     Ok(())
 }

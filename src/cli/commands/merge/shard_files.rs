@@ -7,45 +7,65 @@ use phalanx::jobs::{KeptFileError, RenderKey, TileFile};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A shard's file, or the reason why it cannot be merged yet: it does not exist, or is of another
-/// kind, which `lacks` says.
-pub fn found<T>(
-    file: Result<T, KeptFileError>,
-    name: &Path,
-    lacks: &str,
-) -> Result<Result<T, String>, CliError> {
-    let name = shown_path(name);
-    match file {
-        Ok(file) => Ok(Ok(file)),
-        Err(KeptFileError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            Ok(Err(format!("{name} does not exist")))
-        }
-        Err(KeptFileError::Other { .. }) => Ok(Err(format!("{name} {lacks}"))),
-        Err(error) => Err(error.into()),
+/// The reason why there is no complete file of a shard.
+pub enum ShardError {
+    /// The shard has not been rendered yet, or not all of it.
+    Unfinished(String),
+    /// The file could not be read.
+    Failed(CliError),
+}
+
+impl From<CliError> for ShardError {
+    fn from(error: CliError) -> ShardError {
+        ShardError::Failed(error)
     }
 }
 
-/// The file `name` of a shard's tiles, of a picture with this key, or the reason why it cannot be
-/// merged yet.
-pub fn whole(
+impl From<ShardError> for CliError {
+    fn from(error: ShardError) -> CliError {
+        match error {
+            ShardError::Unfinished(reason) => CliError::Missing(reason),
+            ShardError::Failed(error) => error,
+        }
+    }
+}
+
+/// The file `name` of a shard, which is unfinished if it does not exist, or is of another kind, as
+/// `lacks` says.
+pub fn open_shard<T>(
+    file: Result<T, KeptFileError>,
+    name: &Path,
+    lacks: &str,
+) -> Result<T, ShardError> {
+    let name = shown_path(name);
+    file.map_err(|error| match error {
+        KeptFileError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
+            ShardError::Unfinished(format!("{name} does not exist"))
+        }
+        KeptFileError::Other { .. } => ShardError::Unfinished(format!("{name} {lacks}")),
+        error => ShardError::Failed(error.into()),
+    })
+}
+
+/// The file `name` of all tiles of a shard, of a picture with this key.
+pub fn complete_tiles(
     name: &Path,
     key: &RenderKey,
     share: &[Tile],
-) -> Result<Result<TileFile, String>, CliError> {
+) -> Result<TileFile, ShardError> {
     output::reads("the tiles", name)?;
-    let file = match found(TileFile::read(name, key), name, "is not a file of tiles")? {
-        Ok(file) => file,
-        Err(why) => return Ok(Err(why)),
-    };
+    let file = open_shard(TileFile::read(name, key), name, "is not a file of tiles")?;
     let lacks = share.iter().filter(|tile| !file.has(**tile)).count();
     let share = share.len();
-    Ok(match (lacks, file.damaged()) {
+    match (lacks, file.damaged()) {
         (0, _) => Ok(file),
-        (_, 0) => Err(format!("{lacks} of {share} tiles are not rendered yet")),
-        (_, damaged) => Err(format!(
+        (_, 0) => Err(ShardError::Unfinished(format!(
+            "{lacks} of {share} tiles are not rendered yet"
+        ))),
+        (_, damaged) => Err(ShardError::Unfinished(format!(
             "{lacks} of {share} tiles are missing, {damaged} of them damaged"
-        )),
-    })
+        ))),
+    }
 }
 
 /// 0, 1, 2, 5, 7, 8 as 0-2,5,7,8, in Slurm's notation.
