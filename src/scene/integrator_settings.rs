@@ -1,6 +1,6 @@
 //! Settings of a render that decide what a camera ray returns, as both tracers take them.
 
-/// What a camera ray returns: its depth, the bounces that count, and what they see.
+/// Limits of a camera ray's bounces, and what the ray returns where it ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IntegratorSettings {
     /// Bounces after the primary ray.

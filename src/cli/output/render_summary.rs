@@ -2,7 +2,7 @@
 
 use phalanx::frame::{Filter, Settings};
 use phalanx::jobs::PixelSpec;
-use phalanx::jobs::spec::{AsText, Integrator};
+use phalanx::jobs::spec::{AsText, IntegratorName};
 use phalanx::report::counted;
 use phalanx::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,7 @@ pub struct RenderSummary {
     /// Diameter of the lens; 0 for a pinhole, which has no focus distance.
     aperture: f32,
     focus: Option<f32>,
-    integrator: Integrator,
+    integrator: IntegratorName,
     /// Range of ambient occlusion; `None` if it is unlimited.
     ao_distance: Option<f32>,
 }
@@ -98,7 +98,7 @@ impl RenderSummary {
         if let Some(focus) = self.focus {
             words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));
         }
-        if self.integrator != Integrator::Whitted {
+        if self.integrator != IntegratorName::Whitted {
             words.push_str(", ambient occlusion");
         }
         if let Some(distance) = self.ao_distance {
@@ -114,7 +114,7 @@ impl RenderSummary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::frame::{self, Lens, Sampling};
+    use phalanx::frame::{Integrator, Lens, Sampling};
 
     #[test]
     fn what_is_not_said_is_the_default() {
@@ -150,14 +150,14 @@ mod tests {
                 aperture: 0.1,
                 ..pinhole
             }),
-            integrator: frame::Integrator::Occlusion { distance: 2.5 },
+            integrator: Integrator::Occlusion { distance: 2.5 },
             ..settings
         };
         let words =
             "4 samples per pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
         assert_eq!(of(&settings).words(), words);
         let endless = Settings {
-            integrator: frame::Integrator::Occlusion {
+            integrator: Integrator::Occlusion {
                 distance: f32::INFINITY,
             },
             ..settings.clone()

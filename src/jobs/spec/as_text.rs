@@ -40,13 +40,14 @@ impl<T: OptionValue> Serialize for AsText<T> {
 
 impl<'de, T: OptionValue> Deserialize<'de> for AsText<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<AsText<T>, D::Error> {
-        AsText::parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+        let text = String::deserialize(deserializer)?;
+        AsText::parse(&text).map_err(|reason| D::Error::custom(format!("`{text}`: {reason}")))
     }
 }
 
 /// A value with a name.
 pub trait Named: Copy + PartialEq + Send + Sync + 'static {
-    /// The names, their values, and their help.
+    /// The names and their values.
     const NAMES: &'static [(&'static str, Self)];
 }
 

@@ -7,7 +7,7 @@ use super::as_text::names;
 use super::headings;
 #[cfg(feature = "clap")]
 use super::numbers::parse_number;
-use super::option_row::OptionForm::{Joined, Words};
+use super::option_row::OptionForm::{Attached, Words};
 use super::option_row::OptionRow;
 use crate::field_error::FieldError;
 #[cfg(feature = "clap")]
@@ -118,7 +118,7 @@ impl EncodingSpec {
             OptionRow::new("transfer", Words, &self.tone.transfer),
             OptionRow::new("quantize", Words, &self.tone.quantize),
             OptionRow::new("bits", Words, &self.bits),
-            OptionRow::new("exposure", Joined, &exposure),
+            OptionRow::new("exposure", Attached, &exposure),
         ]
     }
 

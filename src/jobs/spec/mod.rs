@@ -19,5 +19,5 @@ pub use encoding_spec::{EncodingSpec, ToneSpec};
 pub use numbers::{parse_number, parse_size};
 pub(crate) use option_row::OptionRow;
 pub use picture_spec::{PictureSpec, set_header};
-pub use pixel_spec::{AntiAliasing, Integrator, PixelSpec};
+pub use pixel_spec::{AntiAliasing, IntegratorName, PixelSpec};
 pub use scene_overrides::{SceneOverrides, Terminator};

@@ -23,7 +23,7 @@ pub(super) enum OptionForm {
     /// The option before each value.
     Repeated,
     /// `--option=value` for each value, which may begin with a minus sign.
-    Joined,
+    Attached,
     /// The option alone.
     Flag,
 }
@@ -70,7 +70,7 @@ impl OptionRow {
         match self.form {
             _ if self.values.is_empty() => Vec::new(),
             OptionForm::Repeated => values.flat_map(|v| [option.clone(), v.clone()]).collect(),
-            OptionForm::Joined => values.map(|value| format!("{option}={value}")).collect(),
+            OptionForm::Attached => values.map(|value| format!("{option}={value}")).collect(),
             OptionForm::Flag => vec![option],
             _ => [&[option], &self.values[..]].concat(),
         }

@@ -23,7 +23,9 @@ use super::option_row::OptionForm::{List, Words};
 use super::option_row::OptionRow;
 use crate::field_error::FieldError;
 use phalanx_files::shown_text;
-use phalanx_render::frame::{self, Adaptive, Aov, Aovs, Filter, Lens, MAX_SPP, Settings, Tile};
+use phalanx_render::frame::{
+    Adaptive, Aov, Aovs, Filter, Integrator, Lens, MAX_SPP, Settings, Tile,
+};
 use phalanx_scene::{MAX_DEPTH_LIMIT, MAX_SIDE, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -45,11 +47,11 @@ pub enum AntiAliasing {
     Adaptive,
 }
 
-/// Quantity that is computed at a hit.
+/// Name of the quantity that is computed at a hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Integrator {
+pub enum IntegratorName {
     /// Shading, shadows, mirror and refracted rays
     #[default]
     Whitted,
@@ -189,15 +191,15 @@ pixel_options! {
     /// whitted: direct light with shadows, mirror and refracted rays. ao: ambient occlusion, the
     /// fraction of open sky above each point; best with --spp 64 or more. [default: whitted]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true))]
-    integrator: Option<Integrator>, 120, Words,
+    integrator: Option<IntegratorName>, 120, Words,
         |s| Some(match s.integrator {
-            frame::Integrator::Whitted => Integrator::Whitted,
-            frame::Integrator::Occlusion { .. } => Integrator::Ao,
+            Integrator::Whitted => IntegratorName::Whitted,
+            Integrator::Occlusion { .. } => IntegratorName::Ao,
         }),
         sets |o, s| {
             let distance = o.ao_distance.unwrap_or(f32::INFINITY);
-            let occlusion = frame::Integrator::Occlusion { distance };
-            s.integrator = if o.is_occlusion() { occlusion } else { frame::Integrator::Whitted };
+            let occlusion = Integrator::Occlusion { distance };
+            s.integrator = if o.is_occlusion() { occlusion } else { Integrator::Whitted };
         };
     /// Maximum distance of occluders for --integrator ao
     ///
@@ -205,7 +207,7 @@ pixel_options! {
     #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", hide_short_help = true, value_parser = parse_distance))]
     ao_distance: Option<f32>, 130, Words,
         |s| match s.integrator {
-            frame::Integrator::Occlusion { distance } if distance.is_finite() => Some(distance),
+            Integrator::Occlusion { distance } if distance.is_finite() => Some(distance),
             _ => None,
         },
         limited to parse_distance;
@@ -249,7 +251,7 @@ impl PixelSpec {
     }
 
     fn is_occlusion(&self) -> bool {
-        self.integrator == Some(Integrator::Ao)
+        self.integrator == Some(IntegratorName::Ao)
     }
 
     /// The requested region, which may lie outside the picture; `None` for the whole picture.

@@ -6,7 +6,7 @@ use super::as_text::names;
 use super::as_text::{AsText, OptionValue};
 #[cfg(feature = "clap")]
 use super::headings;
-use super::option_row::OptionForm::{Flag, Joined, Repeated, Words};
+use super::option_row::OptionForm::{Attached, Flag, Repeated, Words};
 use super::option_row::{OptionRow, unless_default};
 use glam::{DVec3, Vec3};
 use phalanx_formats::{AddedLight, Options, Origin};
@@ -113,7 +113,7 @@ impl SceneOverrides {
             ortho: self.ortho.map(|ortho| ortho.0),
             lights: self.light.iter().map(|light| light.0).collect(),
             background: self.background.map(|color| color.0),
-            material: self.material.as_ref().map(|material| material.0.clone()),
+            material: self.material.map(|material| material.0),
             two_sided: self.two_sided,
             smooth_shadows: self.terminator.map(|shape| shape == Terminator::Smooth),
             origin: self.origin.map(|origin| origin.0).unwrap_or_default(),
@@ -127,16 +127,16 @@ impl SceneOverrides {
         let fitting = self.ortho == Some(AsText(OrthoHeight::Fitting));
         vec![
             OptionRow::new("camera", Words, &self.camera),
-            OptionRow::new("camera_name", Joined, &self.camera_name),
-            OptionRow::new("ortho", if fitting { Flag } else { Joined }, &self.ortho),
-            OptionRow::new("up", Joined, &self.up),
+            OptionRow::new("camera_name", Attached, &self.camera_name),
+            OptionRow::new("ortho", if fitting { Flag } else { Attached }, &self.ortho),
+            OptionRow::new("up", Attached, &self.up),
             OptionRow::new("light", Repeated, &self.light),
             OptionRow::new("background", Words, &self.background),
             OptionRow::new("material", Words, &self.material),
             OptionRow::new("two_sided", Flag, &self.two_sided),
             OptionRow::new("terminator", Words, &self.terminator),
             OptionRow::new("origin", Words, &unless_default(self.origin)),
-            OptionRow::new("allow_path", Joined, &self.allow_path),
+            OptionRow::new("allow_path", Attached, &self.allow_path),
         ]
     }
 

@@ -163,7 +163,7 @@ impl Settings {
         Ok([ray.org, ray.dir].map(|v| v.to_array()))
     }
 
-    /// What both engines compute at a camera ray, in units of the scene.
+    /// The settings that both engines take, in units of the scene.
     pub fn integrator_settings(&self, scene: &Scene) -> IntegratorSettings {
         IntegratorSettings {
             max_depth: self.max_depth,

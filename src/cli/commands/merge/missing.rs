@@ -1,6 +1,6 @@
 //! The parts of a plan's picture or frames that its shards have not rendered yet.
 
-use super::shard_files::{ShardError, complete_tiles, open_shard, ranges};
+use super::shard_files::{complete_tiles, open_shard, ranges};
 use crate::cli::commands::plan;
 use crate::cli::output::CliError;
 use phalanx::files::{shell_path, shown_path};
@@ -84,19 +84,19 @@ pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShar
     for shard in 0..plan.shards {
         let name = frames.list_file(path, shard)?;
         let list = FinishedFrames::read(&name, &plan.key(), &frames.path_checksum());
-        let list = open_shard(list, &name, "is not a list of frames");
+        let list = match open_shard(list, &name, "is not a list of frames") {
+            Ok(list) => Ok(list),
+            Err(CliError::Missing(reason)) => Err(reason),
+            Err(error) => return Err(error),
+        };
         for frame in frames.of_shard(shard) {
             let reason = match &list {
                 Ok(list) => unfinished(path, frames, list, frame)?,
-                Err(ShardError::Unfinished(reason)) => Some(reason.clone()),
-                Err(ShardError::Failed(_)) => break,
+                Err(reason) => Some(reason.clone()),
             };
             if let Some(reason) = reason {
                 missing.add(frame, shard, reason);
             }
-        }
-        if let Err(ShardError::Failed(error)) = list {
-            return Err(error);
         }
     }
     Ok(missing)
@@ -132,8 +132,8 @@ pub fn missing_tiles(
             match file {
                 Ok(file) if frames.sequence.is_none() => files.push(file),
                 Ok(_) => {}
-                Err(ShardError::Unfinished(reason)) => missing.add(frame, shard, reason),
-                Err(ShardError::Failed(error)) => return Err(error),
+                Err(CliError::Missing(reason)) => missing.add(frame, shard, reason),
+                Err(error) => return Err(error),
             }
         }
     }
@@ -147,18 +147,15 @@ pub fn shares(frames: &PlannedFrames) -> Vec<Vec<Tile>> {
     (0..plan.shards).map(share).collect()
 }
 
-/// The files of a frame's tiles, one a shard.
-pub fn tile_files<'a>(
-    path: &'a Path,
-    frames: &'a PlannedFrames,
+/// The files of a frame's tiles, one a shard; [`CliError::Missing`] for incomplete ones.
+pub fn tile_files(
+    path: &Path,
+    frames: &PlannedFrames,
     frame: u32,
-    shares: &'a [Vec<Tile>],
-) -> Result<impl Iterator<Item = Result<TileFile, ShardError>> + 'a, CliError> {
+    shares: &[Vec<Tile>],
+) -> Result<impl Iterator<Item = Result<TileFile, CliError>>, CliError> {
     let key = frames.key(frame)?;
     Ok((0..).zip(shares).map(move |(shard, share)| {
-        let name = frames
-            .tile_file(path, shard, frame)
-            .map_err(CliError::from)?;
-        complete_tiles(&name, &key, share)
+        complete_tiles(&frames.tile_file(path, shard, frame)?, &key, share)
     }))
 }

@@ -6,7 +6,6 @@ mod missing;
 mod shard_files;
 
 pub use args::MergeArgs;
-use shard_files::ShardError;
 pub use shard_files::ranges;
 
 use super::plan;
@@ -122,11 +121,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
         reopened.set_frame(frames, frame)?;
         let file = reopened.with_frame_header(plan, &file);
         let files = tile_files(&args.plan, frames, frame, &shares)?;
-        write(
-            frames,
-            &file,
-            &files.collect::<Result<Vec<_>, ShardError>>()?,
-        )?;
+        write(frames, &file, &files.collect::<Result<Vec<_>, _>>()?)?;
     }
     Ok(())
 }

@@ -7,65 +7,36 @@ use phalanx::jobs::{KeptFileError, RenderKey, TileFile};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The reason why there is no complete file of a shard.
-pub enum ShardError {
-    /// The shard has not been rendered yet, or not all of it.
-    Unfinished(String),
-    /// The file could not be read.
-    Failed(CliError),
-}
-
-impl From<CliError> for ShardError {
-    fn from(error: CliError) -> ShardError {
-        ShardError::Failed(error)
-    }
-}
-
-impl From<ShardError> for CliError {
-    fn from(error: ShardError) -> CliError {
-        match error {
-            ShardError::Unfinished(reason) => CliError::Missing(reason),
-            ShardError::Failed(error) => error,
-        }
-    }
-}
-
-/// The file `name` of a shard, which is unfinished if it does not exist, or is of another kind, as
-/// `lacks` says.
+/// The file `name` of a shard; [`CliError::Missing`] if it does not exist, or is of another kind,
+/// as `lacks` says.
 pub fn open_shard<T>(
     file: Result<T, KeptFileError>,
     name: &Path,
     lacks: &str,
-) -> Result<T, ShardError> {
+) -> Result<T, CliError> {
     let name = shown_path(name);
     file.map_err(|error| match error {
         KeptFileError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
-            ShardError::Unfinished(format!("{name} does not exist"))
+            CliError::Missing(format!("{name} does not exist"))
         }
-        KeptFileError::Other { .. } => ShardError::Unfinished(format!("{name} {lacks}")),
-        error => ShardError::Failed(error.into()),
+        KeptFileError::Other { .. } => CliError::Missing(format!("{name} {lacks}")),
+        error => error.into(),
     })
 }
 
-/// The file `name` of all tiles of a shard, of a picture with this key.
-pub fn complete_tiles(
-    name: &Path,
-    key: &RenderKey,
-    share: &[Tile],
-) -> Result<TileFile, ShardError> {
+/// The file `name` of a shard's tiles, of a picture with this key; [`CliError::Missing`] if it is
+/// not complete.
+pub fn complete_tiles(name: &Path, key: &RenderKey, share: &[Tile]) -> Result<TileFile, CliError> {
     output::reads("the tiles", name)?;
     let file = open_shard(TileFile::read(name, key), name, "is not a file of tiles")?;
     let lacks = share.iter().filter(|tile| !file.has(**tile)).count();
     let share = share.len();
-    match (lacks, file.damaged()) {
-        (0, _) => Ok(file),
-        (_, 0) => Err(ShardError::Unfinished(format!(
-            "{lacks} of {share} tiles are not rendered yet"
-        ))),
-        (_, damaged) => Err(ShardError::Unfinished(format!(
-            "{lacks} of {share} tiles are missing, {damaged} of them damaged"
-        ))),
-    }
+    let reason = match (lacks, file.damaged()) {
+        (0, _) => return Ok(file),
+        (_, 0) => format!("{lacks} of {share} tiles are not rendered yet"),
+        (_, damaged) => format!("{lacks} of {share} tiles are missing, {damaged} of them damaged"),
+    };
+    Err(CliError::Missing(reason))
 }
 
 /// 0, 1, 2, 5, 7, 8 as 0-2,5,7,8, in Slurm's notation.

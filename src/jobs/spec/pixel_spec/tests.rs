@@ -17,7 +17,7 @@ fn odd() -> Settings {
             aperture: 7.038_531e-26,
             focus: f32::from_bits(1),
         }),
-        integrator: frame::Integrator::Occlusion { distance: f32::MAX },
+        integrator: Integrator::Occlusion { distance: f32::MAX },
         ..Settings::of(&Scene::default())
     }
 }
@@ -25,7 +25,7 @@ fn odd() -> Settings {
 #[test]
 fn json_gives_every_option_back_to_the_bit_and_options_their_settings() {
     let endless = Settings {
-        integrator: frame::Integrator::Occlusion {
+        integrator: Integrator::Occlusion {
             distance: f32::INFINITY,
         },
         ..odd()
