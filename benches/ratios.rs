@@ -210,7 +210,7 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> RenderRatio {
     let arena = Bump::new();
     let rays = primary(&arena, scene, SIZE).expect("a valid scene").queue;
     let (tree, peer) = (TwoLevelBvh::build(scene), ObvhsPeer::build(scene));
-    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
+    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree));
     let ray = |i: usize| rays.ray(i / 8, i % 8);
     let ours = || {
         timed(rays.len(), || {

@@ -38,7 +38,7 @@ fn verify(
 
     // The oracle: one ray at a time, another tree, no code in common with the packets.
     let tree = TwoLevelBvh::build(&scene);
-    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
+    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree));
     for (ray, hit) in rays.iter().zip(hits.iter()) {
         let oracle_ray = OracleRay::new(ray.origin.into(), ray.direction.into());
         let expected = oracle.closest(&oracle_ray).filter(|hit| hit.t < ray.tmax);

@@ -179,7 +179,7 @@
 //! scene.add_spheres(&[[0.1, 0.2, 0.3]], &[0.7])?;
 //! let ray = Ray::new([0.3, 0.1, 5.0], [-0.01, 0.02, -1.0]);
 //! let packets = Bvh::build(&scene).intersect(&ray).expect("a hit");
-//! let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+//! let oracle = Oracle::new(&scene, OracleSearch::BruteForce);
 //! let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
 //! let plain = oracle.closest(&asked).expect("a hit");
 //! assert_eq!(packets.t.to_bits(), plain.t.to_bits());

@@ -102,7 +102,7 @@ pub struct OracleEngine<'a> {
 impl BenchEngine for OracleEngine<'_> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
         Box::new(OracleEngineThread {
-            oracle: Oracle::new(self.scene, OracleSearch::Tree(self.bvh), 0),
+            oracle: Oracle::new(self.scene, OracleSearch::Tree(self.bvh)),
             rays: self.rays,
         })
     }

@@ -56,8 +56,8 @@ pub struct BandStats {
 /// Bands of a window for tiles of this side, from the top: a multiple of [`BAND_ROWS`] high, and
 /// whole tiles where those are not too many rows.
 pub fn bands(window: Tile, side: u32) -> Vec<Tile> {
-    let whole = (1..=MOST_ROWS / BAND_ROWS).map(|k| k * BAND_ROWS);
-    let step = whole.into_iter().find(|rows| rows.is_multiple_of(side));
+    let heights = (1..=MOST_ROWS / BAND_ROWS).map(|k| k * BAND_ROWS);
+    let step = heights.into_iter().find(|rows| rows.is_multiple_of(side));
     let step = step.unwrap_or(BAND_ROWS);
     let rows = BAND_PIXELS / window.width.max(1) / step * step;
     bands_of(window, rows.max(step))
@@ -94,28 +94,31 @@ pub fn render_bands(
     outputs.record_resumed(control, outputs.file.map_or(0, TileFile::pixels));
     let split = bands.iter();
     let split = split.map(|band| split_finished(tiles(*band, side), outputs.file));
-    let (there, missing): (Vec<_>, Vec<_>) = split.unzip();
+    let (finished, missing): (Vec<_>, Vec<_>) = split.unzip();
     let counts = missing.iter().map(Vec::len).collect();
     let missing = missing.concat();
     let stored = StoredTiles::new(outputs, settings.aovs, control);
-    let open = OpenBands::new(&bands, (&there, counts), settings, stored);
+    let open = OpenBands::new(&bands, (&finished, counts), settings, stored);
     let fill = || {
         let _ended = OnDrop(|| open.end());
         BandStats::render(scene, tree, settings, control, &missing, &open)
     };
-    let (filled, wanted) = std::thread::scope(|scope| {
+    let (filled, is_wanted) = std::thread::scope(|scope| {
         let filling = std::thread::Builder::new().spawn_scoped(scope, fill);
         let filling = filling.map_err(BandsError::Thread)?;
         let closed = OnDrop(|| open.close());
-        let wanted = open.give_all(&mut take);
+        let is_wanted = open.give_all(&mut take);
         drop(closed);
         let filled = filling.join();
-        Ok::<_, BandsError>((filled.unwrap_or_else(|panic| resume_unwind(panic)), wanted))
+        Ok::<_, BandsError>((
+            filled.unwrap_or_else(|panic| resume_unwind(panic)),
+            is_wanted,
+        ))
     })?;
     if let Some(error) = open.take_error() {
         return Err(error.into());
     }
-    if !wanted {
+    if !is_wanted {
         return Err(BandsError::Abandoned);
     }
     let BandStats { stats, seconds } = filled?;
@@ -151,12 +154,12 @@ pub fn render_to_file(
     share: Vec<Tile>,
     file: &TileFile,
 ) -> Result<BandStats, BandsError> {
-    let (there, missing) = split_finished(share, Some(file));
+    let (finished, missing) = split_finished(share, Some(file));
     let outputs = TileOutputs {
         file: Some(file),
         thumbnail: None,
     };
-    outputs.record_resumed(control, there.iter().map(Tile::pixels).sum());
+    outputs.record_resumed(control, finished.iter().map(Tile::pixels).sum());
     let stored = StoredTiles::new(outputs, settings.aovs, control);
     let rendered = BandStats::render(scene, tree, settings, control, &missing, &stored);
     match stored.take_error() {
@@ -208,9 +211,9 @@ impl BandStats {
             return Ok(BandStats::default());
         }
         let start = Instant::now();
-        let painted = render_tiles(scene, tree, settings, control, tiles, sink)?;
+        let rendered = render_tiles(scene, tree, settings, control, tiles, sink)?;
         Ok(BandStats {
-            stats: painted.stats,
+            stats: rendered.stats,
             seconds: start.elapsed().as_secs_f64(),
         })
     }
@@ -218,8 +221,8 @@ impl BandStats {
 
 /// Splits tiles into those that the file has, and those that it does not have.
 fn split_finished(tiles: Vec<Tile>, file: Option<&TileFile>) -> (Vec<Tile>, Vec<Tile>) {
-    let there = |tile: &Tile| file.is_some_and(|file| file.has(*tile));
-    tiles.into_iter().partition(there)
+    let is_finished = |tile: &Tile| file.is_some_and(|file| file.has(*tile));
+    tiles.into_iter().partition(is_finished)
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ pub(super) fn read(
         // Any other file of that size is somebody's.
         return Ok(if ours.starts_with(&before) { FileHeader::Empty } else { FileHeader::Unknown });
     };
-    let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|k| before[at + k]));
+    let word = |offset: usize| u32::from_le_bytes(std::array::from_fn(|k| before[offset + k]));
     let (bytes, checksum) = (word(8), word(12));
     let end = PREFIX_BYTES as u64 + u64::from(bytes);
     if before[..8] != MAGIC || end > length || bytes > MAX_TEXT {

@@ -109,8 +109,8 @@ impl FinishedFrames {
     /// # Errors
     /// The file cannot be read.
     pub fn state(&self, frame: FrameIdentity, picture: &Path) -> io::Result<FrameState> {
-        let found = match std::fs::metadata(picture) {
-            Ok(found) => found,
+        let metadata = match std::fs::metadata(picture) {
+            Ok(metadata) => metadata,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 return Ok(FrameState::Absent);
             }
@@ -120,7 +120,7 @@ impl FinishedFrames {
         let Some(listed) = listed.filter(|listed| listed.identity == frame.checksum) else {
             return Ok(FrameState::Unlisted);
         };
-        let same = found.is_file() && found.len() == listed.bytes;
+        let same = metadata.is_file() && metadata.len() == listed.bytes;
         if same && checksum(picture)? == (listed.bytes, listed.crc32) {
             Ok(FrameState::Finished)
         } else {

@@ -61,27 +61,27 @@ impl KeptHeader {
     ) -> Result<(), KeptFileError> {
         let other = || KeptFileError::other(path, kind.name);
         let named: LayoutVersion = serde_json::from_slice(text).map_err(|_| other())?;
-        let found = named.layout_version.or(kind.unnamed_version);
-        let found = found.ok_or_else(other)?;
-        if found != LAYOUT_VERSION {
+        let version = named.layout_version.or(kind.unnamed_version);
+        let version = version.ok_or_else(other)?;
+        if version != LAYOUT_VERSION {
             return Err(KeptFileError::Layout {
                 path: path.into(),
-                found,
+                found: version,
                 known: LAYOUT_VERSION,
             });
         }
-        let there: KeptHeader = serde_json::from_slice(text).map_err(|_| other())?;
-        if !there.is_sound() {
+        let stored: KeptHeader = serde_json::from_slice(text).map_err(|_| other())?;
+        if !stored.is_sound() {
             return Err(other());
         }
         // Compared as texts, because a zero has a sign.
-        if there.json() == self.json() {
+        if stored.json() == self.json() {
             Ok(())
         } else {
             Err(KeptFileError::Different {
                 path: path.into(),
                 holds: kind.foreign,
-                differences: there.differences(self),
+                differences: stored.differences(self),
             })
         }
     }

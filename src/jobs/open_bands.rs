@@ -26,7 +26,7 @@ pub(super) struct OpenBands<'a> {
     /// Tiles of each band that are still to be rendered when it is opened.
     missing: Vec<usize>,
     /// Tiles that were finished before, in the order of the bands.
-    there: &'a [Vec<Tile>],
+    finished: &'a [Vec<Tile>],
     record_hits: bool,
     stored: StoredTiles<'a>,
     state: Mutex<OpenState>,
@@ -61,14 +61,14 @@ const POLL: Duration = Duration::from_millis(20);
 impl<'a> OpenBands<'a> {
     pub(super) fn new(
         bands: &'a [Tile],
-        (there, missing): (&'a [Vec<Tile>], Vec<usize>),
+        (finished, missing): (&'a [Vec<Tile>], Vec<usize>),
         settings: &Settings,
         stored: StoredTiles<'a>,
     ) -> OpenBands<'a> {
         OpenBands {
             bands,
             missing,
-            there,
+            finished,
             record_hits: settings.record_hits,
             stored,
             state: Mutex::default(),
@@ -143,10 +143,10 @@ impl<'a> OpenBands<'a> {
 
     /// The band of a tile, opened as soon as there is room for it; `None` if that will not be.
     fn band_of(&self, tile: Tile) -> Option<Arc<OpenBand>> {
-        let at = self.bands.partition_point(|band| band.y <= tile.y) - 1;
+        let index = self.bands.partition_point(|band| band.y <= tile.y) - 1;
         let mut state = self.lock();
         let most = open_bands(self.bands);
-        while at >= state.taken + most {
+        while index >= state.taken + most {
             if state.closed || self.stored.is_stopped() {
                 return None;
             }
@@ -154,29 +154,29 @@ impl<'a> OpenBands<'a> {
             state = self.wait(state);
             state.waited += start.elapsed();
         }
-        while state.taken + state.open.len() <= at {
+        while state.taken + state.open.len() <= index {
             self.open_next(&mut state);
         }
         let first = state.taken;
-        state.open.get(at - first).cloned()
+        state.open.get(index - first).cloned()
     }
 
     /// Opens the first band that is not open yet, with the tiles that were finished before.
     fn open_next(&self, state: &mut OpenState) {
-        let at = state.taken + state.open.len();
-        let place = self.bands[at];
+        let index = state.taken + state.open.len();
+        let place = self.bands[index];
         let film = Film::new(place.width, place.height, self.record_hits);
         let mut film = film.with_aovs(self.stored.aovs());
         let outputs = self.stored.outputs;
-        let mut missing = self.missing[at];
+        let mut missing = self.missing[index];
         if let Some(Err(error)) = outputs.file.map(|file| file.restore(place, &mut film)) {
             self.stored.fail(error);
             // It will never be complete.
             missing = usize::MAX;
         }
         if let Some(thumbnail) = outputs.thumbnail {
-            let there = self.there[at].iter();
-            there.for_each(|tile| thumbnail.add_from(&film, place, *tile));
+            let finished = self.finished[index].iter();
+            finished.for_each(|tile| thumbnail.add_from(&film, place, *tile));
         }
         state.open.push_back(Arc::new(OpenBand {
             place,

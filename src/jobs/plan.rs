@@ -5,7 +5,7 @@ use super::field_error::FieldError;
 use super::output_path;
 use super::render_key::{RenderKey, SceneStamp};
 use super::sequence_plan::SequencePlan;
-use super::spec::{PictureSpec, texts};
+use super::spec::{OptionRow, PictureSpec};
 use phalanx_files::{quoted_text, shown_path, shown_text};
 use phalanx_image::PictureHeader;
 use phalanx_render::frame::Tile;
@@ -206,7 +206,9 @@ impl RenderPlan {
         let file = File::open(path).map_err(io)?;
         let read = file.take(MAX_BYTES + 1).read_to_end(&mut bytes);
         if read.map_err(io)? as u64 > MAX_BYTES {
-            return Err(malformed("it is longer than any"));
+            return Err(malformed(&format!(
+                "it is longer than any plan can be ({MAX_BYTES} bytes)"
+            )));
         }
         let no_json = |error: serde_json::Error| malformed(&error.to_string());
         let version: Version = serde_json::from_slice(&bytes).map_err(no_json)?;
@@ -241,14 +243,20 @@ impl RenderPlan {
             ("header.scene", self.header.scene.clone()),
             ("header.command", self.header.command.clone()),
             ("sequence.camera.keyframes", keyframes),
+            ("scene", self.spec.scene.clone()),
+            (
+                "format",
+                self.spec.format.clone().unwrap_or("none".to_owned()),
+            ),
         ];
-        let named = named.map(|(field, text)| (field.to_owned(), text));
-        for (field, text) in named.into_iter().chain(texts(&self.spec)) {
+        let options = self.spec.overrides.rows();
+        let options = options.iter().flat_map(OptionRow::texts);
+        for (field, text) in named.into_iter().chain(options) {
             // Plans are quoted in scripts and messages.
             let may_be_empty = field.starts_with("header.");
             if text.contains(char::is_control) || text.is_empty() && !may_be_empty {
                 let value = quoted_text(&text);
-                return wrong(&field, value, "a text without control characters");
+                return wrong(field, value, "a text without control characters");
             }
         }
         if !(1..=MAX_SHARDS).contains(&self.shards) {

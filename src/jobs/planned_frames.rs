@@ -35,8 +35,8 @@ impl<'a> PlannedFrames<'a> {
 
     /// Returns true if a shard has whole frames.
     pub fn is_by_frame(&self) -> bool {
-        let by = self.sequence.map(|sequence| sequence.shard_by);
-        by == Some(ShardBy::Frame)
+        let shard_by = self.sequence.map(|sequence| sequence.shard_by);
+        shard_by == Some(ShardBy::Frame)
     }
 
     /// All frames, in order.

@@ -61,40 +61,41 @@ impl Recovery {
     fn records(
         &mut self,
         places: &mut ForwardReader,
-        mut at: u64,
+        mut offset: u64,
         length: u64,
         key: &RenderKey,
     ) -> io::Result<()> {
         let properties = RecordProperties::of(key);
         let mut left = length.saturating_mul(MAX_SEARCHED_PER_BYTE);
         let mut bytes = Vec::new();
-        while at + HEADER_BYTES as u64 <= length {
-            places.seek_forward(at)?;
+        while offset + HEADER_BYTES as u64 <= length {
+            places.seek_forward(offset)?;
             bytes.resize(HEADER_BYTES, 0);
             places.read_exact(&mut bytes)?;
             let head = RecordHeader::read(&bytes).filter(|head| properties.holds(head));
             // A tile that was cut off may have other records after it.
-            let record = head.map(|head| (head, at + (HEADER_BYTES + head.content_bytes()) as u64));
+            let record =
+                head.map(|head| (head, offset + (HEADER_BYTES + head.content_bytes()) as u64));
             let Some((head, end)) = record.filter(|(_, end)| *end <= length) else {
-                at = places.next_magic(at + 1)?.unwrap_or(length);
+                offset = places.next_magic(offset + 1)?.unwrap_or(length);
                 continue;
             };
             // The content is no longer than the file.
             bytes.resize(head.content_bytes(), 0);
             places.read_exact(&mut bytes)?;
             if crc32fast::hash(&bytes) == head.content {
-                self.tiles.push((head.tile, at));
-                (at, self.end) = (end, end);
+                self.tiles.push((head.tile, offset));
+                (offset, self.end) = (end, end);
                 continue;
             }
             // The content may have been cut off, with another record where it would have continued:
             // only the part that certainly belongs to it is skipped.
             self.damaged += 1;
-            at = match left.checked_sub(bytes.len() as u64) {
+            offset = match left.checked_sub(bytes.len() as u64) {
                 Some(rest) => {
                     left = rest;
                     places
-                        .next_magic(at + HEADER_BYTES as u64)?
+                        .next_magic(offset + HEADER_BYTES as u64)?
                         .unwrap_or(length)
                 }
                 None => end,
@@ -130,20 +131,21 @@ impl RecordProperties {
 /// A file that is read at various positions, mostly forward.
 struct ForwardReader<'a> {
     reader: BufReader<&'a File>,
-    at: u64,
+    offset: u64,
 }
 
 impl ForwardReader<'_> {
     fn new(file: &File) -> io::Result<ForwardReader<'_>> {
         let mut reader = BufReader::with_capacity(1 << 20, file);
         io::Seek::rewind(&mut reader)?;
-        Ok(ForwardReader { reader, at: 0 })
+        Ok(ForwardReader { reader, offset: 0 })
     }
 
     /// Seeks without discarding data that has been read ahead.
-    fn seek_forward(&mut self, at: u64) -> io::Result<()> {
-        self.reader.seek_relative(at as i64 - self.at as i64)?;
-        self.at = at;
+    fn seek_forward(&mut self, offset: u64) -> io::Result<()> {
+        self.reader
+            .seek_relative(offset as i64 - self.offset as i64)?;
+        self.offset = offset;
         Ok(())
     }
 
@@ -162,12 +164,12 @@ impl ForwardReader<'_> {
                 let mut cut = lengths.filter(|&n| bytes.ends_with(&tile_record::MAGIC[..n]));
                 Some(bytes.len() - cut.next()?)
             };
-            if let Some(found) = finder.find(bytes).or_else(cut_off) {
-                return Ok(Some(self.at + found as u64));
+            if let Some(position) = finder.find(bytes).or_else(cut_off) {
+                return Ok(Some(self.offset + position as u64));
             }
             let all = bytes.len();
             self.reader.consume(all);
-            self.at += all as u64;
+            self.offset += all as u64;
         }
     }
 }
@@ -175,7 +177,7 @@ impl ForwardReader<'_> {
 impl Read for ForwardReader<'_> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let got = self.reader.read(bytes)?;
-        self.at += got as u64;
+        self.offset += got as u64;
         Ok(got)
     }
 }

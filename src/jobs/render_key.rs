@@ -3,7 +3,7 @@
 
 use crate::field_error::FieldError;
 use crate::frame_view::FrameView;
-use crate::spec::{PixelSpec, fields, option_name, option_text};
+use crate::spec::PixelSpec;
 use phalanx_files::quoted_text;
 use phalanx_io::cache::fingerprint;
 use phalanx_render::frame::Settings;
@@ -140,16 +140,16 @@ impl RenderKey {
     fn describe(&self) -> Vec<(String, String)> {
         let origin = self.stamp.origin.map(|x| x.to_string()).join(",");
         let view = self.view.map_or("not given".to_owned(), describe_view);
-        let own = [
+        let facts = [
             ("the version of phalanx", self.stamp.version.clone()),
             ("the scene's local origin", origin),
             ("the scene's fingerprint", self.stamp.scene.clone()),
             ("the frame's view", view),
         ];
-        let options = fields(&self.pixels).into_iter();
-        let options = options.map(|(name, value)| (option_name(&name), option_text(&name, &value)));
-        let own = own.map(|(what, value)| (what.to_owned(), value));
-        own.into_iter().chain(options).collect()
+        let options = self.pixels.rows().into_iter();
+        let options = options.map(|row| (row.option(), row.text()));
+        let facts = facts.map(|(what, value)| (what.to_owned(), value));
+        facts.into_iter().chain(options).collect()
     }
 }
 
@@ -168,6 +168,7 @@ fn describe_view(view: FrameView) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spec::AsText;
     use glam::Vec3;
     use phalanx_render::frame::{Adaptive, Aovs, Engine, Integrator, Kernel, Lens, Sampling, Tile};
 
@@ -327,8 +328,8 @@ mod tests {
             refused("pixels.size", &|i| i.pixels.size = Some((side, height)));
             refused("pixels.size", &|i| i.pixels.size = Some((width, side)));
         }
-        for layers in [&["colour"][..], &["depth", "depth"], &["ng", "depth"]] {
-            let layers: Vec<String> = layers.iter().map(|l| (*l).to_owned()).collect();
+        for layers in [["depth", "depth"], ["ng", "depth"]] {
+            let layers: Vec<_> = layers.iter().map(|l| AsText::parse(l).unwrap()).collect();
             refused("pixels.aov", &|i| i.pixels.aov = layers.clone());
         }
         let nowhere = View {

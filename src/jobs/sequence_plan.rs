@@ -85,7 +85,7 @@ pub struct PlannedKey {
 impl PlannedCamera {
     /// A path, of which key frames were read from `file`.
     pub fn new(path: &CameraPath, file: String) -> PlannedCamera {
-        let kept = |key: &CameraKey| PlannedKey {
+        let planned_key = |key: &CameraKey| PlannedKey {
             frame: key.frame,
             view: key.view.into(),
         };
@@ -93,7 +93,7 @@ impl PlannedCamera {
             CameraPath::Turntable { frames } => PlannedCamera::Turntable { frames: *frames },
             CameraPath::Keys(keys) => PlannedCamera::Keyframes {
                 file,
-                keys: keys.iter().map(kept).collect(),
+                keys: keys.iter().map(planned_key).collect(),
             },
         }
     }

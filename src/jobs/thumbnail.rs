@@ -35,8 +35,8 @@ impl Thumbnail {
     pub(super) fn add(&self, tile: Tile, pixels: &TileBuffer) {
         let [red, green, blue] = pixels.radiance();
         self.add_rows(tile, |x, y| {
-            let at = (y * tile.width + x) as usize;
-            [red[at], green[at], blue[at]]
+            let index = (y * tile.width + x) as usize;
+            [red[index], green[index], blue[index]]
         });
     }
 
@@ -52,9 +52,9 @@ impl Thumbnail {
         for y in 0..tile.height {
             let row = (tile.y - self.window.y + y) / self.scale * self.width;
             for x in 0..tile.width {
-                let at = row + (tile.x - self.window.x + x) / self.scale;
+                let index = row + (tile.x - self.window.x + x) / self.scale;
                 let [r, g, b] = pixel(x, y);
-                let sum = &mut sums[at as usize];
+                let sum = &mut sums[index as usize];
                 *sum = [sum[0] + r, sum[1] + g, sum[2] + b, sum[3] + 1.0];
             }
         }
@@ -64,10 +64,10 @@ impl Thumbnail {
     pub fn film(&self) -> Film {
         let mut film = Film::new(self.width, self.height, false);
         let sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);
-        for (at, [r, g, b, count]) in sums.iter().enumerate() {
+        for (index, [r, g, b, count]) in sums.iter().enumerate() {
             if *count > 0.0 {
                 for (plane, sum) in film.planes.iter_mut().zip([r, g, b]) {
-                    plane[at] = sum / count;
+                    plane[index] = sum / count;
                 }
             }
         }

@@ -44,7 +44,7 @@ pub struct TileFile {
 struct AppendPosition {
     file: File,
     /// The end of the last whole record.
-    at: u64,
+    offset: u64,
     buffer: Vec<u8>,
     synced: Instant,
 }
@@ -59,19 +59,19 @@ impl TileFile {
         let io = |source| KeptFileError::io(path, source);
         let file = open_exclusive(path)?;
         let mut opened = TileFile::scan(path, file, key)?;
-        let AppendPosition { file, at, .. } = opened
+        let AppendPosition { file, offset, .. } = opened
             .append
             .get_mut()
             .unwrap_or_else(PoisonError::into_inner);
-        if *at == 0 {
+        if *offset == 0 {
             let head = file_header::bytes(key);
             file.seek(SeekFrom::Start(0)).map_err(io)?;
             file.write_all(&head).map_err(io)?;
-            *at = head.len() as u64;
+            *offset = head.len() as u64;
         }
         // Bytes behind the last whole record are part of an unfinished one.
-        file.set_len(*at).map_err(io)?;
-        file.seek(SeekFrom::Start(*at)).map_err(io)?;
+        file.set_len(*offset).map_err(io)?;
+        file.seek(SeekFrom::Start(*offset)).map_err(io)?;
         Ok(opened)
     }
 
@@ -129,13 +129,13 @@ impl TileFile {
         let from = self.tiles.partition_point(from);
         let until = self.tiles.partition_point(|(tile, _)| tile.y < bottom);
         let mut moved = false;
-        for &(tile, at) in &self.tiles[from..until] {
+        for &(tile, offset) in &self.tiles[from..until] {
             if tile.within(window).pixels() == 0 {
                 continue;
             }
             moved = true;
             bytes.resize(HEADER_BYTES, 0);
-            end.file.seek(SeekFrom::Start(at)).map_err(io)?;
+            end.file.seek(SeekFrom::Start(offset)).map_err(io)?;
             end.file.read_exact(&mut bytes).map_err(io)?;
             let changed = || io(io::Error::other("it has changed since it was opened"));
             let same = |head: &RecordHeader| head.tile == tile && head.planes == self.planes;
@@ -149,8 +149,8 @@ impl TileFile {
             put(film, window, tile, &bytes);
         }
         if moved {
-            let at = end.at;
-            end.file.seek(SeekFrom::Start(at)).map_err(io)?;
+            let offset = end.offset;
+            end.file.seek(SeekFrom::Start(offset)).map_err(io)?;
         }
         Ok(())
     }
@@ -164,7 +164,7 @@ impl TileFile {
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         let AppendPosition {
             file,
-            at,
+            offset,
             buffer,
             synced,
         } = &mut *end;
@@ -172,11 +172,11 @@ impl TileFile {
         let written = file.write_all(buffer);
         if let Err(error) = written {
             // Truncation is best effort: an unfinished record is detected anyway.
-            let _ = file.set_len(*at);
-            let _ = file.seek(SeekFrom::Start(*at));
+            let _ = file.set_len(*offset);
+            let _ = file.seek(SeekFrom::Start(*offset));
             return Err(io(error));
         }
-        *at += buffer.len() as u64;
+        *offset += buffer.len() as u64;
         if synced.elapsed() > SYNC_INTERVAL {
             file.sync_data().map_err(io)?;
             *synced = Instant::now();
@@ -197,12 +197,12 @@ impl TileFile {
 
     /// Reads every record.
     fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, KeptFileError> {
-        let found = Recovery::run(path, &file, key)?;
+        let recovery = Recovery::run(path, &file, key)?;
         let mut finished = FinishedPixels::new(key.pixels.window());
-        let new_pixels = found.tiles.iter().map(|(tile, _)| finished.add(*tile));
+        let new_pixels = recovery.tiles.iter().map(|(tile, _)| finished.add(*tile));
         let pixels = new_pixels.sum();
-        let mut tiles = found.tiles;
-        tiles.sort_by_key(|(tile, at)| (tile.y, tile.x, *at));
+        let mut tiles = recovery.tiles;
+        tiles.sort_by_key(|(tile, offset)| (tile.y, tile.x, *offset));
         Ok(TileFile {
             path: path.into(),
             identity: key.checksum(),
@@ -210,10 +210,10 @@ impl TileFile {
             tiles,
             finished,
             pixels,
-            damaged: found.damaged,
+            damaged: recovery.damaged,
             append: Mutex::new(AppendPosition {
                 file,
-                at: found.end,
+                offset: recovery.end,
                 buffer: Vec::new(),
                 synced: Instant::now(),
             }),

@@ -65,8 +65,8 @@ impl RecordHeader {
     /// Reads a header; `None` if these bytes are not a header.
     pub(super) fn read(bytes: &[u8]) -> Option<RecordHeader> {
         let bytes: &[u8; HEADER_BYTES] = bytes.first_chunk()?;
-        let word = |at: usize| {
-            let four = bytes[at..at + 4].first_chunk();
+        let word = |offset: usize| {
+            let four = bytes[offset..offset + 4].first_chunk();
             four.map_or(0, |four| u32::from_le_bytes(*four))
         };
         if bytes[..8] != MAGIC || word(36) != crc32fast::hash(&bytes[..36]) {

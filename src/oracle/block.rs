@@ -19,9 +19,8 @@ impl Oracle<'_> {
         corner: (u32, u32),
         size: (u32, u32),
     ) -> Vec<OraclePixel> {
-        let by_chance =
-            self.scene().is_stochastic() || camera.has_lens() || self.ao_distance.is_some();
-        if by_chance {
+        let occlusion = self.integrator.settings.ao_distance.is_some();
+        if self.scene().is_stochastic() || camera.has_lens() || occlusion {
             self.block_by_pixels(camera, sampling, adaptive, corner, size)
         } else {
             self.block_by_cells(camera, sampling, adaptive, corner, size)
@@ -43,8 +42,8 @@ impl Oracle<'_> {
         cells.begin(*adaptive, sampling.spp, ((x, y), size), true);
         loop {
             for k in 0..cells.requests().len() {
-                let asked = &cells.requests()[k];
-                let ((column, row), number) = (asked.pixel, asked.number);
+                let request = &cells.requests()[k];
+                let ((column, row), number) = (request.pixel, request.number);
                 let mut visibility = SampleVisibility::of(&cells, k);
                 let place = (x + column, y + row);
                 let traced = self.sample(camera, sampling, place, number, visibility.cursor());
@@ -67,14 +66,14 @@ impl Oracle<'_> {
         let (sums, coverage) = (cells.sums(), cells.coverage());
         let places = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
         let pixel = |(column, row): (u32, u32)| {
-            let at = (row * BLOCK + column) as usize;
-            let sum = &sums[at];
+            let index = (row * BLOCK + column) as usize;
+            let sum = &sums[index];
             OraclePixel {
                 radiance: sum.radiance.mean().into(),
                 light: sum.light.map(|way| way.mean().into()),
                 first: first[row as usize][column as usize],
                 samples: sum.samples,
-                coverage: coverage[at].clone(),
+                coverage: coverage[index].clone(),
             }
         };
         places.map(pixel).collect()

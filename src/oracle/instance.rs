@@ -13,11 +13,11 @@ pub(super) fn world_objects(scene: &Scene) -> impl Iterator<Item = u32> {
 /// Own padded boxes of all instances.
 pub(super) fn instance_boxes(scene: &Scene) -> Vec<Bounds> {
     let meshes = scene.bounds_of_meshes();
-    let own = |k: usize| {
+    let bounds_of = |k: usize| {
         let mesh = scene.instances.mesh[k] as usize;
         scene.instances.bounds(k, meshes[mesh]).padded()
     };
-    (0..scene.instances.len()).map(own).collect()
+    (0..scene.instances.len()).map(bounds_of).collect()
 }
 
 /// A ray in the space of an instance's mesh. Its direction is not normalized again there, so that

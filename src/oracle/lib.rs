@@ -30,7 +30,7 @@ pub use tree::{OracleTree, TwoLevelBvh};
 use glam::Vec3;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::{Dimension, FilmSamples, Sampling, SurfaceShare, concentric_disk};
-use phalanx_scene::{MatteIds, RayCounts, Scene};
+use phalanx_scene::{IntegratorSettings, MatteIds, RayCounts, Scene};
 use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
 use search::{START, SceneSearch};
 use shading::{OracleMaterial, SampleSeed};
@@ -50,7 +50,7 @@ use whitted::{PathSegment, WhittedIntegrator};
 /// let tree = TwoLevelBvh::build(&scene);
 /// let ray = OracleRay::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::X);
 /// for search in [OracleSearch::Tree(&tree), OracleSearch::BruteForce] {
-///     let oracle = Oracle::new(&scene, search, 0);
+///     let oracle = Oracle::new(&scene, search);
 ///     let hit = oracle.closest(&ray).expect("a hit");
 ///     assert_eq!((hit.t, hit.prim_id), (8.0, 0));
 /// }
@@ -58,8 +58,6 @@ use whitted::{PathSegment, WhittedIntegrator};
 /// ```
 pub struct Oracle<'a> {
     integrator: WhittedIntegrator<'a>,
-    /// Length of ambient occlusion rays, if ambient occlusion replaces shading.
-    ao_distance: Option<f32>,
     /// Identifiers of the surfaces that camera rays see, if mattes are requested.
     mattes: Option<&'a MatteIds>,
 }
@@ -87,41 +85,23 @@ pub fn camera_ray(
 }
 
 impl<'a> Oracle<'a> {
-    /// Makes an oracle for a valid scene. `max_depth` counts bounces after the primary ray, and
-    /// only affects pictures. [`Oracle`] has an example.
-    pub fn new(scene: &'a Scene, search: OracleSearch<'a>, max_depth: u32) -> Oracle<'a> {
+    /// Makes an oracle for a valid scene. [`Oracle`] has an example.
+    pub fn new(scene: &'a Scene, search: OracleSearch<'a>) -> Oracle<'a> {
         Oracle {
-            integrator: WhittedIntegrator::new(SceneSearch::new(scene, search), max_depth),
-            ao_distance: None,
+            integrator: WhittedIntegrator::new(SceneSearch::new(scene, search)),
             mattes: None,
         }
     }
 
-    /// Makes the background black to camera rays.
-    pub fn with_hidden_background(mut self, hidden: bool) -> Oracle<'a> {
-        self.integrator.hides_background = hidden;
+    /// Replaces the settings of pictures, which trace no bounces by default.
+    pub fn with_settings(mut self, settings: IntegratorSettings) -> Oracle<'a> {
+        self.integrator.settings = settings;
         self
     }
 
     /// Collects all surfaces that camera rays see, with these identifiers.
     pub fn with_mattes(self, mattes: Option<&'a MatteIds>) -> Oracle<'a> {
         Oracle { mattes, ..self }
-    }
-
-    /// Replaces shading by ambient occlusion: a hit is white if a single ray from it hits nothing
-    /// within `reach`, and black otherwise.
-    pub fn with_ambient_occlusion(self, reach: f32) -> Oracle<'a> {
-        Oracle {
-            ao_distance: Some(reach),
-            ..self
-        }
-    }
-
-    /// Drops bounces for which the product of the weights along the path is below this in every
-    /// component.
-    pub fn with_min_weight(mut self, min_weight: f32) -> Oracle<'a> {
-        self.integrator.min_weight = min_weight;
-        self
     }
 
     /// Rays cast since the oracle was made.
@@ -160,7 +140,7 @@ impl<'a> Oracle<'a> {
         let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
         let hit = self.integrator.search.closest_there(&ray, None);
         let seed = SampleSeed::of(x, y, sample);
-        let light = match self.ao_distance {
+        let light = match self.integrator.settings.ao_distance {
             Some(reach) => RadianceParts {
                 direct: self.ao_visibility(&ray, hit, seed, reach),
                 ..RadianceParts::default()
@@ -184,8 +164,8 @@ impl<'a> Oracle<'a> {
         let Some(mattes) = self.mattes else {
             return Vec::new();
         };
-        let whole = self.ao_distance.is_some();
-        let shares = self.integrator.search.shares_along(ray, hit, whole);
+        let opaque = self.integrator.settings.ao_distance.is_some();
+        let shares = self.integrator.search.shares_along(ray, hit, opaque);
         let surface = |(prim_id, share)| SurfaceShare {
             ids: mattes.find(self.scene(), prim_id),
             share,
@@ -213,9 +193,9 @@ impl<'a> Oracle<'a> {
         let Some(hit) = hit else {
             return self.integrator.camera_background();
         };
-        let at = OracleSurface::new(self.scene(), ray, &hit);
+        let surface = OracleSurface::new(self.scene(), ray, &hit);
         self.integrator.ray_counts.shadow += 1;
-        let ray = shading::sample_ao_ray(seed, &at);
+        let ray = shading::sample_ao_ray(seed, &surface);
         self.integrator.search.visibility(&ray, reach)
     }
 
@@ -247,7 +227,7 @@ impl<'a> Oracle<'a> {
     ///
     /// let mut scene = Scene::new();
     /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
-    /// let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+    /// let oracle = Oracle::new(&scene, OracleSearch::BruteForce);
     /// let ray = OracleRay::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::X);
     /// assert!(oracle.occluded(&ray, 8.5));
     /// assert!(!oracle.occluded(&ray, 8.0));

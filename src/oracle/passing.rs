@@ -99,14 +99,14 @@ impl SceneSearch<'_> {
         &self,
         ray: &OracleRay,
         first: Option<OracleHit>,
-        whole: bool,
+        opaque: bool,
     ) -> Vec<(u32, f32)> {
         let (mut open, mut next) = (1.0f32, first);
         let mut walk = OracleHitWalk::new(self, ray, first.as_ref().map(OracleHit::on_surface));
         let mut shares = Vec::new();
         while let Some(hit) = next {
             let on = hit.on_surface();
-            let coverage = if whole || !self.has_coverage { 1.0 } else { self.scene.coverage(on) };
+            let coverage = if opaque || !self.has_coverage { 1.0 } else { self.scene.coverage(on) };
             shares.push((hit.prim_id, open * coverage));
             open *= 1.0 - coverage;
             if open < MIN_SURFACE_SHARE {

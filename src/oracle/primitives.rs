@@ -77,8 +77,8 @@ impl OracleRaySetup {
         let most = |[a, b, c]: [f32; 3]| max(max(a.abs(), b.abs()), c.abs());
         let (far, near) = (max(max(a.z, b.z), c.z), min(min(a.z, b.z), c.z));
         let (depth, spread) = (max(far.abs(), near.abs()), far - near);
-        let beside = most([ax, bx, cx]) + most([ay, by, cy]);
-        let bound = (beside + self.steepness * depth) * (beside * (spread + depth * MIN_SPREAD))
+        let extent = most([ax, bx, cx]) + most([ay, by, cy]);
+        let bound = (extent + self.steepness * depth) * (extent * (spread + depth * MIN_SPREAD))
             + (depth * det.abs() + MIN_DETERMINANT);
         let weight = sum.abs();
         let times = if by_edges > 0.0 { 32.0 } else { 1_048_576.0 };
@@ -209,8 +209,31 @@ impl OracleRaySetup {
     }
 }
 
-/// Point, geometric normal, shading normal, mean of the vertex normals, and offset of a hit.
-pub(super) type OraclePoint = (Vec3, Vec3, Vec3, Vec3, f32);
+/// The surface at a hit.
+pub(super) struct OraclePoint {
+    pub(super) point: Vec3,
+    /// Geometric normal.
+    pub(super) ng: Vec3,
+    /// Shading normal.
+    pub(super) ns: Vec3,
+    /// Mean of the vertex normals.
+    pub(super) outward: Vec3,
+    /// Distance from the point at which rays leave it.
+    pub(super) offset: f32,
+}
+
+impl OraclePoint {
+    /// A point of a surface with one normal.
+    fn smooth(point: Vec3, n: Vec3, offset: f32) -> OraclePoint {
+        OraclePoint {
+            point,
+            ng: n,
+            ns: n,
+            outward: n,
+            offset,
+        }
+    }
+}
 
 /// The surface point in the space where the primitive is stored; `back` is the unit vector against
 /// the ray there.
@@ -278,7 +301,13 @@ fn triangle_point(
     let [least, most] = OFFSET_PER_EDGE.map(|share| edges * share);
     let beyond = min(max(max_abs(point) * OFFSET_PER_COORDINATE, least), most);
     let offset = max(rounding, min(beyond, way * MAX_OFFSET_PER_DISTANCE));
-    (point, ng, ns, outward, offset)
+    OraclePoint {
+        point,
+        ng,
+        ns,
+        outward,
+        offset,
+    }
 }
 
 fn sphere_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
@@ -286,7 +315,7 @@ fn sphere_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) ->
     let n = unit_or((ray.org - center) + ray.dir * t, back);
     let point = center + n * radius;
     let offset = radius * PAD + n.abs().dot(point.abs()) * PLANE_ROUNDING;
-    (point, n, n, n, offset)
+    OraclePoint::smooth(point, n, offset)
 }
 
 fn ellipsoid_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
@@ -303,7 +332,7 @@ fn ellipsoid_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32)
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
     let inside = (max_abs(terms) + 1.0) / length;
-    (point, ng, ng, ng, (inside + max_abs(point)) * PAD)
+    OraclePoint::smooth(point, ng, (inside + max_abs(point)) * PAD)
 }
 
 fn cone_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
@@ -322,5 +351,5 @@ fn cone_point(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> O
     let ng = if away.dot(away) > 0.0 { unit_or(slanted, back) } else { back };
     let size = max_abs(c.apex - c.base) + max(radius, c.apex_radius);
     let offset = size * PAD + ng.abs().dot(point.abs()) * PLANE_ROUNDING;
-    (point, ng, ng, ng, offset)
+    OraclePoint::smooth(point, ng, offset)
 }

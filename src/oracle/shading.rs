@@ -97,11 +97,11 @@ impl OracleSurface {
     pub fn new(scene: &Scene, ray: &OracleRay, hit: &OracleHit) -> OracleSurface {
         let placed = scene.resolve(hit.prim_id);
         let surface_point = |ray: &OracleRay, back| {
-            let mut at = surface_point(scene, placed.prim, ray, back, hit);
-            at.2 = mapped_normal(scene, placed.prim, hit, at.2);
-            at
+            let mut surface = surface_point(scene, placed.prim, ray, back, hit);
+            surface.ns = mapped_normal(scene, placed.prim, hit, surface.ns);
+            surface
         };
-        let (point, ng, ns, outward, offset) = match placed.instance {
+        let surface = match placed.instance {
             None => surface_point(ray, -ray.dir),
             Some(k) => {
                 let inner = to_object(scene, k as usize, ray);
@@ -109,7 +109,8 @@ impl OracleSurface {
                 to_world(scene, k as usize, inside, ray)
             }
         };
-        let ng = if ng.dot(outward) < INWARD { -ng } else { ng };
+        let OraclePoint { point, ng, ns, .. } = surface;
+        let ng = if ng.dot(surface.outward) < INWARD { -ng } else { ng };
         let away = ray.dir.dot(ng) > 0.0;
         let ng = if away { -ng } else { ng };
         let mut ns = if away { -ns } else { ns };
@@ -123,7 +124,7 @@ impl OracleSurface {
             ng,
             ns,
             dir: ray.dir,
-            offset,
+            offset: surface.offset,
             entering: !away,
             bumped,
         }
@@ -138,19 +139,24 @@ impl OracleSurface {
 
 /// The world point of a surface point in the space of an instance's mesh.
 fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay) -> OraclePoint {
-    let (position, ng, ns, outward, offset) = inside;
     let [wx, wy, wz, wshift] = scene.instances.world_columns(instance);
     let [mx, my, mz, shift] = scene.instances.object_columns(instance);
-    let point = ((wx * position.x + wy * position.y) + wz * position.z) + wshift;
+    let p = inside.point;
+    let point = ((wx * p.x + wy * p.y) + wz * p.z) + wshift;
     let back = |n: Vec3| Vec3::new(mx.dot(n), my.dot(n), mz.dot(n));
-    let gradient = back(ng);
+    let gradient = back(inside.ng);
     let length = gradient.dot(gradient).sqrt();
     let ng = unit_or(gradient, -ray.dir);
-    let (ns, outward) = (unit_or(back(ns), ng), unit_or(back(outward), ng));
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
-    let reach = (max_abs(terms) * PAD + offset) / length;
-    (point, ng, ns, outward, reach + max_abs(point) * PAD)
+    let reach = (max_abs(terms) * PAD + inside.offset) / length;
+    OraclePoint {
+        point,
+        ng,
+        ns: unit_or(back(inside.ns), ng),
+        outward: unit_or(back(inside.outward), ng),
+        offset: reach + max_abs(point) * PAD,
+    }
 }
 
 /// Seed of the random choices at a hit: the ray's seed and its pixel's sample number.
@@ -235,7 +241,7 @@ pub(super) fn sample_light(
     scene: &Scene,
     light: usize,
     lit: &Lit,
-    at: &OracleSurface,
+    surface: &OracleSurface,
 ) -> Option<OracleLightSample> {
     let lights = &scene.lights;
     let &Lit {
@@ -249,7 +255,7 @@ pub(super) fn sample_light(
     let (dir, to_light, seen, tmax) = if lights.directional[light] {
         (position, position, color, f32::INFINITY)
     } else {
-        let to = position - at.point;
+        let to = position - surface.point;
         let squared = to.dot(to);
         let distance = squared.sqrt();
         let a = lights.attenuation.get(light);
@@ -264,22 +270,25 @@ pub(super) fn sample_light(
         }
         (to, to_light, seen, 1.0)
     };
-    let diffuse = max(to_light.dot(at.ns), 0.0);
+    let diffuse = max(to_light.dot(surface.ns), 0.0);
     let specular = if material.ks == Vec3::ZERO && material.highlight == Vec3::ZERO {
         0.0
     } else {
-        let half = unit(to_light - at.dir);
-        pow(max(half.dot(at.ns), 0.0), material.shininess)
+        let half = unit(to_light - surface.dir);
+        pow(max(half.dot(surface.ns), 0.0), material.shininess)
     };
     let mut lobe = material.kd * diffuse + material.ks * specular;
     if material.highlight != Vec3::ZERO {
         lobe += material.highlight * (specular * diffuse);
     }
     let radiance = (seen * lobe) * coverage;
-    let facing = to_light.dot(above.map_or(at.ng, |above| above.normal)) > 0.0;
-    let faces_facet = to_light.dot(at.ng) > 0.0;
+    let facing = to_light.dot(above.map_or(surface.ng, |above| above.normal)) > 0.0;
+    let faces_facet = to_light.dot(surface.ng) > 0.0;
     let is_beneath = above.is_some() && !faces_facet;
-    let (over, under) = (at.point + at.ng * at.offset, at.point - at.ng * at.offset);
+    let (over, under) = (
+        surface.point + surface.ng * surface.offset,
+        surface.point - surface.ng * surface.offset,
+    );
     let above = above.map(|OracleTerminatorShift { shift, .. }| {
         let is_directional = lights.directional[light];
         let dir = if is_directional { dir } else { dir - shift };
@@ -296,19 +305,22 @@ pub(super) fn sample_light(
 }
 
 /// A random direction of the lobe about a mirror direction.
-fn sample_glossy(gloss: f32, seed: SampleSeed, at: &OracleSurface, mirror: Vec3) -> Vec3 {
+fn sample_glossy(gloss: f32, seed: SampleSeed, surface: &OracleSurface, mirror: Vec3) -> Vec3 {
     let local = phong_lobe(seed.point(Dimension::Gloss), gloss);
     unit(mirror_into_hemisphere(
-        at,
+        surface,
         to_world_direction(local, mirror),
         mirror,
     ))
 }
 
 /// An ambient occlusion ray.
-pub(super) fn sample_ao_ray(seed: SampleSeed, at: &OracleSurface) -> OracleRay {
+pub(super) fn sample_ao_ray(seed: SampleSeed, surface: &OracleSurface) -> OracleRay {
     let local = cosine_hemisphere(seed.point(Dimension::Sky));
-    at.offset_origin(unit(in_front(to_world_direction(local, at.ns), at.ng)))
+    surface.offset_origin(unit(in_front(
+        to_world_direction(local, surface.ns),
+        surface.ng,
+    )))
 }
 
 /// Rotates a vector about z to one about a unit vector.
@@ -324,12 +336,12 @@ fn in_front(v: Vec3, ng: Vec3) -> Vec3 {
 }
 
 /// Mirrors a direction at the geometric surface, unless it is on the same side as `inner`.
-fn mirror_into_hemisphere(at: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
-    let along = dir.dot(at.ng);
-    if (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {
+fn mirror_into_hemisphere(surface: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
+    let along = dir.dot(surface.ng);
+    if (along >= 0.0) == (inner.dot(surface.ng) >= 0.0) {
         dir
     } else {
-        dir - at.ng * (2.0 * along)
+        dir - surface.ng * (2.0 * along)
     }
 }
 
@@ -343,33 +355,33 @@ pub(super) struct OracleBounce {
 pub(super) fn bounces(
     material: &OracleMaterial,
     seed: SampleSeed,
-    at: &OracleSurface,
+    surface: &OracleSurface,
 ) -> [Option<OracleBounce>; 2] {
-    let (d, n) = (at.dir, at.ns);
+    let (d, n) = (surface.dir, surface.ns);
     let along = d.dot(n);
     let cos = -along;
-    let eta = if at.entering { 1.0 / material.ior } else { material.ior };
+    let eta = if surface.entering { 1.0 / material.ior } else { material.ior };
     let k = 1.0 - (eta * eta) * (1.0 - cos * cos);
     let transmits = material.kt != Vec3::ZERO;
     let total = transmits && k < 0.0;
     let weight = if total { material.ks + material.kt } else { material.ks };
     let mirror = (weight != Vec3::ZERO).then(|| {
         let mut straight = unit(d - n * (2.0 * along));
-        if at.bumped {
-            straight = in_front(straight, at.ng);
+        if surface.bumped {
+            straight = in_front(straight, surface.ng);
         }
         let dir = if material.gloss > 0.0 {
-            sample_glossy(material.gloss, seed, at, straight)
+            sample_glossy(material.gloss, seed, surface, straight)
         } else {
             straight
         };
         OracleBounce {
-            ray: at.offset_origin(dir),
+            ray: surface.offset_origin(dir),
             weight,
         }
     });
     let refracted = (transmits && !total).then(|| OracleBounce {
-        ray: at.offset_origin(unit(d * eta + n * (eta * cos - k.sqrt()))),
+        ray: surface.offset_origin(unit(d * eta + n * (eta * cos - k.sqrt()))),
         weight: material.kt,
     });
     [mirror, refracted]

@@ -9,7 +9,7 @@ use phalanx_scene::{PrimKind, SMOOTH_SLOPE, Scene};
 
 impl OracleTerminatorShift {
     /// The smooth surface; `None` if shadows follow the triangle itself.
-    pub(super) fn of(scene: &Scene, hit: &OracleHit, at: &OracleSurface) -> Option<Self> {
+    pub(super) fn of(scene: &Scene, hit: &OracleHit, surface: &OracleSurface) -> Option<Self> {
         let placed = scene.smooth_shadows.then(|| scene.resolve(hit.prim_id))?;
         let prim = scene.prims[placed.prim as usize];
         if prim.kind() != PrimKind::Triangle {
@@ -17,7 +17,7 @@ impl OracleTerminatorShift {
         }
         let [a, b, c] = scene.triangles.corners(prim.index());
         let normals = scene.triangles.corner_normals(prim.index())?;
-        let normals = normals.map(|n| if at.entering { n } else { -n });
+        let normals = normals.map(|n| if surface.entering { n } else { -n });
         let [na, nb, nc] = normals.map(|n| unit_or(n, Vec3::ZERO));
         let (ab, ac, bc) = (b - a, c - a, c - b);
         let (depth_ab, depth_ac) = (-ab.dot(na), -ac.dot(na));
@@ -45,7 +45,7 @@ impl OracleTerminatorShift {
         }
         Some(OracleTerminatorShift {
             shift,
-            normal: unit_or(normal, at.ng),
+            normal: unit_or(normal, surface.ng),
         })
     }
 }

@@ -158,18 +158,18 @@ impl OracleTree {
             first: self.objects.len() as u32,
             count: items.len() as u32,
         });
-        let at = if items.len() <= MAX_LEAF_PRIMS {
+        let middle = if items.len() <= MAX_LEAF_PRIMS {
             0
         } else if depth < MAX_SAH_DEPTH {
             partition(items)
         } else {
             items.len() / 2
         };
-        if at == 0 || at == items.len() {
+        if middle == 0 || middle == items.len() {
             self.objects.extend(items.iter().map(|i| i.object));
             return;
         }
-        let (left, right) = items.split_at_mut(at);
+        let (left, right) = items.split_at_mut(middle);
         self.nodes[index].count = 0;
         self.add(left, depth + 1);
         self.nodes[index].first = self.nodes.len() as u32;
@@ -293,14 +293,14 @@ fn partition(items: &mut [BuildPrim]) -> usize {
     let Some((_, axis, border)) = best else {
         return items.len() / 2;
     };
-    let mut at = 0;
+    let mut middle = 0;
     for k in 0..items.len() {
         if bin(items[k].center, centers, axis) < border {
-            items.swap(k, at);
-            at += 1;
+            items.swap(k, middle);
+            middle += 1;
         }
     }
-    at
+    middle
 }
 
 fn bin(center: Vec3, centers: Bounds, axis: usize) -> usize {

@@ -9,19 +9,14 @@ use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSe
 use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
 use phalanx_scene::sampling::BounceKind;
-use phalanx_scene::{MAX_PASSES, RayCounts, SurfaceHit};
+use phalanx_scene::{IntegratorSettings, MAX_PASSES, RayCounts, SurfaceHit};
 use std::array;
 use std::iter::Flatten;
 
 /// Follows camera rays and their bounces.
 pub(super) struct WhittedIntegrator<'a> {
     pub(super) search: SceneSearch<'a>,
-    max_depth: u32,
-    /// Minimum share of its camera ray that a ray must have in some component to be traced; at 0,
-    /// all rays are traced.
-    pub(super) min_weight: f32,
-    /// True if camera rays do not see the background.
-    pub(super) hides_background: bool,
+    pub(super) settings: IntegratorSettings,
     /// The bounces between a camera ray and the ray being traced.
     path: Vec<PathLevel>,
     /// Rays cast so far.
@@ -32,7 +27,7 @@ pub(super) struct WhittedIntegrator<'a> {
 pub(super) struct PathSegment {
     ray: OracleRay,
     way: BounceKind,
-    chance: SampleSeed,
+    seed: SampleSeed,
     /// Weight from the hit that sends the ray.
     throughput: Vec3,
     /// Share of its camera ray that the ray carries: the product of all weights since the camera,
@@ -52,7 +47,7 @@ impl PathSegment {
         PathSegment {
             ray,
             way: BounceKind::Mirror,
-            chance: seed,
+            seed,
             throughput: Vec3::ONE,
             share: Vec3::ONE,
             depth: 0,
@@ -87,12 +82,10 @@ impl RadianceParts {
 }
 
 impl<'a> WhittedIntegrator<'a> {
-    pub(super) fn new(search: SceneSearch<'a>, max_depth: u32) -> WhittedIntegrator<'a> {
+    pub(super) fn new(search: SceneSearch<'a>) -> WhittedIntegrator<'a> {
         WhittedIntegrator {
             search,
-            max_depth,
-            min_weight: 0.0,
-            hides_background: false,
+            settings: IntegratorSettings::default(),
             path: Vec::new(),
             ray_counts: RayCounts::default(),
         }
@@ -100,7 +93,11 @@ impl<'a> WhittedIntegrator<'a> {
 
     /// Radiance of a camera ray that hits nothing.
     pub(super) fn camera_background(&self) -> Vec3 {
-        if self.hides_background { Vec3::ZERO } else { self.search.scene.background }
+        if self.settings.hides_background {
+            Vec3::ZERO
+        } else {
+            self.search.scene.background
+        }
     }
 
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera
@@ -186,22 +183,22 @@ impl<'a> WhittedIntegrator<'a> {
             };
             return (parts, [None, None, None].into_iter().flatten());
         };
-        let at = OracleSurface::new(scene, &segment.ray, &hit);
+        let surface = OracleSurface::new(scene, &segment.ray, &hit);
         let prim = scene.resolve(hit.prim_id).prim;
         let coverage =
             if self.search.has_coverage { scene.coverage(hit.on_surface()) } else { 1.0 };
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
-        let above = shading::OracleTerminatorShift::of(scene, &hit, &at);
+        let above = shading::OracleTerminatorShift::of(scene, &hit, &surface);
         for light in 0..scene.lights.len() {
             let lit = shading::Lit {
-                seed: segment.chance,
+                seed: segment.seed,
                 material: &material,
                 coverage,
                 above,
             };
-            let Some(sample) = shading::sample_light(scene, light, &lit, &at) else {
+            let Some(sample) = shading::sample_light(scene, light, &lit, &surface) else {
                 continue;
             };
             if !scene.lights.casts_shadows(light) {
@@ -218,7 +215,7 @@ impl<'a> WhittedIntegrator<'a> {
                 parts.direct += sample.radiance * passed;
             }
         }
-        let [mirror, refracted] = self.bounces(segment, &material, coverage, &at);
+        let [mirror, refracted] = self.bounces(segment, &material, coverage, &surface);
         let passed = self.passing_segment(segment, &hit, coverage);
         (parts, [mirror, refracted, passed].into_iter().flatten())
     }
@@ -229,17 +226,17 @@ impl<'a> WhittedIntegrator<'a> {
         from: &PathSegment,
         material: &OracleMaterial,
         coverage: f32,
-        at: &OracleSurface,
+        surface: &OracleSurface,
     ) -> [Option<PathSegment>; 2] {
-        if from.depth >= self.max_depth {
+        if from.depth >= self.settings.max_depth {
             return [None, None];
         }
-        let [mirror, refracted] = shading::bounces(material, from.chance, at);
-        let whole = material.secondary_weight();
+        let [mirror, refracted] = shading::bounces(material, from.seed, surface);
+        let divisor = material.secondary_weight();
         let segment = |bounce: Option<OracleBounce>, way| {
             let mut bounce = bounce?;
             bounce.weight *= coverage;
-            self.secondary_segment(from, whole, bounce, way)
+            self.secondary_segment(from, divisor, bounce, way)
         };
         [
             segment(mirror, BounceKind::Mirror),
@@ -263,7 +260,7 @@ impl<'a> WhittedIntegrator<'a> {
         self.counts(share).then(|| PathSegment {
             ray: from.ray,
             way: BounceKind::Passed,
-            chance: from.chance.child(BounceKind::Passed),
+            seed: from.seed.child(BounceKind::Passed),
             throughput: Vec3::splat(open),
             share,
             depth: from.depth,
@@ -274,7 +271,8 @@ impl<'a> WhittedIntegrator<'a> {
 
     /// Returns true if a ray of this share is worth tracing.
     fn counts(&self, share: Vec3) -> bool {
-        self.min_weight == 0.0 || share.abs().cmpge(Vec3::splat(self.min_weight)).any()
+        let least = self.settings.min_weight;
+        least == 0.0 || share.abs().cmpge(Vec3::splat(least)).any()
     }
 
     /// A bounce of a ray, whose weight is divided by `whole` for its share of the camera ray;
@@ -282,15 +280,15 @@ impl<'a> WhittedIntegrator<'a> {
     fn secondary_segment(
         &self,
         from: &PathSegment,
-        whole: Vec3,
+        divisor: Vec3,
         bounce: OracleBounce,
         way: BounceKind,
     ) -> Option<PathSegment> {
-        let share = from.share * (bounce.weight / whole);
+        let share = from.share * (bounce.weight / divisor);
         self.counts(share).then(|| PathSegment {
             ray: bounce.ray,
             way,
-            chance: from.chance.child(way),
+            seed: from.seed.child(way),
             throughput: bounce.weight,
             share,
             depth: from.depth + 1,

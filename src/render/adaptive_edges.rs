@@ -45,19 +45,19 @@ impl EdgeSampler {
         tile: Tile,
         pixels: &mut TileBuffer,
     ) {
-        let whole = tile.outward(BLOCK, tracer.camera.size());
-        let corners: Vec<_> = corners(whole).collect();
+        let outer = tile.outward(BLOCK, tracer.camera.size());
+        let corners: Vec<_> = corners(outer).collect();
         let spp = tracer.sampling.spp;
         for group in corners.chunks((MAX_GROUP_SAMPLES / (BLOCK * BLOCK * spp)).max(1) as usize) {
             self.cells.resize_with(group.len(), Cells::default);
             for (cells, &(x, y)) in self.cells.iter_mut().zip(group) {
-                let corner = (whole.x + x, whole.y + y);
-                let size = size_of(whole, (x, y));
+                let corner = (outer.x + x, outer.y + y);
+                let size = size_of(outer, (x, y));
                 cells.begin(adaptive, spp, (corner, size), pixels.aovs().of_light());
             }
             let mut first = true;
             loop {
-                self.refine(tracer, whole, first, tile, pixels);
+                self.refine(tracer, outer, first, tile, pixels);
                 if tracer.context.is_stopped() {
                     return;
                 }
@@ -78,7 +78,7 @@ impl EdgeSampler {
     fn refine(
         &mut self,
         tracer: &mut SampleTracer,
-        whole: Tile,
+        outer: Tile,
         first: bool,
         tile: Tile,
         pixels: &mut TileBuffer,
@@ -98,9 +98,9 @@ impl EdgeSampler {
             let sample = if first { 0 } else { 1 };
             let (count, record_hits) = (requests.len(), pixels.record_hits());
             let mut traced = tracer.trace(count, sample, record_hits, shadow_filter, |rays| {
-                push_requests(rays, camera, &sampling, whole, cells, requests);
+                push_requests(rays, camera, &sampling, outer, cells, requests);
             });
-            traced.write_hits(pixels, within(whole, tile));
+            traced.write_hits(pixels, within(outer, tile));
             let results = traced.outcomes().zip(&self.visibility);
             let results = results.zip(traced.seen());
             for (&(block, request), ((outcome, visibility), seen)) in requests.iter().zip(results) {
@@ -124,23 +124,23 @@ fn push_requests(
     rays: &mut RayQueue,
     camera: &Camera,
     sampling: &Sampling,
-    whole: Tile,
+    outer: Tile,
     cells: &[Cells],
     requests: &[RefineRequest],
 ) {
     for eight in requests.chunks(LANES) {
         // Lanes past the end repeat the last request.
-        let asked: [_; LANES] = std::array::from_fn(|k| {
+        let samples: [_; LANES] = std::array::from_fn(|k| {
             let (block, request) = eight[k.min(eight.len() - 1)];
             let cells = &cells[block as usize];
             let request = &cells.requests()[request as usize];
             let (x, y) = cells.corner();
             (x + request.pixel.0, y + request.pixel.1, request.number)
         });
-        let columns = asked.map(|(x, _, _)| x);
-        let rows = asked.map(|(_, y, _)| y);
-        let numbers = asked.map(|(_, _, number)| number);
-        let places = asked.map(|(x, y, _)| (y - whole.y) << 16 | (x - whole.x));
+        let columns = samples.map(|(x, _, _)| x);
+        let rows = samples.map(|(_, y, _)| y);
+        let numbers = samples.map(|(_, _, number)| number);
+        let places = samples.map(|(x, y, _)| (y - outer.y) << 16 | (x - outer.x));
         push_samples(
             rays,
             camera,

@@ -28,14 +28,14 @@ impl NoiseSampler {
         tile: Tile,
         pixels: &mut TileBuffer,
     ) {
-        let whole = tile.outward(BLOCK, tracer.camera.size());
-        (self.accumulators).fit(whole.pixels() as usize, pixels.aovs());
+        let outer = tile.outward(BLOCK, tracer.camera.size());
+        (self.accumulators).fit(outer.pixels() as usize, pixels.aovs());
         self.active.clear();
-        self.active.resize(corners(whole).count(), !0);
+        self.active.resize(corners(outer).count(), !0);
         let (mut samples, most) = (0, tracer.sampling.spp);
         while self.active.iter().any(|active| *active != 0) {
             let next = adaptive.next(samples, most);
-            self.round(tracer, whole, samples..next, tile, pixels);
+            self.round(tracer, outer, samples..next, tile, pixels);
             if tracer.context.is_stopped() {
                 return;
             }
@@ -43,18 +43,18 @@ impl NoiseSampler {
             if samples == most {
                 break;
             }
-            for (active, corner) in self.active.iter_mut().zip(corners(whole)) {
+            for (active, corner) in self.active.iter_mut().zip(corners(outer)) {
                 if *active != 0 {
-                    let (block, size) = block(&self.accumulators.radiance, whole, corner);
+                    let (block, size) = block(&self.accumulators.radiance, outer, corner);
                     *active = adaptive.still_active(*active, samples, &block, size);
                 }
             }
         }
-        let (right, down) = (tile.x - whole.x, tile.y - whole.y);
+        let (right, down) = (tile.x - outer.x, tile.y - outer.y);
         for y in 0..tile.height {
             for x in 0..tile.width {
-                let at = (y + down) * whole.width + x + right;
-                (self.accumulators).write_pixel(at as usize, pixels, (x, y));
+                let index = (y + down) * outer.width + x + right;
+                (self.accumulators).write_pixel(index as usize, pixels, (x, y));
             }
         }
     }
@@ -66,7 +66,7 @@ impl NoiseSampler {
     fn round(
         &mut self,
         tracer: &mut SampleTracer,
-        whole: Tile,
+        outer: Tile,
         samples: Range<u32>,
         tile: Tile,
         pixels: &mut TileBuffer,
@@ -75,7 +75,7 @@ impl NoiseSampler {
         let active = &self.active;
         let count: u64 = active.iter().map(|all| u64::from(all.count_ones())).sum();
         let together =
-            if tracer.seeded { 1 } else { (whole.pixels() / count.max(1)).max(1) as u32 };
+            if tracer.seeded { 1 } else { (outer.pixels() / count.max(1)).max(1) as u32 };
         for first in samples.clone().step_by(together as usize) {
             let part = first..samples.end.min(first + together);
             let capacity = count as usize * part.len();
@@ -83,15 +83,15 @@ impl NoiseSampler {
             let all = ShadowFilter::NONE;
             let mut traced = tracer.trace(capacity, first, record_hits, all, |rays| {
                 for sample in part {
-                    for (&active, corner) in active.iter().zip(corners(whole)) {
+                    for (&active, corner) in active.iter().zip(corners(outer)) {
                         if active != 0 {
-                            push_block(rays, camera, whole, corner, active, &sampling, sample);
+                            push_block(rays, camera, outer, corner, active, &sampling, sample);
                         }
                     }
                 }
             });
-            self.accumulators.add(&traced, whole.width);
-            traced.write_hits(pixels, within(whole, tile));
+            self.accumulators.add(&traced, outer.width);
+            traced.write_hits(pixels, within(outer, tile));
         }
     }
 }
@@ -109,8 +109,8 @@ fn block(
     let ((x, y), size) = (corner, size_of(tile, corner));
     let mut block = [[PixelAccumulator::default(); BLOCK as usize]; BLOCK as usize];
     for (row, pixels) in block.iter_mut().enumerate().take(size.1 as usize) {
-        let at = ((y + row as u32) * tile.width + x) as usize;
-        pixels[..size.0 as usize].copy_from_slice(&gathered[at..at + size.0 as usize]);
+        let index = ((y + row as u32) * tile.width + x) as usize;
+        pixels[..size.0 as usize].copy_from_slice(&gathered[index..index + size.0 as usize]);
     }
     (block, size)
 }

@@ -1,5 +1,6 @@
 //! Traces camera rays, from their generation to their radiance, for the code that selects them.
 
+use super::frame::Settings;
 use super::stats::RenderStats;
 use super::traced_samples::TracedSamples;
 use super::wavefront::{
@@ -8,14 +9,14 @@ use super::wavefront::{
 };
 use super::workers::NEVER_SET;
 use bumpalo::Bump;
+use phalanx_scene::Scene;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aov, Aovs};
 use phalanx_scene::sampling::Sampling;
-use phalanx_scene::{MatteIds, Scene};
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{RayQueue, packets_for};
 use phalanx_trace::simd::LANES;
-use phalanx_trace::{Kernel, PacketTracer, Traversal};
+use phalanx_trace::{PacketTracer, Traversal};
 use std::time::Duration;
 
 /// Traces camera rays and all rays that follow from them.
@@ -23,14 +24,11 @@ pub(super) struct SampleTracer<'a> {
     pub(super) camera: &'a Camera,
     pub(super) sampling: Sampling,
     pub(super) aovs: Aovs,
-    bvh: &'a Bvh,
     /// Tracer that counts nodes, if an AOV needs their count.
     counter: Option<PacketTracer<'a>>,
     pub(super) context: WavefrontContext<'a>,
     /// True if rays have seeds.
     pub(super) seeded: bool,
-    /// Distance to the sky, if ambient occlusion is rendered.
-    ao_distance: Option<f32>,
     /// Memory that lives as long as a group of camera rays that are traced together. `scratch`
     /// lives as long as one wave of them.
     tile_arena: Bump,
@@ -41,65 +39,39 @@ pub(super) struct SampleTracer<'a> {
 }
 
 impl<'a> SampleTracer<'a> {
-    /// A tracer with one ray through the centre of each pixel, and all bounces up to `max_depth`.
     pub(super) fn new(
         scene: &'a Scene,
         bvh: &'a Bvh,
         camera: &'a Camera,
-        max_depth: u32,
-        kernel: Kernel,
+        settings: &Settings,
     ) -> Self {
-        let levels = Levels::new(scene, max_depth, 0.0);
+        let integrator = settings.integrator_settings(scene);
+        let levels = Levels::new(scene, &integrator);
         SampleTracer {
             camera,
-            sampling: Sampling::CENTER,
-            aovs: Aovs::default(),
-            bvh,
-            counter: None,
+            sampling: settings.sampling,
+            aovs: settings.aovs,
+            counter: settings.aovs.has(Aov::Cost).then(|| PacketTracer::new(bvh)),
             context: WavefrontContext {
                 scene,
-                traversal: Traversal::new(bvh, kernel),
+                traversal: Traversal::new(bvh, settings.kernel),
                 stats: RenderStats::default(),
                 tracing: Duration::ZERO,
                 sample: 0,
-                min_weight: 0.0,
+                integrator,
                 has_coverage: scene.has_coverage(),
                 has_unseen_backs: scene.has_unseen_backs(),
                 has_clear_shadows: scene.has_clear_shadows(),
                 mattes: None,
-                hides_background: false,
                 columns: levels.columns(),
                 stop: &NEVER_SET,
             },
-            seeded: scene.is_stochastic(),
-            ao_distance: None,
+            seeded: scene.is_stochastic() || integrator.ao_distance.is_some(),
             tile_arena: Bump::new(),
             scratch: Bump::new(),
             levels,
             fragments: Vec::new(),
         }
-    }
-
-    /// Sets the minimum weight for bounces to be traced.
-    pub(super) fn set_min_weight(&mut self, min_weight: f32) {
-        let max_depth = self.levels.max_depth();
-        self.levels = Levels::new(self.context.scene, max_depth, min_weight);
-        self.context.min_weight = min_weight;
-        self.context.columns = self.levels.columns();
-    }
-
-    /// Sets the further outputs of each pixel, and the identifiers of surfaces that they need.
-    pub(super) fn set_aovs(&mut self, aovs: Aovs, mattes: Option<&'a MatteIds>) {
-        self.aovs = aovs;
-        self.context.hides_background = aovs.has(Aov::Alpha);
-        self.context.mattes = mattes.filter(|_| aovs.of_coverage());
-        self.counter = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
-    }
-
-    /// Replaces shading by ambient occlusion.
-    pub(super) fn set_ao_distance(&mut self, ao_distance: f32) {
-        self.ao_distance = Some(ao_distance);
-        self.seeded = true;
     }
 
     /// The work since the tracer was made.
@@ -165,7 +137,7 @@ impl<'a> SampleTracer<'a> {
                 bounced: false,
             };
             let (context, scratch) = (&mut self.context, &mut self.scratch);
-            match self.ao_distance {
+            match context.integrator.ao_distance {
                 Some(distance) => trace_ambient_occlusion(context, scratch, wave, distance),
                 None => trace_waves(context, scratch, &mut self.levels, wave),
             }

@@ -2,6 +2,7 @@
 
 use super::adaptive_edges::EdgeSampler;
 use super::adaptive_noise::NoiseSampler;
+use super::frame::Settings;
 use super::sample_tracer::SampleTracer;
 use super::stats::RenderStats;
 use super::tile_sums::TileSums;
@@ -9,10 +10,8 @@ use super::traced_samples::{PixelAccumulators, TracedSamples};
 use super::wavefront::{ShadowFilter, push_camera_rays};
 use super::workers::TileRenderer;
 use phalanx_scene::camera::Camera;
-use phalanx_scene::film::{Aovs, Tile, TileBuffer};
-use phalanx_scene::sampling::Sampling;
+use phalanx_scene::film::{Tile, TileBuffer};
 use phalanx_scene::{MatteIds, Scene};
-use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Bvh;
 use std::mem::replace;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -30,17 +29,10 @@ pub struct WavefrontRenderer<'a> {
 }
 
 impl<'a> WavefrontRenderer<'a> {
-    /// A renderer for one worker, with one ray through the centre of each pixel. `max_depth` counts
-    /// bounces after the primary ray.
-    pub fn new(
-        scene: &'a Scene,
-        bvh: &'a Bvh,
-        camera: &'a Camera,
-        max_depth: u32,
-        kernel: Kernel,
-    ) -> Self {
+    /// A renderer for one worker. The camera is that of the settings.
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh, camera: &'a Camera, settings: &Settings) -> Self {
         WavefrontRenderer {
-            tracer: SampleTracer::new(scene, bvh, camera, max_depth, kernel),
+            tracer: SampleTracer::new(scene, bvh, camera, settings),
             accumulators: PixelAccumulators::default(),
             edges: EdgeSampler::default(),
             noise: NoiseSampler::default(),
@@ -48,23 +40,9 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// Traces bounces only if the product of the weights along the path is at least this in some
-    /// component.
-    pub fn with_min_weight(mut self, min_weight: f32) -> Self {
-        self.tracer.set_min_weight(min_weight);
-        self
-    }
-
-    /// Replaces the sampling of camera rays.
-    pub fn with_sampling(mut self, sampling: Sampling) -> Self {
-        self.tracer.sampling = sampling;
-        self
-    }
-
-    /// Sets the further outputs of each pixel. Layers of coverage need the identifiers of surfaces,
-    /// and are 0 without them.
-    pub fn with_aovs(mut self, aovs: Aovs, mattes: Option<&'a MatteIds>) -> Self {
-        self.tracer.set_aovs(aovs, mattes);
+    /// Sets the identifiers of surfaces, without which layers of coverage are 0.
+    pub fn with_mattes(mut self, mattes: Option<&'a MatteIds>) -> Self {
+        self.tracer.context.mattes = mattes.filter(|_| self.tracer.aovs.of_coverage());
         self
     }
 
@@ -78,13 +56,6 @@ impl<'a> WavefrontRenderer<'a> {
     /// Sets a flag that another thread sets to stop: tiles are incomplete from then on.
     pub fn with_stop(mut self, stop: &'a AtomicBool) -> Self {
         self.tracer.context.stop = stop;
-        self
-    }
-
-    /// Renders ambient occlusion instead of shading: a hit is white if a single ray from it meets
-    /// nothing within `reach`, and black otherwise.
-    pub fn with_ambient_occlusion(mut self, reach: f32) -> Self {
-        self.tracer.set_ao_distance(reach);
         self
     }
 }

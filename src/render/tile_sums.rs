@@ -34,8 +34,8 @@ impl TileSums {
 
     /// The sums of a tile.
     pub(super) fn of(&self, tile: Tile) -> MutexGuard<'_, TileSum> {
-        let at = tile.y / self.side * self.columns + tile.x / self.side;
-        let sum = self.tiles[at as usize].lock();
+        let index = tile.y / self.side * self.columns + tile.x / self.side;
+        let sum = self.tiles[index as usize].lock();
         sum.unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -55,10 +55,10 @@ impl TracedSamples<'_, '_> {
         let mut rest = self.fragments;
         lanes(&self.rays).map(move |(packet, lane, _)| {
             let ray = (packet * LANES + lane) as u32;
-            let own = rest.iter().take_while(|fragment| fragment.ray == ray);
-            let (own, later) = rest.split_at(own.count());
+            let fragments = rest.iter().take_while(|fragment| fragment.ray == ray);
+            let (fragments, later) = rest.split_at(fragments.count());
             rest = later;
-            own.iter().map(|fragment| fragment.surface)
+            fragments.iter().map(|fragment| fragment.surface)
         })
     }
 
@@ -162,12 +162,12 @@ impl PixelAccumulators {
     /// Adds samples to pixels, in rows of the given width.
     pub(super) fn add(&mut self, traced: &TracedSamples, width: u32) {
         for (packet, lane, (x, y)) in lanes(&traced.rays) {
-            let at = (y * width + x) as usize;
+            let index = (y * width + x) as usize;
             let weight = traced.rays.payload(packet).0[0][lane];
-            self.radiance[at].add(traced.radiance[packet].lane(lane), weight);
+            self.radiance[index].add(traced.radiance[packet].lane(lane), weight);
             if !self.light[0].is_empty() {
                 for (sum, radiance) in self.light.iter_mut().zip(&traced.light) {
-                    sum[at].add(radiance[packet].lane(lane), weight);
+                    sum[index].add(radiance[packet].lane(lane), weight);
                 }
             }
         }
@@ -181,21 +181,21 @@ impl PixelAccumulators {
     }
 
     /// Writes the sums of one accumulator to a pixel of the tile.
-    pub(super) fn write_pixel(&self, at: usize, pixels: &mut TileBuffer, (x, y): (u32, u32)) {
-        pixels.set(x, y, self.radiance[at].mean());
+    pub(super) fn write_pixel(&self, index: usize, pixels: &mut TileBuffer, (x, y): (u32, u32)) {
+        pixels.set(x, y, self.radiance[index].mean());
         let aovs = pixels.aovs();
         if aovs.is_empty() {
             return;
         }
         if aovs.of_light() {
-            let light = self.light.each_ref().map(|all| all[at].mean());
+            let light = self.light.each_ref().map(|all| all[index].mean());
             pixels.set_light(x, y, &RadianceAovs(light));
         }
         if aovs.of_coverage() {
-            write_coverage(pixels, (x, y), &self.coverage[at]);
+            write_coverage(pixels, (x, y), &self.coverage[index]);
         }
         if aovs.has(Aov::Samples) {
-            let count = self.radiance[at].count() as u32;
+            let count = self.radiance[index].count() as u32;
             pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(count)]);
         }
     }

@@ -130,17 +130,17 @@ pub fn render_on_workers<P: TileRenderer>(
         (renderer.stats(), renderer.tracing(), took)
     };
     let work = &work;
-    let mut painted = RenderedTiles {
+    let mut rendered = RenderedTiles {
         tile_seconds: vec![0.0; tiles.len()],
         ..RenderedTiles::default()
     };
     let mut finished = 0;
     let mut add = |(stats, tracing, took): (RenderStats, Duration, Vec<(usize, f64)>)| {
         finished += took.len();
-        painted.stats.add(&stats);
-        painted.tracing += tracing;
+        rendered.stats.add(&stats);
+        rendered.tracing += tracing;
         for (k, seconds) in took {
-            painted.tile_seconds[k] = seconds;
+            rendered.tile_seconds[k] = seconds;
         }
     };
     std::thread::scope(|scope| {
@@ -160,5 +160,5 @@ pub fn render_on_workers<P: TileRenderer>(
     if control.stop.load(Relaxed) && finished < tiles.len() {
         return Err(Interrupted);
     }
-    Ok(painted)
+    Ok(rendered)
 }

@@ -29,6 +29,7 @@ mod geometry;
 #[doc(hidden)]
 pub mod huge_pages;
 mod instances;
+mod integrator_settings;
 mod lights;
 mod materials;
 mod mattes;
@@ -74,6 +75,7 @@ pub use fork_safe_once::ForkSafeOnce;
 pub use geometries::{GeomId, Geometries, NO_GEOM};
 pub use geometry::GeometryError;
 pub use instances::{Instances, Meshes};
+pub use integrator_settings::IntegratorSettings;
 pub use lights::{LightShape, Lights, SHADOWLESS};
 pub use materials::{METALLIC_ROUGHNESS, Material, MaterialTable, Materials, SINGLE_SIDED, THIN};
 pub use mattes::{MatteIds, material_names, matte_id, object_names};

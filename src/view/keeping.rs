@@ -3,12 +3,12 @@
 use super::protocol::{KeepRequest, ViewMode};
 use super::queue::PageAnswer;
 use super::viewed_scene::ViewedScene;
-use phalanx::film::Film;
+use phalanx::film::{Aovs, Film};
 use phalanx::frame::{
     AccelRef, Control, FrameError, RayCost, Settings, render_heatmap, render_with,
 };
 use phalanx::image::{ImageFormat, false_color, png_bytes, write_bands};
-use phalanx::jobs::spec::set_header;
+use phalanx::jobs::spec::{AsText, set_header};
 use phalanx::jobs::{EncodingSpec, PictureSpec};
 use serde_json::json;
 use std::path::Path;
@@ -83,10 +83,10 @@ impl ViewedScene {
         let KeepRequest { shot, samples, .. } = request;
         let samples = if shot.mode.is_refined() { *samples } else { 1 };
         let mut spec = self.picture(shot, samples);
-        let Some((layer, _)) = shot.mode.layer() else {
+        let Some((_, layer)) = shot.mode.layer() else {
             return (spec, ImageFormat::Png);
         };
-        spec.pixels.aov = vec![layer.to_owned()];
+        spec.pixels.aov = vec![AsText(Aovs::default().with(layer))];
         spec.encoding = EncodingSpec::default();
         (spec, ImageFormat::Exr)
     }

@@ -7,6 +7,7 @@ use phalanx::formats::DefaultLights;
 use phalanx::frame::{Integrator, Quality, Settings};
 use phalanx::isa;
 use phalanx::jobs::PictureSpec;
+use phalanx::jobs::spec::IntegratorName;
 use phalanx::scene::{FileView, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -110,7 +111,7 @@ impl ViewedScene {
         spec.overrides = spec.overrides.with_view(&self.scene, &view);
         (spec.pixels.size, spec.pixels.spp) = (Some(shot.size), Some(samples));
         if shot.mode == ViewMode::Ao {
-            spec.pixels.integrator = Some("ao".to_owned());
+            spec.pixels.integrator = Some(IntegratorName::Ao);
         }
         spec
     }

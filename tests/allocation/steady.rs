@@ -7,6 +7,7 @@ use crate::common::scenes::{self, TestMaterial};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::camera::Camera;
+use phalanx::frame::Settings;
 use phalanx::render::{Tile, TileBuffer, TileRenderer, WaveSizes, WavefrontRenderer, tiles};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
@@ -71,7 +72,11 @@ fn painting_allocates_nothing_once_warm() {
         // From all over the picture.
         let step = all.len().div_ceil(50);
         let some: Vec<Tile> = all.into_iter().step_by(step).collect();
-        let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, scene.max_depth, kernel);
+        let settings = Settings {
+            kernel,
+            ..Settings::of(&scene)
+        };
+        let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, &settings);
         let mut paint_all = |painter: &mut WavefrontRenderer| {
             for &tile in &some {
                 pixels.fit(tile);
@@ -175,9 +180,13 @@ fn memory_does_not_grow_with_the_depth() {
             pixels.fit(tile);
             let mut reflected = 0;
             let peak = peak_of(|| {
-                let kernel = Kernel::Packet8;
-                let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, depth, kernel)
-                    .with_min_weight(min_weight);
+                let settings = Settings {
+                    kernel: Kernel::Packet8,
+                    max_depth: depth,
+                    min_weight: Some(min_weight),
+                    ..Settings::of(&scene)
+                };
+                let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, &settings);
                 painter.render_tile(tile, &mut pixels);
                 reflected = painter.stats().rays.reflection;
             });

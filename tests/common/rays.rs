@@ -60,8 +60,8 @@ pub struct Engines<'a> {
 impl<'a> Engines<'a> {
     pub fn new(scene: &'a Scene, tree: &'a TwoLevelBvh, bvh: &'a Bvh) -> Engines<'a> {
         Engines {
-            oracle: Oracle::new(scene, OracleSearch::Tree(tree), 0),
-            brute: Oracle::new(scene, OracleSearch::BruteForce, 0),
+            oracle: Oracle::new(scene, OracleSearch::Tree(tree)),
+            brute: Oracle::new(scene, OracleSearch::BruteForce),
             tracer: PacketTracer::new(bvh),
             others: Kernel::ALL
                 .map(|(name, kernel)| (name, Traversal::new(bvh, kernel)))

@@ -93,7 +93,7 @@ fn scene_of(pieces: &[LonePrim]) -> (Scene, u32) {
 /// The hits of rays on one piece, according to the oracle.
 fn alone(piece: &LonePrim, prim_id: u32, rays: &[Ray]) -> Vec<Option<[u32; 4]>> {
     let (scene, _) = scene_of(std::slice::from_ref(piece));
-    let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+    let oracle = Oracle::new(&scene, OracleSearch::BruteForce);
     let hit = |ray: &Ray| {
         let oracle_ray = OracleRay::new(ray.origin.into(), ray.direction.into());
         let hit = oracle.closest(&oracle_ray).filter(|hit| hit.t < ray.tmax)?;

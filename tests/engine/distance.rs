@@ -81,7 +81,7 @@ fn distances_are_those_of_f64() {
         let Some(scene) = scene(corners) else {
             continue;
         };
-        let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+        let oracle = Oracle::new(&scene, OracleSearch::BruteForce);
         let [a, b, c] = corners;
         let longest = (b - a).length().max((c - b).length()).max((a - c).length());
         for _ in 0..RAYS_A_TRIANGLE {

@@ -82,7 +82,7 @@ fn filters_choose_among_the_crossings_of_the_oracle() {
     for seed in 0..12 {
         let scene = masked_scene(&mut random, seed);
         let bvh = Bvh::build(&scene);
-        let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+        let oracle = Oracle::new(&scene, OracleSearch::BruteForce);
         let count = 300;
         let rays: Vec<Ray> = (0..count).map(|_| random_ray(&mut random)).collect();
         let lists: Vec<Vec<OracleHit>> = rays

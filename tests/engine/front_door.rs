@@ -120,7 +120,7 @@ fn batch(bvh: &Bvh, rays: &RayColumns, threads: usize) -> (HitBuffer, Vec<bool>)
 }
 
 fn assert_oracle(scene: &Scene, bvh: &Bvh, rays: &[Ray], threads: usize) {
-    let oracle = Oracle::new(scene, OracleSearch::BruteForce, 0);
+    let oracle = Oracle::new(scene, OracleSearch::BruteForce);
     let buffer: RayBuffer = rays.iter().copied().collect();
     let (hits, blocked) = batch(bvh, &buffer.columns(), threads);
     for (i, ray) in rays.iter().enumerate() {

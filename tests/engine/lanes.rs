@@ -94,7 +94,7 @@ fn over_scenes(seed: u64, mut each: impl FnMut(&Scene, &Oracle, &mut PacketTrace
     for (count, scale) in [(1, 1.0), (5, 1e-3), (60, 1.0), (300, 100.0), (60, 1e6)] {
         let scene = scenes::random(&mut rng, count, scale);
         let (tree, bvh) = (TwoLevelBvh::build(&scene), Bvh::build(&scene));
-        let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
+        let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree));
         let mut tracer = PacketTracer::new(&bvh);
         each(&scene, &oracle, &mut tracer, &mut rng, scale);
     }

@@ -71,8 +71,8 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     let threads = args.threads.unwrap_or(0);
     let start = Instant::now();
-    let wanted = WantedPicture::default();
-    let mut scene_input = SceneInput::load(&args.scene, &args.scene_args, wanted, threads)?;
+    let picture = WantedPicture::default();
+    let mut scene_input = SceneInput::load(&args.scene, &args.scene_args, picture, threads)?;
     let load = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let bvh = scene_input.tree(&args.tree, threads)?;

@@ -52,15 +52,15 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
         (path.iter()).try_for_each(|path| output::check_png_place(path, option))?;
     }
     let (mut a, mut b) = (PictureReader::open(&args.a)?, PictureReader::open(&args.b)?);
-    let found = compare_pictures(&mut a, &mut b, args.tolerance).map_err(refusal)?;
+    let comparison = compare_pictures(&mut a, &mut b, args.tolerance).map_err(refusal)?;
     if let Some(path) = heat {
-        save_heat(path, &mut a, &mut b, &found).map_err(refusal)?;
+        save_heat(path, &mut a, &mut b, &comparison).map_err(refusal)?;
     }
     if let Some(path) = side_by_side {
-        save_side_by_side(path, &mut a, &mut b, &found).map_err(refusal)?;
+        save_side_by_side(path, &mut a, &mut b, &comparison).map_err(refusal)?;
     }
-    let verdict = Verdict::of(&found, args);
-    output::print_output(&CompareDocument::of(args, &found, verdict), args.json)?;
+    let verdict = Verdict::of(&comparison, args);
+    output::print_output(&CompareDocument::of(args, &comparison, verdict), args.json)?;
     match verdict {
         Verdict::Different => Err(CliError::Mismatch),
         Verdict::Identical | Verdict::WithinTolerance => Ok(()),
@@ -90,12 +90,15 @@ enum Verdict {
 }
 
 impl Verdict {
-    fn of(found: &PictureComparison, args: &CompareArgs) -> Verdict {
-        let allowed = args.max_differing.pixels(found.pixels());
-        match found.only_in.iter().all(Vec::is_empty) && found.differing <= allowed {
-            _ if found.identical() => Verdict::Identical,
-            true => Verdict::WithinTolerance,
-            false => Verdict::Different,
+    fn of(comparison: &PictureComparison, args: &CompareArgs) -> Verdict {
+        let allowed = args.max_differing.pixels(comparison.pixels());
+        let same_layers = comparison.only_in.iter().all(Vec::is_empty);
+        if comparison.identical() {
+            Verdict::Identical
+        } else if same_layers && comparison.differing <= allowed {
+            Verdict::WithinTolerance
+        } else {
+            Verdict::Different
         }
     }
 }
@@ -148,30 +151,30 @@ struct LayerRow {
 }
 
 impl CompareDocument {
-    fn of(args: &CompareArgs, found: &PictureComparison, verdict: Verdict) -> CompareDocument {
+    fn of(args: &CompareArgs, comparison: &PictureComparison, verdict: Verdict) -> CompareDocument {
         let name = |path: &Path| path.to_string_lossy().into_owned();
-        let share = |pixels: u64| pixels as f64 / found.pixels().max(1) as f64;
+        let share = |pixels: u64| pixels as f64 / comparison.pixels().max(1) as f64;
         let row = |layer: &LayerComparison| LayerRow::of(layer, share(layer.differing));
-        let layers: Vec<LayerRow> = found.layers.iter().map(row).collect();
-        let [only_in_a, only_in_b] = found.only_in.clone();
+        let layers: Vec<LayerRow> = comparison.layers.iter().map(row).collect();
+        let [only_in_a, only_in_b] = comparison.only_in.clone();
         CompareDocument {
             a: name(&args.a),
             b: name(&args.b),
             verdict,
             exact: verdict == Verdict::Identical,
-            width: found.width,
-            height: found.height,
-            unit: if found.display { "8-bit steps" } else { "linear" },
+            width: comparison.width,
+            height: comparison.height,
+            unit: if comparison.display { "8-bit steps" } else { "linear" },
             tolerance: args.tolerance,
-            max_differing: args.max_differing.pixels(found.pixels()),
+            max_differing: args.max_differing.pixels(comparison.pixels()),
             largest_difference: layers.iter().fold(0.0, |m, l| l.largest_difference.max(m)),
             rmse: layers.first().map_or(0.0, |layer| layer.rmse),
-            differing_pixels: found.differing,
-            share: share(found.differing),
+            differing_pixels: comparison.differing,
+            share: share(comparison.differing),
             layers,
             only_in_a,
             only_in_b,
-            not_compared: found.left_out.clone(),
+            not_compared: comparison.left_out.clone(),
             heat: args.heat.as_deref().map(name),
             side_by_side: args.side_by_side.as_deref().map(name),
         }

@@ -92,8 +92,8 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     output::check_place(&args.output, args.frames.origin("--output"))?;
     interrupt::listen()?;
     refuse_special(&args.scene)?;
-    let wanted = args.frames.wanted(&args.pixels);
-    let scene_input = SceneInput::load(&args.scene, &args.scene_args, wanted, 0)?;
+    let picture = args.frames.wanted(&args.pixels);
+    let scene_input = SceneInput::load(&args.scene, &args.scene_args, picture, 0)?;
     let scene = &scene_input.scene;
     let settings = args.pixels.settings(scene);
     let region = args.pixels.check_region(&settings);
@@ -107,10 +107,10 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let target = picture_file(output.into(), format, &spec, scene)?;
     let spec = spec.resolve(scene);
     let header = spec.header(scene, false);
-    let kept = kept_output(&args.plan, &args.output)
+    let output = kept_output(&args.plan, &args.output)
         .map_err(|e| CliError::not_located(&args.output, e))?;
     let key = RenderKey::of(scene, &settings);
-    let mut plan = RenderPlan::new(spec, key, kept, args.shards);
+    let mut plan = RenderPlan::new(spec, key, output, args.shards);
     plan.header = header;
     plan.work = PlannedWork {
         tile: args.tiles.tile,
@@ -291,11 +291,11 @@ pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<Reopened
     let scene = PathBuf::from(&plan.spec.scene);
     refuse_special(&scene)?;
     let camera = plan.sequence.as_ref().map(|sequence| &sequence.camera);
-    let wanted = WantedPicture {
+    let picture = WantedPicture {
         size: plan.spec.pixels.size,
         turntable: matches!(camera, Some(PlannedCamera::Turntable { .. })),
     };
-    let scene_input = SceneInput::load(&scene, &SceneArgs::of_plan(plan), wanted, threads)?;
+    let scene_input = SceneInput::load(&scene, &SceneArgs::of_plan(plan), picture, threads)?;
     let tiles = TileArgs {
         tile: plan.work.tile,
     };

@@ -103,17 +103,17 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     let missing = merge::missing_shards(&path, &plan)?;
     let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
-    let beside = |ending: &str| -> Result<PathBuf, CliError> {
+    let path_with = |ending: &str| -> Result<PathBuf, CliError> {
         let path = RenderPlan::file_beside(&path, ending)?;
         output::writes("the script", &path).map(|()| path)
     };
     let shards = shards_script(&names, &path.with_extension(""), &plan);
-    let merge = (beside("merge.sh")?, merge_script(&names));
-    let scripts = [(beside("shards.sh")?, shards), merge];
+    let merge = (path_with("merge.sh")?, merge_script(&names));
+    let scripts = [(path_with("shards.sh")?, shards), merge];
     // Slurm opens the logs, and would follow links.
-    beside("merge.log")?;
+    path_with("merge.log")?;
     for shard in &missing {
-        beside(&format!("shard-{shard}.log"))?;
+        path_with(&format!("shard-{shard}.log"))?;
     }
     let calls = calls(args, &path, &scripts, array.as_deref());
     for word in calls.array.iter().flatten().chain(&calls.merge) {
@@ -152,10 +152,10 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
 
 impl Output for SubmitDocument<'_> {
     fn table(&self) -> String {
-        let (missing, of) = (self.missing, self.shards);
+        let (missing, count) = (self.missing, self.shards);
         let shards = match (self.array, &self.array_job) {
-            (Some(array), Some(job)) => format!("job {job}, {missing} of {of} shards: {array}"),
-            _ => format!("all {of} already rendered"),
+            (Some(array), Some(job)) => format!("job {job}, {missing} of {count} shards: {array}"),
+            _ => format!("all {count} already rendered"),
         };
         let merge = format!("job {}, into {}", self.merge_job, shown_path(self.into));
         lines(&[
@@ -225,7 +225,7 @@ fn calls(
     // is escaped.
     let log = plan.with_extension("");
     let log = log.to_string_lossy().replace('%', "%%");
-    let call = |name: &str, ending: &str, own: Vec<String>, script: &Path| {
+    let call = |name: &str, ending: &str, options: Vec<String>, script: &Path| {
         let common = [
             "--parsable".to_owned(),
             format!("--job-name=phalanx-{stem}{name}"),
@@ -233,31 +233,31 @@ fn calls(
             "--open-mode=append".to_owned(),
             format!("--output={log}.{ending}.log"),
         ];
-        let words = common.into_iter().chain(own);
+        let words = common.into_iter().chain(options);
         let words = words.chain(args.sbatch.iter().cloned());
         let words = words.map(OsString::from);
         words.chain([script.into()]).collect::<Vec<_>>()
     };
     let array = array.map(|array| {
-        let mut own = vec![format!("--array={array}")];
-        own.extend((args.cpus_per_task).map(|cpus| format!("--cpus-per-task={cpus}")));
+        let mut options = vec![format!("--array={array}")];
+        options.extend((args.cpus_per_task).map(|cpus| format!("--cpus-per-task={cpus}")));
         if let Some(time) = &args.time {
-            own.push(format!("--time={time}"));
+            options.push(format!("--time={time}"));
             // Slurm checks every half a minute or so, and may be a minute early.
-            own.push("--signal=B:USR1@120".to_owned());
+            options.push("--signal=B:USR1@120".to_owned());
         }
-        call("", "shard-%a", own, &scripts[0].0)
+        call("", "shard-%a", options, &scripts[0].0)
     });
     let merge = call("-merge", "merge", Vec::new(), &scripts[1].0);
     SbatchCalls { array, merge }
 }
 
-fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {
-    let digits = (of.shards - 1).to_string().len();
+fn shards_script(names: &ScriptNames, stem: &Path, plan: &RenderPlan) -> String {
+    let digits = (plan.shards - 1).to_string().len();
     let [program, plan_text] = [&names.program, &names.plan].map(shell_word);
     let stem = shell_word(stem);
     // The size of finished work. A frame's tiles are deleted once its picture is listed.
-    let saved = match of.sequence {
+    let saved = match plan.sequence {
         None => r#"saved() { stat -c %s "$shard.tiles" 2>/dev/null || echo 0; }"#,
         Some(_) => {
             r#"saved() { stat -c '%n %s' "$shard.frames" "$shard".frame-*.tiles 2>/dev/null; }"#
@@ -316,7 +316,8 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
             "cannot start sbatch: {e}; run this on a machine with Slurm's commands"
         ))
     })?;
-    let [said, reason] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    let [answer, reason] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
     if !output.status.success() {
         let reason = shown_text(reason.trim());
         let refused = CliError::Runtime(format!("sbatch refused the job: {reason}"));
@@ -327,13 +328,13 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
         });
     }
     // Wrappers of clusters print other lines. In a federation, the cluster's name follows.
-    let words = said.lines().rev().map(|line| line.trim().split(';'));
+    let words = answer.lines().rev().map(|line| line.trim().split(';'));
     let mut words = words.filter_map(|mut words| words.next());
     let number = words.find(|word| word.parse::<u64>().is_ok());
     number.map(str::to_owned).ok_or_else(|| {
         CliError::Runtime(format!(
             "sbatch printed no job number, though the job may have been submitted (see squeue --me): {}",
-            shown_text(said.trim())
+            shown_text(answer.trim())
         ))
     })
 }

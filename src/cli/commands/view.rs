@@ -113,11 +113,11 @@ fn check_scene(name: &Path) -> Result<(), CliError> {
 /// Reads the scene, and builds its tree.
 fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
     let (name, threads) = (&args.scene, args.work.threads);
-    let wanted = WantedPicture {
+    let picture = WantedPicture {
         size: args.pixels.size,
         turntable: false,
     };
-    let mut input = SceneInput::load(name, &args.scene_args, wanted, threads.unwrap_or(0))?;
+    let mut input = SceneInput::load(name, &args.scene_args, picture, threads.unwrap_or(0))?;
     server.set_building(input.scene.id_count());
     let settings = args.work.apply(args.pixels.settings(&input.scene));
     // Pages without --size ask for as many pixels as there is memory for.

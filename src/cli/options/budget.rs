@@ -171,8 +171,8 @@ impl Budget {
         };
         let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
         let Tile { width, height, .. } = settings.window();
-        let beside = films * film_bytes(settings) + thread_bytes(scene, settings);
-        let needed = scene.memory_bytes() as u64 + tree + beside;
+        let pictures = films * film_bytes(settings) + thread_bytes(scene, settings);
+        let needed = scene.memory_bytes() as u64 + tree + pictures;
         let what = format!("to render {width}x{height} pixels");
         self.check(needed, &what).map(drop)
     }

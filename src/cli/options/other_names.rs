@@ -20,15 +20,15 @@ const OTHER_NAMES: [(&str, &str); 8] = [
 
 /// Adds to a usage error of `command` the option that is meant, or the form of its values.
 pub fn suggest(error: &mut Error, command: Option<Command>) {
-    let Some(ContextValue::String(asked)) = error.get(ContextKind::InvalidArg) else {
+    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
         return;
     };
-    let name = asked.trim_start_matches('-');
+    let name = argument.trim_start_matches('-');
     let is_meant = |names: &str| names.split(' ').any(|other| other == name);
     let meant = OTHER_NAMES.iter().find(|(names, _)| is_meant(names));
     // `--camera "0 0 5" -o a.png --size 640x480` ends at a value that belongs to no option.
     let has_camera = || std::env::args_os().any(|word| word == "--camera");
-    if asked.starts_with("--camera ") || !asked.starts_with('-') && has_camera() {
+    if argument.starts_with("--camera ") || !argument.starts_with('-') && has_camera() {
         let form = "--camera takes FROM AT UP FOV, as in 0,1,5 0,0,0 0,1,0 45".into();
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![form]));
     } else if let (Some(mut command), Some((_, ours))) = (command, meant) {

@@ -17,12 +17,12 @@ pub fn picture_file(
 ) -> Result<OutputFile, CliError> {
     let name = shown_path(&path);
     let (encoding, tone) = (&spec.encoding, &spec.encoding.tone);
-    let asked = [
+    let options = [
         ("--exposure", encoding.exposure.is_some()),
         ("--transfer", tone.transfer.is_some()),
         ("--quantize", tone.quantize.is_some()),
     ];
-    if let (true, Some((option, _))) = (format.is_linear(), asked.iter().find(|(_, on)| *on)) {
+    if let (true, Some((option, _))) = (format.is_linear(), options.iter().find(|(_, on)| *on)) {
         return Err(CliError::Usage(format!(
             "{option} is for PNG and JPEG: {name} stores linear radiance"
         )));

@@ -92,10 +92,10 @@ impl SceneArgs {
     }
 
     /// Options for opening a scene for this picture.
-    pub fn options(&self, wanted: WantedPicture, threads: usize) -> Result<Options, CliError> {
+    pub fn options(&self, picture: WantedPicture, threads: usize) -> Result<Options, CliError> {
         let mut options = self.overrides.options().map_err(CliError::Usage)?;
-        options.look.size = wanted.size;
-        options.look.turntable = wanted.turntable;
+        options.look.size = picture.size;
+        options.look.turntable = picture.turntable;
         options.read.threads = threads;
         Ok(options)
     }

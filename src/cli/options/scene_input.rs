@@ -43,11 +43,11 @@ impl SceneInput {
     pub fn load(
         name: &Path,
         args: &SceneArgs,
-        wanted: WantedPicture,
+        picture: WantedPicture,
         threads: usize,
     ) -> Result<SceneInput, CliError> {
         SceneInput::note_all([name])?;
-        let mut options = args.options(wanted, threads)?;
+        let mut options = args.options(picture, threads)?;
         let budget = Budget(args.max_memory);
         heap::give_back();
         if let Some(name) = standard_name(name) {

@@ -10,9 +10,9 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
     let words = words(names, most);
     let mut split = Vec::new();
     let mut unknown = None;
-    let mut offset = 0;
-    while let Some(&(start, _)) = words.get(offset) {
-        let ends = words[offset..].iter().take(MAX_WORDS).map(|word| word.1);
+    let mut index = 0;
+    while let Some(&(start, _)) = words.get(index) {
+        let ends = words[index..].iter().take(MAX_WORDS).map(|word| word.1);
         let short = ends.take_while(|end| end - start <= MAX_NAME_BYTES);
         let runs: Vec<&str> = short.map(|end| &names[start..end]).collect();
         match runs.iter().rposition(|run| exists(run)) {
@@ -20,11 +20,11 @@ pub(super) fn split(names: &str, most: usize, exists: impl Fn(&str) -> bool) -> 
                 let before = unknown.take().map_or("", |from: usize| &names[from..start]);
                 split.extend(split_at_mtl(before));
                 split.push(runs[last]);
-                offset += last + 1;
+                index += last + 1;
             }
             None => {
                 unknown.get_or_insert(start);
-                offset += 1;
+                index += 1;
             }
         }
     }

@@ -1,23 +1,20 @@
 //! Options for converting radiance to the samples of picture files.
 
+use super::as_text::AsText;
+#[cfg(feature = "clap")]
+use super::as_text::names;
 #[cfg(feature = "clap")]
 use super::headings;
 #[cfg(feature = "clap")]
 use super::numbers::parse_number;
-#[cfg(feature = "clap")]
-use super::pixel_spec::described;
+use super::option_row::OptionForm::{Attached, Words};
+use super::option_row::OptionRow;
 use crate::field_error::FieldError;
+#[cfg(feature = "clap")]
+use clap::builder::PossibleValue;
 use phalanx_image::{Depth, Exposure, MAX_EXPOSURE};
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
-
-/// Names of `--transfer`, and their help.
-#[cfg(feature = "clap")]
-const TRANSFERS: [(&str, &str); 2] = [("none", "Linear values"), ("srgb", "sRGB curve")];
-
-/// Names of `--quantize`, and their help.
-#[cfg(feature = "clap")]
-const QUANTIZERS: [(&str, &str); 2] = [("floor", "Round down"), ("round", "Round to nearest")];
 
 /// Transfer function and rounding of integer samples. Options not given are the scene's.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,11 +22,11 @@ const QUANTIZERS: [(&str, &str); 2] = [("floor", "Round down"), ("round", "Round
 #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::OUTPUT))]
 pub struct ToneSpec {
     /// Transfer function of PNG and JPEG samples [default: the scene format's]
-    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = described(&TRANSFERS)))]
-    pub transfer: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = names::<Transfer>([PossibleValue::new("none").help("Linear values"), PossibleValue::new("srgb").help("sRGB curve")])))]
+    pub transfer: Option<AsText<Transfer>>,
     /// Rounding of PNG and JPEG samples [default: the scene format's]
-    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = described(&QUANTIZERS)))]
-    pub quantize: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true, value_parser = names::<Quantize>([PossibleValue::new("floor").help("Round down"), PossibleValue::new("round").help("Round to nearest")])))]
+    pub quantize: Option<AsText<Quantize>>,
 }
 
 /// All options for the samples of a picture's file.
@@ -74,32 +71,16 @@ impl ToneSpec {
     /// The scene's encoding with these options applied.
     pub fn encoding(&self, scene: OutputEncoding) -> OutputEncoding {
         OutputEncoding {
-            transfer: match self.transfer.as_deref() {
-                Some("none") => Transfer::None,
-                Some("srgb") => Transfer::Srgb,
-                _ => scene.transfer,
-            },
-            quantize: match self.quantize.as_deref() {
-                Some("floor") => Quantize::Floor,
-                Some("round") => Quantize::Round,
-                _ => scene.quantize,
-            },
+            transfer: self.transfer.map_or(scene.transfer, |transfer| transfer.0),
+            quantize: self.quantize.map_or(scene.quantize, |quantize| quantize.0),
         }
     }
 
     /// The options that give this encoding.
     pub fn of(encoding: OutputEncoding) -> ToneSpec {
-        let transfer = match encoding.transfer {
-            Transfer::None => "none",
-            Transfer::Srgb => "srgb",
-        };
-        let quantize = match encoding.quantize {
-            Quantize::Floor => "floor",
-            Quantize::Round => "round",
-        };
         ToneSpec {
-            transfer: Some(transfer.to_owned()),
-            quantize: Some(quantize.to_owned()),
+            transfer: Some(AsText(encoding.transfer)),
+            quantize: Some(AsText(encoding.quantize)),
         }
     }
 }
@@ -130,6 +111,17 @@ impl EncodingSpec {
         }
     }
 
+    /// The options in the order of commands.
+    pub(super) fn rows(&self) -> Vec<OptionRow> {
+        let exposure = self.exposure.map(|stops| stops.to_string());
+        vec![
+            OptionRow::new("transfer", Words, &self.tone.transfer),
+            OptionRow::new("quantize", Words, &self.tone.quantize),
+            OptionRow::new("bits", Words, &self.bits),
+            OptionRow::new("exposure", Attached, &exposure),
+        ]
+    }
+
     /// The options resolved for a scene with this encoding; options without effect are left out.
     pub fn resolve(&self, scene: OutputEncoding) -> EncodingSpec {
         EncodingSpec::of(self.exposure(scene), self.depth())
@@ -154,10 +146,6 @@ impl EncodingSpec {
             let bits = self.bits.unwrap_or_default().to_string();
             return wrong("bits", bits, "16, or none for the default");
         }
-        if self.tone == resolved.tone {
-            Ok(())
-        } else {
-            wrong("tone", format!("{:?}", self.tone), "known names")
-        }
+        Ok(())
     }
 }

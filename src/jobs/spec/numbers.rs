@@ -2,6 +2,7 @@
 
 use phalanx_scene::check_image_size;
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// Parses a number for which `good` holds; otherwise the message names the expected value.
@@ -35,6 +36,12 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
 fn side(digits: &str) -> Option<u64> {
     let all_digits = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
     all_digits.then(|| digits.parse().unwrap_or(u64::MAX))
+}
+
+/// Parses a number of a range.
+pub(super) fn parse_in(text: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
+    let expected = format!("{} to {}", range.start(), range.end());
+    parse_number(text, |number| range.contains(number), expected)
 }
 
 pub(super) fn parse_threshold(text: &str) -> Result<f32, String> {

@@ -1,7 +1,7 @@
 //! The complete description of a picture: its scene, and the options that change it.
 
 use super::encoding_spec::EncodingSpec;
-use super::options::{command_line, words};
+use super::option_row::{command_line, unless_default, words};
 use super::pixel_spec::PixelSpec;
 use super::scene_overrides::SceneOverrides;
 use phalanx_files::{operand, shown_path};
@@ -86,7 +86,7 @@ impl PictureSpec {
     pub fn command(&self, scene: &Scene, output: &str, more: &[&str]) -> String {
         let name = Path::new(&self.scene);
         let mut command = self.render_words(name, &self.overrides, scene);
-        command.extend(words(&self.encoding));
+        command.extend(words(&self.encoding.rows()));
         let more = ["-o", output].into_iter().chain(more.iter().copied());
         command.extend(more.map(str::to_owned));
         command_line(&command)
@@ -98,13 +98,17 @@ impl PictureSpec {
         let mut command = ["phalanx", "render", &name].map(str::to_owned).to_vec();
         let format = self.format.iter();
         command.extend(format.flat_map(|f| ["--format".to_owned(), f.clone()]));
-        command.extend(words(overrides));
+        command.extend(words(&overrides.rows()));
         // A bare mesh has other defaults.
         let is_default = |spp: &u32| *spp == 1 && !scene.defaulted.bare;
-        command.extend(words(&PixelSpec {
+        let pixels = PixelSpec {
             spp: self.pixels.spp.filter(|spp| !is_default(spp)),
+            aa: unless_default(self.pixels.aa),
+            filter: unless_default(self.pixels.filter),
+            integrator: unless_default(self.pixels.integrator),
             ..self.pixels.clone()
-        }));
+        };
+        command.extend(words(&pixels.rows()));
         command
     }
 
@@ -136,11 +140,13 @@ impl PictureSpec {
     fn portable_name(&self) -> PathBuf {
         let path = Path::new(&self.scene);
         let name = path.file_name().map_or(path, Path::new);
-        match standard_name(path).is_some() || name == path {
-            true => path.to_owned(),
+        if standard_name(path).is_some() || name == path {
+            path.to_owned()
+        } else if standard_name(name).is_some() || name == "-" {
             // Without its folder, it might be a standard scene or stdin.
-            false if standard_name(name).is_some() || name == "-" => Path::new(".").join(name),
-            false => name.to_owned(),
+            Path::new(".").join(name)
+        } else {
+            name.to_owned()
         }
     }
 }
@@ -171,10 +177,11 @@ pub fn set_header(file: &mut PictureFile, mut header: PictureHeader) {
     }
     let encoding = EncodingSpec::of(file.exposure, file.depth);
     let bits = encoding.bits;
-    options.extend(words(&EncodingSpec {
+    let encoding = EncodingSpec {
         bits: bits.filter(|bits| file.format.bits().contains(bits)),
         ..if file.format.is_linear() { EncodingSpec::default() } else { encoding }
-    }));
+    };
+    options.extend(words(&encoding.rows()));
     if !header.command.is_empty() && !options.is_empty() {
         header.command = format!("{} {}", header.command, command_line(&options));
     }

@@ -1,18 +1,30 @@
 //! Options other than the scene that change pixels. Shared by `render` and `verify`, because
 //! `verify` covers all of them.
+//!
+//! An option is one row of the table below, and rows have the order of help and of JSON, on which
+//! the checksums of keys depend:
+//!
+//! ```text
+//! /// Help
+//! #[words for clap]
+//! name: type, place in commands and messages, form in commands, value in settings,
+//!     sets what it sets, limited to what a parser reads;
+//! ```
 
+use super::as_text::AsText;
+#[cfg(feature = "clap")]
+use super::as_text::{ALL_AOVS, names};
 #[cfg(feature = "clap")]
 use super::headings;
 use super::numbers::{
-    parse_aperture, parse_distance, parse_number, parse_size, parse_threshold, parse_weight,
+    parse_aperture, parse_distance, parse_in, parse_size, parse_threshold, parse_weight,
 };
-use super::options::{fields, option_text};
+use super::option_row::OptionForm::{List, Words};
+use super::option_row::OptionRow;
 use crate::field_error::FieldError;
-#[cfg(feature = "clap")]
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use phalanx_files::shown_text;
 use phalanx_render::frame::{
-    Adaptive, Aov, Aovs, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
+    Adaptive, Aov, Aovs, Filter, Integrator, Lens, MAX_SPP, Settings, Tile,
 };
 use phalanx_scene::{MAX_DEPTH_LIMIT, MAX_SIDE, Scene};
 use serde::{Deserialize, Serialize};
@@ -23,51 +35,126 @@ const ADAPTIVE_SPP: u32 = 256;
 /// Default of `--threshold`.
 const THRESHOLD: f32 = 0.002;
 
-/// Names of `--aa`, and their help.
-const ANTI_ALIASING: [(&str, &str); 2] = [
-    ("uniform", "The same number for every pixel"),
-    ("adaptive", "More at edges, highlights and reflections"),
-];
+/// Distribution of samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum AntiAliasing {
+    /// The same number for every pixel
+    #[default]
+    Uniform,
+    /// More at edges, highlights and reflections
+    Adaptive,
+}
 
-/// Names of `--integrator`, and their help.
-const INTEGRATORS: [(&str, &str); 2] = [
-    ("whitted", "Shading, shadows, mirror and refracted rays"),
-    ("ao", "Ambient occlusion"),
-];
+/// Name of the quantity that is computed at a hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum IntegratorName {
+    /// Shading, shadows, mirror and refracted rays
+    #[default]
+    Whitted,
+    /// Ambient occlusion
+    Ao,
+}
 
-/// Options that change pixels. Options not given have a default, or are taken from the scene.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::QUALITY))]
-pub struct PixelSpec {
+/// Makes a struct of the rows of its options, and the functions that go through them.
+macro_rules! pixel_options {
+    ($($(#[$attribute:meta])* $name:ident: $Type:ty, $place:literal, $form:expr, $get:expr
+        $(, sets $set:expr)? $(, limited to $parse:expr)?;)*) => {
+        /// Options that change pixels. Options not given have a default, or are taken from the
+        /// scene.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        #[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = headings::QUALITY))]
+        pub struct PixelSpec {
+            $($(#[$attribute])* pub $name: $Type,)*
+        }
+
+        impl PixelSpec {
+            /// The options that give these settings, written out in full: settings that make the
+            /// same pixels have the same options.
+            pub fn of(settings: &Settings) -> PixelSpec {
+                $(let $name: fn(&Settings) -> $Type = $get;)*
+                PixelSpec { $($name: $name(settings),)* }
+            }
+
+            /// These options applied to the scene's settings, for the packet engine on one thread.
+            pub fn settings(&self, scene: &Scene) -> Settings {
+                let mut settings = Settings::of(scene);
+                $($(let set: fn(&PixelSpec, &mut Settings) = $set; set(self, &mut settings);)?)*
+                settings
+            }
+
+            /// The options in the order of commands and messages.
+            pub(crate) fn rows(&self) -> Vec<OptionRow> {
+                let mut rows = [$(
+                    ($place, OptionRow::new(stringify!($name), $form, &self.$name)),
+                )*];
+                rows.sort_by_key(|(place, _)| *place);
+                rows.into_iter().map(|(_, row)| row).collect()
+            }
+
+            /// Parses the text of an option, and returns the expected values if it has none of
+            /// them. Names are checked where they are read.
+            fn check_limits(&self, row: &OptionRow) -> Result<(), String> {
+                match row.field {
+                    $($(stringify!($name) => $parse(&row.text()).map(drop),)?)*
+                    _ => Ok(()),
+                }
+            }
+        }
+    };
+}
+
+pixel_options! {
     /// Samples per pixel [default: 1; 4 for bare meshes]
     ///
     /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
     /// single sample goes through the pixel's centre, several are spread over the filter. [default:
     /// 1; 4 for a mesh without a camera in its file, and without lights; 256 with --aa adaptive]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP))))]
-    pub spp: Option<u32>,
+    spp: Option<u32>, 60, Words,
+        |s| Some(s.sampling.spp),
+        sets |o, s| {
+            let default = if o.is_adaptive() { ADAPTIVE_SPP } else { s.sampling.spp };
+            s.sampling.spp = o.spp.unwrap_or(default);
+        },
+        limited to |text| parse_in(text, 1..=MAX_SPP);
     /// Anti-aliasing: uniform (default) or adaptive
     ///
     /// Distribution of samples: the same number for every pixel (uniform), or more where they help
     /// most (adaptive): at edges, highlights and reflections.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", hide_possible_values = true, value_parser = described(&ANTI_ALIASING)))]
-    pub aa: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", hide_possible_values = true))]
+    aa: Option<AntiAliasing>, 80, Words,
+        |s| Some(s.sampling.adaptive.map_or(AntiAliasing::Uniform, |_| AntiAliasing::Adaptive)),
+        sets |o, s| {
+            let threshold = o.threshold.unwrap_or(THRESHOLD);
+            s.sampling.adaptive = o.is_adaptive().then_some(Adaptive { threshold });
+        };
     /// Noise at which --aa adaptive stops [default: 0.002]
     ///
     /// Smallest worthwhile improvement by another sample, in radiance. Lower values are better and
     /// slower; 0.001 is about as good as 64 uniform samples per pixel.
     #[cfg_attr(feature = "clap", arg(long, value_name = "T", hide_short_help = true, requires = "aa", value_parser = parse_threshold))]
-    pub threshold: Option<f32>,
+    threshold: Option<f32>, 90, Words,
+        |s| s.sampling.adaptive.map(|adaptive| adaptive.threshold),
+        limited to parse_threshold;
     /// Pixel filter: box (default), tent or mitchell
     ///
     /// Weighting of a pixel's samples: box covers the pixel's square, tent reaches into its
     /// neighbours, and mitchell (Mitchell's cubic) is sharper.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = PossibleValuesParser::new(Filter::ALL.map(|(name, _)| name))))]
-    pub filter: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = names::<Filter>(Filter::ALL.map(|(name, _)| name))))]
+    filter: Option<AsText<Filter>>, 70, Words,
+        |s| Some(AsText(s.sampling.filter)),
+        sets |o, s| s.sampling.filter = o.filter.unwrap_or(AsText(Filter::Box)).0;
     /// Maximum number of bounces [default: the scene's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT))))]
-    pub max_depth: Option<u32>,
+    max_depth: Option<u32>, 40, Words,
+        |s| Some(s.max_depth),
+        sets |o, s| s.max_depth = o.max_depth.unwrap_or(s.max_depth),
+        limited to |text| parse_in(text, 0..=MAX_DEPTH_LIMIT);
     /// Minimum weight of mirror and refracted rays
     ///
     /// Mirror and refracted rays below this weight are not traced; 0 traces all. The weight is the
@@ -75,37 +162,72 @@ pub struct PixelSpec {
     /// largest component. [default: 0 for a maximum depth of up to 10, else 1/4096; always 1/4096
     /// for scenes with opacity below 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "W", hide_short_help = true, value_parser = parse_weight))]
-    pub min_weight: Option<f32>,
+    min_weight: Option<f32>, 50, Words,
+        // The same weight gives the same picture, whether it was given or is the default.
+        |s| Some(s.min_path_weight()),
+        sets |o, s| s.min_weight = o.min_weight.or(s.min_weight),
+        limited to parse_weight;
     /// Lens diameter, for depth of field
     ///
     /// In the scene's units. Anything out of focus is blurred; a higher --spp reduces the noise.
     /// [default: pinhole]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIAMETER", help_heading = headings::CAMERA, requires = "focus", value_parser = parse_aperture))]
-    pub aperture: Option<f32>,
+    aperture: Option<f32>, 100, Words,
+        |s| s.lens.map(|lens| lens.aperture),
+        sets |o, s| {
+            let lens = o.aperture.zip(o.focus);
+            s.lens = lens.map(|(aperture, focus)| Lens { aperture, focus });
+        },
+        limited to parse_aperture;
     /// Focus distance, for depth of field
     ///
     /// Distance of the plane in focus along the viewing direction, in the scene's units.
     #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", help_heading = headings::CAMERA, requires = "aperture", value_parser = parse_distance))]
-    pub focus: Option<f32>,
+    focus: Option<f32>, 110, Words,
+        |s| s.lens.map(|lens| lens.focus),
+        limited to parse_distance;
     /// whitted (default), or ao (ambient occlusion)
     ///
     /// whitted: direct light with shadows, mirror and refracted rays. ao: ambient occlusion, the
     /// fraction of open sky above each point; best with --spp 64 or more. [default: whitted]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = described(&INTEGRATORS)))]
-    pub integrator: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true))]
+    integrator: Option<IntegratorName>, 120, Words,
+        |s| Some(match s.integrator {
+            Integrator::Whitted => IntegratorName::Whitted,
+            Integrator::Occlusion { .. } => IntegratorName::Ao,
+        }),
+        sets |o, s| {
+            let distance = o.ao_distance.unwrap_or(f32::INFINITY);
+            let occlusion = Integrator::Occlusion { distance };
+            s.integrator = if o.is_occlusion() { occlusion } else { Integrator::Whitted };
+        };
     /// Maximum distance of occluders for --integrator ao
     ///
     /// In the scene's units. [default: unlimited]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", hide_short_help = true, value_parser = parse_distance))]
-    pub ao_distance: Option<f32>,
+    ao_distance: Option<f32>, 130, Words,
+        |s| match s.integrator {
+            Integrator::Occlusion { distance } if distance.is_finite() => Some(distance),
+            _ => None,
+        },
+        limited to parse_distance;
     /// Picture size in pixels [default: the scene's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WxH", help_heading = headings::OUTPUT, value_parser = parse_size))]
-    pub size: Option<(u32, u32)>,
+    size: Option<(u32, u32)>, 10, List("x"),
+        |s| Some((s.width, s.height)),
+        sets |o, s| (s.width, s.height) = o.size.unwrap_or((s.width, s.height)),
+        limited to planned_size;
     /// Render only this part of the picture
     ///
     /// Column and row of the region's top left pixel, then its width and height, all in pixels.
     #[cfg_attr(feature = "clap", arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"], help_heading = headings::OUTPUT, hide_short_help = true))]
-    pub region: Option<Vec<u32>>,
+    region: Option<Vec<u32>>, 20, Words,
+        |s| {
+            let Tile { x, y, width, height } = s.window();
+            let is_part = (width, height) != (s.width, s.height);
+            is_part.then(|| vec![x, y, width, height])
+        },
+        sets |o, s| s.region = o.part();
     /// EXR layers: Z, N, albedo, …, or all; PNG: alpha
     ///
     /// AOVs (arbitrary output variables) to write as layers of an OpenEXR file, separated by
@@ -114,103 +236,22 @@ pub struct PixelSpec {
     /// (Cryptomatte), or all of these. Not included in all: alpha (A), which makes the background
     /// black and transparent, and cost (BVH nodes visited by the first camera ray; depends on the
     /// build). PNG output takes alpha alone, and gets straight (unassociated) alpha.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", help_heading = headings::OUTPUT, value_delimiter = ',', hide_possible_values = true, value_parser = aov_parser()))]
-    pub aov: Vec<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", help_heading = headings::OUTPUT, value_delimiter = ',', hide_possible_values = true, value_parser = names::<Aovs>(aov_names())))]
+    aov: Vec<AsText<Aovs>>, 30, List(","),
+        |s| {
+            let layers = Aov::ALL.iter().filter(|(_, aov)| s.aovs.has(*aov));
+            layers.map(|(_, aov)| AsText(Aovs::default().with(*aov))).collect()
+        },
+        sets |o, s| s.aovs = o.aovs();
 }
 
 impl PixelSpec {
-    /// The options that give these settings, written out in full: settings that make the same
-    /// pixels have the same options.
-    pub fn of(settings: &Settings) -> PixelSpec {
-        let Settings {
-            width,
-            height,
-            region: _,
-            aovs,
-            max_depth,
-            // The same weight gives the same picture, whether it was given or is the default.
-            min_weight: _,
-            sampling:
-                Sampling {
-                    spp,
-                    filter,
-                    adaptive,
-                },
-            lens,
-            integrator,
-            // These change no bit of a pixel.
-            threads: _,
-            pin: _,
-            tile: _,
-            engine: _,
-            kernel: _,
-            record_hits: _,
-        } = *settings;
-        let [uniform, adaptively] = ANTI_ALIASING.map(|(name, _)| name);
-        let [whitted, occlusion] = INTEGRATORS.map(|(name, _)| name);
-        let (integrator, distance) = match integrator {
-            Integrator::Whitted => (whitted, None),
-            Integrator::Occlusion { distance } => (occlusion, Some(distance)),
-        };
-        let aa = adaptive.map_or(uniform, |_| adaptively);
-        let window = settings.window();
-        let region = [window.x, window.y, window.width, window.height];
-        let layers = Aov::ALL.iter().filter(|(_, aov)| aovs.has(*aov));
-        PixelSpec {
-            spp: Some(spp),
-            aa: Some(aa.to_owned()),
-            threshold: adaptive.map(|adaptive| adaptive.threshold),
-            filter: Some(filter.name().to_owned()),
-            max_depth: Some(max_depth),
-            min_weight: Some(settings.min_path_weight()),
-            aperture: lens.map(|lens| lens.aperture),
-            focus: lens.map(|lens| lens.focus),
-            integrator: Some(integrator.to_owned()),
-            ao_distance: distance.filter(|distance| distance.is_finite()),
-            size: Some((width, height)),
-            region: (window != Tile::whole(width, height)).then(|| region.to_vec()),
-            aov: layers.map(|(name, _)| (*name).to_owned()).collect(),
-        }
-    }
-
-    /// These options applied to the scene's settings, for the packet engine on one thread.
-    pub fn settings(&self, scene: &Scene) -> Settings {
-        let (width, height) = self.size.unwrap_or((scene.width, scene.height));
-        let adaptive = self.aa.as_deref() == Some(ANTI_ALIASING[1].0);
-        let mut filters = Filter::ALL.iter();
-        let filter = filters.find(|(name, _)| self.filter.as_deref() == Some(*name));
-        let lens = self.aperture.zip(self.focus);
-        let default = Settings::of(scene);
-        Settings {
-            width,
-            height,
-            region: self.part(),
-            max_depth: self.max_depth.unwrap_or(scene.max_depth),
-            min_weight: self.min_weight.or(default.min_weight),
-            sampling: Sampling {
-                spp: self
-                    .spp
-                    .unwrap_or(if adaptive { ADAPTIVE_SPP } else { default.sampling.spp }),
-                filter: filter.map_or(Filter::Box, |(_, filter)| *filter),
-                adaptive: adaptive.then(|| Adaptive {
-                    threshold: self.threshold.unwrap_or(THRESHOLD),
-                }),
-            },
-            lens: lens.map(|(aperture, focus)| Lens { aperture, focus }),
-            integrator: if self.is_occlusion() {
-                Integrator::Occlusion {
-                    distance: self.ao_distance.unwrap_or(f32::INFINITY),
-                }
-            } else {
-                Integrator::Whitted
-            },
-            aovs: self.aovs(),
-            ..default
-        }
+    fn is_adaptive(&self) -> bool {
+        self.aa == Some(AntiAliasing::Adaptive)
     }
 
     fn is_occlusion(&self) -> bool {
-        self.integrator.as_deref() == Some(INTEGRATORS[1].0)
+        self.integrator == Some(IntegratorName::Ao)
     }
 
     /// The requested region, which may lie outside the picture; `None` for the whole picture.
@@ -234,13 +275,9 @@ impl PixelSpec {
 
     /// The requested layers.
     pub fn aovs(&self) -> Aovs {
-        let named = self.aov.iter().map(|name| match Aov::named(name) {
-            Some(aov) => Aovs::default().with(aov),
-            // Alpha changes radiance, so it must be requested by name.
-            None if name == ALL_AOVS => Aovs::all().without(Aov::Alpha),
-            None => Aovs::default(),
-        });
-        named.fold(Aovs::default(), Aovs::and)
+        self.aov
+            .iter()
+            .fold(Aovs::default(), |all, aovs| all.and(aovs.0))
     }
 
     /// Refuses options that would have no effect.
@@ -276,78 +313,45 @@ impl PixelSpec {
     /// # Errors
     /// The first option with an invalid value.
     pub(crate) fn check(&self) -> Result<(), FieldError> {
-        let wrong = |option: &str, text: &str, expected: String| {
-            FieldError::new(format!("pixels.{option}"), shown_text(text), expected)
+        let wrong = |row: &OptionRow, expected: String| {
+            let (field, text) = (format!("pixels.{}", row.field), row.text());
+            Err(FieldError::new(field, shown_text(&text), expected))
         };
-        let (given, settings) = (fields(self), self.settings(&Scene::default()));
-        for (option, value) in given.iter().filter(|(_, value)| !value.is_null()) {
-            let text = option_text(option, value);
-            let checked = match option.as_str() {
-                "region" => self.check_region(&settings).map_err(|_| {
-                    let Settings { width, height, .. } = settings;
-                    format!("column, row, width and height of a part of {width}x{height} pixels")
-                }),
-                _ => check_number(option, &text),
-            };
-            checked.map_err(|reason| {
-                let expected = reason.strip_prefix("expected ");
-                wrong(option, &text, expected.unwrap_or(&reason).to_owned())
-            })?;
-        }
-        // All names are known, and no option is missing.
-        let resolved = fields(&PixelSpec::of(&settings));
-        match given.iter().zip(&resolved).find(|(a, b)| a != b) {
-            Some(((option, value), (_, good))) => {
-                let [text, good] = [value, good].map(|value| option_text(option, value));
-                Err(wrong(option, &text, format!("a value such as {good}")))
+        let (rows, settings) = (self.rows(), self.settings(&Scene::default()));
+        for row in rows.iter().filter(|row| row.is_given()) {
+            if row.field == "region" && self.check_region(&settings).is_err() {
+                let Settings { width, height, .. } = settings;
+                let picture = format!("{width}x{height} pixels");
+                return wrong(
+                    row,
+                    format!("column, row, width and height of a part of {picture}"),
+                );
             }
+            if let Err(reason) = self.check_limits(row) {
+                return wrong(row, reason.trim_start_matches("expected ").to_owned());
+            }
+        }
+        // No option is missing, and none is without effect.
+        let resolved = PixelSpec::of(&settings).rows();
+        match rows.iter().zip(&resolved).find(|(row, good)| row != good) {
+            Some((row, good)) => wrong(row, format!("a value such as {}", good.text())),
             None => Ok(()),
         }
     }
 }
 
-/// Checks the number of an option. Names are checked by what they resolve to.
-fn check_number(option: &str, text: &str) -> Result<(), String> {
-    match option {
-        "size" => match parse_size(text) {
-            Ok(_) => Ok(()),
-            Err(_) => Err(format!("sides of 1 to {MAX_SIDE} pixels")),
-        },
-        "spp" => {
-            let good = |spp: &u32| (1..=MAX_SPP).contains(spp);
-            parse_number(text, good, format!("1 to {MAX_SPP}")).map(drop)
-        }
-        "max_depth" => {
-            let good = |depth: &u32| *depth <= MAX_DEPTH_LIMIT;
-            parse_number(text, good, format!("0 to {MAX_DEPTH_LIMIT}")).map(drop)
-        }
-        "min_weight" => parse_weight(text).map(drop),
-        "threshold" => parse_threshold(text).map(drop),
-        "aperture" => parse_aperture(text).map(drop),
-        "focus" | "ao_distance" => parse_distance(text).map(drop),
-        "aa" | "filter" | "integrator" | "aov" => Ok(()),
-        // Refuses every plan until a new number has its limits above.
-        _ => Err("an option with limits".to_owned()),
-    }
+/// Parses the size of a plan's picture.
+fn planned_size(text: &str) -> Result<(u32, u32), String> {
+    parse_size(text).map_err(|_| format!("sides of 1 to {MAX_SIDE} pixels"))
 }
 
-/// Value of `--aov` for all layers except alpha and cost.
-const ALL_AOVS: &str = "all";
-
 #[cfg(feature = "clap")]
-fn aov_parser() -> impl TypedValueParser<Value = String> {
+fn aov_names() -> impl Iterator<Item = &'static str> {
     let named = |first: &'static (&str, Aov)| {
         let others = Aov::OTHER_NAMES.iter().filter(|(_, aov)| *aov == first.1);
         std::iter::once(first).chain(others).map(|(name, _)| *name)
     };
-    PossibleValuesParser::new(Aov::ALL.iter().flat_map(named).chain([ALL_AOVS]))
-}
-
-/// A parser for a fixed set of names with help texts.
-#[cfg(feature = "clap")]
-pub(super) fn described(names: &[(&'static str, &'static str)]) -> PossibleValuesParser {
-    let names = names.iter();
-    PossibleValuesParser::new(names.map(|(name, help)| PossibleValue::new(*name).help(*help)))
+    Aov::ALL.iter().flat_map(named).chain([ALL_AOVS])
 }
 
 #[cfg(test)]

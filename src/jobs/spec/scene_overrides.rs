@@ -1,8 +1,13 @@
 //! Options that override parts of a scene file, or supply what a mesh lacks. Each is stored as
-//! written on the command line, after it has been checked and normalised.
+//! written on the command line, in one form for each value.
 
 #[cfg(feature = "clap")]
+use super::as_text::names;
+use super::as_text::{AsText, OptionValue};
+#[cfg(feature = "clap")]
 use super::headings;
+use super::option_row::OptionForm::{Attached, Flag, Repeated, Words};
+use super::option_row::{OptionRow, unless_default};
 use glam::{DVec3, Vec3};
 use phalanx_formats::{Origin, ReadOptions};
 use phalanx_io::open::Options;
@@ -21,20 +26,20 @@ pub struct SceneOverrides {
     /// Replaces the file's lights with a point light at X,Y,Z, or a directional light from
     /// dir:X,Y,Z. Append ,R,G,B for a linear colour [default: white]. Repeatable, as in --light
     /// 4,4,4 --light dir:-1,1,0,.2,.2,.3
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LIGHT", value_parser = light_word, allow_hyphen_values = true))]
-    pub light: Vec<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIGHT", value_parser = AsText::<AddedLight>::parse, allow_hyphen_values = true))]
+    pub light: Vec<AsText<AddedLight>>,
     /// Background colour, linear
     ///
     /// Replaces the file's background with a linear colour R,G,B, or a single number for grey.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = color_word))]
-    pub background: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = AsText::<Vec3>::parse))]
+    pub background: Option<AsText<Vec3>>,
     /// Default material, as in "kd=.8,.2,.1 ks=.3"
     ///
     /// Material of triangles for which the file names none. Keys: ka, kd, ks, ke and kt (colours),
     /// shininess, ior and gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". Omitted keys
     /// are 0, except ka (a fifth of kd), shininess (1) and ior (1).
-    #[cfg_attr(feature = "clap", arg(long, value_name = "MATERIAL", value_parser = material_word))]
-    pub material: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MATERIAL", value_parser = AsText::<Material>::parse))]
+    pub material: Option<AsText<Material>>,
     /// Show single-sided glTF materials from behind
     ///
     /// Without this option, camera, mirror and refracted rays pass through the backs of glTF
@@ -46,15 +51,23 @@ pub struct SceneOverrides {
     /// Border between light and shade on triangles with vertex normals: as on the smooth surface
     /// that the normals describe, or along the triangles' edges. Shadows that fall on them begin
     /// on the same surface. [default: smooth for OBJ, PLY and glTF; faceted for all others]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SHAPE", hide_short_help = true, hide_possible_values = true, value_parser = TERMINATORS))]
-    pub terminator: Option<String>,
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "SHAPE",
+            hide_short_help = true,
+            hide_possible_values = true
+        )
+    )]
+    pub terminator: Option<Terminator>,
     /// Origin of the scene's coordinates: auto, none or X,Y,Z
     ///
     /// Point of the file that becomes the origin of the scene's own coordinates: near the geometry
     /// if that is far from zero (auto, the default), the file's own origin (none), or X,Y,Z.
     /// Positions in options and reports are always in the file's coordinates.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "ORIGIN", hide_short_help = true, value_parser = origin_word, allow_hyphen_values = true))]
-    pub origin: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ORIGIN", hide_short_help = true, value_parser = AsText::<Origin>::parse, allow_hyphen_values = true))]
+    pub origin: Option<AsText<Origin>>,
     /// Additional folder for files that the scene refers to
     ///
     /// Allow material files, textures and buffers in this folder as well as in the scene's own, as
@@ -77,15 +90,15 @@ pub struct SceneOverrides {
     ///
     /// x, y, z, -x, -y or -z. Applies to the camera that frames the whole model if the file has
     /// none. [default: y; z for STL]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS", help_heading = headings::CAMERA, hide_possible_values = true, value_parser = clap::builder::PossibleValuesParser::new(UpAxis::ALL.map(|(name, _)| name)), allow_hyphen_values = true))]
-    pub up: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS", help_heading = headings::CAMERA, hide_possible_values = true, value_parser = names::<UpAxis>(UpAxis::ALL.map(|(name, _)| name)), allow_hyphen_values = true))]
+    pub up: Option<AsText<UpAxis>>,
     /// Orthographic camera, HEIGHT units high
     ///
     /// Orthographic instead of perspective projection. HEIGHT is the visible height in the file's
     /// units, as in --ortho=3.5. Without it, the target keeps its apparent size; a camera that was
     /// added to a file without one frames the whole model.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HEIGHT", help_heading = headings::CAMERA, num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = ortho_word))]
-    pub ortho: Option<String>,
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HEIGHT", help_heading = headings::CAMERA, num_args = 0..=1, require_equals = true, default_missing_value = "fit", value_parser = AsText::<OrthoHeight>::parse))]
+    pub ortho: Option<AsText<OrthoHeight>>,
 }
 
 impl SceneOverrides {
@@ -95,25 +108,42 @@ impl SceneOverrides {
     /// The invalid option, and its valid values.
     pub fn options(&self) -> Result<Options, String> {
         let view = self.camera.as_deref().map(view).transpose();
-        let lights: Result<_, _> = self.light.iter().map(|light| parse_light(light)).collect();
         let look = Overrides {
             view: view.map_err(|reason| format!("--camera: {reason}"))?,
             camera: self.camera_name.clone(),
-            up: parsed("up", &self.up, parse_up)?,
-            ortho: parsed("ortho", &self.ortho, parse_ortho)?,
-            lights: lights.map_err(|reason| format!("--light: {reason}"))?,
-            background: parsed("background", &self.background, parse_color)?,
+            up: self.up.map(|up| up.0),
+            ortho: self.ortho.map(|ortho| ortho.0),
+            lights: self.light.iter().map(|light| light.0).collect(),
+            background: self.background.map(|color| color.0),
             two_sided: self.two_sided,
-            smooth_shadows: parsed("terminator", &self.terminator, parse_terminator)?,
+            smooth_shadows: self.terminator.map(|shape| shape == Terminator::Smooth),
             ..Overrides::default()
         };
         let read = ReadOptions {
-            material: parsed("material", &self.material, parse_material)?,
-            origin: parsed("origin", &self.origin, parse_origin)?.unwrap_or_default(),
+            material: self.material.map(|material| material.0),
+            origin: self.origin.map(|origin| origin.0).unwrap_or_default(),
             allow_paths: self.allow_path.clone(),
             ..ReadOptions::default()
         };
         Ok(Options { read, look })
+    }
+
+    /// The options in the order of commands, without defaults.
+    pub(crate) fn rows(&self) -> Vec<OptionRow> {
+        let fitting = self.ortho == Some(AsText(OrthoHeight::Fitting));
+        vec![
+            OptionRow::new("camera", Words, &self.camera),
+            OptionRow::new("camera_name", Attached, &self.camera_name),
+            OptionRow::new("ortho", if fitting { Flag } else { Attached }, &self.ortho),
+            OptionRow::new("up", Attached, &self.up),
+            OptionRow::new("light", Repeated, &self.light),
+            OptionRow::new("background", Words, &self.background),
+            OptionRow::new("material", Words, &self.material),
+            OptionRow::new("two_sided", Flag, &self.two_sided),
+            OptionRow::new("terminator", Words, &self.terminator),
+            OptionRow::new("origin", Words, &unless_default(self.origin)),
+            OptionRow::new("allow_path", Attached, &self.allow_path),
+        ]
     }
 
     /// These overrides with this view written out as the camera of a scene.
@@ -123,22 +153,12 @@ impl SceneOverrides {
         SceneOverrides {
             camera: Some(vec![eye, center, up, view.fovy.to_string()]),
             camera_name: None,
-            ortho: view.ortho.map(|height| height.to_string()),
+            ortho: view.ortho.map(|height| AsText(OrthoHeight::Given(height))),
             // The sky has an axis, too.
-            up: self.up.clone().filter(|_| scene.sky.is_some()),
+            up: self.up.filter(|_| scene.sky.is_some()),
             ..self.clone()
         }
     }
-}
-
-/// The value of an option, if it is given.
-fn parsed<T>(
-    option: &str,
-    text: &Option<String>,
-    parse: impl Fn(&str) -> Result<T, String>,
-) -> Result<Option<T>, String> {
-    let value = text.as_deref().map(parse).transpose();
-    value.map_err(|reason| format!("--{option}: {reason}"))
 }
 
 fn view(parts: &[String]) -> Result<FileView, String> {
@@ -165,55 +185,82 @@ fn view(parts: &[String]) -> Result<FileView, String> {
 /// Value of `--ortho` without a height.
 const FITTING: &str = "fit";
 
-fn parse_up(text: &str) -> Result<UpAxis, String> {
-    let named = UpAxis::ALL.iter().find(|(name, _)| *name == text);
-    named.map(|(_, axis)| *axis).ok_or_else(|| {
-        let names = UpAxis::ALL.map(|(name, _)| name).join(", ");
-        format!("expected one of {names}")
-    })
-}
-
-fn parse_ortho(text: &str) -> Result<OrthoHeight, String> {
-    match text {
-        FITTING => Ok(OrthoHeight::Fitting),
-        _ => match doubles(text).as_deref() {
-            Ok(&[height]) if height > 0.0 => Ok(OrthoHeight::Given(height)),
+impl OptionValue for OrthoHeight {
+    fn parse(text: &str) -> Result<OrthoHeight, String> {
+        match (text, doubles(text).as_deref()) {
+            (FITTING, _) => Ok(OrthoHeight::Fitting),
+            (_, Ok(&[height])) if height > 0.0 => Ok(OrthoHeight::Given(height)),
             _ => Err("expected a height above 0, as in --ortho=3.5".into()),
-        },
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            OrthoHeight::Fitting => FITTING.to_owned(),
+            OrthoHeight::Given(height) => height.to_string(),
+        }
     }
 }
 
-fn parse_light(text: &str) -> Result<AddedLight, String> {
-    let toward = text.strip_prefix("dir:");
-    let (position, color) = match doubles(toward.unwrap_or(text)).as_deref() {
-        Ok(&[x, y, z]) => (DVec3::new(x, y, z), Vec3::ONE),
-        Ok(&[x, y, z, r, g, b]) => {
-            let color = [r, g, b].map(|part| part as f32);
-            (DVec3::new(x, y, z), color_of(color)?)
-        }
-        _ => {
-            return Err(
-                "expected X,Y,Z or X,Y,Z,R,G,B, with `dir:` before it for a direction".into(),
-            );
-        }
-    };
-    match toward.is_some() {
-        true if position.as_vec3() == Vec3::ZERO => {
+impl OptionValue for AddedLight {
+    fn parse(text: &str) -> Result<AddedLight, String> {
+        let toward = text.strip_prefix("dir:");
+        let (position, color) = match doubles(toward.unwrap_or(text)).as_deref() {
+            Ok(&[x, y, z]) => (DVec3::new(x, y, z), Vec3::ONE),
+            Ok(&[x, y, z, r, g, b]) => {
+                let color = [r, g, b].map(|part| part as f32);
+                (DVec3::new(x, y, z), color_of(color)?)
+            }
+            _ => {
+                return Err(
+                    "expected X,Y,Z or X,Y,Z,R,G,B, with `dir:` before it for a direction".into(),
+                );
+            }
+        };
+        if toward.is_none() {
+            Ok(AddedLight::Point { position, color })
+        } else if position.as_vec3() == Vec3::ZERO {
             Err("the direction of a light cannot be 0,0,0".into())
+        } else {
+            Ok(AddedLight::Directional {
+                toward: position.as_vec3(),
+                color,
+            })
         }
-        true => Ok(AddedLight::Directional {
-            toward: position.as_vec3(),
-            color,
-        }),
-        false => Ok(AddedLight::Point { position, color }),
+    }
+
+    fn text(&self) -> String {
+        match self {
+            AddedLight::Point { position, color } => {
+                format!(
+                    "{},{}",
+                    joined(position.to_array()),
+                    joined(color.to_array())
+                )
+            }
+            AddedLight::Directional { toward, color } => {
+                format!(
+                    "dir:{},{}",
+                    joined(toward.to_array()),
+                    joined(color.to_array())
+                )
+            }
+        }
     }
 }
 
-fn parse_color(text: &str) -> Result<Vec3, String> {
-    match numbers(text).as_deref() {
-        Ok(&[grey]) => color_of([grey; 3]),
-        Ok(&[r, g, b]) => color_of([r, g, b]),
-        _ => Err("expected R,G,B or a single number for grey, as in 1,1,1".into()),
+/// A linear colour.
+impl OptionValue for Vec3 {
+    fn parse(text: &str) -> Result<Vec3, String> {
+        match numbers(text).as_deref() {
+            Ok(&[grey]) => color_of([grey; 3]),
+            Ok(&[r, g, b]) => color_of([r, g, b]),
+            _ => Err("expected R,G,B or a single number for grey, as in 1,1,1".into()),
+        }
+    }
+
+    fn text(&self) -> String {
+        joined(self.to_array())
     }
 }
 
@@ -227,30 +274,41 @@ fn color_of(color: [f32; 3]) -> Result<Vec3, String> {
 
 const KEYS: &str = "ka, kd, ks, ke, kt, shininess, ior or gloss";
 
-fn parse_material(text: &str) -> Result<Material, String> {
-    let mut surface = Material {
-        ka: Vec3::ZERO,
-        ..Material::default()
-    };
-    let mut ambient = None;
-    let pairs = text.split(|c: char| c.is_whitespace() || c == ';');
-    for pair in pairs.filter(|pair| !pair.is_empty()) {
-        let pair = pair.split_once('=');
-        let (key, value) = pair.ok_or(format!("expected KEY=VALUE with {KEYS}"))?;
-        match key {
-            "ka" => ambient = Some(parse_color(value)?),
-            "kd" => surface.kd = parse_color(value)?,
-            "ks" => surface.ks = parse_color(value)?,
-            "ke" => surface.ke = parse_color(value)?,
-            "kt" => surface.kt = parse_color(value)?,
-            "shininess" => surface.shininess = at_least(key, value, |s| s >= 0.0)?,
-            "ior" => surface.ior = at_least(key, value, |n| n > 0.0)?,
-            "gloss" => surface.gloss = at_least(key, value, |n| n >= 0.0)?,
-            _ => return Err(format!("unknown material key `{key}`: expected {KEYS}")),
+impl OptionValue for Material {
+    fn parse(text: &str) -> Result<Material, String> {
+        let mut surface = Material {
+            ka: Vec3::ZERO,
+            ..Material::default()
+        };
+        let mut ambient = None;
+        let pairs = text.split(|c: char| c.is_whitespace() || c == ';');
+        for pair in pairs.filter(|pair| !pair.is_empty()) {
+            let pair = pair.split_once('=');
+            let (key, value) = pair.ok_or(format!("expected KEY=VALUE with {KEYS}"))?;
+            match key {
+                "ka" => ambient = Some(Vec3::parse(value)?),
+                "kd" => surface.kd = Vec3::parse(value)?,
+                "ks" => surface.ks = Vec3::parse(value)?,
+                "ke" => surface.ke = Vec3::parse(value)?,
+                "kt" => surface.kt = Vec3::parse(value)?,
+                "shininess" => surface.shininess = at_least(key, value, |s| s >= 0.0)?,
+                "ior" => surface.ior = at_least(key, value, |n| n > 0.0)?,
+                "gloss" => surface.gloss = at_least(key, value, |n| n >= 0.0)?,
+                _ => return Err(format!("unknown material key `{key}`: expected {KEYS}")),
+            }
         }
+        surface.ka = ambient.unwrap_or(surface.kd * 0.2);
+        Ok(surface)
     }
-    surface.ka = ambient.unwrap_or(surface.kd * 0.2);
-    Ok(surface)
+
+    fn text(&self) -> String {
+        let colors = [self.ka, self.kd, self.ks, self.ke, self.kt].map(|color| color.text());
+        let [a, d, s, e, t] = colors;
+        format!(
+            "ka={a} kd={d} ks={s} ke={e} kt={t} shininess={} ior={} gloss={}",
+            self.shininess, self.ior, self.gloss
+        )
+    }
 }
 
 fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, String> {
@@ -258,22 +316,35 @@ fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, St
     if good(value) { Ok(value) } else { Err(format!("{key} cannot be {text}")) }
 }
 
-/// Names of `--terminator`.
-const TERMINATORS: [&str; 2] = ["faceted", "smooth"];
-
-fn parse_terminator(text: &str) -> Result<bool, String> {
-    let known = TERMINATORS.iter().position(|&name| name == text);
-    known.map_or_else(|| Err("expected faceted or smooth".into()), |k| Ok(k == 1))
+/// Border between light and shade on triangles with vertex normals.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Terminator {
+    /// Along the triangles' edges.
+    #[cfg_attr(feature = "clap", value(help = None::<&str>))]
+    Faceted,
+    /// As on the smooth surface that the normals describe.
+    #[cfg_attr(feature = "clap", value(help = None::<&str>))]
+    Smooth,
 }
 
-fn parse_origin(text: &str) -> Result<Origin, String> {
-    match text {
-        "auto" => Ok(Origin::Auto),
-        "none" => Ok(Origin::File),
-        _ => match doubles(text).as_deref() {
-            Ok(&[x, y, z]) => Ok(Origin::At([x, y, z])),
+impl OptionValue for Origin {
+    fn parse(text: &str) -> Result<Origin, String> {
+        match (text, doubles(text).as_deref()) {
+            ("auto", _) => Ok(Origin::Auto),
+            ("none", _) => Ok(Origin::File),
+            (_, Ok(&[x, y, z])) => Ok(Origin::At([x, y, z])),
             _ => Err("expected auto, none, or three numbers X,Y,Z".to_owned()),
-        },
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Origin::Auto => "auto".to_owned(),
+            Origin::File => "none".to_owned(),
+            Origin::At(origin) => joined(*origin),
+        }
     }
 }
 
@@ -300,53 +371,6 @@ fn joined<T: ToString>(numbers: [T; 3]) -> String {
     numbers.map(|number| number.to_string()).join(",")
 }
 
-/// The value of `--light`, checked and normalised.
-#[cfg(feature = "clap")]
-fn light_word(text: &str) -> Result<String, String> {
-    Ok(match parse_light(text)? {
-        AddedLight::Point { position, color } => {
-            let [position, color] = [joined(position.to_array()), joined(color.to_array())];
-            format!("{position},{color}")
-        }
-        AddedLight::Directional { toward, color } => {
-            let [toward, color] = [toward, color].map(|v| joined(v.to_array()));
-            format!("dir:{toward},{color}")
-        }
-    })
-}
-
-#[cfg(feature = "clap")]
-fn color_word(text: &str) -> Result<String, String> {
-    Ok(joined(parse_color(text)?.to_array()))
-}
-
-/// The value of `--material`, checked and normalised.
-#[cfg(feature = "clap")]
-fn material_word(text: &str) -> Result<String, String> {
-    let m = parse_material(text)?;
-    let [a, d, s, e, t] = [m.ka, m.kd, m.ks, m.ke, m.kt].map(|color| joined(color.to_array()));
-    Ok(format!(
-        "ka={a} kd={d} ks={s} ke={e} kt={t} shininess={} ior={} gloss={}",
-        m.shininess, m.ior, m.gloss
-    ))
-}
-
-#[cfg(feature = "clap")]
-fn ortho_word(text: &str) -> Result<String, String> {
-    Ok(match parse_ortho(text)? {
-        OrthoHeight::Fitting => FITTING.to_owned(),
-        OrthoHeight::Given(height) => height.to_string(),
-    })
-}
-
-#[cfg(feature = "clap")]
-fn origin_word(text: &str) -> Result<String, String> {
-    Ok(match parse_origin(text)? {
-        Origin::At(origin) => joined(origin),
-        _ => text.to_owned(),
-    })
-}
-
 #[cfg(feature = "clap")]
 fn parse_folder(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
@@ -365,18 +389,18 @@ mod tests {
     fn lights_are_points_or_directions() {
         let point = |position, color| Ok(AddedLight::Point { position, color });
         assert_eq!(
-            parse_light("1,-2,.5"),
+            AddedLight::parse("1,-2,.5"),
             point(DVec3::new(1.0, -2.0, 0.5), Vec3::ONE)
         );
         assert_eq!(
-            parse_light("1,2,3,.5,0,1"),
+            AddedLight::parse("1,2,3,.5,0,1"),
             point(DVec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 1.0))
         );
         let toward = AddedLight::Directional {
             toward: Vec3::NEG_X,
             color: Vec3::ONE,
         };
-        assert_eq!(parse_light("dir:-1,0,0"), Ok(toward));
+        assert_eq!(AddedLight::parse("dir:-1,0,0"), Ok(toward));
         for bad in [
             "",
             "1,2",
@@ -387,19 +411,19 @@ mod tests {
             "1,2,inf",
             "nan,0,0",
         ] {
-            assert!(parse_light(bad).is_err(), "{bad}");
+            assert!(AddedLight::parse(bad).is_err(), "{bad}");
         }
     }
 
     #[test]
     fn a_material_is_what_is_named_and_little_else() {
-        let surface = parse_material("kd=.5,.25,0 ks=.3; shininess=80 gloss=9").unwrap();
+        let surface = Material::parse("kd=.5,.25,0 ks=.3; shininess=80 gloss=9").unwrap();
         assert_eq!(surface.kd, Vec3::new(0.5, 0.25, 0.0));
         assert_eq!(surface.ka, surface.kd * 0.2);
         assert_eq!((surface.ks, surface.shininess), (Vec3::splat(0.3), 80.0));
         assert_eq!(surface.gloss, 9.0);
         assert_eq!((surface.kt, surface.ior), (Vec3::ZERO, 1.0));
-        assert_eq!(parse_material("ka=0 kd=1").unwrap().ka, Vec3::ZERO);
+        assert_eq!(Material::parse("ka=0 kd=1").unwrap().ka, Vec3::ZERO);
         for bad in [
             "kd",
             "kd=",
@@ -411,7 +435,7 @@ mod tests {
             "gloss=-1",
             "kd=.1,.2,.3,.4",
         ] {
-            assert!(parse_material(bad).is_err(), "{bad}");
+            assert!(Material::parse(bad).is_err(), "{bad}");
         }
     }
 
@@ -436,7 +460,7 @@ mod tests {
         let parts = ["500000.31,8,12", "500000.3,8,12", "0,1,0", "45"];
         let view = view(&parts.map(str::to_owned)).unwrap();
         assert_eq!(view.eye.x, 500_000.31);
-        let light = parse_light("-4012345.1,0,0");
+        let light = AddedLight::parse("-4012345.1,0,0");
         assert!(
             matches!(light, Ok(AddedLight::Point { position, .. }) if position.x == -4_012_345.1)
         );
@@ -444,12 +468,12 @@ mod tests {
 
     #[test]
     fn an_origin_is_a_word_or_a_place() {
-        assert_eq!(parse_origin("auto"), Ok(Origin::Auto));
-        assert_eq!(parse_origin("none"), Ok(Origin::File));
-        let place = parse_origin("500000.1,0,-4e6");
+        assert_eq!(Origin::parse("auto"), Ok(Origin::Auto));
+        assert_eq!(Origin::parse("none"), Ok(Origin::File));
+        let place = Origin::parse("500000.1,0,-4e6");
         assert_eq!(place, Ok(Origin::At([500_000.1, 0.0, -4e6])));
         for bad in ["", "Auto", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
-            assert!(parse_origin(bad).is_err(), "{bad}");
+            assert!(Origin::parse(bad).is_err(), "{bad}");
         }
     }
 }

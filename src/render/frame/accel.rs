@@ -81,7 +81,7 @@ impl Accel {
     pub fn accel(&self) -> AccelRef<'_> {
         match &self.0 {
             AccelKind::Packets(bvh) => AccelRef::Packets(bvh),
-            AccelKind::Oracle(forest) => AccelRef::Oracle(forest),
+            AccelKind::Oracle(bvh) => AccelRef::Oracle(bvh),
         }
     }
 
@@ -108,11 +108,11 @@ impl Accel {
     pub fn tree_stats(&self) -> TreeStats {
         match &self.0 {
             AccelKind::Packets(bvh) => TreeStats::of(bvh),
-            AccelKind::Oracle(forest) => TreeStats {
-                nodes: forest.world().node_count(),
-                depth: forest.world().depth(),
-                sah: forest.world().sah(),
-                node_bytes: forest.memory_bytes(),
+            AccelKind::Oracle(bvh) => TreeStats {
+                nodes: bvh.world().node_count(),
+                depth: bvh.world().depth(),
+                sah: bvh.world().sah(),
+                node_bytes: bvh.memory_bytes(),
                 prim_bytes: 0,
                 wide_bytes: 0,
             },

@@ -80,14 +80,14 @@ pub fn render_with(
     let shared = SharedFilm::of(&mut film, window, side);
     let tiles = tiles(window, side);
     let start = Stopwatch::start();
-    let painted = render_tiles(scene, tree, settings, control, &tiles, &shared)?;
+    let rendered = render_tiles(scene, tree, settings, control, &tiles, &shared)?;
     let seconds = start.elapsed().as_secs_f64();
     Ok(Frame {
         film,
-        stats: painted.stats,
+        stats: rendered.stats,
         seconds,
-        tracing: painted.tracing,
-        tile_seconds: painted.tile_seconds,
+        tracing: rendered.tracing,
+        tile_seconds: rendered.tile_seconds,
         threads: settings.threads.max(1),
     })
 }
@@ -105,28 +105,21 @@ pub fn render_tiles(
     tiles: &[Tile],
     sink: &dyn TileSink,
 ) -> Result<RenderedTiles, FrameError> {
-    let forest = match tree {
+    let bvh = match tree {
         AccelRef::Packets(bvh) => {
             return render_packets(scene, bvh, settings, control, tiles, sink, None);
         }
-        AccelRef::Oracle(forest) => forest,
+        AccelRef::Oracle(bvh) => bvh,
     };
     let camera = settings.camera(scene)?;
     let mattes = mattes_for(scene, settings.aovs);
-    on_workers(settings, control, tiles, sink, || {
-        let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
-            .with_min_weight(settings.min_path_weight())
-            .with_mattes(mattes.as_ref())
-            .with_hidden_background(settings.aovs.has(Aov::Alpha));
-        OracleRenderer {
-            camera: &camera,
-            scene,
-            sampling: settings.sampling,
-            oracle: match settings.ao_distance(scene) {
-                Some(reach) => oracle.with_ambient_occlusion(reach),
-                None => oracle,
-            },
-        }
+    on_workers(settings, control, tiles, sink, || OracleRenderer {
+        camera: &camera,
+        scene,
+        sampling: settings.sampling,
+        oracle: Oracle::new(scene, OracleSearch::Tree(bvh))
+            .with_settings(settings.integrator_settings(scene))
+            .with_mattes(mattes.as_ref()),
     })
 }
 
@@ -156,18 +149,15 @@ fn render_packets(
 ) -> Result<RenderedTiles, FrameError> {
     let camera = settings.camera(scene)?;
     let mattes = mattes_for(scene, settings.aovs);
-    let kernel = build_wide_bvh(bvh, settings);
+    let settings = &Settings {
+        kernel: build_wide_bvh(bvh, settings),
+        ..settings.clone()
+    };
     on_workers(settings, control, tiles, sink, || {
-        let renderer = WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
-            .with_min_weight(settings.min_path_weight())
-            .with_sampling(settings.sampling)
-            .with_aovs(settings.aovs, mattes.as_ref())
+        WavefrontRenderer::new(scene, bvh, &camera, settings)
+            .with_mattes(mattes.as_ref())
             .with_sums(sums)
-            .with_stop(&control.stop);
-        match settings.ao_distance(scene) {
-            Some(reach) => renderer.with_ambient_occlusion(reach),
-            None => renderer,
-        }
+            .with_stop(&control.stop)
     })
 }
 

@@ -28,8 +28,8 @@ impl OracleRenderer<'_> {
         if aovs.is_empty() {
             return;
         }
-        let look = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
-        pixels.set_surface(x, y, &look);
+        let surface = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
+        pixels.set_surface(x, y, &surface);
         pixels.set_light(x, y, &RadianceAovs(pixel.light.map(Vec3::into)));
         if aovs.of_coverage() {
             write_coverage(pixels, (x, y), &pixel.coverage);
@@ -54,8 +54,8 @@ impl OracleRenderer<'_> {
 
     /// Renders the blocks that a tile touches, and keeps the part that lies in the tile.
     fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
-        let whole = tile.outward(BLOCK, self.camera.size());
-        for cell in tiles(whole, BLOCK) {
+        let outer = tile.outward(BLOCK, self.camera.size());
+        for cell in tiles(outer, BLOCK) {
             let size = (cell.width, cell.height);
             let corner = (cell.x, cell.y);
             let (camera, sampling) = (self.camera, &self.sampling);

@@ -1,11 +1,11 @@
 //! Settings of a render: everything that a picture depends on, except for the scene.
 
 use super::error::FrameError;
-use crate::{Aovs, CoreAffinity, Tile, WaveSizes};
+use crate::{Aov, Aovs, CoreAffinity, Tile, WaveSizes};
 use phalanx_oracle::camera_ray;
-use phalanx_scene::Scene;
 use phalanx_scene::camera::{Camera, Lens};
 use phalanx_scene::sampling::Sampling;
+use phalanx_scene::{IntegratorSettings, Scene};
 use phalanx_trace::Kernel;
 
 /// Selects the tracer. Both give the same bits.
@@ -124,8 +124,8 @@ impl Settings {
     /// The window that is rendered: the region, as far as it lies in the picture, or all of the
     /// picture.
     pub fn window(&self) -> Tile {
-        let whole = Tile::whole(self.width, self.height);
-        self.region.map_or(whole, |region| region.within(whole))
+        let picture = Tile::whole(self.width, self.height);
+        self.region.map_or(picture, |region| region.within(picture))
     }
 
     /// Side of the tiles: from 8 to 1024, a multiple of 8.
@@ -163,11 +163,16 @@ impl Settings {
         Ok([ray.org, ray.dir].map(|v| v.to_array()))
     }
 
-    /// Distance to the sky in units of the scene, if the integrator is ambient occlusion.
-    pub(super) fn ao_distance(&self, scene: &Scene) -> Option<f32> {
-        match self.integrator {
-            Integrator::Whitted => None,
-            Integrator::Occlusion { distance } => Some(distance * scene.scale),
+    /// The settings that both engines take, in units of the scene.
+    pub fn integrator_settings(&self, scene: &Scene) -> IntegratorSettings {
+        IntegratorSettings {
+            max_depth: self.max_depth,
+            min_weight: self.min_path_weight(),
+            ao_distance: match self.integrator {
+                Integrator::Whitted => None,
+                Integrator::Occlusion { distance } => Some(distance * scene.scale),
+            },
+            hides_background: self.aovs.has(Aov::Alpha),
         }
     }
 

@@ -34,17 +34,17 @@ pub struct SecondaryRays {
 /// Mirror direction d − 2(d·n)n, and Snell's law with η = 1/ior entering and ior leaving (Glassner,
 /// "An Introduction to Ray Tracing", 1989): k = 1 − η²(1 − cos²); below zero the reflection is
 /// total.
-pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
-    let (d, n) = (at.dir, at.ns);
+pub fn bounces(material: &ShadeMaterial, surface: &Surface) -> SecondaryRays {
+    let (d, n) = (surface.dir, surface.ns);
     let along = d.dot(n);
     let mirror = d - n.scale(F32x8::splat(2.0) * along);
     let mut reflect_dir = mirror.normalized();
-    if at.bumped {
+    if surface.bumped {
         // Relief that has no geometry must not send a mirror ray into the surface.
-        reflect_dir = in_front(reflect_dir, at.ng);
+        reflect_dir = in_front(reflect_dir, surface.ng);
     }
     let cos = -along;
-    let eta = at.entering.select(
+    let eta = surface.entering.select(
         F32x8::splat(1.0 / material.ior()),
         F32x8::splat(material.ior()),
     );
@@ -57,14 +57,14 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     let reflect = (total & is_not_zero(both)) | (!total & material.shines());
     SecondaryRays {
         mirror: BounceRays {
-            active: at.active & reflect,
-            org: offset_origin(at, reflect_dir),
+            active: surface.active & reflect,
+            org: offset_origin(surface, reflect_dir),
             dir: reflect_dir,
             weight: Vec3x8::select(total, both, material.ks()),
         },
         refracted: BounceRays {
-            active: if transmits { at.active & !total } else { Mask8::none() },
-            org: offset_origin(at, refract_dir),
+            active: if transmits { surface.active & !total } else { Mask8::none() },
+            org: offset_origin(surface, refract_dir),
             dir: refract_dir,
             weight: wide(material.kt()),
         },
@@ -76,25 +76,25 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
 /// stays on the same side of the geometric surface as the mirror ray.
 pub fn sample_glossy(
     rays: &mut BounceRays,
-    at: &Surface,
+    surface: &Surface,
     gloss: f32,
     seeds: [u32; LANES],
     sample: u32,
 ) {
     let mirror = rays.dir;
     let lobe = sampling::phong_lobe(sampling::points(seeds, sample, Dimension::Gloss), gloss);
-    let dir = mirror_into_hemisphere(at, to_world(lobe, mirror), mirror).normalized();
+    let dir = mirror_into_hemisphere(surface, to_world(lobe, mirror), mirror).normalized();
     rays.dir = dir;
-    rays.org = offset_origin(at, dir);
+    rays.org = offset_origin(surface, dir);
 }
 
 /// Origins and unit directions of ambient occlusion rays, one from each of eight points, which rays
 /// of these seeds reached. Directions are cosine-distributed about the shading normal, and on the
 /// outside of the geometric surface.
-pub fn sample_ao_ray(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
+pub fn sample_ao_ray(surface: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
     let local = sampling::cosine_hemisphere(sampling::points(seeds, sample, Dimension::Sky));
-    let dir = in_front(to_world(local, at.ns), at.ng).normalized();
-    (offset_origin(at, dir), dir)
+    let dir = in_front(to_world(local, surface.ns), surface.ng).normalized();
+    (offset_origin(surface, dir), dir)
 }
 
 /// Rotates vectors from a frame whose z axis is `axis` into the world; axes are unit vectors.
@@ -106,15 +106,18 @@ fn to_world(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
 
 /// Directions on the same side of the geometric surface as `inner` do not change; others are
 /// mirrored at the surface.
-fn mirror_into_hemisphere(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
-    let along = dir.dot(at.ng);
-    let (out, right) = (along.ge(F32x8::ZERO), inner.dot(at.ng).ge(F32x8::ZERO));
-    let turned = dir - at.ng.scale(F32x8::splat(2.0) * along);
+fn mirror_into_hemisphere(surface: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
+    let along = dir.dot(surface.ng);
+    let (out, right) = (along.ge(F32x8::ZERO), inner.dot(surface.ng).ge(F32x8::ZERO));
+    let turned = dir - surface.ng.scale(F32x8::splat(2.0) * along);
     Vec3x8::select((out & right) | (!out & !right), dir, turned)
 }
 
 /// The offset origin, on the side of the surface the direction points to.
-fn offset_origin(at: &Surface, dir: Vec3x8) -> Vec3x8 {
-    let outward = dir.dot(at.ng).ge(F32x8::ZERO);
-    at.point + at.ng.scale(outward.select(at.offset, -at.offset))
+fn offset_origin(surface: &Surface, dir: Vec3x8) -> Vec3x8 {
+    let outward = dir.dot(surface.ng).ge(F32x8::ZERO);
+    surface.point
+        + surface
+            .ng
+            .scale(outward.select(surface.offset, -surface.offset))
 }

@@ -103,13 +103,13 @@ impl ShadeLight {
 
     /// Lanes that may face the light by the geometric or the interpolated normal: all of them if
     /// the light is an area light or a normal map hides the latter.
-    pub(crate) fn may_face(&self, at: &Surface) -> Mask8 {
+    pub(crate) fn may_face(&self, surface: &Surface) -> Mask8 {
         let toward = match self.shape {
-            LightShape::Directional if !at.bumped => wide(self.position),
-            LightShape::Point if !at.bumped => wide(self.position) - at.point,
-            _ => return at.active,
+            LightShape::Directional if !surface.bumped => wide(self.position),
+            LightShape::Point if !surface.bumped => wide(self.position) - surface.point,
+            _ => return surface.active,
         };
-        may_point_along(at.ng, toward) | may_point_along(at.ns, toward)
+        may_point_along(surface.ng, toward) | may_point_along(surface.ns, toward)
     }
 
     /// Evaluates the light at position `position` for a batch. Hits beneath the smooth surface
@@ -121,12 +121,12 @@ impl ShadeLight {
         &self,
         position: Vec3x8,
         material: &ShadeMaterial,
-        at: &Surface,
+        surface: &Surface,
         above: Option<&TerminatorShift>,
     ) -> LightSample {
-        let (dir, to_light, radiance, lit) = self.radiance_at(position, at);
+        let (dir, to_light, radiance, lit) = self.radiance_at(position, surface);
         let faces = |normal: Vec3x8| to_light.dot(normal).gt(F32x8::ZERO);
-        let facet = faces(at.ng);
+        let facet = faces(surface.ng);
         let smooth = above.map(|above| (above.smooth, faces(above.normal)));
         let (facing, beneath) = match smooth {
             Some((smooth, faces)) => ((smooth & faces) | (!smooth & facet), smooth & !facet),
@@ -136,11 +136,11 @@ impl ShadeLight {
         if !lit.any() {
             return LightSample::none();
         }
-        let diffuse = positive(to_light.dot(at.ns));
+        let diffuse = positive(to_light.dot(surface.ns));
         let highlight = material.highlight();
         let specular = if highlight.is_some() || material.shines().any() {
-            let half = (to_light - at.dir).normalized();
-            pow(positive(half.dot(at.ns)), material.shininess())
+            let half = (to_light - surface.dir).normalized();
+            pow(positive(half.dot(surface.ns)), material.shininess())
         } else {
             F32x8::ZERO
         };
@@ -154,7 +154,10 @@ impl ShadeLight {
             needed: lit & is_nonzero(radiance),
             radiance,
             beneath,
-            org: at.point + at.ng.scale(beneath.select(-at.offset, at.offset)),
+            org: surface.point
+                + surface
+                    .ng
+                    .scale(beneath.select(-surface.offset, surface.offset)),
             dir,
         }
     }
@@ -162,12 +165,12 @@ impl ShadeLight {
     /// The direction of the shadow rays, the unit vectors toward the light, its unoccluded
     /// radiance, and the lanes that it reaches.
     #[inline(always)]
-    fn radiance_at(&self, position: Vec3x8, at: &Surface) -> (Vec3x8, Vec3x8, Vec3x8, Mask8) {
+    fn radiance_at(&self, position: Vec3x8, surface: &Surface) -> (Vec3x8, Vec3x8, Vec3x8, Mask8) {
         let color = wide(self.color);
         if self.shape == LightShape::Directional {
-            return (position, position, color, at.active);
+            return (position, position, color, surface.active);
         }
-        let to = position - at.point;
+        let to = position - surface.point;
         let squared = to.dot(to);
         let distance = squared.sqrt();
         let a = wide(self.attenuation);
@@ -178,7 +181,7 @@ impl ShadeLight {
             seen = seen.scale(share_of_spot(cone, to_light));
         }
         // The light adds nothing if the denominator is zero (d = 0, no constant term).
-        (to, to_light, seen, at.active & loss.gt(F32x8::ZERO))
+        (to, to_light, seen, surface.active & loss.gt(F32x8::ZERO))
     }
 }
 

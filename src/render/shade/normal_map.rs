@@ -22,17 +22,20 @@ pub(super) fn mapped_normals(
     let Some((given, value)) = map_value(scene, map, hits) else {
         return ns;
     };
-    let own = rows.map(|row| scene.triangles.corner_tangents(row));
-    let with = own.iter().enumerate();
-    let with = with.fold(0, |bits, (k, own)| bits | u32::from(own.is_some()) << k);
-    let own = own.map(|own| own.unwrap_or(([Vec3::ZERO; 3], 1.0)));
-    let [a, b, c] = corner_columns(own.map(|(tangents, _)| tangents));
+    let tangents_of_rows = rows.map(|row| scene.triangles.corner_tangents(row));
+    let with = tangents_of_rows.iter().enumerate();
+    let with = with.fold(0, |bits, (k, tangents_of_rows)| {
+        bits | u32::from(tangents_of_rows.is_some()) << k
+    });
+    let tangents_of_rows =
+        tangents_of_rows.map(|tangents_of_rows| tangents_of_rows.unwrap_or(([Vec3::ZERO; 3], 1.0)));
+    let [a, b, c] = corner_columns(tangents_of_rows.map(|(tangents, _)| tangents));
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;
     let along = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
     let across = along - ns.scale(ns.dot(along));
     let tangent = unit_or(across, Vec3x8::ZERO);
-    let sign = F32x8::new(own.map(|(_, sign)| sign));
+    let sign = F32x8::new(tangents_of_rows.map(|(_, sign)| sign));
     let bitangent = ns.cross(tangent).scale(sign);
     let [x, y, z] = [value.x, value.y, value.z].map(|c| c * F32x8::splat(2.0) - F32x8::ONE);
     let scale = F32x8::splat(map.scale);

@@ -42,8 +42,8 @@ impl Surface {
     pub fn whole_packet(&self) -> Option<usize> {
         let first = self.ray[0];
         let in_turn = self.ray == std::array::from_fn(|lane| first.wrapping_add(lane as u32));
-        let whole = in_turn && self.active.bits() == 0xff && first.is_multiple_of(LANES as u32);
-        whole.then_some(first as usize / LANES)
+        let is_full = in_turn && self.active.bits() == 0xff && first.is_multiple_of(LANES as u32);
+        is_full.then_some(first as usize / LANES)
     }
 }
 

@@ -179,25 +179,25 @@ fn shading_normals(
 ) -> [Vec3x8; 2] {
     let t = &scene.triangles;
     let mut normals = [[Vec3::ZERO; 3]; LANES];
-    for (of, &row) in normals.iter_mut().zip(rows) {
-        if let Some(own) = t.corner_normals(row) {
-            *of = own;
+    for (target, &row) in normals.iter_mut().zip(rows) {
+        if let Some(corners) = t.corner_normals(row) {
+            *target = corners;
         }
     }
     let [a, b, c] = corner_columns(normals);
     let [alpha, beta, gamma] = weights;
-    let here = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
-    [unit_or(here, ng), unit_or((a + b) + c, ng)]
+    let interpolated = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
+    [unit_or(interpolated, ng), unit_or((a + b) + c, ng)]
 }
 
 /// Vectors at the corners of eight triangles, corner by corner.
 pub(super) fn corner_columns(corners: [[Vec3; 3]; LANES]) -> [Vec3x8; 3] {
     let mut by_corner = [[[0.0; LANES]; 3]; 3];
     for (lane, corners) in corners.iter().enumerate() {
-        for (of, vector) in by_corner.iter_mut().zip(corners) {
-            of[0][lane] = vector.x;
-            of[1][lane] = vector.y;
-            of[2][lane] = vector.z;
+        for (column, vector) in by_corner.iter_mut().zip(corners) {
+            column[0][lane] = vector.x;
+            column[1][lane] = vector.y;
+            column[2][lane] = vector.z;
         }
     }
     by_corner.map(columns)
@@ -284,7 +284,7 @@ fn cone(
     let radii = [&scene.cones.base_radius, &scene.cones.apex_radius];
     let [radius, other] = radii.map(|column| F32x8::from_lanes(|lane| column[rows[lane]]));
     let profiles = rows.map(|i| scene.cones.profile(i));
-    let column = |of: fn(&ConeProfile) -> f32| F32x8::new(profiles.each_ref().map(of));
+    let column = |value: fn(&ConeProfile) -> f32| F32x8::new(profiles.each_ref().map(value));
     let axis = Vec3x8::new(
         column(|p| p.axis.x),
         column(|p| p.axis.y),

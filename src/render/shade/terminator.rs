@@ -25,7 +25,7 @@ impl TerminatorShift {
     /// its barycentric coordinates, where those planes are above it. Vertex normals are turned as
     /// [`Surface::ng`] is, so that nothing is raised where the viewer sees a hollow. On instances,
     /// the shift is that of the mesh, transformed.
-    pub fn of(scene: &Scene, at: &Surface, hits: &HitPacket) -> Option<TerminatorShift> {
+    pub fn of(scene: &Scene, surface: &Surface, hits: &HitPacket) -> Option<TerminatorShift> {
         let t = &scene.triangles;
         let placed = hits.prim_id.to_array().map(|id| scene.resolve(id));
         // A surface's hits are all of one kind, and all on instances or none.
@@ -33,12 +33,12 @@ impl TerminatorShift {
             return None;
         }
         let rows = placed.map(|placed| scene.prims[placed.prim as usize].index());
-        let own = rows.map(|row| t.normals[row]);
-        let without = U32x8::new(own.map(|own| own[0])).eq(U32x8::splat(NO_INDEX));
+        let corners = rows.map(|row| t.normals[row]);
+        let without = U32x8::new(corners.map(|corners| corners[0])).eq(U32x8::splat(NO_INDEX));
         let last = t.vertex_normals.len() - 1;
-        let column = |k: usize| own.map(|own| last.min(own[k] as usize));
+        let column = |k: usize| corners.map(|corners| last.min(corners[k] as usize));
         let normals = [0, 1, 2].map(|k| gather_column(&t.vertex_normals, &column(k)));
-        let normals = normals.map(|n| Vec3x8::select(at.entering, n, -n));
+        let normals = normals.map(|n| Vec3x8::select(surface.entering, n, -n));
         let [na, nb, nc] = normals.map(|n| unit_or(n, Vec3x8::ZERO));
         let vertex = |k: usize| rows.map(|row| t.corners[row][k] as usize);
         let [a, b, c] = [0, 1, 2].map(|k| gather_column(&t.vertices, &vertex(k)));
@@ -51,7 +51,7 @@ impl TerminatorShift {
         let depths = [depth_ac, depth_ba, depth_bc, depth_ca, depth_cb];
         let deepest = depths.into_iter().fold(depth_ab, F32x8::max);
         let least = ab.max_abs().max(ac.max_abs()) * F32x8::splat(SMOOTH_SLOPE);
-        let smooth = at.active & !without & deepest.gt(least);
+        let smooth = surface.active & !without & deepest.gt(least);
         if !smooth.any() {
             return None;
         }
@@ -72,7 +72,7 @@ impl TerminatorShift {
         Some(TerminatorShift {
             smooth,
             shift,
-            normal: unit_or(normal, at.ng),
+            normal: unit_or(normal, surface.ng),
         })
     }
 }

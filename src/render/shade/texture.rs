@@ -60,9 +60,13 @@ fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     }
     match TexturePosition::of(scene, 0, hits) {
         None => WHITE,
-        Some(at) => {
-            let color = sample(&scene.textures[texture as usize], linear_of_srgb(), &at);
-            Vec3x8::select(at.given, color, WHITE)
+        Some(position) => {
+            let color = sample(
+                &scene.textures[texture as usize],
+                linear_of_srgb(),
+                &position,
+            );
+            Vec3x8::select(position.given, color, WHITE)
         }
     }
 }
@@ -74,13 +78,13 @@ pub(super) fn map_value(
     map: &TextureMap,
     hits: &HitPacket,
 ) -> Option<(Mask8, Vec3x8)> {
-    let at = TexturePosition::of(scene, map.uv_layer, hits)?;
+    let position = TexturePosition::of(scene, map.uv_layer, hits)?;
     let decoded = match map.target {
         MapTarget::Emission | MapTarget::Specular => linear_of_srgb(),
         _ => share_of_byte(),
     };
     let texture = &scene.textures[map.texture as usize];
-    Some((at.given, sample(texture, decoded, &at)))
+    Some((position.given, sample(texture, decoded, &position)))
 }
 
 /// Texture coordinates of eight hits, in the lanes that have them.
@@ -105,10 +109,10 @@ impl TexturePosition {
         let (beta, gamma) = (hits.u, hits.v);
         let alpha = (F32x8::ONE - beta) - gamma;
         let place = |axis: usize| {
-            let at = |corner: usize| {
+            let corner_value = |corner: usize| {
                 F32x8::new(corners.map(|uvs| uvs.map_or(0.0, |uvs| uvs[corner][axis])))
             };
-            (at(0) * alpha + at(1) * beta) + at(2) * gamma
+            (corner_value(0) * alpha + corner_value(1) * beta) + corner_value(2) * gamma
         };
         Some(TexturePosition {
             given: Mask8::from_bits(given),
@@ -120,9 +124,10 @@ impl TexturePosition {
 
 /// Interpolates between the values of the four texels around a point: a + (b − a)·t along the rows,
 /// then between the rows.
-fn sample(texture: &Texture, value: &[f32; 256], at: &TexturePosition) -> Vec3x8 {
-    let across = TexelPair::of(at.u, texture.wrap[0], texture.width).filtered(texture.nearest);
-    let down = TexelPair::of(at.v, texture.wrap[1], texture.height).filtered(texture.nearest);
+fn sample(texture: &Texture, value: &[f32; 256], position: &TexturePosition) -> Vec3x8 {
+    let across =
+        TexelPair::of(position.u, texture.wrap[0], texture.width).filtered(texture.nearest);
+    let down = TexelPair::of(position.v, texture.wrap[1], texture.height).filtered(texture.nearest);
     let fetch = |columns: &[u32; LANES], rows: &[u32; LANES]| {
         let texels: [[u8; 3]; LANES] = std::array::from_fn(|k| {
             let row = rows[k] as usize * texture.width as usize;
@@ -135,8 +140,8 @@ fn sample(texture: &Texture, value: &[f32; 256], at: &TexturePosition) -> Vec3x8
         let (left, right) = (fetch(&across.lower, rows), fetch(&across.upper, rows));
         left + (right - left).scale(across.weight)
     };
-    let (above, below) = (along(&down.lower), along(&down.upper));
-    above + (below - above).scale(down.weight)
+    let (upper, lower) = (along(&down.lower), along(&down.upper));
+    upper + (lower - upper).scale(down.weight)
 }
 
 /// The two texels around a coordinate in one direction, and its relative position between them.

@@ -46,9 +46,9 @@ pub(crate) fn push_block(
         let (right, down) = (packet % 2 * 4, packet / 2 * 2);
         let (x, y) = (block_x + right, block_y + down);
         // Two rows of four.
-        let asked = open >> (8 * down + right);
-        let asked = Mask8::from_bits((asked & 0xf | asked >> 4 & 0xf0) as u32);
-        let inside = inside(tile, x, y) & asked;
+        let requested = open >> (8 * down + right);
+        let requested = Mask8::from_bits((requested & 0xf | requested >> 4 & 0xf0) as u32);
+        let inside = inside(tile, x, y) & requested;
         let columns = std::array::from_fn(|k| tile.x + x + k as u32 % 4);
         let rows = std::array::from_fn(|k| tile.y + y + k as u32 / 4);
         let FilmSamples {
@@ -58,8 +58,8 @@ pub(crate) fn push_block(
         } = sampling.film_samples::<LANES>(columns, rows, sample);
         let (row, column) = (F32x8::new(row), F32x8::new(column));
         let (org, dir) = if camera.has_lens() {
-            let at = concentric_disk(points(seeds(columns, rows), sample, Dimension::Lens));
-            through_lens(camera, row, column, at.map(F32x8::new))
+            let lens_point = concentric_disk(points(seeds(columns, rows), sample, Dimension::Lens));
+            through_lens(camera, row, column, lens_point.map(F32x8::new))
         } else {
             camera::rays(camera, row, column)
         };

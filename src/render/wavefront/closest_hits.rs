@@ -37,7 +37,7 @@ pub(super) fn handle_escaped_rays(
     radiance: &mut [RadianceX8],
 ) {
     let scene = context.scene;
-    let background = if bounced || !context.hides_background {
+    let background = if bounced || !context.integrator.hides_background {
         scene.background.to_array()
     } else {
         [0.0; 3]

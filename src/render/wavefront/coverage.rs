@@ -221,7 +221,7 @@ pub(super) fn queue_passes(
                 active & !hit.prim_id.eq(U32x8::splat(NO_PRIM)) & open.gt(F32x8::ZERO);
             if columns.shares {
                 let share = rays.shares(&index).scale(open);
-                goes_on = goes_on & is_worth_tracing(context.min_weight, share);
+                goes_on = goes_on & is_worth_tracing(context.integrator.min_weight, share);
                 queue.push_shares(goes_on, &share);
             }
             if columns.seeds {

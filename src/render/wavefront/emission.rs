@@ -11,17 +11,19 @@ pub(super) fn add_ambient_and_emission(
     coverage: WaveCoverage,
     radiance: &mut [RadianceX8],
 ) {
-    for (k, at) in groups.surfaces.iter().enumerate() {
-        let own = groups.material(k).own();
-        let own = coverage.of(at).map_or(own, |share| own.scale(share));
-        let own = [own.x, own.y, own.z].map(F32x8::to_array);
-        if let Some(packet) = at.whole_packet() {
-            radiance[packet] = RadianceX8(own);
+    for (k, surface) in groups.surfaces.iter().enumerate() {
+        let emitted = groups.material(k).own();
+        let emitted = coverage
+            .of(surface)
+            .map_or(emitted, |share| emitted.scale(share));
+        let emitted = [emitted.x, emitted.y, emitted.z].map(F32x8::to_array);
+        if let Some(packet) = surface.whole_packet() {
+            radiance[packet] = RadianceX8(emitted);
             continue;
         }
-        for lane in at.active.lanes() {
-            let ray = at.ray[lane] as usize;
-            radiance[ray / LANES].set(ray % LANES, own.map(|c| c[lane]));
+        for lane in surface.active.lanes() {
+            let ray = surface.ray[lane] as usize;
+            radiance[ray / LANES].set(ray % LANES, emitted.map(|c| c[lane]));
         }
     }
 }

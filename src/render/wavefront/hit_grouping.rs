@@ -33,15 +33,13 @@ impl<'arena> HitGroups<'arena> {
         surfaces: &'arena [Surface],
         hits: &'arena [HitPacket],
     ) -> HitGroups<'arena> {
-        let is_even = scene.textures.is_empty() && scene.triangles.colors.is_empty();
-        let varied: &[VariedMaterial] = if is_even {
+        let is_unvaried = scene.textures.is_empty() && scene.triangles.colors.is_empty();
+        let varied: &[VariedMaterial] = if is_unvaried {
             &[]
         } else {
-            arena.alloc_slice_fill_iter(
-                surfaces
-                    .iter()
-                    .map(|at| VariedMaterial::of(scene, at.material, &hits_at(at, hits))),
-            )
+            arena.alloc_slice_fill_iter(surfaces.iter().map(|surface| {
+                VariedMaterial::of(scene, surface.material, &hits_at(surface, hits))
+            }))
         };
         HitGroups {
             surfaces,
@@ -121,12 +119,12 @@ fn material_rows<'arena>(
     surfaces: &[Surface],
 ) -> &'arena [MaterialRow] {
     let mut current: Option<(u32, MaterialRow)> = None;
-    arena.alloc_slice_fill_iter(surfaces.iter().map(|at| {
+    arena.alloc_slice_fill_iter(surfaces.iter().map(|surface| {
         let row = match current {
-            Some((index, row)) if index == at.material => row,
-            _ => MaterialRow::of(scene, at.material),
+            Some((index, row)) if index == surface.material => row,
+            _ => MaterialRow::of(scene, surface.material),
         };
-        current = Some((at.material, row));
+        current = Some((surface.material, row));
         row
     }))
 }
@@ -216,10 +214,10 @@ fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPack
 }
 
 /// The hits of a surface.
-pub(super) fn hits_at(at: &Surface, hits: &[HitPacket]) -> HitPacket {
-    match at.whole_packet() {
+pub(super) fn hits_at(surface: &Surface, hits: &[HitPacket]) -> HitPacket {
+    match surface.whole_packet() {
         Some(packet) => hits[packet],
-        None => hits_of(hits, &at.ray),
+        None => hits_of(hits, &surface.ray),
     }
 }
 

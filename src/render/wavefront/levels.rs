@@ -14,7 +14,7 @@ use super::trace_wavefront;
 use super::wave_sizes::WaveSizes;
 use super::wavefront_context::{Wave, WavefrontContext};
 use bumpalo::Bump;
-use phalanx_scene::{MAX_PASSES, Scene};
+use phalanx_scene::{IntegratorSettings, MAX_PASSES, Scene};
 use phalanx_trace::packet::QueueColumns;
 
 /// The levels of a renderer, each with the bounces of one wave.
@@ -25,17 +25,12 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    pub(crate) fn new(scene: &Scene, max_depth: u32, min_weight: f32) -> Levels {
+    pub(crate) fn new(scene: &Scene, settings: &IntegratorSettings) -> Levels {
         Levels {
-            sizes: WaveSizes::of(scene, max_depth, min_weight),
-            max_depth,
+            sizes: WaveSizes::of(scene, settings.max_depth, settings.min_weight),
+            max_depth: settings.max_depth,
             levels: Vec::new(),
         }
-    }
-
-    /// Bounces after the primary ray.
-    pub(crate) fn max_depth(&self) -> u32 {
-        self.max_depth
     }
 
     /// The columns of the queues of bounces.
@@ -59,8 +54,8 @@ impl Levels {
     /// The level of a wave, preceded by the level of the wave that sent it.
     fn with_parent(&mut self, index: usize) -> (&mut BounceLevel, &mut BounceLevel) {
         self.level(index);
-        let (above, from) = self.levels.split_at_mut(index);
-        (&mut above[index - 1], &mut from[0])
+        let (earlier, later) = self.levels.split_at_mut(index);
+        (&mut earlier[index - 1], &mut later[0])
     }
 }
 
@@ -116,11 +111,11 @@ fn trace_slice(
     shadow_filter: &mut ShadowFilter,
 ) {
     let max_depth = levels.max_depth;
-    let (above, level) = levels.with_parent(top);
-    let passing = above.waiting.passing;
-    level.depth = above.depth + u32::from(!passing);
-    level.passed = above.passed + u32::from(passing);
-    let slice = above.waiting.slice();
+    let (parent, level) = levels.with_parent(top);
+    let passing = parent.waiting.passing;
+    level.depth = parent.depth + u32::from(!passing);
+    level.passed = parent.passed + u32::from(passing);
+    let slice = parent.waiting.slice();
     let mut radiance = std::mem::take(&mut level.radiance);
     radiance.clear();
     radiance.resize(slice.packets.len(), RadianceX8::BLACK);
@@ -145,10 +140,10 @@ fn trace_slice(
 
 /// Adds the results of a level's wave to the wave above.
 fn accumulate_slice(levels: &mut Levels, top: usize, camera: &mut Wave) {
-    let (above, level) = levels.with_parent(top);
-    let slice = above.waiting.slice();
+    let (parent, level) = levels.with_parent(top);
+    let slice = parent.waiting.slice();
     if top > 1 {
-        return accumulate(&slice, &level.radiance, &mut above.radiance);
+        return accumulate(&slice, &level.radiance, &mut parent.radiance);
     }
     camera.aovs.accumulate(&slice, &level.radiance);
     accumulate(&slice, &level.radiance, camera.radiance);

@@ -86,8 +86,10 @@ fn trace_wavefront(
     handle_escaped_rays(context, rays, *bounced, hits, radiance);
     add_ambient_and_emission(&groups, coverage, radiance);
     groups.above = find_smooth_surfaces(context, arena, &groups);
-    let known = shadow_filter.look_up(arena, groups.surfaces, hits);
-    trace_shadow_rays(context, arena, rays, &groups, coverage, known, radiance);
+    let visibility = shadow_filter.look_up(arena, groups.surfaces, hits);
+    trace_shadow_rays(
+        context, arena, rays, &groups, coverage, visibility, radiance,
+    );
     aovs.record(context.scene, hits, &groups, radiance);
     if let Some(bounces) = queues.bounces {
         spawn_secondary_rays(context, arena, rays, &groups, coverage, bounces);

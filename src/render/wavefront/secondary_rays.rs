@@ -29,9 +29,9 @@ pub(super) fn spawn_secondary_rays(
     }
     let surface = |k: &u32| &groups.surfaces[*k as usize];
     let outgoing = bouncing.iter().map(|k| {
-        let at = surface(k);
-        let mut out = sample_bounces(context, rays, &groups.material(*k as usize), at);
-        if let Some(share) = coverage.of(at) {
+        let surface = surface(k);
+        let mut out = sample_bounces(context, rays, &groups.material(*k as usize), surface);
+        if let Some(share) = coverage.of(surface) {
             for out in [&mut out.mirror, &mut out.refracted] {
                 out.weight = out.weight.scale(share);
             }
@@ -42,8 +42,13 @@ pub(super) fn spawn_secondary_rays(
     let shares: &[[Vec3x8; 2]] = if context.columns.shares {
         let outgoing = bouncing.iter().zip(&mut *outgoing);
         arena.alloc_slice_fill_iter(outgoing.map(|(k, out)| {
-            let whole = groups.material(*k as usize).secondary_weight();
-            drop_below_min_weight(context.min_weight, rays.shares(&surface(k).ray), whole, out)
+            let divisor = groups.material(*k as usize).secondary_weight();
+            drop_below_min_weight(
+                context.integrator.min_weight,
+                rays.shares(&surface(k).ray),
+                divisor,
+                out,
+            )
         }))
     } else {
         &[]
@@ -74,8 +79,8 @@ fn bouncing_groups<'arena>(
 ) -> (&'arena [u32], usize) {
     let bouncing = arena.alloc_slice_fill_copy(groups.len(), 0);
     let (mut len, mut most) = (0, 0);
-    for (k, at) in (0..).zip(groups) {
-        let (m, i) = (&scene.materials, at.material as usize);
+    for (k, surface) in (0..).zip(groups) {
+        let (m, i) = (&scene.materials, surface.material as usize);
         let ways = usize::from(m.may_mirror(i)) + usize::from(m.kt.get(i) != Vec3::ZERO);
         bouncing[len] = k;
         len += usize::from(ways > 0);
@@ -94,7 +99,7 @@ fn push_bounces<'g>(
     outgoing: &[SecondaryRays],
     shares: &[[Vec3x8; 2]],
 ) {
-    for (k, (at, out)) in groups.zip(outgoing).enumerate() {
+    for (k, (surface, out)) in groups.zip(outgoing).enumerate() {
         let (out, way) = match kind {
             BounceKind::Mirror => (&out.mirror, 0),
             BounceKind::Refracted => (&out.refracted, 1),
@@ -102,12 +107,12 @@ fn push_bounces<'g>(
             BounceKind::Passed => return,
         };
         if queue.has_seeds() {
-            queue.push_seeds(out.active, &child_seed(rays.seeds(&at.ray), kind));
+            queue.push_seeds(out.active, &child_seed(rays.seeds(&surface.ray), kind));
         }
         if let Some(shares) = shares.get(k) {
             queue.push_shares(out.active, &shares[way]);
         }
-        queue.push(out.active, out.org, out.dir, out.weight, &at.ray);
+        queue.push(out.active, out.org, out.dir, out.weight, &surface.ray);
     }
 }
 
@@ -116,31 +121,35 @@ fn sample_bounces(
     context: &WavefrontContext,
     rays: &QueueSlice,
     material: &ShadeMaterial,
-    at: &Surface,
+    surface: &Surface,
 ) -> SecondaryRays {
-    let mut out = bounces(material, at);
+    let mut out = bounces(material, surface);
     if context.columns.seeds {
-        let gloss = context.scene.materials.gloss[at.material as usize];
+        let gloss = context.scene.materials.gloss[surface.material as usize];
         if gloss > 0.0 {
-            let seeds = rays.seeds(&at.ray);
-            sample_glossy(&mut out.mirror, at, gloss, seeds, context.sample);
+            let seeds = rays.seeds(&surface.ray);
+            sample_glossy(&mut out.mirror, surface, gloss, seeds, context.sample);
         }
     }
     out
 }
 
 /// Returns the shares of mirror rays and of refracted ones, and drops rays whose share is less than
-/// `min_weight` in every component. `whole` is the divisor that turns weights into shares of
+/// `min_weight` in every component. `divisor` is the one that turns weights into shares of
 /// everything that a hit sends.
 fn drop_below_min_weight(
     min_weight: f32,
     share: Vec3x8,
-    whole: Vec3x8,
+    divisor: Vec3x8,
     out: &mut SecondaryRays,
 ) -> [Vec3x8; 2] {
     [&mut out.mirror, &mut out.refracted].map(|out| {
         let weight = out.weight;
-        let part = Vec3x8::new(weight.x / whole.x, weight.y / whole.y, weight.z / whole.z);
+        let part = Vec3x8::new(
+            weight.x / divisor.x,
+            weight.y / divisor.y,
+            weight.z / divisor.z,
+        );
         let share = share.mul_elementwise(part);
         out.active = out.active & is_worth_tracing(min_weight, share);
         share

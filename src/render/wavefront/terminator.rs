@@ -23,9 +23,9 @@ pub(super) fn find_smooth_surfaces<'arena>(
         return &[];
     }
     let lights = arena.alloc_slice_fill_with(scene.lights.len(), |k| ShadeLight::of(scene, k));
-    arena.alloc_slice_fill_iter(groups.surfaces.iter().map(|at| {
-        let may_face = lights.iter().any(|light| light.may_face(at).any());
-        may_face.then(|| TerminatorShift::of(scene, at, &hits_at(at, groups.hits)))?
+    arena.alloc_slice_fill_iter(groups.surfaces.iter().map(|surface| {
+        let may_face = lights.iter().any(|light| light.may_face(surface).any());
+        may_face.then(|| TerminatorShift::of(scene, surface, &hits_at(surface, groups.hits)))?
     }))
 }
 
@@ -61,19 +61,19 @@ impl<'arena> TerminatorRays<'arena> {
         &mut self,
         needed: Mask8,
         sample: &LightSample,
-        at: &Surface,
+        surface: &Surface,
         above: &TerminatorShift,
         is_directional: bool,
     ) {
         let LightSample {
             org, dir, radiance, ..
         } = *sample;
-        self.facet.push(needed, org, dir, radiance, &at.ray);
+        self.facet.push(needed, org, dir, radiance, &surface.ray);
         let beneath = sample.beneath.select(F32x8::ONE, F32x8::ZERO);
-        let org = (at.point + at.ng.scale(at.offset)) + above.shift;
+        let org = (surface.point + surface.ng.scale(surface.offset)) + above.shift;
         let dir = if is_directional { dir } else { dir - above.shift };
         let weight = Vec3x8::new(beneath, beneath, beneath);
-        self.above.push(needed, org, dir, weight, &at.ray);
+        self.above.push(needed, org, dir, weight, &surface.ray);
     }
 
     /// The lanes of a packet of blocked rays of facets that some light may pass, and its share,
@@ -98,14 +98,14 @@ impl<'arena> TerminatorRays<'arena> {
         }
         let scene = context.scene;
         let ([beneath, ..], rays) = self.above.payload(packet);
-        let mut own: [OwnFacets; LANES] = std::array::from_fn(|lane| {
+        let mut facets: [OwnFacets; LANES] = std::array::from_fn(|lane| {
             let ray = rays[lane] as usize;
             let from = surface_hit(&self.hits[ray / LANES], ray % LANES);
             let (_, dir) = self.facet.ray(packet, lane);
             OwnFacets::new(scene, dir.into(), from, beneath[lane] != 0.0)
         });
         let passed = visibility(context, &self.facet, packet, tmax, traced, |lane, on| {
-            above[lane] != Vec3::ZERO && own[lane].spares(scene, on)
+            above[lane] != Vec3::ZERO && facets[lane].spares(scene, on)
         });
         (traced, passed)
     }

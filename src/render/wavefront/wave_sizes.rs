@@ -71,9 +71,9 @@ impl BounceWeights {
                 continue;
             }
             let total = if black(&kt) { kt } else { ks + kt };
-            let whole = (ks.abs() + kt.abs()).max(glam::Vec3::ONE);
+            let divisor = (ks.abs() + kt.abs()).max(glam::Vec3::ONE);
             for weight in [ks, kt, total].into_iter().filter(|c| !black(c)) {
-                let weight = weight / whole;
+                let weight = weight / divisor;
                 all.least = all.least.min(f64::from(weight.abs().min_element()));
                 all.most = all.most.max(f64::from(weight.abs().max_element()));
             }

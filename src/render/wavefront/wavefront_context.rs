@@ -5,7 +5,7 @@ use super::fragments::FragmentSink;
 use super::ray_batch::{QueueSlice, RadianceX8};
 use super::shadow_filter::ShadowFilter;
 use crate::stats::RenderStats;
-use phalanx_scene::{MatteIds, Scene};
+use phalanx_scene::{IntegratorSettings, MatteIds, Scene};
 use phalanx_trace::Traversal;
 use phalanx_trace::packet::QueueColumns;
 use phalanx_trace::simd::{F32x8, Lanes, Mask8, Vec3x8};
@@ -22,9 +22,7 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) tracing: Duration,
     /// Index of the camera ray of each pixel that the wave follows.
     pub(crate) sample: u32,
-    /// Minimum share of a ray: rays whose share of their camera ray is below this in every
-    /// component are not traced.
-    pub(crate) min_weight: f32,
+    pub(crate) integrator: IntegratorSettings,
     /// True if the scene has partly transparent surfaces.
     pub(crate) has_coverage: bool,
     /// True if some material is invisible from behind.
@@ -33,8 +31,6 @@ pub(crate) struct WavefrontContext<'a> {
     pub(crate) has_clear_shadows: bool,
     /// Identifiers of the surfaces that camera rays see, if an AOV needs these surfaces.
     pub(crate) mattes: Option<&'a MatteIds>,
-    /// True if camera rays do not see the background.
-    pub(crate) hides_background: bool,
     /// The columns of the queues of bounces.
     pub(crate) columns: QueueColumns,
     /// Set if nobody wants the rays' radiance any more.

@@ -2,6 +2,7 @@
 //! file of them.
 
 use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
+use phalanx::jobs::spec::AsText;
 use phalanx::jobs::{
     PictureSpec, PlannedCamera, RenderKey, RenderPlan, SequencePlan, ShardBy, TileFile,
     TileOutputs, merge_bands, render_bands, render_to_file,
@@ -80,7 +81,7 @@ impl FuzzedPicture {
             ..PictureSpec::default()
         };
         spec.encoding.exposure = Some(0.5);
-        spec.overrides.light = vec!["1,2,3,1,1,1".to_owned()];
+        spec.overrides.light = vec![AsText::parse("1,2,3").unwrap()];
         let spec = spec.resolve(&self.scene);
         RenderPlan::new(spec, self.identity.clone(), "a.png".into(), shards)
     }

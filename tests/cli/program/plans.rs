@@ -54,7 +54,6 @@ fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
         ("pixels.region", json!([0, 0, 0, 0])),
         ("pixels.size", json!([most, 24])),
         (sides, json!([40, 0])),
-        ("pixels.aov", json!(["nothing"])),
         ("shards", json!(most)),
         ("tile", json!(1)),
         ("encoding.bits", json!(7)),
@@ -78,6 +77,8 @@ fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
             room.refused(command, 1, &[name, ": expected "]);
         }
     }
+    forged(&room, &plan, "/spec/pixels/aov", json!(["nothing"]));
+    room.refused("merge p.json", 1, &["`nothing`: expected ", " line "]);
 }
 
 #[test]

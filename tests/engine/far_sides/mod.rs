@@ -300,7 +300,7 @@ fn judge_scene(seed: u64, rays: usize) -> CrossingSums {
         0 | 1 => OracleSearch::Tree(&tree),
         _ => OracleSearch::BruteForce,
     };
-    let oracle = Oracle::new(&scene, search, 0);
+    let oracle = Oracle::new(&scene, search);
     let curved = curved_prims(&scene);
     let mut tally = CrossingSums::default();
     let mut all = Vec::new();

@@ -49,8 +49,8 @@ fn each_ray(seed: u64, per_scene: usize, mut each: impl FnMut(&Scene, &TwoLevelB
 #[test]
 fn the_tree_finds_what_brute_force_finds() {
     each_ray(11, 2000, |scene, tree, ray| {
-        let by_tree = Oracle::new(scene, OracleSearch::Tree(tree), 0);
-        let by_force = Oracle::new(scene, OracleSearch::BruteForce, 0);
+        let by_tree = Oracle::new(scene, OracleSearch::Tree(tree));
+        let by_force = Oracle::new(scene, OracleSearch::BruteForce);
         let want = by_force.closest(ray);
         let got = by_tree.closest(ray);
         let bits = |hit: Option<OracleHit>| hit.as_ref().map(hit_bits);
@@ -84,7 +84,7 @@ fn ties_go_to_the_smaller_number() {
         scene.add_sphere(Vec3::new(0.0, 0.0, -3.0), 1.0, 0);
     }
     let tree = TwoLevelBvh::build(&scene);
-    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
+    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree));
     for _ in 0..1000 {
         let front = toward(Vec3::new(0.0, 0.0, 5.0), rng.point(0.2));
         assert_eq!(oracle.closest(&front).map(|hit| hit.prim_id), Some(0));
@@ -141,7 +141,7 @@ struct ErrorTally {
 
 impl ErrorTally {
     fn judge(&mut self, scene: &Scene, ray: &OracleRay) {
-        let got = Oracle::new(scene, OracleSearch::BruteForce, 0).closest(ray);
+        let got = Oracle::new(scene, OracleSearch::BruteForce).closest(ray);
         let all: Vec<Exact> = (0..scene.prim_count() as u32)
             .map(|id| exact(scene, id, ray))
             .collect();
@@ -231,7 +231,7 @@ impl ErrorTally {
 #[test]
 fn hits_lie_in_the_primitive_s_own_box() {
     each_ray(14, 500, |scene, _, ray| {
-        let Some(hit) = Oracle::new(scene, OracleSearch::BruteForce, 0).closest(ray) else {
+        let Some(hit) = Oracle::new(scene, OracleSearch::BruteForce).closest(ray) else {
             return;
         };
         let b = scene.prim_bounds(hit.prim_id).padded();

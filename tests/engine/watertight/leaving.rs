@@ -61,7 +61,7 @@ fn leave(
     rays: usize,
 ) -> Ends {
     let (bvh, tree) = (Bvh::build(scene), TwoLevelBvh::build(scene));
-    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
+    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree));
     let mut tracer = PacketTracer::new(&bvh);
     let mut rng = Rng::new(37);
     let mut ends = Ends::default();

@@ -35,7 +35,7 @@ fn shoot(mesh: &ClosedMesh, scale: f32, offset: Vec3, packets: usize, rng: &mut 
     let (scene, placed) = mesh.scene(scale, offset);
     let bvh = Bvh::build(&scene);
     let tree = TwoLevelBvh::build(&scene);
-    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
+    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree));
     let mut tracer = PacketTracer::new(&bvh);
     for n in 0..packets {
         let rays = [0; LANES].map(|_| ray(mesh, &placed, scale, offset, rng));

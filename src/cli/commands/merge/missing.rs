@@ -1,6 +1,6 @@
 //! The parts of a plan's picture or frames that its shards have not rendered yet.
 
-use super::shard_files::{found, ranges, whole};
+use super::shard_files::{complete_tiles, open_shard, ranges};
 use crate::cli::commands::plan;
 use crate::cli::output::CliError;
 use phalanx::files::{shell_path, shown_path};
@@ -84,14 +84,18 @@ pub fn missing_frames(path: &Path, frames: &PlannedFrames) -> Result<MissingShar
     for shard in 0..plan.shards {
         let name = frames.list_file(path, shard)?;
         let list = FinishedFrames::read(&name, &plan.key(), &frames.path_checksum());
-        let list = found(list, &name, "is not a list of frames")?;
+        let list = match open_shard(list, &name, "is not a list of frames") {
+            Ok(list) => Ok(list),
+            Err(CliError::Missing(reason)) => Err(reason),
+            Err(error) => return Err(error),
+        };
         for frame in frames.of_shard(shard) {
-            let why = match &list {
+            let reason = match &list {
                 Ok(list) => unfinished(path, frames, list, frame)?,
-                Err(why) => Some(why.clone()),
+                Err(reason) => Some(reason.clone()),
             };
-            if let Some(why) = why {
-                missing.add(frame, shard, why);
+            if let Some(reason) = reason {
+                missing.add(frame, shard, reason);
             }
         }
     }
@@ -122,17 +126,18 @@ pub fn missing_tiles(
     frames: &PlannedFrames,
     shares: &[Vec<Tile>],
 ) -> Result<(MissingShares, Vec<TileFile>), CliError> {
-    let (mut missing, mut found) = (MissingShares::default(), Vec::new());
+    let (mut missing, mut files) = (MissingShares::default(), Vec::new());
     for frame in frames.all() {
         for (shard, file) in (0..).zip(tile_files(path, frames, frame, shares)?) {
             match file {
-                Ok(file) if frames.sequence.is_none() => found.push(file),
+                Ok(file) if frames.sequence.is_none() => files.push(file),
                 Ok(_) => {}
-                Err(why) => missing.add(frame, shard, why),
+                Err(CliError::Missing(reason)) => missing.add(frame, shard, reason),
+                Err(error) => return Err(error),
             }
         }
     }
-    Ok((missing, found))
+    Ok((missing, files))
 }
 
 /// The tiles of each shard.
@@ -142,17 +147,15 @@ pub fn shares(frames: &PlannedFrames) -> Vec<Vec<Tile>> {
     (0..plan.shards).map(share).collect()
 }
 
-/// The files of a frame's tiles, one a shard, or the reasons why they cannot be merged yet.
+/// The files of a frame's tiles, one a shard; [`CliError::Missing`] for incomplete ones.
 pub fn tile_files(
     path: &Path,
     frames: &PlannedFrames,
     frame: u32,
     shares: &[Vec<Tile>],
-) -> Result<Vec<Result<TileFile, String>>, CliError> {
+) -> Result<impl Iterator<Item = Result<TileFile, CliError>>, CliError> {
     let key = frames.key(frame)?;
-    let files = (0..).zip(shares).map(|(shard, share)| {
-        let name = frames.tile_file(path, shard, frame)?;
-        whole(&name, &key, share)
-    });
-    files.collect()
+    Ok((0..).zip(shares).map(move |(shard, share)| {
+        complete_tiles(&frames.tile_file(path, shard, frame)?, &key, share)
+    }))
 }

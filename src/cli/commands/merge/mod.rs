@@ -121,8 +121,7 @@ fn join(args: &MergeArgs, frames: &PlannedFrames, output: &Path) -> Result<(), C
         reopened.set_frame(frames, frame)?;
         let file = reopened.with_frame_header(plan, &file);
         let files = tile_files(&args.plan, frames, frame, &shares)?;
-        let files: Result<Vec<TileFile>, String> = files.into_iter().collect();
-        write(frames, &file, &files.map_err(CliError::Missing)?)?;
+        write(frames, &file, &files.collect::<Result<Vec<_>, _>>()?)?;
     }
     Ok(())
 }

@@ -7,45 +7,36 @@ use phalanx::jobs::{KeptFileError, RenderKey, TileFile};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A shard's file, or the reason why it cannot be merged yet: it does not exist, or is of another
-/// kind, which `lacks` says.
-pub fn found<T>(
+/// The file `name` of a shard; [`CliError::Missing`] if it does not exist, or is of another kind,
+/// as `lacks` says.
+pub fn open_shard<T>(
     file: Result<T, KeptFileError>,
     name: &Path,
     lacks: &str,
-) -> Result<Result<T, String>, CliError> {
+) -> Result<T, CliError> {
     let name = shown_path(name);
-    match file {
-        Ok(file) => Ok(Ok(file)),
-        Err(KeptFileError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            Ok(Err(format!("{name} does not exist")))
+    file.map_err(|error| match error {
+        KeptFileError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
+            CliError::Missing(format!("{name} does not exist"))
         }
-        Err(KeptFileError::Other { .. }) => Ok(Err(format!("{name} {lacks}"))),
-        Err(error) => Err(error.into()),
-    }
+        KeptFileError::Other { .. } => CliError::Missing(format!("{name} {lacks}")),
+        error => error.into(),
+    })
 }
 
-/// The file `name` of a shard's tiles, of a picture with this key, or the reason why it cannot be
-/// merged yet.
-pub fn whole(
-    name: &Path,
-    key: &RenderKey,
-    share: &[Tile],
-) -> Result<Result<TileFile, String>, CliError> {
+/// The file `name` of a shard's tiles, of a picture with this key; [`CliError::Missing`] if it is
+/// not complete.
+pub fn complete_tiles(name: &Path, key: &RenderKey, share: &[Tile]) -> Result<TileFile, CliError> {
     output::reads("the tiles", name)?;
-    let file = match found(TileFile::read(name, key), name, "is not a file of tiles")? {
-        Ok(file) => file,
-        Err(why) => return Ok(Err(why)),
-    };
+    let file = open_shard(TileFile::read(name, key), name, "is not a file of tiles")?;
     let lacks = share.iter().filter(|tile| !file.has(**tile)).count();
     let share = share.len();
-    Ok(match (lacks, file.damaged()) {
-        (0, _) => Ok(file),
-        (_, 0) => Err(format!("{lacks} of {share} tiles are not rendered yet")),
-        (_, damaged) => Err(format!(
-            "{lacks} of {share} tiles are missing, {damaged} of them damaged"
-        )),
-    })
+    let reason = match (lacks, file.damaged()) {
+        (0, _) => return Ok(file),
+        (_, 0) => format!("{lacks} of {share} tiles are not rendered yet"),
+        (_, damaged) => format!("{lacks} of {share} tiles are missing, {damaged} of them damaged"),
+    };
+    Err(CliError::Missing(reason))
 }
 
 /// 0, 1, 2, 5, 7, 8 as 0-2,5,7,8, in Slurm's notation.

@@ -114,7 +114,7 @@ impl Job<'_> {
             output.file.exposure,
             settings.window(),
         )?;
-        let beside = TileOutputs {
+        let outputs = TileOutputs {
             file: tiles,
             thumbnail: preview.as_ref().map(|preview| &preview.thumbnail),
         };
@@ -128,7 +128,7 @@ impl Job<'_> {
         let written = progress::with_progress(options, |control| {
             let tree = self.prepared.accel();
             output.write_while(control, |take| {
-                render_bands(scene, tree, settings, control, beside, |band| {
+                render_bands(scene, tree, settings, control, outputs, |band| {
                     color.add(&output.file, &band);
                     take(band)
                 })
@@ -147,11 +147,11 @@ impl Job<'_> {
             write: start.elapsed().as_secs_f64() - seconds,
             ..RenderSeconds::default()
         };
-        let kept = tiles.and_then(|tiles| tiles.path().metadata().ok());
+        let metadata = tiles.and_then(|tiles| tiles.path().metadata().ok());
         Ok(RenderTotals {
             stats,
             seconds,
-            kept_bytes: kept.map_or(0, |file| file.len()),
+            kept_bytes: metadata.map_or(0, |file| file.len()),
         })
     }
 }

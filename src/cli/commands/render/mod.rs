@@ -41,8 +41,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     interrupt::listen()?;
     output::advise();
     let start = Instant::now();
-    let (wanted, threads) = (args.frames.wanted(&args.pixels), args.work.threads);
-    let mut scene_input = SceneInput::load(name, &args.scene_args, wanted, threads.unwrap_or(0))?;
+    let (picture, threads) = (args.frames.wanted(&args.pixels), args.work.threads);
+    let mut scene_input = SceneInput::load(name, &args.scene_args, picture, threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
     let sequence = args.frames.sequence(&scene_input.scene)?;
     let (mut path, format) = output_path(args, name, &scene_input.scene)?;
@@ -51,8 +51,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     }
     check_output(args, &path)?;
 
-    let asked = args.tiles.apply(args.pixels.settings(&scene_input.scene));
-    let settings = args.work.apply(asked);
+    let settings = args.tiles.apply(args.pixels.settings(&scene_input.scene));
+    let settings = args.work.apply(settings);
     let region = args.pixels.check_region(&settings);
     region.map_err(CliError::Usage)?;
     if settings.engine == Engine::Scalar && settings.aovs.has(Aov::Cost) {
@@ -109,8 +109,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let sizes = (tree, memory);
     let stats = &work.stats;
     let mut report = RenderDocument::new(name, scene, &settings, image, sizes, stats, seconds);
-    let kept = args.kept.checkpoint.as_deref();
-    report.checkpoint = kept.map(|path| KeptTiles {
+    let checkpoint = args.kept.checkpoint.as_deref();
+    report.checkpoint = checkpoint.map(|path| KeptTiles {
         path: path.to_string_lossy().into_owned(),
         bytes: work.kept_bytes,
     });
@@ -193,9 +193,9 @@ fn output_path(
     name: &Path,
     scene: &Scene,
 ) -> Result<(PathBuf, ImageFormat), CliError> {
-    let asked = args.scene_args.picture_format()?;
+    let format = args.scene_args.picture_format()?;
     if let Some(path) = &args.output {
-        return Ok((path.clone(), format_of(path, asked, "--output")?));
+        return Ok((path.clone(), format_of(path, format, "--output")?));
     }
     match scene.output.as_deref() {
         Some(name) if !is_bare_name(name) => {
@@ -212,12 +212,12 @@ fn output_path(
             } else {
                 PathBuf::from(name)
             };
-            let format = format_of(&path, asked, "the scene's output");
+            let format = format_of(&path, format, "the scene's output");
             let hinted = |error: CliError| error.with_hint("choose another file with -o");
             Ok((path, format.map_err(hinted)?))
         }
         None => {
-            let format = asked.unwrap_or(ImageFormat::Png);
+            let format = format.unwrap_or(ImageFormat::Png);
             let mut stem = stem(name).to_os_string();
             stem.push(format!(".{}", format.ending()));
             Ok((PathBuf::from(stem), format))

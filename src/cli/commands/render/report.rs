@@ -206,7 +206,7 @@ impl Output for RenderDocument {
     fn table(&self) -> String {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
-        let asked = self.summary.words();
+        let settings = self.summary.words();
         let (engine, isa, threads) = (self.engine, self.isa, self.threads_words());
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
         let RenderSeconds {
@@ -215,7 +215,7 @@ impl Output for RenderDocument {
             render,
             write,
         } = self.seconds;
-        let scene = format!("{}, {width}x{height}{region}, {asked}", self.scene);
+        let scene = format!("{}, {width}x{height}{region}, {settings}", self.scene);
         let seconds =
             format!("load {load:.3}, build {build:.3}, render {render:.3}, write {write:.3}");
         let mut rows = vec![

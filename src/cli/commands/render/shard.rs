@@ -59,10 +59,11 @@ struct PlanShard<'a> {
 /// Renders a shard of a plan, except parts that an earlier run has finished.
 pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let plan = plan::read(path)?;
-    let asked = args.kept.shard.unwrap_or(Shard::Auto);
-    let (shard, found) = shard_index::resolve(asked, plan.shards, |name| std::env::var(name).ok())?;
+    let shard = args.kept.shard.unwrap_or(Shard::Auto);
+    let (shard, variable) =
+        shard_index::resolve(shard, plan.shards, |name| std::env::var(name).ok())?;
     plan.check_shard(shard)?;
-    if let Some(name) = found {
+    if let Some(name) = variable {
         output::status(&format!("shard {shard} of {}, from {name}", plan.shards));
     }
     interrupt::listen()?;
@@ -132,14 +133,14 @@ impl PlanShard<'_> {
             return Ok(());
         };
         let settings = &self.picture.settings;
-        let kept = open_tiles(tiles, &self.frames.key(frame)?, settings.pixels())?;
+        let tiles = open_tiles(tiles, &self.frames.key(frame)?, settings.pixels())?;
         let job = Job {
             args: self.args,
             prepared,
             settings,
         };
         let file = &self.picture.with_frame_header(self.frames.plan, file);
-        let work = job.render(&self.picture.scene_input.scene, file, Some(&kept))?;
+        let work = job.render(&self.picture.scene_input.scene, file, Some(&tiles))?;
         let seconds = work.seconds.render;
         if !self.args.json {
             print_frame(frame, &work.stats, seconds, &file.path)?;
@@ -156,19 +157,19 @@ impl PlanShard<'_> {
             let name = self.frames.tile_file(self.path, self.shard, frame)?;
             let file = TileFile::open(&name, &self.frames.key(frame)?)?;
             warn_damaged(&file, &name);
-            let kept = share.iter().filter(|tile| file.has(**tile)).count();
+            let finished = share.iter().filter(|tile| file.has(**tile)).count();
             match self.frames.sequence {
                 Some(_) => {
                     self.count(&name);
-                    self.done.kept += usize::from(kept == share.len());
+                    self.done.kept += usize::from(finished == share.len());
                 }
                 None => {
                     self.done.path = name;
                     self.done.tiles = Some(share.len());
-                    self.done.kept = kept;
+                    self.done.kept = finished;
                 }
             }
-            if kept < share.len() {
+            if finished < share.len() {
                 self.tiles_of(frame, &share, &file)?;
             }
         }

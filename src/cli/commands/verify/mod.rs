@@ -132,11 +132,11 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     SceneInput::note_all(&args.scenes)?;
     interrupt::listen()?;
     output::advise();
-    let wanted = args.frames.wanted(&args.pixels);
-    let mut kept = Vec::new();
+    let picture = args.frames.wanted(&args.pixels);
+    let mut hashes = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let mut scene_input = SceneInput::load(path, &args.scene_args, wanted, 0)?;
+        let mut scene_input = SceneInput::load(path, &args.scene_args, picture, 0)?;
         let start = scene_input.scene.view;
         let sequence = args.frames.sequence(&scene_input.scene)?;
         let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());
@@ -147,12 +147,12 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
             let (outcome, reference) = verify(args, path, &mut scene_input, record.as_ref())?;
             scenes.push(outcome);
             if args.record.is_some() {
-                kept.push(reference);
+                hashes.push(reference);
             }
         }
     }
     if let Some(path) = &args.record {
-        PixelHashFile::new(kept).save(path)?;
+        PixelHashFile::new(hashes).save(path)?;
     }
     let identical = scenes.iter().all(SceneOutcome::identical);
     if args.json {
@@ -180,14 +180,14 @@ fn verify(
     record: Option<&PixelHashFile>,
 ) -> Result<(SceneOutcome, PixelHashes), CliError> {
     let scene = &scene_input.scene;
-    let asked = args.tiles.apply(args.pixels.settings(scene));
+    let settings = args.tiles.apply(args.pixels.settings(scene));
     let settings = Settings {
         threads: 1,
         engine: Engine::Scalar,
         record_hits: true,
         // The cost of a ray depends on the engine, so it is not compared.
-        aovs: asked.aovs.without(Aov::Cost),
-        ..asked
+        aovs: settings.aovs.without(Aov::Cost),
+        ..settings
     };
     let region = args.pixels.check_region(&settings);
     region.map_err(CliError::Usage)?;
@@ -204,9 +204,9 @@ fn verify(
     let prepared = scene_input.prepare(Engine::Scalar, &args.tree, 0)?;
     let reference = render(args, scene_input, &prepared, &settings)?;
     drop(prepared);
-    let kept = PixelHashes::of(path, &settings, encoding, &reference.film);
+    let hashes = PixelHashes::of(path, &settings, encoding, &reference.film);
     let against = match (&args.against, expected) {
-        (Some(file), Some(expected)) => Some(hold_against(args, path, file, expected, &kept)?),
+        (Some(file), Some(expected)) => Some(compare_with(args, path, file, expected, &hashes)?),
         _ => None,
     };
     let outcome = SceneOutcome {
@@ -218,17 +218,17 @@ fn verify(
         runs: runs(args, path, scene_input, &settings, &reference)?,
         against,
     };
-    Ok((outcome, kept))
+    Ok((outcome, hashes))
 }
 
-fn hold_against(
+fn compare_with(
     args: &VerifyArgs,
     path: &Path,
     file: &Path,
     expected: &PixelHashes,
-    kept: &PixelHashes,
+    hashes: &PixelHashes,
 ) -> Result<Against, CliError> {
-    let first_pixel = kept.first_difference(expected);
+    let first_pixel = hashes.first_difference(expected);
     if !args.json {
         let verdict = match first_pixel {
             None => "identical".to_owned(),

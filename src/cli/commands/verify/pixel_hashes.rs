@@ -8,7 +8,7 @@ use super::pixel_diff::PixelBits;
 use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::files::shown_path;
 use phalanx::frame::Settings;
-use phalanx::jobs::ToneSpec;
+use phalanx::jobs::spec::OptionValue;
 use phalanx::render::Film;
 use phalanx::scene::OutputEncoding;
 use serde::{Deserialize, Serialize};
@@ -110,27 +110,28 @@ impl PixelHashFile {
         encoding: OutputEncoding,
     ) -> Result<&PixelHashes, CliError> {
         let name = name_of(path);
-        let kept = self.scenes.iter().find(|kept| kept.scene == name);
-        let kept = kept.ok_or_else(|| {
+        let recorded = self.scenes.iter().find(|recorded| recorded.scene == name);
+        let recorded = recorded.ok_or_else(|| {
             CliError::Usage(format!("the record does not contain the scene {name}"))
         })?;
-        let asked = PixelHashes::heading(path, settings, encoding);
-        if kept.describe() != asked.describe() {
+        let requested = PixelHashes::heading(path, settings, encoding);
+        if recorded.describe() != requested.describe() {
             return Err(CliError::Usage(format!(
                 "the record of {name} was made with {}, not with {}",
-                kept.describe(),
-                asked.describe()
+                recorded.describe(),
+                requested.describe()
             )));
         }
-        let rows = [&kept.hits, &kept.radiance];
-        let whole = |row: &String| row.len() == kept.window.width as usize * DIGITS;
-        let sound =
-            |r: &&Vec<String>| r.len() == kept.window.height as usize && r.iter().all(whole);
+        let rows = [&recorded.hits, &recorded.radiance];
+        let is_complete = |row: &String| row.len() == recorded.window.width as usize * DIGITS;
+        let sound = |r: &&Vec<String>| {
+            r.len() == recorded.window.height as usize && r.iter().all(is_complete)
+        };
         if !rows.iter().all(sound) {
             let message = format!("the record of {name} is damaged");
             return Err(CliError::Runtime(message));
         }
-        Ok(kept)
+        Ok(recorded)
     }
 }
 
@@ -145,14 +146,13 @@ const DIGITS: usize = 16;
 impl PixelHashes {
     /// A record without its pixels.
     fn heading(path: &Path, settings: &Settings, encoding: OutputEncoding) -> PixelHashes {
-        let tone = ToneSpec::of(encoding);
         PixelHashes {
             scene: name_of(path),
             window: PictureWindow::of(settings),
             max_depth: settings.max_depth,
             summary: RenderSummary::of(settings),
-            transfer: tone.transfer.unwrap_or_default(),
-            quantize: tone.quantize.unwrap_or_default(),
+            transfer: encoding.transfer.text(),
+            quantize: encoding.quantize.text(),
             hits: Vec::new(),
             radiance: Vec::new(),
         }
@@ -165,7 +165,7 @@ impl PixelHashes {
         encoding: OutputEncoding,
         film: &Film,
     ) -> PixelHashes {
-        let mut kept = PixelHashes::heading(path, settings, encoding);
+        let mut recorded = PixelHashes::heading(path, settings, encoding);
         for y in 0..film.height as usize {
             let (mut hits, mut radiance) = (String::new(), String::new());
             for x in 0..film.width as usize {
@@ -176,10 +176,10 @@ impl PixelHashes {
                 hits.push_str(&format!("{:016x}", fnv1a(&hit.unwrap_or_default())));
                 radiance.push_str(&format!("{:016x}", fnv1a(&pixel.radiance)));
             }
-            kept.hits.push(hits);
-            kept.radiance.push(radiance);
+            recorded.hits.push(hits);
+            recorded.radiance.push(radiance);
         }
-        kept
+        recorded
     }
 
     fn describe(&self) -> String {

@@ -1,7 +1,10 @@
 //! A picture's settings other than size and depth, as shown in reports and records.
 
-use phalanx::frame::{Integrator, Sampling, Settings};
+use phalanx::frame::{Filter, Settings};
+use phalanx::jobs::PixelSpec;
+use phalanx::jobs::spec::{AsText, IntegratorName};
 use phalanx::report::counted;
+use phalanx::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Size of a picture, and its position if it is a region of a larger one.
@@ -37,41 +40,26 @@ impl PictureWindow {
 /// The settings that change the picture. A record without one predates the setting, and used what
 /// is now its default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct RenderSummary {
-    /// Minimum weight of a traced ray. For older records, all rays were traced.
-    #[serde(default)]
+    /// Minimum weight of a traced ray; 0 if all were traced.
     min_weight: f32,
-    #[serde(default = "one")]
     spp: u32,
-    #[serde(default = "of_one")]
-    filter: String,
+    filter: AsText<Filter>,
     /// Threshold at which a pixel has enough samples; `None` if all pixels have the same number.
-    #[serde(default)]
     aa_threshold: Option<f32>,
     /// Diameter of the lens; 0 for a pinhole, which has no focus distance.
-    #[serde(default)]
     aperture: f32,
-    #[serde(default)]
     focus: Option<f32>,
-    #[serde(default = "whitted")]
-    integrator: String,
+    integrator: IntegratorName,
     /// Range of ambient occlusion; `None` if it is unlimited.
-    #[serde(default)]
     ao_distance: Option<f32>,
 }
 
-fn whitted() -> String {
-    WHITTED.to_owned()
-}
-
-const WHITTED: &str = "whitted";
-
-fn one() -> u32 {
-    Sampling::CENTER.spp
-}
-
-fn of_one() -> String {
-    Sampling::CENTER.filter.name().to_owned()
+impl Default for RenderSummary {
+    fn default() -> RenderSummary {
+        RenderSummary::of(&Settings::of(&Scene::default()))
+    }
 }
 
 impl RenderSummary {
@@ -79,19 +67,16 @@ impl RenderSummary {
     pub fn of(settings: &Settings) -> RenderSummary {
         // A lens of diameter 0 is a pinhole.
         let lens = settings.lens.filter(|lens| lens.aperture > 0.0);
-        let (integrator, distance) = match settings.integrator {
-            Integrator::Whitted => (WHITTED, None),
-            Integrator::Occlusion { distance } => ("ao", Some(distance)),
-        };
+        let options = PixelSpec::of(settings);
         RenderSummary {
             min_weight: settings.min_path_weight(),
             spp: settings.sampling.spp,
-            filter: settings.sampling.filter.name().to_owned(),
+            filter: AsText(settings.sampling.filter),
             aa_threshold: settings.sampling.adaptively().map(|aa| aa.threshold),
             aperture: lens.map_or(0.0, |lens| lens.aperture),
             focus: lens.map(|lens| lens.focus),
-            integrator: integrator.to_owned(),
-            ao_distance: distance.filter(|distance| distance.is_finite()),
+            integrator: options.integrator.unwrap_or_default(),
+            ao_distance: options.ao_distance,
         }
     }
 
@@ -105,7 +90,7 @@ impl RenderSummary {
     pub fn words(&self) -> String {
         let mut words = self.samples_words();
         if self.spp > 1 {
-            words.push_str(&format!(" ({})", self.filter));
+            words.push_str(&format!(" ({})", self.filter.0.name()));
         }
         if let Some(threshold) = self.aa_threshold {
             words.push_str(&format!(", adaptive to {threshold}"));
@@ -113,7 +98,7 @@ impl RenderSummary {
         if let Some(focus) = self.focus {
             words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));
         }
-        if self.integrator != WHITTED {
+        if self.integrator != IntegratorName::Whitted {
             words.push_str(", ambient occlusion");
         }
         if let Some(distance) = self.ao_distance {
@@ -129,8 +114,7 @@ impl RenderSummary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::frame::{Filter, Lens};
-    use phalanx::scene::Scene;
+    use phalanx::frame::{Integrator, Lens, Sampling};
 
     #[test]
     fn what_is_not_said_is_the_default() {

@@ -1,6 +1,7 @@
 //! Tests of options that pixels depend on.
 
 use super::*;
+use phalanx_render::frame::Sampling;
 
 fn odd() -> Settings {
     Settings {
@@ -55,12 +56,54 @@ fn an_option_that_nobody_knows_is_refused() {
 #[test]
 fn settings_that_differ_have_options_that_differ() {
     let texts = |settings: &Settings| {
-        let fields = fields(&PixelSpec::of(settings)).into_iter();
-        fields.map(|(name, value)| (option_text(&name, &value), name))
+        let rows = PixelSpec::of(settings).rows().into_iter();
+        rows.map(|row| (row.text(), row.field))
     };
     let plain = texts(&Settings::of(&Scene::default()));
     let others = texts(&odd()).zip(plain).skip(3);
     for ((other, name), (plain, _)) in others {
         assert_ne!(plain, other, "{name}");
     }
+}
+
+/// A setting that is missing here has no option yet, or no place among those that change no pixel.
+#[test]
+fn every_setting_has_an_option_or_changes_no_pixel() {
+    let Settings {
+        width,
+        height,
+        region,
+        aovs,
+        max_depth,
+        min_weight,
+        sampling: Sampling {
+            spp,
+            filter,
+            adaptive,
+        },
+        lens,
+        integrator,
+        threads: _,
+        pin: _,
+        tile: _,
+        engine: _,
+        kernel: _,
+        record_hits: _,
+    } = odd();
+    let again = PixelSpec::of(&odd()).settings(&Scene::default());
+    assert_eq!(
+        (again.width, again.height, again.region),
+        (width, height, region)
+    );
+    assert_eq!(
+        (again.aovs, again.max_depth, again.min_weight),
+        (aovs, max_depth, min_weight)
+    );
+    let sampling = Sampling {
+        spp,
+        filter,
+        adaptive,
+    };
+    assert_eq!(again.sampling, sampling);
+    assert_eq!((again.lens, again.integrator), (lens, integrator));
 }
