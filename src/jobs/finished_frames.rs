@@ -280,12 +280,12 @@ mod tests {
         list.add(FIRST, &picture).unwrap();
         list.add(second, &picture).unwrap();
         drop(list);
-        let whole = fs::read(&path).unwrap();
-        let ends: Vec<usize> = (1..=whole.len())
-            .filter(|&n| whole[n - 1] == b'\n')
+        let bytes = fs::read(&path).unwrap();
+        let ends: Vec<usize> = (1..=bytes.len())
+            .filter(|&n| bytes[n - 1] == b'\n')
             .collect();
-        for length in 0..=whole.len() {
-            fs::write(&path, &whole[..length]).unwrap();
+        for length in 0..=bytes.len() {
+            fs::write(&path, &bytes[..length]).unwrap();
             let mut list = open(&path);
             let finished = |list: &FinishedFrames, frame| {
                 list.state(frame, &picture).unwrap() == FrameState::Finished
@@ -298,7 +298,7 @@ mod tests {
             assert!(finished(&list, second), "{length}");
         }
         // A damaged line costs only its own frame.
-        let mut damaged = whole.clone();
+        let mut damaged = bytes.clone();
         damaged[ends[0] + 2] = b'!';
         fs::write(&path, damaged).unwrap();
         let list = FinishedFrames::read(&path, &key(8), "0").unwrap();
@@ -315,12 +315,12 @@ mod tests {
         assert!(matches!(refused(), KeptFileError::InUse { .. }));
         drop(ours);
         let other = FinishedFrames::open(&path, &key(9), "1").unwrap_err();
-        let said = other.to_string();
+        let message = other.to_string();
         assert!(
-            said.contains("--size is 8x480 there and 9x480 here"),
-            "{said}"
+            message.contains("--size is 8x480 there and 9x480 here"),
+            "{message}"
         );
-        assert!(said.contains("path is 0 there and 1 here"), "{said}");
+        assert!(message.contains("path is 0 there and 1 here"), "{message}");
         for text in [
             "my notes",
             "my notes\n",

@@ -80,11 +80,11 @@ mod tests {
                 ..view
             },
         ] {
-            let kept = FrameView::from(view);
-            let text = serde_json::to_string(&kept).unwrap();
+            let frame_view = FrameView::from(view);
+            let text = serde_json::to_string(&frame_view).unwrap();
             let again: FrameView = serde_json::from_str(&text).unwrap();
             let bits = |v: [f32; 3]| v.map(f32::to_bits);
-            assert_eq!(bits(again.eye), bits(kept.eye), "{text}");
+            assert_eq!(bits(again.eye), bits(frame_view.eye), "{text}");
             assert_eq!(View::from(again), view, "{text}");
             assert!(again.check("view").is_ok());
         }

@@ -25,7 +25,7 @@ pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static st
             }
             // A plan may not choose a pipe or a device that exists there either.
             match fs::metadata(&real) {
-                Ok(found) if !found.is_file() => Err("is no regular file"),
+                Ok(metadata) if !metadata.is_file() => Err("is no regular file"),
                 _ => Ok(path),
             }
         }
@@ -82,19 +82,19 @@ mod tests {
     #[test]
     fn a_plan_sends_its_picture_nowhere_but_into_its_folder() {
         let room = tempfile::tempdir().unwrap();
-        let at = |name: &str| room.path().join(name);
+        let path_of = |name: &str| room.path().join(name);
         for folder in ["job/in", "job/deep", "else"] {
-            fs::create_dir_all(at(folder)).unwrap();
+            fs::create_dir_all(path_of(folder)).unwrap();
         }
-        fs::write(at("job/old.png"), "").unwrap();
-        fs::write(at("else/old.png"), "").unwrap();
-        symlink(at("else"), at("job/out")).unwrap();
-        symlink("../else/old.png", at("job/linked.png")).unwrap();
-        symlink("../else/new.png", at("job/dangling.png")).unwrap();
-        symlink("old.png", at("job/inner.png")).unwrap();
-        symlink("in", at("job/within")).unwrap();
-        let plan = at("job/p.json");
-        let inside = at("job/x.png");
+        fs::write(path_of("job/old.png"), "").unwrap();
+        fs::write(path_of("else/old.png"), "").unwrap();
+        symlink(path_of("else"), path_of("job/out")).unwrap();
+        symlink("../else/old.png", path_of("job/linked.png")).unwrap();
+        symlink("../else/new.png", path_of("job/dangling.png")).unwrap();
+        symlink("old.png", path_of("job/inner.png")).unwrap();
+        symlink("in", path_of("job/within")).unwrap();
+        let plan = path_of("job/p.json");
+        let inside = path_of("job/x.png");
         for good in [
             "x.png",
             "old.png",
@@ -107,10 +107,10 @@ mod tests {
             inside.to_str().unwrap(),
             "nowhere/x.png",
         ] {
-            let found = allowed(&plan, Path::new(good));
-            assert_eq!(found, Ok(at("job").join(good)), "{good}");
+            let path = allowed(&plan, Path::new(good));
+            assert_eq!(path, Ok(path_of("job").join(good)), "{good}");
         }
-        let outside = at("else/x.png");
+        let outside = path_of("else/x.png");
         for bad in [
             "../x.png",
             "../else/old.png",
@@ -131,7 +131,7 @@ mod tests {
         ] {
             assert!(allowed(&plan, Path::new(bad)).is_err(), "{bad}");
         }
-        let pipe = at("job/pipe.png");
+        let pipe = path_of("job/pipe.png");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
         assert!(allowed(&plan, Path::new("pipe.png")).is_err());
@@ -140,15 +140,15 @@ mod tests {
     #[test]
     fn pictures_in_the_folder_are_named_from_there_and_others_absolutely() {
         let room = tempfile::tempdir().unwrap();
-        let at = |name: &str| room.path().join(name);
+        let path_of = |name: &str| room.path().join(name);
         for folder in ["job/in", "else"] {
-            fs::create_dir_all(at(folder)).unwrap();
+            fs::create_dir_all(path_of(folder)).unwrap();
         }
-        fs::write(at("job/old.png"), "").unwrap();
-        symlink("../else/new.png", at("job/dangling.png")).unwrap();
-        symlink("old.png", at("job/inner.png")).unwrap();
-        let plan = at("job/p.json");
-        for (name, kept) in [
+        fs::write(path_of("job/old.png"), "").unwrap();
+        symlink("../else/new.png", path_of("job/dangling.png")).unwrap();
+        symlink("old.png", path_of("job/inner.png")).unwrap();
+        let plan = path_of("job/p.json");
+        for (name, expected) in [
             ("job/x.png", "x.png"),
             ("job/old.png", "old.png"),
             ("job/in/x.png", "in/x.png"),
@@ -156,14 +156,14 @@ mod tests {
             ("else/../job/x.png", "x.png"),
             ("job/inner.png", "inner.png"),
         ] {
-            let found = kept_output(&plan, &at(name)).unwrap();
-            assert_eq!(found, Path::new(kept), "{name}");
-            assert!(allowed(&plan, &found).is_ok(), "{name}");
+            let actual = kept_output(&plan, &path_of(name)).unwrap();
+            assert_eq!(actual, Path::new(expected), "{name}");
+            assert!(allowed(&plan, &actual).is_ok(), "{name}");
         }
         for name in ["x.png", "else/x.png", "job/dangling.png", "nowhere/x.png"] {
-            let found = kept_output(&plan, &at(name)).unwrap();
-            assert_eq!(found, at(name));
-            assert!(allowed(&plan, &found).is_err(), "{name}");
+            let actual = kept_output(&plan, &path_of(name)).unwrap();
+            assert_eq!(actual, path_of(name));
+            assert!(allowed(&plan, &actual).is_err(), "{name}");
         }
     }
 }

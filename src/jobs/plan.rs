@@ -210,14 +210,20 @@ impl RenderPlan {
                 "it is longer than any plan can be ({MAX_BYTES} bytes)"
             )));
         }
-        let no_json = |error: serde_json::Error| malformed(&error.to_string());
-        let version: Version = serde_json::from_slice(&bytes).map_err(no_json)?;
-        let found = version.schema_version;
-        if found != u64::from(SCHEMA_VERSION) {
+        let version: Version =
+            serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
+        let number = version.schema_version;
+        if number != u64::from(SCHEMA_VERSION) {
             let path = path.into();
-            return Err(PlanError::Version { path, found });
+            return Err(PlanError::Version {
+                path,
+                found: number,
+            });
         }
-        let plan: RenderPlan = serde_json::from_slice(&bytes).map_err(no_json)?;
+        let mut json = serde_json::Deserializer::from_slice(&bytes);
+        // With the name of the field.
+        let plan: RenderPlan = serde_path_to_error::deserialize(&mut json)
+            .map_err(|error| malformed(&error.to_string()))?;
         let options = plan.spec.overrides.options();
         options.map_err(|reason| malformed(&reason))?;
         let checked = plan.check().map(|()| plan);

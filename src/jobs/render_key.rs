@@ -275,12 +275,12 @@ mod tests {
         let frame = plain.with_view(view(1.0));
         frame.check().unwrap();
         assert_ne!(frame.checksum(), plain.checksum());
-        let said = list_differences(&frame.differences(&plain.with_view(view(1.5))));
+        let message = list_differences(&frame.differences(&plain.with_view(view(1.5))));
         assert!(
-            said.starts_with("the frame's view is 1.0,0.0,5.0 "),
-            "{said}"
+            message.starts_with("the frame's view is 1.0,0.0,5.0 "),
+            "{message}"
         );
-        assert!(said.contains(" there and 1.5,0.0,5.0 "), "{said}");
+        assert!(message.contains(" there and 1.5,0.0,5.0 "), "{message}");
         let again: RenderKey = serde_json::from_str(&frame.json()).unwrap();
         assert_eq!(again, frame);
     }
@@ -293,8 +293,8 @@ mod tests {
             settings.sampling.spp = spp;
             RenderKey::of(&scene, &settings)
         };
-        let said = list_differences(&with(64).differences(&with(4)));
-        assert_eq!(said, "--spp is 64 there and 4 here");
+        let message = list_differences(&with(64).differences(&with(4)));
+        assert_eq!(message, "--spp is 64 there and 4 here");
     }
 
     #[test]
@@ -308,8 +308,8 @@ mod tests {
             change(&mut bad);
             let refused = bad.check().unwrap_err();
             assert_eq!(refused.field, field);
-            let said = refused.to_string();
-            assert!(!said.contains(char::is_control), "{said:?}");
+            let message = refused.to_string();
+            assert!(!message.contains(char::is_control), "{message:?}");
         };
         for region in [
             [u32::MAX - 5, u32::MAX - 5, 400, 300],

@@ -202,12 +202,12 @@ impl OracleTree {
         tmax: f32,
         blocks: impl Fn(u32) -> bool,
     ) -> bool {
-        let mut found = false;
+        let mut is_hit = false;
         self.walk(setup, 0.0..tmax, |objects, _| {
-            found = objects.iter().any(|&object| blocks(object));
-            found
+            is_hit = objects.iter().any(|&object| blocks(object));
+            is_hit
         });
-        found
+        is_hit
     }
 
     /// Visits the leaves that a ray may meet within `reach`, nearer ones first, until `leaf`

@@ -155,9 +155,9 @@ fn push_requests(
 fn finish(cells: &mut Cells, tile: Tile, pixels: &mut TileBuffer) {
     let ((right, down), aovs) = (cells.corner(), pixels.aovs());
     let coverage = if aovs.of_coverage() { cells.coverage() } else { Vec::new() };
-    for (at, sum) in (0..).zip(&cells.sums()) {
-        let x = (right + at % BLOCK).checked_sub(tile.x);
-        let y = (down + at / BLOCK).checked_sub(tile.y);
+    for (index, sum) in (0..).zip(&cells.sums()) {
+        let x = (right + index % BLOCK).checked_sub(tile.x);
+        let y = (down + index / BLOCK).checked_sub(tile.y);
         let Some((x, y)) = x.zip(y).filter(|p| p.0 < tile.width && p.1 < tile.height) else {
             continue;
         };
@@ -165,7 +165,7 @@ fn finish(cells: &mut Cells, tile: Tile, pixels: &mut TileBuffer) {
         if aovs.of_light() {
             pixels.set_light(x, y, &RadianceAovs(sum.light.map(|way| way.mean())));
         }
-        if let Some(coverage) = coverage.get(at as usize) {
+        if let Some(coverage) = coverage.get(index as usize) {
             write_coverage(pixels, (x, y), coverage);
         }
         if aovs.has(Aov::Samples) {

@@ -97,9 +97,9 @@ impl TileRenderer for WavefrontRenderer<'_> {
             sums.add(&traced, tile.width);
             traced.write_hits(pixels, Some);
         }
-        for at in 0..tile.pixels() as u32 {
-            let (x, y) = (at % tile.width, at / tile.width);
-            sums.write_pixel(at as usize, pixels, (x, y));
+        for index in 0..tile.pixels() as u32 {
+            let (x, y) = (index % tile.width, index / tile.width);
+            sums.write_pixel(index as usize, pixels, (x, y));
         }
     }
 

@@ -236,8 +236,8 @@ impl LayerRow {
 
     /// Pixel and channel of the largest difference.
     fn place(&self) -> String {
-        self.at.as_ref().map_or("-".to_owned(), |at| {
-            format!("{},{} {}", at.x, at.y, at.channel)
+        self.at.as_ref().map_or("-".to_owned(), |sample| {
+            format!("{},{} {}", sample.x, sample.y, sample.channel)
         })
     }
 

@@ -173,10 +173,12 @@ pub fn frame_path(frames: &PlannedFrames, path: &Path, frame: u32) -> Result<Pat
 fn refuse_special(scene: &Path) -> Result<(), CliError> {
     let file = standard_name(scene).is_none();
     match std::fs::metadata(scene) {
-        Ok(found) if file && !found.is_file() && !found.is_dir() => Err(CliError::Usage(format!(
-            "{} is not a regular file, but every shard must read the scene again",
-            shown_path(scene)
-        ))),
+        Ok(metadata) if file && !metadata.is_file() && !metadata.is_dir() => {
+            Err(CliError::Usage(format!(
+                "{} is not a regular file, but every shard must read the scene again",
+                shown_path(scene)
+            )))
+        }
         _ => Ok(()),
     }
 }

@@ -77,14 +77,14 @@ mod tests {
             FormatName::Picture(ImageFormat::Exr),
             FormatName::Scene("ply"),
         ];
-        let of = |names: &[FormatName]| SceneArgs {
+        let args_of = |names: &[FormatName]| SceneArgs {
             format: names.to_vec(),
             ..SceneArgs::default()
         };
-        assert_eq!(of(&names[..2]).scene_format().unwrap(), Some("obj"));
-        let picture = of(&names).picture_format().unwrap();
+        assert_eq!(args_of(&names[..2]).scene_format().unwrap(), Some("obj"));
+        let picture = args_of(&names).picture_format().unwrap();
         assert_eq!(picture, Some(ImageFormat::Exr));
-        assert_eq!(of(&names[2..]).picture_format().unwrap(), None);
-        assert!(of(&names).scene_format().is_err());
+        assert_eq!(args_of(&names[2..]).picture_format().unwrap(), None);
+        assert!(args_of(&names).scene_format().is_err());
     }
 }

@@ -233,8 +233,11 @@ mod tests {
             ("0 0 1 5 0 0 0 0 1 0 nan", 1, "not finite"),
             ("0 0 1 5 0 0 0 0 1 0 x", 1, "not a number"),
         ] {
-            let (at, what) = parse_keys(bad, &Scene::default()).unwrap_err();
-            assert!(at == line && what.contains(part), "{bad}: {at}: {what}");
+            let (error, what) = parse_keys(bad, &Scene::default()).unwrap_err();
+            assert!(
+                error == line && what.contains(part),
+                "{bad}: {error}: {what}"
+            );
         }
     }
 }

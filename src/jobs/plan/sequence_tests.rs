@@ -132,8 +132,8 @@ fn a_sequence_that_nobody_planned_is_refused() {
     let refused = |bad: &serde_json::Value| {
         std::fs::write(&path, bad.to_string()).unwrap();
         let refused = RenderPlan::read(&path).unwrap_err();
-        let said = refused.to_string();
-        assert!(!said.contains(char::is_control), "{said:?}");
+        let message = refused.to_string();
+        assert!(!message.contains(char::is_control), "{message:?}");
         refused
     };
     let keys = "sequence.camera.keyframes";

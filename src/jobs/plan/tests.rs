@@ -74,8 +74,8 @@ fn what_is_no_plan_is_refused() {
     let refused = |bad: &str| {
         std::fs::write(&path, bad).unwrap();
         let refused = RenderPlan::read(&path).unwrap_err();
-        let said = refused.to_string();
-        assert!(!said.contains(char::is_control), "{said:?}");
+        let message = refused.to_string();
+        assert!(!message.contains(char::is_control), "{message:?}");
         refused
     };
     let field = |pointer: &str, value: serde_json::Value| {

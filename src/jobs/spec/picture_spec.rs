@@ -117,11 +117,11 @@ impl PictureSpec {
     pub fn file(&self, format: ImageFormat, origin: [f64; 3]) -> PictureFile {
         let window = self.pixels.window();
         let (width, height, corner) = (window.width, window.height, (window.x, window.y));
-        let of = self.pixels.size.unwrap_or_default();
+        let size = self.pixels.size.unwrap_or_default();
         PictureFile {
             width,
             height,
-            crop: ((width, height) != of).then_some(Crop { corner, of }),
+            crop: ((width, height) != size).then_some(Crop { corner, of: size }),
             format,
             aovs: self.pixels.aovs(),
             origin,

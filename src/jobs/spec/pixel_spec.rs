@@ -299,9 +299,9 @@ impl PixelSpec {
     /// The region and the size of the picture.
     pub fn check_region(&self, settings: &Settings) -> Result<(), String> {
         match self.part() {
-            Some(asked) if asked.pixels() == 0 || settings.window() != asked => Err(format!(
+            Some(wanted) if wanted.pixels() == 0 || settings.window() != wanted => Err(format!(
                 "--region {} {} {} {} is outside the picture of {}x{} pixels (columns and rows start at 0)",
-                asked.x, asked.y, asked.width, asked.height, settings.width, settings.height
+                wanted.x, wanted.y, wanted.width, wanted.height, settings.width, settings.height
             )),
             _ => Ok(()),
         }

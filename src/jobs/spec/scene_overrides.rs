@@ -148,7 +148,7 @@ impl SceneOverrides {
 
     /// These overrides with this view written out as the camera of a scene.
     pub fn with_view(&self, scene: &Scene, view: &FileView) -> SceneOverrides {
-        let [eye, center] = [view.eye, view.center].map(|at| joined(at.to_array()));
+        let [eye, center] = [view.eye, view.center].map(|point| joined(point.to_array()));
         let up = joined(view.up.to_array());
         SceneOverrides {
             camera: Some(vec![eye, center, up, view.fovy.to_string()]),
@@ -162,7 +162,7 @@ impl SceneOverrides {
 }
 
 fn view(parts: &[String]) -> Result<FileView, String> {
-    let [from, at, up, fov] = parts else {
+    let [from, center, up, fov] = parts else {
         return Err("expected FROM AT UP FOV, as in --camera 0,1,5 0,0,0 0,1,0 45".into());
     };
     let position = |name: &str, text: &str| match doubles(text).as_deref() {
@@ -173,7 +173,7 @@ fn view(parts: &[String]) -> Result<FileView, String> {
     };
     let view = FileView {
         eye: position("FROM", from)?,
-        center: position("AT", at)?,
+        center: position("AT", center)?,
         up: position("UP", up)?.as_vec3(),
         fovy: number(fov)?,
         ortho: None,
@@ -441,9 +441,12 @@ mod tests {
 
     #[test]
     fn a_camera_is_three_places_and_an_angle() {
-        let of = |text: &str| view(&text.split(' ').map(str::to_owned).collect::<Vec<_>>());
-        let found = of("0,1,-5 0,0,0 0,1,0 45").unwrap();
-        assert_eq!((found.eye, found.fovy), (DVec3::new(0.0, 1.0, -5.0), 45.0));
+        let parsed = |text: &str| view(&text.split(' ').map(str::to_owned).collect::<Vec<_>>());
+        let camera = parsed("0,1,-5 0,0,0 0,1,0 45").unwrap();
+        assert_eq!(
+            (camera.eye, camera.fovy),
+            (DVec3::new(0.0, 1.0, -5.0), 45.0)
+        );
         for (bad, part) in [
             ("0,1 0,0,0 0,1,0 45", "FROM"),
             ("0,1,5 0,0,0 0,1,0 --json", "--json"),
@@ -451,7 +454,11 @@ mod tests {
             ("0,0,0 0,0,0 0,1,0 45", "stands on"),
             ("0,1,0 0,0,0 0,1,0 45", "parallel"),
         ] {
-            assert!(of(bad).unwrap_err().contains(part), "{bad}: {:?}", of(bad));
+            assert!(
+                parsed(bad).unwrap_err().contains(part),
+                "{bad}: {:?}",
+                parsed(bad)
+            );
         }
     }
 

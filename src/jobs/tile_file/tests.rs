@@ -118,12 +118,12 @@ fn a_file_that_is_cut_off_has_what_is_whole_and_goes_on_from_there() {
     for cut in cuts.filter(|cut| *cut <= bytes.len()) {
         fs::write(&path, &bytes[..cut]).unwrap();
         let file = TileFile::open(&path, &ours()).unwrap();
-        let whole = ends[1..].iter().filter(|end| **end <= cut).count();
-        assert_eq!(held(&file), all[..whole], "cut at {cut}");
+        let complete = ends[1..].iter().filter(|end| **end <= cut).count();
+        assert_eq!(held(&file), all[..complete], "cut at {cut}");
         add(&file, all[4]);
         drop(file);
         let file = TileFile::read(&path, &ours()).unwrap();
-        assert_eq!(held(&file).len(), whole + 1, "cut at {cut}");
+        assert_eq!(held(&file).len(), complete + 1, "cut at {cut}");
         assert!(file.has(all[4]));
     }
 }
@@ -140,28 +140,28 @@ fn a_byte_that_has_changed_costs_its_tile_and_no_other() {
     for tile in &all[..4] {
         ends.push(ends[ends.len() - 1] + HEADER_BYTES + 12 * tile.pixels() as usize);
     }
-    for at in (0..bytes.len())
+    for offset in (0..bytes.len())
         .step_by(97)
         .chain(0..40)
         .chain(ends[1]..ends[1] + HEADER_BYTES)
     {
         let mut changed = bytes.clone();
-        changed[at] ^= 0x10;
+        changed[offset] ^= 0x10;
         fs::write(&path, &changed).unwrap();
         let file = TileFile::open(&path, &ours()).unwrap();
-        let hurt = ends.windows(2).position(|e| (e[0]..e[1]).contains(&at));
+        let hurt = ends.windows(2).position(|e| (e[0]..e[1]).contains(&offset));
         let left: Vec<Tile> = (0..4)
             .filter(|k| Some(*k) != hurt)
             .map(|k| all[k])
             .collect();
-        assert_eq!(held(&file), left, "byte {at}");
+        assert_eq!(held(&file), left, "byte {offset}");
         // The damaged tile is rendered again, and then all are there.
         if let Some(hurt) = hurt {
             add(&file, all[hurt]);
         }
         drop(file);
         let file = TileFile::read(&path, &ours()).unwrap();
-        assert_eq!(held(&file), all[..4], "byte {at}");
+        assert_eq!(held(&file), all[..4], "byte {offset}");
     }
 }
 

@@ -60,8 +60,8 @@ impl OracleRenderer<'_> {
             let corner = (cell.x, cell.y);
             let (camera, sampling) = (self.camera, &self.sampling);
             let block = self.oracle.block(camera, sampling, &adaptive, corner, size);
-            for (at, pixel) in (0..).zip(block) {
-                let (x, y) = (cell.x + at % size.0, cell.y + at / size.0);
+            for (index, pixel) in (0..).zip(block) {
+                let (x, y) = (cell.x + index % size.0, cell.y + index / size.0);
                 let inside = x >= tile.x && y >= tile.y;
                 if inside && x - tile.x < tile.width && y - tile.y < tile.height {
                     self.set(pixels, (x - tile.x, y - tile.y), &pixel);

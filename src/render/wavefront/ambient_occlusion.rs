@@ -38,9 +38,15 @@ pub(crate) fn trace_ambient_occlusion(
     }
     handle_escaped_rays(context, &rays, false, hits, radiance);
     let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
-    for at in groups.surfaces {
-        let (org, dir) = sample_ao_ray(at, rays.seeds(&at.ray), context.sample);
-        queue.push(at.active, org, dir, Vec3x8::splat(1.0, 1.0, 1.0), &at.ray);
+    for surface in groups.surfaces {
+        let (org, dir) = sample_ao_ray(surface, rays.seeds(&surface.ray), context.sample);
+        queue.push(
+            surface.active,
+            org,
+            dir,
+            Vec3x8::splat(1.0, 1.0, 1.0),
+            &surface.ray,
+        );
     }
     let blocked = arena.alloc_slice_fill_copy(queue.packets(), 0);
     add_unoccluded(

@@ -73,18 +73,20 @@ impl<'arena> AovBuffer<'arena> {
     }
 
     fn record_surfaces(&mut self, scene: &Scene, hits: &[HitPacket], groups: &HitGroups) {
-        for (k, at) in groups.surfaces.iter().enumerate() {
+        for (k, surface) in groups.surfaces.iter().enumerate() {
             let kd = groups.material(k).kd();
-            for lane in at.active.lanes() {
-                let ray = at.ray[lane] as usize;
+            for lane in surface.active.lanes() {
+                let ray = surface.ray[lane] as usize;
                 let hit = &hits[ray / LANES];
                 self.surfaces[ray] = SurfaceAov {
                     depth: hit.t.lane(ray % LANES) / scene.scale,
-                    position: scene.relative_position(vec3(&at.point, lane)).to_array(),
-                    ng: vec3(&at.ng, lane).to_array(),
-                    ns: vec3(&at.ns, lane).to_array(),
+                    position: scene
+                        .relative_position(vec3(&surface.point, lane))
+                        .to_array(),
+                    ng: vec3(&surface.ng, lane).to_array(),
+                    ns: vec3(&surface.ns, lane).to_array(),
                     albedo: vec3(&kd, lane).to_array(),
-                    material: at.material,
+                    material: surface.material,
                     primitive: hit.prim_id.lane(ray % LANES),
                 };
             }

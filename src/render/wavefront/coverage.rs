@@ -28,12 +28,12 @@ impl WaveCoverage<'_> {
 
     /// Coverage of eight surfaces; `None` if all of a scene's surfaces are opaque.
     #[inline]
-    pub(super) fn of(self, at: &Surface) -> Option<F32x8> {
+    pub(super) fn of(self, surface: &Surface) -> Option<F32x8> {
         if self.0.is_empty() {
             return None;
         }
         let share = |ray: u32| self.0[ray as usize / LANES][ray as usize % LANES];
-        Some(F32x8::new(at.ray.map(share)))
+        Some(F32x8::new(surface.ray.map(share)))
     }
 }
 
@@ -122,13 +122,17 @@ pub(super) fn group_seen_hits<'arena>(
 ) -> &'arena [Surface] {
     let surfaces = group_hits(arena, context.scene, rays, hits);
     // With coverage, all backs have been passed.
-    let suspects = || surfaces.iter().filter(|at| at.maybe_unseen.any());
+    let suspects = || surfaces.iter().filter(|offset| offset.maybe_unseen.any());
     if context.has_coverage || !context.has_unseen_backs || suspects().next().is_none() {
         return surfaces;
     }
     let lanes = arena.alloc_slice_fill_copy(hits.len(), 0);
-    for at in suspects() {
-        for ray in at.maybe_unseen.lanes().map(|lane| at.ray[lane] as usize) {
+    for offset in suspects() {
+        for ray in offset
+            .maybe_unseen
+            .lanes()
+            .map(|lane| offset.ray[lane] as usize)
+        {
             lanes[ray / LANES] |= 1 << (ray % LANES);
         }
     }
@@ -136,7 +140,7 @@ pub(super) fn group_seen_hits<'arena>(
     for (packet, hits) in hits
         .iter_mut()
         .enumerate()
-        .filter(|(at, _)| lanes[*at] != 0)
+        .filter(|(offset, _)| lanes[*offset] != 0)
     {
         let lanes = Mask8::from_bits(lanes[packet]);
         pass_absent_in(context, rays, packet, lanes, hits, &mut [1.0; LANES]);
@@ -237,9 +241,9 @@ pub(super) fn queue_passes(
 
 /// Sets the starting hits of the rays that the next push with the same `mask` appends.
 fn push_after(after: &mut [HitPacket], queue: &RayQueue, mask: Mask8, hits: &HitPacket) {
-    for (at, lane) in (queue.len()..).zip(mask.lanes()) {
+    for (ray, lane) in (queue.len()..).zip(mask.lanes()) {
         let [t, u, v] = [hits.t.lane(lane), hits.u.lane(lane), hits.v.lane(lane)];
-        after[at / LANES].set(at % LANES, [t, u, v], hits.prim_id.lane(lane));
+        after[ray / LANES].set(ray % LANES, [t, u, v], hits.prim_id.lane(lane));
     }
 }
 

@@ -223,15 +223,15 @@ pub(super) fn hits_at(surface: &Surface, hits: &[HitPacket]) -> HitPacket {
 
 /// Gathers the hits of eight rays.
 fn hits_of(hits: &[HitPacket], ray: &[u32; LANES]) -> HitPacket {
-    let of = |k: usize| (&hits[ray[k] as usize / LANES], ray[k] as usize % LANES);
+    let hit_of = |k: usize| (&hits[ray[k] as usize / LANES], ray[k] as usize % LANES);
     let column = |pick: fn(&HitPacket) -> &F32x8| {
         F32x8::from_lanes(|k| {
-            let (hit, lane) = of(k);
+            let (hit, lane) = hit_of(k);
             pick(hit).lane(lane)
         })
     };
     let prim_id = std::array::from_fn(|k| {
-        let (hit, lane) = of(k);
+        let (hit, lane) = hit_of(k);
         hit.prim_id.lane(lane)
     });
     HitPacket {

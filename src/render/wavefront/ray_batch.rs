@@ -91,8 +91,8 @@ impl QueueSlice<'_, '_> {
     pub(super) fn shares(&self, rays: &[u32; LANES]) -> Vec3x8 {
         let mut rgb = [[0.0; LANES]; 3];
         for (lane, &ray) in rays.iter().enumerate() {
-            let (packet, at) = (ray as usize / LANES, ray as usize % LANES);
-            let one = self.queue.share(self.packets.start + packet, at);
+            let (packet, position) = (ray as usize / LANES, ray as usize % LANES);
+            let one = self.queue.share(self.packets.start + packet, position);
             for (column, value) in rgb.iter_mut().zip(one) {
                 column[lane] = value;
             }

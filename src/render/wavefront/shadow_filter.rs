@@ -101,12 +101,12 @@ impl KnownLights<'_, '_> {
     pub(super) fn unknown(
         &mut self,
         light: usize,
-        at: (usize, &Surface),
+        group: (usize, &Surface),
         sample: &LightSample,
         colors: &mut [RadianceX8],
     ) -> Mask8 {
         match &mut self.0 {
-            Some(lights) => lights.add_visible(light, at, sample, colors),
+            Some(lights) => lights.add_visible(light, group, sample, colors),
             None => sample.needed,
         }
     }
@@ -154,9 +154,9 @@ impl<'a> ShadowCache<'a> {
         hits: &[HitPacket],
     ) -> CachedLights<'s, 'a> {
         let lights = arena.alloc_slice_fill_copy(groups.len(), [(0, 0); LANES]);
-        for (at, lights) in groups.iter().zip(&mut *lights) {
-            for lane in at.active.lanes() {
-                let ray = at.ray[lane];
+        for (surface, lights) in groups.iter().zip(&mut *lights) {
+            for lane in surface.active.lanes() {
+                let ray = surface.ray[lane];
                 let hit = &hits[ray as usize / LANES];
                 let prim_id = hit.prim_id.lane(ray as usize % LANES);
                 let (camera_ray, hit_index) = self.path(ray);
@@ -182,26 +182,26 @@ impl CachedLights<'_, '_> {
     fn add_visible(
         &mut self,
         light: usize,
-        (surface, at): (usize, &Surface),
+        (surface, group): (usize, &Surface),
         sample: &LightSample,
         colors: &mut [RadianceX8],
     ) -> Mask8 {
         let bit = LightVisibility::bit(light);
         let mut left = sample.needed.bits();
         for lane in sample.needed.lanes() {
-            let ray = at.ray[lane] as usize;
-            self.cache.at_hit(at.ray[lane]).queried |= bit;
+            let ray = group.ray[lane] as usize;
+            self.cache.at_hit(group.ray[lane]).queried |= bit;
             let (known, visible) = self.lights[surface][lane];
             let radiance = &sample.radiance;
             let rgb = [&radiance.x, &radiance.y, &radiance.z].map(|c| c.lane(lane));
-            let (block, request) = self.cache.requests[self.cache.path(at.ray[lane]).0];
+            let (block, request) = self.cache.requests[self.cache.path(group.ray[lane]).0];
             let cells = &self.cache.cells[block as usize];
             if known & bit == 0 || !cells.may_reuse(request as usize, rgb) {
                 continue;
             }
             left &= !(1 << lane);
             if visible & bit != 0 {
-                self.cache.at_hit(at.ray[lane]).visible |= bit;
+                self.cache.at_hit(group.ray[lane]).visible |= bit;
                 colors[ray / LANES].add(ray % LANES, rgb);
             }
         }

@@ -38,29 +38,35 @@ pub(super) fn trace_shadow_rays(
         let one = shade_light.sample_position([0; LANES], context.sample);
         let casts_shadows = scene.lights.casts_shadows(light);
         let is_directional = scene.lights.directional[light];
-        for (k, at) in groups.surfaces.iter().enumerate() {
+        for (k, surface) in groups.surfaces.iter().enumerate() {
             let position = if shade_light.is_area() {
-                shade_light.sample_position(rays.seeds(&at.ray), context.sample)
+                shade_light.sample_position(rays.seeds(&surface.ray), context.sample)
             } else {
                 one
             };
-            let mut sample = shade_light.sample(position, &groups.material(k), at, above(k));
-            if let Some(share) = coverage.of(at) {
+            let mut sample = shade_light.sample(position, &groups.material(k), surface, above(k));
+            if let Some(share) = coverage.of(surface) {
                 sample.weigh(share);
             }
             if !casts_shadows {
                 let Vec3x8 { x, y, z } = sample.radiance;
                 let carried = [x, y, z].map(|c| c.to_array());
-                add_lanes(radiance, sample.needed, &at.ray, &carried);
+                add_lanes(radiance, sample.needed, &surface.ray, &carried);
                 continue;
             }
-            let unknown = known.unknown(light, (k, at), &sample, radiance);
+            let unknown = known.unknown(light, (k, surface), &sample, radiance);
             let mut flat = unknown;
             if let Some(above) = above(k) {
-                smooth.push(unknown & above.smooth, &sample, at, above, is_directional);
+                smooth.push(
+                    unknown & above.smooth,
+                    &sample,
+                    surface,
+                    above,
+                    is_directional,
+                );
                 flat = unknown & !above.smooth;
             }
-            queue.push(flat, sample.org, sample.dir, sample.radiance, &at.ray);
+            queue.push(flat, sample.org, sample.dir, sample.radiance, &surface.ray);
         }
         let tmax = if is_directional { f32::INFINITY } else { 1.0 };
         let mut record = |open, rays: &_| known.record_visible(light, open, rays);

@@ -65,6 +65,6 @@ pub fn record(plan: &BenchPlan, all: Vec<Measured>, started: String, seconds: f6
 fn without_folder(argument: OsString) -> String {
     let text = argument.to_string_lossy();
     let sign = text.find('=').filter(|_| text.starts_with("--"));
-    let (option, value) = text.split_at(sign.map_or(0, |at| at + 1));
+    let (option, value) = text.split_at(sign.map_or(0, |separator| separator + 1));
     option.to_owned() + value.rsplit(is_separator).next().unwrap_or(value)
 }

@@ -51,12 +51,12 @@ impl MissingShares {
             return Ok(());
         }
         let (count, shards) = (frames.all().count() as u64, u64::from(frames.plan.shards));
-        let (of, what) = match (frames.sequence, frames.is_by_frame()) {
+        let (total, what) = match (frames.sequence, frames.is_by_frame()) {
             (None, _) => (shards, "shards"),
             (_, true) => (count, "frames"),
             (_, false) => (count * shards, "parts of frames"),
         };
-        let mut text = format!("{} of {of} {what} are missing", self.count);
+        let mut text = format!("{} of {total} {what} are missing", self.count);
         for MissingShare { frame, shard, why } in &self.first {
             let name = match frames.sequence {
                 None => format!("shard {shard}"),

@@ -43,7 +43,7 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     };
     let level = directions().filter(|direction| direction.dot(up) == 0.0);
     let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
-    let [eye, center] = [eye, richest.center].map(|at| words(scene, at, size / scene.scale));
+    let [eye, center] = [eye, richest.center].map(|point| words(scene, point, size / scene.scale));
     // The default light is outside, too.
     let light = if scene.defaulted.light { format!(" --light {eye}") } else { String::new() };
     Some(format!(
@@ -106,10 +106,10 @@ mod tests {
             for cell in 0..cells * cells {
                 let first = vertices.len() as u32;
                 for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
-                    let at = |k: u32| k as f32 / cells as f32;
+                    let coordinate = |k: u32| k as f32 / cells as f32;
                     let mut corner = [
-                        at(cell % cells + a),
-                        at(cell / cells + b),
+                        coordinate(cell % cells + a),
+                        coordinate(cell / cells + b),
                         (face / 3) as f32,
                     ];
                     corner.rotate_right(face % 3);
@@ -141,9 +141,9 @@ mod tests {
     #[test]
     fn a_furnished_room_is_looked_into_and_a_solid_is_not() {
         let (room, table) = ((Vec3::ZERO, 10.0, 1), (Vec3::splat(1.0), 2.0, 14));
-        let found = hint_of(&[room, table]).unwrap();
+        let hint = hint_of(&[room, table]).unwrap();
         let options = "--camera 5.0,5.0,5.0 1.1,5.0,1.9 0,1,0 60 --light 5.0,5.0,5.0";
-        assert!(found.ends_with(options), "{found}");
+        assert!(hint.ends_with(options), "{hint}");
         assert_eq!(
             hint_of(&[(Vec3::ZERO, 10.0, 14)]),
             None,

@@ -236,8 +236,8 @@ mod tests {
             ..Scene::default()
         };
         let command = RenderArgs::augment_args(clap::Command::new("render"));
-        let found = command.try_get_matches_from(line.split(' ')).unwrap();
-        let args = RenderArgs::from_arg_matches(&found).unwrap();
+        let matches = command.try_get_matches_from(line.split(' ')).unwrap();
+        let args = RenderArgs::from_arg_matches(&matches).unwrap();
         let name = args.scene.clone().unwrap();
         output_path(&args, &name, &scene).map(|(path, _)| path)
     }
@@ -245,9 +245,9 @@ mod tests {
     #[test]
     fn the_picture_goes_where_the_user_says_else_to_the_current_folder() {
         let plain = "render folder/a.b.test";
-        let asked = "render folder/a.test -o other/c.png";
+        let line = "render folder/a.test -o other/c.png";
         assert_eq!(
-            path_of(asked, Some("b.png")).unwrap(),
+            path_of(line, Some("b.png")).unwrap(),
             Path::new("other/c.png")
         );
         assert_eq!(path_of(plain, Some("b.png")).unwrap(), Path::new("b.png"));

@@ -240,7 +240,7 @@ impl Output for ShardDocument {
     fn table(&self) -> String {
         let before = match self.kept {
             0 => String::new(),
-            kept => format!(", {} of them earlier", grouped(kept as u64)),
+            count => format!(", {} of them earlier", grouped(count as u64)),
         };
         let count = grouped(self.tiles.or(self.frames).unwrap_or(0) as u64);
         let parts = match self.shard_by {

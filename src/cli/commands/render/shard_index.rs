@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn an_array_beyond_the_shards_is_refused_by_each_of_its_tasks() {
-        let of = |task: &str, ends: [&str; 2], shards| {
+        let index_of = |task: &str, ends: [&str; 2], shards| {
             let value = |name: &str| {
                 let of_array = name.strip_prefix("SLURM_ARRAY_TASK_")?;
                 let k = ["ID", "MIN", "MAX"]
@@ -81,33 +81,33 @@ mod tests {
             resolve(Shard::Auto, shards, value)
         };
         for task in ["1", "2", "3"] {
-            let CliError::Usage(refusal) = of(task, ["1", "3"], 3).unwrap_err() else {
+            let CliError::Usage(refusal) = index_of(task, ["1", "3"], 3).unwrap_err() else {
                 panic!("another kind of error");
             };
             assert!(refusal.contains("from 1 to 3"), "{refusal}");
             assert!(refusal.ends_with("--array=0-2"), "{refusal}");
         }
         // Some of the tasks once more.
-        assert_eq!(of("3", ["1", "3"], 4).unwrap().0, 3);
-        assert_eq!(of("0", ["0", "2"], 3).unwrap().0, 0);
+        assert_eq!(index_of("3", ["1", "3"], 4).unwrap().0, 3);
+        assert_eq!(index_of("0", ["0", "2"], 3).unwrap().0, 0);
     }
 
     #[test]
     fn the_first_variable_that_is_set_counts() {
-        let of = |set: &[(&str, &str)]| {
+        let index_of = |set: &[(&str, &str)]| {
             let value = |name: &str| {
-                let found = set.iter().find(|(known, _)| *known == name);
-                found.map(|(_, value)| (*value).to_owned())
+                let entry = set.iter().find(|(known, _)| *known == name);
+                entry.map(|(_, value)| (*value).to_owned())
             };
             resolve(Shard::Auto, 20, value)
         };
         for (name, _) in VARIABLES {
-            assert_eq!(of(&[(name, "12")]).unwrap(), (12, Some(name)));
+            assert_eq!(index_of(&[(name, "12")]).unwrap(), (12, Some(name)));
         }
         let both = [("SLURM_PROCID", "0"), ("SLURM_ARRAY_TASK_ID", "5")];
-        assert_eq!(of(&both).unwrap().0, 5);
+        assert_eq!(index_of(&both).unwrap().0, 5);
         for bad in [&[][..], &[("PMI_RANK", "x")], &[("PMI_RANK", "-1")]] {
-            assert_eq!(of(bad).unwrap_err().code(), 2);
+            assert_eq!(index_of(bad).unwrap_err().code(), 2);
         }
         assert_eq!(resolve(Shard::Number(3), 4, |_| None).unwrap(), (3, None));
     }

@@ -94,7 +94,7 @@ pub fn first_difference(
     let first = differing.next()?;
     let width = scalar.width as usize;
     let window = settings.window();
-    let [column, row] = [first % width, first / width].map(|at| at as u32);
+    let [column, row] = [first % width, first / width].map(|index| index as u32);
     let (x, y) = (window.x + column, window.y + row);
     Some(FilmDifference {
         x,
@@ -230,9 +230,9 @@ mod tests {
         for (i, change) in changes.iter().enumerate() {
             let mut other = film();
             change(&mut other);
-            let found = difference(&other).unwrap();
+            let first = difference(&other).unwrap();
             let x = if i < 7 { 1 } else { 2 };
-            assert_eq!((found.x, found.y, found.pixels), (x, 1, 1), "change {i}");
+            assert_eq!((first.x, first.y, first.pixels), (x, 1, 1), "change {i}");
         }
     }
 
@@ -266,13 +266,13 @@ mod tests {
         scene.set_name(balls, "b\u{1b}").unwrap();
         let mut other = film();
         hits(&mut other).prim_id[2] = NO_HIT;
-        let found = first_difference(&scene, &settings(3, 2), &film(), &other).unwrap();
-        let text = found.to_string();
+        let first = first_difference(&scene, &settings(3, 2), &film(), &other).unwrap();
+        let text = first.to_string();
         assert!(
             text.contains("hits prim 2") && text.contains("; object `b\\u{1b}`\n"),
             "{text}"
         );
-        let json = serde_json::to_value(&found).unwrap();
+        let json = serde_json::to_value(&first).unwrap();
         assert_eq!(
             json["scalar"]["names"],
             serde_json::json!(["b\u{1b}", null])
@@ -303,9 +303,9 @@ mod tests {
         };
         let mut other = film();
         other.planes[0][4] = 7.0;
-        let found = first_difference(&Scene::default(), &settings, &film(), &other).unwrap();
-        assert_eq!((found.x, found.y), (11, 21));
+        let first = first_difference(&Scene::default(), &settings, &film(), &other).unwrap();
+        assert_eq!((first.x, first.y), (11, 21));
         let ray = camera_ray(&Scene::default(), &settings, 11, 21).unwrap();
-        assert_eq!(found.ray.map(|r| r.dir), Some(ray.dir));
+        assert_eq!(first.ray.map(|r| r.dir), Some(ray.dir));
     }
 }

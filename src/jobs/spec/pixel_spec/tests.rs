@@ -35,13 +35,13 @@ fn json_gives_every_option_back_to_the_bit_and_options_their_settings() {
         ..Settings::of(&Scene::default())
     };
     for settings in [odd(), endless, plain] {
-        let kept = PixelSpec::of(&settings);
-        let text = serde_json::to_string(&kept).unwrap();
+        let spec = PixelSpec::of(&settings);
+        let text = serde_json::to_string(&spec).unwrap();
         assert!(text.contains("\"spp\":"), "{text}");
         let again: PixelSpec = serde_json::from_str(&text).unwrap();
-        assert_eq!(again, kept, "{text}");
-        assert_eq!(kept.settings(&Scene::default()), settings);
-        kept.check().unwrap();
+        assert_eq!(again, spec, "{text}");
+        assert_eq!(spec.settings(&Scene::default()), settings);
+        spec.check().unwrap();
     }
 }
 
